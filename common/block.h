@@ -1,0 +1,56 @@
+/* The block record: one millisecond of acquisition as integers. What replay rests on.
+ *
+ * TIM4 triggers both converters at 8 kHz, so a block is 8 scans. Converter 3 scans the 8 transducers while the excitation
+ * reverses from scan to scan, so each transducer has one sum per polarity (4 codes each); converter 1 scans 16 channels (14
+ * gages, staircase, reference; 8 codes each). Everything the board says is a function of these records, the edges and the
+ * commands: any codes with equal sums and counts replay bit for bit.
+ *
+ * On the wire and on disk (little-endian, 75 bytes when nothing is saturated, at most 99):
+ *     index u32 | tick u32 | plus[8] u16 | minus[8] u16 | sum[16] u16 | mask u24 | one byte per set bit of mask, from bit 0
+ * Bit c of the mask: channel c has saturated codes; its byte is low count << 4 | high count. Channels 0..7 are the
+ * transducers, 8..23 the channels of converter 1 in scan order. Layout version: MR_LAYOUT. */
+#ifndef MATRIG_COMMON_BLOCK_H
+#define MATRIG_COMMON_BLOCK_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/status.h"
+
+#define MR_SCANS_PER_BLOCK 8u
+#define MR_TRANSDUCERS 8u
+#define MR_GAGES 14u
+#define MR_ADC1_CHANNELS 16u
+#define MR_ADC1_STAIRCASE 14u /* place in converter 1's scan */
+#define MR_ADC1_REFERENCE 15u
+#define MR_CHANNELS (MR_TRANSDUCERS + MR_ADC1_CHANNELS)
+#define MR_BLOCK_BYTES_MIN (8u + 2u * (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS) + 3u)
+#define MR_BLOCK_BYTES_MAX (MR_BLOCK_BYTES_MIN + MR_CHANNELS)
+
+#define MR_TICKS_PER_BLOCK 84000u /* TIM2 at 84 MHz */
+#define MR_CODE_LOW 8u            /* a code at or below is counted as saturated low */
+#define MR_CODE_HIGH 4087u        /* a code at or above is counted as saturated high */
+
+struct mr_block {
+    uint32_t index;                     /* blocks since the scans began; a jump is a loss */
+    uint32_t tick;                      /* TIM2 at the first trigger of the block, 1/84 us */
+    uint16_t plus[MR_TRANSDUCERS];      /* sum of 4 codes, excitation forward */
+    uint16_t minus[MR_TRANSDUCERS];     /* sum of 4 codes, excitation reversed */
+    uint16_t sum[MR_ADC1_CHANNELS];     /* sum of 8 codes */
+    uint8_t low[MR_CHANNELS];           /* saturated codes, 0..8 */
+    uint8_t high[MR_CHANNELS];
+};
+
+/* Sum 8 scans. `transducers` and `adc1` are the converters' results in scan order; even scans of the block were taken with
+ * the excitation forward. */
+void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
+                         uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
+                         uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS]);
+
+/* Returns the length written, MR_BLOCK_BYTES_MIN to MR_BLOCK_BYTES_MAX. */
+size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX]);
+
+/* MR_OK; MR_TRUNCATED, MR_TOO_LONG: not the length its mask asks for; MR_MALFORMED: impossible counts. */
+enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t length);
+
+#endif

@@ -1,0 +1,92 @@
+/* The message catalogue in C: a struct, a put and a get for each message of catalogue.def, and tables that describe them.
+ *
+ * Real fields are floats in the field's unit, NaN where the wire says missing. A put writes exactly the message's length
+ * (at most MR_MESSAGE_MAX bytes) and returns it. A get returns MR_OK, or MR_TRUNCATED / MR_TOO_LONG when `length` is not
+ * the message's own; it never reads beyond `length`. Pure functions, no state. */
+#ifndef MATRIG_COMMON_CATALOGUE_H
+#define MATRIG_COMMON_CATALOGUE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/status.h"
+
+/* Layout version of catalogue.def, of the block record and of serial framing. Travels in `hello`. */
+#define MR_LAYOUT 1u
+#define MR_MESSAGE_MAX 8u
+
+typedef uint8_t mr_u8;
+typedef int8_t mr_i8;
+typedef uint16_t mr_u16;
+typedef int16_t mr_i16;
+typedef uint32_t mr_u32;
+typedef int32_t mr_i32;
+
+#define INTEGER(name, type, field, unit, text) mr_##type field;
+#define REAL(name, type, field, per_unit, unit, text) float field;
+#define FLOAT(name, field, unit, text) float field;
+
+#define MESSAGE(name, NAME, id, direction, text) struct mr_##name {
+#define END(name, NAME) };
+#include "common/catalogue.def"
+#undef MESSAGE
+#undef END
+#undef INTEGER
+#undef REAL
+#undef FLOAT
+
+#define INTEGER(name, type, field, unit, text)
+#define REAL(name, type, field, per_unit, unit, text)
+#define FLOAT(name, field, unit, text)
+
+enum mr_message_id {
+#define MESSAGE(name, NAME, id, direction, text) MR_ID_##NAME = (id),
+#define END(name, NAME)
+#include "common/catalogue.def"
+#undef MESSAGE
+#undef END
+    MR_ID_BLOCK = 0x300, /* serial only: a block record (common/block.h), longer than a CAN frame */
+};
+
+#define MESSAGE(name, NAME, id, direction, text)                                  \
+    size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_MAX]); \
+    enum mr_status mr_##name##_get(struct mr_##name *message, const uint8_t *bytes, size_t length);
+#define END(name, NAME)
+#include "common/catalogue.def"
+#undef MESSAGE
+#undef END
+#undef INTEGER
+#undef REAL
+#undef FLOAT
+
+enum mr_direction { MR_DIRECTION_BOTH, MR_DIRECTION_CAN, MR_DIRECTION_HOST };
+enum mr_wire_type { MR_WIRE_u8, MR_WIRE_i8, MR_WIRE_u16, MR_WIRE_i16, MR_WIRE_u32, MR_WIRE_i32, MR_WIRE_f32 };
+
+struct mr_field_info {
+    const char *name;
+    const char *unit;
+    const char *text;
+    enum mr_wire_type type;
+    uint8_t offset;     /* first byte in the payload */
+    uint8_t size;       /* bytes */
+    float per_unit;     /* counts to one unit; 0: not a scaled real */
+};
+
+struct mr_message_info {
+    const char *name;
+    const char *text;
+    uint16_t id;
+    enum mr_direction direction;
+    uint8_t length;      /* bytes of payload */
+    uint8_t field_count;
+    const struct mr_field_info *fields;
+};
+
+/* The whole table, ascending by identifier; `*count` messages. Static storage. */
+const struct mr_message_info *mr_catalogue(size_t *count);
+/* The message with this identifier, or NULL. */
+const struct mr_message_info *mr_message_find(uint16_t id);
+/* Value of a field of a payload that has the message's length, in the field's unit; NaN when missing. */
+double mr_field_value(const struct mr_field_info *field, const uint8_t *payload);
+
+#endif

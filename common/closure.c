@@ -1,0 +1,124 @@
+#include "common/closure.h"
+
+#include "common/wire.h"
+
+static float segment_start_ft(unsigned segment)
+{
+    return MR_SEGMENT_LENGTH_FT * (float)segment;
+}
+
+/* Part of a segment that lies inside [from_ft, to_ft], 0..1. */
+static float overlap(unsigned segment, float from_ft, float to_ft)
+{
+    float low = segment_start_ft(segment);
+    float high = low + MR_SEGMENT_LENGTH_FT;
+    if (low < from_ft)
+        low = from_ft;
+    if (high > to_ft)
+        high = to_ft;
+    return high > low ? (high - low) / MR_SEGMENT_LENGTH_FT : 0.0f;
+}
+
+/* Gives `closure_in` to the segments inside [from_ft, to_ft], from the upfield end on, each up to its slack there. */
+static void plough(float *remaining_in, float from_ft, float to_ft, float closure_in)
+{
+    for (unsigned s = 0; s < MR_SEGMENTS && closure_in > 0.0f; s++) {
+        float available_in = remaining_in[s] * overlap(s, from_ft, to_ft);
+        if (!(available_in > 0.0f))
+            continue;
+        float taken_in = closure_in < available_in ? closure_in : available_in;
+        remaining_in[s] -= taken_in;
+        closure_in -= taken_in;
+    }
+}
+
+/* Closes joints by what the transducers say, interval by interval. The wheel's own displacement is not measured; behind the
+ * wheel the mat keeps what it had when the wheel passed, so the last station passed stands for it. */
+static void close_by_movement(const struct mr_closure_input *input, float *remaining_in)
+{
+    unsigned from = MR_TRANSDUCERS;
+    for (unsigned to = 0; to < MR_TRANSDUCERS; to++) {
+        if (__builtin_isnan(input->displacement_in[to]))
+            continue;
+        if (from < MR_TRANSDUCERS && !(input->station_ft[to] <= input->wheel_ft)) {
+            float from_ft = input->station_ft[from];
+            if (from_ft < input->wheel_ft)
+                from_ft = input->wheel_ft;
+            plough(remaining_in, from_ft, input->station_ft[to],
+                   input->displacement_in[from] - input->displacement_in[to]);
+        }
+        from = to;
+    }
+}
+
+static void bracketed_ft(const struct mr_closure_input *input, float *low_ft, float *high_ft)
+{
+    *low_ft = *high_ft = MR_NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        if (__builtin_isnan(input->displacement_in[i]))
+            continue;
+        if (__builtin_isnan(*low_ft))
+            *low_ft = input->station_ft[i];
+        *high_ft = input->station_ft[i];
+    }
+}
+
+/* Time to travel `distance_ft` at constant deceleration: the smaller root of d = v t - a t^2 / 2, in a form without
+ * cancellation. NaN when the gear stops before. */
+static float lead_time_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
+{
+    if (!(speed_ft_s > 0.0f))
+        return MR_NAN;
+    if (distance_ft <= 0.0f)
+        return 0.0f;
+    float a = __builtin_isnan(deceleration_ft_s2) ? 0.0f : deceleration_ft_s2;
+    float discriminant = speed_ft_s * speed_ft_s - 2.0f * a * distance_ft;
+    if (discriminant < 0.0f)
+        return MR_NAN;
+    return 2.0f * distance_ft / (speed_ft_s + __builtin_sqrtf(discriminant));
+}
+
+void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone, float *remaining_out)
+{
+    float remaining_in[MR_SEGMENTS];
+    float wheel_ft = __builtin_isnan(input->wheel_ft) ? 0.0f : input->wheel_ft;
+
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        remaining_in[s] = input->slack_in[s];
+    close_by_movement(input, remaining_in);
+
+    *zone = (struct mr_closure_zone){.lead_s = MR_NAN};
+    for (unsigned s = 0; s < MR_SEGMENTS;) {
+        unsigned first = s;
+        while (s < MR_SEGMENTS && remaining_in[s] < MR_CLOSURE_OPEN_IN)
+            s++;
+        float start_ft = segment_start_ft(first);
+        float end_ft = segment_start_ft(s);
+        if (start_ft < wheel_ft)
+            start_ft = wheel_ft;
+        if (s == first)
+            s++;
+        if (end_ft <= start_ft)
+            continue;
+        unsigned mats = (unsigned)((end_ft - start_ft) / MR_MAT_LENGTH_FT + 0.5f);
+        if (mats > zone->mats) {
+            zone->mats = mats;
+            zone->start_ft = start_ft;
+            zone->end_ft = end_ft;
+        }
+    }
+    if (zone->mats > 0) {
+        float low_ft, high_ft;
+        bracketed_ft(input, &low_ft, &high_ft);
+        float from_ft = zone->start_ft > low_ft ? zone->start_ft : low_ft;
+        float to_ft = zone->end_ft < high_ft ? zone->end_ft : high_ft;
+        float measured_ft = to_ft > from_ft ? to_ft - from_ft : 0.0f;
+        zone->inferred = 1.0f - measured_ft / (zone->end_ft - zone->start_ft);
+        if (!__builtin_isnan(input->wheel_ft))
+            zone->lead_s = lead_time_s(zone->start_ft - wheel_ft, input->speed_ft_s, input->deceleration_ft_s2);
+    }
+    if (remaining_out) {
+        for (unsigned s = 0; s < MR_SEGMENTS; s++)
+            remaining_out[s] = remaining_in[s];
+    }
+}

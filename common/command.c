@@ -1,0 +1,108 @@
+#include "common/command.h"
+
+#include <stdbool.h>
+
+struct command_row {
+    uint8_t code;
+    const char *name;
+    bool indexed;
+    int32_t per_unit;
+};
+
+static const struct command_row rows[] = {
+#define MR_COMMAND_ROW(NAME, code, text, indexed, per_unit, meaning) {code, text, indexed, per_unit},
+    MR_COMMAND_TABLE(MR_COMMAND_ROW)
+#undef MR_COMMAND_ROW
+};
+
+#define ROW_COUNT (sizeof rows / sizeof rows[0])
+
+static const char *skip_blanks(const char *p)
+{
+    while (*p == ' ' || *p == '\t' || *p == '\r' || *p == '\n')
+        p++;
+    return p;
+}
+
+/* Compares the word at `words` with `name`; returns what follows it, or NULL. */
+static const char *match_word(const char *words, const char *name)
+{
+    while (*name && *words == *name) {
+        words++;
+        name++;
+    }
+    bool ends = *words == '\0' || *words == ' ' || *words == '\t' || *words == '\r' || *words == '\n';
+    return *name == '\0' && ends ? words : NULL;
+}
+
+/* Decimal number with up to `per_unit` steps to one; exact in integers, so every platform agrees. Rounds half up. */
+static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
+{
+    bool negative = *p == '-';
+    int64_t whole = 0;
+    int64_t digits = 0;
+    int64_t scale = per_unit;
+    if (negative)
+        p++;
+    if (*p < '0' || *p > '9')
+        return NULL;
+    for (; *p >= '0' && *p <= '9'; p++) {
+        whole = whole * 10 + (*p - '0');
+        if (whole > INT32_MAX)
+            return NULL;
+    }
+    int64_t counts = whole * per_unit;
+    if (*p == '.') {
+        int64_t fraction = 0;
+        int64_t divisor = 1;
+        for (p++; *p >= '0' && *p <= '9'; p++, digits++) {
+            if (digits < 9) {
+                fraction = fraction * 10 + (*p - '0');
+                divisor *= 10;
+            }
+        }
+        counts += (2 * fraction * scale + divisor) / (2 * divisor);
+    }
+    if (counts > INT32_MAX)
+        return NULL;
+    *value = (int32_t)(negative ? -counts : counts);
+    return p;
+}
+
+enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command)
+{
+    words = skip_blanks(words);
+    for (size_t i = 0; i < ROW_COUNT; i++) {
+        const char *p = match_word(words, rows[i].name);
+        int32_t index = 0;
+        int32_t argument = 0;
+        if (!p)
+            continue;
+        p = skip_blanks(p);
+        if (rows[i].indexed) {
+            p = parse_scaled(p, 1, &index);
+            if (!p || index < 0 || index > 255)
+                return MR_USAGE;
+            p = skip_blanks(p);
+            if (!*p)
+                return MR_USAGE;
+        }
+        if (*p) {
+            p = parse_scaled(p, rows[i].per_unit, &argument);
+            if (!p || *skip_blanks(p))
+                return MR_USAGE;
+        }
+        *command = (struct mr_command){.code = rows[i].code, .index = (uint8_t)index, .tag = tag, .argument = argument};
+        return MR_OK;
+    }
+    return MR_UNKNOWN;
+}
+
+const char *mr_command_name(unsigned code)
+{
+    for (size_t i = 0; i < ROW_COUNT; i++) {
+        if (rows[i].code == code)
+            return rows[i].name;
+    }
+    return "unknown";
+}

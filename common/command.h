@@ -1,0 +1,31 @@
+/* Commands to the board, by name: what the host sends, what a run file scripts, what the firmware obeys.
+ *
+ * A command is one `command` message (catalogue.def); this table gives its codes, names and the meaning of its argument. */
+#ifndef MATRIG_COMMON_COMMAND_H
+#define MATRIG_COMMON_COMMAND_H
+
+#include "common/catalogue.h"
+
+/*        NAME     code  text      index          argument per unit, meaning */
+#define MR_COMMAND_TABLE(X)                                                                             \
+    X(STATE,        1,  "state",   0, 1,     "say hello, state and the whole configuration")            \
+    X(ARM,          2,  "arm",     0, 1,     "arm for a landing; argument: its number, 0 counts on")    \
+    X(DISARM,       3,  "disarm",  0, 1,     "back to idle")                                            \
+    X(MARK,         4,  "mark",    0, 1,     "mark this moment; argument: a number")                    \
+    X(SURVEY,       5,  "survey",  1, 10000, "index: segment from 0; argument: its slack, 0.0001 in")
+
+enum mr_command_code {
+#define MR_COMMAND_ENUM(NAME, code, text, indexed, per_unit, meaning) MR_COMMAND_##NAME = (code),
+    MR_COMMAND_TABLE(MR_COMMAND_ENUM)
+#undef MR_COMMAND_ENUM
+};
+
+/* Parse one command as people write it: `arm 5`, `survey 12 0.305` (segment, inches), `mark 1`, `state`. Numbers are in
+ * the units a person uses; a missing argument is 0. `tag` goes into the message.
+ * MR_OK; MR_UNKNOWN: no such command; MR_USAGE: words missing, left over, not a number or out of range. */
+enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command);
+
+/* Name of a command code, or "unknown". Static storage. */
+const char *mr_command_name(unsigned code);
+
+#endif

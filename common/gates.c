@@ -1,0 +1,304 @@
+#include "common/gates.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+#define TERMS (MR_GATES_ORDER_MAX + 1)
+
+/* Chi-square that chance exceeds once in 100, for 1, 2 and 3 coefficients added. */
+static const double chi_square_1_percent[] = {6.635, 9.210, 11.345};
+
+/* Chebyshev polynomials T_0..T_order of scaled time and their first two derivatives by time, in 1, 1/s, 1/s^2. */
+struct basis {
+    double value[TERMS];
+    double rate[TERMS];
+    double curvature[TERMS];
+};
+
+static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *basis)
+{
+    double tau = (t_s - fit->mid_s) / fit->half_s;
+    double per_s = 1.0 / fit->half_s;
+    memset(basis, 0, sizeof *basis);
+    basis->value[0] = 1.0;
+    basis->value[1] = tau;
+    basis->rate[1] = per_s;
+    for (unsigned k = 2; k <= fit->order; k++) {
+        basis->value[k] = 2.0 * tau * basis->value[k - 1] - basis->value[k - 2];
+        basis->rate[k] = 2.0 * per_s * basis->value[k - 1] + 2.0 * tau * basis->rate[k - 1] - basis->rate[k - 2];
+        basis->curvature[k] = 4.0 * per_s * basis->rate[k - 1] + 2.0 * tau * basis->curvature[k - 1] -
+                              basis->curvature[k - 2];
+    }
+}
+
+/* Not hypot: C libraries differ in its last bit, and host and board must not. */
+static double root_sum_square(double a, double b)
+{
+    return sqrt(a * a + b * b);
+}
+
+static double dot(const struct mr_gates_fit *fit, const double *terms)
+{
+    double sum = 0.0;
+    for (unsigned k = 0; k <= fit->order; k++)
+        sum += fit->coefficient[k] * terms[k];
+    return sum;
+}
+
+/* Standard error of a quantity whose gradient by the coefficients is `gradient`. */
+static double error_of(const struct mr_gates_fit *fit, const double *gradient)
+{
+    double variance = 0.0;
+    for (unsigned i = 0; i <= fit->order; i++) {
+        for (unsigned k = 0; k <= fit->order; k++)
+            variance += gradient[i] * fit->covariance[i][k] * gradient[k];
+    }
+    return variance > 0.0 ? sqrt(variance) : 0.0;
+}
+
+/* Cholesky factor in place (lower triangle). False when the matrix is not positive definite to working accuracy. */
+static bool factor(double matrix[TERMS][TERMS], unsigned n)
+{
+    for (unsigned i = 0; i < n; i++) {
+        for (unsigned k = 0; k <= i; k++) {
+            double sum = matrix[i][k];
+            for (unsigned j = 0; j < k; j++)
+                sum -= matrix[i][j] * matrix[k][j];
+            if (i != k) {
+                matrix[i][k] = sum / matrix[k][k];
+            } else if (sum > 1e-13 * matrix[i][i]) {
+                matrix[i][i] = sqrt(sum);
+            } else {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+static void solve(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
+{
+    for (unsigned i = 0; i < n; i++) {
+        for (unsigned k = 0; k < i; k++)
+            x[i] -= lower[i][k] * x[k];
+        x[i] /= lower[i][i];
+    }
+    for (unsigned i = n; i-- > 0;) {
+        for (unsigned k = i + 1; k < n; k++)
+            x[i] -= lower[k][i] * x[k];
+        x[i] /= lower[i][i];
+    }
+}
+
+enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned order, double position_error_ft,
+                            struct mr_gates_fit *fit)
+{
+    double matrix[TERMS][TERMS] = {{0}};
+    double right[TERMS] = {0};
+    unsigned terms = order + 1;
+
+    if (order < 1 || order > MR_GATES_ORDER_MAX || count < terms)
+        return MR_TOO_FEW;
+    for (size_t i = 1; i < count; i++) {
+        if (!(gates[i].t_s > gates[i - 1].t_s))
+            return MR_MALFORMED;
+    }
+    memset(fit, 0, sizeof *fit);
+    fit->order = order;
+    fit->count = (unsigned)count;
+    fit->mid_s = 0.5 * (gates[0].t_s + gates[count - 1].t_s);
+    fit->half_s = 0.5 * (gates[count - 1].t_s - gates[0].t_s);
+
+    for (size_t g = 0; g < count; g++) {
+        struct basis basis;
+        basis_at(fit, gates[g].t_s, &basis);
+        for (unsigned i = 0; i < terms; i++) {
+            right[i] += basis.value[i] * gates[g].station_ft;
+            for (unsigned k = 0; k <= i; k++)
+                matrix[i][k] += basis.value[i] * basis.value[k];
+        }
+    }
+    if (!factor(matrix, terms))
+        return MR_NUMERICS;
+    solve(matrix, terms, right);
+    memcpy(fit->coefficient, right, sizeof right);
+
+    double squares = 0.0;
+    for (size_t g = 0; g < count; g++) {
+        struct basis basis;
+        basis_at(fit, gates[g].t_s, &basis);
+        double residual = gates[g].station_ft - dot(fit, basis.value);
+        squares += residual * residual;
+    }
+    fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
+
+    double deviation = fit->residual_ft > position_error_ft ? fit->residual_ft : position_error_ft;
+    for (unsigned column = 0; column < terms; column++) {
+        double unit[TERMS] = {0};
+        unit[column] = deviation * deviation;
+        solve(matrix, terms, unit);
+        for (unsigned row = 0; row < terms; row++)
+            fit->covariance[row][column] = unit[row];
+    }
+    return MR_OK;
+}
+
+static double sum_of_squares(const struct mr_gates_fit *fit)
+{
+    return fit->residual_ft * fit->residual_ft * (double)(fit->count - fit->order - 1);
+}
+
+enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count, double position_error_ft,
+                                 struct mr_gates_fit *fit)
+{
+    enum mr_status status = mr_gates_fit(gates, count, count > 2 ? 2 : 1, position_error_ft, fit);
+    if (status != MR_OK)
+        return status;
+    for (unsigned order = fit->order + 1; order <= MR_GATES_ORDER_MAX && count >= order + 4; order++) {
+        struct mr_gates_fit higher;
+        if (mr_gates_fit(gates, count, order, position_error_ft, &higher) != MR_OK)
+            break;
+        double gain = (sum_of_squares(fit) - sum_of_squares(&higher)) / (position_error_ft * position_error_ft);
+        if (gain > chi_square_1_percent[order - fit->order - 1])
+            *fit = higher;
+    }
+    return MR_OK;
+}
+
+void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_estimate *motion)
+{
+    struct basis basis;
+    basis_at(fit, t_s, &basis);
+    motion->t_s = t_s;
+    motion->position_ft = (struct mr_estimate){dot(fit, basis.value), error_of(fit, basis.value)};
+    motion->speed_ft_s = (struct mr_estimate){dot(fit, basis.rate), error_of(fit, basis.rate)};
+    motion->deceleration_ft_s2 = (struct mr_estimate){NAN, NAN};
+    if (fit->order >= 2)
+        motion->deceleration_ft_s2 =
+            (struct mr_estimate){-dot(fit, basis.curvature), error_of(fit, basis.curvature)};
+}
+
+enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
+                            struct mr_motion_estimate *motion)
+{
+    struct mr_gates_fit fit;
+    size_t used = count < MR_GATES_LOCAL ? count : MR_GATES_LOCAL;
+    if (used < 2)
+        return MR_TOO_FEW;
+    enum mr_status status = mr_gates_fit(gates + (count - used), used, used > 2 ? 2 : 1, position_error_ft, &fit);
+    if (status == MR_OK)
+        mr_gates_at(&fit, gates[count - 1].t_s, motion);
+    return status;
+}
+
+/* Bisects for the time at which term `terms` of the fit crosses `target`, rising when `sign` is 1, falling when -1.
+ * 60 halvings take any interval to the last bit. */
+static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, double target, double low_s, double high_s,
+                   double *t_s)
+{
+    for (int i = 0; i < 60; i++) {
+        struct basis basis;
+        double mid_s = 0.5 * (low_s + high_s);
+        basis_at(fit, mid_s, &basis);
+        double excess = sign * (dot(fit, speed ? basis.rate : basis.value) - target);
+        if (i == 0) {
+            struct basis low, high;
+            basis_at(fit, low_s, &low);
+            basis_at(fit, high_s, &high);
+            if (sign * (dot(fit, speed ? low.rate : low.value) - target) > 0.0 ||
+                sign * (dot(fit, speed ? high.rate : high.value) - target) < 0.0)
+                return false;
+        }
+        if (excess < 0.0)
+            low_s = mid_s;
+        else
+            high_s = mid_s;
+    }
+    *t_s = 0.5 * (low_s + high_s);
+    return true;
+}
+
+enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft, struct mr_motion_estimate *motion)
+{
+    /* One mean interval and a half before the first gate, so that a touchdown just short of it is inside. */
+    double first_s = fit->mid_s - fit->half_s;
+    double before_s = 3.0 * fit->half_s / (double)(fit->count - 1);
+    double t_s;
+    struct basis basis;
+    double gradient[TERMS];
+
+    if (!bisect(fit, false, 1.0, station_ft, first_s - before_s, fit->mid_s + fit->half_s, &t_s))
+        return MR_NUMERICS;
+    mr_gates_at(fit, t_s, motion);
+    /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc = T' + a_dec T/v. */
+    basis_at(fit, t_s, &basis);
+    double speed_ft_s = motion->speed_ft_s.value;
+    for (unsigned k = 0; k <= fit->order; k++)
+        gradient[k] = basis.rate[k] - dot(fit, basis.curvature) * basis.value[k] / speed_ft_s;
+    motion->speed_ft_s.error = error_of(fit, gradient);
+    return MR_OK;
+}
+
+/* Time and station of rest by extrapolation of a fit beyond its last gate. */
+static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s, struct mr_estimate *station_ft)
+{
+    struct mr_motion_estimate last, stop;
+    double last_s = fit->mid_s + fit->half_s;
+    double stop_s;
+
+    mr_gates_at(fit, last_s, &last);
+    if (!(last.deceleration_ft_s2.value > 0.0) || !(last.speed_ft_s.value > 0.0))
+        return false;
+    double horizon_s = 4.0 * last.speed_ft_s.value / last.deceleration_ft_s2.value;
+    if (!bisect(fit, true, -1.0, 0.0, last_s, last_s + horizon_s, &stop_s))
+        return false;
+    mr_gates_at(fit, stop_s, &stop);
+    if (!(stop.deceleration_ft_s2.value > 0.0))
+        return false;
+    *t_s = (struct mr_estimate){stop_s, stop.speed_ft_s.error / stop.deceleration_ft_s2.value};
+    *station_ft = stop.position_ft;
+    return true;
+}
+
+enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
+                                  double position_error_ft, struct mr_gates_summary *summary)
+{
+    struct mr_gates_fit fit, tail;
+    struct mr_estimate fit_stop_s, fit_stop_ft;
+
+    while (count > 0 && gates[0].station_ft < touchdown_ft) {
+        gates++;
+        count--;
+    }
+    if (count < 3)
+        return MR_TOO_FEW;
+    enum mr_status status = mr_gates_fit_best(gates, count, position_error_ft, &fit);
+    if (status == MR_OK)
+        status = mr_gates_at_station(&fit, touchdown_ft, &summary->touchdown);
+    if (status != MR_OK)
+        return status;
+
+    size_t used = count < MR_GATES_LOCAL ? count : MR_GATES_LOCAL;
+    status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &tail);
+    if (status != MR_OK)
+        return status;
+    if (!find_stop(&tail, &summary->stop_t_s, &summary->stop_station_ft))
+        return MR_NUMERICS;
+    if (find_stop(&fit, &fit_stop_s, &fit_stop_ft)) {
+        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error, fit_stop_s.value - summary->stop_t_s.value);
+        summary->stop_station_ft.error =
+            root_sum_square(summary->stop_station_ft.error, fit_stop_ft.value - summary->stop_station_ft.value);
+    }
+
+    double speed_ft_s = summary->touchdown.speed_ft_s.value;
+    double duration_s = summary->stop_t_s.value - summary->touchdown.t_s;
+    double time_error_s = root_sum_square(summary->stop_t_s.error, summary->touchdown.position_ft.error / speed_ft_s);
+    summary->mean_deceleration_ft_s2.value = speed_ft_s / duration_s;
+    summary->mean_deceleration_ft_s2.error =
+        summary->mean_deceleration_ft_s2.value *
+        root_sum_square(summary->touchdown.speed_ft_s.error / speed_ft_s, time_error_s / duration_s);
+    summary->order = fit.order;
+    summary->count = fit.count;
+    return MR_OK;
+}

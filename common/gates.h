@@ -1,0 +1,89 @@
+/* Gates: from the times at which switches of known position opened to position, speed and deceleration of the gear, each
+ * with its standard error (report 2.7.1: "determined using the known position of switches and the voltage-time record").
+ *
+ * Model: station x(t) is a polynomial in time; switch i opened at t_i exactly (the capture is good to 12 ns), its position
+ * is known with independent errors of standard deviation `position_error_ft`. Least squares in a time scaled to [-1, 1]
+ * with Chebyshev polynomials gives the coefficients and their covariance C = s^2 (A'A)^-1, where s is position_error_ft,
+ * or the residual standard deviation if that is larger: a shape the polynomial does not fit widens every error. Standard
+ * errors of derived quantities are first-order: grad' C grad.
+ *
+ * Double precision throughout: an edge comes a few times a second, so software doubles cost the board nothing, and host
+ * and board agree to the last bit. Pure functions, no heap. */
+#ifndef MATRIG_COMMON_GATES_H
+#define MATRIG_COMMON_GATES_H
+
+#include <stddef.h>
+
+#include "common/status.h"
+
+#define MR_GATES_MAX 32u       /* edges of one landing */
+#define MR_GATES_ORDER_MAX 4u  /* of the polynomial */
+#define MR_GATES_LOCAL 6u      /* edges that the online estimate uses */
+
+struct mr_gate {
+    double t_s;        /* when it opened, s from any origin */
+    double station_ft; /* where it is */
+};
+
+struct mr_gates_fit {
+    double mid_s;          /* scaled time (t - mid_s) / half_s */
+    double half_s;
+    unsigned order;        /* of the polynomial, 1 to MR_GATES_ORDER_MAX */
+    unsigned count;        /* edges used */
+    double coefficient[MR_GATES_ORDER_MAX + 1]; /* of Chebyshev polynomials, ft */
+    double covariance[MR_GATES_ORDER_MAX + 1][MR_GATES_ORDER_MAX + 1]; /* ft^2 */
+    double residual_ft;    /* root of (sum of squared residuals / degrees of freedom); 0 with none left */
+};
+
+/* A value and its standard error, in the unit of the name that holds it. */
+struct mr_estimate {
+    double value;
+    double error;
+};
+
+struct mr_motion_estimate {
+    double t_s;
+    struct mr_estimate position_ft;
+    struct mr_estimate speed_ft_s;
+    struct mr_estimate deceleration_ft_s2; /* NaN when the order is 1 */
+};
+
+/* Fit `count` gates (2 to MR_GATES_MAX, times strictly rising) with the given order.
+ * MR_OK; MR_TOO_FEW: fewer than order + 1 gates; MR_MALFORMED: times not rising; MR_NUMERICS: singular. */
+enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned order, double position_error_ft,
+                            struct mr_gates_fit *fit);
+
+/* Fit with the lowest order from 2 (1 with two gates) that the gates do not contradict: a higher order is taken when the
+ * coefficients it adds lower the sum of squares by more than chance would in 1 of 100 landings (chi-square with
+ * position_error_ft known), as long as three degrees of freedom remain. Errors as mr_gates_fit. */
+enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count, double position_error_ft,
+                                 struct mr_gates_fit *fit);
+
+/* The online estimate: the last MR_GATES_LOCAL gates or fewer, quadratic (line with two), evaluated at the last gate. */
+enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
+                            struct mr_motion_estimate *motion);
+
+/* Motion at a time. Outside the gates it extrapolates, and the errors say so by growing. */
+void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_estimate *motion);
+
+/* First time at which the fit is at `station_ft`, searched from one gate interval before the first gate to the last gate.
+ * MR_OK; MR_NUMERICS: the fit does not pass there. */
+enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft, struct mr_motion_estimate *motion);
+
+struct mr_gates_summary {
+    struct mr_motion_estimate touchdown;
+    struct mr_estimate stop_t_s;              /* when the speed reaches 0 */
+    struct mr_estimate stop_station_ft;
+    struct mr_estimate mean_deceleration_ft_s2; /* touchdown speed / (stop time - touchdown time) */
+    unsigned order;
+    unsigned count;                           /* gates used: those at or beyond the touchdown station */
+};
+
+/* Final fit of a landing: gates before the touchdown station are left out (the gear is still on the track there), the
+ * rest fitted with mr_gates_fit_best; the stop is where the speed of a quadratic through the last MR_GATES_LOCAL gates
+ * reaches 0, and its error includes how far the whole fit disagrees with that. The touchdown station is taken as given.
+ * MR_OK; MR_TOO_FEW: fewer than 3 gates beyond touchdown; MR_NUMERICS: no touchdown or no stop in the fit. */
+enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
+                                  double position_error_ft, struct mr_gates_summary *summary);
+
+#endif

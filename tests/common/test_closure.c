@@ -1,0 +1,125 @@
+#include "common/closure.h"
+
+#include <math.h>
+
+#include "tests/cmocka_all.h"
+
+static const float station_ft[MR_TRANSDUCERS] = {40, 50, 60, 70, 80, 90, 100, 110};
+static float slack_in[MR_SEGMENTS];
+static float moved_in[MR_TRANSDUCERS];
+
+static struct mr_closure_input even_slack(float each_in)
+{
+    for (unsigned i = 0; i < MR_SEGMENTS; i++)
+        slack_in[i] = each_in;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        moved_in[i] = 0.0f;
+    return (struct mr_closure_input){.station_ft = station_ft, .displacement_in = moved_in, .slack_in = slack_in,
+                                     .wheel_ft = NAN, .speed_ft_s = NAN, .deceleration_ft_s2 = NAN};
+}
+
+static void open_joints_are_no_zone(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    struct mr_closure_input input = even_slack(0.18f);
+    mr_closure_find(&input, &zone, NULL);
+    assert_int_equal(zone.mats, 0);
+}
+
+/* Segment 14 begins at 14 * 20/7 = 40 ft. 0.30 in of closure between 40 and 50 ft at 0.1 in a segment closes segments 14, 15
+ * and 16: 40.000 to 48.571 ft, 30 mats. The wheel at 35 ft with 20 ft/s and 4 ft/s2 gets there in
+ * t = (20 - sqrt(400 - 2*4*5)) / 4 = 0.256584 s. */
+static void a_plough_closes_from_the_wheel_on(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    float remaining_in[MR_SEGMENTS];
+    struct mr_closure_input input = even_slack(0.1f);
+    moved_in[0] = 0.35f;
+    moved_in[1] = 0.05f;
+    moved_in[2] = 0.05f;
+    input.wheel_ft = 35.0f;
+    input.speed_ft_s = 20.0f;
+    input.deceleration_ft_s2 = 4.0f;
+    mr_closure_find(&input, &zone, remaining_in);
+    assert_int_equal(zone.mats, 30);
+    assert_near(zone.start_ft, 40.0, 1e-4);
+    assert_near(zone.end_ft, 48.5714, 1e-3);
+    assert_near(zone.lead_s, 0.256584, 1e-5);
+    assert_near(zone.inferred, 0.0, 1e-5);
+    assert_near(remaining_in[14], 0.0, 1e-6);
+    assert_near(remaining_in[17], 0.1, 1e-6);
+    assert_near(remaining_in[13], 0.1, 1e-6);
+}
+
+static void a_run_the_wheel_is_inside_starts_at_the_wheel(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    struct mr_closure_input input = even_slack(0.1f);
+    for (unsigned s = 28; s < 33; s++) /* 80.0 to 94.286 ft closed before the landing */
+        slack_in[s] = 0.01f;
+    input.wheel_ft = 84.9f;
+    input.speed_ft_s = 10.0f;
+    mr_closure_find(&input, &zone, NULL);
+    assert_near(zone.start_ft, 84.9, 1e-4);
+    assert_near(zone.end_ft, 94.2857, 1e-3);
+    assert_int_equal(zone.mats, 33); /* 9.3857 ft / (2/7 ft) = 32.85 */
+    assert_near(zone.lead_s, 0.0, 1e-6);
+}
+
+static void a_gear_that_stops_before_has_no_lead_time(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    struct mr_closure_input input = even_slack(0.1f);
+    for (unsigned s = 35; s < 39; s++) /* 100.0 to 111.43 ft */
+        slack_in[s] = 0.0f;
+    input.wheel_ft = 50.0f;
+    input.speed_ft_s = 20.0f;
+    input.deceleration_ft_s2 = 5.0f; /* stops after 40 ft */
+    mr_closure_find(&input, &zone, NULL);
+    assert_int_equal(zone.mats, 40);
+    assert_true(isnan(zone.lead_s));
+    assert_near(zone.inferred, 1.4286 / 11.4286, 1e-3); /* beyond the last transducer */
+    input.deceleration_ft_s2 = 4.0f; /* stops exactly there, after 5 s */
+    mr_closure_find(&input, &zone, NULL);
+    assert_near(zone.lead_s, 5.0, 1e-3);
+}
+
+static void a_lost_transducer_widens_the_interval(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    struct mr_closure_input input = even_slack(0.1f);
+    moved_in[0] = 0.45f;
+    moved_in[1] = NAN;
+    input.wheel_ft = 40.0f;
+    mr_closure_find(&input, &zone, NULL);
+    assert_int_equal(zone.mats, 40); /* 4.5 segments' worth between 40 and 60 ft: four closed, the fifth half */
+    assert_near(zone.end_ft, 51.4286, 1e-3);
+}
+
+static void what_was_not_surveyed_is_never_closed(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    struct mr_closure_input input = even_slack(NAN);
+    moved_in[0] = 1.0f;
+    mr_closure_find(&input, &zone, NULL);
+    assert_int_equal(zone.mats, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(open_joints_are_no_zone),
+        cmocka_unit_test(a_plough_closes_from_the_wheel_on),
+        cmocka_unit_test(a_run_the_wheel_is_inside_starts_at_the_wheel),
+        cmocka_unit_test(a_gear_that_stops_before_has_no_lead_time),
+        cmocka_unit_test(a_lost_transducer_widens_the_interval),
+        cmocka_unit_test(what_was_not_surveyed_is_never_closed),
+    };
+    return cmocka_run_group_tests_name("common/closure", tests, NULL, NULL);
+}

@@ -1,0 +1,183 @@
+#include "common/gates.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "common/staircase.h"
+#include "tests/cmocka_all.h"
+
+#define SWITCH_ERROR_FT (0.02 / 12.0 / 1.7320508)
+
+/* Gates of a gear that decelerates uniformly: t = (v - sqrt(v^2 - 2 a d)) / a for distance d from touchdown. */
+static size_t uniform_gates(double touchdown_ft, double speed_ft_s, double deceleration_ft_s2, struct mr_gate *gates)
+{
+    size_t count = 0;
+    for (unsigned i = 0; i < 24; i++) {
+        double station_ft = 2.5 + 5.0 * i;
+        double d = station_ft - touchdown_ft;
+        double left = speed_ft_s * speed_ft_s - 2.0 * deceleration_ft_s2 * d;
+        if (left < 0.0)
+            break;
+        double t_s = d < 0.0 ? d / speed_ft_s : (speed_ft_s - sqrt(left)) / deceleration_ft_s2;
+        gates[count++] = (struct mr_gate){.t_s = 10.0 + t_s, .station_ft = station_ft};
+    }
+    return count;
+}
+
+static void uniform_deceleration_is_recovered_exactly(void **state)
+{
+    (void)state;
+    struct mr_gate gates[MR_GATES_MAX];
+    struct mr_gates_summary summary;
+    size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
+    assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+    assert_near(summary.touchdown.speed_ft_s.value, 28.0, 1e-8);
+    assert_near(summary.touchdown.t_s, 10.0, 1e-8);
+    assert_near(summary.mean_deceleration_ft_s2.value, 4.0, 1e-8);
+    assert_near(summary.stop_t_s.value, 17.0, 1e-7);
+    assert_near(summary.stop_station_ft.value, 3.0 + 28.0 * 28.0 / 8.0, 1e-7); /* v^2 / 2a = 98 ft */
+    assert_int_equal(summary.count, count - 1); /* the switch at 2.5 ft is before touchdown */
+    assert_int_equal(summary.order, 2);
+}
+
+/* Standard errors against the textbook: for n equally spaced times, unit apart, a straight line's slope has the variance
+ * 12 s^2 / (n (n^2 - 1)), a parabola's second coefficient 180 s^2 / (n (n^2 - 1) (n^2 - 4)). */
+static void errors_are_the_textbook_ones(void **state)
+{
+    (void)state;
+    const double s = 0.003;
+    for (unsigned n = 4; n <= 20; n += 4) {
+        struct mr_gate gates[MR_GATES_MAX];
+        struct mr_gates_fit fit;
+        struct mr_motion_estimate motion;
+        for (unsigned i = 0; i < n; i++)
+            gates[i] = (struct mr_gate){.t_s = i, .station_ft = 30.0 * i - 2.0 * i * i};
+        double m = n;
+        assert_int_equal(mr_gates_fit(gates, n, 2, s, &fit), MR_OK);
+        mr_gates_at(&fit, 0.5 * (m - 1.0), &motion);
+        assert_near(motion.speed_ft_s.error, s * sqrt(12.0 / (m * (m * m - 1.0))), 1e-12);
+        assert_near(motion.deceleration_ft_s2.error,
+                    2.0 * s * sqrt(180.0 / (m * (m * m - 1.0) * (m * m - 4.0))), 1e-12);
+        assert_near(motion.deceleration_ft_s2.value, 4.0, 1e-9);
+    }
+}
+
+static uint32_t lcg_state;
+static double uniform(void)
+{
+    lcg_state = lcg_state * 1664525u + 1013904223u;
+    return (double)(lcg_state >> 8) / 16777216.0;
+}
+
+/* 2000 landings with switches misplaced by up to 0.02 in: the stated 95 % interval must hold in 95 % of them; the binomial
+ * spread of 2000 is 0.5 %, so 93.5 to 96.5 % is three of it. */
+static void stated_intervals_hold(void **state)
+{
+    (void)state;
+    unsigned speed_inside = 0, deceleration_inside = 0, online_inside = 0;
+    const unsigned landings = 2000;
+    lcg_state = 1970;
+    for (unsigned n = 0; n < landings; n++) {
+        struct mr_gate gates[MR_GATES_MAX];
+        struct mr_gates_summary summary;
+        struct mr_motion_estimate now;
+        double v = 20.0 + 26.0 * uniform(), a = 4.0 + 8.0 * uniform();
+        size_t count = uniform_gates(3.0, v, a, gates);
+        double true_ft = gates[count - 1].station_ft;
+        for (size_t i = 0; i < count; i++)
+            gates[i].station_ft += (2.0 * uniform() - 1.0) * 0.02 / 12.0;
+        assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+        assert_int_equal(mr_gates_now(gates, count, SWITCH_ERROR_FT, &now), MR_OK);
+        double true_speed = sqrt(v * v - 2.0 * a * (true_ft - 3.0));
+        speed_inside += fabs(summary.touchdown.speed_ft_s.value - v) < 1.96 * summary.touchdown.speed_ft_s.error;
+        online_inside += fabs(now.speed_ft_s.value - true_speed) < 1.96 * now.speed_ft_s.error;
+        deceleration_inside += fabs(summary.mean_deceleration_ft_s2.value - a) <
+                               1.96 * summary.mean_deceleration_ft_s2.error;
+    }
+    printf("# of %u: touchdown speed %.1f %%, online speed %.1f %%, deceleration %.1f %%\n", landings,
+           100.0 * speed_inside / landings, 100.0 * online_inside / landings, 100.0 * deceleration_inside / landings);
+    /* The online estimate widens with its own residual, so it errs on the wide side; the stop's extrapolation too. */
+    assert_in_range(speed_inside, 1870, 1960);
+    assert_in_range(online_inside, 1870, 2000);
+    assert_in_range(deceleration_inside, 1870, 2000);
+}
+
+/* Braking that changes along the way needs a higher order; the fit must take it and still be right. */
+static void a_changing_deceleration_is_followed(void **state)
+{
+    (void)state;
+    struct mr_gate gates[MR_GATES_MAX];
+    struct mr_gates_summary summary;
+    size_t count = 0;
+    /* a = 6.6 + 0.5 t: v = 35.5 - 6.6 t - 0.25 t^2, x = 3 + 35.5 t - 3.3 t^2 - t^3 / 12; Newton for each station */
+    for (unsigned i = 0; i < 24; i++) {
+        double station_ft = 7.5 + 5.0 * i, t = 0.1;
+        for (int k = 0; k < 50; k++) {
+            double v = 35.5 - 6.6 * t - 0.25 * t * t;
+            if (v < 0.5)
+                break;
+            t -= (3.0 + 35.5 * t - 3.3 * t * t - t * t * t / 12.0 - station_ft) / v;
+        }
+        if (fabs(3.0 + 35.5 * t - 3.3 * t * t - t * t * t / 12.0 - station_ft) > 1e-9)
+            break;
+        gates[count++] = (struct mr_gate){.t_s = t, .station_ft = station_ft};
+    }
+    assert_true(count > 14);
+    assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+    double stop_s = (-6.6 + sqrt(6.6 * 6.6 + 4.0 * 0.25 * 35.5)) / 0.5;
+    assert_true(summary.order >= 3);
+    assert_near(summary.touchdown.speed_ft_s.value, 35.5, 0.002 * 35.5);
+    assert_near(summary.mean_deceleration_ft_s2.value, 35.5 / stop_s, 0.02 * 35.5 / stop_s);
+    assert_near(summary.stop_t_s.value, stop_s, 3.0 * summary.stop_t_s.error);
+}
+
+static void too_little_is_refused(void **state)
+{
+    (void)state;
+    struct mr_gate gates[MR_GATES_MAX];
+    struct mr_gates_summary summary;
+    struct mr_gates_fit fit;
+    struct mr_motion_estimate motion;
+    uniform_gates(3.0, 28.0, 4.0, gates);
+    assert_int_equal(mr_gates_now(gates, 1, SWITCH_ERROR_FT, &motion), MR_TOO_FEW);
+    assert_int_equal(mr_gates_now(gates, 2, SWITCH_ERROR_FT, &motion), MR_OK);
+    assert_true(isnan(motion.deceleration_ft_s2.value));
+    assert_int_equal(mr_gates_summarise(gates, 3, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
+    gates[2].t_s = gates[1].t_s;
+    assert_int_equal(mr_gates_fit(gates, 4, 2, SWITCH_ERROR_FT, &fit), MR_MALFORMED);
+}
+
+static void the_staircase_names_the_switch(void **state)
+{
+    (void)state;
+    struct mr_staircase staircase;
+    const uint16_t steps[] = {64, 120, 176, 72};
+    float step;
+    const uint32_t edge_tick = 0xfffff000u; /* TIM2 wraps in the middle */
+    mr_staircase_init(&staircase);
+    for (int32_t n = -8; n < 4; n++) {
+        assert_int_equal(mr_staircase_step(&staircase, edge_tick, &step), MR_TOO_FEW);
+        /* The block that begins 0.1 ms before the edge straddles it and must not count. */
+        float code = n < -1 ? 62.0f : n == -1 ? 140.0f : 62.0f + 176.0f + (n % 2 ? 0.7f : -0.7f);
+        mr_staircase_add(&staircase, edge_tick + (uint32_t)(84000 * n + 75600), code);
+    }
+    assert_int_equal(mr_staircase_step(&staircase, edge_tick, &step), MR_OK);
+    assert_near(step, 176.0, 1e-3);
+    assert_int_equal(mr_staircase_name(step, steps, 4, 0), 3);
+    assert_int_equal(mr_staircase_name(step, steps, 4, 4), 0);  /* that one is open already */
+    assert_int_equal(mr_staircase_name(69.0f, steps, 4, 0), 4); /* 72 is nearer than 64 */
+    assert_int_equal(mr_staircase_name(100.0f, steps, 4, 0), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(uniform_deceleration_is_recovered_exactly),
+        cmocka_unit_test(errors_are_the_textbook_ones),
+        cmocka_unit_test(stated_intervals_hold),
+        cmocka_unit_test(a_changing_deceleration_is_followed),
+        cmocka_unit_test(too_little_is_refused),
+        cmocka_unit_test(the_staircase_names_the_switch),
+    };
+    return cmocka_run_group_tests_name("common/gates", tests, NULL, NULL);
+}

@@ -1,0 +1,47 @@
+#include "common/status.h"
+#include "common/fault.h"
+#include "tests/cmocka_all.h"
+
+/* Exit codes are a contract of the command line: 1 limit, 2 usage, 3 I/O, 4 malformed, 5 numerics. */
+static void exit_codes_keep_the_contract(void **state)
+{
+    (void)state;
+    assert_int_equal(mr_status_exit_code(MR_OK), 0);
+    assert_int_equal(mr_status_exit_code(MR_LIMIT), 1);
+    assert_int_equal(mr_status_exit_code(MR_USAGE), 2);
+    assert_int_equal(mr_status_exit_code(MR_IO), 3);
+    assert_int_equal(mr_status_exit_code(MR_TIMEOUT), 3);
+    assert_int_equal(mr_status_exit_code(MR_MALFORMED), 4);
+    assert_int_equal(mr_status_exit_code(MR_VERSION), 4);
+    assert_int_equal(mr_status_exit_code(MR_NUMERICS), 5);
+    assert_int_equal(mr_status_exit_code((enum mr_status)-99), 3);
+}
+
+static void every_status_has_its_own_text(void **state)
+{
+    (void)state;
+    for (int a = 0; a >= -17; a--) {
+        assert_string_not_equal(mr_status_text((enum mr_status)a), "unknown status");
+        for (int b = 0; b > a; b--)
+            assert_string_not_equal(mr_status_text((enum mr_status)a), mr_status_text((enum mr_status)b));
+    }
+    assert_string_equal(mr_status_text((enum mr_status)-99), "unknown status");
+}
+
+static void every_fault_has_a_text(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < MR_FAULT_COUNT; i++)
+        assert_string_not_equal(mr_fault_text(i), "unknown fault");
+    assert_string_equal(mr_fault_text(MR_FAULT_COUNT), "unknown fault");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(exit_codes_keep_the_contract),
+        cmocka_unit_test(every_status_has_its_own_text),
+        cmocka_unit_test(every_fault_has_a_text),
+    };
+    return cmocka_run_group_tests_name("common/status", tests, NULL, NULL);
+}
