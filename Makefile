@@ -1,0 +1,159 @@
+# matrig: firmware, host tool, emulated board and their tests. `make help` lists the targets.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -o pipefail -c
+.DELETE_ON_ERROR:
+.SUFFIXES:
+MAKEFLAGS += --no-builtin-rules
+
+B := build
+ARM ?= arm-none-eabi-
+
+WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wundef -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror
+# No fused multiply-add on any side: host and board must round alike. No errno from sqrt: it is one instruction.
+COMMON_FLAGS := -std=c11 -O2 -g $(WARNINGS) -ffp-contract=off -fno-math-errno -I. -MMD -MP
+HOST_FLAGS := $(COMMON_FLAGS) -D_GNU_SOURCE
+ARM_CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
+ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdata-sections
+
+# What Debian 12 must have: to build and play the demo, and beyond that to test.
+DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
+	libserialport-dev zlib1g-dev libc6-dev
+TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3
+
+common_src := $(wildcard common/*.c)
+app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
+hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c))
+host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c))
+arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
+runs_src := $(wildcard tests/runs/*.c)
+
+objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
+tests_of = $(patsubst %.c,$(B)/%,$(wildcard tests/$(1)/test_*.c))
+
+common_lib := $(B)/host/libcommon.a
+hil_lib := $(B)/host/libhil.a
+host_lib := $(B)/host/libhost.a
+app_lib := $(B)/host/libapp.a
+# Unicorn is GPL-2.0 and libserialport LGPL-3.0-or-later: no program links both.
+HIL_LIBS := -lunicorn -lm
+HOST_LIBS := -lsqlite3 -ljansson -lserialport -lz -lm
+
+firmware := $(B)/firmware/matrig.elf
+images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
+programs := $(B)/matrig $(B)/matrig-board
+test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c))
+tests := $(foreach part,common firmware hil host,$(call tests_of,$(part)))
+
+.PHONY: help
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' Makefile
+
+.PHONY: deps
+deps: $(B)/.demo-packages $(B)/.test-packages ## install what is missing (Debian packages)
+
+.PHONY: all
+all: $(images) $(B)/firmware/stack.txt $(programs) ## build firmware images, matrig and matrig-board
+
+.PHONY: demo
+demo: all ## play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
+	@tests/demo.sh
+
+.PHONY: test
+test: all $(B)/.test-packages $(tests) $(test_images) $(B)/tests/runs/synthesise ## unit tests, emulated-board tests, command-line tests
+	@tests/run-all.sh $(tests) $(sort $(wildcard tests/cli/*.sh))
+
+.PHONY: bench
+bench: all $(B)/.test-packages ## timings, as ratios within one run
+	@tests/bench.sh
+
+.PHONY: runs
+runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and compare them with those in tests/runs
+	@mkdir -p $(B)/runs
+	$(B)/tests/runs/synthesise $(B)/runs
+	@for run in tests/runs/*.run; do cmp $$run $(B)/runs/$$(basename $$run) && echo "$$run: the same"; done
+
+.PHONY: clean
+clean: ## remove build/
+	rm -rf $(B)
+
+# --- packages: checked offline, installed only when missing ---
+define install_packages
+@mkdir -p $(B)
+@missing=""; for p in $(1); do \
+	dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
+if [ -n "$$missing" ]; then \
+	run="apt-get install -y --no-install-recommends$$missing"; \
+	if [ "$$(id -u)" = 0 ]; then as=""; \
+	elif sudo -n true 2>/dev/null; then as="sudo "; \
+	else echo "matrig needs packages that only root can install. Run:  apt-get update && $$run" >&2; exit 2; fi; \
+	echo "installing:$$missing"; \
+	$$as apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$as $$run >$(B)/packages.log 2>&1 || \
+		{ tail -n 5 $(B)/packages.log >&2; echo "installing failed; see $(B)/packages.log, or run:  $$as$$run" >&2; exit 2; }; \
+fi
+@touch $@
+endef
+
+$(B)/.demo-packages:
+	$(call install_packages,$(DEMO_PACKAGES))
+$(B)/.test-packages: $(B)/.demo-packages
+	$(call install_packages,$(TEST_PACKAGES))
+
+# --- host side ---
+$(B)/host/%.o: %.c | $(B)/.demo-packages
+	@mkdir -p $(@D)
+	$(CC) $(HOST_FLAGS) -c $< -o $@
+
+$(common_lib): $(call objects,host,$(common_src))
+$(hil_lib): $(call objects,host,$(hil_src))
+$(host_lib): $(call objects,host,$(host_src))
+$(app_lib): $(call objects,host,$(app_src))
+$(common_lib) $(hil_lib) $(host_lib) $(app_lib):
+	@rm -f $@
+	$(AR) rcs $@ $^
+
+$(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
+	$(CC) $^ $(HIL_LIBS) -o $@
+
+# --- firmware ---
+$(B)/arm/%.o: %.c | $(B)/.demo-packages
+	@mkdir -p $(@D)
+	$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@
+
+$(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld
+	@mkdir -p $(@D)
+	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections \
+		-Wl,-Map=$(@:.elf=.map) $(filter %.o,$^) -lm -o $@
+%.hex: %.elf
+	$(ARM)objcopy -O ihex $< $@
+%.bin: %.elf
+	$(ARM)objcopy -O binary --gap-fill 0xff $< $@
+
+# Worst-case stack from the compiler's own figures; fails when it does not fit its region.
+$(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
+	@$(ARM)nm $< | awk -v elf=$< -f firmware/f407/stack.awk - $(patsubst %.o,%.ci,$(call objects,arm,$(arm_src))) >$@ || \
+		{ cat $@; exit 1; }
+
+# --- tests ---
+$(B)/tests/%.o: tests/%.c | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(CC) $(HOST_FLAGS) -c $< -o $@
+
+$(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(common_lib)
+	$(CC) $^ -lcmocka -lz -lm -o $@
+$(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(app_lib) $(common_lib)
+	$(CC) $^ -lcmocka -lm -o $@
+$(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
+	$(CC) $^ -lcmocka $(HIL_LIBS) -lz -o $@
+$(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
+	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
+$(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))
+	$(CC) $^ -lz -lm -o $@
+$(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
+
+.SECONDARY:
+-include $(shell find $(B) -name '*.d' 2>/dev/null)

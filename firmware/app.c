@@ -1,0 +1,272 @@
+#include "firmware/app.h"
+
+#include <string.h>
+
+#include "common/channels.h"
+#include "common/command.h"
+#include "common/wire.h"
+#include "firmware/config.h"
+#include "firmware/health.h"
+
+/* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
+ * first trigger, every edge up to there has been stored, however busy the processor was. */
+#define EDGE_WINDOW_TICKS 75600u
+#define STALL_TICKS 5u             /* supervision ticks without a block */
+#define TICKS_PER_S 100u
+
+void app_start(struct app *app)
+{
+    memset(app, 0, sizeof *app);
+    landing_start(&app->landing);
+    mr_deframer_init(&app->deframer);
+    for (unsigned i = 0; i < MR_SEGMENTS; i++)
+        app->slack_in[i] = MR_NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        app->baseline_in[i] = MR_NAN;
+    telemetry_start(&app->telemetry);
+    telemetry_burst(&app->telemetry, &app->landing);
+    board_warn(false);
+}
+
+static void forget_baseline(struct app *app)
+{
+    app->baseline_blocks = 0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        app->baseline_sum_in[i] = 0.0f;
+        app->baseline_in[i] = MR_NAN;
+    }
+}
+
+static enum mr_status arm(struct app *app, const struct mr_command *command)
+{
+    if (command->argument < 0 || command->argument > UINT16_MAX)
+        return MR_USAGE;
+    enum mr_status status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
+    if (status == MR_OK) {
+        forget_baseline(app);
+        telemetry_state(&app->telemetry, &app->landing);
+        telemetry_burst(&app->telemetry, &app->landing);
+    }
+    return status;
+}
+
+static void warn(struct app *app, bool warning)
+{
+    app->warning = warning;
+    board_warn(warning);
+}
+
+static enum mr_status survey(struct app *app, const struct mr_command *command)
+{
+    if (landing_recording(&app->landing))
+        return MR_NOT_NOW;
+    if (command->index >= MR_SEGMENTS || command->argument < 0)
+        return MR_USAGE;
+    app->slack_in[command->index] = (float)command->argument / 10000.0f;
+    return MR_OK;
+}
+
+static void obey(struct app *app, const uint8_t *payload, size_t length)
+{
+    struct mr_command command;
+    enum mr_status status = MR_OK;
+    if (mr_command_get(&command, payload, length) != MR_OK)
+        return;
+    switch (command.code) {
+    case MR_COMMAND_STATE:
+        telemetry_state(&app->telemetry, &app->landing);
+        telemetry_burst(&app->telemetry, &app->landing);
+        break;
+    case MR_COMMAND_ARM:
+        status = arm(app, &command);
+        break;
+    case MR_COMMAND_DISARM:
+        landing_disarm(&app->landing, app->next_index);
+        warn(app, false);
+        telemetry_state(&app->telemetry, &app->landing);
+        break;
+    case MR_COMMAND_MARK:
+        telemetry_mark(&app->telemetry,
+                       &(struct mr_mark){.number = (uint16_t)command.argument, .landing = app->landing.number,
+                                         .block = app->next_index});
+        break;
+    case MR_COMMAND_SURVEY:
+        status = survey(app, &command);
+        break;
+    default:
+        status = MR_UNKNOWN;
+        break;
+    }
+    telemetry_ack(&app->telemetry, &(struct mr_ack){.code = command.code, .status = (int8_t)status,
+                                                    .tag = command.tag, .block = app->next_index});
+}
+
+static void take_commands(struct app *app)
+{
+    struct board_can_frame can;
+    uint8_t bytes[64];
+    size_t count;
+
+    while (board_can_receive(&can)) {
+        if (can.id == MR_ID_COMMAND)
+            obey(app, can.data, can.length);
+    }
+    while ((count = board_serial_receive(bytes, sizeof bytes)) > 0) {
+        for (size_t i = 0; i < count; i++) {
+            struct mr_frame frame;
+            enum mr_status status = mr_deframer_push(&app->deframer, bytes[i], &frame);
+            if (status == MR_OK && frame.type == MR_ID_COMMAND) {
+                obey(app, frame.payload, frame.length);
+            } else if (status != MR_OK && status != MR_TOO_FEW) {
+                app->telemetry.serial_bad++;
+                health_count(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
+            }
+        }
+    }
+}
+
+/* Mean of the last `count` rows of a history of 4; NaN when one is missing. `row` is the newest. */
+static void mean_of_last(const float *history, unsigned width, unsigned row, unsigned count, float *mean)
+{
+    for (unsigned c = 0; c < width; c++) {
+        float sum = 0.0f;
+        for (unsigned age = 0; age < count; age++)
+            sum += history[((row + 4 - age) % 4) * width + c];
+        mean[c] = sum / (float)count;
+    }
+}
+
+static void read_channels(struct app *app, const struct mr_block *block)
+{
+    unsigned row = block->index % 4;
+    float ratio = mr_channels_ratio(block);
+    if (__builtin_isnan(ratio))
+        health_count(MR_FAULT_REFERENCE, 0);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        app->displacement_in[row][i] = mr_channel_read(&config.channel[i], block, i, ratio).value;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        app->tension_lb[row][i] =
+            mr_channel_read(&config.channel[MR_TRANSDUCERS + i], block, MR_TRANSDUCERS + i, ratio).value;
+}
+
+/* While armed, the mean of each full group of blocks becomes the zero: the newest one before the first edge stands. */
+static void follow_baseline(struct app *app, unsigned row)
+{
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        app->baseline_sum_in[i] += app->displacement_in[row][i];
+    if (++app->baseline_blocks < APP_BASELINE_BLOCKS)
+        return;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        app->baseline_in[i] = app->baseline_sum_in[i] / (float)APP_BASELINE_BLOCKS;
+        app->baseline_sum_in[i] = 0.0f;
+    }
+    app->baseline_blocks = 0;
+}
+
+static void seek_zone(struct app *app, const struct mr_block *block)
+{
+    float station_ft[MR_TRANSDUCERS];
+    float moved_in[MR_TRANSDUCERS];
+    struct landing_wheel wheel = landing_wheel_at(&app->landing, block->tick);
+
+    mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, block->index % 4, 4, moved_in);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        station_ft[i] = config.channel[i].station_ft;
+        moved_in[i] -= app->baseline_in[i];
+    }
+    mr_closure_find(&(struct mr_closure_input){.station_ft = station_ft, .displacement_in = moved_in,
+                                               .slack_in = app->slack_in, .wheel_ft = wheel.station_ft,
+                                               .speed_ft_s = wheel.speed_ft_s,
+                                               .deceleration_ft_s2 = wheel.deceleration_ft_s2},
+                    &app->zone, NULL);
+    bool warning = app->zone.mats >= MR_CLOSURE_WARNING_MATS;
+    bool changed = warning != app->warning;
+    warn(app, warning);
+    if (changed || block->index % APP_ZONE_SEND_BLOCKS == 0)
+        telemetry_zone(&app->telemetry, &app->zone, wheel.station_ft, warning, block->index);
+}
+
+static void tell_landing(struct app *app, const struct landing_news *news, uint32_t index)
+{
+    const struct landing *landing = &app->landing;
+    for (unsigned i = landing->resolved - news->edges; i < landing->resolved; i++)
+        telemetry_edge(&app->telemetry, &landing->edge[i], i + 1);
+    if (news->motion)
+        telemetry_motion(&app->telemetry, &landing->motion, index);
+    if (news->summary)
+        telemetry_summary(&app->telemetry, &landing->summary);
+    if (news->state)
+        telemetry_state(&app->telemetry, landing);
+}
+
+static void take_block(struct app *app, const struct mr_block *block)
+{
+    uint32_t edge_ticks[LANDING_EDGES];
+    size_t edges = board_edges_take(block->tick + EDGE_WINDOW_TICKS, edge_ticks, LANDING_EDGES);
+    float staircase_code = (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
+    unsigned row = block->index % 4;
+    bool was_recording = landing_recording(&app->landing);
+
+    health_set_block(block->index);
+    read_channels(app, block);
+    struct landing_news news =
+        landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
+    bool recording = landing_recording(&app->landing);
+
+    if (was_recording || recording)
+        telemetry_block(&app->telemetry, block);
+    tell_landing(app, &news, block->index);
+    if (recording) {
+        if (app->landing.state == LANDING_ARMED)
+            follow_baseline(app, row);
+        if (block->index % APP_ZONE_BLOCKS == 0)
+            seek_zone(app, block);
+    } else if (was_recording) {
+        warn(app, false);
+    }
+    if (block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
+        float mean_in[MR_TRANSDUCERS];
+        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);
+        telemetry_displacements(&app->telemetry, mean_in, block->index);
+    }
+    if (block->index % (recording ? 4u : APP_IDLE_BLOCKS) == 1) {
+        float mean_lb[MR_GAGES];
+        mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
+        telemetry_tensions(&app->telemetry, mean_lb, block->index);
+    }
+    telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
+}
+
+bool app_poll(struct app *app)
+{
+    struct mr_block block;
+    bool any = false;
+    while (board_block_take(&block)) {
+        take_commands(app);
+        if (block.index != app->next_index)
+            app->telemetry.blocks_lost = (uint16_t)(app->telemetry.blocks_lost + (block.index - app->next_index));
+        take_block(app, &block);
+        app->next_index = block.index + 1;
+        any = true;
+    }
+    if (any)
+        app->ticks_without_block = 0;
+    return any;
+}
+
+void app_supervise(struct app *app)
+{
+    app->ticks_without_block++;
+    if (app->ticks_without_block % TICKS_PER_S == STALL_TICKS) {
+        health_count(MR_FAULT_SCAN_STALL, 0);
+        board_scans_restart();
+    }
+    /* With no scans at all the block index stands still; walk one round of the regular messages each second instead. */
+    if (app->ticks_without_block >= TICKS_PER_S && app->ticks_without_block % TICKS_PER_S == 0) {
+        take_commands(app);
+        for (uint32_t phase = 0; phase < 1000; phase++) {
+            if (phase % 20 == 3 || phase == 513 || phase == 713)
+                telemetry_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+/* The application: what the board does with blocks, edges and commands. See main.c for the loop that drives it. */
+#ifndef MATRIG_FIRMWARE_APP_H
+#define MATRIG_FIRMWARE_APP_H
+
+#include "common/framing.h"
+#include "firmware/landing.h"
+#include "firmware/telemetry.h"
+
+#define APP_BASELINE_BLOCKS 256u   /* mean over these is the zero of a landing's movement */
+#define APP_ZONE_BLOCKS 10u        /* the zone is sought every 10 ms */
+#define APP_ZONE_SEND_BLOCKS 50u   /* and told every 50 ms, at once when the warning changes */
+#define APP_IDLE_BLOCKS 100u       /* while idle, readings go out at 10 Hz */
+
+struct app {
+    struct landing landing;
+    struct telemetry telemetry;
+    struct mr_deframer deframer;
+    uint32_t next_index;  /* of the block expected next */
+
+    /* Readings of the newest block and of the three before it; a decimated message is the mean of the last 2 or 4. */
+    float displacement_in[4][MR_TRANSDUCERS];
+    float tension_lb[4][MR_GAGES];
+
+    float baseline_sum_in[MR_TRANSDUCERS];
+    unsigned baseline_blocks;
+    float baseline_in[MR_TRANSDUCERS]; /* NaN until APP_BASELINE_BLOCKS have passed since arming */
+
+    float slack_in[MR_SEGMENTS];       /* NaN: not surveyed */
+    struct mr_closure_zone zone;
+    bool warning;
+    unsigned ticks_without_block;      /* supervision ticks of 10 ms */
+};
+
+void app_start(struct app *app);
+/* Everything that is due: commands, then each block that is ready. Returns true when there was a block. */
+bool app_poll(struct app *app);
+/* Supervision, every 10 ms: restarts scans that stopped, and keeps talking when there are none at all. */
+void app_supervise(struct app *app);
+
+#endif

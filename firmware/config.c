@@ -1,0 +1,53 @@
+#include "firmware/config.h"
+
+/* Transducers: 0.5 V/in with full excitation, half-difference demodulation: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in.
+ * Their mechanical zero is set at 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */
+#define IN_PER_CODE (3.3f / 4096.0f / 0.5f)
+#define DISPLACEMENT_ZERO_CODE (0.050f * 4096.0f / 3.3f)
+
+/* Bridges through their amplifiers: 0.400 V at no tension, 5 mV/lb. */
+#define LB_PER_CODE (3.3f / 4096.0f / 0.005f)
+#define TENSION_ZERO_CODE (0.400f * 4096.0f / 3.3f)
+
+#define TRANSDUCER(n, station) {MR_KIND_DISPLACEMENT, n, 0, station, IN_PER_CODE, DISPLACEMENT_ZERO_CODE}
+#define GAGE(n, band, station) {MR_KIND_TENSION, n, band, station, LB_PER_CODE, TENSION_ZERO_CODE}
+
+/* Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along the runway differ by 56 codes or more. */
+#define SWITCH(p) {2.5f + 5.0f * (float)((p) - 1), 64 + 8 * (7 * ((p) - 1) % 24)}
+
+const struct config config = {
+    .channel = {
+        TRANSDUCER(1, 40.0f),
+        TRANSDUCER(2, 50.0f),
+        TRANSDUCER(3, 60.0f),
+        TRANSDUCER(4, 70.0f),
+        TRANSDUCER(5, 80.0f),
+        TRANSDUCER(6, 90.0f),
+        TRANSDUCER(7, 100.0f),
+        TRANSDUCER(8, 110.0f),
+        GAGE(1, 1, 15.0f),
+        GAGE(2, 1, 30.0f),
+        GAGE(3, 1, 45.0f),
+        GAGE(4, 1, 55.0f),
+        GAGE(5, 1, 65.0f),
+        GAGE(6, 1, 75.0f),
+        GAGE(7, 1, 85.0f),
+        GAGE(8, 2, 15.0f),
+        GAGE(9, 2, 30.0f),
+        GAGE(10, 2, 45.0f),
+        GAGE(11, 2, 55.0f),
+        GAGE(12, 2, 65.0f),
+        GAGE(13, 2, 75.0f),
+        GAGE(14, 2, 85.0f),
+        {MR_KIND_STAIRCASE, 0, 0, __builtin_nanf(""), 1.0f, 0.0f},
+        {MR_KIND_REFERENCE, 0, 0, __builtin_nanf(""), 1.0f, 0.0f},
+    },
+    .gate = {
+        SWITCH(1), SWITCH(2), SWITCH(3), SWITCH(4), SWITCH(5), SWITCH(6),
+        SWITCH(7), SWITCH(8), SWITCH(9), SWITCH(10), SWITCH(11), SWITCH(12),
+        SWITCH(13), SWITCH(14), SWITCH(15), SWITCH(16), SWITCH(17), SWITCH(18),
+        SWITCH(19), SWITCH(20), SWITCH(21), SWITCH(22), SWITCH(23), SWITCH(24),
+    },
+    .touchdown_ft = 3.0f,
+    .switch_error_ft = 0.02f / 12.0f * 0.57735f, /* uniform within 0.02 in: half width over the root of 3 */
+};

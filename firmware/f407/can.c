@@ -1,0 +1,139 @@
+/* CAN1 at 1 Mbit/s: 42 MHz / 3 = 14 quanta a bit, sample point after 12 (85.7 %). RM0090 32.7 (modes, bit timing), 32.9.
+ *
+ * Frames leave in the order they were queued (TXFP), so the count in can_health says exactly what went before it. */
+#include "firmware/f407/drivers.h"
+#include "firmware/health.h"
+#include "common/catalogue.h"
+
+#define TX_QUEUE 256u
+#define RX_QUEUE 64u
+#define INIT_POLLS 100000u
+#define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
+
+static struct board_can_frame tx_queue[TX_QUEUE], rx_queue[RX_QUEUE];
+static volatile uint32_t tx_queued, tx_taken, rx_queued, rx_taken;
+static bool running;
+
+static bool wait_init_ack(uint32_t value)
+{
+    for (unsigned polls = 0; polls < INIT_POLLS; polls++) {
+        if ((CAN1->MSR & CAN_MSR_INAK) == value)
+            return true;
+    }
+    return false;
+}
+
+bool can_start(void)
+{
+    CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP | CAN_MCR_ABOM; /* SLEEP off */
+    if (!wait_init_ack(CAN_MSR_INAK)) {
+        health_count(MR_FAULT_CAN_MISSING, 0);
+        return false;
+    }
+    CAN1->BTR = BIT_TIMING;
+    CAN1->FMR |= CAN_FMR_FINIT;
+    CAN1->FM1R = 1u;  /* bank 0: list of identifiers */
+    CAN1->FS1R = 1u;  /* 32 bits */
+    CAN1->FFA1R = 0;  /* to FIFO 0 */
+    CAN1->filter[0][0] = (uint32_t)MR_ID_COMMAND << 21;
+    CAN1->filter[0][1] = (uint32_t)MR_ID_COMMAND << 21;
+    CAN1->FA1R = 1u;
+    CAN1->FMR &= ~CAN_FMR_FINIT;
+    CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
+    CAN1->MCR = CAN_MCR_TXFP | CAN_MCR_ABOM;
+    if (!wait_init_ack(0)) {
+        health_count(MR_FAULT_CAN_MISSING, 0);
+        return false;
+    }
+    irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
+    irq_enable(IRQ_CAN1_RX0, PRIORITY_CAN);
+    running = true;
+    return true;
+}
+
+static uint32_t word_of(const uint8_t *bytes)
+{
+    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+}
+
+/* Fills empty mailboxes from the queue. Interrupts masked, or inside the CAN interrupt. */
+static void fill_mailboxes(void)
+{
+    while (tx_taken != tx_queued) {
+        uint32_t empty = CAN1->TSR >> 26 & 7u;
+        if (!empty)
+            return;
+        unsigned mailbox = (unsigned)__builtin_ctz(empty);
+        const struct board_can_frame *frame = &tx_queue[tx_taken % TX_QUEUE];
+        CAN1->tx[mailbox].TDTR = frame->length;
+        CAN1->tx[mailbox].TDLR = word_of(frame->data);
+        CAN1->tx[mailbox].TDHR = word_of(frame->data + 4);
+        CAN1->tx[mailbox].TIR = (uint32_t)frame->id << 21 | CAN_TIR_TXRQ;
+        tx_taken++;
+    }
+}
+
+void can1_tx_irq(void);
+void can1_tx_irq(void)
+{
+    CAN1->TSR = CAN_TSR_RQCP(0) | CAN_TSR_RQCP(1) | CAN_TSR_RQCP(2);
+    fill_mailboxes();
+}
+
+void can1_rx0_irq(void);
+void can1_rx0_irq(void)
+{
+    if (CAN1->RF0R & CAN_RF0R_FOVR) {
+        CAN1->RF0R = CAN_RF0R_FOVR;
+        health_count(MR_FAULT_CAN_RX_OVERRUN, 0);
+    }
+    /* Three at most are stored; a stuck count must not hold the processor here. */
+    for (unsigned n = 0; n < 3 && (CAN1->RF0R & CAN_RF0R_FMP); n++) {
+        if (rx_queued - rx_taken < RX_QUEUE) {
+            struct board_can_frame *frame = &rx_queue[rx_queued % RX_QUEUE];
+            uint32_t low = CAN1->rx[0].RDLR, high = CAN1->rx[0].RDHR;
+            frame->id = (uint16_t)(CAN1->rx[0].RIR >> 21);
+            frame->length = (uint8_t)(CAN1->rx[0].RDTR & 15u);
+            if (frame->length > 8)
+                frame->length = 8;
+            for (unsigned i = 0; i < 4; i++) {
+                frame->data[i] = (uint8_t)(low >> (8 * i));
+                frame->data[4 + i] = (uint8_t)(high >> (8 * i));
+            }
+            rx_queued++;
+        } else {
+            health_count(MR_FAULT_CAN_RX_OVERRUN, 1);
+        }
+        CAN1->RF0R = CAN_RF0R_RFOM;
+    }
+}
+
+bool board_can_send(const struct board_can_frame *frame)
+{
+    if (!running || tx_queued - tx_taken == TX_QUEUE)
+        return false;
+    tx_queue[tx_queued % TX_QUEUE] = *frame;
+    uint32_t mask = irq_mask();
+    tx_queued++;
+    fill_mailboxes();
+    irq_restore(mask);
+    return true;
+}
+
+bool board_can_receive(struct board_can_frame *frame)
+{
+    if (rx_taken == rx_queued)
+        return false;
+    *frame = rx_queue[rx_taken % RX_QUEUE];
+    rx_taken++;
+    return true;
+}
+
+void board_can_state(struct board_can_errors *errors)
+{
+    uint32_t esr = running ? CAN1->ESR : 0;
+    errors->tec = (uint8_t)(esr >> 16);
+    errors->rec = (uint8_t)(esr >> 24);
+    errors->passive = (esr & CAN_ESR_EPVF) != 0;
+    errors->bus_off = (esr & CAN_ESR_BOFF) != 0;
+}

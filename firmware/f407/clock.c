@@ -1,0 +1,48 @@
+/* System clock: 168 MHz from the 8 MHz crystal; from the internal oscillator when that does not start; failing the PLL
+ * too, the internal oscillator's 16 MHz, on which nothing is measured but the board still says so.
+ * RM0090 7.2; 3.5.1 for wait states; 5.1.3 for the regulator scale. */
+#include "firmware/f407/drivers.h"
+#include "firmware/health.h"
+
+/* Polls of a flag, about 8 cycles each at 16 MHz: 100 ms for the crystal (2 ms is typical), 20 ms for the PLL (0.3 ms). */
+#define CRYSTAL_POLLS 200000u
+#define PLL_POLLS 40000u
+
+static bool wait_for(reg32 *reg, uint32_t mask, uint32_t value, uint32_t polls)
+{
+    while (polls-- > 0) {
+        if ((*reg & mask) == value)
+            return true;
+    }
+    return false;
+}
+
+/* 8 MHz / 4 or 16 MHz / 8 = 2 MHz, * 168 = 336 MHz, / 2 = 168 MHz; / 7 = 48 MHz for the unused USB. */
+static bool start_pll(bool from_crystal)
+{
+    uint32_t input_divider = from_crystal ? 4u : 8u;
+    RCC->CR &= ~RCC_CR_PLLON;
+    RCC->PLLCFGR = input_divider | 168u << 6 | 0u << 16 | (from_crystal ? RCC_PLLCFGR_SRC_HSE : 0u) | 7u << 24;
+    RCC->CR |= RCC_CR_PLLON;
+    if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY, PLL_POLLS))
+        return false;
+    FLASH_ACR = FLASH_ACR_168MHZ;
+    RCC->CFGR = RCC_CFGR_SW_PLL | RCC_CFGR_PPRE1_DIV4 | RCC_CFGR_PPRE2_DIV2;
+    return wait_for(&RCC->CFGR, RCC_CFGR_SWS_MASK, RCC_CFGR_SWS_PLL, PLL_POLLS);
+}
+
+enum board_clock_source clock_start(void)
+{
+    RCC->APB1ENR |= RCC_APB1ENR_PWR;
+    (void)RCC->APB1ENR; /* a peripheral answers two cycles after its clock is on; RM0090 7.2.13 */
+    PWR_CR |= PWR_CR_VOS;
+
+    RCC->CR |= RCC_CR_HSEON;
+    bool crystal = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
+    if (!crystal)
+        health_count(MR_FAULT_CLOCK_FALLBACK, 0);
+    if (start_pll(crystal))
+        return crystal ? BOARD_CLOCK_CRYSTAL : BOARD_CLOCK_INTERNAL;
+    health_count(MR_FAULT_CLOCK_RAW, 0);
+    return BOARD_CLOCK_RAW;
+}

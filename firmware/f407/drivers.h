@@ -1,0 +1,33 @@
+/* The F407's drivers, one file each, behind board.h. All loops that wait for hardware are bounded; what does not answer is
+ * counted as a fault and left out. */
+#ifndef MATRIG_FIRMWARE_F407_DRIVERS_H
+#define MATRIG_FIRMWARE_F407_DRIVERS_H
+
+#include <stdbool.h>
+
+#include "firmware/board.h"
+#include "firmware/f407/regs.h"
+
+/* clock.c: crystal and PLL, or internal oscillator and PLL, or neither. */
+enum board_clock_source clock_start(void);
+/* pins.c: clocks of ports and peripherals, functions of all pins. */
+void pins_start(void);
+/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. False: something that it needs does not answer. */
+bool scan_start(void);
+/* capture.c: TIM2 and its DMA; before scan_start, whose timer starts both. */
+bool capture_start(void);
+bool can_start(void);
+/* uart.c: polled when its DMA controller does not answer. */
+void uart_start(bool dma_works);
+/* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
+void watchdog_start(void);
+void watchdog_feed(void);
+/* fault.c: counts what a processor fault before this reset left behind. */
+void fault_recall(void);
+/* Read a word where there may be nothing: false, and 0, when the bus answers with a fault. */
+bool probe_word(const volatile uint32_t *address, uint32_t *value);
+
+/* Write a register and read it back: false when nothing answers there. */
+bool answers(reg32 *reg, uint32_t probe);
+
+#endif

@@ -1,0 +1,189 @@
+/* Scans: TIM4 reverses the excitation and triggers both converters at 8 kHz, DMA stores the codes, each millisecond
+ * becomes a block. RM0090 13.8 (scan, DMA), table 43 (streams), 18.3.15 (timer synchronisation).
+ *
+ *     TIM4 count   0 ... 2 ........ 2352 ................................ 10290 ... 10500 (125 us)
+ *                      excitation   trigger  16 conversions of 124/21 us     next
+ *                      reverses     (28 us settling)
+ *
+ * TIM4's start starts TIM2 too, both from 0, so the first trigger of block n is at tick 2352 + 84000 n of TIM2: edges and
+ * samples share one clock without any software in between. Blocks are 8 scans, an even number, so every block begins with
+ * the excitation forward (PD12 high, PD13 low). */
+#include "firmware/f407/drivers.h"
+#include "firmware/health.h"
+
+#define SCAN_TICKS 10500u
+#define TRIGGER_TICK 2352u
+#define REVERSE_TICK 2u
+#define SCANS (2 * MR_SCANS_PER_BLOCK) /* in the circular buffer: one block is filled while the other is summed */
+#define ADC1_STREAM 4u
+#define ADC3_STREAM 1u
+#define BLOCK_QUEUE 16u
+
+static uint16_t adc1_code[SCANS][MR_ADC1_CHANNELS];
+static uint16_t adc3_code[SCANS][MR_TRANSDUCERS];
+
+static struct mr_block queue[BLOCK_QUEUE];
+static volatile uint32_t queued, taken;
+static uint32_t next_index; /* of the block being filled */
+
+/* ADC3 inputs of PF3, PF4, ... PF10: transducers 1 to 8. */
+static const uint8_t adc3_input[MR_TRANSDUCERS] = {9, 14, 15, 4, 5, 6, 7, 8};
+/* Gages 1 to 14 on PA0-7, PB0-1, PC0-3, then the staircase on PC4 and the reference on PC5: inputs in order. */
+static const uint8_t adc1_input[MR_ADC1_CHANNELS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
+static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc, void *memory, uint32_t count,
+                         uint32_t interrupts)
+{
+    struct dma_stream_regs *stream = &DMA2->stream[number];
+    stream->CR = 0;
+    for (unsigned polls = 0; (stream->CR & DMA_CR_EN) && polls < 1000; polls++) {
+    }
+    DMA2->IFCR[number / 4] = DMA_FLAGS_ALL << dma_flag_shift(number);
+    stream->PAR = (uint32_t)(uintptr_t)&adc->DR;
+    stream->M0AR = (uint32_t)(uintptr_t)memory;
+    stream->NDTR = count;
+    stream->CR = DMA_CR_CHANNEL(channel) | DMA_CR_PRIORITY(3) | DMA_CR_MSIZE_16 | DMA_CR_PSIZE_16 | DMA_CR_MINC |
+                 DMA_CR_CIRC | interrupts | DMA_CR_EN;
+}
+
+static void start_converter(struct adc_regs *adc, const uint8_t *input, unsigned count)
+{
+    uint32_t sequence[3] = {0};
+    adc->CR2 = 0;
+    adc->SR = 0;
+    for (unsigned i = 0; i < count; i++)
+        sequence[i / 6] |= (uint32_t)input[i] << (5 * (i % 6));
+    adc->SQR3 = sequence[0];
+    adc->SQR2 = sequence[1];
+    adc->SQR1 = sequence[2] | (count - 1) << 20;
+    uint32_t all_112 = 0;
+    for (unsigned i = 0; i < 10; i++)
+        all_112 |= ADC_SMP_112 << (3 * i);
+    adc->SMPR2 = all_112;              /* inputs 0 to 9 */
+    adc->SMPR1 = all_112 & 0x7ffffffu; /* inputs 10 to 18 */
+    adc->CR1 = ADC_CR1_SCAN | ADC_CR1_OVRIE;
+    adc->CR2 = ADC_CR2_ADON | ADC_CR2_DMA | ADC_CR2_DDS | ADC_CR2_EXTSEL_TIM4_CC4 | ADC_CR2_EXTEN_RISING;
+}
+
+static void start_conversions(void)
+{
+    start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * MR_ADC1_CHANNELS,
+                 DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE);
+    start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * MR_TRANSDUCERS, 0);
+    start_converter(ADC1, adc1_input, MR_ADC1_CHANNELS);
+    start_converter(ADC3, adc3_input, MR_TRANSDUCERS);
+}
+
+bool scan_start(void)
+{
+    if (!answers(&TIM4->ARR, SCAN_TICKS - 1)) {
+        health_count(MR_FAULT_TIMER_MISSING, 4);
+        return false;
+    }
+    if (!answers(&ADC1->SQR3, 1) || !answers(&ADC3->SQR3, 1)) {
+        health_count(MR_FAULT_ADC_MISSING, answers(&ADC1->SQR3, 1) ? 3 : 1);
+        return false;
+    }
+    ADC_CCR = ADC_CCR_PRESCALER_4;
+    start_conversions();
+    irq_enable(IRQ_DMA2_STREAM4, PRIORITY_SCAN);
+    irq_enable(IRQ_ADC, PRIORITY_SCAN);
+
+    TIM4->PSC = 0;
+    TIM4->ARR = SCAN_TICKS - 1;
+    TIM4->CCR[0] = REVERSE_TICK;
+    TIM4->CCR[1] = REVERSE_TICK;
+    TIM4->CCR[3] = TRIGGER_TICK;
+    TIM4->EGR = TIM_EGR_UG;
+    /* Levels before the first reversal: backward, so that scan 0 is forward. */
+    TIM4->CCMR1 = TIM_OCM_FORCE_LOW << 4 | TIM_OCM_FORCE_HIGH << 12;
+    TIM4->CCMR2 = TIM_OCM_PWM2 << 12;
+    TIM4->CCER = 1u << 0 | 1u << 4 | 1u << 12;
+    TIM4->CCMR1 = TIM_OCM_TOGGLE << 4 | TIM_OCM_TOGGLE << 12;
+    TIM4->CR2 = TIM_CR2_MMS_ENABLE;
+    TIM4->SR = 0;
+    TIM4->CR1 = TIM_CR1_CEN;
+    return true;
+}
+
+/* The pins must show what the scan in progress expects: forward from the reversal after a block's last scan on, which is
+ * when this runs, or still backward when it runs within the 2.5 us before. */
+static void check_polarity(void)
+{
+    uint32_t before = TIM4->CNT;
+    uint32_t pins = GPIOD->IDR >> 12 & 3u;
+    uint32_t after = TIM4->CNT;
+    bool reversed_since = before < TRIGGER_TICK;
+    if (after < before || before <= REVERSE_TICK)
+        return; /* it reversed between the two readings */
+    if (pins != (reversed_since ? 1u : 2u))
+        health_count(MR_FAULT_POLARITY, (uint8_t)pins);
+}
+
+void dma2_stream4_irq(void);
+void dma2_stream4_irq(void)
+{
+    uint32_t flags = DMA2->ISR[1] >> dma_flag_shift(ADC1_STREAM) & DMA_FLAGS_ALL;
+    DMA2->IFCR[1] = flags << dma_flag_shift(ADC1_STREAM);
+    if (flags & DMA_FLAG_TEIF)
+        health_count(MR_FAULT_SCAN_OVERRUN, 1);
+    if (!(flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)))
+        return;
+
+    unsigned half = flags & DMA_FLAG_HTIF ? 0 : MR_SCANS_PER_BLOCK;
+    uint32_t index = next_index++;
+    /* ADC3 triggers with ADC1 and is done sooner: its stream must stand at the same half, or a scan of it was lost. */
+    uint32_t adc3_left = DMA2->stream[ADC3_STREAM].NDTR;
+    uint32_t expected = half ? SCANS * MR_TRANSDUCERS : MR_SCANS_PER_BLOCK * MR_TRANSDUCERS;
+    if (adc3_left != expected || (flags & DMA_FLAG_HTIF && flags & DMA_FLAG_TCIF)) {
+        health_count(MR_FAULT_SCAN_OVERRUN, 3);
+        return;
+    }
+    check_polarity();
+    if (queued - taken == BLOCK_QUEUE) {
+        health_count(MR_FAULT_BLOCK_LATE, 0);
+        return;
+    }
+    mr_block_from_scans(&queue[queued % BLOCK_QUEUE], index, TRIGGER_TICK + index * MR_TICKS_PER_BLOCK,
+                        &adc3_code[half], &adc1_code[half]);
+    queued++;
+}
+
+void adc_irq(void);
+void adc_irq(void)
+{
+    /* Leave OVR set and stop asking: supervision sees that blocks stopped and starts the scans again. */
+    health_count(MR_FAULT_SCAN_OVERRUN, ADC1->SR & ADC_SR_OVR ? 1 : 3);
+    ADC1->CR1 &= ~ADC_CR1_OVRIE;
+    ADC3->CR1 &= ~ADC_CR1_OVRIE;
+}
+
+bool board_block_take(struct mr_block *block)
+{
+    if (taken == queued)
+        return false;
+    *block = queue[taken % BLOCK_QUEUE];
+    taken++;
+    return true;
+}
+
+void board_scans_restart(void)
+{
+    if (!(TIM4->CR1 & TIM_CR1_CEN))
+        return;
+    /* Begin between the last trigger of a block and the first of the next, so that blocks keep their place on TIM2. The
+     * wait is at most a block; 200000 polls bound it should TIM2 stand still. */
+    for (unsigned polls = 0; polls < 200000; polls++) {
+        uint32_t since_trigger = TIM2->CNT - TRIGGER_TICK;
+        uint32_t in_block = since_trigger % MR_TICKS_PER_BLOCK;
+        if (in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000) {
+            uint32_t mask = irq_mask();
+            /* TIM2 wraps every 51 s; the index counts on by what has passed since the block expected next. */
+            uint32_t due = TRIGGER_TICK + next_index * MR_TICKS_PER_BLOCK;
+            next_index += (since_trigger + TRIGGER_TICK - due) / MR_TICKS_PER_BLOCK + 1;
+            start_conversions();
+            irq_restore(mask);
+            return;
+        }
+    }
+}

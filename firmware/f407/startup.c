@@ -1,0 +1,54 @@
+/* Vector table and reset. The floating-point unit is on before any code that could use it. */
+#include <stdint.h>
+
+#include "firmware/f407/regs.h"
+
+extern uint32_t stack_top[], data_start[], data_end[], bss_start[], bss_end[];
+extern const uint32_t data_load[];
+
+int main(void);
+void reset(void);
+void processor_fault(void);
+void bus_fault(void);
+void systick_irq(void);
+void adc_irq(void);
+void can1_tx_irq(void);
+void can1_rx0_irq(void);
+void dma2_stream4_irq(void);
+void dma2_stream7_irq(void);
+
+void reset(void)
+{
+    SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */
+    __asm volatile("dsb\n\tisb" ::: "memory");
+    const uint32_t *from = data_load;
+    for (uint32_t *to = data_start; to < data_end; to++)
+        *to = *from++;
+    for (uint32_t *to = bss_start; to < bss_end; to++)
+        *to = 0;
+    (void)main();
+    processor_fault();
+}
+
+typedef void (*handler)(void);
+#define VECTORS (16u + 82u)
+
+/* An interrupt that nobody asked for is a fault too: every entry first, then those that have a handler. */
+#pragma GCC diagnostic ignored "-Woverride-init"
+__attribute__((section(".vectors"), used)) static const struct {
+    uint32_t *stack;
+    handler handlers[VECTORS - 1];
+} vectors = {
+    stack_top,
+    {
+        [0 ... VECTORS - 2] = processor_fault,
+        [1 - 1] = reset,
+        [5 - 1] = bus_fault,
+        [15 - 1] = systick_irq,
+        [16 + IRQ_ADC - 1] = adc_irq,
+        [16 + IRQ_CAN1_TX - 1] = can1_tx_irq,
+        [16 + IRQ_CAN1_RX0 - 1] = can1_rx0_irq,
+        [16 + IRQ_DMA2_STREAM4 - 1] = dma2_stream4_irq,
+        [16 + IRQ_DMA2_STREAM7 - 1] = dma2_stream7_irq,
+    },
+};

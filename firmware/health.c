@@ -1,0 +1,42 @@
+#include "firmware/health.h"
+
+static struct health_counter counters[MR_FAULT_COUNT];
+static volatile uint32_t current_block;
+
+_Static_assert(MR_FAULT_COUNT <= 32, "health.faults has one bit per fault");
+
+void health_count(enum mr_fault_code fault, uint8_t detail)
+{
+    struct health_counter *counter = &counters[fault];
+    if (counter->count < UINT16_MAX)
+        counter->count++;
+    counter->detail = detail;
+    counter->block = current_block;
+    counter->changed = 1;
+}
+
+void health_set_block(uint32_t block)
+{
+    current_block = block;
+}
+
+uint32_t health_faults(void)
+{
+    uint32_t faults = 0;
+    for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
+        if (counters[i].count)
+            faults |= 1u << i;
+    }
+    return faults;
+}
+
+struct health_counter health_take(enum mr_fault_code fault)
+{
+    struct health_counter *counter = &counters[fault];
+    /* Clear first: a fault counted by an interrupt in between is then told again rather than lost. */
+    struct health_counter taken = *counter;
+    counter->changed = 0;
+    if (taken.count != counter->count)
+        counter->changed = 1;
+    return taken;
+}

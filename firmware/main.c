@@ -1,0 +1,19 @@
+/* The loop: take what is ready, supervise, feed the watchdog, sleep until the next interrupt. */
+#include "firmware/app.h"
+
+static struct app app;
+
+int main(void)
+{
+    board_start();
+    app_start(&app);
+    for (;;) {
+        bool progress = app_poll(&app);
+        if (board_sleep()) {
+            app_supervise(&app);
+            progress = true;
+        }
+        if (progress)
+            board_watchdog_feed();
+    }
+}

@@ -1,0 +1,301 @@
+#include "firmware/telemetry.h"
+
+#include <string.h>
+
+#include "common/crc32.h"
+#include "common/framing.h"
+#include "common/wire.h"
+#include "firmware/config.h"
+#include "firmware/health.h"
+#include "firmware/version.h"
+
+/* The configuration as a round of items: channels (two messages each), switches, survey segments. */
+#define FIRST_SWITCH MR_CHANNELS
+#define FIRST_SEGMENT (FIRST_SWITCH + CONFIG_SWITCHES)
+#define ITEMS (FIRST_SEGMENT + MR_SEGMENTS)
+#define BLOCKS_PER_ITEM 40u /* a round takes 3.6 s */
+
+static void count_drop(uint16_t *dropped, enum mr_fault_code fault)
+{
+    if (*dropped < UINT16_MAX)
+        (*dropped)++;
+    health_count(fault, 0);
+}
+
+static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+{
+    struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
+    if (telemetry->can_silent)
+        return;
+    memcpy(frame.data, payload, length);
+    if (board_can_send(&frame))
+        telemetry->can_sent++;
+    else
+        count_drop(&telemetry->can_dropped, MR_FAULT_CAN_QUEUE_FULL);
+}
+
+static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+{
+    uint8_t frame[MR_FRAME_MAX];
+    size_t size = mr_frame_encode(telemetry->serial_seq, id, payload, length, frame);
+    if (board_serial_send(frame, size)) {
+        telemetry->serial_seq++;
+        telemetry->serial_sent++;
+    } else {
+        count_drop(&telemetry->serial_dropped, MR_FAULT_SERIAL_QUEUE_FULL);
+    }
+}
+
+static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+{
+    send_can(telemetry, id, payload, length);
+    send_serial(telemetry, id, payload, length);
+}
+
+/* Build a message of the catalogue on the spot and send it: SEND(both, telemetry, mark, MARK, .number = 1). */
+#define SEND(way, telemetry, name, NAME, ...)                             \
+    do {                                                                  \
+        uint8_t payload_[MR_MESSAGE_MAX];                                 \
+        const struct mr_##name message_ = {__VA_ARGS__};                  \
+        size_t length_ = mr_##name##_put(&message_, payload_);            \
+        send_##way(telemetry, MR_ID_##NAME, payload_, length_);           \
+    } while (0)
+
+static struct mr_channel channel_message(unsigned i)
+{
+    const struct mr_channel_config *channel = &config.channel[i];
+    return (struct mr_channel){.index = (uint8_t)i, .kind = channel->kind, .station_ft = channel->station_ft,
+                               .unit_per_code = channel->unit_per_code};
+}
+
+static struct mr_channel_zero channel_zero_message(unsigned i)
+{
+    const struct mr_channel_config *channel = &config.channel[i];
+    return (struct mr_channel_zero){.index = (uint8_t)i, .number = channel->number, .band = channel->band,
+                                    .zero_code = channel->zero_code};
+}
+
+static struct mr_switch_place switch_message(unsigned i)
+{
+    return (struct mr_switch_place){.position = (uint8_t)(i + 1), .step_codes = config.gate[i].step_codes,
+                                    .station_ft = config.gate[i].station_ft};
+}
+
+static uint32_t config_crc(void)
+{
+    uint32_t crc = 0;
+    uint8_t payload[MR_MESSAGE_MAX];
+    for (unsigned i = 0; i < MR_CHANNELS; i++) {
+        struct mr_channel channel = channel_message(i);
+        struct mr_channel_zero zero = channel_zero_message(i);
+        crc = mr_crc32(crc, payload, mr_channel_put(&channel, payload));
+        crc = mr_crc32(crc, payload, mr_channel_zero_put(&zero, payload));
+    }
+    for (unsigned i = 0; i < CONFIG_SWITCHES; i++) {
+        struct mr_switch_place place = switch_message(i);
+        crc = mr_crc32(crc, payload, mr_switch_place_put(&place, payload));
+    }
+    struct mr_site site = {.touchdown_ft = config.touchdown_ft, .switch_error_ft = config.switch_error_ft};
+    return mr_crc32(crc, payload, mr_site_put(&site, payload));
+}
+
+void telemetry_start(struct telemetry *telemetry)
+{
+    memset(telemetry, 0, sizeof *telemetry);
+    board_identify(&telemetry->identity);
+    telemetry->config_crc = config_crc();
+    telemetry->can_silent = telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL;
+    if (telemetry->can_silent)
+        health_count(MR_FAULT_CAN_SILENT, 0);
+}
+
+static void send_hello(struct telemetry *telemetry, const struct landing *landing)
+{
+    const struct board_identity *identity = &telemetry->identity;
+    SEND(both, telemetry, hello, HELLO, .layout = MR_LAYOUT, .major = FIRMWARE_MAJOR, .minor = FIRMWARE_MINOR,
+         .patch = FIRMWARE_PATCH, .clock_source = identity->clock_source, .reset_cause = identity->reset_cause,
+         .state = (uint8_t)landing->state);
+    SEND(both, telemetry, board_uid, BOARD_UID, .uid0 = identity->uid[0], .uid1 = identity->uid[1]);
+    SEND(both, telemetry, board_image, BOARD_IMAGE, .uid2 = identity->uid[2], .image_crc = identity->image_crc);
+    SEND(both, telemetry, board_config, BOARD_CONFIG, .config_crc = telemetry->config_crc, .channels = MR_CHANNELS,
+         .switches = CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_CLOSURE_WARNING_MATS);
+    SEND(both, telemetry, site, SITE, .touchdown_ft = config.touchdown_ft,
+         .switch_error_ft = config.switch_error_ft);
+}
+
+static void send_item(struct telemetry *telemetry, const float *slack_in)
+{
+    unsigned item = telemetry->item;
+    uint8_t payload[MR_MESSAGE_MAX];
+    if (item < FIRST_SWITCH) {
+        struct mr_channel channel = channel_message(item);
+        struct mr_channel_zero zero = channel_zero_message(item);
+        send_both(telemetry, MR_ID_CHANNEL, payload, mr_channel_put(&channel, payload));
+        send_both(telemetry, MR_ID_CHANNEL_ZERO, payload, mr_channel_zero_put(&zero, payload));
+    } else if (item < FIRST_SEGMENT) {
+        struct mr_switch_place place = switch_message(item - FIRST_SWITCH);
+        send_both(telemetry, MR_ID_SWITCH_PLACE, payload, mr_switch_place_put(&place, payload));
+    } else {
+        unsigned segment = item - FIRST_SEGMENT;
+        SEND(both, telemetry, slack, SLACK, .segment = (uint8_t)segment, .joints = MR_MATS_PER_SEGMENT,
+             .slack_in = slack_in[segment], .start_ft = MR_SEGMENT_LENGTH_FT * (float)segment,
+             .end_ft = MR_SEGMENT_LENGTH_FT * (float)(segment + 1));
+    }
+    telemetry->item = (item + 1) % ITEMS;
+}
+
+static void send_faults(struct telemetry *telemetry, bool all)
+{
+    for (unsigned fault = 0; fault < MR_FAULT_COUNT; fault++) {
+        struct health_counter counter = health_take((enum mr_fault_code)fault);
+        if (counter.changed || (all && counter.count))
+            SEND(both, telemetry, fault, FAULT, .code = (uint8_t)fault, .detail = counter.detail,
+                 .count = counter.count, .block = counter.block);
+    }
+}
+
+static void send_can_health(struct telemetry *telemetry)
+{
+    struct board_can_errors errors;
+    board_can_state(&errors);
+    if (errors.passive)
+        health_count(MR_FAULT_CAN_PASSIVE, errors.tec);
+    if (errors.bus_off)
+        health_count(MR_FAULT_CAN_BUS_OFF, errors.tec);
+    SEND(both, telemetry, can_health, CAN_HEALTH, .sent = telemetry->can_sent, .dropped = telemetry->can_dropped,
+         .tec = errors.tec, .rec = errors.rec);
+}
+
+void telemetry_regular(struct telemetry *telemetry, const struct landing *landing, const float *slack_in,
+                       uint32_t index, uint32_t tick)
+{
+    /* Spread over the 100 ms so that no block has a burst of its own. */
+    switch (index % 100) {
+    case 3:
+        SEND(both, telemetry, clock, CLOCK, .block = index, .tick = tick);
+        break;
+    case 23:
+        SEND(both, telemetry, health, HEALTH, .faults = health_faults(), .load_permille = board_load_permille(),
+             .blocks_lost = telemetry->blocks_lost);
+        break;
+    case 43:
+        send_can_health(telemetry);
+        break;
+    case 63:
+        SEND(both, telemetry, serial_health, SERIAL_HEALTH, .sent = telemetry->serial_sent,
+             .dropped = telemetry->serial_dropped, .bad = telemetry->serial_bad);
+        break;
+    case 83:
+        send_faults(telemetry, index % 1000 == 83);
+        break;
+    default:
+        break;
+    }
+    if (index % 1000 == 513)
+        send_hello(telemetry, landing);
+    if (index % 1000 == 713)
+        telemetry_state(telemetry, landing);
+    if (telemetry->burst_left) {
+        telemetry->burst_left--;
+        send_item(telemetry, slack_in);
+    } else if (index % BLOCKS_PER_ITEM == 7) {
+        send_item(telemetry, slack_in);
+    }
+}
+
+void telemetry_burst(struct telemetry *telemetry, const struct landing *landing)
+{
+    telemetry->item = 0;
+    telemetry->burst_left = ITEMS;
+    send_hello(telemetry, landing);
+}
+
+void telemetry_block(struct telemetry *telemetry, const struct mr_block *block)
+{
+    uint8_t record[MR_BLOCK_BYTES_MAX];
+    send_serial(telemetry, MR_ID_BLOCK, record, mr_block_put(block, record));
+}
+
+/* Bit n for each value that is missing. */
+static uint16_t missing_mask(const float *values, unsigned count)
+{
+    uint16_t mask = 0;
+    for (unsigned i = 0; i < count; i++) {
+        if (__builtin_isnan(values[i]))
+            mask = (uint16_t)(mask | 1u << i);
+    }
+    return mask;
+}
+
+void telemetry_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS], uint32_t index)
+{
+    uint16_t block16 = (uint16_t)index;
+    SEND(can, telemetry, displacement_1_3, DISPLACEMENT_1_3, v[0], v[1], v[2], block16);
+    SEND(can, telemetry, displacement_4_6, DISPLACEMENT_4_6, v[3], v[4], v[5], block16);
+    SEND(can, telemetry, displacement_7_8, DISPLACEMENT_7_8, v[6], v[7], missing_mask(v, MR_TRANSDUCERS), block16);
+}
+
+void telemetry_tensions(struct telemetry *telemetry, const float v[MR_GAGES], uint32_t index)
+{
+    uint16_t block16 = (uint16_t)index;
+    SEND(can, telemetry, tension_1_3, TENSION_1_3, v[0], v[1], v[2], block16);
+    SEND(can, telemetry, tension_4_6, TENSION_4_6, v[3], v[4], v[5], block16);
+    SEND(can, telemetry, tension_7_9, TENSION_7_9, v[6], v[7], v[8], block16);
+    SEND(can, telemetry, tension_10_12, TENSION_10_12, v[9], v[10], v[11], block16);
+    SEND(can, telemetry, tension_13_14, TENSION_13_14, v[12], v[13], missing_mask(v, MR_GAGES), block16);
+}
+
+void telemetry_state(struct telemetry *telemetry, const struct landing *landing)
+{
+    SEND(both, telemetry, landing, LANDING, .state = (uint8_t)landing->state, .cause = (uint8_t)landing->cause,
+         .landing = landing->number, .block = landing->changed_block);
+}
+
+void telemetry_edge(struct telemetry *telemetry, const struct landing_edge *edge, unsigned number)
+{
+    SEND(both, telemetry, edge, EDGE, .tick = edge->tick, .position = edge->position, .count = (uint8_t)number,
+         .step_codes = edge->step_codes);
+}
+
+void telemetry_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index)
+{
+    SEND(both, telemetry, motion, MOTION, .position_ft = (float)motion->position_ft.value,
+         .speed_ft_s = (float)motion->speed_ft_s.value,
+         .deceleration_ft_s2 = (float)motion->deceleration_ft_s2.value, .block16 = (uint16_t)index);
+    SEND(both, telemetry, motion_error, MOTION_ERROR, .position_ft = (float)motion->position_ft.error,
+         .speed_ft_s = (float)motion->speed_ft_s.error,
+         .deceleration_ft_s2 = (float)motion->deceleration_ft_s2.error, .block16 = (uint16_t)index);
+}
+
+void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
+{
+    SEND(both, telemetry, touchdown, TOUCHDOWN, .speed_ft_s = (float)summary->touchdown.speed_ft_s.value,
+         .speed_error_ft_s = (float)summary->touchdown.speed_ft_s.error,
+         .deceleration_ft_s2 = (float)summary->mean_deceleration_ft_s2.value,
+         .deceleration_error_ft_s2 = (float)summary->mean_deceleration_ft_s2.error);
+    SEND(both, telemetry, stop, STOP, .station_ft = (float)summary->stop_station_ft.value,
+         .station_error_ft = (float)summary->stop_station_ft.error,
+         .after_touchdown_s = (float)(summary->stop_t_s.value - summary->touchdown.t_s),
+         .switches = (uint8_t)summary->count, .order = (uint8_t)summary->order);
+}
+
+void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *zone, float wheel_ft, bool warning,
+                    uint32_t index)
+{
+    SEND(both, telemetry, zone, ZONE, .mats = (uint16_t)zone->mats, .start_ft = zone->start_ft,
+         .end_ft = zone->end_ft, .block16 = (uint16_t)index);
+    SEND(both, telemetry, zone_lead, ZONE_LEAD, .lead_s = zone->lead_s, .wheel_ft = wheel_ft, .warning = warning,
+         .inferred_percent = (uint8_t)(zone->inferred * 100.0f + 0.5f), .block16 = (uint16_t)index);
+}
+
+void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_MARK, payload, mr_mark_put(mark, payload));
+}
+
+void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_ACK, payload, mr_ack_put(ack, payload));
+}

@@ -1,0 +1,54 @@
+/* Telemetry: puts catalogue messages on CAN and serial, and counts what went and what was dropped.
+ *
+ * Everything a landing needs goes out as it happens; the configuration goes round one item at a time, in a burst when asked
+ * for. A full queue drops the message and counts it: telemetry never delays acquisition. */
+#ifndef MATRIG_FIRMWARE_TELEMETRY_H
+#define MATRIG_FIRMWARE_TELEMETRY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/block.h"
+#include "common/catalogue.h"
+#include "common/closure.h"
+#include "firmware/board.h"
+#include "firmware/landing.h"
+
+struct telemetry {
+    struct board_identity identity;
+    uint32_t config_crc;
+    bool can_silent;
+
+    uint16_t serial_seq;
+    uint32_t can_sent;
+    uint16_t can_dropped;
+    uint32_t serial_sent;
+    uint16_t serial_dropped;
+    uint16_t serial_bad;
+    uint16_t blocks_lost;
+
+    unsigned item;       /* of the configuration, next to go out */
+    unsigned burst_left; /* items to send at one per block */
+};
+
+void telemetry_start(struct telemetry *telemetry);
+
+/* The regular messages of one block: clock, health, faults, state, hello, configuration. Sent even without blocks. */
+void telemetry_regular(struct telemetry *telemetry, const struct landing *landing, const float *slack_in,
+                       uint32_t index, uint32_t tick);
+/* Send the whole configuration, one item per block from the next one on, hello first. */
+void telemetry_burst(struct telemetry *telemetry, const struct landing *landing);
+
+void telemetry_block(struct telemetry *telemetry, const struct mr_block *block);
+void telemetry_displacements(struct telemetry *telemetry, const float value_in[MR_TRANSDUCERS], uint32_t index);
+void telemetry_tensions(struct telemetry *telemetry, const float value_lb[MR_GAGES], uint32_t index);
+void telemetry_state(struct telemetry *telemetry, const struct landing *landing);
+void telemetry_edge(struct telemetry *telemetry, const struct landing_edge *edge, unsigned number);
+void telemetry_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index);
+void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary);
+void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *zone, float wheel_ft, bool warning,
+                    uint32_t index);
+void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark);
+void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack);
+
+#endif

@@ -1,0 +1,9 @@
+/* Version of the firmware, told in the message hello. */
+#ifndef MATRIG_FIRMWARE_VERSION_H
+#define MATRIG_FIRMWARE_VERSION_H
+
+#define FIRMWARE_MAJOR 0
+#define FIRMWARE_MINOR 1
+#define FIRMWARE_PATCH 0
+
+#endif
