@@ -61,7 +61,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 
 .PHONY: test
 test: all $(B)/.test-packages $(tests) $(test_images) $(B)/tests/runs/synthesise ## unit tests, emulated-board tests, command-line tests
-	@tests/run-all.sh $(tests) $(sort $(wildcard tests/cli/*.sh))
+	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
 bench: all $(B)/.test-packages ## timings, as ratios within one run

@@ -21,8 +21,8 @@
 #define MR_MAT_LENGTH_FT (2.0f / 7.0f)
 #define MR_SEGMENT_LENGTH_FT (10.0f * MR_MAT_LENGTH_FT)
 /* A segment counts as closed when less than this is left of its slack: one joint in ten may still be open (0.036 in
- * designed, report 2.6), and a survey reading is good to about 0.005 in. */
-#define MR_CLOSURE_OPEN_IN 0.036f
+ * designed, report 2.6), the nine others closed to 0.001 in, and a survey reading is good to 0.005 in (three of them). */
+#define MR_CLOSURE_OPEN_IN (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
 #define MR_CLOSURE_WARNING_MATS 30u /* half of the zone in which the report saw buckling */
 
 struct mr_closure_input {

@@ -6,8 +6,9 @@
 
 #define TERMS (MR_GATES_ORDER_MAX + 1)
 
-/* Chi-square that chance exceeds once in 100, for 1, 2 and 3 coefficients added. */
-static const double chi_square_1_percent[] = {6.635, 9.210, 11.345};
+/* Chi-square that chance exceeds once in 100, for 1 to 5 degrees of freedom. */
+static const double chi_square_1_percent[] = {6.635, 9.210, 11.345, 13.277, 15.086};
+_Static_assert(sizeof chi_square_1_percent / sizeof chi_square_1_percent[0] >= MR_GATES_END - 3, "a row per fit");
 
 /* Chebyshev polynomials T_0..T_order of scaled time and their first two derivatives by time, in 1, 1/s, 1/s^2. */
 struct basis {
@@ -219,16 +220,18 @@ static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, doub
     return true;
 }
 
-enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft, struct mr_motion_estimate *motion)
+/* The search reaches one mean interval and a half beyond the gates on the side that lies outside them. */
+static enum mr_status at_station(const struct mr_gates_fit *fit, double station_ft, bool beyond_last,
+                                 struct mr_motion_estimate *motion)
 {
-    /* One mean interval and a half before the first gate, so that a touchdown just short of it is inside. */
-    double first_s = fit->mid_s - fit->half_s;
-    double before_s = 3.0 * fit->half_s / (double)(fit->count - 1);
+    double first_s = fit->mid_s - fit->half_s, last_s = fit->mid_s + fit->half_s;
+    double margin_s = 3.0 * fit->half_s / (double)(fit->count - 1);
     double t_s;
     struct basis basis;
     double gradient[TERMS];
 
-    if (!bisect(fit, false, 1.0, station_ft, first_s - before_s, fit->mid_s + fit->half_s, &t_s))
+    if (!bisect(fit, false, 1.0, station_ft, first_s - (beyond_last ? 0.0 : margin_s),
+                last_s + (beyond_last ? margin_s : 0.0), &t_s))
         return MR_NUMERICS;
     mr_gates_at(fit, t_s, motion);
     /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc = T' + a_dec T/v. */
@@ -238,6 +241,11 @@ enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double statio
         gradient[k] = basis.rate[k] - dot(fit, basis.curvature) * basis.value[k] / speed_ft_s;
     motion->speed_ft_s.error = error_of(fit, gradient);
     return MR_OK;
+}
+
+enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft, struct mr_motion_estimate *motion)
+{
+    return at_station(fit, station_ft, false, motion);
 }
 
 /* Time and station of rest by extrapolation of a fit beyond its last gate. */
@@ -261,44 +269,80 @@ static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s, s
     return true;
 }
 
+static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track, double touchdown_ft,
+                                     double position_error_ft, struct mr_gates_summary *summary)
+{
+    struct mr_gates_fit fit;
+    struct mr_motion_estimate touchdown;
+    enum mr_status status;
+
+    if (on_track >= 2) {
+        status = mr_gates_fit(gates, on_track, 1, position_error_ft, &fit);
+    } else {
+        size_t used = count - on_track < MR_GATES_END ? count - on_track : MR_GATES_END;
+        status = mr_gates_fit_best(gates + on_track, used, position_error_ft, &fit);
+    }
+    if (status == MR_OK)
+        status = at_station(&fit, touchdown_ft, on_track >= 2, &touchdown);
+    if (status != MR_OK)
+        return status;
+    summary->touchdown_speed_ft_s = touchdown.speed_ft_s;
+    summary->touchdown_t_s =
+        (struct mr_estimate){touchdown.t_s, touchdown.position_ft.error / touchdown.speed_ft_s.value};
+    return MR_OK;
+}
+
+static enum mr_status find_rest(const struct mr_gate *gates, size_t count, double position_error_ft,
+                                struct mr_gates_summary *summary)
+{
+    struct mr_gates_fit fit;
+    struct mr_estimate cubic_s, cubic_ft;
+    size_t used = count < MR_GATES_END ? count : MR_GATES_END;
+
+    for (;; used--) {
+        enum mr_status status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &fit);
+        if (status != MR_OK)
+            return status;
+        double chi_square = sum_of_squares(&fit) / (position_error_ft * position_error_ft);
+        if (used <= 4 || chi_square <= chi_square_1_percent[used - 4])
+            break;
+    }
+    if (!find_stop(&fit, &summary->stop_t_s, &summary->stop_station_ft))
+        return MR_NUMERICS;
+    summary->used_for_stop = (unsigned)used;
+    /* Braking that visibly changes may go on changing: the other extreme is a cubic through the last gates. */
+    if (used < MR_GATES_END && count > MR_GATES_LOCAL &&
+        mr_gates_fit(gates + (count - MR_GATES_LOCAL), MR_GATES_LOCAL, 3, position_error_ft, &fit) == MR_OK &&
+        find_stop(&fit, &cubic_s, &cubic_ft)) {
+        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error, cubic_s.value - summary->stop_t_s.value);
+        summary->stop_station_ft.error =
+            root_sum_square(summary->stop_station_ft.error, cubic_ft.value - summary->stop_station_ft.value);
+    }
+    return MR_OK;
+}
+
 enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
                                   double position_error_ft, struct mr_gates_summary *summary)
 {
-    struct mr_gates_fit fit, tail;
-    struct mr_estimate fit_stop_s, fit_stop_ft;
-
-    while (count > 0 && gates[0].station_ft < touchdown_ft) {
-        gates++;
-        count--;
-    }
-    if (count < 3)
+    size_t on_track = 0;
+    memset(summary, 0, sizeof *summary);
+    while (on_track < count && gates[on_track].station_ft < touchdown_ft)
+        on_track++;
+    if (count - on_track < 3)
         return MR_TOO_FEW;
-    enum mr_status status = mr_gates_fit_best(gates, count, position_error_ft, &fit);
+    enum mr_status status = find_touchdown(gates, count, on_track, touchdown_ft, position_error_ft, summary);
     if (status == MR_OK)
-        status = mr_gates_at_station(&fit, touchdown_ft, &summary->touchdown);
+        status = find_rest(gates + on_track, count - on_track, position_error_ft, summary);
     if (status != MR_OK)
         return status;
 
-    size_t used = count < MR_GATES_LOCAL ? count : MR_GATES_LOCAL;
-    status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &tail);
-    if (status != MR_OK)
-        return status;
-    if (!find_stop(&tail, &summary->stop_t_s, &summary->stop_station_ft))
-        return MR_NUMERICS;
-    if (find_stop(&fit, &fit_stop_s, &fit_stop_ft)) {
-        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error, fit_stop_s.value - summary->stop_t_s.value);
-        summary->stop_station_ft.error =
-            root_sum_square(summary->stop_station_ft.error, fit_stop_ft.value - summary->stop_station_ft.value);
-    }
-
-    double speed_ft_s = summary->touchdown.speed_ft_s.value;
-    double duration_s = summary->stop_t_s.value - summary->touchdown.t_s;
-    double time_error_s = root_sum_square(summary->stop_t_s.error, summary->touchdown.position_ft.error / speed_ft_s);
+    double speed_ft_s = summary->touchdown_speed_ft_s.value;
+    double duration_s = summary->stop_t_s.value - summary->touchdown_t_s.value;
+    double time_error_s = root_sum_square(summary->stop_t_s.error, summary->touchdown_t_s.error);
+    double relative = root_sum_square(summary->touchdown_speed_ft_s.error / speed_ft_s, time_error_s / duration_s);
     summary->mean_deceleration_ft_s2.value = speed_ft_s / duration_s;
-    summary->mean_deceleration_ft_s2.error =
-        summary->mean_deceleration_ft_s2.value *
-        root_sum_square(summary->touchdown.speed_ft_s.error / speed_ft_s, time_error_s / duration_s);
-    summary->order = fit.order;
-    summary->count = fit.count;
+    summary->mean_deceleration_ft_s2.error = summary->mean_deceleration_ft_s2.value * relative;
+    summary->count = (unsigned)count;
+    summary->before_touchdown = (unsigned)on_track;
     return MR_OK;
 }

@@ -19,6 +19,7 @@
 #define MR_GATES_MAX 32u       /* edges of one landing */
 #define MR_GATES_ORDER_MAX 4u  /* of the polynomial */
 #define MR_GATES_LOCAL 6u      /* edges that the online estimate uses */
+#define MR_GATES_END 8u        /* edges that the final fit uses at each end */
 
 struct mr_gate {
     double t_s;        /* when it opened, s from any origin */
@@ -71,18 +72,27 @@ void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_es
 enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft, struct mr_motion_estimate *motion);
 
 struct mr_gates_summary {
-    struct mr_motion_estimate touchdown;
+    struct mr_estimate touchdown_speed_ft_s;
+    struct mr_estimate touchdown_t_s;
     struct mr_estimate stop_t_s;              /* when the speed reaches 0 */
     struct mr_estimate stop_station_ft;
     struct mr_estimate mean_deceleration_ft_s2; /* touchdown speed / (stop time - touchdown time) */
-    unsigned order;
-    unsigned count;                           /* gates used: those at or beyond the touchdown station */
+    unsigned used_for_stop;                   /* of the last gates */
+    unsigned count;                           /* gates, all of them */
+    unsigned before_touchdown;                /* of them on the track */
 };
 
-/* Final fit of a landing: gates before the touchdown station are left out (the gear is still on the track there), the
- * rest fitted with mr_gates_fit_best; the stop is where the speed of a quadratic through the last MR_GATES_LOCAL gates
- * reaches 0, and its error includes how far the whole fit disagrees with that. The touchdown station is taken as given.
- * MR_OK; MR_TOO_FEW: fewer than 3 gates beyond touchdown; MR_NUMERICS: no touchdown or no stop in the fit. */
+/* Final fit of a landing; the touchdown station is taken as given.
+ *
+ * Touchdown: while the gear still rides the track its speed is constant (report 2.4), so two or more gates before the
+ * touchdown station give its speed there directly. With fewer, the first MR_GATES_END gates beyond it are fitted
+ * (mr_gates_fit_best) and carried back; braking that takes time to rise then reads high by half its rise times the
+ * deceleration, which the error cannot know.
+ * Stop: constant deceleration from the last gates on: a parabola through as many of the last MR_GATES_END as it describes
+ * (chi-square, 1 in 100), at least 4, carried on to rest. Where all 8 do not lie on one, braking changes and may go on to:
+ * the error then includes how far a cubic disagrees, because what lies beyond the last gate is extrapolated.
+ * Errors of position enter every part; MR_OK; MR_TOO_FEW: fewer than 3 gates beyond touchdown; MR_NUMERICS: no touchdown
+ * or no stop in the fit; MR_MALFORMED: times not rising. */
 enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
                                   double position_error_ft, struct mr_gates_summary *summary);
 

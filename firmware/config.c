@@ -12,8 +12,9 @@
 #define TRANSDUCER(n, station) {MR_KIND_DISPLACEMENT, n, 0, station, IN_PER_CODE, DISPLACEMENT_ZERO_CODE}
 #define GAGE(n, band, station) {MR_KIND_TENSION, n, band, station, LB_PER_CODE, TENSION_ZERO_CODE}
 
-/* Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along the runway differ by 56 codes or more. */
-#define SWITCH(p) {2.5f + 5.0f * (float)((p) - 1), 64 + 8 * (7 * ((p) - 1) % 24)}
+/* Every 5 ft; the first two are on the track before touchdown (negative: before the runway's edge) and give its speed.
+ * Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along the runway differ by 56 codes or more. */
+#define SWITCH(p) {-2.5f + 5.0f * (float)((p) - 1), 64 + 8 * (7 * ((p) - 1) % 24)}
 
 const struct config config = {
     .channel = {

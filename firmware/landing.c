@@ -29,6 +29,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     landing->resolved = 0;
     landing->opened = 0;
     landing->gates = 0;
+    landing->gates_on_track = 0;
     landing->motion_known = false;
     landing->summary_known = false;
     change(landing, LANDING_ARMED, LANDING_BY_COMMAND, block);
@@ -63,8 +64,12 @@ static void add_gate(struct landing *landing, const struct landing_edge *edge)
         .t_s = (double)since_first * S_PER_TICK,
         .station_ft = (double)config.gate[edge->position - 1].station_ft,
     };
-    landing->motion_known = mr_gates_now(landing->gate, landing->gates, (double)config.switch_error_ft,
-                                         &landing->motion) == MR_OK;
+    /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it replace them. */
+    if (config.gate[edge->position - 1].station_ft < config.touchdown_ft)
+        landing->gates_on_track = landing->gates;
+    unsigned skip = landing->gates >= landing->gates_on_track + 2 ? landing->gates_on_track : 0;
+    landing->motion_known = mr_gates_now(landing->gate + skip, landing->gates - skip,
+                                         (double)config.switch_error_ft, &landing->motion) == MR_OK;
 }
 
 /* Names the edges whose levels on both sides are known by now. Returns how many were settled, named or not. */

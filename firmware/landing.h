@@ -53,6 +53,7 @@ struct landing {
 
     struct mr_gate gate[LANDING_EDGES]; /* named edges in order, seconds since the first edge */
     unsigned gates;
+    unsigned gates_on_track; /* of them, before the touchdown station */
     struct mr_motion_estimate motion; /* at the last gate */
     bool motion_known;
     struct mr_gates_summary summary;

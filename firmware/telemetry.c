@@ -269,14 +269,14 @@ void telemetry_motion(struct telemetry *telemetry, const struct mr_motion_estima
 
 void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
 {
-    SEND(both, telemetry, touchdown, TOUCHDOWN, .speed_ft_s = (float)summary->touchdown.speed_ft_s.value,
-         .speed_error_ft_s = (float)summary->touchdown.speed_ft_s.error,
+    SEND(both, telemetry, touchdown, TOUCHDOWN, .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
+         .speed_error_ft_s = (float)summary->touchdown_speed_ft_s.error,
          .deceleration_ft_s2 = (float)summary->mean_deceleration_ft_s2.value,
          .deceleration_error_ft_s2 = (float)summary->mean_deceleration_ft_s2.error);
     SEND(both, telemetry, stop, STOP, .station_ft = (float)summary->stop_station_ft.value,
          .station_error_ft = (float)summary->stop_station_ft.error,
-         .after_touchdown_s = (float)(summary->stop_t_s.value - summary->touchdown.t_s),
-         .switches = (uint8_t)summary->count, .order = (uint8_t)summary->order);
+         .after_touchdown_s = (float)(summary->stop_t_s.value - summary->touchdown_t_s.value),
+         .switches = (uint8_t)summary->count, .used = (uint8_t)summary->used_for_stop);
 }
 
 void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *zone, float wheel_ft, bool warning,

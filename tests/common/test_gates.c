@@ -13,7 +13,7 @@ static size_t uniform_gates(double touchdown_ft, double speed_ft_s, double decel
 {
     size_t count = 0;
     for (unsigned i = 0; i < 24; i++) {
-        double station_ft = 2.5 + 5.0 * i;
+        double station_ft = -2.5 + 5.0 * i;
         double d = station_ft - touchdown_ft;
         double left = speed_ft_s * speed_ft_s - 2.0 * deceleration_ft_s2 * d;
         if (left < 0.0)
@@ -31,13 +31,20 @@ static void uniform_deceleration_is_recovered_exactly(void **state)
     struct mr_gates_summary summary;
     size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-    assert_near(summary.touchdown.speed_ft_s.value, 28.0, 1e-8);
-    assert_near(summary.touchdown.t_s, 10.0, 1e-8);
+    assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-8);
+    assert_near(summary.touchdown_t_s.value, 10.0, 1e-8);
     assert_near(summary.mean_deceleration_ft_s2.value, 4.0, 1e-8);
     assert_near(summary.stop_t_s.value, 17.0, 1e-7);
     assert_near(summary.stop_station_ft.value, 3.0 + 28.0 * 28.0 / 8.0, 1e-7); /* v^2 / 2a = 98 ft */
-    assert_int_equal(summary.count, count - 1); /* the switch at 2.5 ft is before touchdown */
-    assert_int_equal(summary.order, 2);
+    assert_int_equal(summary.before_touchdown, 2); /* the switches at -2.5 and 2.5 ft */
+    assert_near(summary.touchdown_speed_ft_s.error, 28.0 * 1.4142136 * SWITCH_ERROR_FT / 5.0, 1e-5);
+
+    /* Without those the braked part is carried back: right here, where braking is there at once. */
+    assert_int_equal(mr_gates_summarise(gates + 2, count - 2, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+    assert_int_equal(summary.before_touchdown, 0);
+    assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-8);
+    assert_near(summary.touchdown_t_s.value, 10.0, 1e-8);
+    assert_int_equal(summary.used_for_stop, 8);
 }
 
 /* Standard errors against the textbook: for n equally spaced times, unit apart, a straight line's slope has the variance
@@ -89,7 +96,7 @@ static void stated_intervals_hold(void **state)
         assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
         assert_int_equal(mr_gates_now(gates, count, SWITCH_ERROR_FT, &now), MR_OK);
         double true_speed = sqrt(v * v - 2.0 * a * (true_ft - 3.0));
-        speed_inside += fabs(summary.touchdown.speed_ft_s.value - v) < 1.96 * summary.touchdown.speed_ft_s.error;
+        speed_inside += fabs(summary.touchdown_speed_ft_s.value - v) < 1.96 * summary.touchdown_speed_ft_s.error;
         online_inside += fabs(now.speed_ft_s.value - true_speed) < 1.96 * now.speed_ft_s.error;
         deceleration_inside += fabs(summary.mean_deceleration_ft_s2.value - a) <
                                1.96 * summary.mean_deceleration_ft_s2.error;
@@ -125,8 +132,8 @@ static void a_changing_deceleration_is_followed(void **state)
     assert_true(count > 14);
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     double stop_s = (-6.6 + sqrt(6.6 * 6.6 + 4.0 * 0.25 * 35.5)) / 0.5;
-    assert_true(summary.order >= 3);
-    assert_near(summary.touchdown.speed_ft_s.value, 35.5, 0.002 * 35.5);
+    assert_in_range(summary.used_for_stop, 4, 7); /* eight are not described by a parabola */
+    assert_near(summary.touchdown_speed_ft_s.value, 35.5, 0.002 * 35.5);
     assert_near(summary.mean_deceleration_ft_s2.value, 35.5 / stop_s, 0.02 * 35.5 / stop_s);
     assert_near(summary.stop_t_s.value, stop_s, 3.0 * summary.stop_t_s.error);
 }
@@ -142,7 +149,7 @@ static void too_little_is_refused(void **state)
     assert_int_equal(mr_gates_now(gates, 1, SWITCH_ERROR_FT, &motion), MR_TOO_FEW);
     assert_int_equal(mr_gates_now(gates, 2, SWITCH_ERROR_FT, &motion), MR_OK);
     assert_true(isnan(motion.deceleration_ft_s2.value));
-    assert_int_equal(mr_gates_summarise(gates, 3, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
+    assert_int_equal(mr_gates_summarise(gates, 4, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
     gates[2].t_s = gates[1].t_s;
     assert_int_equal(mr_gates_fit(gates, 4, 2, SWITCH_ERROR_FT, &fit), MR_MALFORMED);
 }

@@ -1,0 +1,33 @@
+# TAP for shell tests: source it, call `check NAME COMMAND...` for each test, end with `finish`.
+# Runs in the project's root; $tmp is a fresh folder under build/test-tmp. The name tap.sh is skipped by the runner.
+cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 99
+tests=0
+tmp=build/test-tmp/$(basename "$0" .sh)
+rm -rf "$tmp"
+mkdir -p "$tmp"
+
+# check NAME COMMAND...: passes when the command succeeds; its output is shown when it does not.
+check() {
+    local name=$1
+    shift
+    tests=$((tests + 1))
+    if "$@" >"$tmp/check.out" 2>&1; then
+        echo "ok $tests - $name"
+    else
+        echo "not ok $tests - $name"
+        tail -n 20 "$tmp/check.out" | sed 's/^/# /'
+    fi
+}
+
+# fails_with CODE PATTERN COMMAND...: the command exits with CODE, says exactly one line on stderr, and it matches PATTERN.
+fails_with() {
+    local code=$1 pattern=$2 status
+    shift 2
+    timeout 60 "$@" >"$tmp/out" 2>"$tmp/err" </dev/null
+    status=$?
+    echo "exit $status; stderr:"
+    cat "$tmp/err"
+    [ "$status" -eq "$code" ] && [ "$(wc -l <"$tmp/err")" -eq 1 ] && grep -Eq -- "$pattern" "$tmp/err"
+}
+
+finish() { echo "1..$tests"; }
