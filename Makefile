@@ -71,7 +71,7 @@ bench: all $(B)/.test-packages ## timings, as ratios within one run
 runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and compare them with those in tests/runs
 	@mkdir -p $(B)/runs
 	$(B)/tests/runs/synthesise $(B)/runs
-	@for run in tests/runs/*.run; do cmp $$run $(B)/runs/$$(basename $$run) && echo "$$run: the same"; done
+	@for run in tests/runs/*.run; do cmp $$run $(B)/runs/$$(basename $$run) && echo "$$run: the same" || exit 1; done
 
 .PHONY: clean
 clean: ## remove build/
