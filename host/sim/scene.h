@@ -1,0 +1,121 @@
+/* Scene: one description of what is simulated, whatever the model and the solver (model sections E and F).
+ *
+ * Units ft, lb, s. Stations from the left edge of mat 1, downfield positive. Mats 1..N, joints 1..N+1
+ * (joint j is the left end of mat j). A scene comes from a file (sim_scene_load) or from memory:
+ * sim_scene_defaults, then set fields and lists. Either way sim_run checks it again, so a scene made in
+ * memory can be as wrong as a file and is refused as clearly.
+ *
+ * Ownership: the scene owns its lists; sim_scene_set_* copy what they are given; sim_scene_free releases
+ * everything. */
+#ifndef MATRIG_HOST_SIM_SCENE_H
+#define MATRIG_HOST_SIM_SCENE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "common/status.h"
+#include "host/error.h"
+
+#define SIM_MATS_MAX 100000
+
+enum sim_model { SIM_REPORT, SIM_CONSISTENT, SIM_CHAIN };
+enum sim_tad_mode { SIM_DEADBAND, SIM_SWITCHED };
+enum sim_profile { SIM_LOW, SIM_FULL };
+enum sim_end { SIM_FREE, SIM_FIXED };
+enum sim_thrust { SIM_JUMP, SIM_LINEAR };
+enum sim_friction { SIM_STICK, SIM_TANH, SIM_SIGN, SIM_NONE };
+enum sim_normal { SIM_WEIGHT, SIM_SOIL };
+enum sim_lift_shear { SIM_RISING, SIM_NO_SHEAR, SIM_FOLLOWING, SIM_BOTH };
+
+struct sim_list {
+    double *values; /* NULL when empty */
+    size_t count;
+};
+
+struct sim_path_row {
+    double t_s;
+    double x_ft;
+    double force_lb; /* on the mats, downfield positive */
+};
+
+struct sim_scene {
+    char name[80];
+    enum sim_model model;
+    int mats;
+    double length_ft;
+    double weight_lb;
+    double g_ft_s2;
+    double inertia_slug_ft2;
+    double kv_lb_ft;
+    double cv_lb_s_ft;
+    double kl_lb_ft;
+    double cl_lb_s_ft;
+    double kt_lb_ft_rad;
+    double ct_lb_ft_s_rad;
+    double tad_deg;
+    enum sim_tad_mode tad_mode;
+    enum sim_profile profile;
+    double slack_ft;
+    enum sim_end left;
+    enum sim_end right;
+    enum sim_end left_torsion;
+    enum sim_end right_torsion;
+    double force_lb;
+    double vac_ft_s;
+    double s0_ft;
+    double force_stop_s; /* INFINITY: never */
+    enum sim_thrust thrust;
+    double wheel_load_lb;
+    double friction;
+    enum sim_friction friction_law;
+    double veps_ft_s;
+    enum sim_normal friction_normal;
+    double shear_lb;
+    enum sim_lift_shear lift_shear;
+    double q1_lb;
+    int bump_first;
+    struct sim_list bump_ft;
+    double v0_ft_s;
+    int v0_mat; /* 0: the mat under the wheel at t = 0 */
+    double mats_crossed;
+    double t_end_s;          /* 0: from mats_crossed, or from path and t_dwell */
+    struct sim_list t_out_s; /* empty: the end */
+    struct sim_list u_mats;  /* mat numbers; empty: all */
+    /* whole landings */
+    struct sim_path_row *path; /* NULL: Vac, s0 and F; else it replaces those three */
+    size_t path_count;
+    struct sim_list gap0_ft; /* empty: 0; one value for every joint; or N+1 */
+    struct sim_list grit_lb; /* likewise */
+    double t_dwell_s;        /* negative: not given */
+};
+
+/* Every key at its default, no lists. */
+void sim_scene_defaults(struct sim_scene *scene);
+
+/* Read a scene file. Unknown key, wrong type, value out of range, list of the wrong length: MR_MALFORMED
+ * naming the key; no JSON: MR_MALFORMED or MR_TRUNCATED with line and column; not readable: MR_IO. On
+ * failure nothing is left to free. */
+enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error);
+
+/* Ranges and lengths of everything, and what contradicts itself. `where` begins the error ("scene.json" or
+ * the like). */
+enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where, struct error *error);
+
+/* Replace a list of the scene by a copy. MR_FULL when memory is short. */
+enum mr_status sim_scene_set_list(struct sim_list *list, const double *values, size_t count,
+                                  struct error *error);
+enum mr_status sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count,
+                                  struct error *error);
+
+/* When the run ends: tend; else, with t_dwell, that long after the aircraft stops or leaves; else the
+ * path's last row, or mats_crossed at Vac. INFINITY when nothing ends it. */
+double sim_scene_end_s(const struct sim_scene *scene);
+
+/* Value of a per-joint list for joint 1..N+1. */
+double sim_scene_joint(const struct sim_list *list, int joint);
+
+void sim_scene_free(struct sim_scene *scene);
+
+const char *sim_model_name(enum sim_model model);
+
+#endif

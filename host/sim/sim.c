@@ -1,0 +1,68 @@
+#include "host/sim/sim.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/fixed.h"
+
+static enum mr_status check_options(const struct sim_scene *scene, const struct sim_options *options,
+                                    struct error *error)
+{
+    double runway_ft = scene->mats * scene->length_ft;
+    if (options->solver && strcmp(options->solver, "fixed") != 0)
+        return error_set(error, MR_USAGE, "solver not available: %s; give fixed, or leave it out",
+                         options->solver);
+    if (!(options->dt_s >= 0.0 && options->dt_s <= 1e6))
+        return error_set(error, MR_USAGE, "step out of range: dt %g s; give a positive step", options->dt_s);
+    if (options->rtol != 0.0 && !(options->rtol >= 1e-9 && options->rtol <= 1.0))
+        return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give 1e-9 to 1", options->rtol);
+    if (!(options->sample_dt_s >= 0.0) ||
+        (options->sample_dt_s > 0.0 && sim_scene_end_s(scene) / options->sample_dt_s > 1e7))
+        return error_set(error, MR_USAGE, "sampling out of range: every %g s; give at most 1e7 samples",
+                         options->sample_dt_s);
+    for (size_t i = 0; i < options->station_count; i++) {
+        if (!(options->station_ft[i] >= 0.0 && options->station_ft[i] <= runway_ft * (1.0 + 1e-9)))
+            return error_set(error, MR_USAGE, "no such station: %g ft; the runway is %g ft long",
+                             options->station_ft[i], runway_ft);
+    }
+    return MR_OK;
+}
+
+static void fail_text(const struct sim_result *result, const struct sim_scene *scene, struct error *error)
+{
+    const char *name = scene->name[0] ? scene->name : "scene";
+    if (result->status == SIM_STEP_UNDERFLOW)
+        error_set(error, MR_NUMERICS,
+                  "step_underflow: %s: mat %d at %.9g s: still differs with a step of %g s; give a "
+                  "larger rtol or an earlier tend",
+                  name, result->mat, result->t_s, result->dt_s);
+    else if (result->dt_s > result->dt_limit_s)
+        error_set(error, MR_NUMERICS,
+                  "%s: %s: mat %d at %.9g s: the step of %g s is beyond the stability limit of %g s; "
+                  "give a smaller dt",
+                  sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s,
+                  result->dt_limit_s);
+    else
+        error_set(error, MR_NUMERICS,
+                  "%s: %s: mat %d at %.9g s: the step of %g s fails its check; give a smaller dt, or "
+                  "rtol",
+                  sim_status_name(result->status), name, result->mat, result->t_s, result->dt_s);
+}
+
+enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
+                       struct sim_result *result, struct error *error)
+{
+    const char *where = scene->name[0] ? scene->name : "scene";
+    *result = (struct sim_result){0};
+    if (sim_scene_check(scene, where, error) != MR_OK || check_options(scene, options, error) != MR_OK)
+        return error->status;
+    if (scene->model != SIM_CHAIN)
+        return error_set(error, MR_USAGE, "model not available: %s: %s; chain is what this version has",
+                         where, sim_model_name(scene->model));
+    if (scene->friction_law != SIM_NONE && scene->friction_normal == SIM_SOIL)
+        return error_set(error, MR_USAGE, "no soil in model chain: %s: friction_normal soil; give weight",
+                         where);
+    if (fixed_run(scene, options, result, error) == MR_OK && result->status != SIM_OK)
+        fail_text(result, scene, error);
+    return error->status;
+}

@@ -1,0 +1,26 @@
+/* Running a scene. */
+#ifndef MATRIG_HOST_SIM_SIM_H
+#define MATRIG_HOST_SIM_SIM_H
+
+#include "host/sim/result.h"
+#include "host/sim/scene.h"
+
+/* All zero: choose everything. */
+struct sim_options {
+    const char *solver; /* NULL: the model's default. "fixed" is built */
+    double dt_s;        /* 0: a quarter of the stability limit, halved when the check (fixed.h) asks for it */
+    double rtol;        /* error estimate allowed, as a share of the largest |u|; halves the step until met */
+    bool no_prune;      /* integrate every mat at every step */
+    double sample_dt_s; /* 0: no samples */
+    const double *station_ft; /* where to sample: the mat that begins at the station or lies over it */
+    size_t station_count;
+};
+
+/* Run a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the numerics were refused or failed, the result
+ * says how and the error names mat and time. MR_USAGE: the model, the solver or an option is not
+ * available. MR_MALFORMED: the scene is wrong. The result is written in every case; the caller frees it.
+ * Scene and options are only read. */
+enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
+                       struct sim_result *result, struct error *error);
+
+#endif

@@ -1,0 +1,234 @@
+/* matrig sim SCENE: run a mat scene. */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/cli.h"
+#include "host/sim/sim.h"
+
+#define M_PER_FT 0.3048
+#define IN_PER_FT 12.0
+#define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
+
+struct request {
+    const char *scene_path;
+    const char *csv_path;
+    struct sim_options options;
+};
+
+static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+{
+    const char *dt = NULL, *rtol = NULL;
+    const struct cli_option options[] = {
+        {"--solver", &request->options.solver, NULL},
+        {"--rtol", &rtol, NULL},
+        {"--dt", &dt, NULL},
+        {"--csv", &request->csv_path, NULL},
+        {"--no-prune", NULL, &request->options.no_prune},
+    };
+    const char *words[1];
+    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "SCENE", error) !=
+        MR_OK)
+        return error->status;
+    if (dt && cli_number(dt, "--dt", 1e-12, 1e6, &request->options.dt_s, error) != MR_OK)
+        return error->status;
+    if (rtol && cli_number(rtol, "--rtol", 1e-9, 1.0, &request->options.rtol, error) != MR_OK)
+        return error->status;
+    request->scene_path = words[0];
+    return MR_OK;
+}
+
+/* The i-th of the mats that are asked for. */
+static size_t shown_count(const struct sim_scene *scene)
+{
+    return scene->u_mats.count > 0 ? scene->u_mats.count : (size_t)scene->mats;
+}
+
+static int shown_mat(const struct sim_scene *scene, size_t i)
+{
+    return scene->u_mats.count > 0 ? (int)scene->u_mats.values[i] : (int)i + 1;
+}
+
+static json_t *outputs_json(const struct sim_scene *scene, const struct sim_result *result)
+{
+    json_t *outputs = json_array();
+    for (size_t k = 0; k < result->output_count; k++) {
+        const struct sim_output *output = &result->outputs[k];
+        json_t *u = json_object();
+        for (size_t i = 0; i < shown_count(scene); i++) {
+            char key[16];
+            int mat = shown_mat(scene, i);
+            snprintf(key, sizeof key, "%d", mat);
+            json_object_set_new(u, key, cli_json_number(output->u_ft[mat], 12));
+        }
+        json_array_append_new(outputs, json_pack("{s:o,s:o,s:o,s:i}", "t_s", cli_json_number(output->t_s, 12),
+                                                 "u_ft", u, "lift_ft", cli_json_number(output->lift_ft, 12),
+                                                 "lift_node", output->lift_node));
+    }
+    return outputs;
+}
+
+static json_t *active_json(const struct sim_result *result)
+{
+    json_t *left_out = json_array();
+    json_t *notes = json_array();
+    for (size_t i = 0; result->left_out[i]; i++)
+        json_array_append_new(left_out, json_string(result->left_out[i]));
+    for (size_t i = 0; result->notes[i][0]; i++)
+        json_array_append_new(notes, json_string(result->notes[i]));
+    return json_pack("{s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "mats_max", result->mats_max, "mats_mean",
+                     cli_json_number(result->mats_mean, 6), "dt_s", cli_json_number(result->dt_s, 9),
+                     "dt_limit_s", cli_json_number(result->dt_limit_s, 9), "checked_dt_s",
+                     cli_json_number(result->checked_dt_s, 9), "pass_ms", cli_json_number(result->pass_ms, 6),
+                     "left_out", left_out, "notes", notes);
+}
+
+/* Null for a failed run that has none. */
+static json_t *estimate_json(const struct sim_result *result, double error)
+{
+    return result->status == SIM_OK || error > 0.0 ? cli_json_number(error, 6) : json_null();
+}
+
+static json_t *result_json(const struct sim_scene *scene, const struct sim_result *result)
+{
+    json_t *object =
+        json_pack("{s:s,s:s,s:s,s:s}", "scene", scene->name, "model", sim_model_name(scene->model), "solver",
+                  result->solver, "status", sim_status_name(result->status));
+    if (result->status != SIM_OK) {
+        json_object_set_new(object, "mat", json_integer(result->mat));
+        json_object_set_new(object, "t_s", cli_json_number(result->t_s, 12));
+    }
+    json_object_set_new(object, "t_end_s", cli_json_number(result->t_end_s, 12));
+    json_object_set_new(object, "run_ms", cli_json_number(result->run_ms, 6));
+    json_object_set_new(object, "rhs", json_integer((json_int_t)result->rhs));
+    json_object_set_new(object, "steps", json_integer((json_int_t)result->steps));
+    json_object_set_new(object, "rejected", json_integer((json_int_t)result->rejected));
+    json_object_set_new(object, "events", json_integer((json_int_t)result->events));
+    json_object_set_new(object, "error_estimate",
+                        json_pack("{s:o,s:o}", "u_ft", estimate_json(result, result->error_u_ft), "lift_ft",
+                                  estimate_json(result, result->error_lift_ft)));
+    json_object_set_new(object, "max_lift_ft", cli_json_number(result->max_lift_ft, 12));
+    json_object_set_new(object, "bow_wave", json_boolean(result->bow_wave));
+    json_object_set_new(object, "outputs", outputs_json(scene, result));
+    json_object_set_new(object, "active", active_json(result));
+    return object;
+}
+
+/* Displacement history of the mats asked for, one row per sample. */
+static enum mr_status write_csv(const struct request *request, const struct sim_scene *scene,
+                                const struct sim_result *result, const struct cli *cli, struct error *error)
+{
+    FILE *file = fopen(request->csv_path, "w");
+    double unit = cli->si ? M_PER_FT : 1.0;
+    if (!file)
+        return error_set(error, MR_IO, "cannot write table: %s: %s; check the path", request->csv_path,
+                         strerror(errno));
+    fputs("t_s", file);
+    for (size_t i = 0; i < result->station_count; i++)
+        fprintf(file, ",u_%d_%s", shown_mat(scene, i), cli->si ? "m" : "ft");
+    fputc('\n', file);
+    for (size_t k = 0; k < result->sample_count; k++) {
+        fprintf(file, "%.9g", (double)k * result->sample_dt_s);
+        for (size_t i = 0; i < result->station_count; i++)
+            fprintf(file, ",%.9g", unit * result->sample_u_ft[k * result->station_count + i]);
+        fputc('\n', file);
+    }
+    bool bad = ferror(file) != 0;
+    if (fclose(file) != 0 || bad)
+        return error_set(error, MR_IO, "cannot write table: %s: %s; check the disk", request->csv_path,
+                         strerror(errno));
+    return MR_OK;
+}
+
+static void print_outputs(const struct sim_scene *scene, const struct sim_result *result,
+                          const struct cli *cli)
+{
+    double unit = cli->si ? 1000.0 * M_PER_FT : IN_PER_FT;
+    const char *name = cli->si ? "mm" : "in";
+    bool all = scene->u_mats.count == 0 && scene->mats > 12;
+    for (size_t k = 0; k < result->output_count; k++) {
+        const struct sim_output *output = &result->outputs[k];
+        printf("  at %g s, movement in %s:\n", output->t_s, name);
+        for (size_t i = 0; i < shown_count(scene); i++) {
+            int mat = shown_mat(scene, i);
+            if (!all || (mat - 1) % ((scene->mats + 11) / 12) == 0)
+                printf("    mat %6d  station %8.2f %s  %12.6f\n", mat,
+                       (mat - 1) * scene->length_ft * (cli->si ? M_PER_FT : 1.0), cli->si ? "m " : "ft",
+                       unit * output->u_ft[mat]);
+        }
+    }
+}
+
+static void print_result(const struct sim_scene *scene, const struct sim_result *result,
+                         const struct cli *cli)
+{
+    double unit = cli->si ? 1000.0 * M_PER_FT : IN_PER_FT;
+    const char *name = cli->si ? "mm" : "in";
+    printf("%s: model %s, solver %s: %s\n", scene->name, sim_model_name(scene->model), result->solver,
+           sim_status_name(result->status));
+    printf("  %d mats, %.6g s in %llu steps of %.4g s (stable up to %.4g s)\n", result->mats, result->t_end_s,
+           (unsigned long long)result->steps, result->dt_s, result->dt_limit_s);
+    printf("  largest movement %.4f %s, of mat %d; error estimate %.2g %s, against steps of %.4g s\n",
+           unit * result->peak_u_ft, name, result->peak_mat, unit * result->error_u_ft, name,
+           result->checked_dt_s);
+    if (result->speed_end_ft_s > 0.0)
+        printf("  still moving at the end: up to %.3g %s\n",
+               result->speed_end_ft_s * (cli->si ? M_PER_FT : 1.0), cli->si ? "m/s" : "ft/s");
+    print_outputs(scene, result, cli);
+    printf("  integrated: %.1f mats on average, %d at most; %.1f ms in all, %.1f ms for this pass\n",
+           result->mats_mean, result->mats_max, result->run_ms, result->pass_ms);
+    for (size_t i = 0; result->left_out[i]; i++)
+        printf("  left out: %s\n", result->left_out[i]);
+    for (size_t i = 0; result->notes[i][0]; i++)
+        printf("  note: %s\n", result->notes[i]);
+}
+
+/* With --csv the mats asked for are sampled at their middles. */
+static enum mr_status ask_history(struct request *request, const struct sim_scene *scene, double **stations,
+                                  struct error *error)
+{
+    size_t count = shown_count(scene);
+    *stations = calloc(count, sizeof **stations);
+    if (!*stations)
+        return error_set(error, MR_FULL, "out of memory: a history of %zu mats; give fewer u_mats", count);
+    for (size_t i = 0; i < count; i++)
+        (*stations)[i] = (shown_mat(scene, i) - 0.5) * scene->length_ft;
+    request->options.station_ft = *stations;
+    request->options.station_count = count;
+    request->options.sample_dt_s = fmin(HISTORY_S, sim_scene_end_s(scene) / 1000.0);
+    return MR_OK;
+}
+
+int sim_command(int argc, char **argv, const struct cli *cli)
+{
+    struct request request = {0};
+    struct error error = {0};
+    struct sim_scene scene;
+    struct sim_result result = {0};
+    double *stations = NULL;
+    int code = 0;
+
+    if (read_request(argc, argv, &request, &error) != MR_OK ||
+        sim_scene_load(&scene, request.scene_path, &error) != MR_OK)
+        return cli_fail(&error);
+    if (!scene.name[0])
+        snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);
+    if (!request.csv_path || ask_history(&request, &scene, &stations, &error) == MR_OK)
+        sim_run(&scene, &request.options, &result, &error);
+    if (error.status == MR_OK && request.csv_path)
+        write_csv(&request, &scene, &result, cli, &error);
+    if (error.status != MR_OK)
+        code = cli_fail(&error);
+    if (error.status == MR_OK || result.status != SIM_OK) {
+        if (cli->json)
+            code = cli_print_json(result_json(&scene, &result), code);
+        else if (error.status == MR_OK)
+            print_result(&scene, &result, cli);
+    }
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+    free(stations);
+    return code;
+}

@@ -1,0 +1,418 @@
+/* The fixed step: that it checks itself, that leaving mats out changes nothing, and that another method
+ * agrees. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/sim.h"
+#include "host/sim/wheel.h"
+
+#define G 32.174
+
+static struct error error;
+
+static void fill(struct sim_list *list, const double *values, size_t count)
+{
+    assert_int_equal(sim_scene_set_list(list, values, count, &error), MR_OK);
+}
+
+/* Numbers between 0 and 1 that look random. */
+static double spread(int i)
+{
+    double x = 0.6180339887498949 * i + 0.31 * i * i / 97.0;
+    return x - floor(x);
+}
+
+/* 80 mats of the model runway with uneven gaps and grit; the aircraft brakes across them. */
+static struct sim_scene short_runway(void)
+{
+    struct sim_scene scene;
+    double gaps[81], grits[81];
+    const struct sim_path_row rows[] = {
+        {0, 1, 0}, {0.05, 2.4, 13.5}, {0.4, 10.5, 25}, {0.6, 12.5, 25}, {0.6, 12.5, 0}};
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.mats = 80;
+    scene.length_ft = 2.0 / 7.0;
+    scene.weight_lb = 0.466;
+    scene.kl_lb_ft = 2.9e5;
+    scene.cl_lb_s_ft = 5.0;
+    scene.slack_ft = 0.0025;
+    scene.left = SIM_FIXED;
+    scene.v0_ft_s = 0.0;
+    scene.t_dwell_s = 0.2;
+    for (int j = 0; j <= 80; j++) {
+        gaps[j] = 0.0025 * spread(j);
+        grits[j] = 20.0 * spread(j + 500);
+    }
+    fill(&scene.gap0_ft, gaps, 81);
+    fill(&scene.grit_lb, grits, 81);
+    assert_int_equal(sim_scene_set_path(&scene, rows, 5, &error), MR_OK);
+    return scene;
+}
+
+static enum mr_status run(const struct sim_scene *scene, const struct sim_options *options,
+                          struct sim_result *result)
+{
+    memset(&error, 0, sizeof error);
+    return sim_run(scene, options, result, &error);
+}
+
+static void leaving_mats_out_changes_nothing(void **state)
+{
+    (void)state;
+    for (int variant = 0; variant < 6; variant++) {
+        struct sim_scene scene = short_runway();
+        struct sim_result pruned, whole;
+        const double none = 0.0;
+        if (variant == 1)
+            fill(&scene.grit_lb, &none, 1);
+        if (variant == 2) {
+            scene.thrust = SIM_LINEAR;
+            scene.wheel_load_lb = 3.0;
+        }
+        if (variant == 3)
+            scene.friction_law = SIM_TANH;
+        if (variant == 4)
+            scene.friction_law = SIM_SIGN;
+        if (variant == 5) { /* starts in motion, at a far mat, and loaded: the window has to find it */
+            scene.gap0_ft.values[70] = -1e-5;
+            scene.v0_ft_s = 0.5;
+            scene.v0_mat = 60;
+        }
+        assert_int_equal(run(&scene, &(struct sim_options){0}, &pruned), MR_OK);
+        assert_int_equal(run(&scene, &(struct sim_options){.no_prune = true}, &whole), MR_OK);
+        assert_true(whole.mats_mean == 80.0);
+        if (scene.friction_law == SIM_STICK) /* the other laws let mats creep for ever */
+            assert_true(pruned.mats_mean < 60.0);
+        assert_true(pruned.peak_u_ft > 0.005 && pruned.peak_u_ft == whole.peak_u_ft);
+        assert_true(pruned.events == whole.events && pruned.error_u_ft == whole.error_u_ft);
+        assert_memory_equal(pruned.u_ft, whole.u_ft, 81 * sizeof(double));
+        assert_memory_equal(pruned.gap_ft, whole.gap_ft, 82 * sizeof(double));
+        sim_result_free(&pruned);
+        sim_result_free(&whole);
+        sim_scene_free(&scene);
+    }
+}
+
+static void a_step_beyond_the_limit_is_unstable(void **state)
+{
+    (void)state;
+    struct sim_scene scene = short_runway();
+    struct sim_result result;
+    /* undamped 2/w = sqrt(m/KL); with CL it is shorter by sqrt(1 + z^2) - z, z = 2 CL/(m w) */
+    const double m = 0.466 / G, w = 2.0 * sqrt(2.9e5 / m), z = 10.0 / (m * w);
+    const double limit = 2.0 / w * (sqrt(1.0 + z * z) - z);
+    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1.001 * limit}, &result), MR_NUMERICS);
+    assert_int_equal(result.status, SIM_UNSTABLE);
+    assert_null(result.u_ft);
+    assert_null(result.outputs);
+    assert_non_null(strstr(error.text, "unstable"));
+    assert_non_null(strstr(error.text, "mat 4 at 0 s")); /* where the wheel is: 1 ft */
+    assert_int_equal(mr_status_exit_code(error.status), 5);
+    sim_result_free(&result);
+
+    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 0.8 * limit}, &result), MR_OK);
+    assert_true(result.dt_limit_s > 0.999 * limit && result.dt_limit_s < 1.001 * limit);
+    assert_true(result.checked_dt_s < 0.41 * limit); /* double the step would be beyond the limit */
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Friction `sign` throws a mat at rest to and fro with f g h: more energy than the weak push puts in. */
+static void energy_from_nowhere_is_unstable(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct sim_result result;
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.friction_law = SIM_SIGN;
+    scene.mats = 1;
+    scene.right = SIM_FREE;
+    scene.force_lb = 1e-3;
+    scene.v0_ft_s = 0.0;
+    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_NUMERICS);
+    assert_int_equal(result.status, SIM_UNSTABLE);
+    assert_int_equal(result.mat, 1);
+    assert_true(result.t_s > 0.0 && result.t_s < result.t_end_s);
+    assert_non_null(strstr(error.text, "unstable: scene: mat 1 at "));
+    assert_null(result.u_ft);
+    sim_result_free(&result);
+}
+
+/* A mat on a spring for 50 periods: with a long step it stays bounded, keeps its energy, and is out of
+ * phase at the end. */
+static void a_wrong_answer_that_looks_right_is_refused(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct sim_result result;
+    const double w = sqrt(8e6 * G / 160.0);
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.friction_law = SIM_NONE;
+    scene.mats = 1;
+    scene.cl_lb_s_ft = scene.force_lb = 0.0;
+    scene.t_end_s = 300.0 / w;
+    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 0.6 / w}, &result), MR_NUMERICS);
+    assert_int_equal(result.status, SIM_UNSTABLE);
+    assert_true(result.mat == 1 && result.t_s > 0.0 && result.error_u_ft > 0.2 * 2.0 / w);
+    sim_result_free(&result);
+    /* left to itself it finds a step that is good enough */
+    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_OK);
+    assert_true(fabs(result.u_ft[1] - 2.0 / w * sin(300.0)) <= result.error_u_ft);
+    assert_true(result.error_u_ft <= 0.2 * 2.0 / w && result.rejected > result.steps / 2);
+    sim_result_free(&result);
+}
+
+/* Two mats, no friction: the closed form shows the order and what the error estimate is worth. */
+static void halving_the_step_quarters_the_error(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    const double m = 160.0 / G, k = 8e6, v = 2.0, t = 0.02, w = sqrt(2.0 * k / m);
+    const double exact = 0.5 * (v * t + v / w * sin(w * t));
+    double last = 0.0;
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.mats = 2;
+    scene.right = SIM_FREE;
+    scene.cl_lb_s_ft = scene.force_lb = 0.0;
+    scene.friction_law = SIM_NONE;
+    scene.t_end_s = t;
+    for (int i = 0; i < 4; i++) {
+        struct sim_options options = {.dt_s = 1e-4 / (1 << i)};
+        struct sim_result result;
+        assert_int_equal(run(&scene, &options, &result), MR_OK);
+        double wrong = fabs(result.u_ft[1] - exact);
+        assert_true(wrong <= result.error_u_ft && result.error_u_ft < 1e-4);
+        if (i > 0)
+            assert_true(last / wrong > 3.5 && last / wrong < 4.5);
+        last = wrong;
+        sim_result_free(&result);
+    }
+}
+
+static void rtol_is_reached_or_refused(void **state)
+{
+    (void)state;
+    struct sim_scene scene = short_runway();
+    struct sim_result result;
+    assert_int_equal(run(&scene, &(struct sim_options){.rtol = 0.01}, &result), MR_OK);
+    assert_true(result.error_u_ft > 0.0 && result.error_u_ft <= 0.01 * result.peak_u_ft);
+    assert_true(result.rhs == result.steps + result.rejected);
+    sim_result_free(&result);
+    scene.t_dwell_s = -1.0;
+    scene.t_end_s = 0.05;
+    assert_int_equal(run(&scene, &(struct sim_options){.rtol = 1e-9}, &result), MR_NUMERICS);
+    assert_int_equal(result.status, SIM_STEP_UNDERFLOW);
+    assert_null(result.u_ft);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Five mats by the classical Runge-Kutta method, from section 0 of the model: joints with slack and
+ * damper, friction tanh, left end free, right fixed. y: u 0..4, rates 5..9. */
+struct five {
+    double m, k, c, s, limit, veps, gap[6], force;
+};
+
+static void five_rates(const struct five *p, const double *y, double *rate)
+{
+    double t[6] = {0.0};
+    for (int j = 1; j <= 5; j++) {
+        double g = p->gap[j] + (j < 5 ? y[j] : 0.0) - y[j - 1];
+        double dg = (j < 5 ? y[j + 5] : 0.0) - y[j + 4];
+        if (p->s <= 0.0 || g < 0.0)
+            t[j] = p->k * g + p->c * dg;
+        else if (g > p->s)
+            t[j] = p->k * (g - p->s) + p->c * dg;
+    }
+    for (int n = 0; n < 5; n++) {
+        rate[n] = y[n + 5];
+        rate[n + 5] =
+            (t[n + 1] - t[n] + (n == 0 ? p->force : 0.0) - p->limit * tanh(y[n + 5] / p->veps)) / p->m;
+    }
+}
+
+static void five_run(const struct five *p, double *y, double end_s, int steps)
+{
+    double h = end_s / steps;
+    for (int i = 0; i < steps; i++) {
+        double a[10], b[10], c[10], d[10], z[10];
+        five_rates(p, y, a);
+        for (int k = 0; k < 10; k++)
+            z[k] = y[k] + 0.5 * h * a[k];
+        five_rates(p, z, b);
+        for (int k = 0; k < 10; k++)
+            z[k] = y[k] + 0.5 * h * b[k];
+        five_rates(p, z, c);
+        for (int k = 0; k < 10; k++)
+            z[k] = y[k] + h * c[k];
+        five_rates(p, z, d);
+        for (int k = 0; k < 10; k++)
+            y[k] += h / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
+    }
+}
+
+static void another_method_agrees(void **state)
+{
+    (void)state;
+    /* slack off with smooth tanh; slack on with smooth tanh; slack on with stick against a steep tanh */
+    const double tolerance[] = {1e-5, 1e-3, 1e-3};
+    for (int variant = 0; variant < 3; variant++) {
+        struct five p = {.m = 160.0 / G, .k = 8e5, .c = 50.0, .limit = 80.0, .veps = 0.05, .force = 1500.0};
+        double y[10] = {0.0};
+        struct sim_scene scene;
+        struct sim_result result;
+        sim_scene_defaults(&scene);
+        if (variant >= 1) {
+            p.s = 0.004;
+            for (int j = 0; j < 6; j++)
+                p.gap[j] = 0.004 * spread(j);
+        }
+        if (variant == 2)
+            p.veps = 1e-5;
+        scene.model = SIM_CHAIN;
+        scene.mats = 5;
+        scene.kl_lb_ft = p.k;
+        scene.slack_ft = p.s;
+        scene.force_lb = p.force;
+        scene.vac_ft_s = scene.v0_ft_s = 0.0;
+        scene.t_end_s = 0.03;
+        scene.friction_law = variant == 2 ? SIM_STICK : SIM_TANH;
+        scene.veps_ft_s = p.veps;
+        fill(&scene.gap0_ft, p.gap, 6);
+        five_run(&p, y, 0.03, variant == 2 ? 60000 : 20000);
+        assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1e-6}, &result), MR_OK);
+        for (int n = 1; n <= 5; n++) {
+            if (!(fabs(result.u_ft[n] - y[n - 1]) < tolerance[variant] * fabs(y[0])))
+                fail_msg("variant %d mat %d: %.9g, Runge-Kutta %.9g", variant, n, result.u_ft[n], y[n - 1]);
+        }
+        assert_true(fabs(y[0]) > 1e-3);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+static void samples_are_the_mats_over_their_stations(void **state)
+{
+    (void)state;
+    struct sim_scene scene = short_runway();
+    const double stations[] = {0.0, 5.0 * 2.0 / 7.0, 6.0, 80.0 * 2.0 / 7.0};
+    const int mats[] = {1, 6, 22, 80};
+    const double times[] = {0.8, 0.1, 0.25};
+    struct sim_options options = {.sample_dt_s = 0.05, .station_ft = stations, .station_count = 4};
+    struct sim_result result;
+    fill(&scene.t_out_s, times, 3);
+    assert_int_equal(run(&scene, &options, &result), MR_OK);
+    assert_int_equal(result.sample_count, 17);
+    assert_int_equal(result.station_count, 4);
+    assert_true(result.t_end_s == 0.8);
+    for (size_t i = 0; i < 3; i++) {
+        assert_true(result.outputs[i].t_s == times[i]);
+        size_t row = (size_t)lround(times[i] / 0.05);
+        for (size_t s = 0; s < 4; s++)
+            assert_true(fabs(result.sample_u_ft[row * 4 + s] - result.outputs[i].u_ft[mats[s]]) < 1e-12);
+    }
+    for (size_t s = 0; s < 4; s++)
+        assert_true(result.sample_u_ft[s] == 0.0);
+    assert_true(result.sample_u_ft[16 * 4 + 1] > 1e-3);
+    for (int n = 1; n <= 80; n++)
+        assert_true(fabs(result.u_ft[n] - result.outputs[0].u_ft[n]) < 1e-12);
+    sim_result_free(&result);
+
+    options.station_ft = (const double[]){23.0};
+    options.station_count = 1;
+    assert_int_equal(run(&scene, &options, &result), MR_USAGE);
+    assert_non_null(strstr(error.text, "23 ft"));
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+static void what_is_not_built_is_refused(void **state)
+{
+    (void)state;
+    struct sim_scene scene = short_runway();
+    struct sim_result result;
+    assert_int_equal(run(&scene, &(struct sim_options){.solver = "rk8"}, &result), MR_USAGE);
+    assert_non_null(strstr(error.text, "rk8; give fixed"));
+    scene.model = SIM_CONSISTENT;
+    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_USAGE);
+    assert_non_null(strstr(error.text, "consistent; chain is what"));
+    scene.model = SIM_CHAIN;
+    scene.friction_normal = SIM_SOIL;
+    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_USAGE);
+    scene.friction_normal = SIM_WEIGHT;
+    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = -1.0}, &result), MR_USAGE);
+    assert_int_equal(run(&scene, &(struct sim_options){.dt_s = 1e-12}, &result), MR_USAGE);
+    assert_int_equal(run(&scene, &(struct sim_options){.rtol = 2.0}, &result), MR_USAGE);
+    sim_scene_free(&scene);
+}
+
+static void the_wheel_shares_its_thrust(void **state)
+{
+    (void)state;
+    const struct sim_path_row rows[] = {{1, 1.5, 100}, {2, 3.5, 300}, {2, 3.5, 50}, {3, 3.5, 50}};
+    struct sim_scene scene;
+    struct sim_wheel wheel;
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    sim_scene_defaults(&scene); /* mats of 2 ft */
+    scene.mats = 2;
+    assert_int_equal(sim_scene_set_path(&scene, rows, 4, &error), MR_OK);
+    sim_wheel_start(&wheel, &scene);
+    assert_int_equal(sim_wheel_span(&wheel, 0.5, 0.9, touch), 0);
+    /* half of 1.15 s..1.35 s, 1.8 ft to 2.2 ft, on each side of the joint; mean force 150 */
+    assert_int_equal(sim_wheel_span(&wheel, 1.15, 1.35, touch), 2);
+    assert_true(touch[0].mat == 1 && touch[1].mat == 2);
+    assert_true(fabs(touch[0].thrust_lb - 75.0) < 1e-9 && fabs(touch[1].thrust_lb - 75.0) < 1e-9);
+    assert_true(fabs(touch[0].load_share - 0.5) < 1e-9);
+    /* 1.9 s..2.2 s: 0.1 s at 290 in the mean and 0.2 s at 50 */
+    assert_int_equal(sim_wheel_span(&wheel, 1.9, 2.2, touch), 1);
+    assert_true(fabs(touch[0].thrust_lb - (29.0 + 10.0) / 0.3) < 1e-9);
+    /* after the path: the load stays, the thrust does not */
+    assert_int_equal(sim_wheel_span(&wheel, 3.5, 3.6, touch), 1);
+    assert_true(touch[0].mat == 2 && touch[0].thrust_lb == 0.0 && touch[0].load_share == 1.0);
+
+    scene.thrust = SIM_LINEAR;
+    sim_wheel_start(&wheel, &scene);
+    double thrust[3] = {0.0};
+    int count = sim_wheel_span(&wheel, 1.4, 1.6, touch); /* about 2.5 ft: w = 0.75 */
+    for (int i = 0; i < count; i++)
+        thrust[touch[i].mat] += touch[i].thrust_lb;
+    assert_true(fabs(thrust[1] - 0.25 * 200.0) < 1e-9 && fabs(thrust[2] - 0.75 * 200.0) < 1e-9);
+
+    scene.thrust = SIM_JUMP;
+    sim_scene_set_path(&scene, NULL, 0, &error);
+    scene.force_stop_s = 0.01; /* 90 ft/s: mat 1 until 0.0222 s, off at 0.0444 s */
+    sim_wheel_start(&wheel, &scene);
+    assert_int_equal(sim_wheel_span(&wheel, 0.0, 0.02, touch), 1);
+    assert_true(touch[0].mat == 1 && fabs(touch[0].thrust_lb - 6000.0) < 1e-9);
+    assert_int_equal(sim_wheel_span(&wheel, 0.03, 0.031, touch), 1);
+    assert_true(touch[0].mat == 2 && touch[0].thrust_lb == 0.0);
+    assert_int_equal(sim_wheel_span(&wheel, 0.045, 0.046, touch), 0);
+    sim_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(leaving_mats_out_changes_nothing),
+        cmocka_unit_test(a_step_beyond_the_limit_is_unstable),
+        cmocka_unit_test(energy_from_nowhere_is_unstable),
+        cmocka_unit_test(a_wrong_answer_that_looks_right_is_refused),
+        cmocka_unit_test(halving_the_step_quarters_the_error),
+        cmocka_unit_test(rtol_is_reached_or_refused),
+        cmocka_unit_test(another_method_agrees),
+        cmocka_unit_test(samples_are_the_mats_over_their_stations),
+        cmocka_unit_test(what_is_not_built_is_refused),
+        cmocka_unit_test(the_wheel_shares_its_thrust),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,242 @@
+/* Scene files: what is read, what is refused, and how the refusal reads. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "host/sim/scene.h"
+
+#define SCENE_FILE "build/test-tmp/test_sim_scene.json"
+
+static enum mr_status load(const char *text, struct sim_scene *scene, struct error *error)
+{
+    mkdir("build", 0777);
+    mkdir("build/test-tmp", 0777);
+    FILE *file = fopen(SCENE_FILE, "w");
+    assert_non_null(file);
+    fputs(text, file);
+    assert_int_equal(fclose(file), 0);
+    memset(error, 0, sizeof *error);
+    return sim_scene_load(scene, SCENE_FILE, error);
+}
+
+static void refused(const char *text, enum mr_status status, const char *names)
+{
+    struct sim_scene scene;
+    struct error error;
+    assert_int_equal(load(text, &scene, &error), status);
+    if (!strstr(error.text, names))
+        fail_msg("'%s' does not name '%s'", error.text, names);
+    assert_non_null(strstr(error.text, "test_sim_scene.json"));
+}
+
+static void defaults_are_those_of_the_model(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct error error;
+    assert_int_equal(load("{}", &scene, &error), MR_OK);
+    assert_int_equal(scene.model, SIM_REPORT);
+    assert_int_equal(scene.mats, 53);
+    assert_true(scene.weight_lb == 160.0 && scene.kl_lb_ft == 8e6 && scene.g_ft_s2 == 32.174);
+    assert_true(scene.left == SIM_FREE && scene.right == SIM_FIXED && scene.v0_ft_s == 2.0);
+    assert_true(fabs(sim_scene_end_s(&scene) - 3.0 * 2.0 / 90.0) < 1e-15);
+    sim_scene_free(&scene);
+}
+
+static void every_key_is_read(void **state)
+{
+    (void)state;
+    struct sim_scene s;
+    struct error error;
+    enum mr_status status = load(
+        "{\"_a comment\": [1],\"name\": \"all\",\"model\": \"chain\",\"N\": 3,\"L\": 1,\"W\": 2,"
+        "\"g\": 30,\"I\": 4,\"KV\": 5,\"CV\": 6,\"KL\": 7,\"CL\": 8,\"KT\": 9,\"CT\": 10,"
+        "\"TAD_deg\": 11,\"tad_mode\": \"switched\",\"profile\": \"full\",\"slack\": 0.5,"
+        "\"left\": \"fixed\",\"right\": \"free\",\"left_torsion\": \"fixed\","
+        "\"right_torsion\": \"fixed\",\"F\": 12,\"Vac\": 13,\"s0\": 0.14,\"F_tstop\": 15,"
+        "\"thrust\": \"linear\",\"wheel_load\": 16,\"f\": 0.17,\"friction\": \"tanh\",\"veps\": 0.18,"
+        "\"friction_normal\": \"soil\",\"V\": 19,\"lift_shear\": \"both\",\"Q1\": 20,\"bump_first\": 2,"
+        "\"bump\": [0.1, 0.2, 0.3],\"v0\": 21,\"v0_mat\": 3,\"mats_crossed\": 2,\"tend\": 9,"
+        "\"t_out\": [1, 9],\"u_mats\": [3, 1],\"path\": [[0, 0, 1], [8, 2, 3]],"
+        "\"gap0\": [0.1, 0.2, 0.3, 0.4],\"grit\": 22,\"t_dwell\": 1}",
+        &s, &error);
+    if (status != MR_OK)
+        fail_msg("%s", error.text);
+    assert_string_equal(s.name, "all");
+    assert_int_equal(s.model, SIM_CHAIN);
+    const double read[] = {
+        s.mats,       s.length_ft,    s.weight_lb,  s.g_ft_s2,      s.inertia_slug_ft2, s.kv_lb_ft,
+        s.cv_lb_s_ft, s.kl_lb_ft,     s.cl_lb_s_ft, s.kt_lb_ft_rad, s.ct_lb_ft_s_rad,   s.tad_deg,
+        s.slack_ft,   s.force_lb,     s.vac_ft_s,   s.s0_ft,        s.force_stop_s,     s.wheel_load_lb,
+        s.friction,   s.veps_ft_s,    s.shear_lb,   s.q1_lb,        s.bump_first,       s.v0_ft_s,
+        s.v0_mat,     s.mats_crossed, s.t_end_s,    s.t_dwell_s};
+    const double written[] = {3,  1,    2,  30, 4,    5,    6,  7,  8, 9,  10, 11, 0.5, 12,
+                              13, 0.14, 15, 16, 0.17, 0.18, 19, 20, 2, 21, 3,  2,  9,   1};
+    for (size_t i = 0; i < sizeof read / sizeof read[0]; i++)
+        assert_true(read[i] == written[i]);
+    assert_true(s.tad_mode == SIM_SWITCHED && s.profile == SIM_FULL && s.left == SIM_FIXED &&
+                s.right == SIM_FREE);
+    assert_true(s.left_torsion == SIM_FIXED && s.right_torsion == SIM_FIXED && s.thrust == SIM_LINEAR);
+    assert_true(s.friction_law == SIM_TANH && s.friction_normal == SIM_SOIL && s.lift_shear == SIM_BOTH);
+    assert_true(s.bump_ft.count == 3 && s.bump_ft.values[2] == 0.3 && s.u_mats.count == 2 &&
+                s.u_mats.values[0] == 3.0);
+    assert_true(s.t_out_s.count == 2 && s.path_count == 2 && s.path[1].x_ft == 2.0 &&
+                s.path[1].force_lb == 3.0);
+    assert_true(sim_scene_joint(&s.gap0_ft, 4) == 0.4 && sim_scene_joint(&s.grit_lb, 4) == 22.0);
+    sim_scene_free(&s);
+}
+
+static void unknown_keys_are_named(void **state)
+{
+    (void)state;
+    refused("{\"frictoin\": \"stick\"}", MR_MALFORMED, "\"frictoin\"");
+    refused("{\"n\": 3}", MR_MALFORMED, "\"n\"");
+}
+
+static void wrong_types_are_named(void **state)
+{
+    (void)state;
+    refused("{\"KL\": \"8e6\"}", MR_MALFORMED, "KL; give a number");
+    refused("{\"N\": 3.5}", MR_MALFORMED, "N; give a whole number");
+    refused("{\"N\": true}", MR_MALFORMED, "N; give a whole number");
+    refused("{\"name\": 1}", MR_MALFORMED, "name; give text");
+    refused("{\"left\": 1}", MR_MALFORMED, "left; give one of free, fixed");
+    refused("{\"left\": \"loose\"}", MR_MALFORMED, "left is \"loose\"; give one of free, fixed");
+    refused("{\"bump\": 1}", MR_MALFORMED, "bump; give a list");
+    refused("{\"bump\": [1, null]}", MR_MALFORMED, "bump[1]");
+    refused("{\"gap0\": \"x\"}", MR_MALFORMED, "gap0; give a number, or a list");
+    refused("{\"path\": 5}", MR_MALFORMED, "path; give a list of rows");
+    refused("{\"path\": [[0, 1, 2], [1, 2]]}", MR_MALFORMED, "path row 1");
+    refused("{\"path\": [[0, 1, 2], 7]}", MR_MALFORMED, "path row 1");
+    refused("[1, 2]", MR_MALFORMED, "no JSON object");
+}
+
+static void wrong_lengths_and_ranges_are_named(void **state)
+{
+    (void)state;
+    refused("{\"N\": 3, \"gap0\": [0.1, 0.2, 0.3]}", MR_MALFORMED, "gap0 has 3 values; give one number or 4");
+    refused("{\"N\": 3, \"grit\": [5]}", MR_MALFORMED, "grit has 1 values; give one number or 4");
+    refused("{\"grit\": [], \"N\": 3}", MR_MALFORMED, "grit has 0 values");
+    refused("{\"N\": 0}", MR_MALFORMED, "N is 0");
+    refused("{\"N\": 99999999999}", MR_MALFORMED, "N is 99999999999");
+    refused("{\"W\": 0}", MR_MALFORMED, "W is 0; give a number above 0");
+    refused("{\"f\": -0.5}", MR_MALFORMED, "f is -0.5");
+    refused("{\"N\": 1, \"grit\": [1, -2]}", MR_MALFORMED, "grit[1] is -2");
+    refused("{\"t_dwell\": -1}", MR_MALFORMED, "t_dwell");
+    refused("{\"N\": 5, \"u_mats\": [6]}", MR_MALFORMED, "u_mats[0] is 6; N is 5");
+    refused("{\"N\": 5, \"u_mats\": [1.5]}", MR_MALFORMED, "u_mats[0]");
+    refused("{\"N\": 5, \"v0_mat\": 6}", MR_MALFORMED, "v0_mat");
+    refused("{\"N\": 5, \"bump\": [1, 1, 1]}", MR_MALFORMED, "bump ends at node 7; N + 1 is 6");
+    refused("{\"tend\": 1, \"t_out\": [0.5, 1.5]}", MR_MALFORMED, "t_out[1]");
+    refused("{\"Vac\": 0}", MR_MALFORMED, "tend");
+    refused("{\"path\": []}", MR_MALFORMED, "path");
+    refused("{\"path\": [[0, 1, 2]]}", MR_MALFORMED, "path");
+    refused("{\"path\": [[1, 1, 2], [0.5, 2, 2]]}", MR_MALFORMED, "path row 1 is at 0.5 s");
+    refused("{\"path\": [[1, 1, 2], [1, 2, 2], [2, 2, 2]]}", MR_MALFORMED, "path row 1");
+}
+
+static void broken_json_has_line_and_column(void **state)
+{
+    (void)state;
+    refused("{\"N\": 3,\n \"L\": 1 \"W\": 2}", MR_MALFORMED, "line 2 column");
+    refused("{\"N\": 3,\n \"L\": 1,\n", MR_TRUNCATED, "line ");
+    refused("", MR_TRUNCATED, "line ");
+    refused("{\"N\": 3, \"N\": 4}", MR_MALFORMED, "uplicate");
+    refused("{\"L\": 1e999}", MR_MALFORMED, "line 1 column");
+    refused("{\"L\": NaN}", MR_MALFORMED, "line 1 column");
+}
+
+static void unreadable_files_are_io(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct error error = {0};
+    assert_int_equal(sim_scene_load(&scene, "build/test-tmp/no such scene.json", &error), MR_IO);
+    assert_non_null(strstr(error.text, "no such scene.json"));
+    memset(&error, 0, sizeof error);
+    assert_int_equal(sim_scene_load(&scene, "tests", &error), MR_IO);
+}
+
+static void a_scene_made_in_memory_is_checked_too(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct error error = {0};
+    double two[] = {1.0, 2.0};
+    sim_scene_defaults(&scene);
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, two, 2, &error), MR_OK);
+    assert_int_equal(sim_scene_check(&scene, "made", &error), MR_MALFORMED);
+    assert_non_null(strstr(error.text, "made: gap0 has 2 values; give one number or 54"));
+    memset(&error, 0, sizeof error);
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, two, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_check(&scene, "made", &error), MR_OK);
+    scene.kl_lb_ft = (double)NAN;
+    assert_int_equal(sim_scene_check(&scene, "made", &error), MR_MALFORMED);
+    assert_non_null(strstr(error.text, "KL"));
+    sim_scene_free(&scene);
+}
+
+static void the_end_follows_the_aircraft(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct error error = {0};
+    const struct sim_path_row stops[] = {{0, 0, 5}, {2, 10, 5}, {3, 10, 0}, {9, 10, 0}};
+    const struct sim_path_row leaves[] = {{0, 0, 5}, {1, 100, 5}, {2, 300, 5}};
+    sim_scene_defaults(&scene);
+    assert_int_equal(sim_scene_set_path(&scene, stops, 4, &error), MR_OK);
+    assert_true(sim_scene_end_s(&scene) == 9.0);
+    scene.t_dwell_s = 0.5;
+    assert_true(sim_scene_end_s(&scene) == 2.5);
+    assert_int_equal(sim_scene_set_path(&scene, leaves, 3, &error),
+                     MR_OK); /* 53 mats of 2 ft: left at 1.03 s */
+    assert_true(fabs(sim_scene_end_s(&scene) - 1.53) < 1e-12);
+    scene.t_end_s = 0.7;
+    assert_true(sim_scene_end_s(&scene) == 0.7);
+    sim_scene_free(&scene);
+}
+
+static void shipped_scenes_load(void **state)
+{
+    (void)state;
+    const char *const names[] = {"host/scenes/model_runway.json", "host/scenes/friction_block.json",
+                                 "host/scenes/wave.json"};
+    for (size_t i = 0; i < 3; i++) {
+        struct sim_scene scene;
+        struct error error = {0};
+        if (sim_scene_load(&scene, names[i], &error) != MR_OK)
+            fail_msg("%s", error.text);
+        if (i == 0) {
+            /* 28 ft/s at 4 ft/s2, and half of the 50 ms rise: stops after 7.025 s near 98 + 3 + 0.7 ft */
+            const struct sim_path_row *stop = &scene.path[scene.path_count - 1];
+            assert_true(fabs(stop->t_s - 7.025) < 1e-3 && fabs(stop->x_ft - (3.0 + 98.0 + 0.7)) < 0.01);
+            assert_true(fabs(sim_scene_end_s(&scene) - stop->t_s - 1.0) < 1e-12);
+            assert_true(fabs(scene.path[20].force_lb - 1300.0 / 12.0 * 4.0 / 32.174) < 1e-3);
+        }
+        sim_scene_free(&scene);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(defaults_are_those_of_the_model),
+        cmocka_unit_test(every_key_is_read),
+        cmocka_unit_test(unknown_keys_are_named),
+        cmocka_unit_test(wrong_types_are_named),
+        cmocka_unit_test(wrong_lengths_and_ranges_are_named),
+        cmocka_unit_test(broken_json_has_line_and_column),
+        cmocka_unit_test(unreadable_files_are_io),
+        cmocka_unit_test(a_scene_made_in_memory_is_checked_too),
+        cmocka_unit_test(the_end_follows_the_aircraft),
+        cmocka_unit_test(shipped_scenes_load),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
