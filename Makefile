@@ -151,7 +151,7 @@ $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_l
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))
 	$(CC) $^ -lz -lm -o $@
-$(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld | $(B)/.test-packages
+$(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
 

@@ -1,0 +1,296 @@
+#include "hil/board.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unicorn/unicorn.h>
+
+#include "hil/elf.h"
+#include "hil/machine.h"
+
+#define CSR_POWER_ON 0x0e000000u /* POR, pin, brown-out */
+#define CSR_PIN (1u << 26)       /* every reset shows on the pin too */
+#define PAGE 4096u
+
+struct hil_snapshot {
+    struct hil_state state;
+    struct hil_cpu_registers registers;
+    struct hil_memory memory;
+    struct hil_options options;
+};
+
+void hil_options_default(struct hil_options *options)
+{
+    *options = (struct hil_options){
+        .seed = 1,
+        .hse_hz = 8000000,
+        .lsi_hz = 32000,
+        .host_baud = 2000000,
+        .can_bus = HIL_CAN_CONNECTED,
+        .adc_noise = true,
+        .uid = {0x00310042u, 0x5847500fu, 0x20343635u},
+    };
+}
+
+void hil_board_stop(struct hil_board *board, enum mr_status status, const char *format, ...)
+{
+    va_list arguments;
+    if (board->stopped)
+        return;
+    board->stopped = true;
+    board->stop_status = status;
+    va_start(arguments, format);
+    vsnprintf(board->reason, sizeof board->reason, format, arguments);
+    va_end(arguments);
+    hil_trace(board, "stop: %s", board->reason);
+    hil_cpu_attend(board);
+}
+
+void hil_trace_line(struct hil_board *board, const char *format, ...)
+{
+    va_list arguments;
+    uint64_t t_ns = hil_board_now_ps(board) / HIL_NS_PS;
+    fprintf(board->options.trace, "%4llu.%09llu ", (unsigned long long)(t_ns / 1000000000u),
+            (unsigned long long)(t_ns % 1000000000u));
+    va_start(arguments, format);
+    vfprintf(board->options.trace, format, arguments);
+    va_end(arguments);
+    fputc('\n', board->options.trace);
+}
+
+void hil_board_request_reset(struct hil_board *board, uint32_t flags)
+{
+    board->reset_request = true;
+    board->reset_flags |= flags | CSR_PIN;
+    hil_cpu_attend(board);
+}
+
+/* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its contents. */
+static void reset_chip(struct hil_board *board, uint32_t csr_flags)
+{
+    board->reset_request = false;
+    board->reset_flags = 0;
+    hil_nvic_reset(&board->state.nvic);
+    hil_scb_reset(&board->state.scb);
+    board->state.systick = (struct hil_systick){.zero_cycle = HIL_NEVER};
+    hil_event_set_cycle(board, HIL_EVENT_SYSTICK, HIL_NEVER);
+    hil_rcc_reset(board, csr_flags);
+    for (unsigned unit = 0; unit < 2; unit++) {
+        hil_dma_reset(board, unit);
+        hil_tim_reset(board, unit);
+    }
+    hil_adc_reset(board);
+    hil_usart_reset(board);
+    hil_can_reset(board);
+    hil_iwdg_reset(board);
+    for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
+        hil_gpio_reset_port(board, port);
+    hil_cpu_reset(board);
+}
+
+struct hil_board *hil_board_create(const struct hil_options *options)
+{
+    struct hil_board *board = calloc(1, sizeof *board);
+    if (!board)
+        abort();
+    board->memory = aligned_alloc(PAGE, sizeof *board->memory);
+    if (!board->memory)
+        abort();
+    memset(board->memory, 0, sizeof *board->memory);
+    memset(board->memory->flash, 0xff, sizeof board->memory->flash);
+    board->options = *options;
+    board->options.trace = NULL; /* an empty board has nothing to tell */
+    hil_event_init(&board->state.events);
+    board->state.clock.hclk_hz = 16000000;
+    board->state.rig.pulse_end_ps = HIL_NEVER;
+    for (unsigned i = 0; i < 2; i++)
+        board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
+    hil_bus_init(board);
+    hil_cpu_create(board);
+    hil_gpio_drive(board, 0, 15, false, 0); /* the one-shot holds PA15 low */
+    reset_chip(board, CSR_POWER_ON);
+    board->options.trace = options->trace;
+    return board;
+}
+
+void hil_board_destroy(struct hil_board *board)
+{
+    if (!board)
+        return;
+    hil_cpu_destroy(board);
+    free(board->memory);
+    free(board);
+}
+
+void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks)
+{
+    board->callbacks = *callbacks;
+}
+
+enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
+{
+    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
+    if (status != MR_OK)
+        return status;
+    hil_cpu_forget_code(board);
+    board->stopped = false;
+    board->reason[0] = '\0';
+    reset_chip(board, CSR_POWER_ON);
+    return board->stopped ? board->stop_status : MR_OK;
+}
+
+void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
+{
+    board->run = run;
+    hil_rig_start(board);
+    hil_script_start(board);
+}
+
+/* WFI: jump to the next event. */
+static void sleep_on(struct hil_board *board)
+{
+    struct hil_state *state = &board->state;
+    uint64_t next = state->events.next_cycle; /* never later than the end of the run */
+    if (next > state->clock.now_cycle) {
+        state->counters.asleep_cycles += next - state->clock.now_cycle;
+        state->clock.now_cycle = next;
+    }
+}
+
+enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
+{
+    struct hil_state *state = &board->state;
+    if (board->stopped)
+        return board->stop_status;
+    board->target_reached = false;
+    hil_event_set_ps(board, HIL_EVENT_TARGET, t_ps);
+    for (;;) {
+        hil_event_run(board);
+        if (board->stopped || board->target_reached)
+            break;
+        if (board->reset_request) {
+            state->counters.resets++;
+            hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
+            reset_chip(board, board->reset_flags);
+            continue;
+        }
+        if (state->cpu.asleep) {
+            if (hil_exception_wakes(board)) {
+                state->cpu.asleep = false;
+            } else {
+                sleep_on(board);
+                continue;
+            }
+        }
+        unsigned exception = hil_exception_due(board);
+        if (exception) {
+            uint32_t pc = 0;
+            uc_reg_read(board->uc, UC_ARM_REG_PC, &pc);
+            hil_exception_enter(board, exception, pc);
+            continue;
+        }
+        const struct hil_nvic *nvic = &state->nvic;
+        bool masked = nvic->best && nvic->best_group < nvic->active_group;
+        board->limit_cycle = masked ? 0 : state->events.next_cycle;
+        hil_cpu_run(board);
+    }
+    hil_event_set_ps(board, HIL_EVENT_TARGET, HIL_NEVER);
+    hil_rig_count_excitation(board, hil_now(board));
+    return board->stopped ? board->stop_status : MR_OK;
+}
+
+const char *hil_board_reason(const struct hil_board *board) { return board->reason; }
+
+uint64_t hil_board_now_ps(const struct hil_board *board)
+{
+    return hil_clock_ps(&board->state.clock, board->state.clock.now_cycle);
+}
+
+uint64_t hil_board_now_cycles(const struct hil_board *board) { return board->state.clock.now_cycle; }
+uint32_t hil_board_hclk_hz(const struct hil_board *board) { return board->state.clock.hclk_hz; }
+
+const struct hil_counters *hil_board_counters(const struct hil_board *board)
+{
+    return &board->state.counters;
+}
+
+bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin)
+{
+    return port < HIL_GPIO_PORTS && pin < 16 && hil_gpio_level(board, port, pin);
+}
+
+void hil_board_drive_pin(struct hil_board *board, unsigned port, unsigned pin, bool level)
+{
+    if (port < HIL_GPIO_PORTS && pin < 16)
+        hil_gpio_drive(board, port, pin, level, hil_now(board));
+}
+
+enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
+{
+    const uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_board_memory(board, address, (uint32_t)n, false) : NULL;
+    if (!memory)
+        return MR_UNKNOWN;
+    memcpy(out, memory, n);
+    return MR_OK;
+}
+
+enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
+{
+    uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_board_memory(board, address, (uint32_t)n, false) : NULL;
+    if (!memory)
+        return MR_UNKNOWN;
+    memcpy(memory, bytes, n);
+    hil_cpu_forget_code(board);
+    return MR_OK;
+}
+
+uint32_t hil_board_register(const struct hil_board *board, unsigned number)
+{
+    int id = number < 13 ? UC_ARM_REG_R0 + (int)number
+             : number == 13 ? UC_ARM_REG_SP
+             : number == 14 ? UC_ARM_REG_LR
+             : number == 15 ? UC_ARM_REG_PC
+                            : UC_ARM_REG_XPSR;
+    uint32_t value = 0;
+    uc_reg_read(board->uc, id, &value);
+    return value;
+}
+
+struct hil_snapshot *hil_board_snapshot(const struct hil_board *board)
+{
+    struct hil_snapshot *snapshot = malloc(sizeof *snapshot);
+    if (!snapshot)
+        abort();
+    snapshot->state = board->state;
+    snapshot->options = board->options;
+    snapshot->options.trace = NULL;
+    memcpy(&snapshot->memory, board->memory, sizeof snapshot->memory);
+    hil_cpu_save(board, &snapshot->registers);
+    return snapshot;
+}
+
+void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snapshot)
+{
+    FILE *trace = board->options.trace;
+    board->options = snapshot->options;
+    board->options.trace = trace;
+    board->state = snapshot->state;
+    memcpy(board->memory, &snapshot->memory, sizeof snapshot->memory);
+    hil_cpu_forget_code(board);
+    hil_cpu_load(board, &snapshot->registers);
+    board->stopped = board->reset_request = false;
+    board->reset_flags = 0;
+    board->reason[0] = '\0';
+}
+
+struct hil_board *hil_board_fork(const struct hil_board *board)
+{
+    struct hil_options options = board->options;
+    options.trace = NULL;
+    struct hil_board *copy = hil_board_create(&options);
+    struct hil_snapshot *snapshot = hil_board_snapshot(board);
+    copy->run = board->run;
+    hil_board_restore(copy, snapshot);
+    free(snapshot);
+    return copy;
+}

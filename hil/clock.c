@@ -1,0 +1,36 @@
+#include "hil/clock.h"
+
+#include "hil/machine.h"
+
+__extension__ typedef unsigned __int128 wide;
+
+uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
+{
+    if (cycle < clock->anchor_cycle) /* only ever a moment before: at the rate of now */
+        return clock->anchor_ps - (uint64_t)((wide)(clock->anchor_cycle - cycle)
+                                             * HIL_SECOND_PS / clock->hclk_hz);
+    wide ps = (wide)(cycle - clock->anchor_cycle) * HIL_SECOND_PS / clock->hclk_hz;
+    return clock->anchor_ps + (uint64_t)ps;
+}
+
+uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps)
+{
+    if (t_ps == HIL_NEVER)
+        return HIL_NEVER;
+    if (t_ps <= clock->anchor_ps)
+        return clock->anchor_cycle;
+    wide cycles = ((wide)(t_ps - clock->anchor_ps) * clock->hclk_hz + (HIL_SECOND_PS - 1)) / HIL_SECOND_PS;
+    return clock->anchor_cycle + (uint64_t)cycles;
+}
+
+void hil_clock_change(struct hil_board *board, uint32_t hclk_hz)
+{
+    struct hil_clock *clock = &board->state.clock;
+    if (hclk_hz == clock->hclk_hz)
+        return;
+    clock->anchor_ps = hil_clock_ps(clock, clock->now_cycle);
+    clock->anchor_cycle = clock->now_cycle;
+    clock->hclk_hz = hclk_hz;
+    hil_event_rebase(board);
+    hil_trace(board, "HCLK %u Hz", (unsigned)hclk_hz);
+}

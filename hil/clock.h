@@ -1,0 +1,22 @@
+/* Virtual time: HCLK cycles since power on, and their physical time in picoseconds. */
+#ifndef MATRIG_HIL_CLOCK_H
+#define MATRIG_HIL_CLOCK_H
+
+#include <stdint.h>
+
+struct hil_board;
+
+struct hil_clock {
+    uint64_t now_cycle;    /* start of the basic block that runs */
+    uint64_t anchor_cycle; /* where HCLK last changed */
+    uint64_t anchor_ps;
+    uint32_t hclk_hz;
+};
+
+/* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
+uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
+uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
+/* HCLK becomes hclk_hz now. */
+void hil_clock_change(struct hil_board *board, uint32_t hclk_hz);
+
+#endif

@@ -1,0 +1,355 @@
+#include "hil/cpu.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unicorn/unicorn.h>
+
+#include "hil/machine.h"
+
+/* Why Unicorn came back, told by its hooks. */
+enum { CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
+
+#define XPSR_T (1u << 24)
+#define OPCODE_YIELD 0xbf10u
+#define OPCODE_WFE 0xbf20u
+#define OPCODE_SEV 0xbf40u
+
+static void must(uc_err err, const char *what)
+{
+    if (err == UC_ERR_OK)
+        return;
+    fprintf(stderr, "matrig-board: the CPU emulator failed: %s: %s\n", what, uc_strerror(err));
+    abort();
+}
+
+static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
+
+/* Count the instructions of a block and look for those that need watching. */
+static struct hil_block_info inspect_block(struct hil_board *board, uint32_t address, uint32_t size)
+{
+    struct hil_block_info info = {.address = address, .size = (uint16_t)size};
+    const uint8_t *code = hil_board_memory(board, address, size, false);
+    unsigned count = 0;
+    for (uint32_t i = 0; code && i + 2 <= size; count++) {
+        uint16_t first = halfword(code + i);
+        bool wide = first >= 0xe800u;
+        if (first == OPCODE_SEV)
+            info.flags |= HIL_BLOCK_SEV;
+        if (wide && i + 4 <= size && (first & 0xec00u) == 0xec00u) {
+            unsigned coprocessor = halfword(code + i + 2) >> 8 & 0xfu;
+            if (coprocessor == 10 || coprocessor == 11)
+                info.flags |= HIL_BLOCK_FP;
+        }
+        i += wide ? 4 : 2;
+    }
+    info.instructions = (uint8_t)(count ? count : 1);
+    return info;
+}
+
+static const struct hil_block_info *block_info(struct hil_board *board, uint32_t address, uint32_t size)
+{
+    struct hil_block_info *info = &board->blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
+    if (info->address != address || info->size != size)
+        *info = inspect_block(board, address, size);
+    return info;
+}
+
+static void count_block(struct hil_state *state)
+{
+    state->clock.now_cycle += state->cpu.block_instructions;
+    state->counters.instructions += state->cpu.block_instructions;
+    state->cpu.block_instructions = 0;
+}
+
+/* The slow path of the block hook: treat events, find out whether the core must stop here. */
+static bool must_stop(struct hil_board *board)
+{
+    board->limit_cycle = HIL_NEVER;
+    hil_event_run(board);
+    if (board->limit_cycle > board->state.events.next_cycle)
+        board->limit_cycle = board->state.events.next_cycle;
+    if (board->stopped || board->target_reached || board->reset_request)
+        return true;
+    const struct hil_nvic *nvic = &board->state.nvic;
+    if (nvic->best && nvic->best_group < nvic->active_group) {
+        if (hil_exception_due(board))
+            return true;
+        board->limit_cycle = 0; /* masked: look again at every block until it is not */
+    }
+    return false;
+}
+
+static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
+{
+    struct hil_board *board = user;
+    struct hil_state *state = &board->state;
+    count_block(state);
+    if (state->clock.now_cycle >= board->limit_cycle && must_stop(board)) {
+        uc_emu_stop(uc);
+        return;
+    }
+    const struct hil_block_info *info = block_info(board, (uint32_t)address, size);
+    if (info->flags) {
+        if (info->flags & HIL_BLOCK_SEV)
+            state->cpu.event = true;
+        if ((info->flags & HIL_BLOCK_FP) && (state->scb.cpacr & 0xf00000u) != 0xf00000u) {
+            hil_board_stop(board, MR_HALTED,
+                           "floating point in the block at PC 0x%08x while CPACR (0x%08x) keeps the unit off",
+                           (unsigned)address, (unsigned)state->scb.cpacr);
+            uc_emu_stop(uc);
+            return;
+        }
+    }
+    state->cpu.block_address = (uint32_t)address;
+    state->cpu.block_size = size;
+    state->cpu.block_instructions = info->instructions;
+}
+
+static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
+{
+    struct hil_board *board = user;
+    board->came_back = number == 8 ? CAME_BACK_RETURN
+                       : number == 2 ? CAME_BACK_SVC
+                       : number == 7 ? CAME_BACK_BKPT
+                                     : CAME_BACK_OTHER;
+    board->came_back_number = number;
+    uc_emu_stop(uc);
+}
+
+static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value,
+                              void *user)
+{
+    struct hil_board *board = user;
+    (void)uc;
+    (void)value;
+    board->bad_address = (uint32_t)address;
+    board->bad_size = (uint32_t)size;
+    board->bad_type = (int)type;
+    return false;
+}
+
+static uint64_t on_mmio_read(uc_engine *uc, uint64_t offset, unsigned size, void *user)
+{
+    const struct hil_region *region = user;
+    (void)uc;
+    return hil_bus_read(region->board, region->base + (uint32_t)offset, size);
+}
+
+static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_t value, void *user)
+{
+    const struct hil_region *region = user;
+    (void)uc;
+    hil_bus_write(region->board, region->base + (uint32_t)offset, size, (uint32_t)value);
+}
+
+void hil_cpu_create(struct hil_board *board)
+{
+    /* Address ranges that answer to loads and stores but are no memory (RM0090 2.3, ARMv7-M B3.1). */
+    static const struct { uint32_t base, size; } ranges[HIL_REGIONS] = {
+        {0x1fff0000u, 0x00010000u}, /* system memory, OTP, unique id, option bytes */
+        {0x22000000u, 0x02000000u}, /* SRAM bit-band alias */
+        {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
+        {0x42000000u, 0x02000000u}, /* their bit-band alias */
+        {0x50000000u, 0x10000000u}, /* AHB2 */
+        {0xa0000000u, 0x00001000u}, /* FSMC registers */
+        {0xe0000000u, 0x00100000u}, /* private peripheral bus */
+    };
+    must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
+    must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
+    must(uc_mem_map_ptr(board->uc, 0x00000000u, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
+                        board->memory->flash),
+         "mapping flash at 0");
+    must(uc_mem_map_ptr(board->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
+                        board->memory->flash),
+         "mapping flash");
+    must(uc_mem_map_ptr(board->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, board->memory->sram),
+         "mapping SRAM");
+    must(uc_mem_map_ptr(board->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
+                        board->memory->ccm),
+         "mapping CCM");
+    for (unsigned i = 0; i < HIL_REGIONS; i++) {
+        board->regions[i] = (struct hil_region){board, ranges[i].base};
+        must(uc_mmio_map(board->uc, ranges[i].base, ranges[i].size, on_mmio_read, &board->regions[i],
+                         on_mmio_write,
+                         &board->regions[i]),
+             "mapping peripherals");
+    }
+    uc_hook hook;
+    must(uc_hook_add(board->uc, &hook, UC_HOOK_BLOCK, (void *)(uintptr_t)on_block, board, 1, 0),
+         "block hook");
+    must(uc_hook_add(board->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, board, 1, 0),
+         "interrupt hook");
+    must(uc_hook_add(board->uc, &hook, UC_HOOK_MEM_INVALID, (void *)(uintptr_t)on_invalid_memory, board, 1,
+                     0),
+         "memory hook");
+}
+
+void hil_cpu_destroy(struct hil_board *board)
+{
+    if (board->uc)
+        uc_close(board->uc);
+}
+
+void hil_cpu_forget_code(struct hil_board *board)
+{
+    memset(board->blocks, 0, sizeof board->blocks);
+    uc_ctl_remove_cache(board->uc, 0x00000000u, HIL_FLASH_SIZE);
+    uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
+    uc_ctl_remove_cache(board->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
+}
+
+void hil_cpu_attend(struct hil_board *board) { board->limit_cycle = 0; }
+
+void hil_cpu_save(const struct hil_board *board, struct hil_cpu_registers *registers)
+{
+    *registers = (struct hil_cpu_registers){0};
+    for (int i = 0; i < 13; i++)
+        uc_reg_read(board->uc, UC_ARM_REG_R0 + i, &registers->r[i]);
+    for (int i = 0; i < 16; i++)
+        uc_reg_read(board->uc, UC_ARM_REG_D0 + i, &registers->d[i]);
+    uc_reg_read(board->uc, UC_ARM_REG_MSP, &registers->msp);
+    uc_reg_read(board->uc, UC_ARM_REG_PSP, &registers->psp);
+    uc_reg_read(board->uc, UC_ARM_REG_LR, &registers->lr);
+    uc_reg_read(board->uc, UC_ARM_REG_PC, &registers->pc);
+    uc_reg_read(board->uc, UC_ARM_REG_XPSR, &registers->xpsr);
+    uc_reg_read(board->uc, UC_ARM_REG_CONTROL, &registers->control);
+    uc_reg_read(board->uc, UC_ARM_REG_PRIMASK, &registers->primask);
+    uc_reg_read(board->uc, UC_ARM_REG_BASEPRI, &registers->basepri);
+    uc_reg_read(board->uc, UC_ARM_REG_FAULTMASK, &registers->faultmask);
+    uc_reg_read(board->uc, UC_ARM_REG_FPSCR, &registers->fpscr);
+}
+
+void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *registers)
+{
+    uint32_t thread = XPSR_T;
+    uint32_t none = 0;
+    uint32_t pc = registers->pc | 1u;
+    /* From any state to privileged thread mode on MSP, then everything, then the mode. */
+    uc_reg_write(board->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
+    uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &none);
+    for (int i = 0; i < 13; i++)
+        uc_reg_write(board->uc, UC_ARM_REG_R0 + i, &registers->r[i]);
+    for (int i = 0; i < 16; i++)
+        uc_reg_write(board->uc, UC_ARM_REG_D0 + i, &registers->d[i]);
+    uc_reg_write(board->uc, UC_ARM_REG_FPSCR, &registers->fpscr);
+    uc_reg_write(board->uc, UC_ARM_REG_PRIMASK, &registers->primask);
+    uc_reg_write(board->uc, UC_ARM_REG_BASEPRI, &registers->basepri);
+    uc_reg_write(board->uc, UC_ARM_REG_FAULTMASK, &registers->faultmask);
+    uint32_t control = registers->control & ~1u;
+    uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &control);
+    uc_reg_write(board->uc, UC_ARM_REG_XPSR_NZCVQG, &registers->xpsr);
+    uc_reg_write(board->uc, UC_ARM_REG_MSP, &registers->msp);
+    uc_reg_write(board->uc, UC_ARM_REG_PSP, &registers->psp);
+    uc_reg_write(board->uc, UC_ARM_REG_LR, &registers->lr);
+    uc_reg_write(board->uc, UC_ARM_REG_PC, &pc);
+    if (registers->control & 1u)
+        uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &registers->control);
+    uint32_t apsr = 0;
+    uc_reg_read(board->uc, UC_ARM_REG_APSR_NZCV, &apsr);
+    uc_reg_write(board->uc, UC_ARM_REG_APSR_NZCV, &apsr);
+}
+
+void hil_cpu_reset(struct hil_board *board)
+{
+    struct hil_cpu_registers registers = {.lr = 0xffffffffu, .xpsr = XPSR_T};
+    const uint8_t *table = board->memory->flash; /* boot from flash: it is aliased at 0 */
+    memcpy(&registers.msp, table, 4);
+    memcpy(&registers.pc, table + 4, 4);
+    registers.msp &= ~3u;
+    hil_cpu_load(board, &registers);
+    board->state.cpu = (struct hil_cpu){0};
+    if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
+        hil_board_stop(board, MR_HALTED, "no firmware: the reset vector is 0x%08x", (unsigned)registers.pc);
+}
+
+static uint32_t read_pc(const struct hil_board *board)
+{
+    uint32_t pc = 0;
+    uc_reg_read(board->uc, UC_ARM_REG_PC, &pc);
+    return pc;
+}
+
+/* Unicorn stopped at an instruction it does not execute: WFE and YIELD (PC already past) or an undefined
+ * one. */
+static void treat_invalid(struct hil_board *board)
+{
+    uint32_t pc = read_pc(board) & ~1u;
+    const uint8_t *before = hil_board_memory(board, pc - 2, 2, false);
+    bool past = pc == board->state.cpu.block_address + board->state.cpu.block_size;
+    uint16_t opcode = before && past ? halfword(before) : 0;
+    count_block(&board->state);
+    if (opcode == OPCODE_WFE) {
+        if (board->state.cpu.event)
+            board->state.cpu.event = false;
+        else
+            board->state.cpu.asleep = true;
+    } else if (opcode != OPCODE_YIELD) {
+        hil_exception_fault(board, HIL_CFSR_UNDEFINSTR, pc, 0);
+    }
+}
+
+static void treat_bad_memory(struct hil_board *board, uc_err err)
+{
+    uint32_t address = board->bad_address;
+    count_block(&board->state);
+    if (err == UC_ERR_FETCH_UNMAPPED || err == UC_ERR_FETCH_PROT) {
+        hil_exception_fault(board, HIL_CFSR_IBUSERR, read_pc(board) & ~1u, address);
+        return;
+    }
+    bool write = err == UC_ERR_WRITE_UNMAPPED || err == UC_ERR_WRITE_PROT;
+    uint32_t pc = hil_cpu_access_pc(board, address, write);
+    if (err == UC_ERR_WRITE_PROT) {
+        hil_board_stop(board, MR_UNMODELLED, "unmodelled write of %u bytes to flash at 0x%08x, PC 0x%08x",
+                       (unsigned)board->bad_size, (unsigned)address, (unsigned)pc);
+        return;
+    }
+    hil_exception_fault(board, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
+}
+
+void hil_cpu_run(struct hil_board *board)
+{
+    uint32_t pc = read_pc(board) | 1u;
+    board->came_back = CAME_BACK_PLAIN;
+    uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
+    switch (err) {
+    case UC_ERR_OK:
+        break;
+    case UC_ERR_INSN_INVALID:
+        treat_invalid(board);
+        return;
+    case UC_ERR_READ_UNMAPPED:
+    case UC_ERR_WRITE_UNMAPPED:
+    case UC_ERR_FETCH_UNMAPPED:
+    case UC_ERR_WRITE_PROT:
+    case UC_ERR_READ_PROT:
+    case UC_ERR_FETCH_PROT:
+        treat_bad_memory(board, err);
+        return;
+    default:
+        hil_board_stop(board, MR_HALTED, "the CPU emulator failed at PC 0x%08x: %s", (unsigned)read_pc(board),
+                       uc_strerror(err));
+        return;
+    }
+    bool at_block_start = board->state.cpu.block_instructions == 0;
+    count_block(&board->state);
+    switch (board->came_back) {
+    case CAME_BACK_RETURN:
+        hil_exception_return(board, read_pc(board) | 1u);
+        break;
+    case CAME_BACK_SVC:
+        hil_exception_svc(board, read_pc(board));
+        break;
+    case CAME_BACK_BKPT:
+        hil_exception_bkpt(board, read_pc(board) & ~1u);
+        break;
+    case CAME_BACK_OTHER:
+        hil_board_stop(board, MR_HALTED, "processor exception %u at PC 0x%08x",
+                       (unsigned)board->came_back_number,
+                       (unsigned)read_pc(board));
+        break;
+    default:
+        if (!at_block_start)
+            board->state.cpu.asleep = true; /* nobody asked it to stop: WFI */
+        break;
+    }
+}

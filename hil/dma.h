@@ -1,0 +1,51 @@
+/* DMA1 and DMA2 (RM0090 10), direct mode between a peripheral and SRAM, and memory to memory on DMA2.
+ *
+ * Peripherals that have data or room call hil_dma_write_items / hil_dma_read_items with as many items as
+ * moved at that moment; half-transfer and transfer-complete flags rise then. A peripheral that moves
+ * several items in one event must not step over a flag: hil_dma_until_flag says how many items there are
+ * to the next. CCM is out of reach: transfer error. */
+#ifndef MATRIG_HIL_DMA_H
+#define MATRIG_HIL_DMA_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct hil_board;
+
+struct hil_dma_stream {
+    uint32_t cr, ndtr, par, m0ar, fcr;
+    uint32_t reload; /* NDTR when it was enabled */
+};
+
+struct hil_dma {
+    uint32_t isr[2]; /* LISR, HISR */
+    struct hil_dma_stream stream[8];
+};
+
+struct hil_dma_request {
+    unsigned controller; /* 0: DMA1, 1: DMA2 */
+    unsigned stream;
+    unsigned channel;
+    uint32_t peripheral; /* address that PAR must hold */
+    bool from_memory;
+};
+
+void hil_dma_reset(struct hil_board *board, unsigned unit);
+uint32_t hil_dma_read(struct hil_board *board, unsigned unit, uint32_t offset);
+void hil_dma_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
+void hil_dma_memory_event(struct hil_board *board, uint64_t at);
+
+/* Items the stream would move now without stopping or raising a flag before the last of them; 0 while it
+ * does not serve this request (off, other channel or direction). A wrong PAR stops the run. */
+uint32_t hil_dma_until_flag(struct hil_board *board, const struct hil_dma_request *request);
+/* Move n items, 1 <= n <= hil_dma_until_flag. Values are in the low bits of 16-bit words; a stream of
+ * bytes takes the low byte. Reading returns false when the memory is out of reach: transfer error, nothing
+ * moved. */
+void hil_dma_write_items(struct hil_board *board, const struct hil_dma_request *request,
+                         const uint16_t *values, uint32_t n);
+bool hil_dma_read_items(struct hil_board *board, const struct hil_dma_request *request, uint8_t *values,
+                        uint32_t n);
+/* One item of a 32-bit peripheral register (capture), read through the bus with its side effects. */
+void hil_dma_request(struct hil_board *board, unsigned controller, unsigned stream, unsigned channel);
+
+#endif

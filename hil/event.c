@@ -1,0 +1,91 @@
+#include "hil/event.h"
+
+#include "hil/machine.h"
+
+typedef void (*event_handler)(struct hil_board *board, uint64_t at);
+
+static void target_event(struct hil_board *board, uint64_t at)
+{
+    (void)at;
+    board->target_reached = true;
+}
+
+static const event_handler handlers[HIL_EVENT_COUNT] = {
+    [HIL_EVENT_HSE] = hil_rcc_hse_event,
+    [HIL_EVENT_PLL] = hil_rcc_pll_event,
+    [HIL_EVENT_LSI] = hil_rcc_lsi_event,
+    [HIL_EVENT_RIG] = hil_rig_event,
+    [HIL_EVENT_SCRIPT] = hil_script_event,
+    [HIL_EVENT_ADC1] = hil_adc1_event,
+    [HIL_EVENT_ADC3] = hil_adc3_event,
+    [HIL_EVENT_TIM4] = hil_tim4_event,
+    [HIL_EVENT_TIM2] = hil_tim2_event,
+    [HIL_EVENT_DMA_MEMORY] = hil_dma_memory_event,
+    [HIL_EVENT_CAN] = hil_can_event,
+    [HIL_EVENT_USART_TX] = hil_usart_tx_event,
+    [HIL_EVENT_USART_RX] = hil_usart_rx_event,
+    [HIL_EVENT_SYSTICK] = hil_systick_event,
+    [HIL_EVENT_IWDG] = hil_iwdg_event,
+    [HIL_EVENT_TARGET] = target_event,
+};
+
+void hil_event_init(struct hil_events *events)
+{
+    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+        events->at_cycle[i] = HIL_NEVER;
+        events->at_ps[i] = HIL_NEVER;
+    }
+    events->next_cycle = HIL_NEVER;
+}
+
+static void find_next(struct hil_board *board)
+{
+    struct hil_events *events = &board->state.events;
+    uint64_t next = HIL_NEVER;
+    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+        if (events->at_cycle[i] < next)
+            next = events->at_cycle[i];
+    }
+    events->next_cycle = next;
+    if (next < board->limit_cycle)
+        board->limit_cycle = next;
+}
+
+void hil_event_set_cycle(struct hil_board *board, enum hil_event_slot slot, uint64_t cycle)
+{
+    board->state.events.at_cycle[slot] = cycle;
+    board->state.events.at_ps[slot] = HIL_NEVER;
+    find_next(board);
+}
+
+void hil_event_set_ps(struct hil_board *board, enum hil_event_slot slot, uint64_t t_ps)
+{
+    board->state.events.at_cycle[slot] = hil_clock_cycle(&board->state.clock, t_ps);
+    board->state.events.at_ps[slot] = t_ps;
+    find_next(board);
+}
+
+void hil_event_rebase(struct hil_board *board)
+{
+    struct hil_events *events = &board->state.events;
+    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+        if (events->at_ps[i] != HIL_NEVER)
+            events->at_cycle[i] = hil_clock_cycle(&board->state.clock, events->at_ps[i]);
+    }
+    find_next(board);
+}
+
+void hil_event_run(struct hil_board *board)
+{
+    struct hil_events *events = &board->state.events;
+    while (events->next_cycle <= board->state.clock.now_cycle && !board->target_reached) {
+        unsigned slot = 0;
+        while (events->at_cycle[slot] != events->next_cycle)
+            slot++;
+        uint64_t at = events->at_cycle[slot];
+        events->at_cycle[slot] = HIL_NEVER;
+        events->at_ps[slot] = HIL_NEVER;
+        find_next(board);
+        handlers[slot](board, at);
+    }
+}

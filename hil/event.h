@@ -1,0 +1,52 @@
+/* Event queue: one fixed slot per source, so that the whole queue is a few words without pointers.
+ *
+ * A slot holds either an HCLK cycle (peripherals: they count clocks, whatever the clock's rate is) or a
+ * physical time in picoseconds (the rig, oscillators, the watchdog's own clock), which is converted again
+ * whenever HCLK changes. */
+#ifndef MATRIG_HIL_EVENT_H
+#define MATRIG_HIL_EVENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct hil_board;
+
+#define HIL_NEVER UINT64_MAX
+
+/* Order is the order of treatment when several are due at the same cycle. */
+enum hil_event_slot {
+    HIL_EVENT_HSE,
+    HIL_EVENT_PLL,
+    HIL_EVENT_LSI,
+    HIL_EVENT_RIG,
+    HIL_EVENT_SCRIPT,
+    HIL_EVENT_ADC1, /* before the timers: a scan that ends when the next trigger comes has ended */
+    HIL_EVENT_ADC3,
+    HIL_EVENT_TIM4, /* before TIM2, which it triggers */
+    HIL_EVENT_TIM2,
+    HIL_EVENT_DMA_MEMORY,
+    HIL_EVENT_CAN,
+    HIL_EVENT_USART_TX,
+    HIL_EVENT_USART_RX,
+    HIL_EVENT_SYSTICK,
+    HIL_EVENT_IWDG,
+    HIL_EVENT_TARGET, /* end of the current run_until: last */
+    HIL_EVENT_COUNT
+};
+
+struct hil_events {
+    uint64_t at_cycle[HIL_EVENT_COUNT];
+    uint64_t at_ps[HIL_EVENT_COUNT]; /* HIL_NEVER: the slot is in cycles */
+    uint64_t next_cycle;             /* earliest of at_cycle */
+};
+
+void hil_event_init(struct hil_events *events);
+/* Set, move or (HIL_NEVER) clear a slot. A past moment is due at once. */
+void hil_event_set_cycle(struct hil_board *board, enum hil_event_slot slot, uint64_t cycle);
+void hil_event_set_ps(struct hil_board *board, enum hil_event_slot slot, uint64_t t_ps);
+/* Convert the slots that are in picoseconds again, after a change of HCLK. */
+void hil_event_rebase(struct hil_board *board);
+/* Treat everything due up to the present cycle, in order of time. */
+void hil_event_run(struct hil_board *board);
+
+#endif

@@ -1,0 +1,138 @@
+/* Inside of the emulated board: all state in one struct without pointers, and what the parts call of each
+ * other.
+ *
+ * `struct hil_state` plus the memories plus the core's registers are the whole machine: a snapshot is a
+ * copy of them. What a board is connected to (callbacks, rig, trace) is in `struct hil_board` and not part
+ * of a snapshot. */
+#ifndef MATRIG_HIL_MACHINE_H
+#define MATRIG_HIL_MACHINE_H
+
+#include "hil/adc.h"
+#include "hil/board.h"
+#include "hil/bus.h"
+#include "hil/can.h"
+#include "hil/clock.h"
+#include "hil/cpu.h"
+#include "hil/dma.h"
+#include "hil/event.h"
+#include "hil/exception.h"
+#include "hil/gpio.h"
+#include "hil/iwdg.h"
+#include "hil/nvic.h"
+#include "hil/rcc.h"
+#include "hil/rig.h"
+#include "hil/scb.h"
+#include "hil/script.h"
+#include "hil/systick.h"
+#include "hil/tim.h"
+#include "hil/usart.h"
+
+#define HIL_FLASH_BASE 0x08000000u
+#define HIL_FLASH_SIZE 0x00100000u
+#define HIL_SRAM_BASE 0x20000000u /* SRAM1 112 KiB and SRAM2 16 KiB, contiguous */
+#define HIL_SRAM_SIZE 0x00020000u
+#define HIL_CCM_BASE 0x10000000u
+#define HIL_CCM_SIZE 0x00010000u
+#define HIL_REGIONS 7
+
+struct hil_memory {
+    uint8_t flash[HIL_FLASH_SIZE];
+    uint8_t sram[HIL_SRAM_SIZE];
+    uint8_t ccm[HIL_CCM_SIZE];
+};
+
+struct hil_state {
+    struct hil_clock clock;
+    struct hil_events events;
+    struct hil_counters counters;
+    struct hil_cpu cpu;
+    struct hil_nvic nvic;
+    struct hil_scb scb;
+    struct hil_systick systick;
+    struct hil_rcc rcc;
+    struct hil_gpio gpio;
+    struct hil_tim tim[HIL_TIMERS];
+    struct hil_dma dma[2];
+    struct hil_adc adc[2];
+    uint32_t adc_ccr;
+    struct hil_usart usart;
+    struct hil_can can;
+    struct hil_iwdg iwdg;
+    struct hil_rig rig;
+    struct hil_script script;
+};
+
+struct hil_region {
+    struct hil_board *board;
+    uint32_t base;
+};
+
+struct uc_struct;
+
+struct hil_board {
+    struct hil_state state;
+    struct hil_memory *memory; /* page-aligned: the core runs directly on it */
+    struct uc_struct *uc;
+    struct hil_options options;
+    struct hil_callbacks callbacks;
+    const struct hil_run *run; /* may be NULL */
+
+    /* Of the present run_until; nothing of it outlives the call. */
+    uint64_t limit_cycle;      /* the block hook looks up from here on; at most the next event */
+    bool target_reached;
+    bool reset_request;
+    uint32_t reset_flags;      /* RCC_CSR flags of the reset requested */
+    bool stopped;
+    enum mr_status stop_status;
+    char reason[256];
+
+    struct hil_access access;
+
+    /* What the core's hooks leave for the loop. */
+    int came_back;
+    uint32_t came_back_number;
+    uint32_t bad_address, bad_size;
+    int bad_type;
+
+    /* Derived from code and run file; rebuilt when needed. */
+    struct hil_block_info blocks[HIL_BLOCK_CACHE];
+    struct hil_region regions[HIL_REGIONS];
+    uint8_t peripheral_of[512]; /* index by kilobyte from 0x40000000 */
+};
+
+/* Stop the run, with a message. The first stop wins. */
+__attribute__((format(printf, 3, 4))) void hil_board_stop(struct hil_board *board, enum mr_status status,
+                                                           const char *format, ...);
+/* One line to the trace, if there is one. */
+__attribute__((format(printf, 2, 3))) void hil_trace_line(struct hil_board *board, const char *format, ...);
+#define hil_trace(board, ...)                       \
+    do {                                            \
+        if ((board)->options.trace)                 \
+            hil_trace_line((board), __VA_ARGS__);   \
+    } while (0)
+
+/* Reset the chip at the next chance; `flags` are added to RCC_CSR. */
+void hil_board_request_reset(struct hil_board *board, uint32_t flags);
+
+/* Host address of n bytes of the board's memory, or NULL when they are not in one memory (or would write
+ * flash). */
+static inline uint8_t *hil_board_memory(const struct hil_board *board, uint32_t address, uint32_t n,
+                                        bool write)
+{
+    struct hil_memory *memory = board->memory;
+    if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))
+        return memory->sram + (address - HIL_SRAM_BASE);
+    if (address - HIL_CCM_BASE < HIL_CCM_SIZE && n <= HIL_CCM_SIZE - (address - HIL_CCM_BASE))
+        return memory->ccm + (address - HIL_CCM_BASE);
+    if (write)
+        return NULL;
+    if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
+        return memory->flash + (address - HIL_FLASH_BASE);
+    if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address)
+        return memory->flash + address;
+    return NULL;
+}
+
+static inline uint64_t hil_now(const struct hil_board *board) { return board->state.clock.now_cycle; }
+
+#endif

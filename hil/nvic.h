@@ -1,0 +1,80 @@
+/* Which exception is pending, active and allowed: NVIC and the system handlers' priorities (ARMv7-M B1.5,
+ * PM0214 4.3).
+ *
+ * Exception numbers: 1..15 system, 16 + n interrupt n. Priorities keep the upper four bits, as on the
+ * STM32F4. */
+#ifndef MATRIG_HIL_NVIC_H
+#define MATRIG_HIL_NVIC_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct hil_board;
+
+#define HIL_INTERRUPTS 82u /* STM32F40x */
+#define HIL_EXCEPTIONS (16u + HIL_INTERRUPTS)
+#define HIL_EXCEPTION_WORDS ((HIL_EXCEPTIONS + 31u) / 32u)
+
+enum hil_exception {
+    HIL_EXC_NONE = 0,
+    HIL_EXC_RESET = 1,
+    HIL_EXC_NMI = 2,
+    HIL_EXC_HARD_FAULT = 3,
+    HIL_EXC_MEM_MANAGE = 4,
+    HIL_EXC_BUS_FAULT = 5,
+    HIL_EXC_USAGE_FAULT = 6,
+    HIL_EXC_SVCALL = 11,
+    HIL_EXC_DEBUG_MONITOR = 12,
+    HIL_EXC_PENDSV = 14,
+    HIL_EXC_SYSTICK = 15,
+};
+
+/* Interrupt numbers of the peripherals modelled (RM0090 table 62). */
+enum hil_irq {
+    HIL_IRQ_RCC = 5,
+    HIL_IRQ_DMA1_STREAM0 = 11, /* to stream 6: 17; stream 7: 47 */
+    HIL_IRQ_ADC = 18,
+    HIL_IRQ_CAN1_TX = 19,
+    HIL_IRQ_CAN1_RX0 = 20,
+    HIL_IRQ_CAN1_RX1 = 21,
+    HIL_IRQ_CAN1_SCE = 22,
+    HIL_IRQ_TIM2 = 28,
+    HIL_IRQ_TIM4 = 30,
+    HIL_IRQ_USART1 = 37,
+    HIL_IRQ_DMA1_STREAM7 = 47,
+    HIL_IRQ_DMA2_STREAM0 = 56, /* to stream 4: 60 */
+    HIL_IRQ_DMA2_STREAM5 = 68, /* to stream 7: 70 */
+};
+
+struct hil_nvic {
+    uint32_t enabled[HIL_EXCEPTION_WORDS];
+    uint32_t pending[HIL_EXCEPTION_WORDS];
+    uint32_t active[HIL_EXCEPTION_WORDS];
+    uint32_t line[HIL_EXCEPTION_WORDS];   /* level a peripheral holds */
+    int16_t priority[HIL_EXCEPTIONS];     /* -3..-1 fixed, else 0..240 in steps of 16 */
+    uint16_t best;                        /* pending exception of highest priority, 0: none */
+    int16_t best_group;                   /* its group priority */
+    int16_t active_group;                 /* group priority of what runs; 256: thread */
+    uint8_t prigroup;                     /* AIRCR.PRIGROUP */
+};
+
+void hil_nvic_reset(struct hil_nvic *nvic);
+/* Recompute what is best and what runs; to be called after any change of the sets or priorities. */
+void hil_nvic_update(struct hil_board *board);
+void hil_nvic_pend(struct hil_board *board, unsigned exception);
+void hil_nvic_unpend(struct hil_board *board, unsigned exception);
+/* A peripheral drives its interrupt line; a line that is high when its handler returns pends again. */
+void hil_irq_line(struct hil_board *board, unsigned irq, bool level);
+/* Mark taken / finished. */
+void hil_nvic_activate(struct hil_board *board, unsigned exception);
+void hil_nvic_deactivate(struct hil_board *board, unsigned exception);
+bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
+/* Group priority of a priority value under PRIGROUP. */
+int hil_nvic_group(const struct hil_nvic *nvic, int priority);
+
+/* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no such
+ * register. */
+bool hil_nvic_read(struct hil_board *board, uint32_t offset, unsigned size, uint32_t *value);
+bool hil_nvic_write(struct hil_board *board, uint32_t offset, unsigned size, uint32_t value);
+
+#endif

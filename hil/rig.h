@@ -1,0 +1,47 @@
+/* The rig: physical truth of a run into what the board's pins see.
+ *
+ * Switches: each opens for good, fires a one-shot of 20 us on PA15, and adds its own step to the staircase
+ * on PC4:
+ *     V = 0.050 + sum over opened switches of step * 3.3/4096 * (1 - exp(-(t - t_open)/20 us)),
+ *     step(p) = 64 + 8 * ((7 (p - 1)) mod 24) codes, p = 1..24
+ * Gages 1..14 on PA0..PA7, PB0, PB1, PC0..PC3: V = 0.400 + 0.005 * tension_lb. Reference on PC5: 2.500 V.
+ * Transducers 1..8 on PF3..PF10, excited by PD12 and PD13: V = 1.65 + a * (0.050 + 0.5 * displacement_in),
+ * where a is +1 while PD12 is high and PD13 low, -1 reversed, 0 while equal, and follows a change
+ * exponentially with 4 us. An electrolytic transducer wants no direct component: the time at each polarity
+ * is counted. All voltages are clipped to 0..3.3 V by the converter. Pins that nothing is connected to
+ * float at 0 V. */
+#ifndef MATRIG_HIL_RIG_H
+#define MATRIG_HIL_RIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct hil_board;
+
+#define HIL_VREF_V 3.3
+#define HIL_RIG_PULSE_PS 20000000ull /* 20 us */
+
+struct hil_rig {
+    uint8_t order[24];      /* switches (0..23) in the order in which they open */
+    uint8_t order_count;    /* of those that open at all */
+    uint8_t opened;         /* so many have */
+    uint64_t pulse_end_ps;  /* HIL_NEVER: the one-shot is low */
+    int8_t excitation;      /* +1, -1, 0 */
+    double from;            /* amplitude when it last changed */
+    uint64_t since_cycle;   /* when */
+    uint64_t since_ps;
+};
+
+/* Take the order of the switches from the board's run and schedule the first. */
+void hil_rig_start(struct hil_board *board);
+void hil_rig_event(struct hil_board *board, uint64_t at);
+/* The excitation pins have these levels from cycle `at` on. */
+void hil_rig_excitation(struct hil_board *board, bool pd12, bool pd13, uint64_t at);
+/* Add the time since the last change to the counters of the excitation. */
+void hil_rig_count_excitation(struct hil_board *board, uint64_t at);
+/* Voltage on a pin at cycle `at`, not clipped. */
+double hil_rig_volts(const struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
+/* Step of a switch, position 1..24, in codes. */
+unsigned hil_rig_step_codes(unsigned position);
+
+#endif

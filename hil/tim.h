@@ -1,0 +1,41 @@
+/* TIM2 (32 bits, edge capture) and TIM4 (scan trigger and excitation), RM0090 18: counting up, output
+ * compare with all eight modes, capture of channel 1 with filter and prescaler, trigger mode from another
+ * timer. The rest is refused.
+ *
+ * The counter is computed when somebody looks; compare matches, updates and captures are events. Trigger
+ * and synchronisation delays of one or two timer clocks are not modelled; the input filter's is. */
+#ifndef MATRIG_HIL_TIM_H
+#define MATRIG_HIL_TIM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct hil_board;
+
+#define HIL_TIMERS 2u
+enum { HIL_TIM2, HIL_TIM4 };
+
+struct hil_tim {
+    uint32_t cr1, cr2, smcr, dier, sr, ccmr[2], ccer;
+    uint32_t psc, arr, ccr[4];             /* as written */
+    uint32_t psc_now, arr_now, ccr_now[4]; /* in use (preload) */
+    uint64_t base_cycle;                   /* the counter was base_count here; runs from here while CEN */
+    uint32_t base_count;
+    bool reference[4];                     /* OCxREF */
+    uint64_t capture_cycle;                /* HIL_NEVER, or when the filter lets an edge through */
+    bool capture_level;
+    uint8_t capture_skipped;               /* edges since the last capture, for the prescaler */
+};
+
+void hil_tim_reset(struct hil_board *board, unsigned unit);
+uint32_t hil_tim_read(struct hil_board *board, unsigned unit, uint32_t offset);
+void hil_tim_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
+void hil_tim2_event(struct hil_board *board, uint64_t at);
+void hil_tim4_event(struct hil_board *board, uint64_t at);
+
+/* Level of TIM4's output on channel 0..3; *drives false while the channel is off. */
+bool hil_tim4_output(const struct hil_board *board, unsigned channel, bool *drives);
+/* TI1 of TIM2 changed to `level`. */
+void hil_tim2_input_edge(struct hil_board *board, bool level, uint64_t at);
+
+#endif

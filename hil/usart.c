@@ -1,0 +1,311 @@
+#include "hil/usart.h"
+
+#include "hil/machine.h"
+
+#define SR_FE 2u
+#define SR_ORE 8u
+#define SR_IDLE 16u
+#define SR_RXNE 32u
+#define SR_TC 64u
+#define SR_TXE 128u
+#define CR1_RE 4u
+#define CR1_TE 8u
+#define CR1_UE (1u << 13)
+#define CR1_OVER8 (1u << 15)
+#define CR1_REFUSED 0x1f03u /* break, mute, parity, 9 bits (bits 8 to 12, 0, 1) */
+#define CR3_EIE 1u
+#define CR3_DMAR 64u
+#define CR3_DMAT 128u
+#define FRAME_BITS 10u
+#define DATA_REGISTER 0x40011004u
+
+static const struct hil_dma_request send_request = {1, 7, 4, DATA_REGISTER, true};
+
+static struct hil_dma_request receive_request(const struct hil_board *board)
+{
+    /* Streams 2 and 5 are wired to USART1_RX (RM0090 table 43). */
+    const struct hil_dma_stream *five = &board->state.dma[1].stream[5];
+    unsigned stream = (five->cr & 1u) && (five->cr >> 25 & 7u) == 4u ? 5 : 2;
+    return (struct hil_dma_request){1, stream, 4, DATA_REGISTER, false};
+}
+
+/* HCLK cycles of one bit; 0 while no rate is set. */
+static uint64_t bit_cycles(const struct hil_board *board)
+{
+    const struct hil_usart *u = &board->state.usart;
+    uint32_t clocks = (u->cr1 & CR1_OVER8) ? (u->brr >> 4) * 8u + (u->brr & 7u) : u->brr;
+    return (uint64_t)clocks * hil_rcc_apb2_divider(board);
+}
+
+/* Is the programmed rate near enough to the other end's (3 %, the tolerance of 8N1 with both ends off)? */
+static bool rate_fits(const struct hil_board *board)
+{
+    uint64_t bit = bit_cycles(board);
+    if (!bit)
+        return false;
+    double rate = (double)board->state.clock.hclk_hz / (double)bit;
+    double ratio = rate / board->options.host_baud;
+    return ratio > 0.97 && ratio < 1.03;
+}
+
+static bool sends(const struct hil_usart *u)
+{
+    return (u->cr1 & (CR1_UE | CR1_TE)) == (CR1_UE | CR1_TE) && u->brr;
+}
+
+static uint32_t flags(const struct hil_usart *u) { return u->sr | (u->holding ? 0 : SR_TXE); }
+
+static void update_irq(struct hil_board *board)
+{
+    const struct hil_usart *u = &board->state.usart;
+    uint32_t sr = flags(u);
+    /* TXEIE, TCIE, RXNEIE, IDLEIE sit at the places of their flags. */
+    uint32_t line = sr & u->cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE);
+    line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
+    line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE) : 0;
+    hil_irq_line(board, HIL_IRQ_USART1, (u->cr1 & CR1_UE) && line != 0);
+}
+
+static void flush(struct hil_board *board, uint64_t at)
+{
+    struct hil_usart *u = &board->state.usart;
+    if (!u->out_count)
+        return;
+    if (rate_fits(board) && hil_gpio_alternate(board, 0, 9) == 7) {
+        board->state.counters.serial_bytes_out += u->out_count;
+        if (board->callbacks.on_serial_bytes)
+            board->callbacks.on_serial_bytes(board->callbacks.ctx, hil_clock_ps(&board->state.clock, at),
+                                             u->out, u->out_count);
+    } else {
+        board->state.counters.serial_wrong_rate += u->out_count;
+    }
+    u->out_count = 0;
+}
+
+/* Fill DR from DMA if it may. */
+static void refill(struct hil_board *board)
+{
+    struct hil_usart *u = &board->state.usart;
+    if (!u->holding && (u->cr3 & CR3_DMAT) && hil_dma_until_flag(board, &send_request))
+        u->holding = hil_dma_read_items(board, &send_request, &u->held, 1);
+}
+
+/* DR to shift register at cycle `at`, if it is free. */
+static void shift(struct hil_board *board, uint64_t at)
+{
+    struct hil_usart *u = &board->state.usart;
+    if (u->shifting || !u->holding)
+        return;
+    u->shifted = u->held;
+    u->holding = false;
+    u->shifting = true;
+    u->shift_end_cycle = at + FRAME_BITS * bit_cycles(board);
+}
+
+static void begin(struct hil_board *board, uint64_t at)
+{
+    if (!sends(&board->state.usart))
+        return;
+    refill(board);
+    shift(board, at);
+    refill(board);
+}
+
+static void schedule(struct hil_board *board)
+{
+    const struct hil_usart *u = &board->state.usart;
+    uint64_t next = HIL_NEVER;
+    if (u->shifting) {
+        uint32_t n = 0;
+        if (u->holding && (u->cr3 & CR3_DMAT))
+            n = hil_dma_until_flag(board, &send_request);
+        if (n > HIL_USART_GROUP)
+            n = HIL_USART_GROUP;
+        /* Item n from now reaches DR when n - 1 more bytes have been shifted out after the present one. */
+        next = u->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * FRAME_BITS * bit_cycles(board);
+    }
+    hil_event_set_cycle(board, HIL_EVENT_USART_TX, next);
+}
+
+void hil_usart_catch_up(struct hil_board *board, uint64_t at)
+{
+    struct hil_usart *u = &board->state.usart;
+    uint64_t last = at;
+    bool moved = false;
+    while (u->shifting && u->shift_end_cycle <= at) {
+        last = u->shift_end_cycle;
+        u->out[u->out_count++] = u->shifted;
+        if (u->out_count == sizeof u->out)
+            flush(board, last);
+        u->shifting = false;
+        moved = true;
+        shift(board, last);
+        refill(board);
+        if (!u->shifting)
+            u->sr |= SR_TC;
+    }
+    if (!moved)
+        return;
+    flush(board, last);
+    update_irq(board);
+    schedule(board);
+}
+
+void hil_usart_tx_event(struct hil_board *board, uint64_t at) { hil_usart_catch_up(board, at); }
+
+void hil_usart_dma_enabled(struct hil_board *board)
+{
+    begin(board, hil_now(board));
+    update_irq(board);
+    schedule(board);
+}
+
+static uint64_t host_frame_ps(const struct hil_board *board)
+{
+    return FRAME_BITS * HIL_SECOND_PS / board->options.host_baud;
+}
+
+static void receive(struct hil_board *board, uint8_t byte)
+{
+    struct hil_usart *u = &board->state.usart;
+    if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) || hil_gpio_alternate(board, 0, 10) != 7)
+        return;
+    if (!rate_fits(board)) {
+        u->sr |= SR_FE;
+        return;
+    }
+    if (u->sr & SR_RXNE) {
+        u->sr |= SR_ORE;
+        return;
+    }
+    u->received = byte;
+    u->sr |= SR_RXNE;
+    board->state.counters.serial_bytes_in++;
+    struct hil_dma_request request = receive_request(board);
+    if ((u->cr3 & CR3_DMAR) && hil_dma_until_flag(board, &request)) {
+        uint16_t value = byte;
+        u->sr &= ~SR_RXNE;
+        hil_dma_write_items(board, &request, &value, 1);
+    }
+}
+
+void hil_usart_rx_event(struct hil_board *board, uint64_t at)
+{
+    struct hil_usart *u = &board->state.usart;
+    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    if (u->queue_count) {
+        uint8_t byte = u->queue[u->queue_head];
+        u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
+        u->queue_count--;
+        receive(board, byte);
+        u->idle_follows = u->queue_count == 0;
+        hil_event_set_ps(board, HIL_EVENT_USART_RX, now_ps + host_frame_ps(board));
+    } else if (u->idle_follows) {
+        u->idle_follows = false;
+        if ((u->cr1 & (CR1_UE | CR1_RE)) == (CR1_UE | CR1_RE))
+            u->sr |= SR_IDLE;
+    }
+    update_irq(board);
+}
+
+enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n)
+{
+    struct hil_usart *u = &board->state.usart;
+    bool quiet = u->queue_count == 0;
+    size_t taken = 0;
+    for (; taken < n && u->queue_count < HIL_USART_QUEUE; taken++) {
+        u->queue[(u->queue_head + u->queue_count) % HIL_USART_QUEUE] = bytes[taken];
+        u->queue_count++;
+    }
+    board->state.counters.serial_in_dropped += n - taken;
+    if (quiet && taken) {
+        u->idle_follows = false;
+        hil_event_set_ps(board, HIL_EVENT_USART_RX, hil_board_now_ps(board) + host_frame_ps(board));
+    }
+    return taken == n ? MR_OK : MR_FULL;
+}
+
+void hil_usart_reset(struct hil_board *board)
+{
+    struct hil_usart *u = &board->state.usart;
+    u->sr = SR_TC;
+    u->brr = u->cr1 = u->cr2 = u->cr3 = 0;
+    u->sr_was_read = u->holding = u->shifting = false;
+    u->out_count = 0;
+    hil_event_set_cycle(board, HIL_EVENT_USART_TX, HIL_NEVER);
+    update_irq(board);
+}
+
+uint32_t hil_usart_read(struct hil_board *board, unsigned unit, uint32_t offset)
+{
+    struct hil_usart *u = &board->state.usart;
+    (void)unit;
+    hil_usart_catch_up(board, hil_now(board));
+    switch (offset) {
+    case 0x00:
+        u->sr_was_read = true;
+        return flags(u);
+    case 0x04:
+        u->sr &= ~SR_RXNE;
+        if (u->sr_was_read)
+            u->sr &= ~(SR_IDLE | SR_ORE | SR_FE);
+        u->sr_was_read = false;
+        update_irq(board);
+        return u->received;
+    case 0x08:
+        return u->brr;
+    case 0x0c:
+        return u->cr1;
+    case 0x10:
+        return u->cr2;
+    case 0x14:
+        return u->cr3;
+    default:
+        return hil_bus_no_register(board);
+    }
+}
+
+void hil_usart_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+{
+    struct hil_usart *u = &board->state.usart;
+    uint64_t now = hil_now(board);
+    (void)unit;
+    hil_usart_catch_up(board, now);
+    switch (offset) {
+    case 0x00: /* RXNE and TC are cleared by writing 0 */
+        u->sr &= value | ~(SR_RXNE | SR_TC);
+        break;
+    case 0x04:
+        if (u->sr_was_read)
+            u->sr &= ~SR_TC;
+        u->sr_was_read = false;
+        if (sends(u)) {
+            u->held = (uint8_t)value;
+            u->holding = true;
+        }
+        break;
+    case 0x08:
+        u->brr = value & 0xffffu;
+        break;
+    case 0x0c:
+        if (value & CR1_REFUSED)
+            hil_bus_refuse(board, "frames other than 8N1, break, mute");
+        u->cr1 = value & 0xa0fcu;
+        break;
+    case 0x10:
+        if (value)
+            hil_bus_refuse(board, "stop bits other than 1, clock output, LIN");
+        break;
+    case 0x14:
+        if (value & ~(CR3_EIE | CR3_DMAR | CR3_DMAT | 0x800u))
+            hil_bus_refuse(board, "flow control, half duplex, smartcard, IrDA");
+        u->cr3 = value;
+        break;
+    default:
+        hil_bus_no_register(board);
+        return;
+    }
+    begin(board, now);
+    update_irq(board);
+    schedule(board);
+}

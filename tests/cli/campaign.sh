@@ -1,0 +1,97 @@
+#!/usr/bin/env bash
+# A logged landing as its users meet it: exports that other tools read, a log that is killed, comparison, report.
+. "$(dirname "$0")/tap.sh"
+elf=build/firmware/matrig.elf
+run=tests/runs/landing5.run
+db=$tmp/campaign.db
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'rm -rf "$sockets"' EXIT
+
+logs_a_landing() {
+    build/matrig-board --elf $elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig $run &&
+        build/matrig --json log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >"$tmp/log.json" &&
+        grep -q "\"lost\":0" "$tmp/log.json"
+}
+
+# can-utils: candump log -> Vector ASC -> candump log. ASC is decimal and relative; ids, data and time differences must stay.
+through_can_utils() {
+    build/matrig export "$db" 1 --format candump -o "$tmp/export.log" || return 1
+    log2asc -I "$tmp/export.log" -O "$tmp/export.asc" can0 && asc2log -I "$tmp/export.asc" -O "$tmp/back.log" || return 1
+    [ "$(wc -l <"$tmp/export.log")" -gt 20000 ] || return 1
+    cmp <(awk '{print $3}' "$tmp/export.log") <(awk '{print $3}' "$tmp/back.log") || return 1
+    # time since the first frame, in the ASC's resolution of 0.1 ms (log2asc writes four decimals)
+    paste <(awk '{print $1}' "$tmp/export.log") <(awk '{print $1}' "$tmp/back.log") | tr -d '()' |
+        awk 'NR == 1 {a = $1; b = $2} {d = ($1 - a) - ($2 - b); if (d < 0) d = -d; if (d > worst) worst = d}
+             END {printf "worst time difference %.6f s\n", worst; exit worst > 0.000101}'
+}
+candump_export_is_what_came() {
+    cmp <(awk '{print $3}' "$tmp/export.log") \
+        <(sqlite3 "$db" "select printf('%03X#', can_id) || hex(data) from frames where link = 0 and landing = 1 order by id")
+}
+csv_has_every_millisecond() {
+    build/matrig export "$db" 1 --format csv -o "$tmp/run.csv" || return 1
+    head -n 30 "$tmp/run.csv" | cut -c1-150
+    local rows blocks
+    rows=$(grep -c '^[-0-9]' "$tmp/run.csv")
+    blocks=$(sqlite3 "$db" 'select count(*) from blocks where landing = 1')
+    echo "$rows rows, $blocks blocks"
+    [ "$rows" -eq "$blocks" ] && [ "$blocks" -gt 7000 ]
+}
+page_stands_alone() {
+    build/matrig compare "$db" 1 >/dev/null && build/matrig report "$db" -o "$tmp/report.html" || return 1
+    grep -c '<svg' "$tmp/report.html"
+    ! grep -Eo '(src|href)="[^#"][^"]*"|@import|url\([^#)]' "$tmp/report.html" && [ "$(stat -c %s "$tmp/report.html")" -lt 1500000 ]
+}
+compare_limit_decides() {
+    build/matrig compare "$db" 1 --limit 5 >/dev/null || return 1
+    build/matrig compare "$db" 1 --limit 0.001 >/dev/null
+    [ $? -eq 1 ]
+}
+
+# kill -9 in mid-landing: what was received until 100 ms before is there, and the database opens.
+killed_log_keeps_everything() {
+    local board log killed_us newest_us frames
+    timeout 60 build/matrig-board --elf $elf --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig $run \
+        --speed real >/dev/null 2>&1 &
+    board=$!
+    build/matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$tmp/killed.db" >/dev/null 2>&1 &
+    log=$!
+    sleep 4
+    killed_us=$(($(date +%s%N) / 1000))
+    kill -9 $log
+    wait $log
+    kill $board
+    wait $board
+    [ "$(sqlite3 "$tmp/killed.db" 'pragma integrity_check')" = ok ] || return 1
+    newest_us=$(sqlite3 "$tmp/killed.db" 'select max(host_us) from frames')
+    frames=$(sqlite3 "$tmp/killed.db" 'select count(*) from frames where link = 0 and landing = 1')
+    echo "killed $((killed_us - newest_us)) us after the newest frame on disk, $frames CAN frames"
+    [ $((killed_us - newest_us)) -lt 100000 ] && [ "$frames" -gt 3000 ] || return 1
+    # nothing missing before that: displacements step by 2 blocks without a gap, and it still reports and exports
+    sqlite3 "$tmp/killed.db" "select count(*) - 1 - (max(board_us) - min(board_us)) / 2000 from frames where can_id = 0x100 and landing = 1" |
+        grep -qx 0 || return 1
+    build/matrig report "$tmp/killed.db" -o "$tmp/killed.html" && build/matrig export "$tmp/killed.db" 1 --format csv -o "$tmp/killed.csv"
+}
+
+truncated_run_is_refused() {
+    head -c 200000 $run >"$tmp/short.run"
+    fails_with 4 "short.run" build/matrig-board --elf $elf --can "file:$tmp/x" --serial "file:$tmp/y" --rig "$tmp/short.run"
+}
+foreign_run_is_refused() {
+    fails_with 4 "Makefile" build/matrig-board --elf $elf --can "file:$tmp/x" --serial "file:$tmp/y" --rig Makefile
+}
+host_elf_is_refused() {
+    fails_with 4 "matrig" build/matrig-board --elf build/matrig --can "file:$tmp/x" --serial "file:$tmp/y" --rig $run
+}
+
+check "a landing is logged from files, nothing lost" logs_a_landing
+check "the candump export survives log2asc and asc2log" through_can_utils
+check "the candump export is what came on CAN" candump_export_is_what_came
+check "the CSV export has a row for every block" csv_has_every_millisecond
+check "the report stands alone and is small" page_stands_alone
+check "compare --limit decides the exit code" compare_limit_decides
+check "a log killed in mid-landing keeps all but the last 100 ms" killed_log_keeps_everything
+check "a truncated run file is refused" truncated_run_is_refused
+check "a foreign run file is refused" foreign_run_is_refused
+check "a program for another processor is refused" host_elf_is_refused
+finish

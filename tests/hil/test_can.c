@@ -1,0 +1,238 @@
+/* bxCAN and its bus on a test image (images/canbus.c): lengths in time, order, FIFO, error states. */
+#include "hil/canbits.h"
+#include "hil/machine.h"
+#include "tests/hil/bench.h"
+
+#define FRAMES 64
+
+struct heard {
+    unsigned count;
+    struct hil_can_frame frame[FRAMES];
+    uint64_t t_ps[FRAMES];
+};
+
+static void hear(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
+{
+    struct heard *heard = ctx;
+    assert_true(heard->count < FRAMES);
+    heard->frame[heard->count] = *frame;
+    heard->t_ps[heard->count++] = t_ps;
+}
+
+static struct hil_board *on_the_bus(uint32_t control, enum hil_can_bus bus, struct heard *heard)
+{
+    struct hil_options options;
+    hil_options_default(&options);
+    options.can_bus = bus;
+    struct hil_board *board = bench_board("canbus", &options);
+    struct hil_callbacks callbacks = {heard, hear, NULL};
+    heard->count = 0;
+    hil_board_set_callbacks(board, &callbacks);
+    bench_control(board, 0, control);
+    bench_run(board, 5 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 1), 0x100);
+    return board;
+}
+
+static void queue(struct hil_board *board, uint32_t a, uint32_t b, uint32_t c)
+{
+    bench_control(board, 2, a);
+    bench_control(board, 3, b);
+    bench_control(board, 4, c);
+    bench_control(board, 1, 3);
+}
+
+/* Mailboxes 0, 1, 2 are filled in that order within microseconds. The first starts at once; of the two
+ * that wait, the lower identifier goes first, or the earlier request. */
+static void test_mailbox_order(void **state)
+{
+    struct heard heard;
+    (void)state;
+    struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
+    queue(board, 0x300, 0x200, 0x100);
+    bench_run(board, 10 * HIL_MS_PS);
+    assert_int_equal(heard.count, 3);
+    assert_int_equal(heard.frame[0].id, 0x300);
+    assert_int_equal(heard.frame[1].id, 0x100);
+    assert_int_equal(heard.frame[2].id, 0x200);
+    assert_int_equal(bench_result(board, 6), 3); /* one interrupt each */
+    hil_board_destroy(board);
+    board = on_the_bus(1, HIL_CAN_CONNECTED, &heard);
+    queue(board, 0x300, 0x200, 0x100);
+    bench_run(board, 10 * HIL_MS_PS);
+    assert_int_equal(heard.count, 3);
+    assert_int_equal(heard.frame[1].id, 0x200);
+    assert_int_equal(heard.frame[2].id, 0x100);
+    hil_board_destroy(board);
+}
+
+/* Frames back to back: the end of each is its own length plus three bits of intermission after the end of
+ * the one before. */
+static void test_time_on_the_bus(void **state)
+{
+    struct heard heard;
+    (void)state;
+    struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
+    queue(board, 0x000, 0x155, 0x7ff);
+    bench_run(board, 10 * HIL_MS_PS);
+    assert_int_equal(heard.count, 3);
+    for (unsigned i = 1; i < 3; i++) {
+        uint64_t bits = hil_can_frame_bits(&heard.frame[i]).length + 3u;
+        assert_true(llabs((long long)(heard.t_ps[i] - heard.t_ps[i - 1]) - (long long)(bits * HIL_US_PS)) <=
+                    1);
+    }
+    assert_int_equal(heard.frame[0].length, 8);
+    for (unsigned i = 0; i < 8; i++)
+        assert_int_equal(heard.frame[0].data[i], 0x11 * i);
+    hil_board_destroy(board);
+}
+
+static void test_receive(void **state)
+{
+    struct heard heard;
+    (void)state;
+    struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
+    struct hil_can_frame frame = {.id = 0x400, .length = 3, .data = {0xaa, 0xbb, 0xcc}};
+    for (unsigned i = 0; i < 5; i++, frame.id++)
+        assert_int_equal(hil_board_can_inject(board, &frame), MR_OK);
+    bench_run(board, 10 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 2), 5);
+    for (unsigned i = 0; i < 5; i++)
+        assert_int_equal(bench_result(board, 8 + i), 0x400 + i);
+    assert_int_equal(bench_result(board, 3) & 15u, 3);
+    assert_int_equal(bench_result(board, 4) & 0xffffffu, 0xccbbaa);
+    hil_board_destroy(board);
+}
+
+/* Nobody takes frames out: three stay, the fourth overruns. */
+static void test_overrun(void **state)
+{
+    struct heard heard;
+    (void)state;
+    struct hil_board *board = on_the_bus(2, HIL_CAN_CONNECTED, &heard);
+    struct hil_can_frame frame = {.id = 0x400};
+    for (unsigned i = 0; i < 3; i++)
+        hil_board_can_inject(board, &frame);
+    bench_run(board, 8 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 40), 3u | 8u); /* FMP, FULL */
+    hil_board_can_inject(board, &frame);
+    bench_run(board, 10 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 40), 3u | 8u | 16u); /* and FOVR */
+    hil_board_destroy(board);
+}
+
+/* A lower identifier of the other node wins against the board's waiting one, and the board sends right
+ * after. */
+static void test_arbitration(void **state)
+{
+    struct heard heard;
+    (void)state;
+    struct hil_board *board = on_the_bus(0, HIL_CAN_CONNECTED, &heard);
+    struct hil_can_frame first = {.id = 0x010, .length = 8}, second = {.id = 0x020};
+    hil_board_can_inject(board, &first); /* holds the bus while the board queues */
+    hil_board_can_inject(board, &second);
+    queue(board, 0x030, 0x031, 0x005);
+    bench_run(board, 10 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 2), 2);
+    assert_int_equal(heard.count, 3);
+    assert_int_equal(heard.frame[0].id, 0x005);
+    assert_int_equal(heard.frame[1].id, 0x030);
+    /* first, 5, second, 30, 31: between 5 and 30 lies `second` */
+    uint64_t bits = hil_can_frame_bits(&second).length + 3u + hil_can_frame_bits(&heard.frame[1]).length + 3u;
+    assert_true(llabs((long long)(heard.t_ps[1] - heard.t_ps[0]) - (long long)(bits * HIL_US_PS)) <= 1);
+    hil_board_destroy(board);
+}
+
+/* Nobody acknowledges: TEC rises by 8 to 128 and stays; never bus-off; plugged in, the frame leaves and
+ * TEC falls. */
+static void test_unplugged(void **state)
+{
+    struct heard heard;
+    (void)state;
+    struct hil_board *board = on_the_bus(0, HIL_CAN_UNPLUGGED, &heard);
+    bench_control(board, 2, 0x123);
+    bench_control(board, 1, 1);
+    bench_run(board, 500 * HIL_MS_PS);
+    uint32_t esr = bench_result(board, 7);
+    assert_int_equal(esr >> 16 & 0xffu, 128);
+    assert_int_equal(esr & 7u, 3u);        /* warning, passive, not off */
+    assert_int_equal(esr >> 4 & 7u, 3u);   /* acknowledge error */
+    assert_int_equal(heard.count, 0);
+    assert_true(hil_board_counters(board)->can_errors > 1000); /* it goes on trying */
+    hil_board_set_can_bus(board, HIL_CAN_CONNECTED);
+    bench_run(board, 501 * HIL_MS_PS);
+    assert_int_equal(heard.count, 1);
+    assert_int_equal(bench_result(board, 7) >> 16 & 0xffu, 127);
+    hil_board_destroy(board);
+}
+
+/* Wires touching: TEC 8 a try, bus-off at 256 after 32 tries; with automatic recovery it tries again, else
+ * it stays off. */
+static void test_bus_off(void **state)
+{
+    struct heard heard;
+    (void)state;
+    struct hil_board *board = on_the_bus(0, HIL_CAN_SHORTED, &heard);
+    bench_control(board, 2, 0x123);
+    bench_control(board, 1, 1);
+    bench_run(board, 100 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 7) & 7u, 7u);
+    assert_int_equal(hil_board_counters(board)->can_errors, 32);
+    hil_board_destroy(board);
+    board = on_the_bus(4, HIL_CAN_SHORTED, &heard);
+    bench_control(board, 2, 0x123);
+    bench_control(board, 1, 1);
+    bench_run(board, 100 * HIL_MS_PS);
+    assert_true(hil_board_counters(board)->can_errors > 32);
+    hil_board_set_can_bus(board, HIL_CAN_CONNECTED);
+    bench_run(board, 110 * HIL_MS_PS);
+    assert_int_equal(heard.count, 1);
+    hil_board_destroy(board);
+}
+
+/* Filters: 32-bit list before mask, numbers counted per FIFO over all banks. Bank 0: 16-bit masks to FIFO
+ * 0 (2 filters), bank 1: 32-bit list to FIFO 1 (2), bank 2: 32-bit mask to FIFO 0 (1). */
+static void test_filters(void **state)
+{
+    struct hil_can can = {.fmr = 14u << 8, .fs1r = 6, .fm1r = 2, .ffa1r = 2, .fa1r = 7};
+    struct hil_can_frame frame = {.id = 0x123};
+    unsigned fifo, match;
+    (void)state;
+    can.filter[0][0] = 0xffffu << 16 | 0x100u << 5; /* exactly 0x100 */
+    can.filter[0][1] = 0xe000u << 16 | 0x600u << 5; /* 0x600 to 0x6ff */
+    can.filter[1][0] = 0x123u << 21;
+    can.filter[1][1] = 0x1abcdefu << 3 | 4u; /* extended */
+    can.filter[2][0] = 0x120u << 21;
+    can.filter[2][1] = 0x7f0u << 21 | 4u; /* 0x120 to 0x12f, standard */
+    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_int_equal(fifo, 1);
+    assert_int_equal(match, 0);
+    frame.id = 0x124;
+    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_int_equal(fifo, 0);
+    assert_int_equal(match, 2);
+    frame.id = 0x6aa;
+    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_int_equal(match, 1);
+    frame = (struct hil_can_frame){.id = 0x1abcdef, .extended = true};
+    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_int_equal(fifo, 1);
+    assert_int_equal(match, 1);
+    frame = (struct hil_can_frame){.id = 0x101};
+    assert_false(hil_can_filter(&can, &frame, &fifo, &match));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_mailbox_order),
+        cmocka_unit_test(test_time_on_the_bus),
+        cmocka_unit_test(test_receive),
+        cmocka_unit_test(test_overrun),
+        cmocka_unit_test(test_arbitration),
+        cmocka_unit_test(test_unplugged),
+        cmocka_unit_test(test_bus_off),
+        cmocka_unit_test(test_filters),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,167 @@
+/* The core's exceptions on a test image (images/core.c), and what stops a run (images/wild.c). */
+#include "tests/hil/bench.h"
+
+/* What the handlers note, worked out from the architecture's rules: irq 6 (0xf0) runs, pends 8 (0x40):
+ * preempts at once; pends 7 (0xf0, equal): must wait until 6 returns, then tail-chains. */
+static void test_order(void **state)
+{
+    static const uint32_t expected[] = {0x61, 0x81, 0x62, 0x71, 0x01, /* preemption, tail-chain */
+                                        0x81, 0x02, 0x71, 0x03,       /* BASEPRI 0x50 passes 0x40 only */
+                                        /* PRIMASK: WFI wakes, handler waits for cpsie */
+                                        0x04, 0x71,
+                                        0xa0, 0xb0,                   /* SVC, PendSV */
+                                        0x81,                         /* inside the floating-point loop */
+                                        0xa0};                        /* SVC from the process stack */
+    struct hil_board *board = bench_board("core", NULL);
+    (void)state;
+    bench_run(board, 20 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 0), 1);
+    assert_int_equal(bench_result(board, 7), sizeof expected / sizeof expected[0]);
+    for (unsigned i = 0; i < sizeof expected / sizeof expected[0]; i++)
+        assert_int_equal(bench_result(board, 8 + i), expected[i]);
+    assert_int_equal(hil_board_counters(board)->tail_chains, 1);
+    assert_int_equal(bench_result(board, 1), 0);  /* the stack pointer is where it was */
+    /* CONTROL.SPSEL survived an exception from the process stack */
+    assert_int_equal(bench_result(board, 4), 2);
+    assert_int_equal(bench_result(board, 3), 10); /* SysTick */
+    hil_board_destroy(board);
+}
+
+/* 1.5 + 100 * 0.25 + 7 + 100 * 0.125 = 46: exact in single precision, and any register lost in the handler
+ * changes it. */
+static void test_fp_context(void **state)
+{
+    float sum;
+    uint32_t bits;
+    struct hil_board *board = bench_board("core", NULL);
+    (void)state;
+    bench_run(board, 20 * HIL_MS_PS);
+    bits = bench_result(board, 2);
+    memcpy(&sum, &bits, sizeof sum);
+    assert_true(sum == 46.0f);
+    hil_board_destroy(board);
+}
+
+/* Where the run is cut into pieces changes nothing. */
+static void test_pieces(void **state)
+{
+    struct hil_board *whole = bench_board("core", NULL), *cut = bench_board("core", NULL);
+    (void)state;
+    bench_run(whole, 20 * HIL_MS_PS);
+    for (uint64_t t_ps = 0; t_ps < 20 * HIL_MS_PS; t_ps += 37 * HIL_US_PS)
+        bench_run(cut, t_ps);
+    bench_run(cut, 20 * HIL_MS_PS);
+    assert_int_equal(hil_board_counters(cut)->instructions, hil_board_counters(whole)->instructions);
+    assert_int_equal(hil_board_counters(cut)->exceptions, hil_board_counters(whole)->exceptions);
+    assert_int_equal(hil_board_now_cycles(cut), hil_board_now_cycles(whole));
+    hil_board_destroy(whole);
+    hil_board_destroy(cut);
+}
+
+static struct hil_board *misdeed(uint32_t which, enum mr_status status)
+{
+    struct hil_board *board = bench_board("wild", NULL);
+    bench_control(board, 0, which);
+    assert_int_equal(hil_board_run_until(board, 100 * HIL_MS_PS), status);
+    return board;
+}
+
+static void assert_reason(const struct hil_board *board, const char *part)
+{
+    if (!strstr(hil_board_reason(board), part))
+        fail_msg("`%s` is not in the reason: %s", part, hil_board_reason(board));
+}
+
+/* The load is the third instruction of read_at, after two of two bytes. */
+static void assert_pc_of_read(const struct hil_board *board)
+{
+    char pc[32];
+    snprintf(pc, sizeof pc, "PC 0x%08x", (unsigned)(bench_result(board, 5) & ~1u) + 4u);
+    assert_reason(board, pc);
+}
+
+static void test_unmodelled(void **state)
+{
+    (void)state;
+    struct hil_board *board = misdeed(1, MR_UNMODELLED);
+    assert_reason(board, "read of 4 bytes at 0x40004404");
+    assert_pc_of_read(board);
+    /* it stays stopped */
+    assert_int_equal(hil_board_run_until(board, 200 * HIL_MS_PS), MR_UNMODELLED);
+    hil_board_destroy(board);
+    board = misdeed(9, MR_UNMODELLED);
+    assert_reason(board, "0x40023888 (RCC + 0x88)");
+    assert_pc_of_read(board);
+    hil_board_destroy(board);
+}
+
+static void test_clock_off(void **state)
+{
+    (void)state;
+    struct hil_board *board = misdeed(2, MR_UNMODELLED);
+    assert_reason(board, "clock of the peripheral is off");
+    assert_reason(board, "TIM4");
+    hil_board_destroy(board);
+}
+
+/* The handler sees a precise fault with its address, and asks for a reset; the image then starts again. */
+static void test_bus_fault(void **state)
+{
+    (void)state;
+    struct hil_board *board = misdeed(3, MR_OK);
+    assert_int_equal(bench_result(board, 1), 1);
+    assert_int_equal(bench_result(board, 2), 0x8200); /* PRECISERR, BFARVALID */
+    assert_int_equal(bench_result(board, 3), 0x60000000);
+    assert_int_equal(bench_result(board, 0), 2);
+    assert_int_equal(bench_result(board, 4), 0x600d);
+    const struct hil_counters *counters = hil_board_counters(board);
+    assert_int_equal(counters->resets, 1);
+    assert_int_equal(counters->faults, 1);
+    assert_int_equal(counters->last_fault_pc, (bench_result(board, 5) & ~1u) + 4u);
+    hil_board_destroy(board);
+}
+
+static void test_halts(void **state)
+{
+    static const struct { uint32_t which; enum mr_status status; const char *part; } cases[] = {
+        {4, MR_HALTED, "exception 3 has no handler"},
+        {5, MR_HALTED, "floating point"},
+        {6, MR_UNMODELLED, "flash at 0x08004000"},
+        {7, MR_HALTED, "HCLK above what FLASH_ACR.LATENCY"},
+        {8, MR_HALTED, "CFSR 0x00010000"},
+    };
+    (void)state;
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct hil_board *board = misdeed(cases[i].which, cases[i].status);
+        assert_reason(board, cases[i].part);
+        assert_int_not_equal(bench_result(board, 4), 0x600d);
+        hil_board_destroy(board);
+    }
+}
+
+/* Code in SRAM, changed after it has run once. */
+static void test_code_in_sram(void **state)
+{
+    (void)state;
+    struct hil_board *board = bench_board("ramcode", NULL);
+    bench_run(board, HIL_MS_PS);
+    assert_int_equal(bench_result(board, 0), 1);
+    assert_int_equal(bench_result(board, 1), 15);
+    assert_int_equal(bench_result(board, 2), 17);
+    hil_board_destroy(board);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_order),
+        cmocka_unit_test(test_fp_context),
+        cmocka_unit_test(test_pieces),
+        cmocka_unit_test(test_code_in_sram),
+        cmocka_unit_test(test_unmodelled),
+        cmocka_unit_test(test_clock_off),
+        cmocka_unit_test(test_bus_fault),
+        cmocka_unit_test(test_halts),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

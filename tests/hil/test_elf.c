@@ -1,0 +1,152 @@
+/* The loader refuses what is not firmware for this chip, each with its status and a message that names the
+ * file. */
+#include "tests/hil/bench.h"
+
+static uint8_t image[32768];
+static size_t image_size;
+
+static void read_image(void)
+{
+    FILE *file = fopen(BENCH_IMAGES "clock.elf", "rb");
+    assert_non_null(file);
+    image_size = fread(image, 1, sizeof image, file);
+    fclose(file);
+    assert_in_range(image_size, 500, sizeof image - 1);
+}
+
+static uint32_t word(size_t at)
+{
+    uint32_t value;
+    memcpy(&value, image + at, 4);
+    return value;
+}
+
+/* First load segment with contents. */
+static size_t segment(void)
+{
+    for (size_t p = word(28);; p += 32) {
+        if (word(p) == 1 && word(p + 16))
+            return p;
+    }
+}
+
+static void expect(size_t size, enum mr_status status, const char *part)
+{
+    struct hil_options options;
+    const char *path = bench_scratch("damaged.elf", image, size);
+    hil_options_default(&options);
+    struct hil_board *board = hil_board_create(&options);
+    assert_int_equal(hil_board_load_elf(board, path), status);
+    if (status != MR_OK) {
+        assert_non_null(strstr(hil_board_reason(board), "damaged.elf"));
+        if (!strstr(hil_board_reason(board), part))
+            fail_msg("`%s` is not in: %s", part, hil_board_reason(board));
+    }
+    hil_board_destroy(board);
+}
+
+static void test_whole(void **state)
+{
+    (void)state;
+    read_image();
+    expect(image_size, MR_OK, "");
+}
+
+static void test_missing(void **state)
+{
+    struct hil_options options;
+    (void)state;
+    hil_options_default(&options);
+    struct hil_board *board = hil_board_create(&options);
+    assert_int_equal(hil_board_load_elf(board, "build/test-tmp/hil/no-such.elf"), MR_IO);
+    assert_non_null(strstr(hil_board_reason(board), "no-such.elf"));
+    assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_HALTED); /* erased flash has no reset vector */
+    hil_board_destroy(board);
+}
+
+static void test_no_elf(void **state)
+{
+    (void)state;
+    read_image();
+    image[1] = 'F';
+    expect(image_size, MR_MALFORMED, "not an ELF");
+    expect(0, MR_MALFORMED, "not an ELF");
+}
+
+static void test_other_machine(void **state)
+{
+    (void)state;
+    read_image();
+    image[18] = 62; /* x86-64 */
+    expect(image_size, MR_VERSION, "machine 62");
+    read_image();
+    image[4] = 2; /* 64 bits */
+    expect(image_size, MR_VERSION, "class 2");
+    read_image();
+    image[5] = 2; /* big-endian */
+    expect(image_size, MR_VERSION, "data 2");
+}
+
+static void test_object_file(void **state)
+{
+    (void)state;
+    read_image();
+    image[16] = 1;
+    expect(image_size, MR_MALFORMED, "type 1");
+}
+
+static void test_other_chip(void **state)
+{
+    uint32_t address = 0x00200000; /* where another vendor has its flash */
+    (void)state;
+    read_image();
+    memcpy(image + segment() + 12, &address, 4);
+    expect(image_size, MR_VERSION, "0x00200000");
+    read_image();
+    address = 0x080ffff0; /* beyond the end of flash */
+    memcpy(image + segment() + 12, &address, 4);
+    expect(image_size, MR_VERSION, "outside");
+    read_image();
+    address = 0x08004000; /* inside, but no vector table */
+    memcpy(image + segment() + 12, &address, 4);
+    expect(image_size, MR_VERSION, "vector table");
+}
+
+static void test_truncated(void **state)
+{
+    (void)state;
+    read_image();
+    expect(30, MR_TRUNCATED, "header");
+    expect(60, MR_TRUNCATED, "program headers");
+    expect(word(segment() + 4) + word(segment() + 16) - 1, MR_TRUNCATED, "segment");
+}
+
+/* A refused image leaves the one that is loaded. */
+static void test_refused_changes_nothing(void **state)
+{
+    struct hil_board *board = bench_board("clock", NULL);
+    uint32_t before = bench_word(board, 0x08000004);
+    (void)state;
+    read_image();
+    assert_int_equal(hil_board_load_elf(board, bench_scratch("short.elf", image, word(segment() + 4) + 8)),
+                     MR_TRUNCATED);
+    assert_int_equal(bench_word(board, 0x08000004), before);
+    bench_run(board, 5 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 1), 0x100);
+    hil_board_destroy(board);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_whole),
+        cmocka_unit_test(test_missing),
+        cmocka_unit_test(test_no_elf),
+        cmocka_unit_test(test_other_machine),
+        cmocka_unit_test(test_object_file),
+        cmocka_unit_test(test_other_chip),
+        cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_refused_changes_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,189 @@
+/* The run file's parser: reads what the format says, refuses the rest with line and reason. */
+#include "common/command.h"
+#include "common/crc32.h"
+#include "tests/hil/bench.h"
+
+static char text[65536];
+
+static void line(const char *format, ...) __attribute__((format(printf, 1, 2)));
+static void line(const char *format, ...)
+{
+    va_list arguments;
+    size_t n = strlen(text);
+    va_start(arguments, format);
+    vsnprintf(text + n, sizeof text - n, format, arguments);
+    va_end(arguments);
+}
+
+/* A complete file, without its end line. */
+static void body(void)
+{
+    text[0] = '\0';
+    line("matrig-run 1\n# a comment\nprovenance made up for this test\nlanding 5\n");
+    line("duration_s 1.5\ntouchdown 3.0 0.5\n");
+    line("truth touchdown_speed_ft_s 35.5\n");
+    for (unsigned p = 1; p <= 24; p++) {
+        if (p == 2)
+            line("switch 2 7.5 7.501 0.123456789\n");
+        else
+            line("switch %u %.1f %.3f -\n", p, 5.0 * p - 2.5, 5.0 * p - 2.5);
+    }
+    for (unsigned i = 1; i <= 8; i++)
+        line("transducer %u %u.0\n", i, 30 + 10 * i);
+    for (unsigned i = 1; i <= 14; i++)
+        line("gage %u %u %u\n", i, 10 * i, i <= 7 ? 1 : 2);
+    for (unsigned k = 0; k < 2; k++) {
+        for (unsigned i = 0; i < 421; i++)
+            line("%s%s %.4f", i % 10 ? "" : i ? "\n" : "", i % 10 ? "" : k ? "gap_end_in" : "gap_in", 0.0001
+                 * i);
+        line("\n");
+    }
+    line("command 0.25 can survey 3 0.305\ncommand 0.5 serial arm 5\n");
+    line("samples 4 1000\n");
+    line("1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22\nx2\n");
+    line("100 2 3 4 5 6 7 8 -900 10 11 12 13 14 15 16 17 18 19 20 21 22\n");
+}
+
+static void finish(void) { line("end %08x\n", (unsigned)mr_crc32(0, (const uint8_t *)text, strlen(text))); }
+
+static enum mr_status read_text(struct hil_run *run, char *error, size_t size)
+{
+    return hil_run_read(bench_scratch("test.run", text, strlen(text)), run, error, size);
+}
+
+static void refused(enum mr_status status, const char *part)
+{
+    struct hil_run run;
+    char error[256] = "";
+    assert_int_equal(read_text(&run, error, sizeof error), status);
+    assert_non_null(strstr(error, "test.run"));
+    if (!strstr(error, part))
+        fail_msg("`%s` is not in: %s", part, error);
+    assert_null(run.samples);
+}
+
+static void test_whole(void **state)
+{
+    struct hil_run run;
+    char error[256];
+    (void)state;
+    body();
+    finish();
+    if (read_text(&run, error, sizeof error) != MR_OK)
+        fail_msg("%s", error);
+    assert_int_equal(run.landing, 5);
+    assert_true(run.duration_s == 1.5);
+    assert_true(run.switch_open_ps[0] == HIL_RUN_NEVER);
+    assert_true(run.switch_open_ps[1] == 123456789000ull);
+    assert_true(run.switch_ft[1] == 7.501);
+    assert_true(run.gap_in[420] == 0.042);
+    assert_int_equal(run.gage_band[13], 2);
+    assert_int_equal(run.command_count, 2);
+    assert_int_equal(run.commands[0].message.code, MR_COMMAND_SURVEY);
+    assert_int_equal(run.commands[0].message.index, 3);
+    assert_int_equal(run.commands[0].message.argument, 3050);
+    assert_false(run.commands[0].serial);
+    assert_true(run.commands[1].serial);
+    assert_int_equal(run.commands[1].message.tag, 2);
+    assert_true(run.commands[1].t_ps == 500000000000ull);
+    assert_int_equal(run.sample_count, 4);
+    assert_int_equal(run.samples[2][21], 22);
+    assert_int_equal(run.samples[3][8], -900);
+    hil_run_free(&run);
+}
+
+static void test_truncated(void **state)
+{
+    (void)state;
+    body();
+    finish();
+    char *cut = strstr(text, "x2\n");
+    *cut = '\0';
+    refused(MR_TRUNCATED, "1 of 4 samples");
+    body();
+    refused(MR_TRUNCATED, "`end`");
+    text[0] = '\0';
+    refused(MR_MALFORMED, "not a run file");
+}
+
+static void test_foreign(void **state)
+{
+    (void)state;
+    snprintf(text, sizeof text, "ID3\1\2 some music");
+    refused(MR_MALFORMED, "not a run file");
+    body();
+    text[11] = '2';
+    refused(MR_VERSION, "version");
+}
+
+static void test_damaged(void **state)
+{
+    (void)state;
+    body();
+    finish();
+    strstr(text, "100 2 3")[0] = '7';
+    refused(MR_CRC, "checksum");
+    body();
+    finish();
+    line("more\n");
+    refused(MR_MALFORMED, "after `end`");
+}
+
+/* Change one thing, keep the checksum right: the line number is named. */
+static void test_malformed(void **state)
+{
+    static const struct { const char *from, *to, *part; } cases[] = {
+        {"landing 5", "lending 5", "test.run:4: unknown keyword `lending`"},
+        {"duration_s 1.5", "duration_s no!", "test.run:5"},
+        {"switch 3 12.5", "switch 9 12.5", "switch 3 of 24"},
+        {"0.123456789", "0.12345678x", "test.run:9"},
+        {"can survey 3 0.305", "can survey x 0.305", "no command"},
+        {"0.25 can", "0.25 air", "`can` or `serial`"},
+        {"command 0.25", "command 0.75", "order of time"},
+        {"samples 4 1000", "samples 4 0000", "rate_hz"},
+        {"20 21 22\nx2", "20 21 zz\nx2", "22 integers"},
+        {"x2\n", "x9\n", "does not repeat"},
+        {"gage 14 140 2", "#age 14 140 2", "13 gages"},
+    };
+    (void)state;
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        body();
+        char *place = strstr(text, cases[i].from);
+        assert_non_null(place);
+        assert_int_equal(strlen(cases[i].from), strlen(cases[i].to));
+        memcpy(place, cases[i].to, strlen(cases[i].to));
+        finish();
+        refused(MR_MALFORMED, cases[i].part);
+    }
+}
+
+/* The landings in the tree are read, and their commands understood. */
+static void test_landings(void **state)
+{
+    static const unsigned landings[] = {1, 4, 5};
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        struct hil_run run;
+        char path[64], error[256];
+        snprintf(path, sizeof path, "tests/runs/landing%u.run", landings[i]);
+        if (hil_run_read(path, &run, error, sizeof error) != MR_OK)
+            fail_msg("%s", error);
+        assert_int_equal(run.landing, landings[i]);
+        assert_true(run.command_count > 0);
+        assert_true(run.duration_s * run.rate_hz <= (double)run.sample_count + 1.0);
+        hil_run_free(&run);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_whole),
+        cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_foreign),
+        cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_malformed),
+        cmocka_unit_test(test_landings),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,158 @@
+/* Snapshot, restore and fork: the copy goes on exactly as the original, byte for byte; and two runs are
+ * the same. */
+#include "common/crc32.h"
+#include "hil/machine.h"
+#include "tests/hil/bench.h"
+
+struct stream {
+    uint32_t crc;
+    uint64_t bytes;
+};
+
+static void hear(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
+{
+    struct stream *stream = ctx;
+    stream->crc = mr_crc32(stream->crc, (const uint8_t *)&t_ps, sizeof t_ps);
+    stream->crc = mr_crc32(stream->crc, bytes, n);
+    stream->bytes += n;
+}
+
+static void hear_frame(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
+{
+    struct stream *stream = ctx;
+    uint8_t bytes[13] = {(uint8_t)frame->id, (uint8_t)(frame->id >> 8), 0, 0, frame->length};
+    memcpy(bytes + 5, frame->data, frame->length);
+    hear(stream, t_ps, bytes, sizeof bytes);
+}
+
+static void listen_to(struct hil_board *board, struct stream *stream)
+{
+    struct hil_callbacks callbacks = {stream, hear_frame, hear};
+    *stream = (struct stream){0};
+    hil_board_set_callbacks(board, &callbacks);
+}
+
+static void assert_same(struct hil_board *a, struct hil_board *b)
+{
+    assert_int_equal(hil_board_now_cycles(a), hil_board_now_cycles(b));
+    assert_memory_equal(hil_board_counters(a), hil_board_counters(b), sizeof(struct hil_counters));
+    for (unsigned i = 0; i < 17; i++)
+        assert_int_equal(hil_board_register(a, i), hil_board_register(b, i));
+    assert_memory_equal(a->memory, b->memory, sizeof *a->memory);
+    assert_memory_equal(&a->state, &b->state, sizeof a->state);
+}
+
+/* Scans in full swing, in the middle of one, with noise; floating point and stacks in the core image. */
+static void test_fork(void **state)
+{
+    static const char *const images[] = {"scan", "core", "serial"};
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        struct hil_options options;
+        hil_options_default(&options);
+        struct hil_run run;
+        hil_run_still(&run, 1.0);
+        run.switch_open_ps[0] = 7 * HIL_MS_PS;
+        struct hil_board *board = bench_board(images[i], &options);
+        hil_board_attach_rig(board, &run);
+        bench_run(board, 2512345 * HIL_NS_PS);
+        struct hil_board *copy = hil_board_fork(board);
+        assert_same(board, copy);
+        bench_run(board, 20 * HIL_MS_PS);
+        bench_run(copy, 20 * HIL_MS_PS);
+        assert_same(board, copy);
+        assert_true(hil_board_counters(board)->exceptions > 0);
+        hil_board_destroy(board);
+        hil_board_destroy(copy);
+        hil_run_free(&run);
+    }
+}
+
+/* A fork at any moment: inside handlers, with numbers in the floating-point registers, with BASEPRI or
+ * PRIMASK set, on the process stack. The image's own sum and notes come out right in every copy. */
+static void test_fork_anywhere(void **state)
+{
+    struct hil_board *board = bench_board("core", NULL);
+    struct hil_board *whole = bench_board("core", NULL);
+    (void)state;
+    bench_run(whole, 2 * HIL_MS_PS);
+    for (uint64_t t_ns = 1000; t_ns < 120000; t_ns += 730) {
+        bench_run(board, t_ns * HIL_NS_PS);
+        struct hil_board *copy = hil_board_fork(board);
+        bench_run(copy, 2 * HIL_MS_PS);
+        assert_same(copy, whole);
+        hil_board_destroy(copy);
+    }
+    hil_board_destroy(board);
+    hil_board_destroy(whole);
+}
+
+/* Back to an earlier moment, twice. */
+static void test_restore(void **state)
+{
+    (void)state;
+    struct hil_board *board = bench_board("scan", NULL);
+    bench_run(board, 3 * HIL_MS_PS);
+    struct hil_snapshot *snapshot = hil_board_snapshot(board);
+    bench_run(board, 9 * HIL_MS_PS);
+    struct hil_counters first = *hil_board_counters(board);
+    for (unsigned i = 0; i < 2; i++) {
+        hil_board_restore(board, snapshot);
+        assert_int_equal(hil_board_now_ps(board) / HIL_US_PS, 3000);
+        bench_run(board, 9 * HIL_MS_PS);
+        assert_memory_equal(hil_board_counters(board), &first, sizeof first);
+    }
+    free(snapshot);
+    hil_board_destroy(board);
+}
+
+/* The real firmware and a real landing: two boards say the same bytes at the same times, also when one of
+ * them is cut into pieces and replaced by a fork half way; another seed says something else. */
+static void test_firmware(void **state)
+{
+    struct hil_run run;
+    struct hil_options options;
+    struct stream heard[3];
+    char error[256];
+    (void)state;
+    hil_options_default(&options);
+    assert_int_equal(hil_run_read("tests/runs/landing5.run", &run, error, sizeof error), MR_OK);
+    for (unsigned i = 0; i < 3; i++) {
+        options.seed = i == 2 ? 2 : 1;
+        struct hil_board *board = hil_board_create(&options);
+        if (hil_board_load_elf(board, "build/firmware/matrig.elf") != MR_OK)
+            fail_msg("%s", hil_board_reason(board));
+        hil_board_attach_rig(board, &run);
+        listen_to(board, &heard[i]);
+        for (uint64_t t_ms = 7; i == 1 && t_ms < 1500; t_ms += 13)
+            bench_run(board, t_ms * HIL_MS_PS);
+        if (i == 1) {
+            struct stream so_far = heard[1];
+            struct hil_board *copy = hil_board_fork(board);
+            hil_board_destroy(board);
+            board = copy;
+            listen_to(board, &heard[1]);
+            heard[1] = so_far;
+        }
+        bench_run(board, 3000 * HIL_MS_PS);
+        assert_true(heard[i].bytes > 50000);
+        assert_int_equal(hil_board_counters(board)->faults, 0);
+        assert_int_equal(hil_board_counters(board)->resets, 0);
+        hil_board_destroy(board);
+    }
+    assert_int_equal(heard[0].bytes, heard[1].bytes);
+    assert_int_equal(heard[0].crc, heard[1].crc);
+    assert_int_not_equal(heard[0].crc, heard[2].crc);
+    hil_run_free(&run);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_fork),
+        cmocka_unit_test(test_fork_anywhere),
+        cmocka_unit_test(test_restore),
+        cmocka_unit_test(test_firmware),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
