@@ -18,8 +18,8 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libserialport-dev zlib1g-dev libc6-dev
-TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3
+	libc6-dev
+TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -35,9 +35,9 @@ common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
 host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
-# Unicorn is GPL-2.0 and libserialport LGPL-3.0-or-later: no program links both.
+# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig.
 HIL_LIBS := -lunicorn -lm
-HOST_LIBS := -lsqlite3 -ljansson -lserialport -lz -lm
+HOST_LIBS := -lsqlite3 -ljansson -lm
 
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
@@ -60,11 +60,11 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: all $(B)/.test-packages $(tests) $(test_images) $(B)/tests/runs/synthesise ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
-bench: all $(B)/.test-packages ## timings, as ratios within one run
+bench: $(B)/.test-packages all ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: runs
@@ -146,11 +146,11 @@ $(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(
 $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(app_lib) $(common_lib)
 	$(CC) $^ -lcmocka -lm -o $@
 $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
-	$(CC) $^ -lcmocka $(HIL_LIBS) -lz -o $@
+	$(CC) $^ -lcmocka $(HIL_LIBS) -o $@
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))
-	$(CC) $^ -lz -lm -o $@
+	$(CC) $^ -lm -o $@
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@

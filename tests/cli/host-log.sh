@@ -33,8 +33,9 @@ killed_database_works_on() {
 # Killed while everything flows: what is stored is a beginning of what was sent, without a hole.
 kill_in_the_flow() {
     local logger
-    (while read -r line; do printf '%s\n' "$line"; done <"$tmp/all.can"; sleep 20) >"$tmp/can.fifo" &
-    $matrig --quiet log --can "file:$tmp/can.fifo" --db "$tmp/flow.db" >/dev/null 2>&1 &
+    mkfifo "$tmp/flow.fifo"
+    (while read -r line; do printf '%s\n' "$line"; done <"$tmp/all.can"; sleep 20) >"$tmp/flow.fifo" &
+    $matrig --quiet log --can "file:$tmp/flow.fifo" --db "$tmp/flow.db" >/dev/null 2>&1 &
     logger=$!
     for _ in $(seq 400); do [ -e "$tmp/flow.db" ] && [ "$(frames_in "$tmp/flow.db" 2>/dev/null || echo 0)" -gt 500 ] && break; sleep 0.02; done
     kill -9 $logger
@@ -47,8 +48,9 @@ kill_in_the_flow() {
 }
 stops_on() { # SIGNAL
     local logger status
-    (cat "$tmp/all.can"; sleep 20) >"$tmp/can.fifo" &
-    $matrig --json --quiet log --can "file:$tmp/can.fifo" --db "$tmp/stop$1.db" >"$tmp/stop$1.json" &
+    mkfifo "$tmp/stop$1.fifo"
+    (cat "$tmp/all.can"; sleep 20) >"$tmp/stop$1.fifo" &
+    $matrig --json --quiet log --can "file:$tmp/stop$1.fifo" --db "$tmp/stop$1.db" >"$tmp/stop$1.json" &
     logger=$!
     for _ in $(seq 200); do [ -e "$tmp/stop$1.db" ] && [ "$(frames_in "$tmp/stop$1.db" 2>/dev/null || echo 0)" -gt 0 ] && break; sleep 0.05; done
     kill -"$1" $logger
@@ -59,8 +61,9 @@ stops_on() { # SIGNAL
         [ "$(sqlite3 "$tmp/stop$1.db" 'select ended_by from sessions')" = signal ]
 }
 stops_after_its_time() {
-    (cat "$tmp/all.can"; sleep 20) >"$tmp/can.fifo" &
-    $matrig --json --quiet log --can "file:$tmp/can.fifo" --db "$tmp/time.db" --for 1 >"$tmp/time.json" &&
+    mkfifo "$tmp/time.fifo"
+    (cat "$tmp/all.can"; sleep 20) >"$tmp/time.fifo" &
+    $matrig --json --quiet log --can "file:$tmp/time.fifo" --db "$tmp/time.db" --for 2 >"$tmp/time.json" &&
         grep -q '"ended_by":"time"' "$tmp/time.json" && [ "$(frames_in "$tmp/time.db")" = "$(wc -l <"$tmp/all.can")" ]
 }
 

@@ -1,0 +1,69 @@
+/* Loss accounting of one link: what the board sent against what came.
+ *
+ * Serial: every frame has a number; a jump says how many are lost. CAN: frames have none, so
+ * `can_health.sent`, which counts the frames queued before that one, is held against the frames received
+ * since the one before; and displacement and tension messages step by 2 and 4 blocks while a landing is
+ * recorded, which tells whose frames are missing. A step alone proves nothing; it is believed when the next
+ * can_health confirms that frames are lost, or when none comes any more.
+ *
+ * What the board itself dropped it says in can_health and serial_health; that is counted apart. Pure; gaps
+ * found wait in `gap` until they are taken. */
+#ifndef MATRIG_HOST_ACCOUNT_H
+#define MATRIG_HOST_ACCOUNT_H
+
+#include "common/catalogue.h"
+#include "host/link/link.h"
+#include "host/store/store.h"
+
+#define ACCOUNT_GAPS 32u
+#define ACCOUNT_STEPPED 8u /* messages that come in steps of blocks: 3 of displacement, 5 of tension */
+
+struct account {
+    enum link_kind kind;
+    struct store_link_counts counts;
+    struct store_gap gap[ACCOUNT_GAPS];
+    size_t gaps; /* found and not taken */
+
+    bool seq_known;
+    uint16_t seq_next;
+    int64_t frame_block;   /* newest block known at the last frame */
+    bool lost_since_block; /* frames are missing since the last block record */
+
+    bool sent_known;
+    uint32_t sent; /* of the last can_health */
+    int64_t sent_block;
+    int64_t received_since; /* frames since it, itself included */
+    int64_t before_first;   /* CAN frames the board sent before logging began; -1: not known yet */
+    struct store_gap suspect[ACCOUNT_STEPPED];
+    size_t suspects;
+    int64_t suspect_count;               /* frames that steps say are missing since the last can_health */
+    int64_t step_block[ACCOUNT_STEPPED]; /* last block of each; -1: none */
+
+    bool dropped_known;
+    uint16_t dropped;
+    int64_t dropped_block;
+    bool block_known;
+    uint32_t block_next;
+};
+
+void account_start(struct account *account, enum link_kind kind);
+/* The board began again: its counters too. */
+void account_restart(struct account *account);
+/* A landing begins or ends on this link: no steps and no block numbers are expected across it. */
+void account_break(struct account *account);
+
+/* A frame came. `block`: newest block known on the link, that of this frame included; -1: none. Call it
+ * before what the frame says is accounted. */
+void account_serial_frame(struct account *account, uint16_t seq, int64_t block);
+void account_can_frame(struct account *account);
+/* The frame just counted was this one: can_health on CAN; serial_health on serial (its count of dropped
+ * frames); a message that may step by blocks, in a landing; a block record, in a landing. */
+void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block);
+void account_dropped(struct account *account, uint16_t dropped, int64_t block);
+void account_step(struct account *account, uint16_t id, int64_t block);
+void account_block(struct account *account, uint32_t index);
+
+/* The link ended, or fell silent for good: what is only suspected so far is taken as lost. */
+void account_end(struct account *account);
+
+#endif

@@ -1,0 +1,326 @@
+#include "host/analyse/measured.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/analyse/measured_series.h"
+
+#define CLOCK_TOLERANCE 0.01    /* the internal oscillator's, taken as a standard error */
+#define SAMPLE_MIDDLE_MS 0.4375 /* mean of 8 scans, 125 us apart, from the beginning of the block */
+
+double measured_time_s(const struct measured *measured, size_t sample)
+{
+    double ms = (double)(measured->first_block + (int64_t)sample) + SAMPLE_MIDDLE_MS;
+    return ms / 1000.0 - (double)measured->t0_us / 1e6;
+}
+
+double measured_value(const struct measured_channel *channel, size_t sample)
+{
+    double raw = (double)channel->raw[sample];
+    return channel->config.kind == MR_KIND_DISPLACEMENT ? raw - channel->baseline : raw;
+}
+
+double measured_smooth(const struct measured *measured, const struct measured_channel *channel, size_t sample,
+                       size_t half)
+{
+    size_t from = sample > half ? sample - half : 0;
+    size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t i = from; i <= to; i++) {
+        double value = measured_value(channel, i);
+        if (!isnan(value)) {
+            sum += value;
+            count++;
+        }
+    }
+    return count ? sum / (double)count : (double)NAN;
+}
+
+int measured_find(const struct measured *measured, enum mr_channel_kind kind, unsigned number)
+{
+    for (int i = 0; i < (int)MR_CHANNELS; i++) {
+        if (measured->channel[i].config.kind == kind && measured->channel[i].config.number == number)
+            return i;
+    }
+    return -1;
+}
+
+/* ---- gear ---- */
+
+/* Named edges in order of time; a switch counts once. */
+static void collect_gates(struct measured *measured, const struct store_edge *edges, size_t edge_count,
+                          const struct store_switch *places, size_t place_count)
+{
+    measured->edges = edge_count;
+    measured->switches = place_count;
+    for (size_t e = 0; e < edge_count; e++) {
+        for (size_t p = 0; p < place_count; p++) {
+            uint64_t bit = 1ull << (places[p].position - 1);
+            if (places[p].position != edges[e].position || measured->seen & bit || isnan(edges[e].board_us) ||
+                measured->gates == MR_GATES_MAX)
+                continue;
+            measured->seen |= bit;
+            measured->gate[measured->gates++] =
+                (struct mr_gate){edges[e].board_us / 1e6, places[p].station_ft};
+        }
+    }
+}
+
+/* A clock that may be off by a fraction scales every speed by it, and decelerations by twice as much. */
+static void add_clock_error(struct mr_gates_summary *summary)
+{
+    struct mr_estimate *speed = &summary->touchdown_speed_ft_s;
+    struct mr_estimate *deceleration = &summary->mean_deceleration_ft_s2;
+    speed->error = hypot(speed->error, CLOCK_TOLERANCE * speed->value);
+    deceleration->error = hypot(deceleration->error, 2.0 * CLOCK_TOLERANCE * deceleration->value);
+}
+
+static void shift_gates(struct measured *measured, double by_s)
+{
+    for (size_t i = 0; i < measured->gates; i++)
+        measured->gate[i].t_s -= by_s;
+}
+
+/* The fit behind the summary: the same gates, those at or beyond touchdown. */
+static enum mr_status fit_gates(struct measured *measured)
+{
+    const struct mr_gate *gates = measured->gate;
+    size_t count = measured->gates;
+    while (count > 0 && gates->station_ft < measured->landing.touchdown_ft) {
+        gates++;
+        count--;
+    }
+    return mr_gates_fit_best(gates, count, measured->landing.switch_error_ft, &measured->fit);
+}
+
+static void fit_gear(struct measured *measured)
+{
+    struct store_landing *landing = &measured->landing;
+    int64_t armed_us =
+        landing->armed_block == STORE_NONE ? 1000 * measured->first_block : 1000 * landing->armed_block;
+    measured->t0_us = armed_us;
+    if (measured->gates > 0)
+        measured->t0_us = (int64_t)llround(measured->gate[0].t_s * 1e6);
+    shift_gates(measured, (double)measured->t0_us / 1e6);
+    measured->fit_status = MR_TOO_FEW;
+    if (isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
+        return;
+    measured->fit_status = mr_gates_summarise(measured->gate, measured->gates, landing->touchdown_ft,
+                                              landing->switch_error_ft, &measured->summary);
+    if (measured->fit_status != MR_OK)
+        return;
+    /* Once more with touchdown as the origin, to the microsecond. */
+    int64_t shift_us = (int64_t)llround(measured->summary.touchdown_t_s.value * 1e6);
+    measured->t0_us += shift_us;
+    measured->t0_is_touchdown = true;
+    shift_gates(measured, (double)shift_us / 1e6);
+    mr_gates_summarise(measured->gate, measured->gates, landing->touchdown_ft, landing->switch_error_ft,
+                       &measured->summary);
+    measured->fit_status = fit_gates(measured);
+    if (landing->clock_source > 0)
+        add_clock_error(&measured->summary);
+}
+
+/* A moment of the motion: station and speed at a time. */
+struct moment {
+    double t_s;
+    double station_ft;
+    double speed_ft_s;
+};
+
+static struct moment fit_at(const struct measured *measured, double t_s)
+{
+    struct mr_motion_estimate motion;
+    mr_gates_at(&measured->fit, t_s, &motion);
+    return (struct moment){t_s, motion.position_ft.value, motion.speed_ft_s.value};
+}
+
+/* The cubic that has both moments' station and speed. */
+static struct moment between(struct moment from, struct moment to, double t_s)
+{
+    double span_s = to.t_s - from.t_s;
+    double x = (t_s - from.t_s) / span_s;
+    double rise = to.station_ft - from.station_ft;
+    double v0 = from.speed_ft_s * span_s;
+    double v1 = to.speed_ft_s * span_s;
+    double square = 3.0 * rise - 2.0 * v0 - v1;
+    double cube = v0 + v1 - 2.0 * rise;
+    return (struct moment){t_s, from.station_ft + v0 * x + square * x * x + cube * x * x * x,
+                           (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
+}
+
+/* Touchdown and stop are the summary's; in between the fit, joined to them by cubics outside its first and
+ * last gate. */
+static struct moment gear_at(const struct measured *measured, double t_s, double *error_ft_s)
+{
+    const struct mr_gates_summary *summary = &measured->summary;
+    const struct moment unknown = {t_s, (double)NAN, (double)NAN};
+    *error_ft_s = (double)NAN;
+    if (measured->fit_status != MR_OK || t_s < 0.0)
+        return unknown;
+    struct moment stop = {summary->stop_t_s.value, summary->stop_station_ft.value, 0.0};
+    *error_ft_s = 0.0;
+    if (t_s >= stop.t_s)
+        return stop;
+    struct mr_motion_estimate motion;
+    mr_gates_at(&measured->fit, t_s, &motion);
+    *error_ft_s = motion.speed_ft_s.error;
+    double first_s = measured->fit.mid_s - measured->fit.half_s;
+    double last_s = measured->fit.mid_s + measured->fit.half_s;
+    if (t_s < first_s) {
+        struct moment touchdown = {0.0, measured->landing.touchdown_ft, summary->touchdown_speed_ft_s.value};
+        *error_ft_s = summary->touchdown_speed_ft_s.error;
+        return between(touchdown, fit_at(measured, first_s), t_s);
+    }
+    return t_s <= last_s ? fit_at(measured, t_s) : between(fit_at(measured, last_s), stop, t_s);
+}
+
+double measured_station_ft(const struct measured *measured, double t_s)
+{
+    double error_ft_s;
+    return gear_at(measured, t_s, &error_ft_s).station_ft;
+}
+
+double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s)
+{
+    return gear_at(measured, t_s, error_ft_s).speed_ft_s;
+}
+
+double measured_reach_s(const struct measured *measured, double station_ft)
+{
+    const struct mr_gates_summary *summary = &measured->summary;
+    if (measured->fit_status != MR_OK || summary->stop_station_ft.value < station_ft)
+        return (double)NAN;
+    double low_s = 0.0;
+    double high_s = summary->stop_t_s.value;
+    for (int i = 0; i < 60; i++) { /* to the last bit */
+        double middle_s = 0.5 * (low_s + high_s);
+        if (measured_station_ft(measured, middle_s) < station_ft)
+            low_s = middle_s;
+        else
+            high_s = middle_s;
+    }
+    return high_s;
+}
+
+/* ---- channels ---- */
+
+/* Sample of the first edge; `samples` when there is none, so that everything is "before". */
+static size_t first_edge_sample(const struct measured *measured)
+{
+    if (measured->gates == 0)
+        return measured->samples;
+    double us = measured->gate[0].t_s * 1e6 + (double)measured->t0_us;
+    int64_t sample = (int64_t)floor(us / 1000.0) - measured->first_block;
+    if (sample < 0)
+        return 0;
+    return (size_t)sample < measured->samples ? (size_t)sample : measured->samples;
+}
+
+static void find_baseline(struct measured_channel *channel, size_t from, size_t to)
+{
+    double sum = 0.0, squares = 0.0;
+    size_t count = 0;
+    for (size_t i = from; i < to; i++) {
+        if (channel->validity[i] != MR_VALID)
+            continue;
+        sum += (double)channel->raw[i];
+        count++;
+    }
+    channel->baseline = count ? sum / (double)count : (double)NAN;
+    for (size_t i = from; i < to; i++) {
+        if (channel->validity[i] == MR_VALID)
+            squares +=
+                ((double)channel->raw[i] - channel->baseline) * ((double)channel->raw[i] - channel->baseline);
+    }
+    channel->noise = count > 1 ? sqrt(squares / (double)(count - 1)) : (double)NAN;
+    double excess = 1.0 + MEASURED_EXCESS * MEASURED_EXCESS;
+    channel->error = channel->noise * sqrt(excess / MEASURED_WINDOW + (count ? 1.0 / (double)count : 0.0));
+    channel->end_error =
+        channel->noise * sqrt(1.0 / MEASURED_END_BLOCKS + (count ? 1.0 / (double)count : 0.0));
+}
+
+static void find_extremes(const struct measured *measured, struct measured_channel *channel, size_t from)
+{
+    channel->high = channel->low = channel->peak = channel->end = (double)NAN;
+    for (size_t i = from; i < measured->samples; i++) {
+        double value = measured_smooth(measured, channel, i, MEASURED_WINDOW / 2);
+        channel->high = fmax(channel->high, value); /* fmax and fmin pass over NaN */
+        channel->low = fmin(channel->low, value);
+    }
+    channel->peak = fabs(channel->high) >= fabs(channel->low) ? channel->high : channel->low;
+    if (measured->samples > MEASURED_END_BLOCKS)
+        channel->end = measured_smooth(measured, channel, measured->samples - 1 - MEASURED_END_BLOCKS / 2,
+                                       MEASURED_END_BLOCKS / 2);
+}
+
+static void find_facts(struct measured *measured)
+{
+    size_t edge = first_edge_sample(measured);
+    size_t from = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        struct measured_channel *channel = &measured->channel[c];
+        if (channel->config.kind != MR_KIND_DISPLACEMENT && channel->config.kind != MR_KIND_TENSION)
+            continue;
+        for (size_t i = 0; i < measured->samples; i++)
+            channel->valid += channel->validity[i] == MR_VALID;
+        find_baseline(channel, from, edge);
+        find_extremes(measured, channel, edge < measured->samples ? edge : 0);
+    }
+}
+
+/* ---- loading ---- */
+
+static enum mr_status load_gates(struct store *store, int64_t run, struct measured *measured,
+                                 struct error *error)
+{
+    struct store_edge *edges = NULL;
+    struct store_switch *places = NULL;
+    size_t edge_count, place_count;
+    enum mr_status status = store_edges(store, run, &edges, &edge_count, error);
+    if (status == MR_OK)
+        status = store_switches(store, run, &places, &place_count, error);
+    if (status == MR_OK)
+        collect_gates(measured, edges, edge_count, places, place_count);
+    free(edges);
+    free(places);
+    return status;
+}
+
+static enum mr_status load_configuration(struct store *store, int64_t run, struct measured *measured,
+                                         struct error *error)
+{
+    struct mr_channel_config channels[MR_CHANNELS];
+    size_t found;
+    enum mr_status status = store_channels(store, run, channels, &found, error);
+    for (unsigned c = 0; c < MR_CHANNELS; c++)
+        measured->channel[c].config = channels[c];
+    return status;
+}
+
+enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured, struct error *error)
+{
+    memset(measured, 0, sizeof *measured);
+    enum mr_status status = store_landing_get(store, run, &measured->landing, error);
+    if (status == MR_OK)
+        status = load_configuration(store, run, measured, error);
+    if (status == MR_OK)
+        status = load_gates(store, run, measured, error);
+    if (status == MR_OK)
+        status = measured_load_series(store, measured, error);
+    if (status != MR_OK)
+        return status;
+    fit_gear(measured);
+    find_facts(measured);
+    return MR_OK;
+}
+
+void measured_free(struct measured *measured)
+{
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        free(measured->channel[c].raw);
+        free(measured->channel[c].validity);
+    }
+}

@@ -1,0 +1,90 @@
+/* A landing as measured: time base, gear, displacements and tensions, read back from the campaign database.
+ *
+ * Time t_s counts from touchdown (from the first edge when there is no fit, from arming without edges).
+ * Samples are 1 ms blocks; a sample's time is the middle of its eight scans. Displacements and tensions are
+ * computed here from the block records with the board's own calibration; without block records (no serial
+ * link) they come from the CAN messages, each filling the 2 or 4 blocks it is the mean of. A displacement is
+ * relative to its mean over the half second before the first edge; a tension is absolute. What is missing or
+ * not valid is NaN. */
+#ifndef MATRIG_HOST_ANALYSE_MEASURED_H
+#define MATRIG_HOST_ANALYSE_MEASURED_H
+
+#include "common/gates.h"
+#include "host/store/store.h"
+
+#define MEASURED_BASELINE_BLOCKS 500
+#define MEASURED_WINDOW 11 /* blocks of the moving mean that peaks are taken from */
+/* The largest of many noisy means lies above the truth: by about this many of their standard deviations when
+ * some tens of independent ones are compared. It counts as an error of every peak. */
+#define MEASURED_EXCESS 2.5
+#define MEASURED_END_BLOCKS 200 /* mean over these is where a channel ended */
+#define MEASURED_LOST 255       /* validity: the block never came */
+#define MEASURED_NOT_VALID 254  /* validity: not valid, and CAN does not say why */
+
+enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN };
+
+struct measured_channel {
+    struct mr_channel_config config;
+    float *raw;        /* per sample, in or lb, as read */
+    uint8_t *validity; /* enum mr_validity or one of the two above */
+    size_t valid;      /* samples with MR_VALID */
+    double baseline;   /* mean before the first edge; NaN: none */
+    double noise;      /* standard deviation of one sample there */
+    /* Of the value (raw, less the baseline for displacements), from the first edge on: */
+    double high, low; /* extremes of the moving mean */
+    double peak;      /* high or low, whichever is larger in size */
+    double end;
+    double error; /* standard error of peak, high, low: noise of moving mean and baseline, and its excess */
+    double end_error;
+};
+
+/* CAN messages against the block records they were computed from. */
+struct measured_check {
+    size_t compared;  /* values */
+    size_t different; /* by more than one digit of the wire, or valid in one and missing in the other */
+    double worst_digits;
+};
+
+struct measured {
+    struct store_landing landing;
+    enum measured_source source;
+    int64_t first_block;
+    size_t samples;
+    int64_t t0_us; /* board time of t_s = 0 */
+    bool t0_is_touchdown;
+
+    struct mr_gate gate[MR_GATES_MAX]; /* named edges in order; t_s as above */
+    size_t gates;
+    size_t edges;                    /* captured, named or not */
+    size_t switches;                 /* in the board's table */
+    uint64_t seen;                   /* bit p-1: switch p */
+    enum mr_status fit_status;       /* of the summary: MR_OK, or why there is none */
+    struct mr_gates_summary summary; /* times as t_s; errors include the clock's when it is not the crystal */
+    struct mr_gates_fit fit;         /* the curve behind it */
+
+    struct measured_channel channel[MR_CHANNELS];
+    struct measured_check check;
+};
+
+/* Load a landing. The caller releases it with measured_free, also after an error. */
+enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
+                             struct error *error);
+void measured_free(struct measured *measured);
+
+double measured_time_s(const struct measured *measured, size_t sample);
+/* Value of a channel in its unit: displacement since the baseline, tension absolute. NaN: missing. */
+double measured_value(const struct measured_channel *channel, size_t sample);
+/* Mean of the valid values within `half` samples of `sample`; NaN when none is. */
+double measured_smooth(const struct measured *measured, const struct measured_channel *channel, size_t sample,
+                       size_t half);
+/* Station and speed of the lead wheel at a time; NaN before touchdown or without a fit, at rest after the
+ * stop. */
+double measured_station_ft(const struct measured *measured, double t_s);
+double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
+/* Time at which the lead wheel comes to a station beyond touchdown; NaN: it stops before, or there is no fit.
+ */
+double measured_reach_s(const struct measured *measured, double station_ft);
+/* Channel index of transducer or gage `number`; -1: none. */
+int measured_find(const struct measured *measured, enum mr_channel_kind kind, unsigned number);
+
+#endif

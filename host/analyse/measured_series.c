@@ -1,0 +1,231 @@
+#include "host/analyse/measured_series.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/catalogue.h"
+#include "common/wire.h"
+#include "host/link/link.h"
+
+struct block_list {
+    struct mr_block *block;
+    size_t count;
+    size_t room;
+};
+
+static enum mr_status keep_block(void *context, const uint8_t *record, size_t length)
+{
+    struct block_list *list = context;
+    if (list->count == list->room) {
+        size_t room = list->room ? 2 * list->room : 4096;
+        struct mr_block *larger = realloc(list->block, room * sizeof *larger);
+        if (!larger)
+            return MR_FULL;
+        list->block = larger;
+        list->room = room;
+    }
+    return mr_block_get(&list->block[list->count++], record, length);
+}
+
+/* Room for `samples` samples of every measuring channel, all lost so far. */
+static enum mr_status make_series(struct measured *measured, int64_t first_block, size_t samples,
+                                  struct error *error)
+{
+    measured->first_block = first_block;
+    measured->samples = samples;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        struct measured_channel *channel = &measured->channel[c];
+        channel->raw = malloc(samples * sizeof *channel->raw);
+        channel->validity = malloc(samples);
+        if (!channel->raw || !channel->validity)
+            return error_set(error, MR_FULL, "no memory: RUN %lld with %zu samples; close other programs",
+                             (long long)measured->landing.id, samples);
+        memset(channel->validity, MEASURED_LOST, samples);
+        for (size_t i = 0; i < samples; i++)
+            channel->raw[i] = MR_NAN;
+    }
+    return MR_OK;
+}
+
+/* A landing of more samples than this has an impossible block index in it. */
+#define SAMPLES_MAX 3600000
+
+static enum mr_status check_span(const struct measured *measured, int64_t first, int64_t last,
+                                 struct error *error)
+{
+    if (last >= first && last - first < SAMPLES_MAX)
+        return MR_OK;
+    return error_set(error, MR_MALFORMED,
+                     "impossible block numbers: RUN %lld, blocks %lld to %lld; the database is damaged",
+                     (long long)measured->landing.id, (long long)first, (long long)last);
+}
+
+static enum mr_status series_from_blocks(struct measured *measured, const struct block_list *list,
+                                         struct error *error)
+{
+    int64_t first = list->block[0].index;
+    int64_t last = list->block[list->count - 1].index;
+    enum mr_status status = check_span(measured, first, last, error);
+    if (status == MR_OK)
+        status = make_series(measured, first, (size_t)(last - first) + 1, error);
+    if (status != MR_OK)
+        return status;
+    for (size_t b = 0; b < list->count; b++) {
+        const struct mr_block *block = &list->block[b];
+        size_t i = (size_t)((int64_t)block->index - first);
+        float ratio = mr_channels_ratio(block);
+        for (unsigned c = 0; c < MR_CHANNELS; c++) {
+            struct measured_channel *channel = &measured->channel[c];
+            struct mr_reading reading = mr_channel_read(&channel->config, block, c, ratio);
+            channel->raw[i] = reading.value;
+            channel->validity[i] = reading.validity;
+        }
+    }
+    measured->source = MEASURED_SERIAL;
+    return MR_OK;
+}
+
+/* ---- CAN messages of decimated channels ---- */
+
+struct decimated {
+    uint16_t id;
+    enum mr_channel_kind kind;
+    unsigned first; /* number of the first channel in it */
+    unsigned count;
+    unsigned blocks; /* it is the mean of as many */
+    float per_unit;
+};
+
+static const struct decimated decimated[] = {
+    {MR_ID_DISPLACEMENT_1_3, MR_KIND_DISPLACEMENT, 1, 3, 2, 10000.0f},
+    {MR_ID_DISPLACEMENT_4_6, MR_KIND_DISPLACEMENT, 4, 3, 2, 10000.0f},
+    {MR_ID_DISPLACEMENT_7_8, MR_KIND_DISPLACEMENT, 7, 2, 2, 10000.0f},
+    {MR_ID_TENSION_1_3, MR_KIND_TENSION, 1, 3, 4, 50.0f},
+    {MR_ID_TENSION_4_6, MR_KIND_TENSION, 4, 3, 4, 50.0f},
+    {MR_ID_TENSION_7_9, MR_KIND_TENSION, 7, 3, 4, 50.0f},
+    {MR_ID_TENSION_10_12, MR_KIND_TENSION, 10, 3, 4, 50.0f},
+    {MR_ID_TENSION_13_14, MR_KIND_TENSION, 13, 2, 4, 50.0f},
+};
+
+static const struct decimated *find_decimated(const struct store_frame *frame)
+{
+    for (size_t i = 0; i < sizeof decimated / sizeof decimated[0]; i++) {
+        if (decimated[i].id == frame->id && frame->length == MR_MESSAGE_MAX && frame->board_us != STORE_NONE)
+            return &decimated[i];
+    }
+    return NULL;
+}
+
+struct can_span {
+    int64_t first, last;
+    bool any;
+};
+
+static enum mr_status find_span(void *context, const struct store_frame *frame)
+{
+    struct can_span *span = context;
+    const struct decimated *message = find_decimated(frame);
+    if (!message)
+        return MR_OK;
+    int64_t block = frame->board_us / 1000;
+    if (!span->any || block - (int64_t)message->blocks + 1 < span->first)
+        span->first = block - (int64_t)message->blocks + 1;
+    if (!span->any || block > span->last)
+        span->last = block;
+    span->any = true;
+    return MR_OK;
+}
+
+static enum mr_status fill_from_message(void *context, const struct store_frame *frame)
+{
+    struct measured *measured = context;
+    const struct decimated *message = find_decimated(frame);
+    if (!message)
+        return MR_OK;
+    int64_t newest = frame->board_us / 1000 - measured->first_block;
+    const uint8_t *p = frame->data;
+    for (unsigned k = 0; k < message->count; k++) {
+        float value = mr_get_real_i16(&p, message->per_unit);
+        int c = measured_find(measured, message->kind, message->first + k);
+        for (unsigned age = 0; c >= 0 && age < message->blocks; age++) {
+            int64_t i = newest - (int64_t)age;
+            if (i < 0 || i >= (int64_t)measured->samples)
+                continue;
+            measured->channel[c].raw[i] = value;
+            measured->channel[c].validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
+        }
+    }
+    return MR_OK;
+}
+
+static enum mr_status check_against_message(void *context, const struct store_frame *frame)
+{
+    struct measured *measured = context;
+    const struct decimated *message = find_decimated(frame);
+    if (!message)
+        return MR_OK;
+    int64_t newest = frame->board_us / 1000 - measured->first_block;
+    const uint8_t *p = frame->data;
+    for (unsigned k = 0; k < message->count; k++) {
+        float can = mr_get_real_i16(&p, message->per_unit);
+        int c = measured_find(measured, message->kind, message->first + k);
+        if (c < 0 || newest - (int64_t)message->blocks + 1 < 0 || newest >= (int64_t)measured->samples)
+            continue;
+        float sum = 0.0f;
+        bool all = true;
+        for (unsigned age = 0; age < message->blocks; age++) {
+            size_t i = (size_t)newest - age;
+            sum += measured->channel[c].raw[i];
+            all = all && measured->channel[c].validity[i] != MEASURED_LOST;
+        }
+        if (!all)
+            continue;
+        float mean = sum / (float)message->blocks;
+        double digits = fabs((double)(can - mean) * (double)message->per_unit);
+        measured->check.compared++;
+        if (isnan(can) != isnan(mean) || digits > 1.0)
+            measured->check.different++;
+        if (digits > measured->check.worst_digits)
+            measured->check.worst_digits = digits;
+    }
+    return MR_OK;
+}
+
+static enum mr_status series_from_messages(struct store *store, struct measured *measured,
+                                           struct error *error)
+{
+    struct can_span span = {0};
+    int64_t run = measured->landing.id;
+    enum mr_status status = store_frames_each(store, run, LINK_CAN, find_span, &span, error);
+    if (status != MR_OK || !span.any)
+        return status;
+    status = check_span(measured, span.first, span.last, error);
+    if (status == MR_OK)
+        status = make_series(measured, span.first, (size_t)(span.last - span.first) + 1, error);
+    if (status == MR_OK)
+        status = store_frames_each(store, run, LINK_CAN, fill_from_message, measured, error);
+    measured->source = MEASURED_CAN;
+    return status;
+}
+
+enum mr_status measured_load_series(struct store *store, struct measured *measured, struct error *error)
+{
+    struct block_list list = {0};
+    int64_t run = measured->landing.id;
+    enum mr_status status = store_blocks_each(store, run, keep_block, &list, error);
+    if (status == MR_FULL)
+        error_set(error, status, "no memory: RUN %lld; close other programs", (long long)run);
+    else if (status != MR_OK)
+        error_set(error, MR_MALFORMED, "damaged block record: RUN %lld of %s; the database is damaged",
+                  (long long)run, store_path(store));
+    if (status == MR_OK && list.count > 0) {
+        status = series_from_blocks(measured, &list, error);
+        if (status == MR_OK)
+            status = store_frames_each(store, run, LINK_CAN, check_against_message, measured, error);
+    } else if (status == MR_OK) {
+        status = series_from_messages(store, measured, error);
+    }
+    free(list.block);
+    return status;
+}

@@ -1,0 +1,388 @@
+#include "host/analyse/summary.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/fault.h"
+#include "host/cli.h"
+#include "host/collect.h"
+#include "host/units.h"
+
+const char *summary_link_name(int link)
+{
+    return link == LINK_CAN ? "CAN" : "serial";
+}
+
+static enum mr_status load_links(struct store *store, struct summary *summary, struct error *error)
+{
+    int64_t run = summary->measured.landing.id;
+    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        struct summary_link *link = &summary->link[kind];
+        const char *spec = kind == LINK_CAN ? summary->session.can_link : summary->session.serial_link;
+        link->used = spec[0] != '\0';
+        status = store_frames_count(store, run, kind, &link->received, error);
+        int64_t blocks = 0;
+        if (status == MR_OK && kind == LINK_SERIAL)
+            status = store_blocks_count(store, run, &blocks, error);
+        link->received += blocks;
+    }
+    for (size_t i = 0; i < summary->gaps; i++) {
+        const struct store_gap *gap = &summary->gap[i];
+        if (gap->link < 0 || gap->link >= LINK_KINDS)
+            continue;
+        struct summary_link *link = &summary->link[gap->link];
+        if (strcmp(gap->cause, "silence") == 0)
+            link->silent = true;
+        else if (strcmp(gap->message, "frame") == 0)
+            *(strcmp(gap->cause, "board") == 0 ? &link->dropped : &link->lost) += gap->count;
+    }
+    return status;
+}
+
+enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error)
+{
+    memset(summary, 0, sizeof *summary);
+    enum mr_status status = measured_load(store, run, &summary->measured, error);
+    if (status == MR_OK)
+        status = zones_load(store, &summary->measured, &summary->zones, error);
+    if (status == MR_OK)
+        status = store_session_get(store, summary->measured.landing.session, &summary->session, error);
+    if (status == MR_OK)
+        status = load_links(store, summary, error);
+    if (status == MR_OK)
+        status = store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults, error);
+    if (status == MR_OK)
+        status = store_result_get(store, run, &summary->result, &summary->result_known, error);
+    return status;
+}
+
+void summary_free(struct summary *summary)
+{
+    measured_free(&summary->measured);
+    zones_free(&summary->zones);
+    free(summary->gap);
+    free(summary->fault);
+}
+
+void summary_switches(const struct measured *measured, char *out, size_t size)
+{
+    size_t seen = measured->gates;
+    bool all = seen == measured->switches && seen > 0;
+    int length = all ? snprintf(out, size, "all %zu seen", seen)
+                     : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
+    const char *before = ", missing ";
+    for (size_t p = 0; p < measured->switches && p < 64 && length > 0 && (size_t)length < size; p++) {
+        if (measured->seen & 1ull << p)
+            continue;
+        length += snprintf(out + length, size - (size_t)length, "%s%zu", before, p + 1);
+        before = ", ";
+    }
+    if (measured->edges > seen && length > 0 && (size_t)length < size)
+        snprintf(out + length, size - (size_t)length, "; %zu edges not named", measured->edges - seen);
+}
+
+void summary_gap(const struct store_gap *gap, char *out, size_t size)
+{
+    char count[40] = "", range[60] = "";
+    if (gap->count != STORE_NONE)
+        snprintf(count, sizeof count, "%lld ", (long long)gap->count);
+    if (gap->from_block != STORE_NONE && gap->to_block != STORE_NONE)
+        snprintf(range, sizeof range, ", blocks %lld to %lld", (long long)gap->from_block,
+                 (long long)gap->to_block);
+    if (strcmp(gap->cause, "silence") == 0)
+        snprintf(out, size, "%s silent%s", summary_link_name(gap->link), range);
+    else
+        snprintf(out, size, "%s %s%s %s (%s)%s", summary_link_name(gap->link), count, gap->message,
+                 strcmp(gap->cause, "board") == 0 ? "not sent by the board" : "lost", gap->channels, range);
+}
+
+/* ---- text ---- */
+
+static void print_estimate(FILE *out, const char *label, struct mr_estimate value, const struct unit *unit,
+                           int digits)
+{
+    double v = value.value * unit->factor;
+    double e = value.error * unit->factor;
+    fprintf(out, "  %-13s %.*f +- %.*f %s (95 %%: %.*f to %.*f)", label, digits, v, digits + 1, e, unit->text,
+            digits, v - SUMMARY_95 * e, digits, v + SUMMARY_95 * e);
+}
+
+static void print_motion(const struct summary *summary, bool si, FILE *out)
+{
+    const struct measured *measured = &summary->measured;
+    const struct mr_gates_summary *fit = &measured->summary;
+    char switches[200];
+    summary_switches(measured, switches, sizeof switches);
+    fprintf(out, "  %-13s %s\n", "switches", switches);
+    if (measured->fit_status != MR_OK) {
+        fprintf(out, "  %-13s not known: %s\n", "motion", mr_status_text(measured->fit_status));
+        return;
+    }
+    print_estimate(out, "touchdown", fit->touchdown_speed_ft_s, unit_of(UNIT_SPEED, si), 3);
+    fprintf(out, "\n");
+    print_estimate(out, "deceleration", fit->mean_deceleration_ft_s2, unit_of(UNIT_DECELERATION, si), 3);
+    fprintf(out, "\n");
+    print_estimate(out, "stop", fit->stop_station_ft, unit_of(UNIT_STATION, si), 2);
+    fprintf(out, ", %.3f s after touchdown\n", fit->stop_t_s.value - fit->touchdown_t_s.value);
+}
+
+static void print_channels(const struct measured *measured, bool si, FILE *out)
+{
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
+    const struct unit *force = unit_of(UNIT_TENSION, si);
+    fprintf(out, "  peak movement by station, %s (standard error)\n", length->text);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        if (channel->config.kind != MR_KIND_DISPLACEMENT)
+            continue;
+        fprintf(out, "    %6.1f %s  ", (double)channel->config.station_ft * station->factor, station->text);
+        if (isnan(channel->peak))
+            fprintf(out, "not valid\n");
+        else
+            fprintf(out, "%8.4f (%.4f)  at the end %8.4f\n", unit_tidy(channel->peak * length->factor, 1e-4),
+                    channel->error * length->factor, unit_tidy(channel->end * length->factor, 1e-4));
+    }
+    fprintf(out, "  least tension by gage, %s (before the landing)\n", force->text);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        if (channel->config.kind != MR_KIND_TENSION)
+            continue;
+        fprintf(out, "    %2u band %u %6.1f %s  ", channel->config.number, channel->config.band,
+                (double)channel->config.station_ft * station->factor, station->text);
+        if (isnan(channel->low))
+            fprintf(out, "not valid\n");
+        else
+            fprintf(out, "%7.1f (%.1f)\n", channel->low * force->factor, channel->baseline * force->factor);
+    }
+}
+
+static void print_zone(const struct zone_warning *w, bool si, FILE *out)
+{
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    if (!w->warned) {
+        fprintf(out, "  %-13s no warning\n", "zone");
+        return;
+    }
+    fprintf(out, "  %-13s warned %.3f s %s touchdown: %lld closed mats, stations %.1f to %.1f %s", "zone",
+            fabs(w->t_s), w->t_s < 0.0 ? "before" : "after", (long long)w->mats,
+            w->start_ft * station->factor, w->end_ft * station->factor, station->text);
+    if (w->inferred_percent > 0)
+        fprintf(out, ", %lld %% of it inferred", (long long)w->inferred_percent);
+    if (w->reached)
+        fprintf(out, "; the wheel came there %.3f s later\n", w->true_lead_s);
+    else
+        fprintf(out, "; the wheel stopped before it\n");
+    if (!isnan(w->lead_s)) {
+        fprintf(out, "  %-13s %.3f s to station %.1f %s, given at %.3f s", "lead time", w->lead_s,
+                w->lead_start_ft * station->factor, station->text, w->lead_t_s);
+        if (isnan(w->lead_became_s))
+            fprintf(out, "; the wheel stopped before\n");
+        else
+            fprintf(out, "; it took %.3f s\n", w->lead_became_s);
+    }
+    fprintf(out, "  %-13s %lld mats, stations %.1f to %.1f %s\n", "longest zone", (long long)w->most_mats,
+            w->most_start_ft * station->factor, w->most_end_ft * station->factor, station->text);
+}
+
+static void print_links(const struct summary *summary, FILE *out)
+{
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct summary_link *link = &summary->link[kind];
+        fprintf(out, "  %-13s ", summary_link_name(kind));
+        if (!link->used)
+            fprintf(out, "not used\n");
+        else
+            fprintf(out, "%lld frames received, %lld lost, %lld not sent by the board%s\n",
+                    (long long)link->received, (long long)link->lost, (long long)link->dropped,
+                    link->silent ? "; silent in part: more may be lost" : "");
+    }
+    const struct measured_check *check = &summary->measured.check;
+    if (check->compared)
+        fprintf(out,
+                "  %-13s %zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)\n",
+                "cross-check", check->compared, check->different, check->worst_digits);
+    for (size_t i = 0; i < summary->gaps; i++) {
+        char line[160];
+        summary_gap(&summary->gap[i], line, sizeof line);
+        fprintf(out, "  %-13s %s\n", "gap", line);
+    }
+    if (summary->gaps == 0)
+        fprintf(out, "  %-13s none\n", "gaps");
+    for (size_t i = 0; i < summary->faults; i++)
+        fprintf(out, "  %-13s %s [%lld], %lld times\n", "fault",
+                mr_fault_text((unsigned)summary->fault[i].code), (long long)summary->fault[i].detail,
+                (long long)summary->fault[i].count);
+    if (summary->faults == 0)
+        fprintf(out, "  %-13s none\n", "faults");
+}
+
+void summary_print(const struct summary *summary, bool si, FILE *out)
+{
+    static const char *const sources[] = {"no readings came", "serial block records, 1 kHz",
+                                          "CAN messages, displacements at 500 Hz and tensions at 250 Hz"};
+    const struct store_landing *landing = &summary->measured.landing;
+    fprintf(out, "RUN %lld: landing %lld, %s, board %s, firmware %s, image %08llx\n", (long long)landing->id,
+            (long long)landing->board_landing, collector_state_text((unsigned)landing->state),
+            landing->board_uid[0] ? landing->board_uid : "unknown",
+            landing->firmware[0] ? landing->firmware : "unknown",
+            landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc);
+    fprintf(out, "  %-13s %s\n", "readings", sources[summary->measured.source]);
+    print_motion(summary, si, out);
+    if (summary->measured.source != MEASURED_NOTHING)
+        print_channels(&summary->measured, si, out);
+    print_zone(&summary->zones.warning, si, out);
+    print_links(summary, out);
+}
+
+/* ---- JSON ---- */
+
+static void set_value(json_t *object, const char *name, const struct unit *unit, double value)
+{
+    char key[80];
+    snprintf(key, sizeof key, "%s_%s", name, unit->suffix);
+    json_object_set_new(object, key, cli_json_number(value * unit->factor, 9));
+}
+
+static void set_estimate(json_t *object, const char *name, const struct unit *unit, struct mr_estimate value)
+{
+    char error_name[60];
+    snprintf(error_name, sizeof error_name, "%s_error", name);
+    set_value(object, name, unit, value.value);
+    set_value(object, error_name, unit, value.error);
+}
+
+static json_t *integer_or_null(int64_t value)
+{
+    return value == STORE_NONE ? json_null() : json_integer(value);
+}
+
+static json_t *channels_json(const struct measured *measured, enum mr_channel_kind kind, bool si)
+{
+    const struct unit *unit = unit_of(kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT : UNIT_TENSION, si);
+    json_t *list = json_array();
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        if (channel->config.kind != kind)
+            continue;
+        json_t *row = json_object();
+        json_object_set_new(row, "number", json_integer(channel->config.number));
+        if (kind == MR_KIND_TENSION)
+            json_object_set_new(row, "band", json_integer(channel->config.band));
+        set_value(row, "station", unit_of(UNIT_STATION, si), (double)channel->config.station_ft);
+        if (kind == MR_KIND_DISPLACEMENT)
+            set_value(row, "peak", unit, channel->peak);
+        set_value(row, "least", unit, channel->low);
+        set_value(row, "most", unit, channel->high);
+        set_value(row, "end", unit, channel->end);
+        set_value(row, "error", unit, channel->error);
+        set_value(row, "end_error", unit, channel->end_error);
+        set_value(row, "before", unit, channel->baseline);
+        json_object_set_new(
+            row, "valid_fraction",
+            cli_json_number(measured->samples ? (double)channel->valid / (double)measured->samples : 0.0, 6));
+        json_array_append_new(list, row);
+    }
+    return list;
+}
+
+static json_t *zone_json(const struct zone_warning *w, bool si)
+{
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    json_t *zone = json_object();
+    json_object_set_new(zone, "warned", json_boolean(w->warned));
+    if (!w->warned)
+        return zone;
+    json_object_set_new(zone, "t_s", cli_json_number(w->t_s, 9));
+    json_object_set_new(zone, "mats", json_integer(w->mats));
+    set_value(zone, "start", station, w->start_ft);
+    set_value(zone, "end", station, w->end_ft);
+    set_value(zone, "wheel", station, w->wheel_ft);
+    json_object_set_new(zone, "inferred_percent", integer_or_null(w->inferred_percent));
+    json_object_set_new(zone, "most_mats", json_integer(w->most_mats));
+    set_value(zone, "most_start", station, w->most_start_ft);
+    set_value(zone, "most_end", station, w->most_end_ft);
+    json_object_set_new(zone, "reached", json_boolean(w->reached));
+    json_object_set_new(zone, "true_lead_s", cli_json_number(w->true_lead_s, 6));
+    json_object_set_new(zone, "lead_s", cli_json_number(w->lead_s, 6));
+    json_object_set_new(zone, "lead_t_s", cli_json_number(w->lead_t_s, 9));
+    set_value(zone, "lead_start", station, w->lead_start_ft);
+    json_object_set_new(zone, "lead_became_s", cli_json_number(w->lead_became_s, 6));
+    return zone;
+}
+
+static json_t *links_json(const struct summary *summary)
+{
+    json_t *links = json_object();
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct summary_link *link = &summary->link[kind];
+        if (link->used)
+            json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
+                                json_pack("{sIsIsIsb}", "received", (json_int_t)link->received, "lost",
+                                          (json_int_t)link->lost, "dropped", (json_int_t)link->dropped,
+                                          "silent", link->silent));
+    }
+    return links;
+}
+
+static json_t *gaps_json(const struct summary *summary)
+{
+    json_t *gaps = json_array();
+    for (size_t i = 0; i < summary->gaps; i++) {
+        const struct store_gap *gap = &summary->gap[i];
+        json_t *row = json_pack("{ssssssss}", "link", gap->link == LINK_CAN ? "can" : "serial", "message",
+                                gap->message, "channels", gap->channels, "cause", gap->cause);
+        json_object_set_new(row, "count", integer_or_null(gap->count));
+        json_object_set_new(row, "from_block", integer_or_null(gap->from_block));
+        json_object_set_new(row, "to_block", integer_or_null(gap->to_block));
+        json_array_append_new(gaps, row);
+    }
+    return gaps;
+}
+
+json_t *summary_json(const struct summary *summary, bool si)
+{
+    static const char *const sources[] = {"none", "serial", "can"};
+    const struct measured *measured = &summary->measured;
+    const struct store_landing *landing = &measured->landing;
+    json_t *object =
+        json_pack("{sIsIssssss}", "run", (json_int_t)landing->id, "landing",
+                  (json_int_t)landing->board_landing, "state", collector_state_text((unsigned)landing->state),
+                  "board", landing->board_uid, "firmware", landing->firmware);
+    json_object_set_new(object, "image_crc", integer_or_null(landing->image_crc));
+    json_object_set_new(object, "config_crc", integer_or_null(landing->config_crc));
+    json_object_set_new(object, "clock_source", integer_or_null(landing->clock_source));
+    json_object_set_new(object, "source", json_string(sources[measured->source]));
+    json_object_set_new(object, "switches", json_integer((json_int_t)measured->switches));
+    json_object_set_new(object, "switches_seen", json_integer((json_int_t)measured->gates));
+    json_object_set_new(object, "fit", json_string(mr_status_text(measured->fit_status)));
+    if (measured->fit_status == MR_OK) {
+        const struct mr_gates_summary *fit = &measured->summary;
+        set_estimate(object, "touchdown_speed", unit_of(UNIT_SPEED, si), fit->touchdown_speed_ft_s);
+        set_estimate(object, "mean_deceleration", unit_of(UNIT_DECELERATION, si),
+                     fit->mean_deceleration_ft_s2);
+        set_estimate(object, "stop_station", unit_of(UNIT_STATION, si), fit->stop_station_ft);
+        json_object_set_new(object, "stop_after_touchdown_s",
+                            cli_json_number(fit->stop_t_s.value - fit->touchdown_t_s.value, 9));
+        json_object_set_new(object, "stop_gates", json_integer(fit->used_for_stop));
+    }
+    json_object_set_new(object, "displacements", channels_json(measured, MR_KIND_DISPLACEMENT, si));
+    json_object_set_new(object, "tensions", channels_json(measured, MR_KIND_TENSION, si));
+    json_object_set_new(object, "zone", zone_json(&summary->zones.warning, si));
+    json_object_set_new(object, "links", links_json(summary));
+    json_object_set_new(object, "gaps", gaps_json(summary));
+    json_t *faults = json_array();
+    for (size_t i = 0; i < summary->faults; i++)
+        json_array_append_new(faults, json_pack("{sIsssIsI}", "code", (json_int_t)summary->fault[i].code,
+                                                "text", mr_fault_text((unsigned)summary->fault[i].code),
+                                                "detail", (json_int_t)summary->fault[i].detail, "count",
+                                                (json_int_t)summary->fault[i].count));
+    json_object_set_new(object, "faults", faults);
+    const struct measured_check *check = &measured->check;
+    json_object_set_new(object, "cross_check",
+                        json_pack("{sIsI}", "compared", (json_int_t)check->compared, "different",
+                                  (json_int_t)check->different));
+    return object;
+}

@@ -1,0 +1,48 @@
+/* Summary of a landing: what `matrig log` prints at its end and `matrig report` puts at its head, as text and
+ * as JSON. */
+#ifndef MATRIG_HOST_ANALYSE_SUMMARY_H
+#define MATRIG_HOST_ANALYSE_SUMMARY_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "host/analyse/zones.h"
+#include "host/link/link.h"
+
+/* Half width of a 95 % interval in standard errors: positions of switches are taken as normal with known
+ * spread. */
+#define SUMMARY_95 1.959964
+
+struct summary_link {
+    bool used;
+    int64_t received; /* frames in the landing */
+    int64_t lost;     /* frames the board sent and nobody received */
+    int64_t dropped;  /* frames the board says it could not queue */
+    bool silent;      /* the link fell silent in the landing, or never spoke: losses cannot be counted */
+};
+
+struct summary {
+    struct measured measured;
+    struct zones zones;
+    struct summary_link link[LINK_KINDS];
+    struct store_session_row session;
+    struct store_gap *gap;
+    size_t gaps;
+    struct store_fault *fault;
+    size_t faults;
+    struct store_result result; /* the board's own fit */
+    bool result_known;
+};
+
+enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error);
+void summary_free(struct summary *summary); /* also after an error */
+
+void summary_print(const struct summary *summary, bool si, FILE *out);
+json_t *summary_json(const struct summary *summary, bool si);
+/* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
+void summary_switches(const struct measured *measured, char *out, size_t size);
+/* One line for a gap: "serial lost 12 frames between block 400 and 412". */
+void summary_gap(const struct store_gap *gap, char *out, size_t size);
+const char *summary_link_name(int link);
+
+#endif

@@ -1,0 +1,117 @@
+#include "host/analyse/zones.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/wire.h"
+
+double zones_time_s(const struct measured *measured, const struct store_zone *zone)
+{
+    return (double)(1000 * zone->block - measured->t0_us) / 1e6;
+}
+
+static struct zone_warning first_warning(const struct measured *measured, const struct store_zone *row)
+{
+    struct zone_warning warning = {
+        .warned = true,
+        .t_s = zones_time_s(measured, row),
+        .mats = row->mats,
+        .start_ft = row->start_ft,
+        .end_ft = row->end_ft,
+        .wheel_ft = row->wheel_ft,
+        .inferred_percent = row->inferred_percent,
+        .lead_s = (double)NAN,
+        .lead_t_s = (double)NAN,
+        .lead_start_ft = (double)NAN,
+        .lead_became_s = (double)NAN,
+    };
+    warning.reached_t_s = measured_reach_s(measured, row->start_ft);
+    warning.reached = !isnan(warning.reached_t_s);
+    if (warning.reached_t_s < warning.t_s) /* it was in the zone already */
+        warning.reached_t_s = warning.t_s;
+    warning.true_lead_s = warning.reached_t_s - warning.t_s;
+    return warning;
+}
+
+static void find_warning(const struct measured *measured, struct zones *zones)
+{
+    struct zone_warning *warning = &zones->warning;
+    for (size_t i = 0; i < zones->count; i++) {
+        const struct store_zone *row = &zones->row[i];
+        if (row->warning != 1)
+            continue;
+        if (!warning->warned)
+            *warning = first_warning(measured, row);
+        if (isnan(warning->lead_s) && !isnan(row->lead_s)) {
+            warning->lead_s = row->lead_s;
+            warning->lead_t_s = zones_time_s(measured, row);
+            warning->lead_start_ft = row->start_ft;
+            warning->lead_became_s = measured_reach_s(measured, row->start_ft) - warning->lead_t_s;
+        }
+        if (row->mats > warning->most_mats) {
+            warning->most_mats = row->mats;
+            warning->most_start_ft = row->start_ft;
+            warning->most_end_ft = row->end_ft;
+        }
+    }
+}
+
+enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
+                          struct error *error)
+{
+    memset(zones, 0, sizeof *zones);
+    enum mr_status status = store_zones(store, measured->landing.id, &zones->row, &zones->count, error);
+    if (status == MR_OK)
+        find_warning(measured, zones);
+    return status;
+}
+
+void zones_free(struct zones *zones)
+{
+    free(zones->row);
+}
+
+enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_closure *closure,
+                                 struct error *error)
+{
+    struct store_segment *rows;
+    size_t count;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        closure->slack_in[s] = MR_NAN;
+    closure->surveyed = 0;
+    enum mr_status status = store_segments(store, run, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS || isnan(rows[i].slack_in))
+            continue;
+        closure->slack_in[rows[i].segment] = (float)rows[i].slack_in;
+        closure->surveyed++;
+    }
+    free(rows);
+    return status;
+}
+
+void zones_closed(const struct measured *measured, const struct zones_closure *closure, size_t sample,
+                  float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
+{
+    float station_ft[MR_TRANSDUCERS];
+    float displacement_in[MR_TRANSDUCERS];
+    double t_s = measured_time_s(measured, sample);
+    double error_ft_s;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        const struct measured_channel *channel = &measured->channel[i];
+        station_ft[i] = channel->config.station_ft;
+        displacement_in[i] = channel->config.kind == MR_KIND_DISPLACEMENT
+                                 ? (float)measured_smooth(measured, channel, sample, MEASURED_WINDOW / 2)
+                                 : MR_NAN;
+    }
+    struct mr_closure_input input = {
+        .station_ft = station_ft,
+        .displacement_in = displacement_in,
+        .slack_in = closure->slack_in,
+        .wheel_ft = (float)measured_station_ft(measured, t_s),
+        .speed_ft_s = (float)measured_speed_ft_s(measured, t_s, &error_ft_s),
+        .deceleration_ft_s2 = (float)measured->summary.mean_deceleration_ft_s2.value,
+    };
+    mr_closure_find(&input, zone, remaining_in);
+}

@@ -1,0 +1,52 @@
+/* Zones of a landing: what the board warned of, when, and whether the wheel came there; and closed segments
+ * over time as the host computes them from displacements and survey (common/closure.h). */
+#ifndef MATRIG_HOST_ANALYSE_ZONES_H
+#define MATRIG_HOST_ANALYSE_ZONES_H
+
+#include "host/analyse/measured.h"
+
+struct zone_warning {
+    bool warned;
+    /* At the first warning: */
+    double t_s; /* since touchdown */
+    int64_t mats;
+    double start_ft, end_ft;
+    double wheel_ft; /* NaN: not known yet */
+    int64_t inferred_percent;
+    /* Longest run while the warning stood: */
+    int64_t most_mats;
+    double most_start_ft, most_end_ft;
+    /* The wheel at the zone first warned of, from the final fit: */
+    bool reached;       /* it came to its start, or was in it already */
+    double reached_t_s; /* NaN: it did not */
+    double true_lead_s; /* reached_t_s - t_s; NaN: not reached */
+    /* The first lead time that the board gave with a warning, and what it turned out to be: */
+    double lead_s; /* NaN: none was ever given */
+    double lead_t_s;
+    double lead_start_ft; /* where the zone began then */
+    double lead_became_s; /* until the wheel was there; NaN: it stopped before */
+};
+
+struct zones {
+    struct store_zone *row;
+    size_t count;
+    struct zone_warning warning;
+};
+
+enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
+                          struct error *error);
+void zones_free(struct zones *zones);
+double zones_time_s(const struct measured *measured, const struct store_zone *zone);
+
+/* Slack left in each segment at a sample, inches (NaN: not surveyed), and the longest closed run ahead of the
+ * wheel. */
+struct zones_closure {
+    float slack_in[MR_SEGMENTS];
+    size_t surveyed; /* segments with a slack */
+};
+enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_closure *closure,
+                                 struct error *error);
+void zones_closed(const struct measured *measured, const struct zones_closure *closure, size_t sample,
+                  float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone);
+
+#endif

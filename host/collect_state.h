@@ -1,0 +1,83 @@
+/* Insides of the collector, shared by collect.c (links and landings) and collect_message.c (what each message
+ * does). */
+#ifndef MATRIG_HOST_COLLECT_STATE_H
+#define MATRIG_HOST_COLLECT_STATE_H
+
+#include "common/catalogue.h"
+#include "common/fault.h"
+#include "common/framing.h"
+#include "host/account.h"
+#include "host/collect.h"
+#include "host/timebase.h"
+
+enum landing_state { STATE_IDLE, STATE_ARMED, STATE_LANDING, STATE_SETTLING, STATE_DONE };
+
+/* One landing that is open, or was lately. */
+struct slot {
+    struct store_landing row; /* row.id 0: free */
+    bool entered[LINK_KINDS];
+    bool left[LINK_KINDS];
+    bool finished;
+    int64_t state_block; /* of the newest change of state reported */
+    int64_t end_block;   /* where the first link left it; -1: still going on */
+    unsigned edges;
+};
+#define SLOTS 4u
+
+/* One link. */
+struct side {
+    enum link_kind kind;
+    const char *spec; /* NULL: not used */
+    bool ended;
+    struct account account;
+    struct timebase time;
+    int64_t boot;
+    struct slot *current;
+    struct slot *last; /* the one left most recently */
+    struct mr_deframer deframer;
+    struct mr_zone zone;
+    struct mr_motion motion;
+};
+
+struct collector {
+    struct store *store;
+    int64_t session;
+    struct side side[LINK_KINDS];
+    bool hello;
+    struct slot slot[SLOTS];
+    int64_t finished[SLOTS]; /* RUNs not taken yet */
+    size_t finished_count;
+
+    /* What the board last said about itself. */
+    struct store_landing identity; /* uid, firmware, CRCs, clock, site */
+    uint32_t uid[3];
+    bool channel_known[MR_CHANNELS];
+    bool zero_known[MR_CHANNELS];
+    struct mr_channel_config channel[MR_CHANNELS];
+    bool switch_known[STORE_SWITCHES_MAX];
+    struct store_switch place[STORE_SWITCHES_MAX];
+    bool segment_known[MR_SEGMENTS];
+    struct store_segment segment[MR_SEGMENTS];
+    uint16_t fault_count[MR_FAULT_COUNT];
+};
+
+/* Does what a message of the catalogue says. */
+enum mr_status collect_message(struct collector *collector, struct side *side, uint16_t id,
+                               const uint8_t *payload, size_t length, uint64_t host_us, struct error *error);
+/* Writes all that is known of the configuration for a landing that begins. */
+enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
+                                           struct error *error);
+
+/* The side reports a landing: enter, follow or leave it. */
+enum mr_status collect_landing(struct collector *collector, struct side *side,
+                               const struct mr_landing *landing, uint64_t host_us, struct error *error);
+/* The side's landing, if any, is over for it. */
+void collect_leave(struct side *side);
+/* A landing is over: what a link should have brought of it and did not becomes a gap. */
+enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error);
+/* The same for each landing that every link has left, has ended in, or is known to have missed. */
+enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error);
+/* Newest block known on a link; -1: none. */
+int64_t collect_newest_block(const struct side *side);
+
+#endif

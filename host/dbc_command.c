@@ -1,0 +1,26 @@
+/* matrig dbc: the CAN messages as a Vector DBC file. */
+#include "host/cli.h"
+#include "host/dbc.h"
+#include "host/output.h"
+
+int dbc_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *path = NULL;
+    const struct cli_option options[] = {{"-o", &path, NULL}};
+    struct error error = {0};
+    unsigned messages = 0;
+    enum mr_status status = cli_parse(argc, argv, options, 1, NULL, 0, 0, "", &error);
+    if (status == MR_OK && cli->json && !path)
+        status = error_set(&error, MR_USAGE,
+                           "nowhere to write: matrig --json dbc needs -o F; standard output is the JSON's");
+    FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
+    if (out) {
+        messages = dbc_write(out);
+        output_close(out, path, &error);
+    }
+    if (error.status != MR_OK)
+        return cli_fail(&error);
+    if (cli->json)
+        return cli_print_json(json_pack("{sssi}", "file", path, "messages", (int)messages), 0);
+    return 0;
+}

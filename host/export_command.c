@@ -1,0 +1,204 @@
+/* matrig export: one landing for other tools. */
+#include <math.h>
+#include <string.h>
+
+#include "host/analyse/summary.h"
+#include "host/cli.h"
+#include "host/link/candump.h"
+#include "host/output.h"
+#include "host/run.h"
+#include "host/units.h"
+
+/* ---- candump ---- */
+
+/* Added to board time, because log2asc takes second 0 for "no time yet": stamps read as a date in 2001, and
+ * their last digits as board time. */
+#define CANDUMP_EPOCH_US 1000000000000000u
+
+struct candump_export {
+    FILE *out;
+    long frames;
+    long without_time;
+};
+
+static enum mr_status export_frame(void *context, const struct store_frame *stored)
+{
+    struct candump_export *export = context;
+    char line[CANDUMP_LINE_MAX];
+    if (stored->board_us == STORE_NONE || stored->length > 8) {
+        export->without_time++;
+        return MR_OK;
+    }
+    struct link_frame frame = {.host_us = CANDUMP_EPOCH_US + (uint64_t)stored->board_us,
+                               .id = stored->id,
+                               .length = (uint8_t)stored->length};
+    memcpy(frame.data, stored->data, stored->length);
+    candump_print(&frame, line);
+    fputs(line, export->out);
+    export->frames++;
+    return MR_OK;
+}
+
+static enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli,
+                                     long *rows, struct error *error)
+{
+    struct candump_export export = {.out = out};
+    int64_t count;
+    enum mr_status status = store_frames_count(store, run, LINK_CAN, &count, error);
+    if (status == MR_OK && count == 0)
+        return error_set(error, MR_USAGE,
+                         "no CAN frames: RUN %lld of %s was logged without a CAN link; use --format csv",
+                         (long long)run, store_path(store));
+    if (status == MR_OK)
+        status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
+    if (export.without_time)
+        cli_note(cli, "%ld frames came before the board told the time and are left out", export.without_time);
+    *rows = export.frames;
+    return status;
+}
+
+/* ---- csv ---- */
+
+/* Order of the measuring channels in the table: displacements 1.., then tensions 1... */
+static size_t csv_channels(const struct measured *measured, const struct measured_channel **channels)
+{
+    static const enum mr_channel_kind kinds[] = {MR_KIND_DISPLACEMENT, MR_KIND_TENSION};
+    size_t count = 0;
+    for (size_t k = 0; k < 2; k++) {
+        for (unsigned number = 1; number <= MR_CHANNELS; number++) {
+            int c = measured_find(measured, kinds[k], number);
+            if (c >= 0)
+                channels[count++] = &measured->channel[c];
+        }
+    }
+    return count;
+}
+
+static void csv_provenance(const struct measured *measured, bool si, FILE *out)
+{
+    static const char *const sources[] = {"none", "serial block records at 1 kHz",
+                                          "CAN messages (displacements 500 Hz, tensions 250 Hz, each value "
+                                          "held over the blocks it is the mean of)"};
+    const struct store_landing *landing = &measured->landing;
+    fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
+            (long long)landing->id, (long long)landing->board_landing, landing->board_uid, landing->firmware);
+    fprintf(out, "# readings from %s\n", sources[measured->source]);
+    fprintf(out, "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
+            measured->t0_is_touchdown ? "touchdown"
+            : measured->gates         ? "the first edge"
+                                      : "arming",
+            (double)measured->t0_us / 1e6);
+    fprintf(out,
+            "# displacement since its mean over the %.1f s before the first edge, downfield positive; "
+            "tension as read\n",
+            MEASURED_BASELINE_BLOCKS / 1000.0);
+    fprintf(out, "# validity: one character per channel in the order of the columns: 0 valid, 1 not fitted, "
+                 "2 saturated,"
+                 " 3 open or shorted, 4 reference, n not valid, L block lost; an empty cell is missing\n");
+    fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
+            unit_of(UNIT_SPEED, si)->text, unit_of(UNIT_DISPLACEMENT, si)->text,
+            unit_of(UNIT_TENSION, si)->text);
+}
+
+static void csv_cell(FILE *out, double value, int digits)
+{
+    if (isnan(value))
+        fputc(',', out);
+    else
+        fprintf(out, ",%.*f", digits, value);
+}
+
+static void csv_row(const struct measured *measured, const struct measured_channel **channels, size_t count,
+                    size_t sample, bool si, FILE *out)
+{
+    char validity[MR_CHANNELS + 1];
+    double t_s = measured_time_s(measured, sample);
+    double error_ft_s;
+    double speed_ft_s = measured_speed_ft_s(measured, t_s, &error_ft_s);
+    fprintf(out, "%.7f,%lld", t_s, (long long)(measured->first_block + (int64_t)sample));
+    csv_cell(out, measured_station_ft(measured, t_s) * unit_of(UNIT_STATION, si)->factor, 4);
+    csv_cell(out, speed_ft_s * unit_of(UNIT_SPEED, si)->factor, 4);
+    for (size_t c = 0; c < count; c++) {
+        bool moves = channels[c]->config.kind == MR_KIND_DISPLACEMENT;
+        const struct unit *unit = unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si);
+        csv_cell(out, measured_value(channels[c], sample) * unit->factor, moves ? 5 : 3);
+        uint8_t v = channels[c]->validity[sample];
+        validity[c] = (char)(v == MEASURED_LOST ? 'L' : v == MEASURED_NOT_VALID ? 'n' : '0' + v);
+    }
+    validity[count] = '\0';
+    fprintf(out, ",%s\n", validity);
+}
+
+static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, const struct cli *cli,
+                                 long *rows, struct error *error)
+{
+    struct measured measured;
+    const struct measured_channel *channels[MR_CHANNELS];
+    enum mr_status status = measured_load(store, run, &measured, error);
+    if (status == MR_OK && measured.source == MEASURED_NOTHING)
+        status = error_set(error, MR_USAGE,
+                           "no readings: RUN %lld of %s; the landing was given up before any came",
+                           (long long)run, store_path(store));
+    if (status == MR_OK) {
+        size_t count = csv_channels(&measured, channels);
+        csv_provenance(&measured, cli->si, out);
+        fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
+                unit_of(UNIT_SPEED, cli->si)->suffix);
+        for (size_t c = 0; c < count; c++) {
+            bool moves = channels[c]->config.kind == MR_KIND_DISPLACEMENT;
+            fprintf(out, ",%c%u_%s", moves ? 'd' : 't', channels[c]->config.number,
+                    unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, cli->si)->suffix);
+        }
+        fputs(",validity\n", out);
+        for (size_t i = 0; i < measured.samples; i++)
+            csv_row(&measured, channels, count, i, cli->si, out);
+        *rows = (long)measured.samples;
+    }
+    measured_free(&measured);
+    return status;
+}
+
+int export_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *words[2] = {NULL, NULL}, *format = NULL, *path = NULL;
+    const struct cli_option options[] = {{"--format", &format, NULL}, {"-o", &path, NULL}};
+    struct error error = {0};
+    struct store *store = NULL;
+    int64_t run = 0;
+    long rows = 0;
+    enum mr_status status = cli_parse(argc, argv, options, 2, words, 2, 2, "DB RUN", &error);
+    bool candump = format && strcmp(format, "candump") == 0;
+    if (status == MR_OK && !format)
+        status = error_set(
+            &error, MR_USAGE,
+            "no format: matrig export needs --format csv or --format candump; see matrig export --help");
+    if (status == MR_OK && !candump && strcmp(format, "csv") != 0)
+        status = error_set(&error, MR_USAGE, "unknown format: '%s'; use csv or candump", format);
+    if (status == MR_OK && cli->json && !path)
+        status =
+            error_set(&error, MR_USAGE,
+                      "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
+    if (status == MR_OK)
+        status = run_parse(words[1], &run, &error);
+    if (status == MR_OK)
+        status = store_open(words[0], STORE_OPEN, &store, &error);
+    struct store_landing landing;
+    if (status == MR_OK)
+        status = store_landing_get(store, run, &landing, &error);
+    FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
+    if (out) {
+        if (candump)
+            export_candump(store, run, out, cli, &rows, &error);
+        else
+            export_csv(store, run, out, cli, &rows, &error);
+        output_close(out, path, &error);
+    }
+    store_close(store);
+    if (error.status != MR_OK)
+        return cli_fail(&error);
+    if (cli->json)
+        return cli_print_json(json_pack("{sssssIsI}", "file", path, "format", format, "run", (json_int_t)run,
+                                        "rows", (json_int_t)rows),
+                              0);
+    return 0;
+}

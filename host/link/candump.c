@@ -1,0 +1,131 @@
+#include "host/link/candump.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct cursor {
+    const char *p;
+    const char *end;
+};
+
+static int hex_value(char c)
+{
+    if (c >= '0' && c <= '9')
+        return c - '0';
+    if (c >= 'A' && c <= 'F')
+        return c - 'A' + 10;
+    if (c >= 'a' && c <= 'f')
+        return c - 'a' + 10;
+    return -1;
+}
+
+static bool take(struct cursor *at, char c)
+{
+    if (at->p == at->end || *at->p != c)
+        return false;
+    at->p++;
+    return true;
+}
+
+/* Decimal digits; returns how many there were. */
+static unsigned take_decimal(struct cursor *at, uint64_t *value)
+{
+    unsigned digits = 0;
+    *value = 0;
+    for (; at->p < at->end && *at->p >= '0' && *at->p <= '9' && digits < 18; at->p++, digits++)
+        *value = *value * 10 + (uint64_t)(*at->p - '0');
+    return digits;
+}
+
+static bool take_time(struct cursor *at, uint64_t *us)
+{
+    uint64_t seconds, fraction;
+    if (!take(at, '(') || take_decimal(at, &seconds) == 0 || seconds > 0xffffffffffull || !take(at, '.'))
+        return false;
+    unsigned digits = take_decimal(at, &fraction);
+    if (digits == 0 || digits > 9 || !take(at, ')'))
+        return false;
+    for (; digits < 6; digits++)
+        fraction *= 10;
+    for (; digits > 6; digits--)
+        fraction /= 10;
+    *us = seconds * 1000000u + fraction;
+    return true;
+}
+
+static bool take_id(struct cursor *at, uint32_t *id)
+{
+    uint32_t value = 0;
+    unsigned digits = 0;
+    for (; at->p < at->end && hex_value(*at->p) >= 0; at->p++) {
+        if (++digits > 8)
+            return false;
+        value = value << 4 | (uint32_t)hex_value(*at->p);
+    }
+    if (digits == 3 && value <= 0x7ff)
+        *id = value;
+    else if (digits == 8 && value & LINK_ID_ERROR)
+        *id = value;
+    else if (digits == 8 && value <= 0x1fffffff)
+        *id = value | LINK_ID_EXTENDED;
+    else
+        return false;
+    return true;
+}
+
+static bool take_data(struct cursor *at, struct link_frame *frame)
+{
+    frame->length = 0;
+    memset(frame->data, 0, sizeof frame->data);
+    if (take(at, 'R')) {
+        frame->id |= LINK_ID_REMOTE;
+        if (at->p < at->end && *at->p >= '0' && *at->p <= '8')
+            frame->length = (uint8_t)(*at->p++ - '0');
+        return true;
+    }
+    while (at->p < at->end && *at->p != ' ' && *at->p != '\r') {
+        if (frame->length == 8 || at->end - at->p < 2)
+            return false;
+        int high = hex_value(at->p[0]);
+        int low = hex_value(at->p[1]);
+        if (high < 0 || low < 0)
+            return false;
+        frame->data[frame->length++] = (uint8_t)(high << 4 | low);
+        at->p += 2;
+    }
+    return true;
+}
+
+enum mr_status candump_parse(const char *line, size_t length, struct link_frame *frame)
+{
+    struct cursor at = {line, line + length};
+    if (!take_time(&at, &frame->host_us) || !take(&at, ' '))
+        return MR_MALFORMED;
+    const char *interface = at.p;
+    while (at.p < at.end && *at.p != ' ')
+        at.p++;
+    if (at.p == interface || !take(&at, ' ') || !take_id(&at, &frame->id) || !take(&at, '#') ||
+        !take_data(&at, frame))
+        return MR_MALFORMED;
+    if (take(&at, ' ') && !take(&at, 'R') && !take(&at, 'T'))
+        return MR_MALFORMED;
+    take(&at, '\r');
+    return at.p == at.end ? MR_OK : MR_MALFORMED;
+}
+
+size_t candump_print(const struct link_frame *frame, char out[CANDUMP_LINE_MAX])
+{
+    bool wide = (frame->id & (LINK_ID_EXTENDED | LINK_ID_ERROR)) != 0;
+    uint32_t id = frame->id & ~(LINK_ID_EXTENDED | LINK_ID_REMOTE);
+    int length = snprintf(out, CANDUMP_LINE_MAX, "(%010llu.%06llu) can0 %0*X#",
+                          (unsigned long long)(frame->host_us / 1000000u),
+                          (unsigned long long)(frame->host_us % 1000000u), wide ? 8 : 3, (unsigned)id);
+    if (frame->id & LINK_ID_REMOTE) {
+        length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "R%u", frame->length);
+    } else {
+        for (unsigned i = 0; i < frame->length; i++)
+            length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "%02X", frame->data[i]);
+    }
+    length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "\n");
+    return (size_t)length;
+}

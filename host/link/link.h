@@ -1,0 +1,69 @@
+/* A link to a board: CAN frames or serial bytes, whatever carries them.
+ *
+ *     LINK := unix:PATH | file:PATH | can:IFACE | slcan:TTY[:BAUD] | serial:TTY[:BAUD]
+ *
+ * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
+ * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for
+ * serial, from a file or a pipe. The other three are hardware and come with a later version: they are refused
+ * by name.
+ *
+ * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW: bytes may
+ * wait inside the link where poll does not see them. */
+#ifndef MATRIG_HOST_LINK_LINK_H
+#define MATRIG_HOST_LINK_LINK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host/error.h"
+
+enum link_kind { LINK_CAN, LINK_SERIAL };
+#define LINK_KINDS 2
+
+/* As SocketCAN has it: these bits of `id` mark extended, remote and error frames; 11-bit data frames have
+ * none set. */
+#define LINK_ID_EXTENDED 0x80000000u
+#define LINK_ID_REMOTE 0x40000000u
+#define LINK_ID_ERROR 0x20000000u
+
+struct link_frame {
+    uint64_t host_us; /* Unix time of reception; of recording, when it comes from a file */
+    uint32_t id;
+    uint8_t length; /* 0 to 8; for a remote frame the length it asks for */
+    uint8_t data[8];
+};
+
+struct link_counters {
+    uint64_t received; /* frames or bytes */
+    uint64_t sent;
+};
+
+struct link;
+
+/* Open a link. The caller closes it. Waits at most 5 s for a unix: socket to appear.
+ * MR_USAGE: not a LINK, or of a kind that this version or this use does not have; MR_IO, MR_TIMEOUT: does not
+ * open. */
+enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link, struct error *error);
+void link_close(struct link *link); /* NULL is allowed */
+
+int link_fd(const struct link *link);
+const char *link_spec(const struct link *link);
+const struct link_counters *link_counters(const struct link *link);
+
+/* The next CAN frame. MR_OK; MR_TOO_FEW: none now; MR_CLOSED: the end, nothing is missing; else `error` says:
+ * MR_TRUNCATED: the end is inside a frame; MR_MALFORMED: no frame (file: names the line); MR_IO. */
+enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, struct error *error);
+
+/* Up to `size` serial bytes, `*length` of them. Status as above; truncation is the deframer's to see. */
+enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,
+                                  uint64_t *host_us, struct error *error);
+
+/* Send to the board; waits at most 1 s for room. MR_NOT_NOW: a file cannot be sent to. */
+enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error);
+enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error);
+
+/* Unix time now, microseconds. */
+uint64_t link_now_us(void);
+
+#endif

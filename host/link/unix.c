@@ -1,0 +1,93 @@
+/* unix:PATH, the socket of an emulated board. */
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "common/wire.h"
+#include "host/link/link_ops.h"
+
+#define OPEN_TRIES 250
+#define OPEN_PAUSE_MS 20 /* 5 s in all */
+#define SEND_WAIT_MS 1000
+#define CAN_FRAME_BYTES \
+    16u /* struct can_frame: id u32, length, 3 bytes of padding, 8 of data; little-endian hosts */
+
+static enum mr_status unix_open(struct link *link, const char *path, struct error *error)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    if (strlen(path) >= sizeof address.sun_path)
+        return error_set(error, MR_USAGE, "socket path too long: %s; at most %zu characters", link->spec,
+                         sizeof address.sun_path - 1);
+    strcpy(address.sun_path, path);
+
+    int reason = 0;
+    for (int i = 0; i < OPEN_TRIES; i++) {
+        link->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+        if (link->fd < 0)
+            return error_set(error, MR_IO, "no socket (%s): %s; check the limits of this system",
+                             strerror(errno), link->spec);
+        if (connect(link->fd, (struct sockaddr *)&address, sizeof address) == 0) {
+            if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
+                return error_set(error, MR_IO, "cannot set up the socket (%s): %s; try again",
+                                 strerror(errno), link->spec);
+            return MR_OK;
+        }
+        reason = errno;
+        close(link->fd);
+        link->fd = -1;
+        /* Not there yet, or there from an earlier run and nobody listens yet. */
+        if (reason != ENOENT && reason != ECONNREFUSED && reason != EAGAIN)
+            break;
+        poll(NULL, 0, OPEN_PAUSE_MS);
+    }
+    return error_set(error, MR_IO, "cannot connect (%s): %s; start the emulated board there first",
+                     strerror(reason), link->spec);
+}
+
+static enum mr_status unix_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
+{
+    while (link->end - link->start < CAN_FRAME_BYTES) {
+        enum mr_status status = link_fill(link, error);
+        if (status == MR_CLOSED && link->end > link->start)
+            return error_set(error, MR_TRUNCATED,
+                             "the link ended inside a frame: %s; the frames before it are kept", link->spec);
+        if (status != MR_OK)
+            return status;
+    }
+    const uint8_t *p = link->buffer + link->start;
+    link->start += CAN_FRAME_BYTES;
+    frame->host_us = link->read_us;
+    frame->id = mr_get_u32(&p);
+    frame->length = mr_get_u8(&p);
+    memset(frame->data, 0, sizeof frame->data);
+    if (frame->length > 8)
+        return error_set(error, MR_MALFORMED, "CAN frame with length %u: %s; is this the board's CAN socket?",
+                         frame->length, link->spec);
+    memcpy(frame->data, p + 3, frame->length);
+    return MR_OK;
+}
+
+static enum mr_status unix_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+{
+    while (length > 0) {
+        ssize_t count = send(link->fd, bytes, length, MSG_NOSIGNAL);
+        if (count > 0) {
+            bytes += count;
+            length -= (size_t)count;
+            continue;
+        }
+        struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
+        if (count < 0 && errno != EAGAIN && errno != EINTR)
+            return error_set(error, MR_IO, "cannot send (%s): %s; is the board still there?", strerror(errno),
+                             link->spec);
+        if (poll(&ready, 1, SEND_WAIT_MS) == 0)
+            return error_set(error, MR_TIMEOUT, "the board takes nothing: %s; is it stopped?", link->spec);
+    }
+    return MR_OK;
+}
+
+const struct link_ops link_unix_ops = {"unix:", unix_open, unix_receive_frame, unix_send};

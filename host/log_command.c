@@ -1,0 +1,359 @@
+/* matrig log: collect landings from a board into a campaign database. */
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/analyse/summary.h"
+#include "host/cli.h"
+#include "host/collect.h"
+
+/* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
+#define COMMIT_US 40000u
+#define PROGRESS_US 200000u
+#define FRAMES_PER_TURN 1024
+#define BYTES_PER_TURN 16384
+
+struct logger {
+    const struct cli *cli;
+    struct store *store;
+    struct link *link[LINK_KINDS];
+    bool open[LINK_KINDS];
+    bool more[LINK_KINDS]; /* not drained: poll need not see what waits inside the link */
+    struct collector *collector;
+    bool in_transaction;
+    uint64_t begun_us;
+    uint64_t shown_us;
+    const char *ended_by;    /* NULL: going on */
+    struct error link_error; /* the first link that broke; logging went on with the other */
+    json_t *landings;
+    unsigned shown; /* landings summarised */
+};
+
+/* For deadlines: never jumps. */
+static uint64_t monotonic_us(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
+}
+
+static enum mr_status ensure_transaction(struct logger *logger, struct error *error)
+{
+    if (logger->in_transaction)
+        return MR_OK;
+    enum mr_status status = store_begin(logger->store, error);
+    logger->in_transaction = status == MR_OK;
+    logger->begun_us = monotonic_us();
+    return status;
+}
+
+static enum mr_status commit(struct logger *logger, struct error *error)
+{
+    if (!logger->in_transaction)
+        return MR_OK;
+    enum mr_status status = collector_put_counts(logger->collector, error);
+    if (status == MR_OK)
+        status = store_commit(logger->store, error);
+    logger->in_transaction = false;
+    return status;
+}
+
+/* The link is over, for whatever reason; a broken one is remembered, and the other one goes on. */
+static enum mr_status end_link(struct logger *logger, enum link_kind kind, struct error *reason,
+                               struct error *error)
+{
+    struct error tail = {0};
+    logger->open[kind] = false;
+    enum mr_status status = ensure_transaction(logger, error);
+    if (status == MR_OK)
+        status = collector_link_end(logger->collector, kind, &tail);
+    if (status == MR_TRUNCATED)
+        status = MR_OK;
+    else if (status != MR_OK)
+        error_set(error, status, "%s", tail.text);
+    if (logger->link_error.status == MR_OK)
+        logger->link_error = reason->status != MR_OK ? *reason : tail;
+    return status;
+}
+
+static enum mr_status receive_can(struct logger *logger, struct error *error)
+{
+    struct link_frame frame;
+    struct error reason = {0};
+    logger->more[LINK_CAN] = false;
+    for (int i = 0; i < FRAMES_PER_TURN; i++) {
+        enum mr_status status = link_receive_frame(logger->link[LINK_CAN], &frame, &reason);
+        if (status == MR_TOO_FEW)
+            return MR_OK;
+        if (status != MR_OK)
+            return end_link(logger, LINK_CAN, &reason, error);
+        status = ensure_transaction(logger, error);
+        if (status == MR_OK)
+            status = collector_frame(logger->collector, &frame, error);
+        if (status != MR_OK)
+            return status;
+    }
+    logger->more[LINK_CAN] = true;
+    return MR_OK;
+}
+
+static enum mr_status receive_serial(struct logger *logger, struct error *error)
+{
+    uint8_t bytes[BYTES_PER_TURN];
+    size_t length;
+    uint64_t host_us;
+    struct error reason = {0};
+    logger->more[LINK_SERIAL] = false;
+    enum mr_status status =
+        link_receive_bytes(logger->link[LINK_SERIAL], bytes, sizeof bytes, &length, &host_us, &reason);
+    if (status == MR_TOO_FEW)
+        return MR_OK;
+    if (status != MR_OK)
+        return end_link(logger, LINK_SERIAL, &reason, error);
+    logger->more[LINK_SERIAL] = true;
+    status = ensure_transaction(logger, error);
+    return status == MR_OK ? collector_bytes(logger->collector, bytes, length, host_us, error) : status;
+}
+
+static enum mr_status show_finished(struct logger *logger, struct error *error)
+{
+    int64_t run;
+    while ((run = collector_take_finished(logger->collector)) != 0) {
+        struct summary summary;
+        enum mr_status status = commit(logger, error);
+        if (status == MR_OK)
+            status = summary_load(logger->store, run, &summary, error);
+        if (status != MR_OK)
+            return status;
+        if (logger->cli->json) {
+            json_array_append_new(logger->landings, summary_json(&summary, logger->cli->si));
+        } else {
+            summary_print(&summary, logger->cli->si, stdout);
+            fflush(stdout);
+        }
+        summary_free(&summary);
+        logger->shown++;
+    }
+    return MR_OK;
+}
+
+static void show_progress(struct logger *logger, bool last)
+{
+    if (logger->cli->quiet || !cli_terminal() || (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
+        return;
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    logger->shown_us = monotonic_us();
+    fprintf(stderr,
+            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld lost \033[K%s",
+            p.run     ? collector_state_text(p.state)
+            : p.hello ? "no landing"
+                      : "waiting for a board",
+            p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges, (long long)p.counts[LINK_CAN].received,
+            (long long)p.counts[LINK_CAN].lost, (long long)p.counts[LINK_SERIAL].received,
+            (long long)p.counts[LINK_SERIAL].lost, last ? "\n" : "");
+}
+
+/* Waits until a link is readable, a signal or a deadline. */
+static enum mr_status wait_for_news(const struct logger *logger, int signals, uint64_t deadline_us,
+                                    bool ready[LINK_KINDS], bool *signalled, struct error *error)
+{
+    struct pollfd polled[LINK_KINDS + 1];
+    uint64_t now_us = monotonic_us();
+    uint64_t until_us = deadline_us;
+    if (logger->in_transaction && logger->begun_us + COMMIT_US < until_us)
+        until_us = logger->begun_us + COMMIT_US;
+    if (until_us > now_us + 1000000u)
+        until_us = now_us + 1000000u;
+    int wait_ms = until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        polled[kind] =
+            (struct pollfd){.fd = logger->open[kind] ? link_fd(logger->link[kind]) : -1, .events = POLLIN};
+        if (logger->more[kind])
+            wait_ms = 0;
+    }
+    polled[LINK_KINDS] = (struct pollfd){.fd = signals, .events = POLLIN};
+    if (poll(polled, LINK_KINDS + 1, wait_ms) < 0 && errno != EINTR)
+        return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        ready[kind] = logger->open[kind] && (logger->more[kind] || polled[kind].revents);
+    *signalled = (polled[LINK_KINDS].revents & POLLIN) != 0;
+    return MR_OK;
+}
+
+/* When both links have something, the one that is behind in board time goes first: they stay in step,
+ * whatever waits in which buffer, and neither is ever waited for. */
+static void keep_in_step(const struct logger *logger, bool ready[LINK_KINDS])
+{
+    if (ready[LINK_CAN] && ready[LINK_SERIAL]) {
+        bool can_behind =
+            collector_block(logger->collector, LINK_CAN) <= collector_block(logger->collector, LINK_SERIAL);
+        ready[can_behind ? LINK_SERIAL : LINK_CAN] = false;
+    }
+}
+
+static enum mr_status collect(struct logger *logger, int signals, double for_s, struct error *error)
+{
+    uint64_t deadline_us = isinf(for_s) ? UINT64_MAX : monotonic_us() + (uint64_t)(for_s * 1e6);
+    while (!logger->ended_by) {
+        bool ready[LINK_KINDS] = {false, false};
+        bool signalled = false;
+        enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled, error);
+        if (status == MR_OK)
+            keep_in_step(logger, ready);
+        if (status == MR_OK && ready[LINK_CAN])
+            status = receive_can(logger, error);
+        if (status == MR_OK && ready[LINK_SERIAL])
+            status = receive_serial(logger, error);
+        if (status == MR_OK && logger->in_transaction && monotonic_us() - logger->begun_us >= COMMIT_US)
+            status = commit(logger, error);
+        if (status == MR_OK)
+            status = show_finished(logger, error);
+        if (status != MR_OK)
+            return status;
+        show_progress(logger, false);
+        if (signalled)
+            logger->ended_by = "signal"; /* it stays blocked and pending: the end is on its way */
+        else if (!logger->open[LINK_CAN] && !logger->open[LINK_SERIAL])
+            logger->ended_by = "end";
+        else if (monotonic_us() >= deadline_us)
+            logger->ended_by = "time";
+    }
+    return MR_OK;
+}
+
+/* Nobody spoke, or nobody that matrig understands. */
+static enum mr_status check_heard(const struct logger *logger, const char *can, const char *serial,
+                                  struct error *error)
+{
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    const struct store_link_counts *c = p.counts;
+    if (p.hello || strcmp(logger->ended_by, "signal") == 0)
+        return MR_OK;
+    const char *and = can && serial ? " and " : "";
+    if (c[LINK_CAN].bad + c[LINK_CAN].foreign + c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0 &&
+        c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
+        return error_set(error, MR_MALFORMED,
+                         "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
+                         can ? can : "", and, serial ? serial : "");
+    return error_set(error, MR_TIMEOUT, "no board said hello: %s%s%s; is it running and connected?",
+                     can ? can : "", and, serial ? serial : "");
+}
+
+static json_t *log_json(const struct logger *logger, const char *db, const struct error *error)
+{
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    json_t *links = json_object();
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct store_link_counts *c = &p.counts[kind];
+        if (logger->link[kind])
+            json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
+                                json_pack("{sIsIsIsIsI}", "received", (json_int_t)c->received, "lost",
+                                          (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
+                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign));
+    }
+    if (logger->link[LINK_CAN] && p.before_first >= 0)
+        json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));
+    return json_pack("{sssIsssosOss?}", "db", db, "session", (json_int_t)collector_session(logger->collector),
+                     "ended_by", logger->ended_by, "links", links, "landings", logger->landings, "error",
+                     error->status == MR_OK ? NULL : error->text);
+}
+
+static enum mr_status run(struct logger *logger, int signals, const char *can, const char *serial,
+                          double for_s, struct error *error)
+{
+    enum mr_status status = ensure_transaction(logger, error);
+    if (status == MR_OK)
+        status = collector_open(logger->store, can, serial, &logger->collector, error);
+    if (status != MR_OK)
+        return status;
+    status = collect(logger, signals, for_s, error);
+    /* Whatever went wrong, what was received stays, and the session is closed if the database still takes it.
+     */
+    struct error late = {0};
+    if (status != MR_OK)
+        logger->ended_by = "error";
+    if (ensure_transaction(logger, &late) == MR_OK &&
+        collector_end(logger->collector, logger->ended_by, &late) == MR_OK && commit(logger, &late) == MR_OK)
+        show_finished(logger, &late);
+    show_progress(logger, true);
+    if (late.status != MR_OK)
+        status = error_set(error, late.status, "%s", late.text);
+    if (status == MR_OK && logger->link_error.status != MR_OK)
+        status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
+    if (status == MR_OK)
+        status = check_heard(logger, can, serial, error);
+    if (status == MR_OK && logger->shown == 0)
+        cli_note(logger->cli, "no landing was armed; what came is in %s", store_path(logger->store));
+    return status;
+}
+
+/* An existing database is checked before any link is opened; a new one is made only once the links are open.
+ */
+static enum mr_status open_all(struct logger *logger, const char *can, const char *serial, const char *db,
+                               struct error *error)
+{
+    const char *const spec[LINK_KINDS] = {can, serial};
+    enum mr_status status = MR_OK;
+    if (access(db, F_OK) == 0)
+        status = store_open(db, STORE_CREATE, &logger->store, error);
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        if (spec[kind])
+            status = link_open(spec[kind], (enum link_kind)kind, &logger->link[kind], error);
+        logger->open[kind] = spec[kind] != NULL;
+    }
+    if (status == MR_OK && !logger->store)
+        status = store_open(db, STORE_CREATE, &logger->store, error);
+    return status;
+}
+
+int log_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL;
+    const struct cli_option options[] = {
+        {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL}};
+    struct error error = {0};
+    double for_s = (double)INFINITY;
+    enum mr_status status = cli_parse(argc, argv, options, 4, NULL, 0, 0, "", &error);
+    if (status == MR_OK && !can && !serial)
+        status =
+            error_set(&error, MR_USAGE,
+                      "no link: matrig log needs --can LINK or --serial LINK or both; see matrig log --help");
+    if (status == MR_OK && !db)
+        status = error_set(&error, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
+    if (status == MR_OK && for_text)
+        status = cli_number(for_text, "--for", 0.001, 1e7, &for_s, &error);
+    if (status != MR_OK)
+        return cli_fail(&error);
+
+    /* Signals come by a descriptor of their own, so none can slip in between a check and a wait. */
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    sigprocmask(SIG_BLOCK, &set, NULL);
+    int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+
+    struct logger logger = {.cli = cli, .landings = json_array()};
+    status = open_all(&logger, can, serial, db, &error);
+    if (status == MR_OK)
+        status = run(&logger, signals, can, serial, for_s, &error);
+    int exit_code = status == MR_OK ? 0 : cli_fail(&error);
+    if (logger.collector && cli->json)
+        exit_code = cli_print_json(log_json(&logger, db, &error), exit_code);
+    json_decref(logger.landings);
+    collector_close(logger.collector);
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        link_close(logger.link[kind]);
+    store_close(logger.store);
+    close(signals);
+    return exit_code;
+}

@@ -1,0 +1,114 @@
+/* matrig: collects, simulates, compares and shows landings on a model landing-mat runway. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/cli.h"
+
+struct command {
+    const char *name;
+    int (*run)(int argc, char **argv, const struct cli *cli);
+    const char *words; /* what follows the name */
+    const char *summary;
+    const char *details; /* lines for COMMAND --help */
+};
+
+static const struct command commands[] = {
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S]", "collect landings from a board",
+     "  --can LINK     the board's CAN bus\n"
+     "  --serial LINK  the board's serial port; either link may be left out\n"
+     "  --db DB        campaign database, made when it does not exist\n"
+     "  --for S        stop after S seconds; else at the end of the links, or on Ctrl-C\n"
+     "\n"
+     "LINK is one of\n"
+     "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
+     "  file:PATH      a recorded candump log (CAN) or recorded bytes (serial)\n"
+     "  can:IFACE, slcan:TTY[:BAUD], serial:TTY[:BAUD]\n"
+     "                 hardware; these come with a later version\n"},
+    {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F]", "run a mat scene",
+     "  SCENE          scene file, JSON\n"
+     "  --solver S     fixed: a fixed step that checks itself (the default)\n"
+     "  --rtol R       halve the step until the error estimate is below R times the largest movement\n"
+     "  --dt H         step, s; else a quarter of the stability limit\n"
+     "  --csv F        write the requested displacements as a table\n"},
+    {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
+     "measured against simulated, per transducer",
+     "  DB RUN         campaign database and number of the landing in it, from 1\n"
+     "  --scene S      scene file that gives the runway; else the model runway\n"
+     "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"},
+    {"report", report_command, "DB [-o F.html]", "the campaign as one page, with plots",
+     "  DB             campaign database\n"
+     "  -o F           where to write the page; else the database's name with .html\n"},
+    {"export", export_command, "DB RUN --format csv|candump [-o F]", "one landing for other tools",
+     "  DB RUN         campaign database and number of the landing in it, from 1\n"
+     "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"
+     "  --format candump\n"
+     "                 the CAN frames as `candump -L` writes them, stamped with board time\n"
+     "                 (plus 1000000000 s, so that other tools take it for a date)\n"
+     "  -o F           where to write; else standard output\n"},
+    {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
+     "  -o F           where to write; else standard output\n"},
+};
+
+#define COMMAND_COUNT (sizeof commands / sizeof commands[0])
+
+static void print_help(void)
+{
+    puts("usage: matrig [--json] [--quiet] [--si] COMMAND ...\n");
+    for (size_t i = 0; i < COMMAND_COUNT; i++)
+        printf("  %-8s %s\n", commands[i].name, commands[i].summary);
+    puts("\n"
+         "  --json   the result as one JSON object on standard output\n"
+         "  --quiet  no progress and no notes\n"
+         "  --si     metres, seconds and newtons instead of feet, inches and pounds\n"
+         "\n"
+         "matrig COMMAND --help tells more about a command.\n"
+         "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
+         "4 malformed or truncated input, 5 numerics refused or failed.");
+}
+
+static int print_command_help(const struct command *command)
+{
+    printf("usage: matrig [--json] [--quiet] [--si] %s %s\n\n%s.\n\n%s", command->name, command->words,
+           command->summary, command->details);
+    return 0;
+}
+
+static int fail_usage(const char *what, const char *where)
+{
+    struct error error = {0};
+    error_set(&error, MR_USAGE, "%s: '%s'; see matrig --help", what, where);
+    return cli_fail(&error);
+}
+
+int main(int argc, char **argv)
+{
+    struct cli cli = {0};
+    int i = 1;
+    for (; i < argc && argv[i][0] == '-'; i++) {
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
+            print_help();
+            return 0;
+        } else if (strcmp(argv[i], "--json") == 0) {
+            cli.json = true;
+        } else if (strcmp(argv[i], "--quiet") == 0) {
+            cli.quiet = true;
+        } else if (strcmp(argv[i], "--si") == 0) {
+            cli.si = true;
+        } else {
+            return fail_usage("unknown option", argv[i]);
+        }
+    }
+    if (i == argc)
+        return fail_usage("no command given", "matrig");
+    for (size_t c = 0; c < COMMAND_COUNT; c++) {
+        if (strcmp(argv[i], commands[c].name) != 0)
+            continue;
+        for (int k = i + 1; k < argc; k++) {
+            if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0)
+                return print_command_help(&commands[c]);
+        }
+        return commands[c].run(argc - i, argv + i, &cli);
+    }
+    return fail_usage("unknown command", argv[i]);
+}

@@ -1,0 +1,14 @@
+/* A file that a command writes: `-o F`, or standard output. */
+#ifndef MATRIG_HOST_OUTPUT_H
+#define MATRIG_HOST_OUTPUT_H
+
+#include <stdio.h>
+
+#include "host/error.h"
+
+/* `path` NULL: standard output. NULL on failure. */
+FILE *output_open(const char *path, struct error *error);
+/* Flushes and closes; MR_IO when anything written did not arrive. */
+enum mr_status output_close(FILE *file, const char *path, struct error *error);
+
+#endif

@@ -1,0 +1,12 @@
+/* The report page: one self-contained HTML file. */
+#ifndef MATRIG_HOST_REPORT_PAGE_H
+#define MATRIG_HOST_REPORT_PAGE_H
+
+#include <stdio.h>
+
+#include "host/report/plots.h"
+
+/* `name` is the campaign's, for the title. */
+void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count, bool si);
+
+#endif

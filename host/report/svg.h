@@ -1,0 +1,65 @@
+/* Drawing plots as SVG inside a page: axes with units and ticks, lines, bands, marks.
+ *
+ * A picture has its own pixels (viewBox); the page scales it. Colours are CSS classes of the page
+ * (report/page.c), so one picture serves light, dark and print. Long series are thinned to what a pixel
+ * column can show: first, least, most and last value, so no spike is lost. */
+#ifndef MATRIG_HOST_REPORT_SVG_H
+#define MATRIG_HOST_REPORT_SVG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+struct svg_axis {
+    double low, high;
+    const char *label; /* with its unit; NULL: none */
+    bool ticks;        /* numbers beside the ticks */
+};
+
+/* One coordinate system: pixels of the drawing area and what they stand for. */
+struct svg_plot {
+    FILE *out;
+    double left, top, width, height;
+    struct svg_axis x, y;
+};
+
+/* Ticks at first + i * step, i < count: step is 1, 2 or 5 times a power of ten, at most `most` ticks in [low,
+ * high]. `decimals` is what the numbers need. low < high, else count is 0. */
+struct svg_ticks {
+    double first, step;
+    unsigned count;
+    int decimals;
+};
+struct svg_ticks svg_choose_ticks(double low, double high, unsigned most);
+
+/* Widen [low, high] by a twentieth on each side and to at least `least`; an empty or not finite range becomes
+ * 0 to least. */
+void svg_widen(double *low, double *high, double least);
+
+void svg_open(FILE *out, double width, double height, const char *title);
+void svg_close(FILE *out);
+
+double svg_x(const struct svg_plot *plot, double x);
+double svg_y(const struct svg_plot *plot, double y);
+
+/* Frame, grid, ticks and labels. */
+void svg_axes(const struct svg_plot *plot);
+/* A line through points in order; NaN breaks it. Outside the plot it is clipped to the edge. */
+void svg_line(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count);
+/* Area between two curves. */
+void svg_band(const struct svg_plot *plot, const char *class, const double *x, const double *low,
+              const double *high, size_t count);
+void svg_rect(const struct svg_plot *plot, const char *class, double x0, double y0, double x1, double y1);
+void svg_dot(const struct svg_plot *plot, const char *class, double x, double y);
+/* Text at a point of the plot, moved by pixels; anchor "start", "middle" or "end". */
+void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x, double y,
+              double dx, double dy, const char *text);
+/* A key below or above a picture: a short stroke of each class and its text, from (left, y) in pixels to the
+ * right. */
+struct svg_key {
+    const char *class;
+    const char *text;
+};
+void svg_legend(FILE *out, double left, double y, const struct svg_key *keys, size_t count);
+
+#endif

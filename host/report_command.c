@@ -1,0 +1,101 @@
+/* matrig report: the campaign as one page, with plots. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/cli.h"
+#include "host/output.h"
+#include "host/report/page.h"
+
+/* demo/campaign.db -> demo/campaign.html */
+static void default_path(const char *db, char *out, size_t size)
+{
+    const char *slash = strrchr(db, '/');
+    const char *dot = strrchr(db, '.');
+    int stem = dot && (!slash || dot > slash + 1) ? (int)(dot - db) : (int)strlen(db);
+    snprintf(out, size, "%.*s.html", stem, db);
+}
+
+static enum mr_status load_landing(struct store *store, int64_t run, struct report_landing *landing,
+                                   struct error *error)
+{
+    enum mr_status status = summary_load(store, run, &landing->summary, error);
+    if (status == MR_OK)
+        status = zones_load_survey(store, run, &landing->survey, error);
+    if (status == MR_OK)
+        status = store_motions(store, run, &landing->motion, &landing->motions, error);
+    if (status == MR_OK)
+        status = store_simulations(store, run, &landing->simulation, &landing->simulations, error);
+    return status;
+}
+
+static void free_landings(struct report_landing *landings, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        summary_free(&landings[i].summary);
+        free(landings[i].motion);
+        store_simulations_free(landings[i].simulation, landings[i].simulations);
+    }
+    free(landings);
+}
+
+static enum mr_status load(struct store *store, struct report_landing **landings, size_t *count,
+                           struct error *error)
+{
+    struct store_landing *rows;
+    size_t wanted;
+    enum mr_status status = store_landings(store, &rows, &wanted, error);
+    if (status != MR_OK)
+        return status;
+    *landings = calloc(wanted ? wanted : 1, sizeof **landings);
+    if (!*landings)
+        status = error_set(error, MR_FULL, "no memory: %zu landings; close other programs", wanted);
+    for (size_t i = 0; i < wanted && status == MR_OK; i++) {
+        *count = i + 1;
+        status = load_landing(store, rows[i].id, &(*landings)[i], error);
+    }
+    free(rows);
+    return status;
+}
+
+static json_t *report_json(const char *path, const struct report_landing *landings, size_t count, bool si)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(list, summary_json(&landings[i].summary, si));
+    return json_pack("{ssso}", "file", path, "landings", list);
+}
+
+int report_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *words[1] = {NULL}, *path = NULL;
+    const struct cli_option options[] = {{"-o", &path, NULL}};
+    char made_path[1000];
+    struct error error = {0};
+    struct store *store = NULL;
+    struct report_landing *landings = NULL;
+    size_t count = 0;
+    enum mr_status status = cli_parse(argc, argv, options, 1, words, 1, 1, "DB", &error);
+    if (status == MR_OK)
+        status = store_open(words[0], STORE_OPEN, &store, &error);
+    if (status == MR_OK)
+        status = load(store, &landings, &count, &error);
+    store_close(store);
+    if (status == MR_OK && !path) {
+        default_path(words[0], made_path, sizeof made_path);
+        path = made_path;
+    }
+    FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
+    if (out) {
+        const char *name = strrchr(words[0], '/') ? strrchr(words[0], '/') + 1 : words[0];
+        page_write(out, name, landings, count, cli->si);
+        output_close(out, path, &error);
+    }
+    int exit_code = 0;
+    if (error.status == MR_OK && cli->json)
+        exit_code = cli_print_json(report_json(path, landings, count, cli->si), 0);
+    else if (error.status == MR_OK)
+        cli_note(cli, "%zu landing%s in %s", count, count == 1 ? "" : "s", path);
+    free_landings(landings, count);
+    return error.status != MR_OK ? cli_fail(&error) : exit_code;
+}

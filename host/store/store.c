@@ -1,0 +1,252 @@
+#include "host/store/store.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "host/store/store_sql.h"
+
+#define BUSY_WAIT_MS 5000
+
+static const struct {
+    const char *types;
+    const char *sql;
+} statements[STORE_STATEMENT_COUNT] = {
+#define STORE_ROW(name, types, sql) {types, sql},
+    STORE_STATEMENTS(STORE_ROW)
+#undef STORE_ROW
+};
+
+enum mr_status store_failed(struct store *store, const char *doing, struct error *error)
+{
+    int code = sqlite3_errcode(store->database) & 0xff;
+    const char *text = sqlite3_errmsg(store->database);
+    switch (code) {
+    case SQLITE_NOTADB:
+    case SQLITE_CORRUPT:
+        return error_set(
+            error, MR_MALFORMED,
+            "no campaign database, or a damaged one (%s): %s; name a database that matrig log made", text,
+            store->path);
+    case SQLITE_FULL:
+        return error_set(error, MR_FULL, "cannot %s (%s): %s; make room on the disk", doing, text,
+                         store->path);
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+        return error_set(error, MR_IO, "cannot %s (%s): %s; another program is writing to it", doing, text,
+                         store->path);
+    default:
+        return error_set(error, MR_IO, "cannot %s (%s): %s; check path, rights and disk", doing, text,
+                         store->path);
+    }
+}
+
+static enum mr_status execute(struct store *store, const char *sql, const char *doing, struct error *error)
+{
+    return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
+               ? MR_OK
+               : store_failed(store, doing, error);
+}
+
+static enum mr_status pragma(struct store *store, const char *sql, int64_t *value, struct error *error)
+{
+    sqlite3_stmt *statement;
+    if (sqlite3_prepare_v2(store->database, sql, -1, &statement, NULL) != SQLITE_OK)
+        return store_failed(store, "read", error);
+    int code = sqlite3_step(statement);
+    *value = code == SQLITE_ROW ? sqlite3_column_int64(statement, 0) : 0;
+    enum mr_status status = code == SQLITE_ROW ? MR_OK : store_failed(store, "read", error);
+    sqlite3_finalize(statement);
+    return status;
+}
+
+/* Sets up a new, empty file. All of it or nothing: another process never sees half a schema. */
+static enum mr_status create_tables(struct store *store, struct error *error)
+{
+    char numbers[120];
+    snprintf(numbers, sizeof numbers, "PRAGMA application_id=%d; PRAGMA user_version=%d;", STORE_APPLICATION,
+             STORE_VERSION);
+    enum mr_status status = execute(store, "BEGIN IMMEDIATE", "set up", error);
+    if (status == MR_OK)
+        status = execute(store, store_schema, "set up", error);
+    if (status == MR_OK)
+        status = execute(store, numbers, "set up", error);
+    if (status == MR_OK)
+        status = execute(store, "COMMIT", "set up", error);
+    return status;
+}
+
+static enum mr_status check_version(struct store *store, enum store_mode mode, struct error *error)
+{
+    int64_t application, version, tables;
+    enum mr_status status = pragma(store, "PRAGMA application_id", &application, error);
+    if (status == MR_OK)
+        status = pragma(store, "PRAGMA user_version", &version, error);
+    if (status == MR_OK)
+        status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
+    if (status != MR_OK)
+        return status;
+    if (mode == STORE_CREATE && application == 0 && version == 0 && tables == 0)
+        return create_tables(store, error);
+    if (application != STORE_APPLICATION)
+        return error_set(error, MR_MALFORMED,
+                         "no campaign database: %s; name a database that matrig log made", store->path);
+    if (version != STORE_VERSION)
+        return error_set(
+            error, MR_VERSION,
+            "campaign database of version %lld, this matrig has version %d: %s; use the matrig that made it",
+            (long long)version, STORE_VERSION, store->path);
+    return MR_OK;
+}
+
+enum mr_status store_open(const char *path, enum store_mode mode, struct store **store, struct error *error)
+{
+    struct stat info;
+    if (mode == STORE_OPEN && stat(path, &info) != 0)
+        return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made", path);
+    struct store *made = calloc(1, sizeof *made);
+    char *copy = strdup(path);
+    if (!made || !copy) {
+        free(made);
+        free(copy);
+        return error_set(error, MR_FULL, "no memory: database %s; close other programs", path);
+    }
+    made->path = copy;
+    int flags = SQLITE_OPEN_READWRITE | (mode == STORE_CREATE ? SQLITE_OPEN_CREATE : 0);
+    enum mr_status status = MR_OK;
+    if (sqlite3_open_v2(path, &made->database, flags, NULL) != SQLITE_OK)
+        status = store_failed(made, "open", error);
+    if (status == MR_OK) {
+        sqlite3_busy_timeout(made->database, BUSY_WAIT_MS);
+        status = check_version(made, mode, error);
+    }
+    /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that refuses
+     * writing leaves the journal as it is; reading goes on. */
+    if (status == MR_OK && mode == STORE_CREATE)
+        status = execute(made, "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;", "set up", error);
+    if (status != MR_OK) {
+        store_close(made);
+        return status;
+    }
+    *store = made;
+    return MR_OK;
+}
+
+void store_close(struct store *store)
+{
+    if (!store)
+        return;
+    for (size_t i = 0; i < STORE_STATEMENT_COUNT; i++)
+        sqlite3_finalize(store->statement[i]);
+    sqlite3_close(store->database);
+    free(store->path);
+    free(store);
+}
+
+const char *store_path(const struct store *store)
+{
+    return store->path;
+}
+
+enum mr_status store_begin(struct store *store, struct error *error)
+{
+    return execute(store, "BEGIN IMMEDIATE", "write", error);
+}
+
+enum mr_status store_commit(struct store *store, struct error *error)
+{
+    return execute(store, "COMMIT", "write", error);
+}
+
+static enum mr_status bind(struct store *store, struct error *error, enum store_statement which,
+                           va_list values)
+{
+    sqlite3_stmt **statement = &store->statement[which];
+    const char *types = statements[which].types;
+    if (!*statement && sqlite3_prepare_v3(store->database, statements[which].sql, -1,
+                                          SQLITE_PREPARE_PERSISTENT, statement, NULL) != SQLITE_OK)
+        return store_failed(store, "use", error);
+    for (int i = 0; types[i]; i++) {
+        int code = SQLITE_OK;
+        if (types[i] == 'i') {
+            int64_t value = va_arg(values, int64_t);
+            code = value == STORE_NONE ? sqlite3_bind_null(*statement, i + 1)
+                                       : sqlite3_bind_int64(*statement, i + 1, value);
+        } else if (types[i] == 'r') {
+            double value = va_arg(values, double);
+            code = isnan(value) ? sqlite3_bind_null(*statement, i + 1)
+                                : sqlite3_bind_double(*statement, i + 1, value);
+        } else if (types[i] == 't') {
+            code = sqlite3_bind_text(*statement, i + 1, va_arg(values, const char *), -1, SQLITE_TRANSIENT);
+        } else {
+            const void *bytes = va_arg(values, const void *);
+            size_t length = va_arg(values, size_t);
+            code = sqlite3_bind_blob64(*statement, i + 1, length ? bytes : "", length, SQLITE_TRANSIENT);
+        }
+        if (code != SQLITE_OK)
+            return store_failed(store, "use", error);
+    }
+    return MR_OK;
+}
+
+enum mr_status store_run(struct store *store, struct error *error, enum store_statement which, ...)
+{
+    va_list values;
+    va_start(values, which);
+    enum mr_status status = bind(store, error, which, values);
+    va_end(values);
+    if (status != MR_OK)
+        return status;
+    sqlite3_stmt *statement = store->statement[which];
+    if (sqlite3_step(statement) != SQLITE_DONE)
+        status = store_failed(store, "write", error);
+    sqlite3_reset(statement);
+    return status;
+}
+
+enum mr_status store_query(struct store *store, struct error *error, sqlite3_stmt **statement,
+                           enum store_statement which, ...)
+{
+    va_list values;
+    va_start(values, which);
+    enum mr_status status = bind(store, error, which, values);
+    va_end(values);
+    *statement = store->statement[which];
+    return status;
+}
+
+enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct error *error)
+{
+    int code = sqlite3_step(statement);
+    if (code == SQLITE_ROW)
+        return MR_OK;
+    enum mr_status status = code == SQLITE_DONE ? MR_TOO_FEW : store_failed(store, "read", error);
+    sqlite3_reset(statement);
+    return status;
+}
+
+void store_reset(sqlite3_stmt *statement)
+{
+    sqlite3_reset(statement);
+}
+
+int64_t store_integer(sqlite3_stmt *statement, int column)
+{
+    return sqlite3_column_type(statement, column) == SQLITE_NULL ? STORE_NONE
+                                                                 : sqlite3_column_int64(statement, column);
+}
+
+double store_real(sqlite3_stmt *statement, int column)
+{
+    return sqlite3_column_type(statement, column) == SQLITE_NULL ? (double)NAN
+                                                                 : sqlite3_column_double(statement, column);
+}
+
+void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)
+{
+    const char *text = (const char *)sqlite3_column_text(statement, column);
+    snprintf(out, size, "%s", text ? text : "");
+}

@@ -1,0 +1,272 @@
+/* The campaign database: one SQLite file (WAL) that holds what was received, and what was made of it.
+ *
+ * Board time is microseconds since the board's scans began; host time is Unix time in microseconds. A landing
+ * is known by RUN, its id here, from 1; it also has the board's identity and own number, so copies can be
+ * told apart. Absent values are NULL in the file, NaN or STORE_NONE here. Text handed to a function is
+ * copied; arrays that a read returns are the caller's to free().
+ *
+ * Writing goes through one transaction at a time: store_begin, any number of puts, store_commit. A commit is
+ * on disk when it returns. Every function returns MR_OK or sets `error` and returns its status. */
+#ifndef MATRIG_HOST_STORE_STORE_H
+#define MATRIG_HOST_STORE_STORE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/block.h"
+#include "common/channels.h"
+#include "common/closure.h"
+#include "host/error.h"
+
+#define STORE_VERSION 1              /* of the tables: PRAGMA user_version */
+#define STORE_APPLICATION 0x4d545247 /* "MTRG": PRAGMA application_id */
+#define STORE_NONE INT64_MIN
+#define STORE_SWITCHES_MAX 64u
+
+enum store_mode {
+    STORE_OPEN,   /* must exist */
+    STORE_CREATE, /* is made when it does not exist */
+};
+
+struct store;
+
+/* MR_IO: cannot be opened; MR_MALFORMED: no campaign database; MR_VERSION: another version's, named in the
+ * error. */
+enum mr_status store_open(const char *path, enum store_mode mode, struct store **store, struct error *error);
+void store_close(struct store *store); /* rolls back what is not committed; NULL is allowed */
+const char *store_path(const struct store *store);
+
+enum mr_status store_begin(struct store *store, struct error *error);
+enum mr_status store_commit(struct store *store, struct error *error);
+
+/* One run of `matrig log`. */
+struct store_session {
+    int64_t id; /* set by store_session_add */
+    int64_t started_us;
+    const char *can_link; /* NULL: not used */
+    const char *serial_link;
+};
+enum mr_status store_session_add(struct store *store, struct store_session *session, struct error *error);
+enum mr_status store_session_end(struct store *store, int64_t session, int64_t ended_us, const char *ended_by,
+                                 struct error *error);
+
+struct store_session_row {
+    int64_t started_us;
+    int64_t ended_us; /* STORE_NONE: still running, or killed */
+    char ended_by[16];
+    char can_link[200]; /* empty: not used */
+    char serial_link[200];
+};
+enum mr_status store_session_get(struct store *store, int64_t session, struct store_session_row *row,
+                                 struct error *error);
+
+/* What a session counted on one of its links so far; `link` is an enum link_kind. */
+struct store_link_counts {
+    int64_t received; /* frames of the board */
+    int64_t lost;     /* frames the board sent and nobody received */
+    int64_t dropped;  /* frames the board says it could not queue */
+    int64_t bad;      /* broken frames */
+    int64_t foreign;  /* frames that are not in the catalogue */
+};
+enum mr_status store_link_put(struct store *store, int64_t session, int link,
+                              const struct store_link_counts *counts, struct error *error);
+enum mr_status store_link_get(struct store *store, int64_t session, int link,
+                              struct store_link_counts *counts, bool *found, struct error *error);
+
+struct store_landing {
+    int64_t id; /* RUN */
+    int64_t session;
+    int64_t boot;          /* restarts of the board seen in the session before it */
+    int64_t board_landing; /* the number it was armed with */
+    int64_t armed_block;   /* STORE_NONE: logging began after arming */
+    int64_t armed_us;      /* host time when the first link reported it */
+    int64_t state;         /* last one reported */
+    char board_uid[25];    /* 24 hexadecimal digits; empty: not known */
+    char firmware[16];     /* "1.2.3" */
+    int64_t image_crc;
+    int64_t config_crc;
+    int64_t clock_source;
+    double touchdown_ft;
+    double switch_error_ft;
+};
+enum mr_status store_landing_add(struct store *store, struct store_landing *landing, struct error *error);
+enum mr_status store_landing_put(struct store *store, const struct store_landing *landing,
+                                 struct error *error);
+enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
+                                 struct error *error);
+enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
+                              struct error *error);
+
+/* Configuration of a landing as the board reported it. */
+struct store_switch {
+    int64_t position;
+    int64_t step_codes;
+    double station_ft;
+};
+struct store_segment {
+    int64_t segment;
+    int64_t joints;
+    double slack_in; /* NaN: not surveyed */
+    double start_ft;
+    double end_ft;
+};
+enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
+                                 const struct mr_channel_config *channel, struct error *error);
+enum mr_status store_switch_put(struct store *store, int64_t run, const struct store_switch *place,
+                                struct error *error);
+enum mr_status store_segment_put(struct store *store, int64_t run, const struct store_segment *segment,
+                                 struct error *error);
+/* `channels` has MR_CHANNELS places; those not reported have kind MR_KIND_NONE. `*found`: how many were
+ * reported. */
+enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
+                              size_t *found, struct error *error);
+enum mr_status store_switches(struct store *store, int64_t run, struct store_switch **rows, size_t *count,
+                              struct error *error);
+enum mr_status store_segments(struct store *store, int64_t run, struct store_segment **rows, size_t *count,
+                              struct error *error);
+
+/* Block records as they came; `run` STORE_NONE outside landings. A block that is there already is left as it
+ * is. */
+enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run, int64_t index,
+                               int64_t host_us, const uint8_t *record, size_t length, struct error *error);
+/* Calls `each` for the blocks of a landing in order of their index; it returns MR_OK to go on. */
+enum mr_status store_blocks_each(struct store *store, int64_t run,
+                                 enum mr_status (*each)(void *context, const uint8_t *record, size_t length),
+                                 void *context, struct error *error);
+enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count, struct error *error);
+
+struct store_frame {
+    int64_t run;      /* STORE_NONE outside landings */
+    int link;         /* enum link_kind */
+    int direction;    /* 0 from the board, 1 to it */
+    int64_t seq;      /* of the serial frame; on CAN frames received before it in the session */
+    int64_t board_us; /* STORE_NONE: not known yet */
+    int64_t host_us;
+    uint32_t id;
+    size_t length;
+    const uint8_t *data;
+};
+enum mr_status store_frame_put(struct store *store, int64_t session, const struct store_frame *frame,
+                               struct error *error);
+/* Frames of a landing on one link, in order of reception. */
+enum mr_status store_frames_each(struct store *store, int64_t run, int link,
+                                 enum mr_status (*each)(void *context, const struct store_frame *frame),
+                                 void *context, struct error *error);
+enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
+                                  struct error *error);
+
+/* What the board said, once, whichever link it came by; `links` has bit 1 << enum link_kind set for each that
+ * brought it. */
+struct store_edge {
+    int64_t count;    /* of the edge in its landing, from 1 */
+    int64_t position; /* switch; 0: not named */
+    double step_codes;
+    int64_t tick;
+    double board_us; /* NaN: time base not known */
+    int64_t links;
+};
+struct store_event {
+    int64_t session;
+    int64_t boot;
+    int64_t run;
+    int64_t board_us;
+    int64_t host_us;
+    const char *kind; /* state, mark, ack, fault, restart, joined */
+    int64_t code;
+    int64_t detail;
+    int64_t value;
+    int64_t links;
+};
+struct store_motion {
+    int64_t block;
+    double position_ft, position_error_ft;
+    double speed_ft_s, speed_error_ft_s;
+    double deceleration_ft_s2, deceleration_error_ft_s2;
+    int64_t links;
+};
+struct store_zone {
+    int64_t block;
+    int64_t mats;
+    double start_ft;
+    double end_ft;
+    double lead_s;
+    double wheel_ft;
+    int64_t warning; /* STORE_NONE: the second half of the statement did not come */
+    int64_t inferred_percent;
+    int64_t links;
+};
+struct store_result {
+    double speed_ft_s, speed_error_ft_s;
+    double deceleration_ft_s2, deceleration_error_ft_s2;
+    double stop_station_ft, stop_station_error_ft;
+    double after_touchdown_s;
+    int64_t switches;
+    int64_t used; /* of them, those that the stop rests on */
+    int64_t links;
+};
+enum mr_status store_edge_put(struct store *store, int64_t run, const struct store_edge *edge,
+                              struct error *error);
+enum mr_status store_event_put(struct store *store, const struct store_event *event, struct error *error);
+enum mr_status store_motion_put(struct store *store, int64_t run, const struct store_motion *motion,
+                                struct error *error);
+enum mr_status store_zone_put(struct store *store, int64_t run, const struct store_zone *zone,
+                              struct error *error);
+/* Fields that are NaN or STORE_NONE leave what is there. */
+enum mr_status store_result_put(struct store *store, int64_t run, const struct store_result *result,
+                                struct error *error);
+enum mr_status store_edges(struct store *store, int64_t run, struct store_edge **rows, size_t *count,
+                           struct error *error);
+enum mr_status store_motions(struct store *store, int64_t run, struct store_motion **rows, size_t *count,
+                             struct error *error);
+enum mr_status store_zones(struct store *store, int64_t run, struct store_zone **rows, size_t *count,
+                           struct error *error);
+enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result, bool *found,
+                                struct error *error);
+/* Faults of the landing's board and session up to the landing's end: the newest row of each fault. */
+struct store_fault {
+    int64_t code;
+    int64_t detail;
+    int64_t count;
+    int64_t board_us;
+};
+enum mr_status store_faults(struct store *store, const struct store_landing *landing,
+                            struct store_fault **rows, size_t *count, struct error *error);
+
+/* Lost data. message "frame" counts frames of the link; a message's name says which of them, where that is
+ * known. */
+struct store_gap {
+    int link;
+    char message[24];
+    char channels[24]; /* "d1-d3", "all" */
+    char cause[16];    /* link, board, acquisition, silence */
+    int64_t count;     /* STORE_NONE: not known */
+    int64_t from_block;
+    int64_t to_block;
+};
+enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run, const struct store_gap *gap,
+                             struct error *error);
+enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **rows, size_t *count,
+                          struct error *error);
+
+/* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown. */
+struct store_simulation {
+    int64_t number; /* transducer */
+    double station_ft;
+    double peak_measured_in, peak_measured_error_in;
+    double peak_simulated_in, peak_simulated_error_in;
+    double rms_in;
+    double end_measured_in, end_simulated_in;
+    double t0_s, dt_s;
+    float *series_in; /* `length` values; a read allocates it */
+    size_t length;
+};
+enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json, int64_t made_us,
+                                    const struct store_simulation *rows, size_t count, struct error *error);
+/* The newest comparison of a landing, none: *count 0. store_simulations_free releases rows and their series.
+ */
+enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
+                                 size_t *count, struct error *error);
+void store_simulations_free(struct store_simulation *rows, size_t count);
+
+#endif

@@ -1,0 +1,152 @@
+/* Statements of the store and how to run them. Only host/store/ includes this, and only host/store/ knows
+ * SQLite. */
+#ifndef MATRIG_HOST_STORE_STORE_SQL_H
+#define MATRIG_HOST_STORE_STORE_SQL_H
+
+#include <sqlite3.h>
+
+#include "host/store/store.h"
+
+/* Parameters: i int64_t (STORE_NONE: NULL), r double (NaN: NULL), t text (NULL: NULL), b bytes and their
+ * size_t length. */
+#define STORE_STATEMENTS(X)                                                                                  \
+    X(SESSION_ADD, "itt", "INSERT INTO sessions(started_us, can_link, serial_link) VALUES(?,?,?)")           \
+    X(SESSION_END, "iti", "UPDATE sessions SET ended_us=?, ended_by=? WHERE id=?")                           \
+    X(SESSION_GET, "i",                                                                                      \
+      "SELECT started_us, ended_us, ended_by, can_link, serial_link FROM sessions WHERE id=?")               \
+    X(LINK_PUT, "iiiiiii", "INSERT OR REPLACE INTO links VALUES(?,?,?,?,?,?,?)")                             \
+    X(LINK_GET, "ii", "SELECT received, lost, dropped, bad, outside FROM links WHERE session=? AND link=?")  \
+    X(LANDING_ADD, "iiiiiittiiirr",                                                                          \
+      "INSERT INTO landings(session, boot, board_landing, armed_block, armed_us, state, board_uid, "         \
+      "firmware,"                                                                                            \
+      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft) "                                \
+      "VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")                                                                   \
+    X(LANDING_PUT, "iittiiirri",                                                                             \
+      "UPDATE landings SET armed_block=?, state=?, board_uid=?, firmware=?, image_crc=?, config_crc=?,"      \
+      " clock_source=?, touchdown_ft=?, switch_error_ft=? WHERE id=?")                                       \
+    X(LANDING_GET, "i",                                                                                      \
+      "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
+      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft FROM landings WHERE id=?")        \
+    X(LANDINGS, "",                                                                                          \
+      "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
+      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft FROM landings ORDER BY id")       \
+    X(SURVEY_ADD, "i", "INSERT OR IGNORE INTO surveys(landing, source) VALUES(?, 'board')")                  \
+    X(CHANNEL_PUT, "iiiiirrr", "INSERT OR REPLACE INTO channels VALUES(?,?,?,?,?,?,?,?)")                    \
+    X(SWITCH_PUT, "iiir", "INSERT OR REPLACE INTO switches VALUES(?,?,?,?)")                                 \
+    X(SEGMENT_PUT, "iiirrr",                                                                                 \
+      "INSERT OR REPLACE INTO slack VALUES((SELECT id FROM surveys WHERE landing=?),?,?,?,?,?)")             \
+    X(CHANNELS, "i",                                                                                         \
+      "SELECT idx, kind, number, band, station_ft, unit_per_code, zero_code FROM channels"                   \
+      " WHERE landing=? ORDER BY idx")                                                                       \
+    X(SWITCHES, "i",                                                                                         \
+      "SELECT position, step_codes, station_ft FROM switches WHERE landing=? ORDER BY position")             \
+    X(SEGMENTS, "i",                                                                                         \
+      "SELECT segment, joints, slack_in, start_ft, end_ft FROM slack"                                        \
+      " JOIN surveys ON surveys.id=slack.survey WHERE landing=? ORDER BY segment")                           \
+    X(BLOCK_PUT, "iiiiib", "INSERT OR IGNORE INTO blocks VALUES(?,?,?,?,?,?)")                               \
+    X(BLOCKS, "i", "SELECT record FROM blocks WHERE landing=? ORDER BY idx")                                 \
+    X(BLOCKS_COUNT, "i", "SELECT count(*) FROM blocks WHERE landing=?")                                      \
+    X(FRAME_PUT, "iiiiiiiiib",                                                                               \
+      "INSERT INTO frames(session, landing, link, direction, seq, board_us, host_us, can_id, dlc, data)"     \
+      " VALUES(?,?,?,?,?,?,?,?,?,?)")                                                                        \
+    X(FRAMES, "ii",                                                                                          \
+      "SELECT direction, seq, board_us, host_us, can_id, data FROM frames WHERE landing=? AND link=?"        \
+      " ORDER BY id")                                                                                        \
+    X(FRAMES_COUNT, "ii", "SELECT count(*) FROM frames WHERE landing=? AND link=?")                          \
+    X(EDGE_PUT, "iiiirri",                                                                                   \
+      "INSERT INTO edges VALUES(?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"        \
+      " board_us=coalesce(board_us, excluded.board_us)")                                                     \
+    X(EVENT_PUT, "iiiiitiiii",                                                                               \
+      "INSERT INTO events(session, boot, landing, board_us, host_us, kind, code, detail, value, links)"      \
+      " VALUES(?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"                   \
+      " landing=coalesce(landing, excluded.landing)")                                                        \
+    X(MOTION_PUT, "iirrrrrri",                                                                               \
+      "INSERT INTO motion VALUES(?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"   \
+      " position_error_ft=coalesce(excluded.position_error_ft, position_error_ft),"                          \
+      " speed_error_ft_s=coalesce(excluded.speed_error_ft_s, speed_error_ft_s),"                             \
+      " deceleration_error_ft_s2=coalesce(excluded.deceleration_error_ft_s2, deceleration_error_ft_s2)")     \
+    X(ZONE_PUT, "iiirrrriii",                                                                                \
+      "INSERT INTO zones VALUES(?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"  \
+      " mats=excluded.mats, start_ft=excluded.start_ft, end_ft=excluded.end_ft,"                             \
+      " lead_s=coalesce(excluded.lead_s, lead_s), wheel_ft=coalesce(excluded.wheel_ft, wheel_ft),"           \
+      " warning=coalesce(excluded.warning, warning),"                                                        \
+      " inferred_percent=coalesce(excluded.inferred_percent, inferred_percent)")                             \
+    X(RESULT_PUT, "irrrrrrriii",                                                                             \
+      "INSERT INTO results VALUES(?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET "                         \
+      "links=links|excluded.links,"                                                                          \
+      " speed_ft_s=coalesce(excluded.speed_ft_s, speed_ft_s),"                                               \
+      " speed_error_ft_s=coalesce(excluded.speed_error_ft_s, speed_error_ft_s),"                             \
+      " deceleration_ft_s2=coalesce(excluded.deceleration_ft_s2, deceleration_ft_s2),"                       \
+      " deceleration_error_ft_s2=coalesce(excluded.deceleration_error_ft_s2, deceleration_error_ft_s2),"     \
+      " stop_station_ft=coalesce(excluded.stop_station_ft, stop_station_ft),"                                \
+      " stop_station_error_ft=coalesce(excluded.stop_station_error_ft, stop_station_error_ft),"              \
+      " after_touchdown_s=coalesce(excluded.after_touchdown_s, after_touchdown_s),"                          \
+      " switches=coalesce(excluded.switches, switches), stop_gates=coalesce(excluded.stop_gates, "           \
+      "stop_gates)")                                                                                         \
+    X(EDGES, "i",                                                                                            \
+      "SELECT count, position, step_codes, tick, board_us, links FROM edges WHERE landing=?"                 \
+      " ORDER BY count")                                                                                     \
+    X(MOTIONS, "i",                                                                                          \
+      "SELECT block, position_ft, position_error_ft, speed_ft_s, speed_error_ft_s,"                          \
+      " deceleration_ft_s2, deceleration_error_ft_s2, links FROM motion WHERE landing=? ORDER BY block")     \
+    X(ZONES, "i",                                                                                            \
+      "SELECT block, mats, start_ft, end_ft, lead_s, wheel_ft, warning, inferred_percent, links"             \
+      " FROM zones WHERE landing=? ORDER BY block")                                                          \
+    X(RESULT_GET, "i",                                                                                       \
+      "SELECT speed_ft_s, speed_error_ft_s, deceleration_ft_s2, deceleration_error_ft_s2,"                   \
+      " stop_station_ft, stop_station_error_ft, after_touchdown_s, switches, stop_gates, links FROM results" \
+      " WHERE landing=?")                                                                                    \
+    X(FAULTS, "iii",                                                                                         \
+      "SELECT code, detail, max(value), board_us FROM events WHERE kind='fault' AND session=?"               \
+      " AND boot=? AND id<=coalesce((SELECT max(id) FROM events WHERE landing=?), 0) GROUP BY code ORDER "   \
+      "BY code")                                                                                             \
+    X(GAP_PUT, "iiitttiii",                                                                                  \
+      "INSERT INTO gaps(session, landing, link, message, channels, cause, count, from_block, to_block)"      \
+      " VALUES(?,?,?,?,?,?,?,?,?)")                                                                          \
+    X(GAPS, "i",                                                                                             \
+      "SELECT link, message, channels, cause, count, from_block, to_block FROM gaps WHERE landing=?"         \
+      " ORDER BY id")                                                                                        \
+    X(SIMULATION_ADD, "iti", "INSERT INTO simulations(landing, scene, made_us) VALUES(?,?,?)")               \
+    X(SIMULATION_CHANNEL, "iirrrrrrrrrrb",                                                                   \
+      "INSERT INTO simulation_channels VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")                                   \
+    X(SIMULATIONS, "i",                                                                                      \
+      "SELECT number, station_ft, peak_measured_in, peak_measured_error_in, peak_simulated_in,"              \
+      " peak_simulated_error_in, rms_in, end_measured_in, end_simulated_in, t0_s, dt_s, series_in"           \
+      " FROM simulation_channels WHERE simulation=(SELECT max(id) FROM simulations WHERE landing=?) ORDER "  \
+      "BY number")
+
+enum store_statement {
+#define STORE_ENUM(name, types, sql) STORE_##name,
+    STORE_STATEMENTS(STORE_ENUM)
+#undef STORE_ENUM
+        STORE_STATEMENT_COUNT
+};
+
+struct store {
+    sqlite3 *database;
+    char *path;
+    sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use */
+};
+
+/* The tables. */
+extern const char store_schema[];
+
+/* Sets the error from SQLite's last one. Returns its status. */
+enum mr_status store_failed(struct store *store, const char *doing, struct error *error);
+
+/* Bind and run a statement that returns no rows. */
+enum mr_status store_run(struct store *store, struct error *error, enum store_statement which, ...);
+
+/* Bind a statement; then store_step until it returns MR_TOO_FEW (no more rows) or an error. A statement that
+ * is not stepped to its end is released with store_reset. */
+enum mr_status store_query(struct store *store, struct error *error, sqlite3_stmt **statement,
+                           enum store_statement which, ...);
+enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct error *error);
+void store_reset(sqlite3_stmt *statement);
+
+/* Columns with NULL as STORE_NONE and NaN; text is copied, cut to `size`. */
+int64_t store_integer(sqlite3_stmt *statement, int column);
+double store_real(sqlite3_stmt *statement, int column);
+void store_text(sqlite3_stmt *statement, int column, char *out, size_t size);
+
+#endif

@@ -1,0 +1,29 @@
+/* Board time on one link: blocks since the scans began, unwrapped from the 16 bits that most messages carry,
+ * and capture ticks turned into time. Block b begins at 1000 b microseconds of board time. Pure. */
+#ifndef MATRIG_HOST_TIMEBASE_H
+#define MATRIG_HOST_TIMEBASE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct timebase {
+    bool known; /* a whole block index has come */
+    bool tick_known;
+    int64_t block;      /* newest */
+    int64_t tick_block; /* block that began at `tick` */
+    uint32_t tick;
+};
+
+/* Whole block index: true when it lies a second or more before the newest, so the board began again. */
+bool timebase_block(struct timebase *timebase, uint32_t block);
+/* The same with TIM2 at the first trigger of the block. */
+bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
+/* Block whose low 16 bits are given, the one nearest the newest; it becomes the newest when it is later. -1:
+ * not known. */
+int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
+/* Board time of the newest block, microseconds; -1: not known. */
+int64_t timebase_now_us(const struct timebase *timebase);
+/* Board time of a tick within 25 s of the last clock; NaN: not known. */
+double timebase_tick_us(const struct timebase *timebase, uint32_t tick);
+
+#endif

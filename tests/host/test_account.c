@@ -1,0 +1,217 @@
+/* Loss accounting and board time against sequences made by hand. */
+#include <math.h>
+
+#include "host/account.h"
+#include "host/timebase.h"
+#include "tests/host/scratch.h"
+
+static struct mr_can_health health(uint32_t sent, uint16_t dropped)
+{
+    return (struct mr_can_health){.sent = sent, .dropped = dropped};
+}
+
+static void can_frames(struct account *account, unsigned count)
+{
+    for (unsigned i = 0; i < count; i++)
+        account_can_frame(account);
+}
+
+/* `count` frames arrive, then a can_health that is itself frame number `sent` (from 0). */
+static void can_interval(struct account *account, unsigned count, uint32_t sent, uint16_t dropped,
+                         int64_t block)
+{
+    struct mr_can_health message = health(sent, dropped);
+    can_frames(account, count + 1);
+    account_can_health(account, &message, block);
+}
+
+static void serial_sequence(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_SERIAL);
+    account_serial_frame(&account, 65534, 10); /* joins anywhere: no loss */
+    account_serial_frame(&account, 65535, 11);
+    account_serial_frame(&account, 0, 12);
+    assert_int_equal(account.counts.lost, 0);
+    account_serial_frame(&account, 5, 16); /* 1, 2, 3, 4 are missing */
+    assert_int_equal(account.counts.lost, 4);
+    assert_int_equal(account.counts.received, 4);
+    assert_int_equal(account.gaps, 1);
+    assert_string_equal(account.gap[0].message, "frame");
+    assert_string_equal(account.gap[0].cause, "link");
+    assert_int_equal(account.gap[0].count, 4);
+    assert_int_equal(account.gap[0].from_block, 12);
+    assert_int_equal(account.gap[0].to_block, 16);
+    account_serial_frame(&account, 5, 17); /* a step back is a sender that began again */
+    assert_int_equal(account.counts.lost, 4);
+}
+
+static void serial_drops_are_the_boards(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_SERIAL);
+    account_dropped(&account, 3, 100); /* before logging began */
+    assert_int_equal(account.counts.dropped, 0);
+    account_dropped(&account, 10, 200);
+    assert_int_equal(account.counts.dropped, 7);
+    assert_string_equal(account.gap[0].cause, "board");
+    assert_int_equal(account.gap[0].from_block, 100);
+    assert_int_equal(account.gap[0].to_block, 200);
+}
+
+static void blocks_lost_on_the_way_or_never_sent(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_SERIAL);
+    account_serial_frame(&account, 0, 100);
+    account_block(&account, 100);
+    account_serial_frame(&account, 3, 103);
+    account_block(&account, 103);
+    account_serial_frame(&account, 4, 110);
+    account_block(&account, 110);
+    assert_int_equal(account.gaps, 3);
+    assert_string_equal(account.gap[1].message, "block");
+    assert_string_equal(account.gap[1].cause, "link");
+    assert_int_equal(account.gap[1].from_block, 101);
+    assert_int_equal(account.gap[1].to_block, 102);
+    assert_string_equal(account.gap[2].cause, "board");
+    assert_int_equal(account.gap[2].count, 6);
+}
+
+static void can_without_loss(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 7, 7, 0, 43); /* frames 0..6, then number 7 */
+    assert_int_equal(account.before_first, 0);
+    can_interval(&account, 99, 107, 0, 143);
+    can_interval(&account, 0, 108, 0, 243);
+    account_end(&account);
+    assert_int_equal(account.counts.lost, 0);
+    assert_int_equal(account.counts.received, 109);
+    assert_int_equal(account.gaps, 0);
+}
+
+static void can_loss_by_count(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 10, 1010, 5, 43); /* joins late: 1000 went before */
+    assert_int_equal(account.before_first, 1000);
+    assert_int_equal(account.counts.lost, 0);
+    can_interval(&account, 50, 1071, 5, 143); /* 60 were sent between the two */
+    assert_int_equal(account.counts.lost, 10);
+    assert_int_equal(account.gaps, 1);
+    assert_int_equal(account.gap[0].count, 10);
+    assert_int_equal(account.gap[0].from_block, 43);
+    assert_int_equal(account.gap[0].to_block, 143);
+    can_interval(&account, 8, 1080, 9, 243);
+    assert_int_equal(account.counts.lost, 10);
+    assert_int_equal(account.counts.dropped, 4);
+}
+
+static void counter_wraps(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 0, 0xfffffff0u, 0, 43);
+    can_interval(&account, 20, 0x00000006u, 0, 143); /* 22 later: 21 between, 20 came */
+    assert_int_equal(account.counts.lost, 1);
+}
+
+static void steps_are_believed_only_with_a_loss(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 0, 0, 0, 43);
+    account_can_frame(&account);
+    account_step(&account, MR_ID_TENSION_4_6, 101);
+    account_can_frame(&account);
+    account_step(&account, MR_ID_TENSION_4_6, 113); /* 105 and 109 are missing, perhaps */
+    can_interval(&account, 0, 5, 0, 143);           /* 1..4 were sent, two came */
+    assert_int_equal(account.counts.lost, 2);
+    assert_int_equal(account.gaps, 2);
+    assert_string_equal(account.gap[0].message, "tension_4_6");
+    assert_string_equal(account.gap[0].channels, "t4-t6");
+    assert_int_equal(account.gap[0].count, 2);
+    assert_int_equal(account.gap[0].from_block, 105);
+    assert_int_equal(account.gap[0].to_block, 109);
+
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 0, 0, 0, 43);
+    account_can_frame(&account);
+    account_step(&account, MR_ID_DISPLACEMENT_1_3, 100);
+    account_can_frame(&account);
+    account_step(&account, MR_ID_DISPLACEMENT_1_3,
+                 200); /* the board was idle in between: all it sent has come */
+    can_interval(&account, 0, 3, 0, 243);
+    assert_int_equal(account.counts.lost, 0);
+    assert_int_equal(account.gaps, 0);
+}
+
+static void steps_count_when_no_health_comes_any_more(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 0, 0, 0, 43);
+    account_step(&account, MR_ID_DISPLACEMENT_7_8, 100);
+    account_step(&account, MR_ID_DISPLACEMENT_7_8, 110);
+    account_end(&account);
+    assert_int_equal(account.counts.lost, 4);
+    assert_string_equal(account.gap[0].channels, "d7-d8");
+}
+
+static void restart_begins_afresh(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 5, 500, 3, 43);
+    account_restart(&account);
+    can_interval(&account, 4, 4, 0, 43);
+    can_interval(&account, 4, 9, 0, 143);
+    assert_int_equal(account.counts.lost, 0);
+    assert_int_equal(account.counts.dropped, 0);
+}
+
+static void time_unwraps(void **state)
+{
+    struct timebase time = {0};
+    (void)state;
+    assert_int_equal(timebase_unwrap(&time, 5), -1);
+    assert_false(timebase_clock(&time, 65530, 1000));
+    assert_int_equal(timebase_unwrap(&time, 65535), 65535);
+    assert_int_equal(timebase_unwrap(&time, 2), 65538);
+    assert_int_equal(timebase_unwrap(&time, 65534), 65534); /* one that waited in a queue */
+    assert_int_equal(timebase_now_us(&time), 65538000);
+    /* 84 ticks to a microsecond, forwards, backwards and over the wrap of the counter */
+    assert_near(timebase_tick_us(&time, 1000 + 84 * 1500), 65530000.0 + 1500.0, 1e-6);
+    assert_near(timebase_tick_us(&time, 1000u - 2000u), 65530000.0 - 2000.0 / 84.0, 1e-6);
+    assert_true(timebase_block(&time, 64000)); /* more than a second back: began again */
+    assert_false(timebase_block(&time, 64600));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(serial_sequence),
+        cmocka_unit_test(serial_drops_are_the_boards),
+        cmocka_unit_test(blocks_lost_on_the_way_or_never_sent),
+        cmocka_unit_test(can_without_loss),
+        cmocka_unit_test(can_loss_by_count),
+        cmocka_unit_test(counter_wraps),
+        cmocka_unit_test(steps_are_believed_only_with_a_loss),
+        cmocka_unit_test(steps_count_when_no_health_comes_any_more),
+        cmocka_unit_test(restart_begins_afresh),
+        cmocka_unit_test(time_unwraps),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,480 @@
+/* The collector against hand-made streams: what it keeps, merges, misses and refuses. */
+#include "tests/host/session.h"
+
+static const struct stream_truth gentle = {.v0_ft_s = 28.0, .a_ft_s2 = 8.0, .peak_in = 0.4};
+
+static void one_landing(struct session *session, unsigned number)
+{
+    struct stream_truth truth = gentle;
+    stream_hello(&session->stream, MR_LAYOUT);
+    stream_configuration(&session->stream);
+    stream_idle(&session->stream, 500);
+    stream_landing(&session->stream, &truth, number);
+    stream_idle(&session->stream, 400);
+}
+
+static struct store_landing landing_of(struct session *session, int64_t run)
+{
+    struct store_landing landing;
+    assert_int_equal(store_landing_get(session->store, run, &landing, &session->error), MR_OK);
+    return landing;
+}
+
+static size_t landing_count(struct session *session)
+{
+    struct store_landing *rows;
+    size_t count;
+    assert_int_equal(store_landings(session->store, &rows, &count, &session->error), MR_OK);
+    free(rows);
+    return count;
+}
+
+static struct store_link_counts counts_of(struct session *session, int link)
+{
+    struct store_link_counts counts;
+    bool found;
+    assert_int_equal(store_link_get(session->store, 1, link, &counts, &found, &session->error), MR_OK);
+    assert_true(found);
+    return counts;
+}
+
+static void both_links_make_one_landing(void **state)
+{
+    struct session s;
+    (void)state;
+    session_begin(&s, true, true);
+    one_landing(&s, 7);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    struct store_landing landing = landing_of(&s, 1);
+    assert_int_equal(landing.board_landing, 7);
+    assert_int_equal(landing.armed_block, 500);
+    assert_int_equal(landing.state, 4);
+    assert_string_equal(landing.board_uid, "000000110000002200000033");
+    assert_string_equal(landing.firmware, "9.8.7");
+    assert_int_equal(landing.image_crc, 0xdeadbeef);
+    assert_near(landing.touchdown_ft, 3.0, 0.0);
+
+    struct mr_channel_config channels[MR_CHANNELS];
+    struct store_switch *places;
+    struct store_segment *segments;
+    size_t count;
+    assert_int_equal(store_channels(s.store, 1, channels, &count, &s.error), MR_OK);
+    assert_int_equal(count, 24);
+    assert_int_equal(channels[5].number, 6);
+    assert_near(channels[5].station_ft, 90.0, 0.0);
+    assert_int_equal(channels[8 + 13].band, 2);
+    assert_int_equal(store_switches(s.store, 1, &places, &count, &s.error), MR_OK);
+    assert_int_equal(count, 24);
+    assert_near(places[23].station_ft, 117.5, 0.0);
+    free(places);
+    assert_int_equal(store_segments(s.store, 1, &segments, &count, &s.error), MR_OK);
+    assert_int_equal(count, 42);
+    assert_near(segments[41].slack_in, 0.2, 1e-6);
+    free(segments);
+
+    /* The gear stops at 3 + 28^2 / 16 = 52 ft: switches at 2.5 to 47.5 ft open, 10 of them. Both links told
+     * each. */
+    struct store_edge *edges;
+    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(count, 10);
+    for (size_t i = 0; i < count; i++) {
+        assert_int_equal(edges[i].position, i + 1);
+        assert_int_equal(edges[i].links, 3);
+    }
+    /* Switch 2, at 7.5 ft: 4.5 = 28 t - 4 t^2, t = 0.164609..., after touchdown at 1.5 s. */
+    assert_near(edges[1].board_us, 1.5e6 + 1e6 * (28.0 - sqrt(28.0 * 28.0 - 16.0 * 4.5)) / 8.0, 0.02);
+    free(edges);
+
+    struct store_result result;
+    bool found;
+    assert_int_equal(store_result_get(s.store, 1, &result, &found, &s.error), MR_OK);
+    assert_true(found);
+    assert_near(result.speed_ft_s, 28.0, 1e-6);
+    assert_near(result.stop_station_ft, 52.0, 0.001);
+    assert_int_equal(result.links, 3);
+    assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
+    assert_int_equal(counts_of(&s, LINK_SERIAL).lost, 0);
+    struct store_gap *gaps;
+    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(count, 0);
+    session_end(&s);
+}
+
+static enum mr_status check_order(void *context, const uint8_t *record, size_t length)
+{
+    uint32_t *next = context;
+    struct mr_block block;
+    assert_int_equal(mr_block_get(&block, record, length), MR_OK);
+    assert_int_equal(block.index, (*next)++);
+    return MR_OK;
+}
+
+static void every_block_and_frame_is_kept(void **state)
+{
+    struct session s;
+    int64_t blocks, can;
+    uint32_t next = 500;
+    (void)state;
+    session_begin(&s, true, true);
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    /* Armed at 500, touchdown at 1.5 s, 3.5 s to the stop, 1 s more: blocks 500 to 5999. */
+    assert_int_equal(store_blocks_count(s.store, 1, &blocks, &s.error), MR_OK);
+    assert_int_equal(blocks, 5500);
+    assert_int_equal(store_blocks_each(s.store, 1, check_order, &next, &s.error), MR_OK);
+    assert_int_equal(counts_of(&s, LINK_CAN).received, s.stream.can_sent);
+    assert_int_equal(counts_of(&s, LINK_SERIAL).received, s.stream.serial_sent);
+    assert_int_equal(store_frames_count(s.store, 1, LINK_CAN, &can, &s.error), MR_OK);
+    assert_true(can > 5500 / 2 * 3 && can < s.stream.can_sent);
+    session_end(&s);
+}
+
+static enum mr_status check_times(void *context, const struct store_frame *frame)
+{
+    int64_t *last = context;
+    if (frame->id == MR_ID_TENSION_1_3) {
+        /* block16 at the end, little-endian, times 1000; this landing is before the first wrap */
+        assert_int_equal(frame->board_us, 1000 * (frame->data[6] | frame->data[7] << 8));
+    }
+    assert_true(frame->board_us >= *last);
+    *last = frame->board_us;
+    return MR_OK;
+}
+
+static void frames_carry_board_time(void **state)
+{
+    struct session s;
+    int64_t last = 0;
+    (void)state;
+    session_begin(&s, true, false);
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    assert_int_equal(store_frames_each(s.store, 1, LINK_CAN, check_times, &last, &s.error), MR_OK);
+    assert_true(last > 5900000);
+    session_end(&s);
+}
+
+static void time_goes_on_over_the_wrap(void **state)
+{
+    struct session s;
+    struct stream_truth truth = gentle;
+    (void)state;
+    session_begin(&s, true, true);
+    s.stream.block = 63000; /* block16 wraps within the landing; TIM2 wraps at 51.1 s */
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_configuration(&s.stream);
+    stream_idle(&s.stream, 1000);
+    stream_landing(&s.stream, &truth, 1);
+    session_log(&s, "collect.db");
+    struct store_edge *edges;
+    struct store_zone *zones;
+    size_t count;
+    assert_int_equal(store_edges(s.store, 1, &edges, &count, &s.error), MR_OK);
+    assert_int_equal(count, 10);
+    for (size_t i = 0; i < count; i++)
+        assert_near(edges[i].board_us, 1e6 * stream_time_s(&truth, 2.5 + 5.0 * (double)i), 0.02);
+    free(edges);
+    assert_int_equal(store_zones(s.store, 1, &zones, &count, &s.error), MR_OK);
+    assert_int_equal(zones[0].block, 64049);
+    assert_int_equal(zones[count - 1].block, 69499);
+    free(zones);
+    session_end(&s);
+}
+
+static void another_layout_is_refused_and_the_rest_kept(void **state)
+{
+    struct session s;
+    int64_t frames;
+    (void)state;
+    session_begin(&s, true, false);
+    STREAM_CAN(&s.stream, clock, CLOCK, .block = 5, .tick = 84000 * 5);
+    stream_hello(&s.stream, MR_LAYOUT + 1);
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    char wanted[60];
+    snprintf(wanted, sizeof wanted, "layout %u, this matrig layout %u: file:can", MR_LAYOUT + 1, MR_LAYOUT);
+    assert_error(&s.error, MR_VERSION, wanted);
+    s.error = (struct error){0};
+    assert_int_equal(landing_count(&s), 0);
+    assert_int_equal(store_frames_count(s.store, 1, LINK_CAN, &frames, &s.error), MR_OK);
+    assert_int_equal(counts_of(&s, LINK_CAN).received, 2); /* the clock and the hello */
+    session_end(&s);
+}
+
+/* Loses the 101st to 110th CAN frames of this kind. */
+static bool lose_some_can(const struct stream *stream, uint16_t id)
+{
+    static unsigned seen;
+    if (stream->block == 0)
+        seen = 0;
+    return id == MR_ID_DISPLACEMENT_4_6 && ++seen > 100 && seen <= 110;
+}
+
+static bool lose_some_blocks(const struct stream *stream, uint16_t type)
+{
+    return type == MR_ID_BLOCK && stream->block >= 2010 && stream->block < 2017;
+}
+
+static void losses_are_found_and_named(void **state)
+{
+    struct session s;
+    struct store_gap *gaps;
+    size_t count;
+    (void)state;
+    session_begin(&s, true, true);
+    s.stream.drop_can = lose_some_can;
+    s.stream.drop_serial = lose_some_blocks;
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(counts_of(&s, LINK_CAN).lost, 10);
+    assert_int_equal(counts_of(&s, LINK_SERIAL).lost, 7);
+    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(count, 4);
+    unsigned found = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(gaps[i].message, "displacement_4_6") == 0) {
+            /* recorded from block 500, every 2: the 101st is of block 700, the 110th of 718 */
+            assert_int_equal(gaps[i].from_block, 700);
+            assert_int_equal(gaps[i].to_block, 718);
+            assert_int_equal(gaps[i].count, 10);
+            found |= 1;
+        }
+        if (strcmp(gaps[i].message, "block") == 0) {
+            assert_int_equal(gaps[i].from_block, 2010);
+            assert_int_equal(gaps[i].to_block, 2016);
+            assert_string_equal(gaps[i].cause, "link");
+            found |= 2;
+        }
+        if (strcmp(gaps[i].message, "frame") == 0)
+            found |= gaps[i].link == LINK_CAN ? 4 : 8;
+    }
+    assert_int_equal(found, 15);
+    free(gaps);
+    session_end(&s);
+}
+
+static void damaged_bytes_cost_one_frame(void **state)
+{
+    struct session s;
+    (void)state;
+    session_begin(&s, false, true);
+    one_landing(&s, 1);
+    fflush(s.stream.serial);
+    s.serial[s.serial_length / 2] ^= 0x55;
+    session_log(&s, "collect.db");
+    struct store_link_counts counts = counts_of(&s, LINK_SERIAL);
+    assert_true(counts.bad >= 1 && counts.bad <= 2); /* a zero made or unmade splits or joins frames */
+    assert_true(counts.lost >= 1 && counts.lost <= 2);
+    assert_int_equal(counts.received + counts.lost, s.stream.serial_sent);
+    session_end(&s);
+}
+
+static void truncated_serial_says_so(void **state)
+{
+    struct session s;
+    (void)state;
+    session_begin(&s, false, true);
+    one_landing(&s, 1);
+    fflush(s.stream.serial);
+    s.serial_length -= 3;
+    size_t cut = s.serial_length;
+    FILE *stream = s.stream.serial;
+    s.stream.serial = NULL; /* closing it would restore the length */
+    session_log(&s, "collect.db");
+    assert_int_equal(s.serial_length, cut);
+    assert_error(&s.error, MR_TRUNCATED, "inside a frame");
+    s.error = (struct error){0};
+    assert_int_equal(landing_of(&s, 1).state, 4);
+    fclose(stream);
+    session_end(&s);
+}
+
+static void joined_late(void **state)
+{
+    struct session s;
+    struct stream_truth truth = gentle;
+    (void)state;
+    session_begin(&s, true, false);
+    /* The board has been landing for a while: what comes first is a hello and the state, once a second. */
+    s.stream.block = 2300;
+    s.stream.can_sent = 5000;
+    truth.touchdown_s = 1.5;
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_state(&s.stream, 2, 2, 9, 1480);
+    for (int i = 0; i < 1000; i++)
+        stream_millisecond(&s.stream, &truth, true);
+    stream_state(&s.stream, 4, 4, 9, s.stream.block);
+    session_log(&s, "collect.db");
+    struct store_landing landing = landing_of(&s, 1);
+    assert_true(landing.armed_block == STORE_NONE);
+    assert_int_equal(landing.board_landing, 9);
+    assert_int_equal(landing.state, 4);
+    assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
+    session_end(&s);
+}
+
+static void board_restarts_in_mid_landing(void **state)
+{
+    struct session s;
+    struct stream_truth truth = gentle;
+    (void)state;
+    session_begin(&s, true, true);
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_configuration(&s.stream);
+    stream_idle(&s.stream, 3000);
+    stream_state(&s.stream, 1, 1, 4, s.stream.block);
+    truth.touchdown_s = 1e9;
+    for (int i = 0; i < 1500; i++)
+        stream_millisecond(&s.stream, &truth, true);
+    s.stream.block = 0; /* the watchdog bites */
+    s.stream.seq = 0;
+    s.stream.can_sent = 0;
+    s.stream.serial_sent = 0;
+    one_landing(&s, 4);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 2);
+    assert_int_equal(landing_of(&s, 1).state, 1);
+    assert_int_equal(landing_of(&s, 2).state, 4);
+    assert_int_equal(landing_of(&s, 2).boot, 1);
+    assert_int_equal(counts_of(&s, LINK_SERIAL).lost, 0);
+    assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
+    session_end(&s);
+}
+
+/* Scans that stand: the board goes round its regular messages with small block numbers and tick 0. No new
+ * start of it. */
+static void standing_scans_are_no_restart(void **state)
+{
+    struct session s;
+    struct stream_truth truth = gentle;
+    (void)state;
+    session_begin(&s, true, true);
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_configuration(&s.stream);
+    stream_idle(&s.stream, 3000);
+    stream_state(&s.stream, 1, 1, 4, s.stream.block);
+    truth.touchdown_s = 1e9;
+    for (int i = 0; i < 500; i++)
+        stream_millisecond(&s.stream, &truth, true);
+    STREAM_BOTH(&s.stream, clock, CLOCK, .block = 3, .tick = 0);
+    stream_state(&s.stream, 4, 4, 4, s.stream.block);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    assert_int_equal(landing_of(&s, 1).state, 4);
+    session_end(&s);
+}
+
+static void one_link_silent(void **state)
+{
+    struct session s;
+    struct store_gap *gaps;
+    size_t count;
+    (void)state;
+    session_begin(&s, true, true);
+    one_landing(&s, 1);
+    fflush(s.stream.can);
+    s.can[0] = '\0'; /* nothing at all comes over CAN */
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(count, 1);
+    assert_string_equal(gaps[0].cause, "silence");
+    assert_int_equal(gaps[0].link, LINK_CAN);
+    assert_int_equal(gaps[0].from_block, 500);
+    free(gaps);
+    session_end(&s);
+}
+
+static bool cut_after_2500(const struct stream *stream, uint16_t id)
+{
+    (void)id;
+    return stream->block > 2500;
+}
+
+static void one_link_cut_in_mid_landing(void **state)
+{
+    struct session s;
+    struct store_gap *gaps;
+    size_t count;
+    (void)state;
+    session_begin(&s, true, true);
+    s.stream.drop_can = cut_after_2500;
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(landing_of(&s, 1).state, 4); /* the other link saw the end */
+    assert_int_equal(store_gaps(s.store, 1, &gaps, &count, &s.error), MR_OK);
+    assert_int_equal(count, 1);
+    assert_string_equal(gaps[0].cause, "silence");
+    assert_true(gaps[0].count == STORE_NONE); /* nobody can say how many */
+    assert_int_equal(gaps[0].from_block, 2500);
+    assert_int_equal(gaps[0].to_block, 5999);
+    free(gaps);
+    session_end(&s);
+}
+
+static void two_landings_in_turn(void **state)
+{
+    struct session s;
+    (void)state;
+    session_begin(&s, true, true);
+    one_landing(&s, 4);
+    struct stream_truth truth = gentle;
+    stream_state(&s.stream, 0, 1, 4, s.stream.block);
+    stream_landing(&s.stream, &truth, 5);
+    session_log(&s, "collect.db");
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 2);
+    assert_int_equal(landing_of(&s, 1).state, 4);
+    assert_int_equal(landing_of(&s, 2).board_landing, 5);
+    assert_int_equal(collector_take_finished(s.collector), 1);
+    assert_int_equal(collector_take_finished(s.collector), 2);
+    assert_int_equal(collector_take_finished(s.collector), 0);
+    session_end(&s);
+}
+
+static void others_on_the_bus_are_kept_apart(void **state)
+{
+    struct session s;
+    (void)state;
+    session_begin(&s, true, false);
+    stream_hello(&s.stream, MR_LAYOUT);
+    fputs("(1.0) can0 7AA#0102\n(1.0) can0 1F0#01\n(1.0) can0 00000080#0000000000000000\n(1.0) can0 "
+          "400#0200000005000000\n",
+          s.stream.can);
+    one_landing(&s, 1);
+    session_log(&s, "collect.db");
+    struct store_link_counts counts = counts_of(&s, LINK_CAN);
+    assert_int_equal(counts.foreign,
+                     3); /* unknown, wrong length, extended; the command is somebody's to the board */
+    assert_int_equal(counts.lost, 0);
+    assert_int_equal(counts.received, s.stream.can_sent);
+    session_end(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(both_links_make_one_landing),
+        cmocka_unit_test(every_block_and_frame_is_kept),
+        cmocka_unit_test(frames_carry_board_time),
+        cmocka_unit_test(time_goes_on_over_the_wrap),
+        cmocka_unit_test(another_layout_is_refused_and_the_rest_kept),
+        cmocka_unit_test(losses_are_found_and_named),
+        cmocka_unit_test(damaged_bytes_cost_one_frame),
+        cmocka_unit_test(truncated_serial_says_so),
+        cmocka_unit_test(joined_late),
+        cmocka_unit_test(board_restarts_in_mid_landing),
+        cmocka_unit_test(standing_scans_are_no_restart),
+        cmocka_unit_test(one_link_silent),
+        cmocka_unit_test(one_link_cut_in_mid_landing),
+        cmocka_unit_test(two_landings_in_turn),
+        cmocka_unit_test(others_on_the_bus_are_kept_apart),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,309 @@
+/* Links: what a LINK is, candump lines, files and sockets. */
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "host/link/candump.h"
+#include "host/link/link.h"
+#include "tests/host/scratch.h"
+
+static void refused_specs(void **state)
+{
+    static const struct {
+        const char *spec;
+        enum mr_status status;
+        const char *names;
+    } cases[] = {
+        {"", MR_USAGE, "not a link"},
+        {"/dev/ttyUSB0", MR_USAGE, "/dev/ttyUSB0"},
+        {"tcp:localhost", MR_USAGE, "tcp:localhost"},
+        {"unix:", MR_USAGE, "without a path"},
+        {"file:", MR_USAGE, "without a path"},
+        {"can:can0", MR_USAGE, "later version"},
+        {"slcan:/dev/ttyACM0:921600", MR_USAGE, "later version"},
+        {"serial:/dev/ttyUSB0", MR_USAGE, "later version"},
+        {"file:build/test-tmp/no/such/file", MR_IO, "no/such/file"},
+        {"file:build", MR_IO, "directory"},
+    };
+    (void)state;
+    scratch_begin();
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        struct link *link = NULL;
+        struct error error = {0};
+        assert_int_equal(link_open(cases[i].spec, LINK_CAN, &link, &error), cases[i].status);
+        assert_error(&error, cases[i].status, cases[i].names);
+        assert_null(link);
+    }
+}
+
+static void socket_path_too_long(void **state)
+{
+    char spec[200] = "unix:/tmp/";
+    struct link *link = NULL;
+    struct error error = {0};
+    (void)state;
+    memset(spec + 10, 'x', 150);
+    assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_USAGE);
+    assert_error(&error, MR_USAGE, "too long");
+}
+
+static void parse(const char *line, enum mr_status status, struct link_frame *frame)
+{
+    if (candump_parse(line, strlen(line), frame) != status)
+        fail_msg("'%s' gives another status than %d", line, status);
+}
+
+/* The lines of candump's documentation and their meaning, by hand. */
+static void candump_lines(void **state)
+{
+    struct link_frame f;
+    (void)state;
+    parse("(1436509053.850870) vcan0 044#DEADBEEF", MR_OK, &f);
+    assert_int_equal(f.host_us, 1436509053850870u);
+    assert_int_equal(f.id, 0x44);
+    assert_int_equal(f.length, 4);
+    assert_memory_equal(f.data, "\xDE\xAD\xBE\xEF", 4);
+    parse("(0000000001.5) can0 7FF#", MR_OK, &f);
+    assert_int_equal(f.host_us, 1500000);
+    assert_int_equal(f.length, 0);
+    parse("(1.000001999) can0 1F334455#1122334455667788 R", MR_OK, &f);
+    assert_int_equal(f.host_us, 1000001);
+    assert_true(f.id == (0x1F334455u | LINK_ID_EXTENDED));
+    assert_int_equal(f.length, 8);
+    parse("(1.0) can0 123#R8\r", MR_OK, &f);
+    assert_true(f.id == (0x123u | LINK_ID_REMOTE));
+    assert_int_equal(f.length, 8);
+    parse("(1.0) can0 20000004#0000000000000000", MR_OK, &f);
+    assert_true(f.id & LINK_ID_ERROR);
+}
+
+static void refused_candump_lines(void **state)
+{
+    static const char *const lines[] = {
+        "",
+        "hello",
+        "(1.0) can0",
+        "1.0 can0 123#00",
+        "(1.0) can0 123",
+        "(1.0) can0 12#00",   /* two digits */
+        "(1.0) can0 800#00",  /* 11 bits end at 7FF */
+        "(1.0) can0 1234#00", /* neither 3 nor 8 digits */
+        "(1.0) can0 123#0",   /* half a byte */
+        "(1.0) can0 123#112233445566778899",
+        "(1.0) can0 123##1112233", /* CAN FD */
+        "(1.0) can0 123#00 X",
+        "(1.) can0 123#00",
+        "(1.0)  123#00",
+        "(1.0) can0 123#GG",
+    };
+    struct link_frame f;
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(lines); i++)
+        parse(lines[i], MR_MALFORMED, &f);
+}
+
+static void candump_there_and_back(void **state)
+{
+    static const struct link_frame frames[] = {
+        {.host_us = 11203000, .id = 0x0A0, .length = 8, .data = {1, 1, 5, 0, 0xee, 0x2b, 0, 0}},
+        {.host_us = 1, .id = 0x7ff, .length = 0},
+        {.host_us = 1700000000123456u, .id = 0x00000012u | LINK_ID_EXTENDED, .length = 1, .data = {0xff}},
+        {.host_us = 2, .id = 0x123u | LINK_ID_REMOTE, .length = 3},
+    };
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(frames); i++) {
+        char line[CANDUMP_LINE_MAX];
+        struct link_frame back;
+        size_t length = candump_print(&frames[i], line);
+        assert_int_equal(length, strlen(line));
+        assert_int_equal(line[length - 1], '\n');
+        assert_int_equal(candump_parse(line, length - 1, &back), MR_OK);
+        assert_int_equal(back.host_us, frames[i].host_us);
+        assert_true(back.id == frames[i].id);
+        assert_int_equal(back.length, frames[i].length);
+        assert_memory_equal(back.data, frames[i].data, 8);
+    }
+    char line[CANDUMP_LINE_MAX];
+    candump_print(&frames[0], line);
+    assert_string_equal(line, "(0000000011.203000) can0 0A0#01010500EE2B0000\n");
+}
+
+static struct link *open_text(const char *text)
+{
+    char path[200], spec[220];
+    struct link *link = NULL;
+    struct error error = {0};
+    scratch_path(path, sizeof path, "link.log");
+    scratch_write(path, text, strlen(text));
+    snprintf(spec, sizeof spec, "file:%s", path);
+    assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_OK);
+    return link;
+}
+
+static void file_ends_well(void **state)
+{
+    struct link_frame frame;
+    struct error error = {0};
+    (void)state;
+    struct link *link = open_text("(1.0) can0 001#11\n\n(2.0) can0 002#22\n");
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(frame.id, 1);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(frame.id, 2);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_CLOSED);
+    assert_no_error(&error);
+    assert_int_equal(link_counters(link)->received, 2);
+    assert_int_equal(link_send_bytes(link, (const uint8_t *)"x", 1, &error), MR_NOT_NOW);
+    link_close(link);
+}
+
+static void file_ends_inside_a_line(void **state)
+{
+    struct link_frame frame;
+    struct error error = {0};
+    (void)state;
+    struct link *link = open_text("(1.0) can0 001#11\n(2.0) can0 002#2");
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_TRUNCATED);
+    assert_error(&error, MR_TRUNCATED, "line 2");
+    link_close(link);
+}
+
+static void foreign_file_names_its_line(void **state)
+{
+    struct link_frame frame;
+    struct error error = {0};
+    (void)state;
+    struct link *link = open_text("(1.0) can0 001#11\nsome other file\n");
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_MALFORMED);
+    assert_error(&error, MR_MALFORMED, "line 2");
+    link_close(link);
+
+    char *text = malloc(5000);
+    memset(text, 'x', 4999);
+    text[4999] = '\0';
+    struct error other = {0};
+    link = open_text(text);
+    assert_int_equal(link_receive_frame(link, &frame, &other), MR_MALFORMED);
+    link_close(link);
+    free(text);
+}
+
+/* A board's end of a socket: `far` is what it writes to. */
+static struct link *open_socket(enum link_kind kind, int *far)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    struct link *link = NULL;
+    struct error error = {0};
+    char spec[220];
+    scratch_path(address.sun_path, sizeof address.sun_path, "link.socket");
+    int listener = socket(AF_UNIX, SOCK_STREAM, 0);
+    assert_int_equal(bind(listener, (struct sockaddr *)&address, sizeof address), 0);
+    assert_int_equal(listen(listener, 1), 0);
+    snprintf(spec, sizeof spec, "unix:%s", address.sun_path);
+    assert_int_equal(link_open(spec, kind, &link, &error), MR_OK);
+    *far = accept(listener, NULL, NULL);
+    assert_true(*far >= 0);
+    close(listener);
+    unlink(address.sun_path);
+    return link;
+}
+
+/* struct can_frame of SocketCAN by hand: id, length, padding, data. */
+static const uint8_t raw_frame[16] = {0x23, 0x01, 0, 0, 3, 0, 0, 0, 0xa1, 0xb2, 0xc3, 0, 0, 0, 0, 0};
+
+static void socket_carries_can_frames(void **state)
+{
+    int far;
+    struct link_frame frame;
+    struct error error = {0};
+    uint8_t back[16];
+    (void)state;
+    struct link *link = open_socket(LINK_CAN, &far);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_TOO_FEW);
+    assert_int_equal(write(far, raw_frame, 10), 10);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_TOO_FEW);
+    assert_int_equal(write(far, raw_frame + 10, 6), 6);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(frame.id, 0x123);
+    assert_int_equal(frame.length, 3);
+    assert_memory_equal(frame.data, "\xa1\xb2\xc3\0\0\0\0\0", 8);
+    assert_true(frame.host_us > 1600000000000000u);
+    assert_int_equal(link_send_frame(link, &frame, &error), MR_OK);
+    assert_int_equal(read(far, back, 16), 16);
+    assert_memory_equal(back, raw_frame, 16);
+    close(far);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_CLOSED);
+    assert_no_error(&error);
+    link_close(link);
+}
+
+static void socket_ends_inside_a_frame(void **state)
+{
+    int far;
+    struct link_frame frame;
+    struct error error = {0};
+    (void)state;
+    struct link *link = open_socket(LINK_CAN, &far);
+    assert_int_equal(write(far, raw_frame, 15), 15);
+    close(far);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_TRUNCATED);
+    assert_error(&error, MR_TRUNCATED, "link.socket");
+    link_close(link);
+}
+
+static void socket_with_an_impossible_length(void **state)
+{
+    int far;
+    struct link_frame frame;
+    struct error error = {0};
+    uint8_t wrong[16] = {1, 0, 0, 0, 9};
+    (void)state;
+    struct link *link = open_socket(LINK_CAN, &far);
+    assert_int_equal(write(far, wrong, 16), 16);
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_MALFORMED);
+    close(far);
+    link_close(link);
+}
+
+static void socket_carries_bytes(void **state)
+{
+    int far;
+    uint8_t bytes[8];
+    size_t length;
+    uint64_t host_us;
+    struct error error = {0};
+    (void)state;
+    struct link *link = open_socket(LINK_SERIAL, &far);
+    assert_int_equal(link_receive_bytes(link, bytes, 8, &length, &host_us, &error), MR_TOO_FEW);
+    assert_int_equal(write(far, "abcdefghij", 10), 10);
+    assert_int_equal(link_receive_bytes(link, bytes, 8, &length, &host_us, &error), MR_OK);
+    assert_int_equal(length, 8);
+    assert_int_equal(link_receive_bytes(link, bytes, 8, &length, &host_us, &error), MR_OK);
+    assert_int_equal(length, 2);
+    assert_memory_equal(bytes, "ij", 2);
+    close(far);
+    assert_int_equal(link_receive_bytes(link, bytes, 8, &length, &host_us, &error), MR_CLOSED);
+    assert_int_equal(link_counters(link)->received, 10);
+    link_close(link);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(refused_specs),
+        cmocka_unit_test(socket_path_too_long),
+        cmocka_unit_test(candump_lines),
+        cmocka_unit_test(refused_candump_lines),
+        cmocka_unit_test(candump_there_and_back),
+        cmocka_unit_test(file_ends_well),
+        cmocka_unit_test(file_ends_inside_a_line),
+        cmocka_unit_test(foreign_file_names_its_line),
+        cmocka_unit_test(socket_carries_can_frames),
+        cmocka_unit_test(socket_ends_inside_a_frame),
+        cmocka_unit_test(socket_with_an_impossible_length),
+        cmocka_unit_test(socket_carries_bytes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

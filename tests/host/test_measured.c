@@ -1,0 +1,220 @@
+/* A landing read back: gear, displacements, tensions and zones against the closed form they were made from.
+ */
+#include "host/analyse/summary.h"
+#include "tests/host/session.h"
+
+/* Stops at 3 + 35^2 / 16 = 79.5625 ft after 4.375 s. */
+static const struct stream_truth brisk = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8, .warn = true};
+
+static void log_one(struct session *s, bool can, bool serial, struct stream_truth *truth)
+{
+    *truth = brisk;
+    session_begin(s, can, serial);
+    stream_hello(&s->stream, MR_LAYOUT);
+    stream_configuration(&s->stream);
+    stream_idle(&s->stream, 300);
+    stream_landing(&s->stream, truth, 5);
+    session_log(s, "measured.db");
+    assert_no_error(&s->error);
+}
+
+/* Displacement moves with the wheel from 10 ft ahead until it passes (stream.h); the wheel stops at 79.5625
+ * ft. */
+static double moved_in(unsigned index)
+{
+    double ahead_ft = 40.0 + 10.0 * index - 79.5625;
+    double share = ahead_ft > 10.0 ? 0.0 : ahead_ft < 0.0 ? 1.0 : 1.0 - ahead_ft / 10.0;
+    return share * 0.8 * (index + 1) / 8.0;
+}
+
+static void check_gear(const struct measured *m)
+{
+    assert_int_equal(m->fit_status, MR_OK);
+    assert_true(m->t0_is_touchdown);
+    assert_int_equal(m->gates, 16); /* 2.5 to 77.5 ft */
+    assert_int_equal(m->switches, 24);
+    assert_near(m->summary.touchdown_speed_ft_s.value, 35.0, 0.002);
+    assert_near(m->summary.mean_deceleration_ft_s2.value, 8.0, 0.002);
+    assert_near(m->summary.stop_station_ft.value, 79.5625, 0.005);
+    assert_near(m->summary.stop_t_s.value, 4.375, 0.002);
+    assert_near((double)m->t0_us, 1.3e6, 100.0);
+    for (double t_s = 0.0; t_s <= 4.375; t_s += 0.125) {
+        double error_ft_s;
+        assert_near(measured_station_ft(m, t_s), 3.0 + 35.0 * t_s - 4.0 * t_s * t_s, 0.005);
+        assert_near(measured_speed_ft_s(m, t_s, &error_ft_s), 35.0 - 8.0 * t_s, 0.05);
+    }
+    assert_near(measured_station_ft(m, 10.0), m->summary.stop_station_ft.value, 0.0);
+    assert_true(isnan(measured_station_ft(m, -0.1)));
+}
+
+/* `digit_in`, `digit_lb`: what a reading may be off: half a code of a sum, or half a digit of the wire more.
+ */
+static void check_channels(const struct measured *m, double digit_in, double digit_lb)
+{
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        const struct measured_channel *c = &m->channel[i];
+        assert_near(c->peak, moved_in(i), digit_in);
+        assert_near(c->end, moved_in(i), digit_in);
+        assert_near(c->baseline, 0.01, digit_in);
+        assert_int_equal(c->valid, m->samples);
+    }
+    for (unsigned i = 0; i < MR_GAGES; i++) {
+        const struct measured_channel *c = &m->channel[MR_TRANSDUCERS + i];
+        bool slackened = (double)c->config.station_ft < 79.5625 + 10.0;
+        assert_near(c->baseline, 101.0 + i, digit_lb);
+        assert_near(c->low, 101.0 + i - (slackened ? 10.0 : 0.0), digit_lb);
+        assert_near(c->high, 101.0 + i, digit_lb);
+    }
+}
+
+static void from_block_records(void **state)
+{
+    struct session s;
+    struct stream_truth truth;
+    struct measured m;
+    (void)state;
+    log_one(&s, true, true, &truth);
+    assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
+    assert_int_equal(m.source, MEASURED_SERIAL);
+    assert_int_equal(m.first_block, 300);
+    check_gear(&m);
+    /* codes are 0.0016 in; sums of 4 of each polarity resolve a quarter of it, 0.16 lb an eighth */
+    check_channels(&m, 0.0004, 0.02);
+    assert_true(m.check.compared > 40000);
+    assert_int_equal(m.check.different, 0);
+    assert_true(m.check.worst_digits <= 0.51);
+    measured_free(&m);
+    session_end(&s);
+}
+
+static void from_can_alone(void **state)
+{
+    struct session s;
+    struct stream_truth truth;
+    struct measured m;
+    (void)state;
+    log_one(&s, true, false, &truth);
+    assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
+    assert_int_equal(m.source, MEASURED_CAN);
+    check_gear(&m);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        assert_near(m.channel[i].peak, moved_in(i), 0.0005);
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        assert_near(m.channel[MR_TRANSDUCERS + i].baseline, 101.0 + i, 0.03);
+    assert_int_equal(m.check.compared, 0);
+    measured_free(&m);
+    session_end(&s);
+}
+
+/* One CAN value is changed in the database: the cross-check has to see exactly that one. */
+static void a_wrong_can_value_is_found(void **state)
+{
+    struct session s;
+    struct stream_truth truth;
+    struct measured m;
+    (void)state;
+    log_one(&s, true, true, &truth);
+    store_close(s.store);
+    s.store = NULL;
+    assert_int_equal(
+        system("sqlite3 build/test-tmp/measured.db \"UPDATE frames SET data = X'FF7F' || substr(data, 3)"
+               " WHERE id = (SELECT id FROM frames WHERE can_id = 256 AND landing = 1 LIMIT 1 OFFSET 500)\""),
+        0);
+    store_open("build/test-tmp/measured.db", STORE_OPEN, &s.store, &s.error);
+    assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
+    assert_int_equal(m.check.different, 1);
+    measured_free(&m);
+    session_end(&s);
+}
+
+static bool lose_a_second(const struct stream *stream, uint16_t type)
+{
+    return type == MR_ID_BLOCK && stream->block >= 2000 && stream->block < 3000;
+}
+
+static void lost_blocks_stay_missing(void **state)
+{
+    struct session s;
+    struct measured m;
+    struct stream_truth truth = brisk;
+    (void)state;
+    session_begin(&s, false, true);
+    s.stream.drop_serial = lose_a_second;
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_configuration(&s.stream);
+    stream_idle(&s.stream, 300);
+    stream_landing(&s.stream, &truth, 5);
+    session_log(&s, "measured.db");
+    assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
+    size_t at = 2500 - (size_t)m.first_block;
+    assert_int_equal(m.channel[0].validity[at], MEASURED_LOST);
+    assert_true(isnan(measured_value(&m.channel[0], at)));
+    assert_int_equal(m.channel[0].valid, m.samples - 1000);
+    assert_true(isnan(measured_smooth(&m, &m.channel[0], at, 5)));
+    measured_free(&m);
+    session_end(&s);
+}
+
+static void warning_and_wheel(void **state)
+{
+    struct session s;
+    struct stream_truth truth;
+    struct summary summary;
+    (void)state;
+    log_one(&s, true, true, &truth);
+    assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
+    const struct zone_warning *w = &summary.zones.warning;
+    assert_true(w->warned);
+    assert_int_equal(w->mats, 35);
+    assert_near(w->start_ft, 60.0, 1e-6);
+    assert_near(w->lead_s, 0.75, 1e-6);
+    assert_int_equal(w->inferred_percent, 20);
+    /* said from 1 s after touchdown on, every 50 ms; the wheel is at 60 ft when 57 = 35 t - 4 t^2 */
+    assert_true(w->t_s > 1.0 - 0.001 && w->t_s < 1.051);
+    assert_true(w->reached);
+    assert_near(w->reached_t_s, (35.0 - sqrt(35.0 * 35.0 - 16.0 * 57.0)) / 8.0, 0.002);
+    assert_near(w->true_lead_s, w->reached_t_s - w->t_s, 1e-12);
+    assert_near(w->lead_t_s, w->t_s, 0.0);
+    assert_near(w->lead_became_s, w->true_lead_s, 1e-12);
+    /* between the last switch, at 77.5 ft, and the stop; and beyond it: x = 3 + 35 t - 4 t^2 */
+    assert_near(measured_reach_s(&summary.measured, 79.0), (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0,
+                0.01);
+    assert_true(isnan(measured_reach_s(&summary.measured, 79.7)));
+    assert_int_equal(summary.link[LINK_CAN].lost, 0);
+    assert_int_equal(summary.faults, 0);
+    summary_free(&summary);
+    session_end(&s);
+}
+
+static void units_of_json(void **state)
+{
+    struct session s;
+    struct stream_truth truth;
+    struct summary summary;
+    (void)state;
+    log_one(&s, true, true, &truth);
+    assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
+    json_t *report = summary_json(&summary, false);
+    json_t *si = summary_json(&summary, true);
+    double ft_s = json_real_value(json_object_get(report, "touchdown_speed_ft_s"));
+    double m_s = json_real_value(json_object_get(si, "touchdown_speed_m_s"));
+    assert_near(ft_s, 35.0, 0.002);
+    assert_near(m_s, ft_s * 0.3048, 1e-6);
+    json_t *first = json_array_get(json_object_get(si, "displacements"), 7);
+    assert_near(json_real_value(json_object_get(first, "station_m")), 110.0 * 0.3048, 1e-6);
+    assert_int_equal(json_array_size(json_object_get(si, "tensions")), 14);
+    json_decref(report);
+    json_decref(si);
+    summary_free(&summary);
+    session_end(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(from_block_records),         cmocka_unit_test(from_can_alone),
+        cmocka_unit_test(a_wrong_can_value_is_found), cmocka_unit_test(lost_blocks_stay_missing),
+        cmocka_unit_test(warning_and_wheel),          cmocka_unit_test(units_of_json),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

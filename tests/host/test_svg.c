@@ -1,0 +1,138 @@
+/* Ticks, scales, thinning and escaping of the report's pictures. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "host/report/html.h"
+#include "host/report/svg.h"
+#include "tests/host/scratch.h"
+
+static void ticks_are_round_numbers(void **state)
+{
+    static const struct {
+        double low, high;
+        unsigned most;
+        double first, step;
+        unsigned count;
+        int decimals;
+    } cases[] = {
+        {0, 120, 8, 0, 20, 7, 0},       {0, 120, 13, 0, 10, 13, 0},
+        {-0.3, 4.6, 10, 0, 0.5, 10, 1}, {0, 0.3, 4, 0, 0.1, 4, 1},
+        {-0.04, 0.91, 5, 0, 0.2, 5, 1}, {1e5, 1.00001e5, 4, 1e5, 0.5, 3, 1},
+        {37, 43, 3, 38, 2, 3, 0},       {0.00012, 0.00019, 4, 0.00012, 0.00002, 4, 5},
+    };
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        struct svg_ticks t = svg_choose_ticks(cases[i].low, cases[i].high, cases[i].most);
+        assert_near(t.first, cases[i].first, 1e-9 * fabs(cases[i].high));
+        assert_near(t.step, cases[i].step, 1e-12);
+        assert_int_equal(t.count, cases[i].count);
+        assert_int_equal(t.decimals, cases[i].decimals);
+    }
+}
+
+static void no_ticks_without_a_range(void **state)
+{
+    (void)state;
+    assert_int_equal(svg_choose_ticks(1, 1, 5).count, 0);
+    assert_int_equal(svg_choose_ticks(2, 1, 5).count, 0);
+    assert_int_equal(svg_choose_ticks(NAN, 1, 5).count, 0);
+    assert_int_equal(svg_choose_ticks(0, INFINITY, 5).count, 0);
+    assert_int_equal(svg_choose_ticks(0, 1, 0).count, 0);
+}
+
+static void ranges_widen(void **state)
+{
+    double low = 0, high = 10;
+    (void)state;
+    svg_widen(&low, &high, 1.0);
+    assert_near(low, -0.5, 1e-12);
+    assert_near(high, 10.5, 1e-12);
+    low = high = 5;
+    svg_widen(&low, &high, 2.0);
+    assert_near(low, 4.0, 1e-12);
+    assert_near(high, 6.0, 1e-12);
+    low = INFINITY;
+    high = -INFINITY;
+    svg_widen(&low, &high, 2.0);
+    assert_near(low, 0.0, 0.0);
+    assert_near(high, 2.0, 0.0);
+}
+
+static char *drawn;
+static size_t drawn_length;
+
+static struct svg_plot begin_plot(double x_high)
+{
+    struct svg_plot plot = {
+        .out = open_memstream(&drawn, &drawn_length), .left = 100, .top = 10, .width = 200, .height = 100};
+    plot.x = (struct svg_axis){0, x_high, NULL, false};
+    plot.y = (struct svg_axis){-1, 1, NULL, false};
+    return plot;
+}
+
+static void end_plot(struct svg_plot *plot)
+{
+    fclose(plot->out);
+}
+
+static void points_land_where_they_should(void **state)
+{
+    struct svg_plot plot = begin_plot(10);
+    const double x[] = {0, 5, NAN, 10, 20}, y[] = {0, 1, 0, -1, -3};
+    (void)state;
+    assert_near(svg_x(&plot, 5), 200, 1e-12);
+    assert_near(svg_y(&plot, 1), 10, 1e-12);
+    assert_near(svg_y(&plot, -1), 110, 1e-12);
+    svg_line(&plot, "line", x, y, 5);
+    end_plot(&plot);
+    /* the NaN breaks the line, what lies outside is held at the edge */
+    assert_string_equal(drawn, "<path class=\"line\" d=\"M100.0 60.0L200.0 10.0M300.0 110.0\"/>\n");
+    free(drawn);
+}
+
+/* 100,000 points of noise on 200 pixels, with one spike: the page stays small and the spike stays. */
+static void long_series_are_thinned_and_keep_spikes(void **state)
+{
+    enum { COUNT = 100000 };
+    struct svg_plot plot = begin_plot(COUNT);
+    double *x = malloc(COUNT * sizeof *x), *y = malloc(COUNT * sizeof *y);
+    (void)state;
+    for (int i = 0; i < COUNT; i++) {
+        x[i] = i;
+        y[i] = 0.01 * ((i * 7919) % 13 - 6);
+    }
+    y[54321] = 0.9;
+    svg_line(&plot, "line", x, y, COUNT);
+    end_plot(&plot);
+    assert_true(drawn_length < 201 * 4 * 14);
+    assert_non_null(strstr(drawn, " 15.0L")); /* 10 + 100 (1 - 0.9) / 2 */
+    free(x);
+    free(y);
+    free(drawn);
+}
+
+static void text_is_escaped(void **state)
+{
+    (void)state;
+    FILE *out = open_memstream(&drawn, &drawn_length);
+    html_text(out, "a<b> & \"c\"");
+    html_number(out, NAN, 2);
+    html_cell(out, "%s", "<script>");
+    fclose(out);
+    assert_string_equal(drawn,
+                        "a&lt;b&gt; &amp; &quot;c&quot;<td class=\"n\">&ndash;</td><td>&lt;script&gt;</td>");
+    free(drawn);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ticks_are_round_numbers),
+        cmocka_unit_test(no_ticks_without_a_range),
+        cmocka_unit_test(ranges_widen),
+        cmocka_unit_test(points_land_where_they_should),
+        cmocka_unit_test(long_series_are_thinned_and_keep_spikes),
+        cmocka_unit_test(text_is_escaped),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
