@@ -19,11 +19,14 @@ static float overlap(unsigned segment, float from_ft, float to_ft)
     return high > low ? (high - low) / MR_SEGMENT_LENGTH_FT : 0.0f;
 }
 
-/* Gives `closure_in` to the segments inside [from_ft, to_ft], from the upfield end on, each up to its slack there. */
-static void plough(float *remaining_in, float from_ft, float to_ft, float closure_in)
+/* Gives `closure_in` to the segments inside [from_ft, to_ft], from the upfield end on, each up to its slack there: a segment
+ * that reaches across a station gives each side the part that lies on it. */
+static void plough(const float *slack_in, float *remaining_in, float from_ft, float to_ft, float closure_in)
 {
     for (unsigned s = 0; s < MR_SEGMENTS && closure_in > 0.0f; s++) {
-        float available_in = remaining_in[s] * overlap(s, from_ft, to_ft);
+        float available_in = slack_in[s] * overlap(s, from_ft, to_ft);
+        if (available_in > remaining_in[s])
+            available_in = remaining_in[s];
         if (!(available_in > 0.0f))
             continue;
         float taken_in = closure_in < available_in ? closure_in : available_in;
@@ -44,7 +47,7 @@ static void close_by_movement(const struct mr_closure_input *input, float *remai
             float from_ft = input->station_ft[from];
             if (from_ft < input->wheel_ft)
                 from_ft = input->wheel_ft;
-            plough(remaining_in, from_ft, input->station_ft[to],
+            plough(input->slack_in, remaining_in, from_ft, input->station_ft[to],
                    input->displacement_in[from] - input->displacement_in[to]);
         }
         from = to;

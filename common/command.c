@@ -35,7 +35,8 @@ static const char *match_word(const char *words, const char *name)
     return *name == '\0' && ends ? words : NULL;
 }
 
-/* Decimal number with up to `per_unit` steps to one; exact in integers, so every platform agrees. Rounds half up. */
+/* Decimal number with up to `per_unit` steps to one; exact in integers, so every platform agrees. Rounds half up. Where
+ * `per_unit` is 1 the number counts something and has no fraction. */
 static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
 {
     bool negative = *p == '-';
@@ -52,7 +53,7 @@ static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
             return NULL;
     }
     int64_t counts = whole * per_unit;
-    if (*p == '.') {
+    if (*p == '.' && per_unit > 1) {
         int64_t fraction = 0;
         int64_t divisor = 1;
         for (p++; *p >= '0' && *p <= '9'; p++, digits++) {

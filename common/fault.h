@@ -27,7 +27,8 @@
     X(WATCHDOG_RESET,    19, "the watchdog reset the board")                                                 \
     X(HARD_FAULT,        20, "a processor fault reset the board")                                            \
     X(REFERENCE,         21, "the reference channel is out of range: displacements and tensions missing")   \
-    X(IDENTITY_MISSING,  22, "the chip's unique identity cannot be read")
+    X(IDENTITY_MISSING,  22, "the chip's unique identity cannot be read")                                          \
+    X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones [minus status]")
 
 enum mr_fault_code {
 #define MR_FAULT_ENUM(NAME, number, text) MR_FAULT_##NAME = (number),

@@ -67,7 +67,7 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
 /* Motion at a time. Outside the gates it extrapolates, and the errors say so by growing. */
 void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_estimate *motion);
 
-/* First time at which the fit is at `station_ft`, searched from one gate interval before the first gate to the last gate.
+/* Time at which the fit is at `station_ft`, searched from one mean gate interval and a half before the first gate to the last.
  * MR_OK; MR_NUMERICS: the fit does not pass there. */
 enum mr_status mr_gates_at_station(const struct mr_gates_fit *fit, double station_ft, struct mr_motion_estimate *motion);
 

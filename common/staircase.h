@@ -27,7 +27,8 @@ void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
 
 /* Step of the level at an edge, in codes.
  * MR_OK; MR_TOO_FEW: fewer than MR_STAIRCASE_SIDE blocks after it so far, ask again after the next block;
- * MR_NUMERICS: no block before it is remembered. */
+ * MR_NUMERICS: no block before it is remembered, or the level on one side is not steady (another edge is too near), so
+ * that the step would be of no switch or, worse, of a wrong one. */
 enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick, float *step_codes);
 
 /* Position (from 1) of the switch not yet in `opened` (bit p-1) whose step is nearest, 0 when none is within

@@ -14,18 +14,13 @@
 #define STALL_TICKS 5u             /* supervision ticks without a block */
 #define TICKS_PER_S 100u
 
-void app_start(struct app *app)
+/* A row of the histories whose block there is not. */
+static void miss_block(struct app *app, uint32_t index)
 {
-    memset(app, 0, sizeof *app);
-    landing_start(&app->landing);
-    mr_deframer_init(&app->deframer);
-    for (unsigned i = 0; i < MR_SEGMENTS; i++)
-        app->slack_in[i] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->baseline_in[i] = MR_NAN;
-    telemetry_start(&app->telemetry);
-    telemetry_burst(&app->telemetry, &app->landing);
-    board_warn(false);
+        app->displacement_in[index % 4][i] = MR_NAN;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        app->tension_lb[index % 4][i] = MR_NAN;
 }
 
 static void forget_baseline(struct app *app)
@@ -35,6 +30,21 @@ static void forget_baseline(struct app *app)
         app->baseline_sum_in[i] = 0.0f;
         app->baseline_in[i] = MR_NAN;
     }
+}
+
+void app_start(struct app *app)
+{
+    memset(app, 0, sizeof *app);
+    landing_start(&app->landing);
+    mr_deframer_init(&app->deframer);
+    for (unsigned i = 0; i < MR_SEGMENTS; i++)
+        app->slack_in[i] = MR_NAN;
+    for (unsigned i = 0; i < 4; i++)
+        miss_block(app, i);
+    forget_baseline(app);
+    telemetry_start(&app->telemetry);
+    telemetry_burst(&app->telemetry, &app->landing);
+    board_warn(false);
 }
 
 static enum mr_status arm(struct app *app, const struct mr_command *command)
@@ -56,22 +66,42 @@ static void warn(struct app *app, bool warning)
     board_warn(warning);
 }
 
+/* The landing is over: a warning ends with it, and that is told. */
+static void end_warning(struct app *app, uint32_t index)
+{
+    if (app->warning)
+        telemetry_zone(&app->telemetry, &(struct mr_closure_zone){.lead_s = MR_NAN}, MR_NAN, false, index);
+    warn(app, false);
+}
+
+static enum mr_status mark(struct app *app, const struct mr_command *command)
+{
+    if (command->argument < 0 || command->argument > UINT16_MAX)
+        return MR_USAGE;
+    telemetry_mark(&app->telemetry, &(struct mr_mark){.number = (uint16_t)command->argument,
+                                                      .landing = app->landing.number, .block = app->next_index});
+    return MR_OK;
+}
+
 static enum mr_status survey(struct app *app, const struct mr_command *command)
 {
     if (landing_recording(&app->landing))
         return MR_NOT_NOW;
-    if (command->index >= MR_SEGMENTS || command->argument < 0)
+    /* not more than the message `slack` can repeat */
+    if (command->index >= MR_SEGMENTS || command->argument < 0 ||
+        command->argument >= (int32_t)MR_MISSING_U16)
         return MR_USAGE;
     app->slack_in[command->index] = (float)command->argument / 10000.0f;
     return MR_OK;
 }
 
-static void obey(struct app *app, const uint8_t *payload, size_t length)
+/* MR_OK: answered, whatever the answer; else it was no command. */
+static enum mr_status obey(struct app *app, const uint8_t *payload, size_t length)
 {
     struct mr_command command;
-    enum mr_status status = MR_OK;
-    if (mr_command_get(&command, payload, length) != MR_OK)
-        return;
+    enum mr_status status = mr_command_get(&command, payload, length);
+    if (status != MR_OK)
+        return status;
     switch (command.code) {
     case MR_COMMAND_STATE:
         telemetry_state(&app->telemetry, &app->landing);
@@ -82,13 +112,11 @@ static void obey(struct app *app, const uint8_t *payload, size_t length)
         break;
     case MR_COMMAND_DISARM:
         landing_disarm(&app->landing, app->next_index);
-        warn(app, false);
+        end_warning(app, app->next_index);
         telemetry_state(&app->telemetry, &app->landing);
         break;
     case MR_COMMAND_MARK:
-        telemetry_mark(&app->telemetry,
-                       &(struct mr_mark){.number = (uint16_t)command.argument, .landing = app->landing.number,
-                                         .block = app->next_index});
+        status = mark(app, &command);
         break;
     case MR_COMMAND_SURVEY:
         status = survey(app, &command);
@@ -99,28 +127,28 @@ static void obey(struct app *app, const uint8_t *payload, size_t length)
     }
     telemetry_ack(&app->telemetry, &(struct mr_ack){.code = command.code, .status = (int8_t)status,
                                                     .tag = command.tag, .block = app->next_index});
+    return MR_OK;
 }
 
 static void take_commands(struct app *app)
 {
     struct board_can_frame can;
-    uint8_t bytes[64];
-    size_t count;
+    uint8_t bytes[APP_SERIAL_BYTES];
 
-    while (board_can_receive(&can)) {
+    for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
-            obey(app, can.data, can.length);
+            (void)obey(app, can.data, can.length);
     }
-    while ((count = board_serial_receive(bytes, sizeof bytes)) > 0) {
-        for (size_t i = 0; i < count; i++) {
-            struct mr_frame frame;
-            enum mr_status status = mr_deframer_push(&app->deframer, bytes[i], &frame);
-            if (status == MR_OK && frame.type == MR_ID_COMMAND) {
-                obey(app, frame.payload, frame.length);
-            } else if (status != MR_OK && status != MR_TOO_FEW) {
+    size_t count = board_serial_receive(bytes, sizeof bytes);
+    for (size_t i = 0; i < count; i++) {
+        struct mr_frame frame;
+        enum mr_status status = mr_deframer_push(&app->deframer, bytes[i], &frame);
+        if (status == MR_OK && frame.type == MR_ID_COMMAND)
+            status = obey(app, frame.payload, frame.length);
+        if (status != MR_OK && status != MR_TOO_FEW) {
+            if (app->telemetry.serial_bad < UINT16_MAX)
                 app->telemetry.serial_bad++;
-                health_count(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
-            }
+            health_count(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
         }
     }
 }
@@ -167,6 +195,7 @@ static void seek_zone(struct app *app, const struct mr_block *block)
 {
     float station_ft[MR_TRANSDUCERS];
     float moved_in[MR_TRANSDUCERS];
+    struct mr_closure_zone zone;
     struct landing_wheel wheel = landing_wheel_at(&app->landing, block->tick);
 
     mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, block->index % 4, 4, moved_in);
@@ -178,12 +207,12 @@ static void seek_zone(struct app *app, const struct mr_block *block)
                                                .slack_in = app->slack_in, .wheel_ft = wheel.station_ft,
                                                .speed_ft_s = wheel.speed_ft_s,
                                                .deceleration_ft_s2 = wheel.deceleration_ft_s2},
-                    &app->zone, NULL);
-    bool warning = app->zone.mats >= MR_CLOSURE_WARNING_MATS;
+                    &zone, NULL);
+    bool warning = zone.mats >= MR_CLOSURE_WARNING_MATS;
     bool changed = warning != app->warning;
     warn(app, warning);
     if (changed || block->index % APP_ZONE_SEND_BLOCKS == 0)
-        telemetry_zone(&app->telemetry, &app->zone, wheel.station_ft, warning, block->index);
+        telemetry_zone(&app->telemetry, &zone, wheel.station_ft, warning, block->index);
 }
 
 static void tell_landing(struct app *app, const struct landing_news *news, uint32_t index)
@@ -195,6 +224,8 @@ static void tell_landing(struct app *app, const struct landing_news *news, uint3
         telemetry_motion(&app->telemetry, &landing->motion, index);
     if (news->summary)
         telemetry_summary(&app->telemetry, &landing->summary);
+    if (news->no_fit != MR_OK)
+        health_count(MR_FAULT_NO_FIT, (uint8_t)-news->no_fit);
     if (news->state)
         telemetry_state(&app->telemetry, landing);
 }
@@ -222,7 +253,7 @@ static void take_block(struct app *app, const struct mr_block *block)
         if (block->index % APP_ZONE_BLOCKS == 0)
             seek_zone(app, block);
     } else if (was_recording) {
-        warn(app, false);
+        end_warning(app, block->index);
     }
     if (block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
         float mean_in[MR_TRANSDUCERS];
@@ -237,14 +268,23 @@ static void take_block(struct app *app, const struct mr_block *block)
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
 }
 
+static void miss_blocks(struct app *app, uint32_t next_index)
+{
+    uint32_t lost = next_index - app->next_index;
+    uint32_t total = app->telemetry.blocks_lost + lost;
+    app->telemetry.blocks_lost = lost > UINT16_MAX || total > UINT16_MAX ? UINT16_MAX : (uint16_t)total;
+    for (uint32_t i = 0; i < lost && i < 4; i++)
+        miss_block(app, next_index - 1 - i);
+    app->next_index = next_index;
+}
+
 bool app_poll(struct app *app)
 {
     struct mr_block block;
     bool any = false;
     while (board_block_take(&block)) {
+        miss_blocks(app, block.index);
         take_commands(app);
-        if (block.index != app->next_index)
-            app->telemetry.blocks_lost = (uint16_t)(app->telemetry.blocks_lost + (block.index - app->next_index));
         take_block(app, &block);
         app->next_index = block.index + 1;
         any = true;
@@ -261,11 +301,13 @@ void app_supervise(struct app *app)
         health_count(MR_FAULT_SCAN_STALL, 0);
         board_scans_restart();
     }
-    /* With no scans at all the block index stands still; walk one round of the regular messages each second instead. */
-    if (app->ticks_without_block >= TICKS_PER_S && app->ticks_without_block % TICKS_PER_S == 0) {
+    if (app->ticks_without_block >= STALL_TICKS)
         take_commands(app);
+    /* With no scans at all the block index stands still; walk one round of the regular messages each second instead, all but
+     * the clock: there is no time base. */
+    if (app->ticks_without_block >= TICKS_PER_S && app->ticks_without_block % TICKS_PER_S == 0) {
         for (uint32_t phase = 0; phase < 1000; phase++) {
-            if (phase % 20 == 3 || phase == 513 || phase == 713)
+            if ((phase % 20 == 3 && phase % 100 != 3) || phase == 513 || phase == 713)
                 telemetry_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
         }
     }

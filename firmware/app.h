@@ -10,6 +10,10 @@
 #define APP_ZONE_BLOCKS 10u        /* the zone is sought every 10 ms */
 #define APP_ZONE_SEND_BLOCKS 50u   /* and told every 50 ms, at once when the warning changes */
 #define APP_IDLE_BLOCKS 100u       /* while idle, readings go out at 10 Hz */
+/* Taken per block, so that no flood of commands keeps blocks waiting or fills the links with answers: two commands from each
+ * link. The queues behind hold a whole survey. */
+#define APP_CAN_COMMANDS 2u
+#define APP_SERIAL_BYTES 36u
 
 struct app {
     struct landing landing;
@@ -17,7 +21,8 @@ struct app {
     struct mr_deframer deframer;
     uint32_t next_index;  /* of the block expected next */
 
-    /* Readings of the newest block and of the three before it; a decimated message is the mean of the last 2 or 4. */
+    /* Readings of the newest block and of the three before it, NaN for one that was lost; a decimated message is the mean of
+     * the last 2 or 4. */
     float displacement_in[4][MR_TRANSDUCERS];
     float tension_lb[4][MR_GAGES];
 
@@ -26,7 +31,6 @@ struct app {
     float baseline_in[MR_TRANSDUCERS]; /* NaN until APP_BASELINE_BLOCKS have passed since arming */
 
     float slack_in[MR_SEGMENTS];       /* NaN: not surveyed */
-    struct mr_closure_zone zone;
     bool warning;
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
 };

@@ -1,13 +1,13 @@
 #include "firmware/health.h"
 
-static struct health_counter counters[MR_FAULT_COUNT];
+static volatile struct health_counter counters[MR_FAULT_COUNT];
 static volatile uint32_t current_block;
 
 _Static_assert(MR_FAULT_COUNT <= 32, "health.faults has one bit per fault");
 
 void health_count(enum mr_fault_code fault, uint8_t detail)
 {
-    struct health_counter *counter = &counters[fault];
+    volatile struct health_counter *counter = &counters[fault];
     if (counter->count < UINT16_MAX)
         counter->count++;
     counter->detail = detail;
@@ -32,11 +32,10 @@ uint32_t health_faults(void)
 
 struct health_counter health_take(enum mr_fault_code fault)
 {
-    struct health_counter *counter = &counters[fault];
+    volatile struct health_counter *counter = &counters[fault];
     /* Clear first: a fault counted by an interrupt in between is then told again rather than lost. */
-    struct health_counter taken = *counter;
+    uint8_t changed = counter->changed;
     counter->changed = 0;
-    if (taken.count != counter->count)
-        counter->changed = 1;
-    return taken;
+    return (struct health_counter){
+        .count = counter->count, .detail = counter->detail, .changed = changed, .block = counter->block};
 }

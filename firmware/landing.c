@@ -47,14 +47,17 @@ bool landing_recording(const struct landing *landing)
            landing->state == LANDING_SETTLING;
 }
 
-static void take_edge(struct landing *landing, uint32_t tick, uint32_t block)
+/* False: an edge too many or too late, ignored. */
+static bool take_edge(struct landing *landing, uint32_t tick, uint32_t block)
 {
-    if (landing->edges == LANDING_EDGES)
-        return;
+    if (landing->edges == LANDING_EDGES ||
+        (landing->edges && block - landing->first_block >= LANDING_LIMIT_BLOCKS))
+        return false;
     landing->edge[landing->edges++] = (struct landing_edge){.tick = tick, .step_codes = MR_NAN};
     if (landing->edges == 1)
         landing->first_block = block;
     landing->last_edge_block = block;
+    return true;
 }
 
 static void add_gate(struct landing *landing, const struct landing_edge *edge)
@@ -109,10 +112,12 @@ static uint32_t blocks_to_rest(const struct landing *landing)
     return LANDING_NO_EDGE_BLOCKS;
 }
 
-static void summarise(struct landing *landing)
+static enum mr_status summarise(struct landing *landing)
 {
-    landing->summary_known = mr_gates_summarise(landing->gate, landing->gates, (double)config.touchdown_ft,
-                                                (double)config.switch_error_ft, &landing->summary) == MR_OK;
+    enum mr_status status = mr_gates_summarise(landing->gate, landing->gates, (double)config.touchdown_ft,
+                                               (double)config.switch_error_ft, &landing->summary);
+    landing->summary_known = status == MR_OK;
+    return status;
 }
 
 struct landing_news landing_block(struct landing *landing, uint32_t index, uint32_t tick, float staircase_code,
@@ -125,12 +130,13 @@ struct landing_news landing_block(struct landing *landing, uint32_t index, uint3
     if (!landing_recording(landing))
         return news;
 
-    for (unsigned i = 0; i < edge_count; i++)
-        take_edge(landing, edge_ticks[i], index);
-    if (edge_count && landing->state != LANDING_LANDING)
-        change(landing, LANDING_LANDING, LANDING_BY_EDGE, index);
+    for (unsigned i = 0; i < edge_count; i++) {
+        if (take_edge(landing, edge_ticks[i], index) && landing->state != LANDING_LANDING)
+            change(landing, LANDING_LANDING, LANDING_BY_EDGE, index);
+    }
+    unsigned gates_before = landing->gates;
     news.edges = resolve_edges(landing);
-    news.motion = news.edges && landing->motion_known;
+    news.motion = landing->gates > gates_before && landing->motion_known;
 
     if (landing->state == LANDING_LANDING) {
         if (index - landing->last_edge_block >= blocks_to_rest(landing))
@@ -138,7 +144,7 @@ struct landing_news landing_block(struct landing *landing, uint32_t index, uint3
         else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
             change(landing, LANDING_SETTLING, LANDING_BY_LIMIT, index);
         if (landing->state == LANDING_SETTLING) {
-            summarise(landing);
+            news.no_fit = summarise(landing);
             news.summary = landing->summary_known;
         }
     } else if (landing->state == LANDING_SETTLING && index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {

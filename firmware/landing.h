@@ -4,7 +4,8 @@
  *
  * The gear counts as at rest half a second after the time at which the last estimate says it stops, or three seconds after
  * the last edge; an edge while settling returns to landing. Settling lasts two seconds: the mat practically ceases to move
- * as the gear passes (report 2.7.2). No landing lasts longer than LANDING_LIMIT_BLOCKS.
+ * as the gear passes (report 2.7.2). No landing lasts longer than LANDING_LIMIT_BLOCKS and settling: edges beyond it, or
+ * beyond LANDING_EDGES, are ignored.
  *
  * Pure but for the configuration: blocks and edges in, state out. */
 #ifndef MATRIG_FIRMWARE_LANDING_H
@@ -64,6 +65,7 @@ struct landing {
 struct landing_news {
     bool state;
     bool summary;
+    enum mr_status no_fit; /* why a landing that ended has no summary; MR_OK: it has, or none ended */
     unsigned edges;  /* edges resolved now; they end at landing.resolved */
     bool motion;
 };

@@ -14,6 +14,7 @@
 #define FIRST_SEGMENT (FIRST_SWITCH + CONFIG_SWITCHES)
 #define ITEMS (FIRST_SEGMENT + MR_SEGMENTS)
 #define BLOCKS_PER_ITEM 40u /* a round takes 3.6 s */
+#define CLOCK_ERROR 0.01    /* relative, of the internal oscillator */
 
 static void count_drop(uint16_t *dropped, enum mr_fault_code fault)
 {
@@ -257,22 +258,34 @@ void telemetry_edge(struct telemetry *telemetry, const struct landing_edge *edge
          .step_codes = edge->step_codes);
 }
 
+/* Standard error of a quantity that goes with the clock's error, once (speed) or twice (deceleration). The internal oscillator
+ * may be 1 % out. */
+static float error_of(const struct telemetry *telemetry, const struct mr_estimate *estimate, double times)
+{
+    double error = estimate->error;
+    if (telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL) {
+        double clock = CLOCK_ERROR * times * estimate->value;
+        error = __builtin_sqrt(error * error + clock * clock);
+    }
+    return (float)error;
+}
+
 void telemetry_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index)
 {
     SEND(both, telemetry, motion, MOTION, .position_ft = (float)motion->position_ft.value,
          .speed_ft_s = (float)motion->speed_ft_s.value,
          .deceleration_ft_s2 = (float)motion->deceleration_ft_s2.value, .block16 = (uint16_t)index);
     SEND(both, telemetry, motion_error, MOTION_ERROR, .position_ft = (float)motion->position_ft.error,
-         .speed_ft_s = (float)motion->speed_ft_s.error,
-         .deceleration_ft_s2 = (float)motion->deceleration_ft_s2.error, .block16 = (uint16_t)index);
+         .speed_ft_s = error_of(telemetry, &motion->speed_ft_s, 1.0),
+         .deceleration_ft_s2 = error_of(telemetry, &motion->deceleration_ft_s2, 2.0), .block16 = (uint16_t)index);
 }
 
 void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
 {
     SEND(both, telemetry, touchdown, TOUCHDOWN, .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
-         .speed_error_ft_s = (float)summary->touchdown_speed_ft_s.error,
+         .speed_error_ft_s = error_of(telemetry, &summary->touchdown_speed_ft_s, 1.0),
          .deceleration_ft_s2 = (float)summary->mean_deceleration_ft_s2.value,
-         .deceleration_error_ft_s2 = (float)summary->mean_deceleration_ft_s2.error);
+         .deceleration_error_ft_s2 = error_of(telemetry, &summary->mean_deceleration_ft_s2, 2.0));
     SEND(both, telemetry, stop, STOP, .station_ft = (float)summary->stop_station_ft.value,
          .station_error_ft = (float)summary->stop_station_ft.error,
          .after_touchdown_s = (float)(summary->stop_t_s.value - summary->touchdown_t_s.value),

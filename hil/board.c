@@ -75,11 +75,11 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     board->state.systick = (struct hil_systick){.zero_cycle = HIL_NEVER};
     hil_event_set_cycle(board, HIL_EVENT_SYSTICK, HIL_NEVER);
     hil_rcc_reset(board, csr_flags);
+    hil_adc_reset(board); /* before its DMA stops, or it would seem to overrun */
     for (unsigned unit = 0; unit < 2; unit++) {
         hil_dma_reset(board, unit);
         hil_tim_reset(board, unit);
     }
-    hil_adc_reset(board);
     hil_usart_reset(board);
     hil_can_reset(board);
     hil_iwdg_reset(board);

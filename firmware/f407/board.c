@@ -64,7 +64,7 @@ void board_start(void)
     board_warn(true);
     bool dma1 = dma_answers(DMA1, 1);
     bool dma2 = dma_answers(DMA2, 2);
-    uart_start(dma2);
+    uart_start(dma2, clock == BOARD_CLOCK_RAW);
     if (clock == BOARD_CLOCK_CRYSTAL)
         can_start();
     /* No scans on the raw oscillator: neither their times nor the settling would be what the rest relies on. */
@@ -99,12 +99,15 @@ bool board_sleep(void)
 {
     /* WFI wakes for a pending interrupt even while masked, so nothing that comes after the check is slept through. */
     uint32_t mask = irq_mask();
-    uint32_t before = TIM2->CNT;
-    __asm volatile("dsb\n\twfi" ::: "memory");
-    asleep_ticks += TIM2->CNT - before;
+    if (!scan_ready() && !tick_passed) {
+        uint32_t before = TIM2->CNT;
+        __asm volatile("dsb\n\twfi" ::: "memory");
+        asleep_ticks += TIM2->CNT - before;
+    }
     irq_restore(mask);
     bool passed = tick_passed;
-    tick_passed = false;
+    if (passed) /* one that comes right now is for the next call */
+        tick_passed = false;
     return passed;
 }
 

@@ -22,7 +22,8 @@ static bool start_pll(bool from_crystal)
 {
     uint32_t input_divider = from_crystal ? 4u : 8u;
     RCC->CR &= ~RCC_CR_PLLON;
-    RCC->PLLCFGR = input_divider | 168u << 6 | 0u << 16 | (from_crystal ? RCC_PLLCFGR_SRC_HSE : 0u) | 7u << 24;
+    RCC->PLLCFGR = RCC_PLLCFGR_RESERVED | input_divider | 168u << 6 | 0u << 16 | 7u << 24 |
+                   (from_crystal ? RCC_PLLCFGR_SRC_HSE : 0u);
     RCC->CR |= RCC_CR_PLLON;
     if (!wait_for(&RCC->CR, RCC_CR_PLLRDY, RCC_CR_PLLRDY, PLL_POLLS))
         return false;

@@ -12,13 +12,14 @@
 enum board_clock_source clock_start(void);
 /* pins.c: clocks of ports and peripherals, functions of all pins. */
 void pins_start(void);
-/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. False: something that it needs does not answer. */
-bool scan_start(void);
-/* capture.c: TIM2 and its DMA; before scan_start, whose timer starts both. */
+/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. */
+void scan_start(void);
+bool scan_ready(void); /* a block can be taken */
+/* capture.c: TIM2 and its DMA; before scan_start, whose timer starts both. False: TIM2 does not answer. */
 bool capture_start(void);
-bool can_start(void);
-/* uart.c: polled when its DMA controller does not answer. */
-void uart_start(bool dma_works);
+void can_start(void);
+/* uart.c: polled when its DMA controller does not answer; `raw_clock`: APB2 runs at 16 MHz, not 84. */
+void uart_start(bool dma_works, bool raw_clock);
 /* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
 void watchdog_start(void);
 void watchdog_feed(void);

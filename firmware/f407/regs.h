@@ -18,6 +18,7 @@ struct rcc_regs {
 #define RCC_CR_PLLON (1u << 24)
 #define RCC_CR_PLLRDY (1u << 25)
 #define RCC_PLLCFGR_SRC_HSE (1u << 22)
+#define RCC_PLLCFGR_RESERVED (2u << 28) /* its reset value, to be kept */
 #define RCC_CFGR_SW_PLL 2u
 #define RCC_CFGR_SWS_MASK (3u << 2)
 #define RCC_CFGR_SWS_PLL (2u << 2)
@@ -82,8 +83,6 @@ struct dma_regs {
 #define DMA_CR_PRIORITY(p) ((uint32_t)(p) << 16)
 #define DMA_CR_CHANNEL(c) ((uint32_t)(c) << 25)
 /* Flags of a stream: six bits at 0, 6, 16, 22 of ISR[stream / 4] */
-#define DMA_FLAG_FEIF 0x01u
-#define DMA_FLAG_DMEIF 0x04u
 #define DMA_FLAG_TEIF 0x08u
 #define DMA_FLAG_HTIF 0x10u
 #define DMA_FLAG_TCIF 0x20u
@@ -143,7 +142,6 @@ struct can_regs {
 #define CAN_MCR_ABOM (1u << 6)
 #define CAN_MSR_INAK (1u << 0)
 #define CAN_TSR_RQCP(m) (1u << (8u * (m)))
-#define CAN_TSR_TME(m) (1u << (26u + (m)))
 #define CAN_RF0R_FMP 3u
 #define CAN_RF0R_FOVR (1u << 4)
 #define CAN_RF0R_RFOM (1u << 5)
@@ -163,6 +161,7 @@ struct usart_regs {
 #define USART_CR1_RE (1u << 2)
 #define USART_CR1_TE (1u << 3)
 #define USART_CR1_UE (1u << 13)
+#define USART_CR1_OVER8 (1u << 15)
 #define USART_CR3_DMAR (1u << 6)
 #define USART_CR3_DMAT (1u << 7)
 
@@ -181,7 +180,6 @@ struct iwdg_regs {
 #define SYST_CVR (*(reg32 *)0xe000e018u)
 #define NVIC_ISER ((reg32 *)0xe000e100u)
 #define NVIC_IPR ((volatile uint8_t *)0xe000e400u)
-#define SCB_VTOR (*(reg32 *)0xe000ed08u)
 #define SCB_AIRCR (*(reg32 *)0xe000ed0cu)
 #define SCB_SHPR ((volatile uint8_t *)0xe000ed18u)
 #define SCB_SHCSR (*(reg32 *)0xe000ed24u)
@@ -191,7 +189,6 @@ struct iwdg_regs {
 #define SCB_CPACR (*(reg32 *)0xe000ed88u)
 
 enum irq_number {
-    IRQ_DMA1_STREAM5 = 16,
     IRQ_ADC = 18,
     IRQ_CAN1_TX = 19,
     IRQ_CAN1_RX0 = 20,
@@ -199,8 +196,8 @@ enum irq_number {
     IRQ_DMA2_STREAM7 = 70,
 };
 
-/* Priorities, 0 (most urgent) to 15. A scan block must be summed before its half of the buffer is written again (1 ms); a
- * mailbox stays idle until the next frame is put into it. */
+/* Priorities, 0 (most urgent) to 15. A scan block must be looked at within 36 us (scan.c) and summed before its half of the
+ * buffer is written again (1 ms); a mailbox stays idle until the next frame is put into it. */
 enum irq_priority { PRIORITY_SCAN = 2, PRIORITY_CAN = 4, PRIORITY_SERIAL = 6, PRIORITY_SUPERVISION = 14 };
 
 static inline void irq_enable(enum irq_number irq, enum irq_priority priority)

@@ -74,15 +74,15 @@ static void start_conversions(void)
     start_converter(ADC3, adc3_input, MR_TRANSDUCERS);
 }
 
-bool scan_start(void)
+void scan_start(void)
 {
     if (!answers(&TIM4->ARR, SCAN_TICKS - 1)) {
         health_count(MR_FAULT_TIMER_MISSING, 4);
-        return false;
+        return;
     }
     if (!answers(&ADC1->SQR3, 1) || !answers(&ADC3->SQR3, 1)) {
         health_count(MR_FAULT_ADC_MISSING, answers(&ADC1->SQR3, 1) ? 3 : 1);
-        return false;
+        return;
     }
     ADC_CCR = ADC_CCR_PRESCALER_4;
     start_conversions();
@@ -103,7 +103,6 @@ bool scan_start(void)
     TIM4->CR2 = TIM_CR2_MMS_ENABLE;
     TIM4->SR = 0;
     TIM4->CR1 = TIM_CR1_CEN;
-    return true;
 }
 
 /* The pins must show what the scan in progress expects: forward from the reversal after a block's last scan on, which is
@@ -130,12 +129,18 @@ void dma2_stream4_irq(void)
     if (!(flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)))
         return;
 
+    if (flags & DMA_FLAG_HTIF && flags & DMA_FLAG_TCIF) { /* more than a block late: two have passed */
+        next_index += 2;
+        health_count(MR_FAULT_SCAN_OVERRUN, 1);
+        return;
+    }
     unsigned half = flags & DMA_FLAG_HTIF ? 0 : MR_SCANS_PER_BLOCK;
     uint32_t index = next_index++;
-    /* ADC3 triggers with ADC1 and is done sooner: its stream must stand at the same half, or a scan of it was lost. */
+    /* ADC3 triggers with ADC1 and is done sooner: its stream must stand at the same half, or a scan of it was lost. It stands
+     * there for 36 us, until its first code of the next scan. */
     uint32_t adc3_left = DMA2->stream[ADC3_STREAM].NDTR;
     uint32_t expected = half ? SCANS * MR_TRANSDUCERS : MR_SCANS_PER_BLOCK * MR_TRANSDUCERS;
-    if (adc3_left != expected || (flags & DMA_FLAG_HTIF && flags & DMA_FLAG_TCIF)) {
+    if (adc3_left != expected) {
         health_count(MR_FAULT_SCAN_OVERRUN, 3);
         return;
     }
@@ -158,9 +163,14 @@ void adc_irq(void)
     ADC3->CR1 &= ~ADC_CR1_OVRIE;
 }
 
+bool scan_ready(void)
+{
+    return taken != queued;
+}
+
 bool board_block_take(struct mr_block *block)
 {
-    if (taken == queued)
+    if (!scan_ready())
         return false;
     *block = queue[taken % BLOCK_QUEUE];
     taken++;
@@ -174,16 +184,18 @@ void board_scans_restart(void)
     /* Begin between the last trigger of a block and the first of the next, so that blocks keep their place on TIM2. The
      * wait is at most a block; 200000 polls bound it should TIM2 stand still. */
     for (unsigned polls = 0; polls < 200000; polls++) {
-        uint32_t since_trigger = TIM2->CNT - TRIGGER_TICK;
-        uint32_t in_block = since_trigger % MR_TICKS_PER_BLOCK;
-        if (in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000) {
-            uint32_t mask = irq_mask();
-            /* TIM2 wraps every 51 s; the index counts on by what has passed since the block expected next. */
-            uint32_t due = TRIGGER_TICK + next_index * MR_TICKS_PER_BLOCK;
-            next_index += (since_trigger + TRIGGER_TICK - due) / MR_TICKS_PER_BLOCK + 1;
+        uint32_t mask = irq_mask();
+        /* Since the first trigger of the block expected next. Not since the first of all: TIM2 wraps after 51 s, and that is no
+         * whole number of blocks. A restart is tried each second, so this has not wrapped. */
+        uint32_t since_due = TIM2->CNT - (TRIGGER_TICK + next_index * MR_TICKS_PER_BLOCK);
+        uint32_t in_block = since_due % MR_TICKS_PER_BLOCK;
+        bool now = in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000;
+        if (now) {
+            next_index += since_due / MR_TICKS_PER_BLOCK + 1;
             start_conversions();
-            irq_restore(mask);
-            return;
         }
+        irq_restore(mask);
+        if (now)
+            return;
     }
 }

@@ -67,8 +67,8 @@ void plot_speed(FILE *out, const struct report_landing *landing, bool si)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct svg_key keys[] = {{"line a", "fit, with its 95 % band"},
-                                   {"line b", "mean between switches"},
-                                   {"line c", "the board, as it went"}};
+                                   {"dot b", "mean between switches"},
+                                   {"dot c", "the board, as it went"}};
     char label[60];
     double factor = unit_of(UNIT_SPEED, si)->factor;
     unit_label(label, sizeof label, "speed", UNIT_SPEED, si);

@@ -1,6 +1,7 @@
 #include "host/report/svg.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "host/report/html.h"
 
@@ -250,8 +251,11 @@ void svg_legend(FILE *out, double left, double y, const struct svg_key *keys, si
 {
     for (size_t i = 0; i < count; i++) {
         size_t length = 0;
-        fprintf(out, "<path class=\"%s\" d=\"M%.1f %.1fh20\"/><text class=\"tick\" x=\"%.1f\" y=\"%.1f\">",
-                keys[i].class, left, y - 4.0, left + 25.0, y);
+        if (strncmp(keys[i].class, "dot", 3) == 0)
+            fprintf(out, "<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>", keys[i].class, left + 10.0, y - 4.0);
+        else
+            fprintf(out, "<path class=\"%s\" d=\"M%.1f %.1fh20\"/>", keys[i].class, left, y - 4.0);
+        fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 25.0, y);
         html_text(out, keys[i].text);
         fputs("</text>\n", out);
         while (keys[i].text[length])

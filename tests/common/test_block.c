@@ -126,6 +126,11 @@ static void what_cannot_be_true_is_not_a_value(void **state)
     assert_int_equal(mr_channel_read(&transducer, &block, 0, 1.0f).validity, MR_INVALID_OPEN);
     assert_true(isnan(mr_channels_ratio(&block))); /* reference far off */
 
+    fill(3700, 3680, 3300); /* or high */
+    mr_block_from_scans(&block, 0, 0, transducers, adc1);
+    assert_int_equal(mr_channel_read(&transducer, &block, 0, 1.0f).validity, MR_INVALID_OPEN);
+    assert_true(isnan(mr_channels_ratio(&block)));
+
     fill(2100, 1990, 2000);
     transducers[4][0] = 4095;
     mr_block_from_scans(&block, 0, 0, transducers, adc1);

@@ -111,6 +111,9 @@ static void commands_parse_as_people_write_them(void **state)
     assert_int_equal(mr_command_parse("survey 300 0.1", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("survey 3", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("arm 99999999999", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey 1 300000", 0, &command), MR_USAGE); /* 3e9 steps of 0.0001 in */
+    assert_int_equal(mr_command_parse("arm 4.6", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey 1.5 0.1", 0, &command), MR_USAGE);
     assert_string_equal(mr_command_name(MR_COMMAND_MARK), "mark");
     assert_string_equal(mr_command_name(200), "unknown");
 }

@@ -101,6 +101,52 @@ static void a_lost_transducer_widens_the_interval(void **state)
     assert_near(zone.end_ft, 51.4286, 1e-3);
 }
 
+/* Stations 50 ft apart from no segment's end: segment 17 (48.57 to 51.43 ft) lies half on each side. 3.5 segments of 0.36 in
+ * close on either side, so it is closed as all the others from 40 to 60 ft are. */
+static void a_segment_across_a_station_closes_from_both_sides(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    float remaining_in[MR_SEGMENTS];
+    struct mr_closure_input input = even_slack(0.36f);
+    moved_in[0] = 2.0f * 3.5f * 0.36f;
+    moved_in[1] = 3.5f * 0.36f;
+    mr_closure_find(&input, &zone, remaining_in);
+    assert_near(remaining_in[17], 0.0, 1e-5);
+    assert_int_equal(zone.mats, 70);
+    assert_near(zone.start_ft, 40.0, 1e-4);
+    assert_near(zone.end_ft, 60.0, 1e-4);
+}
+
+/* The wheel at 45 ft: of 0.10 in, segment 15 (42.86 to 45.71 ft) can give only its last quarter, 0.025 in, segment 16 gives the
+ * other 0.075 in; behind the wheel nothing closes. */
+static void nothing_closes_behind_the_wheel(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    float remaining_in[MR_SEGMENTS];
+    struct mr_closure_input input = even_slack(0.1f);
+    moved_in[0] = 0.1f;
+    input.wheel_ft = 45.0f;
+    mr_closure_find(&input, &zone, remaining_in);
+    assert_near(remaining_in[14], 0.1, 1e-6);
+    assert_near(remaining_in[15], 0.075, 1e-5);
+    assert_near(remaining_in[16], 0.025, 1e-5);
+    assert_near(remaining_in[17], 0.1, 1e-6);
+}
+
+static void of_equal_runs_the_nearest_is_told(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    struct mr_closure_input input = even_slack(0.1f);
+    for (unsigned s = 0; s < 4; s++)
+        slack_in[14 + s] = slack_in[28 + s] = 0.0f;
+    mr_closure_find(&input, &zone, NULL);
+    assert_int_equal(zone.mats, 40);
+    assert_near(zone.start_ft, 40.0, 1e-4);
+}
+
 static void what_was_not_surveyed_is_never_closed(void **state)
 {
     (void)state;
@@ -119,6 +165,9 @@ int main(void)
         cmocka_unit_test(a_run_the_wheel_is_inside_starts_at_the_wheel),
         cmocka_unit_test(a_gear_that_stops_before_has_no_lead_time),
         cmocka_unit_test(a_lost_transducer_widens_the_interval),
+        cmocka_unit_test(a_segment_across_a_station_closes_from_both_sides),
+        cmocka_unit_test(nothing_closes_behind_the_wheel),
+        cmocka_unit_test(of_equal_runs_the_nearest_is_told),
         cmocka_unit_test(what_was_not_surveyed_is_never_closed),
     };
     return cmocka_run_group_tests_name("common/closure", tests, NULL, NULL);

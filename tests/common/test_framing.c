@@ -103,6 +103,9 @@ static void too_long_and_too_short_are_refused(void **state)
     assert_int_equal(mr_deframer_push(&deframer, 0, &frame), MR_TOO_FEW);
     const uint8_t short_frame[] = {0x03, 0x01, 0x02, 0x00};
     assert_int_equal(push_all(&deframer, short_frame, sizeof short_frame, &frame), MR_TRUNCATED);
+    /* zlib.crc32(b'\x11'): the checksum is right, but there is no room for seq and type */
+    const uint8_t no_header[] = {0x06, 0x11, 0x7f, 0xcf, 0xb2, 0xb8, 0x00};
+    assert_int_equal(push_all(&deframer, no_header, sizeof no_header, &frame), MR_TRUNCATED);
     const uint8_t run_beyond_end[] = {0x09, 0x01, 0x02, 0x00};
     assert_int_equal(push_all(&deframer, run_beyond_end, sizeof run_beyond_end, &frame), MR_MALFORMED);
 }

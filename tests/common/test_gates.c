@@ -81,12 +81,12 @@ static double uniform(void)
 static void stated_intervals_hold(void **state)
 {
     (void)state;
-    unsigned speed_inside = 0, deceleration_inside = 0, online_inside = 0;
+    unsigned speed_inside = 0, deceleration_inside = 0, online_inside = 0, carried_inside = 0;
     const unsigned landings = 2000;
     lcg_state = 1970;
     for (unsigned n = 0; n < landings; n++) {
         struct mr_gate gates[MR_GATES_MAX];
-        struct mr_gates_summary summary;
+        struct mr_gates_summary summary, carried;
         struct mr_motion_estimate now;
         double v = 20.0 + 26.0 * uniform(), a = 4.0 + 8.0 * uniform();
         size_t count = uniform_gates(3.0, v, a, gates);
@@ -95,18 +95,47 @@ static void stated_intervals_hold(void **state)
             gates[i].station_ft += (2.0 * uniform() - 1.0) * 0.02 / 12.0;
         assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
         assert_int_equal(mr_gates_now(gates, count, SWITCH_ERROR_FT, &now), MR_OK);
+        assert_int_equal(mr_gates_summarise(gates + 2, count - 2, 3.0, SWITCH_ERROR_FT, &carried), MR_OK);
+        carried_inside += fabs(carried.touchdown_speed_ft_s.value - v) < 1.96 * carried.touchdown_speed_ft_s.error;
         double true_speed = sqrt(v * v - 2.0 * a * (true_ft - 3.0));
         speed_inside += fabs(summary.touchdown_speed_ft_s.value - v) < 1.96 * summary.touchdown_speed_ft_s.error;
         online_inside += fabs(now.speed_ft_s.value - true_speed) < 1.96 * now.speed_ft_s.error;
         deceleration_inside += fabs(summary.mean_deceleration_ft_s2.value - a) <
                                1.96 * summary.mean_deceleration_ft_s2.error;
     }
-    printf("# of %u: touchdown speed %.1f %%, online speed %.1f %%, deceleration %.1f %%\n", landings,
-           100.0 * speed_inside / landings, 100.0 * online_inside / landings, 100.0 * deceleration_inside / landings);
+    printf("# of %u: touchdown speed %.1f %%, carried back %.1f %%, online speed %.1f %%, deceleration %.1f %%\n", landings,
+           100.0 * speed_inside / landings, 100.0 * carried_inside / landings, 100.0 * online_inside / landings,
+           100.0 * deceleration_inside / landings);
     /* The online estimate widens with its own residual, so it errs on the wide side; the stop's extrapolation too. */
     assert_in_range(speed_inside, 1870, 1960);
+    assert_in_range(carried_inside, 1870, 1960);
     assert_in_range(online_inside, 1870, 2000);
     assert_in_range(deceleration_inside, 1870, 2000);
+}
+
+/* The error of the speed at a given station against the definition: move each switch a little, fit again, see how much that
+ * speed moves. Where the gear is slow, being there earlier or later matters most. */
+static void the_error_at_a_station_is_that_of_moved_switches(void **state)
+{
+    (void)state;
+    const double station_ft = 90.0, h_ft = 1e-5;
+    struct mr_gate gates[MR_GATES_MAX];
+    struct mr_gates_fit fit;
+    struct mr_motion_estimate there, moved;
+    double square = 0.0;
+    size_t count = uniform_gates(3.0, 28.0, 4.0, gates) - 2;
+    assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
+    assert_int_equal(mr_gates_at_station(&fit, station_ft, &there), MR_OK);
+    assert_near(there.speed_ft_s.value, sqrt(28.0 * 28.0 - 8.0 * 87.0), 1e-7);
+    for (size_t i = 0; i < count; i++) {
+        gates[2 + i].station_ft += h_ft;
+        assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
+        assert_int_equal(mr_gates_at_station(&fit, station_ft, &moved), MR_OK);
+        gates[2 + i].station_ft -= h_ft;
+        double slope = (moved.speed_ft_s.value - there.speed_ft_s.value) / h_ft;
+        square += slope * slope;
+    }
+    assert_near(there.speed_ft_s.error, SWITCH_ERROR_FT * sqrt(square), 1e-3 * there.speed_ft_s.error);
 }
 
 /* Braking that changes along the way needs a higher order; the fit must take it and still be right. */
@@ -176,15 +205,43 @@ static void the_staircase_names_the_switch(void **state)
     assert_int_equal(mr_staircase_name(100.0f, steps, 4, 0), 0);
 }
 
+/* Blocks a millisecond apart, the first 4 ms before the edge at tick 0; `codes` are their levels. */
+static enum mr_status step_of(const float *codes, unsigned count, float *step)
+{
+    struct mr_staircase staircase;
+    mr_staircase_init(&staircase);
+    for (unsigned i = 0; i < count; i++)
+        mr_staircase_add(&staircase, (uint32_t)(84000 * ((int32_t)i - 4)) + 42000u, codes[i]);
+    return mr_staircase_step(&staircase, 42000u + 84000u / 2u, step);
+}
+
+static void a_step_is_read_next_to_its_edge(void **state)
+{
+    (void)state;
+    /* Blocks 0 to 3 before, 4 straddles, 5 to 8 after; then the next switch opens. */
+    const float later[] = {62, 62, 62, 62, 100, 238, 238, 238, 238, 238, 358, 358, 358, 358};
+    /* The next switch opens 2.5 ms after the edge: no level can be told from the other. */
+    const float soon[] = {62, 62, 62, 62, 100, 238, 238, 358, 358, 358};
+    /* The switch before opened 2 ms before the edge. */
+    const float just[] = {62, 62, 120, 182, 200, 358, 358, 358, 358, 358};
+    float step;
+    assert_int_equal(step_of(later, 14, &step), MR_OK);
+    assert_near(step, 176.0, 1e-3);
+    assert_int_equal(step_of(soon, 10, &step), MR_NUMERICS);
+    assert_int_equal(step_of(just, 10, &step), MR_NUMERICS);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uniform_deceleration_is_recovered_exactly),
         cmocka_unit_test(errors_are_the_textbook_ones),
         cmocka_unit_test(stated_intervals_hold),
+        cmocka_unit_test(the_error_at_a_station_is_that_of_moved_switches),
         cmocka_unit_test(a_changing_deceleration_is_followed),
         cmocka_unit_test(too_little_is_refused),
         cmocka_unit_test(the_staircase_names_the_switch),
+        cmocka_unit_test(a_step_is_read_next_to_its_edge),
     };
     return cmocka_run_group_tests_name("common/gates", tests, NULL, NULL);
 }

@@ -24,6 +24,7 @@ struct fake_board {
     size_t serial_in_count, serial_in_taken;
 
     bool can_full, serial_full; /* refuse everything */
+    struct board_can_errors can_errors;
     bool warning;
     unsigned restarts;
     uint8_t clock_source;

@@ -1,0 +1,287 @@
+/* Landings: states, switches, motion, warnings. */
+#include "common/fault.h"
+#include "tests/firmware/play.h"
+
+#include <stdio.h>
+
+static void a_landing_goes_through_its_states(void **state)
+{
+    (void)state;
+    struct mr_landing message;
+    struct mr_touchdown touchdown;
+    struct mr_stop stop;
+    struct mr_zone_lead lead;
+    play(100);
+    command("arm 7");
+    double rest_s = fly(9.0);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(message.landing, 7);
+    assert_int_equal(count_frames(MR_ID_EDGE), 17); /* -2.5, 2.5, ... 77.5 */
+    GET_LAST(touchdown, TOUCHDOWN, &touchdown);
+    assert_near(touchdown.speed_ft_s, 30.0, 0.0011);
+    assert_near(touchdown.deceleration_ft_s2, 6.0, 0.0011);
+    GET_LAST(stop, STOP, &stop);
+    assert_near(stop.station_ft, 78.0, 0.003);
+    assert_near(stop.after_touchdown_s, 5.0, 0.0011);
+    assert_int_equal(stop.switches, 17);
+    /* at rest the wheel stays where it is */
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_near(lead.wheel_ft, 78.0, 0.003);
+    /* half a second after rest it settles, two seconds later it is done */
+    assert_near(message.block, 1000.0 * (rest_s + 0.5 + 2.0), 5.0);
+    command("disarm");
+    play(1);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_IDLE);
+}
+
+static void every_switch_is_named(void **state)
+{
+    (void)state;
+    unsigned next = 1;
+    command("arm 1");
+    play(10);
+    fly(8.0);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_edge edge;
+        if (fake.sent[i].id != MR_ID_EDGE)
+            continue;
+        assert_int_equal(mr_edge_get(&edge, fake.sent[i].data, fake.sent[i].length), MR_OK);
+        assert_int_equal(edge.position, next);
+        assert_near(edge.step_codes, step_of(next), 0.2);
+        next++;
+    }
+}
+
+static void survey(float slack_in)
+{
+    char words[64];
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        snprintf(words, sizeof words, "survey %u %.4f", s, (double)slack_in);
+        command(words);
+    }
+}
+
+static void closing_joints_ahead_are_warned_of(void **state)
+{
+    (void)state;
+    struct mr_zone zone;
+    struct mr_zone_lead lead;
+    survey(0.1f);
+    play(2);
+    command("arm 2");
+    play(600);
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_int_equal(lead.warning, 0);
+    assert_false(fake.warning);
+    /* stations 40 and 50 approach each other by 0.35 in: the joints of three segments and a half, 30 whole mats */
+    moved_in[0] = 0.36f;
+    moved_in[1] = 0.01f;
+    play(30);
+    assert_true(fake.warning);
+    GET_LAST(zone, ZONE, &zone);
+    assert_near(zone.start_ft, 40.0, 0.011);
+    assert_in_range(zone.mats, 30, 40);
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_int_equal(lead.warning, 1);
+    assert_true(isnan(lead.lead_s)); /* no wheel yet */
+    command("disarm");
+    play(1);
+    assert_false(fake.warning);
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_int_equal(lead.warning, 0);
+}
+
+static void a_warning_ends_with_the_landing(void **state)
+{
+    (void)state;
+    struct mr_landing message;
+    struct mr_zone_lead lead;
+    survey(0.1f);
+    command("arm 2");
+    play(600);
+    moved_in[0] = 0.36f;
+    moved_in[1] = 0.01f;
+    pass_switch(1, (double)index_now * 1e-3);
+    play(3000);
+    assert_true(fake.warning);
+    play(2100); /* three seconds without another switch, two of settling */
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_DONE);
+    assert_false(fake.warning);
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_int_equal(lead.warning, 0);
+}
+
+/* Movement counts from arming, each time anew: what moved before is in the survey already. */
+static void what_moved_before_arming_is_the_zero(void **state)
+{
+    (void)state;
+    survey(0.1f);
+    command("arm 1");
+    play(600);
+    command("disarm");
+    play(1);
+    moved_in[0] = 0.36f;
+    moved_in[1] = 0.01f;
+    command("arm 2");
+    play(600);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_zone_lead lead;
+        if (fake.sent[i].id != MR_ID_ZONE_LEAD)
+            continue;
+        assert_int_equal(mr_zone_lead_get(&lead, fake.sent[i].data, 8), MR_OK);
+        assert_int_equal(lead.warning, 0);
+    }
+}
+
+static void two_landings_in_one_run(void **state)
+{
+    (void)state;
+    struct mr_stop stop;
+    struct mr_landing message;
+    play(100);
+    command("arm 7");
+    fly(9.0);
+    fake.sent_count = 0;
+    command("arm"); /* done: no need to disarm */
+    play(100);
+    touchdown_s = 10.0;
+    opened_codes = 0; /* the switches are closed again */
+    fly(18.0);
+    GET_LAST(stop, STOP, &stop);
+    assert_int_equal(stop.switches, 17);
+    assert_near(stop.station_ft, 78.0, 0.003);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.landing, 8);
+    assert_int_equal(message.state, LANDING_DONE);
+}
+
+/* Braking begins at touchdown; the switches on the track before it must not bend the parabola: from the third switch beyond
+ * on, the deceleration told is the true one. */
+static void the_track_does_not_bend_the_motion(void **state)
+{
+    (void)state;
+    unsigned seen = 0;
+    play(100);
+    command("arm 7");
+    fly(4.0);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_motion motion;
+        if (fake.sent[i].id != MR_ID_MOTION)
+            continue;
+        assert_int_equal(mr_motion_get(&motion, fake.sent[i].data, 8), MR_OK);
+        if (++seen >= 4) /* the first is told at the second switch */
+            assert_near(motion.deceleration_ft_s2, 6.0, 0.01);
+    }
+    assert_true(seen > 8);
+}
+
+static void a_switch_while_settling_is_part_of_the_landing(void **state)
+{
+    (void)state;
+    struct mr_landing message;
+    struct mr_stop stop;
+    play(100);
+    command("arm 7");
+    fly(7.0);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_SETTLING);
+    pass_switch(18, 7.0);
+    play(2);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_LANDING);
+    play(6000);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_DONE);
+    assert_int_equal(count_frames(MR_ID_EDGE), 18);
+    GET_LAST(stop, STOP, &stop);
+    assert_int_equal(stop.switches, 18);
+}
+
+/* Edges that no switch made, `period_s` apart for 30 s. */
+static void chatter(double period_s)
+{
+    double next_s = 1.0;
+    while (index_now < 31000) {
+        if (next_s < (double)index_now * 1e-3) {
+            if (fake.edges_taken == fake.edges)
+                fake.edges = fake.edges_taken = 0;
+            fake.edge_tick[fake.edges++] = (uint32_t)(uint64_t)llround(next_s * 84e6);
+            next_s += period_s;
+        }
+        play_block();
+    }
+}
+
+static void chatter_cannot_keep_a_landing_going(void **state)
+{
+    (void)state;
+    struct mr_landing message;
+    command("arm 1");
+    chatter(0.020); /* more edges than a landing has: three seconds after the last one it took it settles */
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_DONE);
+    assert_near(message.block, 1000 + 31 * 20 + 3000 + 2000, 5.0);
+    assert_int_equal(count_frames(MR_ID_EDGE), 32);
+    assert_int_equal(count_frames(MR_ID_MOTION), 0);
+}
+
+static void a_landing_ends_at_its_limit(void **state)
+{
+    (void)state;
+    struct mr_landing message;
+    command("arm 1");
+    chatter(1.0);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_DONE);
+    assert_near(message.block, 1000 + 20000 + 2000, 5.0);
+}
+
+static void a_landing_without_a_fit_says_why(void **state)
+{
+    (void)state;
+    struct mr_fault fault;
+    command("arm 1");
+    play(300);
+    pass_switch(1, (double)index_now * 1e-3);
+    play(5000); /* three seconds without an edge, and the next round of faults */
+    assert_int_equal(count_frames(MR_ID_TOUCHDOWN), 0);
+    GET_LAST(fault, FAULT, &fault);
+    assert_int_equal(fault.code, MR_FAULT_NO_FIT);
+    assert_int_equal(fault.detail, -MR_TOO_FEW);
+}
+
+static void an_edge_without_a_name_says_nothing_of_motion(void **state)
+{
+    (void)state;
+    play(100);
+    command("arm 7");
+    fly(3.0);
+    unsigned edges = count_frames(MR_ID_EDGE), motions = count_frames(MR_ID_MOTION);
+    fake.edge_tick[fake.edges++] = (uint32_t)(84000 * index_now - 42000);
+    play(10);
+    assert_int_equal(count_frames(MR_ID_EDGE), edges + 1);
+    assert_int_equal(count_frames(MR_ID_MOTION), motions);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup(name, start)
+    const struct CMUnitTest tests[] = {
+        TEST(a_landing_goes_through_its_states),
+        TEST(every_switch_is_named),
+        TEST(closing_joints_ahead_are_warned_of),
+        TEST(a_warning_ends_with_the_landing),
+        TEST(what_moved_before_arming_is_the_zero),
+        TEST(two_landings_in_one_run),
+        TEST(the_track_does_not_bend_the_motion),
+        TEST(a_switch_while_settling_is_part_of_the_landing),
+        TEST(chatter_cannot_keep_a_landing_going),
+        TEST(a_landing_ends_at_its_limit),
+        TEST(a_landing_without_a_fit_says_why),
+        TEST(an_edge_without_a_name_says_nothing_of_motion),
+    };
+    return cmocka_run_group_tests_name("firmware/flight", tests, NULL, NULL);
+}
