@@ -12,12 +12,6 @@ static struct board_identity identity;
 static volatile bool tick_passed;
 static uint32_t asleep_ticks, load_since_tick;
 
-bool answers(reg32 *reg, uint32_t probe)
-{
-    *reg = probe;
-    return *reg == probe;
-}
-
 static uint8_t take_reset_cause(void)
 {
     uint32_t csr = RCC->CSR;

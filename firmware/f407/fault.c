@@ -54,6 +54,12 @@ bool probe_word(const volatile uint32_t *address, uint32_t *value)
     return !probe_failed;
 }
 
+bool answers(reg32 *reg, uint32_t probe)
+{
+    *reg = probe;
+    return *reg == probe;
+}
+
 void fault_recall(void)
 {
     /* Detail: which fault, from the status: 1 memory, 2 bus, 3 usage, 4 other. */
