@@ -66,6 +66,10 @@ static enum mr_status set_gaps(const struct zones_closure *survey, struct sim_sc
 enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
                              struct sim_scene *scene, struct error *error)
 {
+    if (measured->fit_status == MR_TRUNCATED)
+        return error_set(error, MR_TRUNCATED,
+                         "the record ends while the gear moves: RUN %lld; compare a landing that was logged to its end",
+                         (long long)measured->landing.id);
     if (measured->fit_status != MR_OK)
         return error_set(error, MR_TOO_FEW,
                          "the motion of the gear is not known (%s): RUN %lld; a comparison needs at least 3 "

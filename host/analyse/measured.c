@@ -121,6 +121,9 @@ static void fit_gear(struct measured *measured)
     measured->fit_status = fit_gates(measured);
     if (landing->clock_source > 0)
         add_clock_error(&measured->summary);
+    /* A stop that nobody watched is a guess that looks like a measurement: a record that ends before it has none. */
+    if (measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < measured->summary.stop_t_s.value)
+        measured->fit_status = MR_TRUNCATED;
 }
 
 /* A moment of the motion: station and speed at a time. */

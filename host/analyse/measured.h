@@ -58,7 +58,8 @@ struct measured {
     size_t edges;                    /* captured, named or not */
     size_t switches;                 /* in the board's table */
     uint64_t seen;                   /* bit p-1: switch p */
-    enum mr_status fit_status;       /* of the summary: MR_OK, or why there is none */
+    enum mr_status fit_status;       /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends
+                                        while the gear moves, so only the touchdown of the summary is known */
     struct mr_gates_summary summary; /* times as t_s; errors include the clock's when it is not the crystal */
     struct mr_gates_fit fit;         /* the curve behind it */
 

@@ -116,6 +116,11 @@ static void print_motion(const struct summary *summary, bool si, FILE *out)
     char switches[200];
     summary_switches(measured, switches, sizeof switches);
     fprintf(out, "  %-13s %s\n", "switches", switches);
+    if (measured->fit_status == MR_TRUNCATED) {
+        print_estimate(out, "touchdown", fit->touchdown_speed_ft_s, unit_of(UNIT_SPEED, si), 3);
+        fprintf(out, "\n  %-13s not known: the record ends while the gear moves\n", "stop");
+        return;
+    }
     if (measured->fit_status != MR_OK) {
         fprintf(out, "  %-13s not known: %s\n", "motion", mr_status_text(measured->fit_status));
         return;
@@ -174,12 +179,12 @@ static void print_zone(const struct zone_warning *w, bool si, FILE *out)
     if (w->reached)
         fprintf(out, "; the wheel came there %.3f s later\n", w->true_lead_s);
     else
-        fprintf(out, "; the wheel stopped before it\n");
+        fprintf(out, "; the wheel did not come there in the record\n");
     if (!isnan(w->lead_s)) {
         fprintf(out, "  %-13s %.3f s to station %.1f %s, given at %.3f s", "lead time", w->lead_s,
                 w->lead_start_ft * station->factor, station->text, w->lead_t_s);
         if (isnan(w->lead_became_s))
-            fprintf(out, "; the wheel stopped before\n");
+            fprintf(out, "; the wheel did not come there in the record\n");
         else
             fprintf(out, "; it took %.3f s\n", w->lead_became_s);
     }
@@ -358,9 +363,10 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_object_set_new(object, "switches", json_integer((json_int_t)measured->switches));
     json_object_set_new(object, "switches_seen", json_integer((json_int_t)measured->gates));
     json_object_set_new(object, "fit", json_string(mr_status_text(measured->fit_status)));
-    if (measured->fit_status == MR_OK) {
-        const struct mr_gates_summary *fit = &measured->summary;
+    const struct mr_gates_summary *fit = &measured->summary;
+    if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
         set_estimate(object, "touchdown_speed", unit_of(UNIT_SPEED, si), fit->touchdown_speed_ft_s);
+    if (measured->fit_status == MR_OK) {
         set_estimate(object, "mean_deceleration", unit_of(UNIT_DECELERATION, si),
                      fit->mean_deceleration_ft_s2);
         set_estimate(object, "stop_station", unit_of(UNIT_STATION, si), fit->stop_station_ft);

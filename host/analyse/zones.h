@@ -24,7 +24,7 @@ struct zone_warning {
     double lead_s; /* NaN: none was ever given */
     double lead_t_s;
     double lead_start_ft; /* where the zone began then */
-    double lead_became_s; /* until the wheel was there; NaN: it stopped before */
+    double lead_became_s; /* until the wheel was there; NaN: not in the record */
 };
 
 struct zones {

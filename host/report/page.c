@@ -162,6 +162,10 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
         fact_estimate(out, "stop", measured->summary.stop_station_ft, unit_of(UNIT_STATION, si), 3);
         html_fact(out, "touchdown to rest", "%.3f s",
                   measured->summary.stop_t_s.value - measured->summary.touchdown_t_s.value);
+    } else if (measured->fit_status == MR_TRUNCATED) {
+        fact_estimate(out, "touchdown speed", measured->summary.touchdown_speed_ft_s, unit_of(UNIT_SPEED, si),
+                      3);
+        html_fact(out, "stop", "not known: the record ends while the gear moves");
     } else {
         html_fact(out, "motion", "not known: %s", mr_status_text(measured->fit_status));
     }
@@ -199,12 +203,12 @@ static void zone_words(FILE *out, const struct zone_warning *w, bool si)
     if (w->reached)
         fprintf(out, ". The wheel came there %.3f s later", w->true_lead_s);
     else
-        fputs(". The wheel stopped before it", out);
+        fputs(". The wheel did not come there in the record", out);
     if (!isnan(w->lead_s)) {
         fprintf(out, ". The first lead time given was %.3f s, to station %.1f %s, at %.3f s", w->lead_s,
                 w->lead_start_ft * station->factor, station->text, w->lead_t_s);
         if (isnan(w->lead_became_s))
-            fputs("; the wheel stopped before", out);
+            fputs("; the wheel did not come there in the record", out);
         else
             fprintf(out, "; it took %.3f s", w->lead_became_s);
     }

@@ -63,16 +63,20 @@ static enum mr_status pragma(struct store *store, const char *sql, int64_t *valu
     return status;
 }
 
-/* Sets up a new, empty file. All of it or nothing: another process never sees half a schema. */
+/* Sets up a new, empty file. All of it or nothing: another process never sees half a schema, and of two that set up the same
+ * file at once the second finds it done. */
 static enum mr_status create_tables(struct store *store, struct error *error)
 {
     char numbers[120];
+    int64_t tables = 0;
     snprintf(numbers, sizeof numbers, "PRAGMA application_id=%d; PRAGMA user_version=%d;", STORE_APPLICATION,
              STORE_VERSION);
     enum mr_status status = execute(store, "BEGIN IMMEDIATE", "set up", error);
     if (status == MR_OK)
+        status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
+    if (status == MR_OK && tables == 0)
         status = execute(store, store_schema, "set up", error);
-    if (status == MR_OK)
+    if (status == MR_OK && tables == 0)
         status = execute(store, numbers, "set up", error);
     if (status == MR_OK)
         status = execute(store, "COMMIT", "set up", error);
@@ -89,8 +93,10 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
         status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
     if (status != MR_OK)
         return status;
-    if (mode == STORE_CREATE && application == 0 && version == 0 && tables == 0)
-        return create_tables(store, error);
+    if (mode == STORE_CREATE && application == 0 && version == 0 && tables == 0) {
+        status = create_tables(store, error);
+        return status == MR_OK ? check_version(store, STORE_OPEN, error) : status;
+    }
     if (application != STORE_APPLICATION)
         return error_set(error, MR_MALFORMED,
                          "no campaign database: %s; name a database that matrig log made", store->path);

@@ -73,6 +73,22 @@ killed_log_keeps_everything() {
     build/matrig report "$tmp/killed.db" -o "$tmp/killed.html" && build/matrig export "$tmp/killed.db" 1 --format csv -o "$tmp/killed.csv"
 }
 
+# A log that ends while the gear moves knows the touchdown, but no stop: an extrapolated one would look measured.
+cut_landing_has_no_stop() {
+    build/matrig-board --elf $elf --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --rig $run --for 3.5 &&
+        build/matrig log --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt" || return 1
+    cat "$tmp/cut.txt"
+    grep -Eq 'touchdown +35\.[45]' "$tmp/cut.txt" && grep -q 'stop  *not known: the record ends while the gear moves' "$tmp/cut.txt" &&
+        ! grep -q deceleration "$tmp/cut.txt" && fails_with 4 "record ends while the gear moves" build/matrig --quiet compare "$tmp/cut.db" 1
+}
+two_logs_share_a_new_database() {
+    local first
+    build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/two.db" >/dev/null &
+    first=$!
+    build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/two.db" >/dev/null || return 1
+    wait $first && [ "$(sqlite3 "$tmp/two.db" 'select count(*) from landings')" = 2 ]
+}
+
 truncated_run_is_refused() {
     head -c 200000 $run >"$tmp/short.run"
     fails_with 4 "short.run" build/matrig-board --elf $elf --can "file:$tmp/x" --serial "file:$tmp/y" --rig "$tmp/short.run"
@@ -91,6 +107,8 @@ check "the CSV export has a row for every block" csv_has_every_millisecond
 check "the report stands alone and is small" page_stands_alone
 check "compare --limit decides the exit code" compare_limit_decides
 check "a log killed in mid-landing keeps all but the last 100 ms" killed_log_keeps_everything
+check "a landing cut short has a touchdown and no stop" cut_landing_has_no_stop
+check "two logs share a new database" two_logs_share_a_new_database
 check "a truncated run file is refused" truncated_run_is_refused
 check "a foreign run file is refused" foreign_run_is_refused
 check "a program for another processor is refused" host_elf_is_refused
