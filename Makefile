@@ -18,7 +18,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libc6-dev
+	libsundials-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3
 
 common_src := $(wildcard common/*.c)
@@ -27,6 +27,8 @@ hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c))
 host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c))
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
+figures_src := $(wildcard tests/figures/*.c)
+reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
 tests_of = $(patsubst %.c,$(B)/%,$(wildcard tests/$(1)/test_*.c))
@@ -37,13 +39,14 @@ host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
 # Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig.
 HIL_LIBS := -lunicorn -lm
-HOST_LIBS := -lsqlite3 -ljansson -lm
+HOST_LIBS := -lsqlite3 -ljansson -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
+	-lsundials_sunlinsolband -lm
 
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c))
-tests := $(foreach part,common firmware hil host,$(call tests_of,$(part)))
+tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 
 .PHONY: help
 help: ## list the targets
@@ -60,7 +63,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
@@ -72,6 +75,11 @@ runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and c
 	@mkdir -p $(B)/runs
 	$(B)/tests/runs/synthesise $(B)/runs
 	@for run in tests/runs/*.run; do cmp $$run $(B)/runs/$$(basename $$run) && echo "$$run: the same" || exit 1; done
+
+.PHONY: figures
+figures: $(B)/tests/figures/figures ## figures 3.6 to 3.12 of the 1973 report, redrawn, with a table: build/figures/figures.html
+	@mkdir -p $(B)/figures
+	$(B)/tests/figures/figures $(B)/figures
 
 .PHONY: clean
 clean: ## remove build/
@@ -151,6 +159,13 @@ $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_l
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))
 	$(CC) $^ -lm -o $@
+$(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_reference/test_%.o \
+		$(patsubst %.c,$(B)/%.o,$(reference_src)) $(host_lib) $(common_lib)
+	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
+$(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(figures_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
+	$(CC) $^ -ljansson -lm -o $@
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@

@@ -25,11 +25,13 @@ static const struct command commands[] = {
      "  file:PATH      a recorded candump log (CAN) or recorded bytes (serial)\n"
      "  can:IFACE, slcan:TTY[:BAUD], serial:TTY[:BAUD]\n"
      "                 hardware; these come with a later version\n"},
-    {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F]", "run a mat scene",
+    {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
-     "  --solver S     fixed: a fixed step that checks itself (the default)\n"
-     "  --rtol R       halve the step until the error estimate is below R times the largest movement\n"
-     "  --dt H         step, s; else a quarter of the stability limit\n"
+     "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
+     "                 planar models, fixed for the chain. Each answer is checked by a second run\n"
+     "  --rtol R       tolerance of the solver; fixed: the error estimate allowed, of the largest movement\n"
+     "  --dt H         step, s, of rk4 and fixed\n"
+     "  --no-prune     integrate every mat of a chain, also those at rest\n"
      "  --csv F        write the requested displacements as a table\n"},
     {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
      "measured against simulated, per transducer",
@@ -46,6 +48,27 @@ static const struct command commands[] = {
      "                 the CAN frames as `candump -L` writes them, stamped with board time\n"
      "                 (plus 1000000000 s, so that other tools take it for a date)\n"
      "  -o F           where to write; else standard output\n"},
+    {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
+     "  -o F           where to write; else standard output\n"},
+    {"scale", scale_command, "[NAME=VALUE... | SCENE] [--to model|prototype] [--n N] [--keep density|modulus] [-o F]",
+     "quantities and scenes between model and prototype",
+     "  NAME=VALUE     a quantity, by name or symbol; without any, all ratios are listed. Dimensionless terms that the\n"
+     "                 given quantities make up are shown for both sides\n"
+     "  SCENE          scene file, JSON: every key is scaled, defaults that scale are written out\n"
+     "  --to SIDE      prototype (the default: what is given is the model's) or model\n"
+     "  --n N          prototype length / model length; else 7\n"
+     "  --keep density the 1/7 model's rule: forces by n^3 (the default)\n"
+     "  --keep modulus the pilot model's rule: forces by n^2\n"
+     "  -o F           where to write the scene; else standard output\n"},
+    {"params", params_command, "READINGS [-o F]", "readings of simple tests to scene parameters",
+     "  READINGS       JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
+     "                 {\"readings\": [...], \"error\": E}, with standard errors\n"
+     "                 inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of turning: W and I\n"
+     "                 tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: KL\n"
+     "                 hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
+     "                 pull        pull_lb, weight_lb: f\n"
+     "                 deflection  load_lb, deflection_in [, mats]: KV\n"
+     "  -o F           write the parameters as the beginning of a scene\n"},
     {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
      "  -o F           where to write; else standard output\n"},
 };

@@ -34,7 +34,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         return error->status;
     if (dt && cli_number(dt, "--dt", 1e-12, 1e6, &request->options.dt_s, error) != MR_OK)
         return error->status;
-    if (rtol && cli_number(rtol, "--rtol", 1e-9, 1.0, &request->options.rtol, error) != MR_OK)
+    if (rtol && cli_number(rtol, "--rtol", 1e-13, 1.0, &request->options.rtol, error) != MR_OK)
         return error->status;
     request->scene_path = words[0];
     return MR_OK;
@@ -168,11 +168,14 @@ static void print_result(const struct sim_scene *scene, const struct sim_result 
     const char *name = cli->si ? "mm" : "in";
     printf("%s: model %s, solver %s: %s\n", scene->name, sim_model_name(scene->model), result->solver,
            sim_status_name(result->status));
-    printf("  %d mats, %.6g s in %llu steps of %.4g s (stable up to %.4g s)\n", result->mats, result->t_end_s,
+    printf("  %d mats, %.6g s in %llu steps of at most %.4g s (explicit limit %.4g s)\n", result->mats, result->t_end_s,
            (unsigned long long)result->steps, result->dt_s, result->dt_limit_s);
     printf("  largest movement %.4f %s, of mat %d; error estimate %.2g %s, against steps of %.4g s\n",
            unit * result->peak_u_ft, name, result->peak_mat, unit * result->error_u_ft, name,
            result->checked_dt_s);
+    if (scene->model != SIM_CHAIN)
+        printf("  largest lift %.4f %s: %s; error estimate %.2g %s\n", unit * result->max_lift_ft, name,
+               result->bow_wave ? "a bow wave" : "no bow wave", unit * result->error_lift_ft, name);
     if (result->speed_end_ft_s > 0.0)
         printf("  still moving at the end: up to %.3g %s\n",
                result->speed_end_ft_s * (cli->si ? M_PER_FT : 1.0), cli->si ? "m/s" : "ft/s");

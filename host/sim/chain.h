@@ -1,5 +1,5 @@
-/* Chain: the horizontal equations of a whole runway. Model section 0 with theta = 0, section F for
- * landings.
+/* Chain: the horizontal equations of a whole runway. README.md, "Common pieces" with theta = 0, and
+ * "Chain and landings".
  *
  * Joint law at opening g (ft, positive: open), tension positive:
  *   slack 0:   T = KL g + CL g'

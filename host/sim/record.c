@@ -28,7 +28,7 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
     size_t outputs = scene->t_out_s.count > 0 ? scene->t_out_s.count : 1;
     double end_s = sim_scene_end_s(scene);
     *record =
-        (struct sim_record){.mats = scene->mats, .end_s = end_s, .snapshot_count = EVEN_TIMES + outputs};
+        (struct sim_record){.mats = scene->mats, .end_s = end_s, .snapshot_count = EVEN_TIMES + outputs, .lift_node = 1};
     if (options->sample_dt_s > 0.0) {
         record->sample_dt_s = options->sample_dt_s;
         record->sample_count = (size_t)floor(end_s / options->sample_dt_s * (1.0 + 1e-12)) + 1;
@@ -50,10 +50,11 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
         record->station_mat[s] = mat > scene->mats ? scene->mats : mat;
     }
     for (size_t i = 0; i < EVEN_TIMES; i++)
-        record->snapshots[i] = (struct sim_snapshot){end_s * (double)(i + 1) / EVEN_TIMES, -1, NULL};
+        record->snapshots[i] = (struct sim_snapshot){.t_s = end_s * (double)(i + 1) / EVEN_TIMES, .output = -1};
     for (size_t i = 0; i < outputs; i++)
         record->snapshots[EVEN_TIMES + i] =
-            (struct sim_snapshot){scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s, (int)i, NULL};
+            (struct sim_snapshot){.t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s,
+                                  .output = (int)i};
     qsort(record->snapshots, record->snapshot_count, sizeof *record->snapshots, by_time);
     for (size_t i = 0; i < record->snapshot_count; i++)
         record->snapshots[i].u_ft = record->storage + i * row;
@@ -67,6 +68,8 @@ void sim_record_take(struct sim_record *record, double t_s, const double *u_ft, 
         if (record->next_snapshot < record->snapshot_count &&
             record->snapshots[record->next_snapshot].t_s <= record->next_s) {
             struct sim_snapshot *snapshot = &record->snapshots[record->next_snapshot++];
+            snapshot->lift_ft = record->lift_ft;
+            snapshot->lift_node = record->lift_node;
             for (int n = 1; n <= record->mats; n++)
                 snapshot->u_ft[n] = u_ft[n] - v_ft_s[n] * (t_s - snapshot->t_s);
         } else {
@@ -95,6 +98,14 @@ struct sim_difference sim_record_difference(const struct sim_record *a, const st
             most = (struct sim_difference){difference, a->station_mat[i % a->station_count],
                                            (double)(i / a->station_count) * a->sample_dt_s};
     }
+    return most;
+}
+
+double sim_record_lift_difference(const struct sim_record *a, const struct sim_record *b)
+{
+    double most = 0.0;
+    for (size_t i = 0; i < a->snapshot_count; i++)
+        most = fmax(most, fabs(a->snapshots[i].lift_ft - b->snapshots[i].lift_ft));
     return most;
 }
 
@@ -127,7 +138,7 @@ enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *
         if (!copy)
             return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer", outputs);
         memcpy(copy, snapshot->u_ft, row * sizeof *copy);
-        result->outputs[snapshot->output] = (struct sim_output){snapshot->t_s, copy, 0.0, 1};
+        result->outputs[snapshot->output] = (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
     }
     if (record->sample_dt_s > 0.0) {
         result->sample_u_ft = record->sample_u_ft;

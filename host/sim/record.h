@@ -12,6 +12,8 @@ struct sim_snapshot {
     double t_s;
     int output;   /* index among the scene's t_out, or -1 */
     double *u_ft; /* mats + 1 values by mat */
+    double lift_ft;
+    int lift_node;
 };
 
 struct sim_record {
@@ -28,6 +30,8 @@ struct sim_record {
     size_t next_snapshot;
     size_t next_sample;
     double next_s; /* the earliest time still wanted; INFINITY when none is */
+    double lift_ft; /* set by the solver before it calls sim_record_take; 0 and node 1 else */
+    int lift_node;
 };
 
 /* MR_FULL when memory is short; nothing is left to free then. */
@@ -45,6 +49,9 @@ struct sim_difference {
     double t_s;
 };
 struct sim_difference sim_record_difference(const struct sim_record *a, const struct sim_record *b);
+
+/* Largest difference of the lift between the same. */
+double sim_record_lift_difference(const struct sim_record *a, const struct sim_record *b);
 
 /* Largest |u| of a complete record, and where. */
 struct sim_difference sim_record_peak(const struct sim_record *record);

@@ -1,4 +1,4 @@
-/* Scene: one description of what is simulated, whatever the model and the solver (model sections E and F).
+/* Scene: one description of what is simulated, whatever the model and the solver (README.md, "Scene keys").
  *
  * Units ft, lb, s. Stations from the left edge of mat 1, downfield positive. Mats 1..N, joints 1..N+1
  * (joint j is the left end of mat j). A scene comes from a file (sim_scene_load) or from memory:

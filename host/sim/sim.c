@@ -4,18 +4,25 @@
 #include <string.h>
 
 #include "host/sim/fixed.h"
+#include "host/sim/planar.h"
 
 static enum mr_status check_options(const struct sim_scene *scene, const struct sim_options *options,
                                     struct error *error)
 {
     double runway_ft = scene->mats * scene->length_ft;
-    if (options->solver && strcmp(options->solver, "fixed") != 0)
-        return error_set(error, MR_USAGE, "solver not available: %s; give fixed, or leave it out",
+    bool chain = scene->model == SIM_CHAIN;
+    if (chain && options->solver && strcmp(options->solver, "fixed") != 0 && strcmp(options->solver, "auto") != 0)
+        return error_set(error, MR_USAGE, "solver not available: %s for model chain; give fixed, or leave it out",
                          options->solver);
+    if (!chain && options->solver && !planar_has_solver(options->solver))
+        return error_set(error, MR_USAGE,
+                         "solver not available: %s for model %s; give auto, event, implicit, cvode, rk4, rkgs or hamming",
+                         options->solver, sim_model_name(scene->model));
     if (!(options->dt_s >= 0.0 && options->dt_s <= 1e6))
         return error_set(error, MR_USAGE, "step out of range: dt %g s; give a positive step", options->dt_s);
-    if (options->rtol != 0.0 && !(options->rtol >= 1e-9 && options->rtol <= 1.0))
-        return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give 1e-9 to 1", options->rtol);
+    if (options->rtol != 0.0 && !(options->rtol >= (chain ? 1e-9 : 1e-13) && options->rtol <= (chain ? 1.0 : 0.01)))
+        return error_set(error, MR_USAGE, "tolerance out of range: rtol %g; give %s", options->rtol,
+                         chain ? "1e-9 to 1" : "1e-13 to 0.01");
     if (!(options->sample_dt_s >= 0.0) ||
         (options->sample_dt_s > 0.0 && sim_scene_end_s(scene) / options->sample_dt_s > 1e7))
         return error_set(error, MR_USAGE, "sampling out of range: every %g s; give at most 1e7 samples",
@@ -31,7 +38,22 @@ static enum mr_status check_options(const struct sim_scene *scene, const struct 
 static void fail_text(const struct sim_result *result, const struct sim_scene *scene, struct error *error)
 {
     const char *name = scene->name[0] ? scene->name : "scene";
-    if (result->status == SIM_STEP_UNDERFLOW)
+    bool given = result->solver && (strcmp(result->solver, "fixed") == 0 || strcmp(result->solver, "rk4") == 0);
+    if (result->status == SIM_FOLDED)
+        error_set(error, MR_NUMERICS,
+                  "folded: %s: mat %d at %.9g s: turned beyond 85 degrees; give less thrust or an earlier tend", name,
+                  result->mat, result->t_s);
+    else if (!given && result->status == SIM_STEP_UNDERFLOW)
+        error_set(error, MR_NUMERICS,
+                  "step_underflow: %s: mat %d at %.9g s: solver %s makes no progress; give another solver, a looser "
+                  "rtol or an earlier tend",
+                  name, result->mat, result->t_s, result->solver);
+    else if (!given)
+        error_set(error, MR_NUMERICS,
+                  "%s: %s: mat %d at %.9g s: solver %s contradicts itself at two tolerances; give a smaller rtol or "
+                  "another solver",
+                  sim_status_name(result->status), name, result->mat, result->t_s, result->solver);
+    else if (result->status == SIM_STEP_UNDERFLOW)
         error_set(error, MR_NUMERICS,
                   "step_underflow: %s: mat %d at %.9g s: still differs with a step of %g s; give a "
                   "larger rtol or an earlier tend",
@@ -56,9 +78,11 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     *result = (struct sim_result){0};
     if (sim_scene_check(scene, where, error) != MR_OK || check_options(scene, options, error) != MR_OK)
         return error->status;
-    if (scene->model != SIM_CHAIN)
-        return error_set(error, MR_USAGE, "model not available: %s: %s; chain is what this version has",
-                         where, sim_model_name(scene->model));
+    if (scene->model != SIM_CHAIN) {
+        if (planar_run(scene, options, result, error) == MR_OK && result->status != SIM_OK)
+            fail_text(result, scene, error);
+        return error->status;
+    }
     if (scene->friction_law != SIM_NONE && scene->friction_normal == SIM_SOIL)
         return error_set(error, MR_USAGE, "no soil in model chain: %s: friction_normal soil; give weight",
                          where);

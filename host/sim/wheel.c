@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#define EDGE 1e-12 /* model section 0: a wheel at x = n L is on mat n + 1 */
+#define EDGE 1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
 
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 {

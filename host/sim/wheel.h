@@ -1,4 +1,4 @@
-/* Wheel: what the aircraft does to the mats over a span of time. Model section 0 (wheel) and section F
+/* Wheel: what the aircraft does to the mats over a span of time. README.md, "The wheel" and "Chain and landings"
  * (path).
  *
  * Thrust is averaged over the span exactly (the rows are linear in time), so an impulse never depends on

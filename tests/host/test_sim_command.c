@@ -142,11 +142,11 @@ static void errors_have_their_exit_codes(void **state)
     write_text(SCENE, "{\"model\": \"chain\",\n\n oops}");
     assert_int_equal(SIM(JSON, SCENE), 4);
     one_error_line("line 3 column");
-    write_text(SCENE, "{\"model\": \"report\"}");
+    write_text(SCENE, "{\"model\": \"report\", \"grit\": 3}");
     assert_int_equal(SIM(TEXT, SCENE), 2);
-    one_error_line("report; chain");
+    one_error_line("grit in model report");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--solver", "bdf"), 2);
-    one_error_line("bdf; give fixed");
+    one_error_line("bdf for model chain; give fixed");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--dt", "fast"), 2);
     one_error_line("--dt");
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--frob"), 2);

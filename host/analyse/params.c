@@ -1,0 +1,114 @@
+#include "host/analyse/params.h"
+
+#include <math.h>
+
+/* Product of powers: relative errors add in squares, each times its power. */
+static struct estimate product(double constant, const struct estimate *factors, const double *powers,
+                               size_t count)
+{
+    double value = constant, relative2 = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        double relative = powers[i] * factors[i].error / factors[i].value;
+        value *= pow(factors[i].value, powers[i]);
+        relative2 += relative * relative;
+    }
+    return (struct estimate){value, fabs(value) * sqrt(relative2)};
+}
+
+struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft, struct estimate cord_ft,
+                               struct estimate period_s)
+{
+    /* Turned by a, each end swings out by a d/2 and its cord leans by a d/(2 l): restoring moment W d^2 a/(4
+     * l). */
+    const struct estimate factors[] = {weight_lb, spacing_ft, cord_ft, period_s};
+    const double powers[] = {1, 2, -1, 2};
+    return product(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);
+}
+
+struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in)
+{
+    const struct estimate factors[] = {slope_lb_in_in, joint_in};
+    const double powers[] = {1, 1};
+    return product(12.0, factors, powers, 2);
+}
+
+struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb)
+{
+    const struct estimate factors[] = {pull_lb, weight_lb};
+    const double powers[] = {1, -1};
+    return product(1.0, factors, powers, 2);
+}
+
+struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats)
+{
+    const struct estimate factors[] = {load_lb, deflection_ft};
+    const double powers[] = {1, -1};
+    return product(1.0 / (2.0 * mats), factors, powers, 2);
+}
+
+struct estimate params_mean(const double *readings, size_t count, double each)
+{
+    double mean = 0.0, scatter2 = 0.0;
+    for (size_t i = 0; i < count; i++)
+        mean += readings[i] / (double)count;
+    for (size_t i = 0; i < count; i++)
+        scatter2 += (readings[i] - mean) * (readings[i] - mean);
+    if (count > 1)
+        scatter2 /= (double)(count - 1) * (double)count;
+    return (struct estimate){mean, sqrt(scatter2 + each * each)};
+}
+
+enum mr_status params_fit(const double *x, const double *y, size_t count, struct params_line *line,
+                          struct error *error)
+{
+    if (count < 3)
+        return error_set(error, MR_TOO_FEW,
+                         "too few points for a slope with its error: %zu; give three or more", count);
+    double n = (double)count, mx = 0.0, my = 0.0, sxx = 0.0, sxy = 0.0, residual2 = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        mx += x[i] / n;
+        my += y[i] / n;
+    }
+    for (size_t i = 0; i < count; i++) {
+        sxx += (x[i] - mx) * (x[i] - mx);
+        sxy += (x[i] - mx) * (y[i] - my);
+    }
+    if (!(sxx > 0.0))
+        return error_set(error, MR_TOO_FEW, "no slope: all %zu points lie at %g; give different ones", count,
+                         mx);
+    double slope = sxy / sxx;
+    for (size_t i = 0; i < count; i++) {
+        double off = y[i] - my - slope * (x[i] - mx);
+        residual2 += off * off;
+    }
+    double variance = residual2 / (n - 2.0);
+    *line = (struct params_line){
+        .slope = {slope, sqrt(variance / sxx)},
+        .intercept = {my - slope * mx, sqrt(variance * (1.0 / n + mx * mx / sxx))},
+        .covariance = -variance * mx / sxx,
+        .scatter = sqrt(variance),
+    };
+    return MR_OK;
+}
+
+enum mr_status params_hinge(const double *angle_rad, const double *moment_ft_lb, size_t count,
+                            struct estimate wider, struct estimate *kt, struct estimate *tad_rad,
+                            struct error *error)
+{
+    struct params_line line;
+    if (params_fit(angle_rad, moment_ft_lb, count, &line, error) != MR_OK)
+        return error->status;
+    if (!(line.slope.value > 0.0))
+        return error_set(error, MR_MALFORMED,
+                         "moment falls with the angle: slope %g ft lb/rad; check the signs",
+                         line.slope.value);
+    const struct estimate factors[] = {line.slope, wider};
+    const double powers[] = {1, 1};
+    *kt = product(1.0, factors, powers, 2);
+    /* TAD = -c/k: d = -dc/k + c dk/k^2 */
+    double k = line.slope.value, by_c = -1.0 / k, by_k = line.intercept.value / (k * k);
+    double variance = by_c * by_c * line.intercept.error * line.intercept.error +
+                      by_k * by_k * line.slope.error * line.slope.error + 2.0 * by_c * by_k * line.covariance;
+    *tad_rad = (struct estimate){-line.intercept.value / k, sqrt(fmax(0.0, variance))};
+    return MR_OK;
+}

@@ -1,0 +1,310 @@
+/* matrig params: readings of section 3.4 to scene parameters. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/analyse/params.h"
+#include "host/cli.h"
+#include "host/output.h"
+
+#define READINGS_MAX 1000
+#define IN_PER_FT 12.0
+#define RAD_PER_DEG (M_PI / 180.0)
+#define PARAMETERS_MAX 8
+
+struct parameter {
+    const char *key; /* of the scene */
+    const char *unit;
+    const char *from;
+    struct estimate estimate;
+};
+
+struct reader {
+    const char *path;
+    const json_t *root;
+    struct parameter parameters[PARAMETERS_MAX];
+    size_t count;
+    struct error *error;
+};
+
+static void add(struct reader *reader, const char *key, const char *unit, const char *from,
+                struct estimate estimate)
+{
+    reader->parameters[reader->count++] = (struct parameter){key, unit, from, estimate};
+}
+
+/* A reading: a number (taken as exact), or {"value", "error"}, or {"readings": [...], "error"}. Must be above
+ * 0. */
+static enum mr_status take(struct reader *reader, const char *group, const char *name,
+                           struct estimate *estimate)
+{
+    const json_t *value = json_object_get(json_object_get(reader->root, group), name);
+    const json_t *list = json_object_get(value, "readings");
+    double each = json_number_value(json_object_get(value, "error"));
+    double readings[READINGS_MAX];
+    size_t count = 1;
+    if (!value)
+        return error_set(reader->error, MR_MALFORMED, "reading missing: %s: %s; give %s", reader->path, group,
+                         name);
+    if (json_is_number(value))
+        readings[0] = json_number_value(value);
+    else if (list && json_array_size(list) > 0 && json_array_size(list) <= READINGS_MAX)
+        for (count = 0; count < json_array_size(list); count++)
+            readings[count] = json_number_value(json_array_get(list, count));
+    else
+        readings[0] = json_number_value(json_object_get(value, "value"));
+    for (size_t i = 0; i < count; i++) {
+        if (!(readings[i] > 0.0) || !(each >= 0.0))
+            return error_set(
+                reader->error, MR_MALFORMED,
+                "reading out of range: %s: %s.%s is %g; give a number above 0 (and an error from 0)",
+                reader->path, group, name, readings[i]);
+    }
+    *estimate = params_mean(readings, count, each);
+    return MR_OK;
+}
+
+/* A list of numbers, for a slope. */
+static enum mr_status take_list(struct reader *reader, const char *group, const char *name, double factor,
+                                double *values, size_t *count)
+{
+    const json_t *list = json_object_get(json_object_get(reader->root, group), name);
+    if (!json_is_array(list) || json_array_size(list) > READINGS_MAX)
+        return error_set(reader->error, MR_MALFORMED, "list missing: %s: %s; give %s, at most %d numbers",
+                         reader->path, group, name, READINGS_MAX);
+    *count = json_array_size(list);
+    for (size_t i = 0; i < *count; i++) {
+        if (!json_is_number(json_array_get(list, i)))
+            return error_set(reader->error, MR_MALFORMED, "not a number: %s: %s.%s[%zu]; give numbers",
+                             reader->path, group, name, i);
+        values[i] = factor * json_number_value(json_array_get(list, i));
+    }
+    return MR_OK;
+}
+
+static enum mr_status same_length(struct reader *reader, const char *group, size_t a, size_t b)
+{
+    if (a != b)
+        return error_set(reader->error, MR_MALFORMED,
+                         "lists of different lengths: %s: %s has %zu and %zu; give pairs", reader->path,
+                         group, a, b);
+    return MR_OK;
+}
+
+static bool has(const struct reader *reader, const char *group, const char *name)
+{
+    return json_object_get(json_object_get(reader->root, group), name) != NULL;
+}
+
+static enum mr_status read_inertia(struct reader *reader)
+{
+    struct estimate weight, spacing, cord, period;
+    if (take(reader, "inertia", "weight_lb", &weight) != MR_OK ||
+        take(reader, "inertia", "spacing_ft", &spacing) != MR_OK ||
+        take(reader, "inertia", "cord_ft", &cord) != MR_OK ||
+        take(reader, "inertia", "period_s", &period) != MR_OK)
+        return reader->error->status;
+    add(reader, "W", "lb", "weighing", weight);
+    add(reader, "I", "slug ft2", "period on two cords", params_inertia(weight, spacing, cord, period));
+    return MR_OK;
+}
+
+/* Either the slope itself, or forces and stretches of a strip. */
+static enum mr_status read_tension(struct reader *reader)
+{
+    struct estimate slope, joint, strip;
+    if (take(reader, "tension", "joint_in", &joint) != MR_OK)
+        return reader->error->status;
+    if (has(reader, "tension", "slope_lb_in_in")) {
+        if (take(reader, "tension", "slope_lb_in_in", &slope) != MR_OK)
+            return reader->error->status;
+    } else {
+        double force[READINGS_MAX], stretch[READINGS_MAX];
+        size_t forces, stretches;
+        struct params_line line;
+        if (take(reader, "tension", "strip_in", &strip) != MR_OK ||
+            take_list(reader, "tension", "force_lb", 1.0, force, &forces) != MR_OK ||
+            take_list(reader, "tension", "stretch_in", 1.0, stretch, &stretches) != MR_OK ||
+            same_length(reader, "tension", forces, stretches) != MR_OK ||
+            params_fit(stretch, force, forces, &line, reader->error) != MR_OK)
+            return reader->error->status;
+        slope = params_friction(line.slope, strip); /* a quotient */
+    }
+    add(reader, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
+    return MR_OK;
+}
+
+static enum mr_status read_hinge(struct reader *reader)
+{
+    double angle[READINGS_MAX], moment[READINGS_MAX];
+    size_t angles, moments;
+    struct estimate kt, tad, wider = {1.0, 0.0}, strip, joint;
+    if (take_list(reader, "hinge", "angle_deg", RAD_PER_DEG, angle, &angles) != MR_OK ||
+        take_list(reader, "hinge", "moment_ft_lb", 1.0, moment, &moments) != MR_OK ||
+        same_length(reader, "hinge", angles, moments) != MR_OK)
+        return reader->error->status;
+    if (has(reader, "hinge", "strip_in")) {
+        if (take(reader, "hinge", "strip_in", &strip) != MR_OK ||
+            take(reader, "hinge", "joint_in", &joint) != MR_OK)
+            return reader->error->status;
+        wider = params_friction(joint, strip);
+    }
+    if (params_hinge(angle, moment, angles, wider, &kt, &tad, reader->error) != MR_OK)
+        return reader->error->status;
+    add(reader, "KT", "ft lb/rad", "slope of moment against angle", kt);
+    add(reader, "TAD_deg", "deg", "angle without moment",
+        (struct estimate){tad.value / RAD_PER_DEG, tad.error / RAD_PER_DEG});
+    return MR_OK;
+}
+
+static enum mr_status read_pull(struct reader *reader)
+{
+    struct estimate pull, weight;
+    if (take(reader, "pull", "pull_lb", &pull) != MR_OK ||
+        take(reader, "pull", "weight_lb", &weight) != MR_OK)
+        return reader->error->status;
+    add(reader, "f", "1", "pulling", params_friction(pull, weight));
+    return MR_OK;
+}
+
+static enum mr_status read_deflection(struct reader *reader)
+{
+    struct estimate load, deflection, mats = {1.0, 0.0};
+    if (take(reader, "deflection", "load_lb", &load) != MR_OK ||
+        take(reader, "deflection", "deflection_in", &deflection) != MR_OK ||
+        (has(reader, "deflection", "mats") && take(reader, "deflection", "mats", &mats) != MR_OK))
+        return reader->error->status;
+    deflection.value /= IN_PER_FT;
+    deflection.error /= IN_PER_FT;
+    add(reader, "KV", "lb/ft", "static deflection", params_soil(load, deflection, mats.value));
+    return MR_OK;
+}
+
+static const struct group {
+    const char *name;
+    enum mr_status (*read)(struct reader *reader);
+    const char *names; /* that it may hold */
+} groups[] = {
+    {"inertia", read_inertia, " weight_lb spacing_ft cord_ft period_s "},
+    {"tension", read_tension, " joint_in slope_lb_in_in strip_in force_lb stretch_in "},
+    {"hinge", read_hinge, " angle_deg moment_ft_lb strip_in joint_in "},
+    {"pull", read_pull, " pull_lb weight_lb "},
+    {"deflection", read_deflection, " load_lb deflection_in mats "},
+};
+#define GROUPS (sizeof groups / sizeof groups[0])
+
+/* A misspelt name would be left out in silence: refuse it. */
+static enum mr_status check_names(struct reader *reader)
+{
+    const char *key, *name;
+    json_t *value, *inner;
+    json_object_foreach((json_t *)reader->root, key, value)
+    {
+        const struct group *group = NULL;
+        for (size_t i = 0; i < GROUPS; i++) {
+            if (strcmp(groups[i].name, key) == 0)
+                group = &groups[i];
+        }
+        if (key[0] == '_')
+            continue;
+        if (!group || !json_is_object(value))
+            return error_set(reader->error, MR_MALFORMED,
+                             "unknown test: %s: \"%s\"; tests are inertia, tension, hinge, pull, deflection",
+                             reader->path, key);
+        json_object_foreach(value, name, inner)
+        {
+            char padded[64];
+            snprintf(padded, sizeof padded, " %s ", name);
+            if (name[0] != '_' && !strstr(group->names, padded))
+                return error_set(reader->error, MR_MALFORMED,
+                                 "unknown reading: %s: %s: \"%s\"; readings are%s", reader->path, key, name,
+                                 group->names);
+        }
+    }
+    return MR_OK;
+}
+
+static enum mr_status read_all(struct reader *reader)
+{
+    if (check_names(reader) != MR_OK)
+        return reader->error->status;
+    for (size_t i = 0; i < GROUPS; i++) {
+        if (json_object_get(reader->root, groups[i].name) && groups[i].read(reader) != MR_OK)
+            return reader->error->status;
+    }
+    if (reader->count == 0)
+        return error_set(reader->error, MR_MALFORMED, "no readings: %s; see matrig params --help",
+                         reader->path);
+    return MR_OK;
+}
+
+/* Scene keys with the errors in comment keys. */
+static json_t *scene_of(const struct reader *reader)
+{
+    json_t *scene = json_object();
+    for (size_t i = 0; i < reader->count; i++) {
+        const struct parameter *p = &reader->parameters[i];
+        char key[24], text[120];
+        snprintf(key, sizeof key, "_%s", p->key);
+        snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from, p->estimate.error, p->unit);
+        json_object_set_new(scene, p->key, cli_json_number(p->estimate.value, 6));
+        json_object_set_new(scene, key, json_string(text));
+    }
+    return scene;
+}
+
+static int show(const struct reader *reader, const char *output_path, const struct cli *cli)
+{
+    struct error error = {0};
+    json_t *scene = scene_of(reader), *list = json_object();
+    for (size_t i = 0; i < reader->count; i++) {
+        const struct parameter *p = &reader->parameters[i];
+        json_object_set_new(list, p->key,
+                            json_pack("{s:o,s:o,s:s,s:s}", "value", cli_json_number(p->estimate.value, 12),
+                                      "error", cli_json_number(p->estimate.error, 6), "unit", p->unit, "from",
+                                      p->from));
+        if (!cli->json)
+            printf("%-8s %14.6g +- %-10.2g %-10s %s\n", p->key, p->estimate.value, p->estimate.error, p->unit,
+                   p->from);
+    }
+    FILE *file = output_path ? output_open(output_path, &error) : NULL;
+    if (file) {
+        json_dumpf(scene, file, JSON_INDENT(2) | JSON_PRESERVE_ORDER);
+        fputc('\n', file);
+        output_close(file, output_path, &error);
+    }
+    int code = error.status != MR_OK ? cli_fail(&error) : 0;
+    if (cli->json && code == 0)
+        code = cli_print_json(json_pack("{s:O,s:O}", "parameters", list, "scene", scene), code);
+    json_decref(list);
+    json_decref(scene);
+    return code;
+}
+
+int params_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *words[1], *output_path = NULL;
+    const struct cli_option options[] = {{"-o", &output_path, NULL}};
+    struct error error = {0};
+    json_error_t where;
+    if (cli_parse(argc, argv, options, 1, words, 1, 1, "READINGS", &error) != MR_OK)
+        return cli_fail(&error);
+    FILE *file = fopen(words[0], "rb");
+    if (!file) {
+        error_set(&error, MR_IO, "cannot open readings: %s; check the path", words[0]);
+        return cli_fail(&error);
+    }
+    json_t *root = json_loadf(file, JSON_REJECT_DUPLICATES, &where);
+    fclose(file);
+    struct reader reader = {.path = words[0], .root = root, .error = &error};
+    int code;
+    if (!json_is_object(root))
+        error_set(&error, MR_MALFORMED, "no JSON object: %s: line %d column %d: %s; see matrig params --help",
+                  words[0], where.line, where.column, root ? "not an object" : where.text);
+    else
+        read_all(&reader);
+    code = error.status != MR_OK ? cli_fail(&error) : show(&reader, output_path, cli);
+    json_decref(root);
+    return code;
+}

@@ -1,0 +1,63 @@
+/* The consistent model (PLANAR.md, "Consistent model"): forces on the nodes, then one tridiagonal solve. */
+#include "host/sim/kernel.h"
+
+KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, double *accel,
+                          const struct kernel_parts parts)
+{
+    const double *p = z, *v = z + m->size;
+    const double length = m->length_ft, inverse_length = 1.0 / length, inverse_mass = 1.0 / m->mass_slug;
+    const double h = m->half_ft, quarter = 0.25 * m->mass_slug;
+    const int first = m->first, last = m->last;
+    struct kernel_thrust thrust = kernel_thrust(m, t_s);
+    struct kernel_mat before = kernel_outside(m, p, first - 1);
+    struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
+    double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
+    double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
+    double soil_l = kernel_soil_lb(m, p, v, first);
+    double *upper = m->mass_upper; /* of the factored mass matrix, per mat */
+    double force = 0.0, diagonal = 0.0; /* of the node at the left end, from the mats before it */
+    double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
+
+    for (int n = first; n <= last; n++) {
+        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, p, n + 1);
+        double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
+        double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
+        double soil_r = kernel_soil_lb(m, p, v, n + 1);
+        double push = tension_r - tension_l;
+        if (n == thrust.mat_a)
+            push += thrust.a_lb;
+        if (n == thrust.mat_b)
+            push += thrust.b_lb;
+        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) * inverse_mass;
+
+        double turning = moment_r - moment_l - h * mat.s * (tension_l + tension_r);
+        double inverse_lc = inverse_length / mat.c;
+        double g = turning * inverse_lc - m->inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
+        double a = m->inertia * inverse_lc * inverse_lc;
+        double down = 0.5 * m->weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
+
+        /* eliminate the left node: nothing else will be added to it */
+        double pivot = diagonal + quarter + a - off_before * upper_before;
+        double solved = (force - g + down - soil_l - off_before * solved_before) / pivot;
+        off_before = quarter - a;
+        upper_before = off_before / pivot;
+        solved_before = solved;
+        upper[n] = upper_before;
+        accel[2 * n] = solved;
+        diagonal = quarter + a;
+        force = g + down - soil_r;
+
+        mat = after;
+        tension_l = tension_r;
+        moment_l = moment_r;
+        soil_l = soil_r;
+    }
+    accel[2 * last + 2] = (force - off_before * solved_before) / (diagonal - off_before * upper_before);
+    for (int n = last; n >= first; n--)
+        accel[2 * n] -= upper[n] * accel[2 * n + 2];
+}
+
+void consistent_rates(const struct model *model, double t_s, const double *z, double *accel)
+{
+    KERNEL_DISPATCH(kernel, model, t_s, z, accel)
+}

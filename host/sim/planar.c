@@ -1,0 +1,235 @@
+#include "host/sim/planar.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/pass.h"
+
+#define CHECK_FACTOR 30.0
+#define DISAGREEMENT 0.2
+#define TIGHTEN 0.01
+#define MOST_TIGHTENINGS 2
+#define LEAST_RTOL 1e-13
+#define MOST_STEPS 5000000u
+#define MOST_CHATTER 50000u /* steps of a friction law that chatters, or before auto tries another solver */
+#define MOST_FIXED_STEPS 400000000.0
+#define RK4_REAL 2.785 /* where the negative real axis leaves the classical method's stability region */
+#define EXPLICIT_REACH 6.0 /* the same of the order 8 method, about */
+#define EXPLICIT_STEPS 10000.0 /* more than these for stability alone: implicit */
+#define BOW_WAVE_FT 0.05
+
+bool planar_has_solver(const char *name)
+{
+    return strcmp(name, "auto") == 0 || stepper_find(name);
+}
+
+static double bow_threshold_ft(const struct sim_scene *scene)
+{
+    double bump = 0.0;
+    for (size_t i = 0; i < scene->bump_ft.count; i++)
+        bump = fmax(bump, scene->bump_ft.values[i]);
+    return fmax(BOW_WAVE_FT, 2.0 * bump);
+}
+
+static const struct stepper_kind *choose(const struct sim_scene *scene, const struct sim_options *options,
+                                         double rate, struct sim_result *result)
+{
+    double steps = rate * sim_scene_end_s(scene) / EXPLICIT_REACH;
+    if (options->solver && strcmp(options->solver, "auto") != 0)
+        return stepper_find(options->solver);
+    if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+        sim_result_note(result, "friction sign chatters around rest; give stick, its exact form");
+    if (steps <= EXPLICIT_STEPS) {
+        sim_result_note(result, "auto: event; the fastest rate, %.4g /s, asks for no more than %.0f explicit steps",
+                        rate, ceil(steps));
+        return &stepper_event;
+    }
+    sim_result_note(result, "auto: implicit; the fastest rate, %.4g /s, would ask for %.3g explicit steps", rate, steps);
+    return &stepper_implicit;
+}
+
+static void cost(struct sim_result *result, const struct pass_outcome *pass)
+{
+    result->rhs += pass->rhs;
+    result->rejected += pass->rejected;
+}
+
+static void refuse(struct sim_result *result, enum sim_status status, int mat, double t_s)
+{
+    result->status = status;
+    result->mat = mat;
+    result->t_s = t_s;
+}
+
+static enum mr_status answer(const struct model *m, struct pass_outcome *pass, const struct pass_outcome *other,
+                             struct sim_result *result, struct error *error)
+{
+    size_t mats = (size_t)m->mats;
+    result->pass_ms = pass->ms;
+    result->steps = pass->steps;
+    result->events = pass->events;
+    result->dt_s = pass->longest_s;
+    result->checked_dt_s = other->longest_s;
+    result->mats_max = pass->mats_max;
+    result->mats_mean = pass->mats_mean;
+    if (result->status != SIM_OK)
+        return MR_OK;
+    struct sim_difference peak = sim_record_peak(&pass->record);
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->speed_end_ft_s = pass->speed_end_ft_s;
+    result->max_lift_ft = pass->max_lift_ft;
+    result->bow_wave = pass->max_lift_ft > bow_threshold_ft(m->scene);
+    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
+    if (!result->u_ft || !result->gap_ft)
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
+    for (int n = 1; n <= m->mats; n++)
+        result->u_ft[n] = pass->z[2 * n - 1];
+    double left = 0.0;
+    for (int j = 1; j <= m->mats + 1; j++) {
+        double right = j <= m->mats ? result->u_ft[j] : 0.0;
+        double shortened = 0.0;
+        if (m->full) {
+            for (int n = j - 1; n <= j; n++) {
+                double s = n >= 1 && n <= m->mats ? (pass->z[2 * n] - pass->z[2 * n - 2]) / m->length_ft : 0.0;
+                shortened += m->half_ft * (1.0 - sqrt(1.0 - s * s));
+            }
+        }
+        result->gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j) + right - left + shortened;
+        left = right;
+    }
+    return sim_record_deliver(&pass->record, result, error);
+}
+
+/* Compare two complete passes; false when they contradict each other. */
+static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b,
+                  struct sim_result *result, struct sim_difference *where)
+{
+    double threshold = bow_threshold_ft(m->scene);
+    *where = sim_record_difference(&a->record, &b->record);
+    result->error_u_ft = where->u_ft;
+    result->error_lift_ft = fmax(sim_record_lift_difference(&a->record, &b->record), fabs(a->max_lift_ft - b->max_lift_ft));
+    double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
+    double lift = fmin(a->max_lift_ft, b->max_lift_ft);
+    return result->error_u_ft <= DISAGREEMENT * peak + 1e-9 * m->length_ft &&
+           result->error_lift_ft <= DISAGREEMENT * lift + 0.01 * threshold &&
+           (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
+}
+
+/* Run coarse and fine; the answer is `coarse` when coarse_answers. */
+static enum mr_status run_pair(struct model *m, const struct sim_options *options, struct pass_request request,
+                               bool coarse_answers, bool *contradicted, struct sim_result *result, struct error *error)
+{
+    struct pass_outcome coarse = {0}, fine = {0};
+    struct sim_difference where;
+    struct pass_request check = request;
+    if (request.kind->fixed)
+        request.dt_s *= 0.5;
+    else
+        check.rtol = fmin(1e-2, check.rtol * CHECK_FACTOR);
+    *contradicted = false;
+    if (pass_run(&coarse, m, &check, options, error) == MR_OK) {
+        cost(result, &coarse);
+        if (pass_run(&fine, m, &request, options, error) == MR_OK) {
+            cost(result, &fine);
+            const struct pass_outcome *failed = fine.status != SIM_OK ? &fine : coarse.status != SIM_OK ? &coarse : NULL;
+            if (failed) {
+                refuse(result, failed->status, failed->mat, failed->t_s);
+                *contradicted = fine.status == SIM_OK;
+            } else if (!agree(m, &coarse, &fine, result, &where)) {
+                refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
+                *contradicted = true;
+            }
+            if (coarse_answers)
+                answer(m, &coarse, &fine, result, error);
+            else
+                answer(m, &fine, &coarse, result, error);
+        }
+    }
+    pass_free(&coarse);
+    pass_free(&fine);
+    return error->status;
+}
+
+static enum mr_status run_fixed(struct model *m, const struct sim_options *options, const struct stepper_kind *kind,
+                                struct sim_result *result, struct error *error)
+{
+    double end = sim_scene_end_s(m->scene);
+    bool given = options->dt_s > 0.0, contradicted;
+    double dt = given ? options->dt_s : fmin(0.5 * result->dt_limit_s, end / 500.0);
+    struct pass_request request = {kind, 0.0, dt, UINT64_MAX};
+    if (end / dt > MOST_FIXED_STEPS)
+        return error_set(error, MR_USAGE, "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
+                                          "or solver implicit",
+                         m->scene->name[0] ? m->scene->name : "scene", end, dt);
+    sim_result_note(result, "error estimate: largest difference to the same run with half the step");
+    if (dt > result->dt_limit_s) {
+        result->dt_s = dt;
+        refuse(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
+        return MR_OK;
+    }
+    return run_pair(m, options, request, given, &contradicted, result, error);
+}
+
+static enum mr_status run_adaptive(struct model *m, const struct sim_options *options, const struct stepper_kind *kind,
+                                   struct sim_result *result, struct error *error)
+{
+    bool given = options->rtol > 0.0, contradicted;
+    bool automatic = !options->solver || strcmp(options->solver, "auto") == 0;
+    bool chatters = m->law == SIM_SIGN || (automatic && kind == &stepper_event);
+    struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, chatters ? MOST_CHATTER : MOST_STEPS};
+    sim_result_note(result, "error estimate: largest difference to the same run at a 30 times looser tolerance");
+    for (int i = 0;; i++) {
+        result->status = SIM_OK;
+        if (run_pair(m, options, request, false, &contradicted, result, error) != MR_OK)
+            break;
+        if (!contradicted || i == MOST_TIGHTENINGS || given)
+            break;
+        request.rtol = fmax(LEAST_RTOL, request.rtol * TIGHTEN);
+        sim_result_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
+    }
+    return error->status;
+}
+
+enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
+                          struct sim_result *result, struct error *error)
+{
+    struct model model;
+    double begin_ms = pass_clock_ms();
+    double *z = calloc(2 * (2 * (size_t)scene->mats + 1), sizeof *z);
+    if (!z)
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
+    if (model_make(&model, scene, error) != MR_OK) {
+        free(z);
+        return error->status;
+    }
+    bool automatic = !options->solver || strcmp(options->solver, "auto") == 0;
+    model_start(&model, z);
+    double rate = model_fastest_rate(&model, z);
+    const struct stepper_kind *kind = choose(scene, options, rate, result);
+    result->solver = kind->name;
+    result->mats = scene->mats;
+    result->t_end_s = sim_scene_end_s(scene);
+    result->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
+    model_describe(&model, result);
+    sim_result_note(result, "every mat is integrated all the time: only model chain leaves sleeping mats out");
+    if (options->dt_s > 0.0 && !kind->fixed)
+        error_set(error, MR_USAGE, "no fixed step: solver %s chooses its own; give --rtol, or --solver rk4", kind->name);
+    else if (options->rtol > 0.0 && kind->fixed)
+        error_set(error, MR_USAGE, "no tolerance: solver %s has a fixed step; give --dt, or another solver", kind->name);
+    else if (kind->fixed)
+        run_fixed(&model, options, kind, result, error);
+    else if (run_adaptive(&model, options, kind, result, error) == MR_OK && automatic && kind == &stepper_event &&
+             result->status == SIM_STEP_UNDERFLOW && model.law != SIM_SIGN) {
+        result->status = SIM_OK;
+        result->solver = stepper_implicit.name;
+        sim_result_note(result, "auto: event came to %.9g s only; implicit instead", result->t_s);
+        run_adaptive(&model, options, &stepper_implicit, result, error);
+    }
+    result->run_ms = pass_clock_ms() - begin_ms;
+    model_free(&model);
+    free(z);
+    return error->status;
+}

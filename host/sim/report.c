@@ -1,0 +1,54 @@
+/* The report's model (PLANAR.md, "Report model"), evaluated from one end of the window to the other: each mat's angular
+ * acceleration is local, node heights accelerate as its running sum. */
+#include "host/sim/kernel.h"
+
+KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, double *accel,
+                          const struct kernel_parts parts)
+{
+    const double *p = z, *v = z + m->size;
+    const double inverse_length = 1.0 / m->length_ft, inverse_mass = 1.0 / m->mass_slug;
+    const double inverse_inertia = 1.0 / m->inertia, h = m->half_ft;
+    const int first = m->first, last = m->last;
+    struct kernel_thrust thrust = kernel_thrust(m, t_s);
+    struct kernel_mat before = kernel_outside(m, p, first - 1);
+    struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
+    double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
+    double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
+    double soil_l = kernel_soil_lb(m, p, v, first);
+    double height = 0.0;
+
+    for (int n = first; n <= last; n++) {
+        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, p, n + 1);
+        double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
+        double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
+        double soil_r = kernel_soil_lb(m, p, v, n + 1);
+        double push = tension_r - tension_l;
+        if (n == thrust.mat_a)
+            push += thrust.a_lb;
+        if (n == thrust.mat_b)
+            push += thrust.b_lb;
+        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) * inverse_mass;
+
+        double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + m->lift[n] * m->shear_lb) -
+                         h * mat.s * (tension_l + tension_r);
+        double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w; /* (sin theta)'' */
+        if (n == m->held - 1)
+            rise = -height * inverse_length;
+        if (n == first) {
+            height = first == 0 ? (m->q1_lb - soil_l - soil_r) * inverse_mass - h * rise
+                                : (m->q1_lb - 2.0 * soil_l) * inverse_mass;
+            accel[2 * n] = height;
+        }
+        height = n == m->held - 1 ? 0.0 : height + m->length_ft * rise;
+        accel[2 * n + 2] = height;
+        mat = after;
+        tension_l = tension_r;
+        moment_l = moment_r;
+        soil_l = soil_r;
+    }
+}
+
+void report_rates(const struct model *model, double t_s, const double *z, double *accel)
+{
+    KERNEL_DISPATCH(kernel, model, t_s, z, accel)
+}

@@ -1,0 +1,359 @@
+/* The switches of a model: when a mode no longer fits, and what a flip does. */
+#include <math.h>
+
+#include "host/sim/kernel.h"
+
+#define HOLD_PART 1.25e-7 /* of sqrt(g L): slower bounces are not followed */
+#define TOUCH_FT MODEL_TOUCH_FT
+
+static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
+{
+    if (n < m->first || n > m->last)
+        return kernel_outside(m, z, n);
+    return kernel_mat(z, z + m->size, n, 1.0 / m->length_ft);
+}
+
+static double tension_lb(const struct model *m, const double *z, int j)
+{
+    struct kernel_mat l = mat_of(m, z, j - 1), r = mat_of(m, z, j);
+    return kernel_tension_lb(m, j, &l, &r, m->full, m->slack_ft > 0.0);
+}
+
+double model_push_lb(const struct model *m, double t_s, const double *z, int mat)
+{
+    double rate, thrust = m->span.mat < 0 ? 0.0 : span_thrust_lb(&m->span, m->length_ft, t_s, mat, &rate);
+    return tension_lb(m, z, mat + 1) - tension_lb(m, z, mat) + thrust;
+}
+
+double model_limit_lb(const struct model *m, const double *z, int mat)
+{
+    const double *v = z + m->size;
+    if (!m->soil_normal)
+        return kernel_limit_lb(m, mat, 0.0, 0.0);
+    return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
+}
+
+/* Positive where the soil acts. The consistent model's does not pull. */
+static inline double contact_value(const struct model *m, const double *z, int node)
+{
+    double y = z[2 * node];
+    if (!m->consistent)
+        return y + TOUCH_FT;
+    return fmin(y, y + m->cv / m->kv * z[m->size + 2 * node]);
+}
+
+static double turn_of(const struct model *m, const double *z, int j)
+{
+    struct kernel_mat l = mat_of(m, z, j - 1), r = mat_of(m, z, j);
+    return kernel_turn_rad(&l, &r);
+}
+
+static bool has_torsion(const struct model *m, int j)
+{
+    if ((j == 0 && m->left_turns) || (j == m->mats && m->right_turns))
+        return false;
+    return m->kt > 0.0 || m->ct > 0.0;
+}
+
+/* What a node at the edge of contact would do without and with the shear on the mat before it. Its state is only
+ * looked at; the work is done on a copy of the model's few scalars. */
+static void held_accel(const struct model *m, double t_s, const double *z, int node, double *off, double *on)
+{
+    struct model copy = *m;
+    double *accel = m->spare;
+    signed char kept = m->lift[node - 1];
+    copy.held = -1;
+    m->lift[node - 1] = 0;
+    report_rates(&copy, t_s, z, accel);
+    *off = accel[2 * node];
+    m->lift[node - 1] = 1;
+    report_rates(&copy, t_s, z, accel);
+    *on = accel[2 * node];
+    m->lift[node - 1] = kept;
+}
+
+double model_margin(const struct model *m, double t_s, const double *z, struct model_switch s)
+{
+    double value;
+    switch (s.kind) {
+    case MODEL_CONTACT:
+        value = contact_value(m, z, s.index);
+        return m->contact[s.index] ? value : -value;
+    case MODEL_TORSION:
+        value = turn_of(m, z, s.index);
+        return m->torsion[s.index] ? m->torsion[s.index] * value - m->tad_rad : m->tad_rad - fabs(value);
+    case MODEL_SLACK: {
+        struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
+        value = kernel_gap_ft(m, s.index, &l, &r, m->full);
+        if (m->joint[s.index] < 0)
+            return -value;
+        return m->joint[s.index] > 0 ? value - m->slack_ft : fmin(value, m->slack_ft - value);
+    }
+    case MODEL_SLIDE:
+        return m->slide[s.index] * z[m->size + 2 * s.index + 1];
+    case MODEL_STICK:
+        return model_limit_lb(m, z, s.index) - fabs(model_push_lb(m, t_s, z, s.index));
+    case MODEL_APEX:
+        return z[2 * s.index] - z[2 * m->apex];
+    case MODEL_HOLD: {
+        double off, on;
+        held_accel(m, t_s, z, s.index, &off, &on);
+        return fmin(-off, on);
+    }
+    }
+    return 0.0;
+}
+
+void model_reach(const struct model *m, struct model_switch s, int *low, int *high)
+{
+    int node = s.index;
+    *low = 2 * (node - 2);
+    *high = 2 * (node + 3) + 1;
+    if (s.kind == MODEL_HOLD) {
+        *low = 2 * m->first;
+        *high = 2 * m->last + 3;
+    }
+    if (s.kind == MODEL_APEX) {
+        *low = 2 * (m->apex < node ? m->apex : node);
+        *high = 2 * (m->apex < node ? node : m->apex) + 1;
+    }
+    if (*low < 2 * m->first)
+        *low = 2 * m->first;
+    if (*high > 2 * m->last + 3)
+        *high = 2 * m->last + 3;
+}
+
+struct found {
+    struct model_switch *list;
+    int room;
+    int count;
+};
+
+static inline void note(struct found *found, enum model_switch_kind kind, int index)
+{
+    if (found->count < found->room)
+        found->list[found->count] = (struct model_switch){kind, index};
+    found->count++;
+}
+
+int model_violations(const struct model *m, double t_s, const double *z, struct model_switch *list, int room)
+{
+    struct found found = {list, room, 0};
+    const double *v = z + m->size;
+    int lowest = m->apex;
+    bool watch_apex = m->shear != SIM_NO_SHEAR && m->lifted > 0;
+    for (int j = m->first; j <= m->last + 1; j++) {
+        double value = contact_value(m, z, j);
+        if (j != m->held && (m->contact[j] ? value < 0.0 : value > 0.0))
+            note(&found, MODEL_CONTACT, j);
+        if (watch_apex && z[2 * j] < z[2 * lowest])
+            lowest = j;
+    }
+    if (m->held >= 0 && model_margin(m, t_s, z, (struct model_switch){MODEL_HOLD, m->held}) < 0.0)
+        note(&found, MODEL_HOLD, m->held);
+    if (lowest != m->apex && watch_apex)
+        note(&found, MODEL_APEX, lowest);
+    if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
+        /* |asin a - asin b| is below TAD for certain while |a| + |b| is below sin TAD */
+        double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft;
+        double left_ft = 0.0;
+        for (int j = m->first; j <= m->last + 1; j++) {
+            double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
+            if ((m->torsion[j] || left_ft + right_ft > flat_ft) && has_torsion(m, j) &&
+                model_margin(m, t_s, z, (struct model_switch){MODEL_TORSION, j}) < 0.0)
+                note(&found, MODEL_TORSION, j);
+            left_ft = right_ft;
+        }
+    }
+    if (m->slack_ft > 0.0) {
+        for (int j = m->first; j <= m->last + 1; j++) {
+            if (model_margin(m, t_s, z, (struct model_switch){MODEL_SLACK, j}) < 0.0)
+                note(&found, MODEL_SLACK, j);
+        }
+    }
+    if (m->law == SIM_STICK) {
+        int first = m->first > 0 ? m->first - 1 : 0, last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
+        double tension_l = tension_lb(m, z, first);
+        for (int n = first; n <= last; n++) {
+            double tension_r = tension_lb(m, z, n + 1);
+            if (m->slide[n] != 0) {
+                if (m->slide[n] * v[2 * n + 1] < 0.0)
+                    note(&found, MODEL_SLIDE, n);
+            } else {
+                double rate, push = tension_r - tension_l;
+                if (m->span.mat >= 0)
+                    push += span_thrust_lb(&m->span, m->length_ft, t_s, n, &rate);
+                if (fabs(push) > model_limit_lb(m, z, n))
+                    note(&found, MODEL_STICK, n);
+            }
+            tension_l = tension_r;
+        }
+    }
+    return found.count;
+}
+
+static void settle_lift(struct model *m, const double *z)
+{
+    bool rising = m->shear == SIM_RISING || m->shear == SIM_BOTH;
+    m->lifted = 0;
+    for (int j = m->first; j <= m->last + 1; j++)
+        m->lifted += !m->contact[j];
+    if (m->shear == SIM_NO_SHEAR)
+        return;
+    for (int n = m->first; n <= m->last; n++)
+        m->lift[n] = 0;
+    if (m->lifted == 0) {
+        m->apex = m->first;
+        return;
+    }
+    if (m->contact[m->apex] || m->apex < m->first || m->apex > m->last + 1) {
+        for (int j = m->first; j <= m->last + 1; j++) {
+            if (z[2 * j] < z[2 * m->apex] || m->apex < m->first || m->apex > m->last + 1)
+                m->apex = j;
+        }
+    }
+    int ridge = m->apex + 1; /* the second mat after the apex node: its left end is the node after it */
+    if (m->shear == SIM_FOLLOWING && ridge <= m->last && !m->contact[ridge])
+        m->lift[ridge] = 1;
+    for (int n = m->first; rising && n <= m->last; n++) {
+        bool left = !m->contact[n], right = !m->contact[n + 1];
+        if (right && (!left || n == ridge))
+            m->lift[n] = 1;
+        else if (m->shear == SIM_BOTH && left && !right)
+            m->lift[n] = -1;
+    }
+}
+
+static void settle_shape(struct model *m, const double *z)
+{
+    settle_lift(m, z);
+    m->engaged = 0;
+    for (int j = m->first; j <= m->last + 1; j++)
+        m->engaged += m->torsion[j] != 0;
+}
+
+static void settle_slide(struct model *m, double t_s, const double *z)
+{
+    if (m->law != SIM_STICK)
+        return;
+    for (int n = m->first; n <= m->last; n++) {
+        double v = z[m->size + 2 * n + 1];
+        if (v != 0.0)
+            m->slide[n] = v > 0.0 ? 1 : -1;
+        else {
+            double push = model_push_lb(m, t_s, z, n);
+            m->slide[n] = fabs(push) <= model_limit_lb(m, z, n) ? 0 : push > 0.0 ? 1 : -1;
+        }
+    }
+}
+
+void model_settle(struct model *m, double t_s, const double *z)
+{
+    settle_shape(m, z);
+    settle_slide(m, t_s, z);
+}
+
+/* A node that has all but stopped at the edge of contact, and is driven back from both sides, is held there. */
+static void try_hold(struct model *m, double t_s, double *z, int node)
+{
+    double off, on, speed = z[m->size + 2 * node], edge_ft = z[2 * node];
+    if (m->shear != SIM_RISING || fabs(speed) > HOLD_PART * sqrt(m->scene->g_ft_s2 * m->length_ft))
+        return;
+    signed char kept = m->contact[node];
+    m->contact[node] = 0;
+    settle_lift(m, z);
+    bool pressed = m->lift[node - 1] == 1;
+    m->contact[node] = 1;
+    settle_lift(m, z);
+    pressed = pressed && m->lift[node - 1] == 0;
+    if (pressed)
+        held_accel(m, t_s, z, node, &off, &on);
+    if (pressed && off < 0.0 && on > 0.0) {
+        m->held = node;
+        for (int j = node; j <= m->last + 1; j++) { /* what follows keeps its angles */
+            z[m->size + 2 * j] -= speed;
+            if (fabs(z[2 * j] - edge_ft) > 1e-3 * TOUCH_FT)
+                continue;
+            z[2 * j] = -0.5 * TOUCH_FT; /* flat mats: well within contact, so that rounding does not lift them */
+            if (fabs(z[m->size + 2 * j]) < fabs(speed))
+                z[m->size + 2 * j] = 0.0;
+            m->contact[j] = 1;
+        }
+        return;
+    }
+    m->contact[node] = kept;
+}
+
+void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
+{
+    switch (s.kind) {
+    case MODEL_CONTACT:
+        m->contact[s.index] = !m->contact[s.index];
+        if (m->held < 0 && !m->consistent && s.index >= m->first + 2)
+            try_hold(m, t_s, z, s.index);
+        break;
+    case MODEL_HOLD: {
+        double off, on;
+        held_accel(m, t_s, z, s.index, &off, &on);
+        m->held = -1;
+        m->contact[s.index] = !(on < 0.0);
+        break;
+    }
+    case MODEL_TORSION:
+        m->torsion[s.index] = m->torsion[s.index] ? 0 : turn_of(m, z, s.index) > 0.0 ? 1 : -1;
+        break;
+    case MODEL_SLACK: {
+        struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
+        double gap = kernel_gap_ft(m, s.index, &l, &r, m->full);
+        if (m->joint[s.index] != 0)
+            m->joint[s.index] = 0;
+        else
+            m->joint[s.index] = gap > 0.5 * m->slack_ft ? 1 : -1;
+        break;
+    }
+    case MODEL_SLIDE:
+        z[m->size + 2 * s.index + 1] = 0.0;
+        break;
+    case MODEL_STICK:
+        m->slide[s.index] = model_push_lb(m, t_s, z, s.index) > 0.0 ? 1 : -1;
+        break;
+    case MODEL_APEX:
+        m->apex = s.index;
+        break;
+    }
+}
+
+void model_sample_shape(struct model *m, const double *z)
+{
+    bool switches = m->tad_rad > 0.0;
+    double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft;
+    double left_ft = 0.0;
+    m->apex = m->first;
+    m->held = -1;
+    for (int j = m->first; j <= m->last + 1; j++) {
+        m->contact[j] = m->consistent ? contact_value(m, z, j) > 0.0 : z[2 * j] >= -TOUCH_FT;
+        if (z[2 * j] < z[2 * m->apex])
+            m->apex = j;
+        double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
+        m->torsion[j] = !switches;
+        if (switches && left_ft + right_ft > flat_ft) {
+            double turn = turn_of(m, z, j);
+            m->torsion[j] = turn > m->tad_rad ? 1 : turn < -m->tad_rad ? -1 : 0;
+        }
+        if (!has_torsion(m, j))
+            m->torsion[j] = 0;
+        left_ft = right_ft;
+        if (m->slack_ft > 0.0) {
+            struct kernel_mat l = mat_of(m, z, j - 1), r = mat_of(m, z, j);
+            double gap = kernel_gap_ft(m, j, &l, &r, m->full);
+            m->joint[j] = gap < 0.0 ? -1 : gap > m->slack_ft ? 1 : 0;
+        }
+    }
+    settle_shape(m, z);
+}
+
+void model_sample(struct model *m, double t_s, const double *z)
+{
+    model_sample_shape(m, z);
+    settle_slide(m, t_s, z);
+}

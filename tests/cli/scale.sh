@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# matrig scale: values the report works out, scene files both ways, errors.
+. "$(dirname "$0")/tap.sh"
+m=build/matrig
+
+# says PATTERN WORDS...: `matrig --json scale WORDS` has a member that matches.
+says() {
+    local want=$1
+    shift
+    $m --json scale "$@" >"$tmp/o.json" || return 1
+    cat "$tmp/o.json"
+    sed 's/[{},]/\n/g' "$tmp/o.json" | grep -Eq -- "$want"
+}
+check "1000 lb of model weigh 343000 lb" says '"to":343000\.0' weight=1000
+check "2 slug ft2 become 1.19e-4" says '"to":0\.000118998' I=2 --to model
+check "joint stiffness by n squared" says '"to":367346\.93' KL=1.8e7 --to model
+check "the pilot model: 40 kip become 918 lb" says '"to":918\.27' weight=40000 --to model --n 6.6 --keep modulus
+
+pi_stays() {
+    $m scale weight=1440 velocity=28 length=0.2857142857 acceleration=10 density=5.2 modulus=2e8 pressure=720 >"$tmp/pi"
+    cat "$tmp/pi"
+    grep '^pi' "$tmp/pi" | awk '{ if ($(NF-2) != $NF) exit 1; n++ } END { exit n < 5 }'
+}
+check "pi terms are the same on both sides" pi_stays
+
+there_and_back() {
+    $m scale host/scenes/model_runway.json -o "$tmp/big.json" && $m scale "$tmp/big.json" --to model -o "$tmp/small.json" &&
+        $m --json sim host/scenes/model_runway.json >"$tmp/a" && $m --json sim "$tmp/small.json" >"$tmp/b" || return 1
+    grep -o '"max_lift_ft.*"active"' "$tmp/a" | grep -o '[0-9.e-]*' | awk '{printf "%.6f\n", $1}' >"$tmp/a6"
+    grep -o '"max_lift_ft.*"active"' "$tmp/b" | grep -o '[0-9.e-]*' | awk '{printf "%.6f\n", $1}' >"$tmp/b6"
+    cmp "$tmp/a6" "$tmp/b6"
+}
+check "a scene scaled up and down again runs the same" there_and_back
+
+scaled_run() {
+    cat >"$tmp/block.json" <<'J'
+{"model": "chain", "N": 30, "F": 12000, "tend": 0.049, "u_mats": [4]}
+J
+    $m scale "$tmp/block.json" --to model -o "$tmp/model.json" || return 1
+    big=$($m --json sim "$tmp/block.json" --rtol 1e-5 | grep -o '"4":[0-9.e-]*' | cut -d: -f2)
+    small=$($m --json sim "$tmp/model.json" --rtol 1e-5 | grep -o '"4":[0-9.e-]*' | cut -d: -f2)
+    echo "$big $small"
+    awk -v a="$big" -v b="$small" 'BEGIN { r = a / b / 7; exit !(a > 0 && r > 0.99999 && r < 1.00001) }'
+}
+check "a scaled scene moves 1/7 as far" scaled_run
+
+check "no such quantity" fails_with 2 "unknown quantity: 'speed'" $m scale speed=3
+check "not a number" fails_with 2 "not a number: 'x'" $m scale weight=x
+check "no such side" fails_with 2 "unknown side: 'up'" $m scale weight=1 --to up
+check "no such scene" fails_with 3 "none.json" $m scale "$tmp/none.json"
+echo '{"model": "chain", "sped": 3}' >"$tmp/bad.json"
+check "a scene with an unknown key" fails_with 4 sped $m scale "$tmp/bad.json"
+check "a list of all ratios" grep -q 'torsional_stiffness  KT     n^4 ' <($m scale)
+finish

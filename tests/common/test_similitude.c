@@ -1,0 +1,116 @@
+/* Similitude: the report's two tables line by line, and numbers its text works out. */
+#include <math.h>
+#include <string.h>
+
+#include "common/similitude.h"
+#include "tests/cmocka_all.h"
+
+static double ratio(enum mr_similitude_rule rule, double n, const char *name)
+{
+    const struct mr_quantity *quantity = mr_quantity_find(name);
+    assert_non_null(quantity);
+    return mr_similitude_ratio(rule, n, quantity->dimension);
+}
+
+static void table_2_2(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        int half_powers;
+    } rows[] = {
+        {"gravity", 0},      {"length", 2},
+        {"density", 0},      {"weight", 6},
+        {"acceleration", 0}, {"friction", 0},
+        {"landings", 0},     {"velocity", 1},
+        {"modulus", 2},      {"pressure", 2},
+        {"time", 1},         {"soil_modulus", 0},
+        {"inertia", 10},     {"torsional_stiffness", 8},
+        {"stiffness", 4},
+    };
+    for (size_t i = 0; i < COUNT_OF(rows); i++) {
+        const struct mr_quantity *quantity = mr_quantity_find(rows[i].name);
+        assert_non_null(quantity);
+        if (mr_similitude_half_powers(MR_KEEP_DENSITY, quantity->dimension) != rows[i].half_powers)
+            fail_msg("%s", rows[i].name);
+        assert_near(ratio(MR_KEEP_DENSITY, 7, rows[i].name) / pow(7, rows[i].half_powers / 2.0), 1, 1e-14);
+    }
+}
+
+static void table_b_2(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        int half_powers;
+    } rows[] = {
+        {"gravity", 0},  {"length", 2},   {"modulus", 0},  {"weight", 4},
+        {"density", -2}, {"friction", 0}, {"velocity", 1}, {"pressure", 0},
+    };
+    for (size_t i = 0; i < COUNT_OF(rows); i++) {
+        const struct mr_quantity *quantity = mr_quantity_find(rows[i].name);
+        assert_non_null(quantity);
+        if (mr_similitude_half_powers(MR_KEEP_MODULUS, quantity->dimension) != rows[i].half_powers)
+            fail_msg("%s", rows[i].name);
+    }
+}
+
+static void what_the_text_works_out(void **state)
+{
+    (void)state;
+    assert_near(1000 * ratio(MR_KEEP_DENSITY, 7, "W"), 343000, 1e-6);        /* 2.3 */
+    assert_near(1440 * ratio(MR_KEEP_DENSITY, 7, "W"), 495000, 1500);        /* 2.6, rounded there */
+    assert_near(1220 * ratio(MR_KEEP_DENSITY, 7, "W"), 419000, 1000);        /* 2.3 */
+    assert_near(82 / ratio(MR_KEEP_DENSITY, 7, "p"), 12, 0.5);               /* 2.3, psi */
+    assert_near(28 * ratio(MR_KEEP_DENSITY, 7, "v") * 3600 / 5280, 50, 1);   /* 2.4, mph */
+    assert_near(46 * ratio(MR_KEEP_DENSITY, 7, "v") * 3600 / 5280, 85, 2.5); /* "about" */
+    assert_near(1450 / ratio(MR_KEEP_DENSITY, 7, "line_force"), 30, 0.5);    /* 2.5, lb/in */
+    assert_near(120 * ratio(MR_KEEP_DENSITY, 7, "length"), 840, 1e-9);       /* 2.6 */
+    assert_near(0.25 / ratio(MR_KEEP_DENSITY, 7, "length"), 0.036, 0.0005);  /* 2.7.2, in */
+    assert_near(2 / ratio(MR_KEEP_DENSITY, 7, "I"), 1.19e-4, 0.005e-4);      /* 3.4 */
+    assert_near(1.8e7 / ratio(MR_KEEP_DENSITY, 7, "KL"), 3.67e5, 0.005e5);   /* 3.4 */
+    assert_near(1e5 / ratio(MR_KEEP_DENSITY, 7, "KT"), 41.5, 0.2);           /* 3.4 */
+    assert_near(40000 / ratio(MR_KEEP_MODULUS, 6.6, "W"), 920, 2);           /* B.2 */
+}
+
+/* All pi terms of the 1/7 model stay; with the modulus kept, so do those of B.1. */
+static void pi_terms_stay(void **state)
+{
+    (void)state;
+    const double model[MR_PI_INPUTS] = {1440, 5.2, 32.174, 0.29, 8, 2e8, 28, 720, 0.5, 5};
+    for (int rule = MR_KEEP_DENSITY; rule <= MR_KEEP_MODULUS; rule++) {
+        double prototype[MR_PI_INPUTS];
+        for (int i = 0; i < MR_PI_INPUTS; i++)
+            prototype[i] = model[i] * ratio((enum mr_similitude_rule)rule, 6.6, mr_pi_inputs[i]);
+        for (size_t k = 0; k < mr_pi_term_count; k++)
+            assert_near(mr_pi_value(&mr_pi_terms[k], prototype) / mr_pi_value(&mr_pi_terms[k], model), 1,
+                        1e-13);
+    }
+    double some[MR_PI_INPUTS];
+    memcpy(some, model, sizeof some);
+    some[5] = (double)NAN;
+    for (size_t k = 0; k < mr_pi_term_count; k++)
+        assert_true(isnan(mr_pi_value(&mr_pi_terms[k], some)) == (mr_pi_terms[k].power[5] != 0));
+    assert_near(mr_pi_value(&mr_pi_terms[0], model), 1440 / (5.2 * 32.174 * 0.29 * 0.29 * 0.29), 1e-9);
+    assert_near(mr_pi_value(&mr_pi_terms[3], model), 28 * 28 / (32.174 * 0.29), 1e-9);
+}
+
+static void names_are_found(void **state)
+{
+    (void)state;
+    assert_ptr_equal(mr_quantity_find("inertia"), mr_quantity_find("I"));
+    assert_null(mr_quantity_find("speed"));
+    assert_null(mr_quantity_find(""));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(table_2_2),
+        cmocka_unit_test(table_b_2),
+        cmocka_unit_test(what_the_text_works_out),
+        cmocka_unit_test(pi_terms_stay),
+        cmocka_unit_test(names_are_found),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,337 @@
+/* The planar models through sim_run: the cases the report describes, three solvers against each other, and every way
+ * in which a run is refused. Units ft, lb, s.
+ *
+ * Expected values of the cases: an independent implementation of the same reading (report model, profile low, left end
+ * free, right end fixed, stick, V 120 rising), agreed to six digits by two programs; given here to three or four. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/sim.h"
+
+static struct error error;
+static const char *const solvers[] = {"event", "implicit", "cvode"};
+
+static const double bump_20[] = {0.0099, 0.0200, 0.0099};
+static const double bump_16[] = {0.0078125, 0.015625, 0.0078125};
+static const double bump_30[] = {0.015, 0.0299, 0.015};
+
+static struct sim_scene scene_with(const double *bump, size_t count)
+{
+    struct sim_scene scene;
+    sim_scene_defaults(&scene);
+    assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, count, &error), MR_OK);
+    return scene;
+}
+
+static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol, double dt_s,
+                          struct sim_result *result)
+{
+    struct sim_options options = {.solver = solver, .rtol = rtol, .dt_s = dt_s};
+    memset(&error, 0, sizeof error);
+    return sim_run(scene, &options, result, &error);
+}
+
+static struct sim_result good(const struct sim_scene *scene, const char *solver, double rtol)
+{
+    struct sim_result result;
+    if (run(scene, solver, rtol, 0.0, &result) != MR_OK)
+        fail_msg("%s: %s", solver, error.text);
+    return result;
+}
+
+static void near(double value, double expected, double tolerance)
+{
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
+}
+
+struct figure {
+    const char *text;
+    const double *bump;
+    size_t bumps;
+    double kl, force, friction, mats_crossed;
+    int mat; /* 0: none */
+    double u_ft;
+    double end_lift_ft, max_lift_ft; /* negative: not given */
+    bool bow;
+};
+
+static const struct figure figures[] = {
+    {"3.7", bump_20, 3, 8e6, 12000, 0.5, 3, 4, 0.1038, -1, -1, true},
+    {"3.6", bump_20, 3, 16e6, 12000, 0.5, 3, 4, 0.0567, -1, -1, true},
+    {"3.8 one mat", bump_30, 3, 16e5, 12000, 0.5, 1, 12, 0.0087, -1, -1, false},
+    {"3.8 stiff", bump_30, 3, 16e6, 12000, 0.5, 2, 0, 0, 0.40, -1, true},
+    {"3.8 middle", bump_30, 3, 16e5, 12000, 0.5, 2, 0, 0, 0.26, -1, true},
+    {"3.8 soft", bump_30, 3, 16e4, 12000, 0.5, 2, 0, 0, 0.0, -1, false},
+    {"3.9 f 0.5", bump_16, 3, 8e6, 12000, 0.5, 3, 4, 0.104, -1, 0.259, true},
+    {"3.9 f 0.9", bump_16, 3, 8e6, 12000, 0.9, 3, 4, 0.089, -1, 0.258, true},
+    {"3.10 f 0.5", bump_16 + 1, 1, 8e6, 12000, 0.5, 3, 0, 0, -1, 0.260, true},
+    {"3.10 f 0.9", bump_16 + 1, 1, 8e6, 12000, 0.9, 3, 0, 0, -1, 0.259, true},
+    {"3.11 F 6000", bump_16, 3, 8e6, 6000, 0.5, 2.5, 0, 0, 0.0, -1, false},
+    {"3.11 F 12000", bump_16, 3, 8e6, 12000, 0.5, 2.5, 0, 0, 0.245, -1, true},
+    {"3.11 F 24000", bump_16, 3, 8e6, 24000, 0.5, 2.5, 0, 0, 1.75, -1, true},
+    {"flat", NULL, 0, 8e6, 12000, 0.5, 3, 0, 0, 0.0, 0.0, false},
+};
+
+static void the_figures_come_out(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof figures / sizeof figures[0]; i++) {
+        const struct figure *f = &figures[i];
+        struct sim_scene scene = scene_with(f->bump, f->bumps);
+        scene.kl_lb_ft = f->kl;
+        scene.force_lb = f->force;
+        scene.friction = f->friction;
+        scene.mats_crossed = f->mats_crossed;
+        for (size_t s = 0; s < 3; s++) {
+            struct sim_result result = good(&scene, solvers[s], 0.0);
+            double lift = result.outputs[0].lift_ft;
+            /* as many digits as are given: half of the last one, and 1 % (u) or 2 % (lift) */
+            if (f->mat > 0)
+                near(result.u_ft[f->mat], f->u_ft, fmax(0.01 * f->u_ft, 5e-5));
+            if (f->end_lift_ft >= 0.0)
+                near(lift, f->end_lift_ft, 0.02 * f->end_lift_ft);
+            if (f->max_lift_ft >= 0.0)
+                near(result.max_lift_ft, f->max_lift_ft, 0.02 * f->max_lift_ft);
+            if (result.bow_wave != f->bow)
+                fail_msg("%s, %s: wrong verdict, lift %g", f->text, solvers[s], result.max_lift_ft);
+            assert_true(result.error_u_ft < 1e-4 && result.error_lift_ft < 2e-3);
+            sim_result_free(&result);
+        }
+        sim_scene_free(&scene);
+    }
+}
+
+static void full_width_mats_take_more_thrust(void **state)
+{
+    (void)state;
+    const double bump = 0.0208333, forces[] = {144000, 40000, 36000};
+    for (size_t i = 0; i < 3; i++) {
+        struct sim_scene scene = scene_with(&bump, 1);
+        scene.weight_lb *= 8;
+        scene.inertia_slug_ft2 *= 8;
+        scene.kl_lb_ft *= 8;
+        scene.cl_lb_s_ft *= 8;
+        scene.kv_lb_ft *= 8;
+        scene.cv_lb_s_ft *= 8;
+        scene.kt_lb_ft_rad *= 8;
+        scene.ct_lb_ft_s_rad *= 8;
+        scene.shear_lb *= 8;
+        scene.force_lb = forces[i];
+        for (size_t s = 0; s < 2; s++) {
+            struct sim_result result = good(&scene, solvers[s], 0.0);
+            assert_true(result.bow_wave == (i == 0));
+            if (i == 0)
+                near(result.max_lift_ft, 0.295, 0.006);
+            sim_result_free(&result);
+        }
+        sim_scene_free(&scene);
+    }
+}
+
+static void three_solvers_agree(void **state)
+{
+    (void)state;
+    const double times[] = {0.02, 0.04, 0.06}, tolerances[] = {1e-9, 1e-8, 1e-9};
+    for (int i = 0; i < 8; i++) {
+        struct sim_scene scene = scene_with(bump_20, 3);
+        struct sim_result results[3];
+        scene.mats = i & 1 ? 100 : 30;
+        scene.friction_law = i & 2 ? SIM_TANH : SIM_STICK;
+        scene.veps_ft_s = 1e-2;
+        if (i & 4) {
+            scene.model = SIM_CONSISTENT;
+            scene.profile = SIM_FULL;
+        }
+        assert_int_equal(sim_scene_set_list(&scene.t_out_s, times, 3, &error), MR_OK);
+        for (size_t s = 0; s < 3; s++)
+            results[s] = good(&scene, solvers[s], tolerances[s]);
+        for (size_t s = 1; s < 3; s++) {
+            near(results[s].max_lift_ft, results[0].max_lift_ft, 1e-5);
+            for (size_t k = 0; k < 3; k++) {
+                near(results[s].outputs[k].lift_ft, results[0].outputs[k].lift_ft, 1e-5);
+                for (int n = 1; n <= scene.mats; n++)
+                    near(results[s].outputs[k].u_ft[n], results[0].outputs[k].u_ft[n], 1e-6);
+            }
+        }
+        for (size_t s = 0; s < 3; s++)
+            sim_result_free(&results[s]);
+        sim_scene_free(&scene);
+    }
+}
+
+/* At these steps the classical method says "no bow wave", and u is right to four digits. */
+static void a_step_too_long_is_unstable(void **state)
+{
+    (void)state;
+    const double steps[] = {1.45e-4, 1.5e-4, 1.6e-4, 3e-4};
+    struct sim_scene scene = scene_with(bump_20, 3);
+    struct sim_result result;
+    scene.mats = 30;
+    for (size_t i = 0; i < 4; i++) {
+        assert_int_equal(run(&scene, "rk4", 0.0, steps[i], &result), MR_NUMERICS);
+        assert_int_equal(result.status, SIM_UNSTABLE);
+        near(result.dt_limit_s, 1.429e-4, 2e-7);
+        assert_non_null(strstr(error.text, "mat 1"));
+        assert_null(result.outputs);
+        sim_result_free(&result);
+    }
+    assert_int_equal(run(&scene, "rk4", 0.0, 2e-5, &result), MR_OK);
+    near(result.outputs[0].lift_ft, 0.193, 0.001);
+    assert_true(result.bow_wave);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* 1, 2: the fourth order of the method shows where nothing switches. */
+static void estimates_follow_the_error(void **state)
+{
+    (void)state;
+    struct sim_scene scene = scene_with(NULL, 0);
+    struct sim_result fine, result;
+    scene.mats = 10;
+    scene.mats_crossed = 1; /* no hop within */
+    scene.friction_law = SIM_NONE;
+    scene.tad_deg = 90;
+    fine = good(&scene, "event", 1e-12);
+    double errors[3];
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(run(&scene, "rk4", 0.0, 1e-4 / (1 << i), &result), MR_OK);
+        errors[i] = fabs(result.u_ft[3] - fine.u_ft[3]);
+        assert_true(result.error_u_ft > 0.5 * errors[i]);
+        sim_result_free(&result);
+    }
+    near(log2(errors[0] / errors[1]), 4.0, 0.4);
+    near(log2(errors[1] / errors[2]), 4.0, 0.4);
+    for (size_t s = 0; s < 3; s++) {
+        result = good(&scene, solvers[s], 1e-7);
+        assert_true(fabs(result.u_ft[3] - fine.u_ft[3]) <= 2.0 * result.error_u_ft + 1e-12);
+        sim_result_free(&result);
+    }
+    sim_result_free(&fine);
+}
+
+static void the_authors_solvers_answer_too(void **state)
+{
+    (void)state;
+    struct sim_scene scene = scene_with(bump_20, 3);
+    struct sim_result fine, result;
+    scene.mats = 30;
+    scene.friction_law = SIM_TANH;
+    scene.veps_ft_s = 1e-2;
+    fine = good(&scene, "event", 1e-10);
+    static const char *const names[] = {"rkgs", "hamming"};
+    for (size_t i = 0; i < 2; i++) {
+        double last = INFINITY;
+        for (double rtol = 1e-5; rtol > 5e-9; rtol *= 0.03) {
+            result = good(&scene, names[i], rtol);
+            double apart = fabs(result.outputs[0].lift_ft - fine.outputs[0].lift_ft);
+            assert_true(apart < last);
+            last = apart;
+            sim_result_free(&result);
+        }
+        assert_true(last < 1e-6);
+    }
+    sim_result_free(&fine);
+    sim_scene_free(&scene);
+}
+
+static void a_fold_is_refused(void **state)
+{
+    (void)state;
+    struct sim_scene scene = scene_with(bump_16, 3);
+    struct sim_result result;
+    scene.force_lb = 120000.0;
+    for (size_t s = 0; s < 3; s++) {
+        assert_int_equal(run(&scene, solvers[s], 0.0, 0.0, &result), MR_NUMERICS);
+        assert_int_equal(result.status, SIM_FOLDED);
+        assert_true(result.t_s > 0.0 && result.mat >= 1);
+        assert_non_null(strstr(error.text, "folded"));
+        sim_result_free(&result);
+    }
+    sim_scene_free(&scene);
+}
+
+static void extremes_are_answered_or_refused(void **state)
+{
+    (void)state;
+    struct sim_result result;
+    for (int i = 0; i < 9; i++) {
+        struct sim_scene scene = scene_with(bump_20, 3);
+        scene.mats = 30;
+        switch (i) {
+        case 0: scene.cv_lb_s_ft *= 1000; break;
+        case 1: scene.weight_lb /= 1000; scene.inertia_slug_ft2 /= 1000; break;
+        case 2: scene.kl_lb_ft *= 100; scene.mats_crossed = 1; break;
+        case 3: scene.friction = 5; break;
+        case 4: scene.friction_law = SIM_SIGN; break;
+        case 5: scene.slack_ft = 0.5; break;
+        case 6: scene.v0_ft_s = 0; break;
+        case 7: scene.mats = 1; sim_scene_set_list(&scene.bump_ft, NULL, 0, &error); scene.mats_crossed = 0.5; break;
+        case 8: sim_scene_set_list(&scene.bump_ft, NULL, 0, &error); break;
+        }
+        enum mr_status status = run(&scene, NULL, 0.0, 0.0, &result);
+        if (i == 4)
+            assert_int_equal(result.status, SIM_STEP_UNDERFLOW);
+        if (status == MR_OK) {
+            struct sim_result other;
+            assert_true(isfinite(result.max_lift_ft) && isfinite(result.error_u_ft));
+            const char *second = strcmp(result.solver, "event") == 0 ? "implicit" : "cvode";
+            if (run(&scene, second, 0.0, 0.0, &other) == MR_OK) {
+                near(other.max_lift_ft, result.max_lift_ft, 1e-3 * result.max_lift_ft + 1e-6);
+                near(other.peak_u_ft, result.peak_u_ft, 1e-3 * result.peak_u_ft + 1e-6);
+                assert_true(other.bow_wave == result.bow_wave);
+            }
+            sim_result_free(&other);
+            if (i == 8)
+                assert_true(result.max_lift_ft == 0.0);
+        } else {
+            assert_int_equal(status, MR_NUMERICS);
+            assert_true(result.status != SIM_OK);
+        }
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+static void what_does_not_fit_is_refused(void **state)
+{
+    (void)state;
+    struct sim_scene scene = scene_with(bump_20, 3);
+    struct sim_result result;
+    assert_int_equal(run(&scene, "rk8", 0.0, 0.0, &result), MR_USAGE);
+    assert_non_null(strstr(error.text, "rk8"));
+    assert_int_equal(run(&scene, "fixed", 0.0, 1e-5, &result), MR_USAGE);
+    assert_int_equal(run(&scene, "event", 0.0, 1e-5, &result), MR_USAGE);
+    assert_int_equal(run(&scene, "rk4", 1e-6, 0.0, &result), MR_USAGE);
+    assert_int_equal(run(&scene, "event", 1e-14, 0.0, &result), MR_USAGE);
+    scene.friction_normal = SIM_SOIL;
+    assert_int_equal(run(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
+    scene.friction_normal = SIM_WEIGHT;
+    const double steep[] = {2.5};
+    assert_int_equal(sim_scene_set_list(&scene.bump_ft, steep, 1, &error), MR_OK);
+    assert_int_equal(run(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
+    sim_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_figures_come_out),
+        cmocka_unit_test(full_width_mats_take_more_thrust),
+        cmocka_unit_test(three_solvers_agree),
+        cmocka_unit_test(a_step_too_long_is_unstable),
+        cmocka_unit_test(estimates_follow_the_error),
+        cmocka_unit_test(the_authors_solvers_answer_too),
+        cmocka_unit_test(a_fold_is_refused),
+        cmocka_unit_test(extremes_are_answered_or_refused),
+        cmocka_unit_test(what_does_not_fit_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
