@@ -1,7 +1,7 @@
 /* Chain: the 420 mats of the runway as bodies that slide along it, joined end to end, for making synthetic
  * landings.
  *
- * Physics as model section 0 (flat mats, theta = 0) with initial gaps, slack and grit of model section F. The
+ * Physics as host/sim/README.md says (flat mats, theta = 0; landings with initial gaps, slack and grit). The
  * method is this file's own, so that a simulation compared with these landings is compared with something
  * made differently: the state is joint gaps and mat speeds, displacement is the running sum of gap changes,
  * and each time step is implicit. Every law below is a rising function of speed made of straight pieces, so
@@ -13,8 +13,8 @@
  *   compression C = the largest of  0,  grit (while w < 0, up to that at w = 0),  -(KL c + CL w)
  *   force (tension positive)  = the larger of  KL (c - slack) + CL w  and  -C
  * A hooked joint lets go along its spring until the grit bears. A joint pulled open again offers nothing to
- * opening; to close again it needs its grit again. The damper of a closed joint never pulls (where model
- * section 0 leaves the small force of CL in).
+ * opening; to close again it needs its grit again. The damper of a closed joint never pulls (where the
+ * model leaves the small force of CL in).
  *
  * Units ft, lb, s, slug. No heap; the caller owns the struct. Arrays: mats 1..420, joints 1..421 (joint j is
  * the left end of mat j); mats 0 and 421 are the ground and stay at rest. */
