@@ -60,6 +60,19 @@ static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
     return MR_OK;
 }
 
+/* What a mistyped file: link must not replace: a campaign (SQLite) or a firmware image (ELF). */
+static bool is_precious(const char *path)
+{
+    char begins[16] = {0};
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0)
+        return false;
+    ssize_t got = read(fd, begins, sizeof begins);
+    close(fd);
+    return got == (ssize_t)sizeof begins &&
+           (memcmp(begins, "SQLite format 3", 16) == 0 || memcmp(begins, "\177ELF", 4) == 0);
+}
+
 enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
                              size_t size)
 {
@@ -74,6 +87,10 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_FILE;
         link->path = text + 5;
+        if (is_precious(link->path)) {
+            snprintf(error, size, "would overwrite a database or a program: %s; give another file", link->path);
+            return MR_USAGE;
+        }
         link->fd = open(link->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
         if (link->fd >= 0)
             return MR_OK;

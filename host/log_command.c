@@ -340,6 +340,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
     sigprocmask(SIG_BLOCK, &set, NULL);
+    signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
     struct logger logger = {.cli = cli, .landings = json_array()};

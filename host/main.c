@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "host/cli.h"
+#include "host/output.h"
 
 struct command {
     const char *name;
@@ -104,6 +105,13 @@ static int fail_usage(const char *what, const char *where)
     return cli_fail(&error);
 }
 
+/* What was printed must have arrived, or the exit code says so. */
+static int finish_output(void)
+{
+    struct error error = {0};
+    return output_close(stdout, NULL, &error) == MR_OK ? 0 : cli_fail(&error);
+}
+
 int main(int argc, char **argv)
 {
     struct cli cli = {0};
@@ -131,7 +139,8 @@ int main(int argc, char **argv)
             if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0)
                 return print_command_help(&commands[c]);
         }
-        return commands[c].run(argc - i, argv + i, &cli);
+        int exit_code = commands[c].run(argc - i, argv + i, &cli);
+        return exit_code ? exit_code : finish_output();
     }
     return fail_usage("unknown command", argv[i]);
 }

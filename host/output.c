@@ -1,12 +1,30 @@
 #include "host/output.h"
 
 #include <errno.h>
+#include <stdbool.h>
 #include <string.h>
+
+/* A landing cannot be repeated: an output never takes the place of a database. */
+static bool is_database(const char *path)
+{
+    static const char magic[16] = "SQLite format 3";
+    char begins[sizeof magic] = {0};
+    FILE *file = fopen(path, "r");
+    if (!file)
+        return false;
+    size_t got = fread(begins, 1, sizeof begins, file);
+    fclose(file);
+    return got == sizeof begins && memcmp(begins, magic, sizeof magic) == 0;
+}
 
 FILE *output_open(const char *path, struct error *error)
 {
     if (!path)
         return stdout;
+    if (is_database(path)) {
+        error_set(error, MR_USAGE, "would overwrite a database: %s; give another file for the output", path);
+        return NULL;
+    }
     FILE *file = fopen(path, "w");
     if (!file)
         error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno), path);

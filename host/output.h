@@ -6,7 +6,7 @@
 
 #include "host/error.h"
 
-/* `path` NULL: standard output. NULL on failure. */
+/* `path` NULL: standard output. NULL on failure; a file that is an SQLite database is refused, never overwritten. */
 FILE *output_open(const char *path, struct error *error);
 /* Flushes and closes; MR_IO when anything written did not arrive. */
 enum mr_status output_close(FILE *file, const char *path, struct error *error);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/output.h"
 #include "host/cli.h"
 #include "host/sim/sim.h"
 
@@ -120,11 +121,10 @@ static json_t *result_json(const struct sim_scene *scene, const struct sim_resul
 static enum mr_status write_csv(const struct request *request, const struct sim_scene *scene,
                                 const struct sim_result *result, const struct cli *cli, struct error *error)
 {
-    FILE *file = fopen(request->csv_path, "w");
     double unit = cli->si ? M_PER_FT : 1.0;
+    FILE *file = output_open(request->csv_path, error);
     if (!file)
-        return error_set(error, MR_IO, "cannot write table: %s: %s; check the path", request->csv_path,
-                         strerror(errno));
+        return error->status;
     fputs("t_s", file);
     for (size_t i = 0; i < result->station_count; i++)
         fprintf(file, ",u_%d_%s", shown_mat(scene, i), cli->si ? "m" : "ft");
@@ -135,11 +135,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
             fprintf(file, ",%.9g", unit * result->sample_u_ft[k * result->station_count + i]);
         fputc('\n', file);
     }
-    bool bad = ferror(file) != 0;
-    if (fclose(file) != 0 || bad)
-        return error_set(error, MR_IO, "cannot write table: %s: %s; check the disk", request->csv_path,
-                         strerror(errno));
-    return MR_OK;
+    return output_close(file, request->csv_path, error);
 }
 
 static void print_outputs(const struct sim_scene *scene, const struct sim_result *result,

@@ -146,6 +146,9 @@ static void print_channels(const struct measured *measured, bool si, FILE *out)
         fprintf(out, "    %6.1f %s  ", (double)channel->config.station_ft * station->factor, station->text);
         if (isnan(channel->peak))
             fprintf(out, "not valid\n");
+        else if (isnan(channel->end))
+            fprintf(out, "%8.4f (%.4f)  at the end not valid\n", unit_tidy(channel->peak * length->factor, 1e-4),
+                    channel->error * length->factor);
         else
             fprintf(out, "%8.4f (%.4f)  at the end %8.4f\n", unit_tidy(channel->peak * length->factor, 1e-4),
                     channel->error * length->factor, unit_tidy(channel->end * length->factor, 1e-4));
@@ -157,22 +160,23 @@ static void print_channels(const struct measured *measured, bool si, FILE *out)
             continue;
         fprintf(out, "    %2u band %u %6.1f %s  ", channel->config.number, channel->config.band,
                 (double)channel->config.station_ft * station->factor, station->text);
-        if (isnan(channel->low))
+        if (isnan(channel->low) || isnan(channel->baseline))
             fprintf(out, "not valid\n");
         else
             fprintf(out, "%7.1f (%.1f)\n", channel->low * force->factor, channel->baseline * force->factor);
     }
 }
 
-static void print_zone(const struct zone_warning *w, bool si, FILE *out)
+static void print_zone(const struct zone_warning *w, bool since_touchdown, bool si, FILE *out)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
     if (!w->warned) {
         fprintf(out, "  %-13s no warning\n", "zone");
         return;
     }
-    fprintf(out, "  %-13s warned %.3f s %s touchdown: %lld closed mats, stations %.1f to %.1f %s", "zone",
-            fabs(w->t_s), w->t_s < 0.0 ? "before" : "after", (long long)w->mats,
+    fprintf(out, "  %-13s warned %.3f s %s %s: %lld closed mats, stations %.1f to %.1f %s", "zone",
+            fabs(w->t_s), w->t_s < 0.0 ? "before" : "after",
+            since_touchdown ? "touchdown" : "the first switch or arming", (long long)w->mats,
             w->start_ft * station->factor, w->end_ft * station->factor, station->text);
     if (w->inferred_percent > 0)
         fprintf(out, ", %lld %% of it inferred", (long long)w->inferred_percent);
@@ -238,7 +242,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     print_motion(summary, si, out);
     if (summary->measured.source != MEASURED_NOTHING)
         print_channels(&summary->measured, si, out);
-    print_zone(&summary->zones.warning, si, out);
+    print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
     print_links(summary, out);
 }
 

@@ -185,7 +185,7 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
     fputs("</dl>\n", out);
 }
 
-static void zone_words(FILE *out, const struct zone_warning *w, bool si)
+static void zone_words(FILE *out, const struct zone_warning *w, bool since_touchdown, bool si)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
     if (!w->warned) {
@@ -194,9 +194,10 @@ static void zone_words(FILE *out, const struct zone_warning *w, bool si)
     }
     fprintf(
         out,
-        "<p class=\"say\"><span class=\"warn\">Warned</span> %.3f s %s touchdown of %lld closed mats between"
+        "<p class=\"say\"><span class=\"warn\">Warned</span> %.3f s %s %s of %lld closed mats between"
         " stations %.1f and %.1f %s",
-        fabs(w->t_s), w->t_s < 0.0 ? "before" : "after", (long long)w->mats, w->start_ft * station->factor,
+        fabs(w->t_s), w->t_s < 0.0 ? "before" : "after",
+        since_touchdown ? "touchdown" : "the first switch or arming", (long long)w->mats, w->start_ft * station->factor,
         w->end_ft * station->factor, station->text);
     if (w->inferred_percent > 0)
         fprintf(out, " (%lld %% of it inferred from the survey alone)", (long long)w->inferred_percent);
@@ -334,7 +335,7 @@ static void landing_section(FILE *out, const struct report_landing *landing, boo
     fprintf(out, "<section id=\"run%lld\"><h2>RUN %lld: landing %lld</h2>\n", (long long)measured->landing.id,
             (long long)measured->landing.id, (long long)measured->landing.board_landing);
     facts(out, landing, si);
-    zone_words(out, &landing->summary.zones.warning, si);
+    zone_words(out, &landing->summary.zones.warning, measured->t0_is_touchdown, si);
     if (measured->fit_status == MR_OK && measured->samples > 0) {
         figure(out, "Speed", plot_speed, landing, si,
                "From the switches; their places are the only measure of length.");

@@ -9,7 +9,7 @@
 
 #include "host/store/store_sql.h"
 
-#define BUSY_WAIT_MS 5000
+#define BUSY_WAIT_MS 30000 /* another program may hold the file; what comes meanwhile waits in the links */
 
 static const struct {
     const char *types;

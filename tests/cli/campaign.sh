@@ -89,6 +89,22 @@ two_logs_share_a_new_database() {
     wait $first && [ "$(sqlite3 "$tmp/two.db" 'select count(*) from landings')" = 2 ]
 }
 
+an_output_never_replaces_a_campaign() {
+    local before
+    before=$(md5sum <"$db")
+    fails_with 2 "would overwrite a database: $db" build/matrig report "$db" -o "$db" || return 1
+    fails_with 2 "would overwrite a database: $db" build/matrig export "$db" 1 --format csv -o "$db" || return 1
+    fails_with 2 "would overwrite a database: $db" build/matrig dbc -o "$db" || return 1
+    fails_with 2 "would overwrite a database" build/matrig-board --elf $elf --can "file:$db" --for 1 || return 1
+    [ "$(md5sum <"$db")" = "$before" ]
+}
+a_closed_pipe_does_not_end_the_log() { # two landings; nobody reads the summaries
+    cat "$tmp/serial" "$tmp/serial" >"$tmp/twice.serial"
+    build/matrig log --serial "file:$tmp/twice.serial" --db "$tmp/pipe.db" 2>/dev/null | true
+    [ "$(sqlite3 "$tmp/pipe.db" 'select count(*) from landings where state = 4')" = 2 ]
+}
+printing_nowhere_is_an_error() { fails_with 3 "cannot write" bash -c 'build/matrig compare "$1" 1 >/dev/full' - "$db"; }
+
 truncated_run_is_refused() {
     head -c 200000 $run >"$tmp/short.run"
     fails_with 4 "short.run" build/matrig-board --elf $elf --can "file:$tmp/x" --serial "file:$tmp/y" --rig "$tmp/short.run"
@@ -109,6 +125,9 @@ check "compare --limit decides the exit code" compare_limit_decides
 check "a log killed in mid-landing keeps all but the last 100 ms" killed_log_keeps_everything
 check "a landing cut short has a touchdown and no stop" cut_landing_has_no_stop
 check "two logs share a new database" two_logs_share_a_new_database
+check "an output never replaces a campaign" an_output_never_replaces_a_campaign
+check "a closed pipe does not end the log" a_closed_pipe_does_not_end_the_log
+check "text that cannot be printed is an error" printing_nowhere_is_an_error
 check "a truncated run file is refused" truncated_run_is_refused
 check "a foreign run file is refused" foreign_run_is_refused
 check "a program for another processor is refused" host_elf_is_refused
