@@ -57,7 +57,7 @@ const char *mr_validity_text(unsigned validity)
     case MR_INVALID_NOT_FITTED: return "not fitted";
     case MR_INVALID_SATURATED: return "saturated";
     case MR_INVALID_OPEN: return "open or shorted";
-    case MR_INVALID_REFERENCE: return "reference out of range";
+    case MR_INVALID_REFERENCE: return "reference";
     default: return "unknown";
     }
 }

@@ -32,7 +32,7 @@ enum mr_validity {
     MR_INVALID_NOT_FITTED = 1,
     MR_INVALID_SATURATED = 2, /* at least one code of the block at an end of the converter */
     MR_INVALID_OPEN = 3,      /* common mode out of range: broken or shorted lead */
-    MR_INVALID_REFERENCE = 4,
+    MR_INVALID_REFERENCE = 4, /* the reference channel is out of range */
 };
 
 struct mr_channel_config {

@@ -92,9 +92,10 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
             "# displacement since its mean over the %.1f s before the first edge, downfield positive; "
             "tension as read\n",
             MEASURED_BASELINE_BLOCKS / 1000.0);
-    fprintf(out, "# validity: one character per channel in the order of the columns: 0 valid, 1 not fitted, "
-                 "2 saturated,"
-                 " 3 open or shorted, 4 reference, n not valid, L block lost; an empty cell is missing\n");
+    fputs("# validity: one character per channel in the order of the columns: ", out);
+    for (unsigned validity = MR_VALID; validity <= MR_INVALID_REFERENCE; validity++)
+        fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
+    fputs("n not valid, L block lost; an empty cell is missing\n", out);
     fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
             unit_of(UNIT_SPEED, si)->text, unit_of(UNIT_DISPLACEMENT, si)->text,
             unit_of(UNIT_TENSION, si)->text);
