@@ -9,7 +9,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     const double h = m->half_ft, quarter = 0.25 * m->mass_slug;
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
-    struct kernel_mat before = kernel_outside(m, p, first - 1);
+    struct kernel_mat before = kernel_outside(m, first - 1);
     struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
     double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
@@ -19,7 +19,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, p, n + 1);
+        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, n + 1);
         double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
@@ -41,6 +41,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         double solved = (force - g + down - soil_l - off_before * solved_before) / pivot;
         off_before = quarter - a;
         upper_before = off_before / pivot;
+        if (n == first && first > 0)
+            solved = upper_before = 0.0; /* the window's outermost nodes are held */
         solved_before = solved;
         upper[n] = upper_before;
         accel[2 * n] = solved;
@@ -53,6 +55,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         soil_l = soil_r;
     }
     accel[2 * last + 2] = (force - off_before * solved_before) / (diagonal - off_before * upper_before);
+    if (last < m->mats - 1)
+        accel[2 * last + 2] = 0.0;
     for (int n = last; n >= first; n--)
         accel[2 * n] -= upper[n] * accel[2 * n + 2];
 }

@@ -58,9 +58,9 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
 }
 
 /* A mat beyond the window, or the ground: flat, at rest. */
-KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, const double *p, int n)
+KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, int n)
 {
-    return (struct kernel_mat){0.0, 1.0, 0.0, n < 0 || n >= m->mats ? 0.0 : p[2 * n + 1], 0.0};
+    return (struct kernel_mat){0.0, 1.0, 0.0, n < 0 || n >= m->mats ? 0.0 : m->rest_u_ft[n], 0.0};
 }
 
 KERNEL_INLINE double kernel_gap_ft(const struct model *m, int j, const struct kernel_mat *l,

@@ -68,7 +68,12 @@ struct model {
      * the shear is too little, or the ground not needed. -1: none. */
     int held;
 
-    int first, last; /* mats integrated; the rest is flat, at rest, and its displacements constant */
+    /* The window: mats integrated. The rest is flat, at rest, and its displacements constant (window.c). */
+    bool prunes; /* whether mats are left out; set before model_start */
+    int first, last;
+    double *rest_u_ft; /* per mat: displacement of those outside */
+    double rest_y_ft;  /* height of a settled node */
+    int quiet_steps;
     double *storage;
     double *spare;      /* size */
     double *mass_upper; /* consistent: work of the tridiagonal solve */
@@ -84,6 +89,16 @@ void model_start(struct model *model, double *z);
 
 /* Make `at` the present span of the aircraft (span.h) and set the modes that depend on it. */
 void model_enter(struct model *model, size_t at, double *z);
+
+/* Choose the first window; model_start does. */
+void model_prune(struct model *model, double t_s, const double *z);
+
+/* After a step or an event: take in the mats that begin to move, leave those behind that have come to rest. True when
+ * the window has changed: what a stepper remembers no longer fits. */
+bool model_follow(struct model *model, double *z);
+
+/* Write the mats outside the window into z, for those who look at all mats. */
+void model_fill(const struct model *model, double *z);
 
 /* Accelerations p'' at (t, z) in the present modes. Stuck mats: 0. An angle of 90 degrees or more gives NaN. */
 void model_rates(struct model *model, double t_s, const double *z, double *accel);

@@ -44,9 +44,9 @@ static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double 
 /* The mat that moves fastest, or the first that is no number. */
 static int liveliest(const struct model *m, const double *z, double *speed)
 {
-    int mat = 0;
+    int mat = m->first;
     *speed = 0.0;
-    for (int n = 0; n < m->mats; n++) {
+    for (int n = m->first; n <= m->last; n++) {
         double v = z[m->size + 2 * n + 1];
         if (!isfinite(v) || !isfinite(z[2 * n]) || !isfinite(z[m->size + 2 * n]))
             return n + 1;
@@ -59,10 +59,11 @@ static int liveliest(const struct model *m, const double *z, double *speed)
     return mat + 1;
 }
 
-static void keep(struct pass *p, double t_s, const double *z)
+static void keep(struct pass *p, double t_s, double *z)
 {
     const struct model *m = p->model;
     struct sim_record *record = &p->out->record;
+    model_fill(m, z);
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
         p->v[n + 1] = z[m->size + 2 * n + 1];
@@ -77,7 +78,7 @@ static void keep_until(struct pass *p, double t_s)
     struct stepper *s = &p->stepper;
     while (p->out->record.next_s <= t_s) {
         double at = p->out->record.next_s;
-        memcpy(p->z_event, s->z, 2 * (size_t)p->model->size * sizeof *s->z);
+        stepper_copy(s, s->z, p->z_event);
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
         keep(p, at, p->z_event);
     }
@@ -129,18 +130,18 @@ static int look(struct pass *p, struct model_switch *found)
         double from = s->t_s, to = s->t_new_s;
         for (int i = 1; i < INSIDE; i++) {
             double t = from + (to - from) * i / INSIDE;
-            memcpy(p->z_event, s->z, 2 * (size_t)m->size * sizeof *s->z);
+            stepper_copy(s, s->z, p->z_event);
             s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
             int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
             if (count > 0) {
-                memcpy(p->z_until, p->z_event, 2 * (size_t)m->size * sizeof *s->z);
+                stepper_copy(s, p->z_event, p->z_until);
                 p->until_s = t;
                 return count;
             }
         }
     }
     p->until_s = s->t_new_s;
-    memcpy(p->z_until, s->z_new, 2 * (size_t)m->size * sizeof *s->z);
+    stepper_copy(s, s->z_new, p->z_until);
     return model_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
 }
 
@@ -176,7 +177,6 @@ static bool handle_events(struct pass *p, bool *event)
     struct model_switch found[FOUND_MAX], together[FOUND_MAX], chosen = {MODEL_CONTACT, 0};
     double when[FOUND_MAX];
     int flips = 0;
-    size_t length = 2 * (size_t)m->size;
     if (s->kind->samples_shape)
         model_sample_shape(m, s->z_new);
     int count = look(p, found);
@@ -202,7 +202,7 @@ static bool handle_events(struct pass *p, bool *event)
                 together[flips++] = found[i];
         }
         /* another may have come and gone before */
-        memcpy(p->z_event, s->z, length * sizeof *s->z);
+        stepper_copy(s, s->z, p->z_event);
         if (at > s->t_s)
             s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
         if (s->kind->samples_shape)
@@ -227,11 +227,11 @@ static bool handle_events(struct pass *p, bool *event)
         p->stalls = 0;
     if (at > s->t_s)
         keep_until(p, at);
-    memcpy(p->z_event, s->z, length * sizeof *s->z);
+    stepper_copy(s, s->z, p->z_event);
     if (at > s->t_s)
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
     top(p, at, p->z_event, p->z_until);
-    memcpy(s->z_new, p->z_event, length * sizeof *s->z);
+    stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
     for (int i = 0; i < flips; i++)
         model_flip(m, at, s->z_new, together[i]);
@@ -280,11 +280,17 @@ static bool one_step(struct pass *p, double limit_s)
     }
     p->out->steps++;
     p->out->longest_s = fmax(p->out->longest_s, s->t_new_s - s->t_s);
-    p->awake_s += (m->last - m->first + 1) * (s->t_new_s - s->t_s);
+    int live = m->last - m->first + 1;
+    p->awake_s += live * (s->t_new_s - s->t_s);
+    p->out->mats_max = live > p->out->mats_max ? live : p->out->mats_max;
     double *old = s->z;
     s->z = s->z_new;
     s->z_new = old;
     s->t_s = s->t_new_s;
+    if (model_follow(m, s->z)) {
+        model_settle(m, s->t_s, s->z);
+        event = true;
+    }
     if (event)
         s->kind->restart(s);
     double angle = model_worst_angle_deg(m, s->z, &mat);
@@ -313,6 +319,7 @@ static void follow_spans(struct pass *p, uint64_t most_steps)
             }
         }
     }
+    model_fill(m, s->z);
     int mat = liveliest(m, s->z, &speed);
     for (int i = 0; i < 2 * m->size; i++) {
         if (!isfinite(s->z[i])) {
@@ -329,7 +336,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
     size_t length = 2 * (size_t)m->size;
     double end_s = sim_scene_end_s(m->scene), begin_ms = pass_clock_ms();
     struct pass p = {.model = m, .out = out};
-    *out = (struct pass_outcome){.mats_max = m->mats};
+    *out = (struct pass_outcome){0};
     p.storage = calloc(4 * length + 2 * ((size_t)m->mats + 1), sizeof *p.storage);
     out->z = calloc(length, sizeof *out->z);
     if (!p.storage || !out->z) {
@@ -356,11 +363,13 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
         p.stepper.kind->make(&p.stepper, error) == MR_OK) {
         int node;
         m->rhs = 0;
+        m->prunes = request->kind->prunes && !options->no_prune;
         model_start(m, p.stepper.z);
         out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
         if (out->record.next_s <= 0.0)
             keep(&p, 0.0, p.stepper.z);
         follow_spans(&p, request->most_steps);
+        model_fill(m, p.stepper.z);
         memcpy(out->z, p.stepper.z, length * sizeof *out->z);
         out->rhs = m->rhs;
         out->rejected = p.stepper.rejected;

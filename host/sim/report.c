@@ -10,7 +10,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     const double inverse_inertia = 1.0 / m->inertia, h = m->half_ft;
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
-    struct kernel_mat before = kernel_outside(m, p, first - 1);
+    struct kernel_mat before = kernel_outside(m, first - 1);
     struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
     double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
@@ -18,7 +18,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     double height = 0.0;
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, p, n + 1);
+        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, n + 1);
         double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double soil_r = kernel_soil_lb(m, p, v, n + 1);

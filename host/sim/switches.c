@@ -9,7 +9,7 @@
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
 {
     if (n < m->first || n > m->last)
-        return kernel_outside(m, z, n);
+        return kernel_outside(m, n);
     return kernel_mat(z, z + m->size, n, 1.0 / m->length_ft);
 }
 
