@@ -347,8 +347,11 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
     p.z_until = p.z_event + length;
     p.u = p.z_until + length;
     p.v = p.u + m->mats + 1;
+    const struct stepper_kind *kind = request->kind;
+    if (kind->looser && request->rtol >= kind->looser_rtol)
+        kind = kind->looser;
     p.stepper = (struct stepper){
-        .kind = request->kind,
+        .kind = kind,
         .model = m,
         .rtol = request->rtol,
         .atol_ft = request->rtol * POSITION_PART * m->length_ft,

@@ -18,6 +18,8 @@ struct stepper_kind {
     bool prunes;     /* may leave out mats at rest */
     bool long_steps; /* long enough for a mat to slip and stick within one */
     double rtol;   /* default tolerance */
+    const struct stepper_kind *looser; /* does better at looser_rtol and above; NULL: none does */
+    double looser_rtol;
     const char *method; /* one line for people */
     enum mr_status (*make)(struct stepper *stepper, struct error *error);
     void (*free)(struct stepper *stepper);
@@ -41,7 +43,7 @@ struct stepper {
     void *work;
 };
 
-extern const struct stepper_kind stepper_rk4, stepper_event, stepper_implicit, stepper_cvode, stepper_rkgs,
+extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit, stepper_cvode, stepper_rkgs,
     stepper_hamming;
 
 /* The kind of that name, or NULL. */

@@ -173,7 +173,7 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
 /* How many mats could be left behind at an end: those at rest, less a margin. */
 static int idle(const struct model *m, const double *z, bool at_first)
 {
-    int count = 0, low, high;
+    int count = 0, low = 0, high = 0;
     bool any = touched(m, &low, &high);
     for (; count < m->last - m->first; count++) {
         int n = at_first ? m->first + count : m->last - count;
