@@ -32,7 +32,7 @@ static const struct command commands[] = {
      "                 planar models, fixed for the chain. Each answer is checked by a second run\n"
      "  --rtol R       tolerance of the solver; fixed: the error estimate allowed, of the largest movement\n"
      "  --dt H         step, s, of rk4 and fixed\n"
-     "  --no-prune     integrate every mat of a chain, also those at rest\n"
+     "  --no-prune     integrate every mat all the time, also those at rest\n"
      "  --csv F        write the requested displacements as a table\n"},
     {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
      "measured against simulated, per transducer",

@@ -16,13 +16,22 @@ static enum mr_status not_here(const char *what, const char *instead, const stru
                      scene->name[0] ? scene->name : "scene", what, sim_model_name(scene->model), instead);
 }
 
-static enum mr_status check(const struct sim_scene *scene, struct error *error)
+static bool has_grit(const struct sim_scene *scene)
+{
+    for (size_t i = 0; i < scene->grit_lb.count; i++) {
+        if (scene->grit_lb.values[i] > 0.0)
+            return true;
+    }
+    return false;
+}
+
+static enum mr_status check(const struct sim_scene *scene, bool grit, struct error *error)
 {
     bool report = scene->model == SIM_REPORT;
-    for (size_t i = 0; i < scene->grit_lb.count; i++) {
-        if (scene->grit_lb.values[i] != 0.0)
-            return not_here("grit", "leave it out, or give model chain", scene, error);
-    }
+    if (has_grit(scene) && !grit)
+        return not_here("grit with a solver that chooses its step",
+                        report ? "leave it out, or give model chain or consistent" : "leave it out, or give solver fixed",
+                        scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
     if (!report && scene->q1_lb != 0.0)
@@ -43,7 +52,7 @@ static enum mr_status check(const struct sim_scene *scene, struct error *error)
     return MR_OK;
 }
 
-enum mr_status model_make(struct model *m, const struct sim_scene *s, struct error *error)
+enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit, struct error *error)
 {
     size_t nodes = (size_t)s->mats + 1;
     *m = (struct model){
@@ -83,7 +92,7 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, struct err
         .rest_y_ft = s->model == SIM_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
     };
     m->soil_normal = m->law != SIM_NONE && s->friction_normal == SIM_SOIL;
-    if (check(s, error) != MR_OK)
+    if (check(s, grit, error) != MR_OK)
         return error->status;
     m->storage = calloc(4 * (nodes + 1), sizeof *m->storage);
     m->contact = calloc(5 * (nodes + 1), sizeof *m->contact);
@@ -278,6 +287,8 @@ void model_describe(const struct model *m, struct sim_result *result)
 {
     if (m->law == SIM_NONE)
         sim_result_leave_out(result, "friction (none)");
+    if (m->slack_ft > 0.0 && has_grit(m->scene))
+        sim_result_note(result, "grit: an opened joint opens freely and needs its grit again to close");
     if (m->slack_ft <= 0.0)
         sim_result_leave_out(result, "slack (0)");
     if (!m->full)

@@ -77,11 +77,14 @@ struct model {
     double *storage;
     double *spare;      /* size */
     double *mass_upper; /* consistent: work of the tridiagonal solve */
+    double *given_lb;   /* consistent_heave: tension per joint, the caller's */
+    double step_s;      /* and its step */
     uint64_t rhs;
 };
 
-/* MR_FULL when memory is short, MR_USAGE when the scene asks for something this model does not have. */
-enum mr_status model_make(struct model *model, const struct sim_scene *scene, struct error *error);
+/* MR_FULL when memory is short; MR_USAGE when the scene asks for something this model does not have. Grit is a law
+ * with a memory, for fixed steps only: `grit` says that it will be used so. */
+enum mr_status model_make(struct model *model, const struct sim_scene *scene, bool grit, struct error *error);
 void model_free(struct model *model);
 
 /* State and modes at t = 0. */

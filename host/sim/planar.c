@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/sim/landing.h"
 #include "host/sim/pass.h"
 
 #define CHECK_FACTOR 30.0
@@ -21,10 +22,10 @@
 
 bool planar_has_solver(const char *name)
 {
-    return strcmp(name, "auto") == 0 || stepper_find(name);
+    return strcmp(name, "auto") == 0 || strcmp(name, "fixed") == 0 || stepper_find(name);
 }
 
-static double bow_threshold_ft(const struct sim_scene *scene)
+double planar_bow_threshold_ft(const struct sim_scene *scene)
 {
     double bump = 0.0;
     for (size_t i = 0; i < scene->bump_ft.count; i++)
@@ -62,6 +63,25 @@ static void refuse(struct sim_result *result, enum sim_status status, int mat, d
     result->t_s = t_s;
 }
 
+void planar_final(const struct model *m, const double *z, struct sim_result *result)
+{
+    for (int n = 1; n <= m->mats; n++)
+        result->u_ft[n] = z[2 * n - 1];
+    double left = 0.0;
+    for (int j = 1; j <= m->mats + 1; j++) {
+        double right = j <= m->mats ? result->u_ft[j] : 0.0;
+        double shortened = 0.0;
+        if (m->full) {
+            for (int n = j - 1; n <= j; n++) {
+                double s = n >= 1 && n <= m->mats ? (z[2 * n] - z[2 * n - 2]) / m->length_ft : 0.0;
+                shortened += m->half_ft * (1.0 - sqrt(1.0 - s * s));
+            }
+        }
+        result->gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j) + right - left + shortened;
+        left = right;
+    }
+}
+
 static enum mr_status answer(const struct model *m, struct pass_outcome *pass, const struct pass_outcome *other,
                              struct sim_result *result, struct error *error)
 {
@@ -80,26 +100,12 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass, c
     result->peak_mat = peak.mat;
     result->speed_end_ft_s = pass->speed_end_ft_s;
     result->max_lift_ft = pass->max_lift_ft;
-    result->bow_wave = pass->max_lift_ft > bow_threshold_ft(m->scene);
+    result->bow_wave = pass->max_lift_ft > planar_bow_threshold_ft(m->scene);
     result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
     result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
     if (!result->u_ft || !result->gap_ft)
         return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
-    for (int n = 1; n <= m->mats; n++)
-        result->u_ft[n] = pass->z[2 * n - 1];
-    double left = 0.0;
-    for (int j = 1; j <= m->mats + 1; j++) {
-        double right = j <= m->mats ? result->u_ft[j] : 0.0;
-        double shortened = 0.0;
-        if (m->full) {
-            for (int n = j - 1; n <= j; n++) {
-                double s = n >= 1 && n <= m->mats ? (pass->z[2 * n] - pass->z[2 * n - 2]) / m->length_ft : 0.0;
-                shortened += m->half_ft * (1.0 - sqrt(1.0 - s * s));
-            }
-        }
-        result->gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j) + right - left + shortened;
-        left = right;
-    }
+    planar_final(m, pass->z, result);
     return sim_record_deliver(&pass->record, result, error);
 }
 
@@ -107,7 +113,7 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass, c
 static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b,
                   struct sim_result *result, struct sim_difference *where)
 {
-    double threshold = bow_threshold_ft(m->scene);
+    double threshold = planar_bow_threshold_ft(m->scene);
     *where = sim_record_difference(&a->record, &b->record);
     result->error_u_ft = where->u_ft;
     result->error_lift_ft = fmax(sim_record_lift_difference(&a->record, &b->record), fabs(a->max_lift_ft - b->max_lift_ft));
@@ -193,15 +199,30 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
     return error->status;
 }
 
+static bool is_automatic(const struct sim_options *options)
+{
+    return !options->solver || strcmp(options->solver, "auto") == 0;
+}
+
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
                           struct sim_result *result, struct error *error)
 {
     struct model model;
     double begin_ms = pass_clock_ms();
+    bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
+    if (options->solver && strcmp(options->solver, "fixed") == 0 ? scene->model == SIM_CONSISTENT
+                                                                 : landing && is_automatic(options)) {
+        if (is_automatic(options))
+            sim_result_note(result, "auto: fixed; a whole landing has too many switches to locate each");
+        return landing_run(scene, options, result, error);
+    }
+    if (options->solver && strcmp(options->solver, "fixed") == 0)
+        return error_set(error, MR_USAGE, "solver not available: fixed for model %s; give rk4, or model consistent",
+                         sim_model_name(scene->model));
     double *z = calloc(2 * (2 * (size_t)scene->mats + 1), sizeof *z);
     if (!z)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
-    if (model_make(&model, scene, error) != MR_OK) {
+    if (model_make(&model, scene, false, error) != MR_OK) {
         free(z);
         return error->status;
     }
@@ -214,7 +235,6 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
     result->t_end_s = sim_scene_end_s(scene);
     result->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
     model_describe(&model, result);
-    sim_result_note(result, "every mat is integrated all the time: only model chain leaves sleeping mats out");
     if (options->dt_s > 0.0 && !kind->fixed)
         error_set(error, MR_USAGE, "no fixed step: solver %s chooses its own; give --rtol, or --solver rk4", kind->name);
     else if (options->rtol > 0.0 && kind->fixed)
