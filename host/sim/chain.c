@@ -52,7 +52,7 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
         .u_ft = first,
         .v_ft_s = first + length,
         .gap0_ft = first + 2 * length,
-        .grit_lb = first + 3 * length,
+        .hold_lb = first + 3 * length,
         .reach_ft = first + 4 * length,
         .thrust_lb = first + 5 * length,
         .limit_lb = first + 6 * length,
@@ -73,8 +73,9 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene)
     memset(chain->storage, 0, ARRAYS * chain->length * sizeof *chain->storage);
     for (int j = 1; j <= chain->mats + 1; j++) {
         chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
-        chain->grit_lb[j] = sim_scene_joint(&scene->grit_lb, j);
-        chain->give_ft[j] = chain->grit_lb[j] / chain->kl_lb_ft;
+        double grit_lb = sim_scene_joint(&scene->grit_lb, j);
+        chain->hold_lb[j] = -grit_lb;
+        chain->give_ft[j] = grit_lb / chain->kl_lb_ft;
         chain->reach_ft[j] = fmin(fmax(chain->gap0_ft[j], 0.0), chain->slack_ft);
     }
     for (size_t i = 0; i < chain->length; i++)
@@ -135,7 +136,7 @@ static inline __attribute__((always_inline)) void pull(const struct chain *chain
 {
     const double *u = chain->u_ft + first, *left_u = u - 1;
     const double *v = chain->v_ft_s + first, *left_v = v - 1;
-    const double *gap0 = chain->gap0_ft + first, *grit = chain->grit_lb + first;
+    const double *gap0 = chain->gap0_ft + first, *hold = chain->hold_lb + first;
     const double *give = chain->give_ft + first;
     double *reach = chain->reach_ft + first, *tension = chain->tension_lb + first;
     const double kl = chain->kl_lb_ft, cl = chain->cl_lb_s_ft, slack = chain->slack_ft;
@@ -157,10 +158,10 @@ static inline __attribute__((always_inline)) void pull(const struct chain *chain
         double r_ft = reach[j];
         double held_lb = kl * (g_ft - r_ft);
         double yielded_ft = PICKED(most(0.0, g_ft + give[j]));
-        double kept_lb = PICKED(least(0.0, PICKED(most(-grit[j], held_lb + damper_lb))));
-        double yielding_lb = PICKED(yielded_ft > 0.0 ? -grit[j] : bare_lb);
-        double gritty_lb = PICKED(held_lb < -grit[j] ? yielding_lb : kept_lb);
-        double gritty_ft = PICKED(held_lb < -grit[j] ? yielded_ft : r_ft);
+        double kept_lb = PICKED(least(0.0, PICKED(most(hold[j], held_lb + damper_lb))));
+        double yielding_lb = PICKED(yielded_ft > 0.0 ? hold[j] : bare_lb);
+        double gritty_lb = PICKED(held_lb < hold[j] ? yielding_lb : kept_lb);
+        double gritty_ft = PICKED(held_lb < hold[j] ? yielded_ft : r_ft);
         double closing_lb = PICKED(r_ft > 0.0 ? gritty_lb : bare_lb);
         double closing_ft = PICKED(r_ft > 0.0 ? gritty_ft : 0.0);
         double free_lb = PICKED(g_ft >= r_ft ? 0.0 : closing_lb);
@@ -213,21 +214,22 @@ CHAIN_CLONES static struct stops stick_mats(const struct chain *chain, double h_
     const double *thrust = chain->thrust_lb + first, *limit = chain->limit_lb + first;
     double *v = chain->v_ft_s + first, *before = chain->before_ft_s + first;
     double per_lb = h_s / chain->mass_slug;
-    int64_t all = 0, thrown_back = 0;
+    int64_t all = 0, at_rest = 0;
     VECTORS
     for (size_t n = 0; n < count / BLOCK * BLOCK; n++) {
         double v_ft_s = v[n];
         double x_lb = right[n] - left[n] + thrust[n];
         double brake_lb = x_lb - copysign(limit[n], v_ft_s == 0.0 ? x_lb : v_ft_s);
         double after_ft_s = v_ft_s + brake_lb * per_lb;
-        bool stops = (v_ft_s != 0.0) & !(after_ft_s * v_ft_s > 0.0);
+        bool rests = !(after_ft_s * v_ft_s > 0.0); /* or turns round */
         bool held = fabs(x_lb) <= limit[n];
+        bool stops = rests & (v_ft_s != 0.0);
         before[n] = v_ft_s;
-        v[n] = ((v_ft_s == 0.0) | stops) & held ? 0.0 : after_ft_s;
+        v[n] = rests & held ? 0.0 : after_ft_s;
         all += stops;
-        thrown_back += stops & !held;
+        at_rest += stops & held;
     }
-    return (struct stops){all, thrown_back};
+    return (struct stops){all, all - at_rest};
 }
 
 static unsigned stick(const struct chain *chain, double h_s, int first, int last)

@@ -51,7 +51,7 @@ struct chain {
     double *u_ft;
     double *v_ft_s;
     double *gap0_ft;
-    double *grit_lb;
+    double *hold_lb; /* tension down to which grit holds an open joint: minus its grit */
     double *reach_ft;
     double *thrust_lb;
     double *limit_lb;    /* Coulomb limit */

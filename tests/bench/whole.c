@@ -39,7 +39,7 @@ static double slope(const double *n, const double *ms, int count)
     return xy / xx;
 }
 
-/* Half a mat crossed: how the time grows does not depend on how long the run is. */
+/* One mat crossed: how the time grows does not depend on how long the run is. */
 void bench_growth(void)
 {
     enum { SIZES = 5, WAYS = 3 };
@@ -48,10 +48,10 @@ void bench_growth(void)
     const struct sim_options ways[WAYS] = {{0}, {.no_prune = true}, {.solver = "implicit", .no_prune = true}};
     double ms[WAYS][SIZES][REPETITIONS], median[WAYS][SIZES];
     struct sim_scene scene;
-    printf("time against N, %s over half a mat:\n", STANDARD);
+    printf("time against N, %s over one mat:\n", STANDARD);
     if (!bench_load(&scene, STANDARD, false))
         return;
-    scene.mats_crossed = 0.5;
+    scene.mats_crossed = 1.0;
     scene.t_out_s.count = 0;
     for (int r = 0; r < REPETITIONS; r++) {
         for (int i = 0; i < SIZES; i++) {
