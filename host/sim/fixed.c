@@ -9,15 +9,15 @@
 #include "host/sim/record.h"
 #include "host/sim/wheel.h"
 
-#define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
+#define STEP_SHARE 0.5  /* of the stability limit, to begin with when the step is not given: the check is at the limit */
 #define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step, when the step is not given */
 #define LEAST_STEPS 1000
 #define MOST_STEPS 400000000u
 #define MOST_HALVINGS 8
 #define ENERGY_EXCESS 4.0
 #define ENERGY_STEPS 61 /* between energy checks; odd, so that what alternates shows */
-#define DISAGREEMENT 0.2
-#define QUIET_STEPS 8 /* at rest before the window leaves a mat */
+#define DISAGREEMENT 0.1
+#define QUIET_STEPS 3 /* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
 
 /* Mats that are integrated: all awake ones and one at rest on either side. */
 struct window {
@@ -30,7 +30,7 @@ struct window {
 /* One run over the whole time. */
 struct pass {
     uint64_t steps;
-    uint64_t done; /* fewer when it failed */
+    uint64_t done; /* fewer when it failed, or when nothing could move any more */
     double h_s;
     double ms;
     uint64_t events;
@@ -50,12 +50,18 @@ static double now_ms(void)
     return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
 }
 
+/* Nothing in the window has moved for a while. */
+static bool asleep(const struct window *window)
+{
+    return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
+           window->quiet_last >= QUIET_STEPS;
+}
+
 /* Take in the mats under the wheel. A window in which all have rested for a while goes there instead of
  * stretching. */
 static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch, int count)
 {
-    if (count > 0 && window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
-        window->quiet_last >= QUIET_STEPS)
+    if (count > 0 && asleep(window))
         window->first = window->last = touch[0].mat;
     for (int i = 0; i < count; i++) {
         if (touch[i].mat <= window->first && window->first > 1)
@@ -131,7 +137,6 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     for (uint64_t i = 0; i < pass->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
-        bool last = i + 1 == pass->steps;
 
         chain_release(chain, touch, count);
         count = sim_wheel_span(&wheel, from_s, to_s, touch);
@@ -142,14 +147,16 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             settle(&window, chain);
         else if (prune)
             follow(&window, chain);
+        /* at rest under forces that no longer change: nothing will ever move again */
+        bool still = prune && i > 0 && asleep(&window) && sim_wheel_is_over(&wheel, from_s);
+        bool last = still || i + 1 == pass->steps;
         pass->done = i + 1;
         int awake = window.last - window.first + 1;
         pass->awake_sum += (uint64_t)awake;
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        for (int n = window.first; n <= window.last; n++)
-            chain->u_ft[n] += h * chain->v_ft_s[n];
+        chain_drift(chain, h, window.first, window.last);
 
         double t_s = (double)(i + 1) * h;
         if (i % ENERGY_STEPS == 0 || last) {
@@ -162,9 +169,13 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             }
         }
         if (last)
-            t_s *= 1.0 + 1e-11; /* what is wanted at the end must not be missed by a rounding */
+            t_s = (double)pass->steps * h * (1.0 + 1e-11); /* a rounding must not miss what is wanted at the end */
         if (pass->record.next_s <= t_s)
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
+        if (still) {
+            pass->awake_sum += (uint64_t)awake * (pass->steps - pass->done);
+            break;
+        }
     }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = now_ms() - begin_ms;
@@ -194,7 +205,7 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->rejected -= pass->done;
     result->events = pass->events;
     result->mats_max = pass->awake_max;
-    result->mats_mean = (double)pass->awake_sum / (double)pass->done;
+    result->mats_mean = (double)pass->awake_sum / (double)(pass->failed ? pass->done : pass->steps);
     if (result->status != SIM_OK)
         return MR_OK;
     struct sim_difference peak = sim_record_peak(&pass->record);
@@ -220,6 +231,14 @@ static void fail(struct sim_result *result, enum sim_status status, int mat, dou
     result->t_s = t_s;
 }
 
+/* The finer pass is the coarser one of the next pair. */
+static void take_over(struct pass *coarse, struct pass *fine)
+{
+    sim_record_free(&coarse->record);
+    *coarse = *fine;
+    fine->record = (struct sim_record){0};
+}
+
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one of the
  * two answers. */
 static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *scene,
@@ -235,6 +254,11 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
     for (int halvings = 0;; halvings++) {
         if (start_pass(&fine, chain, scene, options, 2 * coarse.steps, result, error) != MR_OK)
             break;
+        bool near_limit = refine && coarse.h_s > 0.51 * result->dt_limit_s;
+        if (coarse.failed && !fine.failed && near_limit) {
+            take_over(&coarse, &fine);
+            continue;
+        }
         if (coarse.failed || fine.failed) {
             const struct pass *failed = fine.failed ? &fine : &coarse;
             fail(result, SIM_UNSTABLE, failed->mat, failed->t_s);
@@ -253,9 +277,7 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
             fail(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
             break;
         }
-        sim_record_free(&coarse.record);
-        coarse = fine;
-        fine.record = (struct sim_record){0};
+        take_over(&coarse, &fine);
     }
     if (error->status == MR_OK)
         answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result, error);

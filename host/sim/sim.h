@@ -8,7 +8,7 @@
 /* All zero: choose everything. */
 struct sim_options {
     const char *solver; /* NULL or "auto": chosen, the result says why. Chain: "fixed"; else stepper.h has the names */
-    double dt_s;        /* of a fixed step. 0: a quarter of the stability limit, halved when the check (fixed.h) asks for it */
+    double dt_s;        /* of a fixed step. 0: half the stability limit, halved when the check (fixed.h) asks for it */
     double rtol;        /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of the largest |u|; halves the step until met */
     bool no_prune;      /* integrate every mat all the time */
     double sample_dt_s; /* 0: no samples */
