@@ -15,13 +15,13 @@
 static json_t *run_json(const struct error_run *run, bool lifts)
 {
     bool ok = run->status == SIM_OK;
-    return json_pack("{s:s,s:o,s:o,s:I,s:I,s:o,s:o,s:o,s:s,s:o,s:b}", "solver", run->solver, "rtol",
+    return json_pack("{s:s,s:o,s:o,s:I,s:I,s:o,s:o,s:o,s:s,s:o,s:o,s:b}", "solver", run->solver, "rtol",
                      run->rtol > 0.0 ? cli_json_number(run->rtol, 6) : json_null(), "dt_s",
                      run->dt_s > 0.0 ? cli_json_number(run->dt_s, 9) : json_null(), "steps", (json_int_t)run->steps,
                      "rhs", (json_int_t)run->rhs, "run_ms", cli_json_number(run->ms, 6), "err_u",
                      ok ? cli_json_number(run->u_ft, 6) : json_null(), "err_lift",
                      ok ? cli_json_number(run->lift_ft, 6) : json_null(), "status", sim_status_name(run->status),
-                     "max_lift_ft", ok && lifts ? cli_json_number(run->max_lift_ft, 9) : json_null(), "beyond_limit",
+                     "err_u_rms", ok ? cli_json_number(run->rms_u_ft, 6) : json_null(), "max_lift_ft", ok && lifts ? cli_json_number(run->max_lift_ft, 9) : json_null(), "beyond_limit",
                      run->beyond);
 }
 
@@ -64,9 +64,10 @@ static json_t *study_json(const struct sim_scene *scene, const struct error_stud
     }
     for (size_t i = 0; study->notes[i][0]; i++)
         json_array_append_new(notes, json_string(study->notes[i]));
-    return json_pack("{s:s,s:{s:s,s:{s:o,s:o},s:o,s:o},s:o,s:o,s:o,s:o,s:o}", "scene", scene->name, "reference",
+    return json_pack("{s:s,s:{s:s,s:{s:o,s:o,s:o},s:o,s:o},s:o,s:o,s:o,s:o,s:o}", "scene", scene->name, "reference",
                      "method", study->method, "agreement", "u_ft", cli_json_number(study->agreement_u_ft, 6),
-                     "lift_ft", cli_json_number(study->agreement_lift_ft, 6), "peak_u_ft",
+                     "lift_ft", cli_json_number(study->agreement_lift_ft, 6), "rms_u_ft",
+                     cli_json_number(study->agreement_rms_u_ft, 6), "peak_u_ft",
                      cli_json_number(study->peak_u_ft, 12), "max_lift_ft", cli_json_number(study->max_lift_ft, 12),
                      "dt_limit_s", cli_json_number(study->dt_limit_s, 9), "runs", runs, "order", orders, "cheapest",
                      cheapest_json(study), "notes", notes);
@@ -85,7 +86,7 @@ static void print_error(double error_ft, double agreement_ft)
 static void print_runs(const struct error_study *study)
 {
     printf("  %-9s %-14s %9s %10s %10s  %10s  %10s  %s\n", "solver", "rtol or dt", "steps", "rhs", "ms", "err u, ft",
-           "err lift", "status");
+           study->lifts ? "err lift" : "rms of u", "status");
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         char step[24];
@@ -96,7 +97,10 @@ static void print_runs(const struct error_study *study)
         printf("  %-9s %-14s %9llu %10llu %10.2f", run->solver, step, (unsigned long long)run->steps,
                (unsigned long long)run->rhs, run->ms);
         print_error(run->u_ft, study->agreement_u_ft);
-        print_error(run->lift_ft, study->agreement_lift_ft);
+        if (study->lifts)
+            print_error(run->lift_ft, study->agreement_lift_ft);
+        else
+            print_error(run->rms_u_ft, study->agreement_rms_u_ft);
         printf("  %s", sim_status_name(run->status));
         if (run->status != SIM_OK)
             printf(": mat %d at %.4g s", run->mat, run->t_s);
@@ -110,6 +114,8 @@ static void print_slope(const char *what, const struct error_slope *slope, const
 {
     if (slope->points == 0)
         printf("; %s: fewer than three errors to fit", what);
+    else if (slope->scatter > ERROR_NO_LAW)
+        printf("; %s: no power law (%d runs, scatter %.2f decades)", what, slope->points, slope->scatter);
     else
         printf("; %s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what, slope->slope, slope->points,
                error_against_name(order->against), slope->from, slope->to, slope->scatter);
@@ -167,6 +173,8 @@ static void print_study(const struct sim_scene *scene, const struct error_study 
     printf("\n  reference: %s,\n  to %.1e ft (u)", study->method, study->agreement_u_ft);
     if (study->lifts)
         printf(" and %.1e ft (lift)", study->agreement_lift_ft);
+    else
+        printf(", rms %.1e ft", study->agreement_rms_u_ft);
     puts("\n");
     print_runs(study);
     putchar('\n');

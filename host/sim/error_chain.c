@@ -1,16 +1,22 @@
 /* Error study of the chain: `fixed` over steps. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/sim/error_march.h"
 #include "host/sim/error_work.h"
 #include "host/sim/sim.h"
 
+#define PLANAR_WORK 1e6 /* mats times steps at the limit: more take the planar methods minutes */
+#define MARCH_EXPONENTS 3
+#define TARGET_FT 1e-7
+#define SLOW_MS 3000.0
 #define EVEN_TIMES 64
 #define RUNGS 15        /* a factor sqrt 2 apart */
 #define FIRST 0.97      /* of the stability limit */
 #define LEAST_STEPS 20.0
-#define MAT_STEPS 1.5e9 /* steps times mats of the longest run; it costs half as many again */
+#define MAT_STEPS 7e8 /* steps times mats of the longest run; it costs half as many again */
 
 static bool has_grit(const struct sim_scene *scene)
 {
@@ -34,34 +40,44 @@ static struct sim_scene as_planar(const struct sim_scene *scene)
     return flat;
 }
 
-/* Largest difference between a result's outputs and the reference's; both have the same t_out. */
-static double difference_ft(const struct sim_result *result, const struct sim_record *reference)
+/* A result's outputs as a record. The scene's t_out are the even times and then what was asked for; the record brings
+ * its own even times, which are the same. */
+static enum mr_status as_record(struct sim_record *record, const struct sim_result *result,
+                                const struct sim_scene *scene, struct error *error)
 {
-    double most = 0.0;
-    for (size_t i = 0; i < reference->snapshot_count; i++) {
-        const struct sim_snapshot *snapshot = &reference->snapshots[i];
-        if (snapshot->output < 0)
-            continue;
-        for (int n = 1; n <= reference->mats; n++)
-            most = fmax(most, fabs(result->outputs[snapshot->output].u_ft[n] - snapshot->u_ft[n]));
+    const struct sim_options options = {0};
+    size_t row = (size_t)scene->mats + 1;
+    int even = 0;
+    if (sim_record_make(record, scene, &options, error) != MR_OK)
+        return error->status;
+    for (size_t i = 0; i < record->snapshot_count; i++) {
+        struct sim_snapshot *snapshot = &record->snapshots[i];
+        int output = snapshot->output >= 0 ? snapshot->output : even++;
+        memcpy(snapshot->u_ft, result->outputs[output].u_ft, row * sizeof *snapshot->u_ft);
     }
-    return most;
+    return MR_OK;
+}
+
+/* One answer of `fixed`. A run that fails its own check is no error: result->status says it. */
+static enum mr_status run_fixed(struct sim_result *result, const struct sim_scene *scene, double dt_s,
+                                struct error *error)
+{
+    const struct sim_options options = {.solver = "fixed", .dt_s = dt_s};
+    struct error failed = {0};
+    sim_run(scene, &options, result, &failed);
+    if (failed.status != MR_OK && failed.status != MR_NUMERICS)
+        error_set(error, failed.status, "%s", failed.text);
+    return error->status;
 }
 
 static enum mr_status measure(struct error_study *study, const struct sim_record *reference,
                               const struct sim_scene *scene, double dt_s, struct error *error)
 {
-    const struct sim_options options = {.solver = "fixed", .dt_s = dt_s};
     struct sim_result result;
-    struct error failed = {0};
+    struct sim_record record = {0};
     struct error_run *run = error_add(study);
-    if (!run)
-        return MR_OK;
-    sim_run(scene, &options, &result, &failed);
-    if (failed.status != MR_OK && failed.status != MR_NUMERICS) {
-        sim_result_free(&result);
-        return error_set(error, failed.status, "%s", failed.text);
-    }
+    if (!run || run_fixed(&result, scene, dt_s, error) != MR_OK)
+        return error->status;
     run->solver = "fixed";
     run->dt_s = result.dt_s;
     run->steps = run->rhs = result.steps;
@@ -70,12 +86,14 @@ static enum mr_status measure(struct error_study *study, const struct sim_record
     run->mat = result.mat;
     run->t_s = result.t_s;
     run->beyond = dt_s > study->dt_limit_s;
-    if (result.status == SIM_OK) {
-        run->u_ft = difference_ft(&result, reference);
+    if (result.status == SIM_OK && as_record(&record, &result, scene, error) == MR_OK) {
+        run->u_ft = sim_record_difference(&record, reference).u_ft;
+        run->rms_u_ft = error_rms_ft(&record, reference);
         run->lift_ft = run->max_lift_ft = 0.0;
     }
+    sim_record_free(&record);
     sim_result_free(&result);
-    return MR_OK;
+    return error->status;
 }
 
 static enum mr_status over_steps(struct error_study *study, const struct sim_record *reference,
@@ -97,18 +115,59 @@ static enum mr_status over_steps(struct error_study *study, const struct sim_rec
     return error->status;
 }
 
-/* The step limit is the solver's own word; a run that fails its check has it too. */
+/* The step limit is the solver's own word; an answer that is refused has it too. */
 static enum mr_status ask_limit(struct error_study *study, const struct sim_scene *scene, struct error *error)
 {
-    struct sim_scene brief = *scene;
     struct sim_result result;
-    struct error failed = {0};
-    const struct sim_options options = {.dt_s = 1e6};
-    sim_run(&brief, &options, &result, &failed);
-    study->dt_limit_s = result.dt_limit_s;
+    if (run_fixed(&result, scene, 1e6, error) == MR_OK)
+        study->dt_limit_s = result.dt_limit_s;
     sim_result_free(&result);
-    if (failed.status != MR_OK && failed.status != MR_NUMERICS)
-        error_set(error, failed.status, "%s", failed.text);
+    return error->status;
+}
+
+/* `fixed` and the march, at ever finer steps. */
+static enum mr_status march(struct error_reference *reference, struct error_study *study,
+                            const struct sim_scene *scene, struct error *error)
+{
+    static const double parts[MARCH_EXPONENTS] = {16.0, 64.0, 256.0};
+    const char *name = scene->name[0] ? scene->name : "scene";
+    double limit_s = fmin(study->dt_limit_s, study->end_s / LEAST_STEPS), dt_s = 0.0;
+    for (int k = 0; k < MARCH_EXPONENTS; k++) {
+        struct sim_record record = {0}, other = {0};
+        struct sim_result result = {0};
+        struct march_cost cost = {0};
+        dt_s = limit_s / parts[k];
+        if (march_run(&record, &cost, scene, 2.0 * dt_s, error) == MR_OK && !cost.stalled &&
+            run_fixed(&result, scene, dt_s, error) == MR_OK && result.status == SIM_OK)
+            as_record(&other, &result, scene, error);
+        if (error->status == MR_OK && cost.stalled)
+            error_set(error, MR_NUMERICS, "no reference: %s: switches without end at %.9g s; give an earlier tend", name,
+                      cost.t_s);
+        if (error->status == MR_OK && result.status != SIM_OK)
+            error_set(error, MR_NUMERICS, "no reference: %s: fixed ends %s with steps of %.3g s; give an earlier tend",
+                      name, sim_status_name(result.status), dt_s);
+        if (error->status == MR_OK) {
+            sim_record_free(&reference->record);
+            *reference = (struct error_reference){.found = true,
+                                                  .u_ft = sim_record_difference(&record, &other).u_ft,
+                                                  .rms_u_ft = error_rms_ft(&record, &other),
+                                                  .record = record};
+            record = (struct sim_record){0};
+        }
+        sim_record_free(&record);
+        sim_record_free(&other);
+        sim_result_free(&result);
+        if (error->status != MR_OK || reference->u_ft <= TARGET_FT || cost.ms > SLOW_MS)
+            break;
+    }
+    if (error->status == MR_OK && reference->rms_u_ft > ERROR_LIMIT_RMS_FT)
+        error_set(error, MR_NUMERICS,
+                  "no reference: %s: fixed and Runge-Kutta with located switches still differ by %.2g ft (rms) with "
+                  "steps of %.3g s; give an earlier tend",
+                  name, reference->rms_u_ft, dt_s);
+    snprintf(study->method, sizeof study->method,
+             "classical Runge-Kutta with every switch located, steps of at most %.3g s; agrees with fixed at %.3g s",
+             2.0 * dt_s, dt_s);
     return error->status;
 }
 
@@ -127,8 +186,10 @@ enum mr_status error_study_chain(struct error_study *study, const struct sim_sce
     timed.t_out_s = (struct sim_list){times_s, EVEN_TIMES + asked};
     if (ask_limit(study, &timed, error) == MR_OK) {
         struct sim_scene flat = as_planar(&timed);
-        if (has_grit(scene))
-            error_set(error, MR_USAGE, "no second method: %s: grit; leave it out", scene->name);
+        bool smooth = scene->friction > 0.0 && scene->friction_law == SIM_TANH;
+        bool heavy = study->end_s / study->dt_limit_s * scene->mats > PLANAR_WORK;
+        if (has_grit(scene) || (heavy && !smooth))
+            march(&reference, study, &timed, error);
         else
             error_reference_planar(&reference, study, &flat, error);
     }

@@ -12,7 +12,7 @@
 #define TARGET_FT 1e-10    /* agreement that needs no further tightening, */
 #define TARGET_RTOL 1e-12  /* at a tolerance well below those that are judged: two errors can be alike by luck */
 #define LOOSEST_EXPONENT 3
-#define TIGHTEST_EXPONENT 10
+#define TIGHTEST_EXPONENT 9
 #define REPEAT_MS 40.0 /* runs shorter than this are repeated */
 #define REPEATS 5
 #define SLOW_MS 10000.0
@@ -41,7 +41,8 @@ struct error_run *error_add(struct error_study *study)
     if (study->run_count == ERROR_RUNS_MAX)
         return NULL;
     struct error_run *run = &study->runs[study->run_count++];
-    *run = (struct error_run){.u_ft = (double)NAN, .lift_ft = (double)NAN, .max_lift_ft = (double)NAN};
+    *run = (struct error_run){.u_ft = (double)NAN, .rms_u_ft = (double)NAN, .lift_ft = (double)NAN,
+                              .max_lift_ft = (double)NAN};
     return run;
 }
 
@@ -56,6 +57,18 @@ static enum mr_status one_pass(struct pass_outcome *outcome, const struct sim_sc
     pass_run(outcome, &model, request, &options, error);
     model_free(&model);
     return error->status;
+}
+
+double error_rms_ft(const struct sim_record *a, const struct sim_record *b)
+{
+    double sum = 0.0;
+    for (size_t i = 0; i < a->snapshot_count; i++) {
+        for (int n = 1; n <= a->mats; n++) {
+            double difference = a->snapshots[i].u_ft[n] - b->snapshots[i].u_ft[n];
+            sum += difference * difference;
+        }
+    }
+    return sqrt(sum / ((double)a->snapshot_count * a->mats));
 }
 
 static double lift_difference_ft(const struct pass_outcome *a, const struct sim_record *record, double max_lift_ft)
@@ -116,10 +129,11 @@ static enum mr_status tighten(struct error_reference *reference, const struct st
         double u = sim_record_difference(&both[0].record, &both[1].record).u_ft;
         double lift = lift_difference_ft(&both[1], &both[0].record, both[0].max_lift_ft);
         double slow_ms = fmax(both[0].ms, both[1].ms);
-        bool better = !reference->found || fmax(u, 0.1 * lift) < fmax(reference->u_ft, 0.1 * reference->lift_ft);
-        if (better) {
+        /* the tighter pair, unless it is clearly worse */
+        if (!reference->found || fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
+            double rms = error_rms_ft(&both[0].record, &both[1].record);
             sim_record_free(&reference->record);
-            *reference = (struct error_reference){true, rtol, u, lift, both[0].max_lift_ft, both[0].record};
+            *reference = (struct error_reference){true, rtol, u, lift, rms, both[0].max_lift_ft, both[0].record};
             both[0].record = (struct sim_record){0};
         }
         pass_free(&both[0]);
@@ -195,6 +209,7 @@ static enum mr_status measure(struct error_study *study, const struct error_refe
     run->beyond = request->kind->fixed && request->dt_s > study->dt_limit_s;
     if (outcome.status == SIM_OK) {
         run->u_ft = sim_record_difference(&outcome.record, &reference->record).u_ft;
+        run->rms_u_ft = error_rms_ft(&outcome.record, &reference->record);
         run->lift_ft = lift_difference_ft(&outcome, &reference->record, reference->max_lift_ft);
         run->max_lift_ft = outcome.max_lift_ft;
     } else if (outcome.steps > request->most_steps / 2) {
@@ -214,7 +229,7 @@ static enum mr_status over_tolerances(struct error_study *study, const struct er
                                       const struct sim_scene *scene, const struct stepper_kind *kind,
                                       struct error *error)
 {
-    uint64_t most = 100000 + 2000 * (uint64_t)scene->mats;
+    uint64_t most = 40000 + 1000 * (uint64_t)scene->mats;
     int slow = 0;
     for (int e = LOOSEST_EXPONENT; e <= TIGHTEST_EXPONENT; e++) {
         const struct pass_request request = {kind, pow(10.0, -e), 0.0, most};
@@ -280,6 +295,7 @@ void error_study_take(struct error_study *study, const struct error_reference *r
 {
     study->agreement_u_ft = reference->u_ft;
     study->agreement_lift_ft = reference->lift_ft;
+    study->agreement_rms_u_ft = reference->rms_u_ft;
     study->peak_u_ft = sim_record_peak(&reference->record).u_ft;
     study->max_lift_ft = reference->max_lift_ft;
 }

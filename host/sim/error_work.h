@@ -8,7 +8,7 @@
 struct error_reference {
     bool found;
     double rtol;
-    double u_ft, lift_ft; /* how far the two methods are apart */
+    double u_ft, lift_ft, rms_u_ft; /* how far the two methods are apart */
     double max_lift_ft;
     struct sim_record record; /* of the first method; freed by whoever asked */
 };
@@ -16,6 +16,9 @@ struct error_reference {
 /* Two methods on a planar scene; writes study->method. MR_NUMERICS when they fail or disagree. */
 enum mr_status error_reference_planar(struct error_reference *reference, struct error_study *study,
                                       const struct sim_scene *scene, struct error *error);
+
+/* Rms difference of u over all mats and the set times of two complete records of the same scene. */
+double error_rms_ft(const struct sim_record *a, const struct sim_record *b);
 
 /* Copies what the study says of its reference. */
 void error_study_take(struct error_study *study, const struct error_reference *reference);
