@@ -11,7 +11,7 @@
 #define PLANAR_WORK 1e6 /* mats times steps at the limit: more take the planar methods minutes */
 #define MARCH_EXPONENTS 3
 #define TARGET_FT 1e-7
-#define SLOW_MS 3000.0
+#define MARCH_MAT_STEPS 1.2e9 /* mats times steps of `fixed`: no finer */
 #define EVEN_TIMES 64
 #define RUNGS 15        /* a factor sqrt 2 apart */
 #define FIRST 0.97      /* of the stability limit */
@@ -136,6 +136,8 @@ static enum mr_status march(struct error_reference *reference, struct error_stud
         struct sim_record record = {0}, other = {0};
         struct sim_result result = {0};
         struct march_cost cost = {0};
+        if (k > 0 && study->end_s / limit_s * parts[k] * scene->mats > MARCH_MAT_STEPS)
+            break;
         dt_s = limit_s / parts[k];
         if (march_run(&record, &cost, scene, 2.0 * dt_s, error) == MR_OK && !cost.stalled &&
             run_fixed(&result, scene, dt_s, error) == MR_OK && result.status == SIM_OK)
@@ -157,7 +159,7 @@ static enum mr_status march(struct error_reference *reference, struct error_stud
         sim_record_free(&record);
         sim_record_free(&other);
         sim_result_free(&result);
-        if (error->status != MR_OK || reference->u_ft <= TARGET_FT || cost.ms > SLOW_MS)
+        if (error->status != MR_OK || reference->u_ft <= TARGET_FT)
             break;
     }
     if (error->status == MR_OK && reference->rms_u_ft > ERROR_LIMIT_RMS_FT)

@@ -3,7 +3,8 @@
  *
  * Every run is a single pass, without the second one that checks an answer (planar.h), at tolerances a decade apart or
  * steps a factor sqrt 2 apart. Errors are largest differences to the reference over all mats at 64 even times and t_out
- * (u), and over the same times and the run's largest lift (lift). A run's time is the least of up to five.
+ * (u), and over the same times and the run's largest lift (lift). A run's time is the processor time of its pass, the
+ * least of up to five; of `fixed`, which has no single pass to call, the wall clock time that it states.
  *
  * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly implicit one of order
  * 4, with Jacobians of its own), both tightened from 1e-9 to 1e-12 and on to 1e-13
