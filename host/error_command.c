@@ -113,7 +113,7 @@ static void print_runs(const struct error_study *study)
 static void print_slope(const char *what, const struct error_slope *slope, const struct error_order *order)
 {
     if (slope->points == 0)
-        printf("; %s: fewer than three errors to fit", what);
+        printf("; %s: too few errors to fit, or too alike a cost", what);
     else if (slope->scatter > ERROR_NO_LAW)
         printf("; %s: no power law (%d runs, scatter %.2f decades)", what, slope->points, slope->scatter);
     else

@@ -43,9 +43,18 @@ static const struct look *look_of(const char *solver)
     return &looks[sizeof looks / sizeof looks[0] - 1];
 }
 
-static double error_ft(const struct error_run *run, bool lift)
+enum quantity { LIFT, U, RMS };
+
+static double error_ft(const struct error_run *run, enum quantity quantity)
 {
-    return lift ? run->lift_ft : run->u_ft;
+    return quantity == LIFT ? run->lift_ft : quantity == U ? run->u_ft : run->rms_u_ft;
+}
+
+static double agreement_ft(const struct error_study *study, enum quantity quantity)
+{
+    return quantity == LIFT ? study->agreement_lift_ft
+           : quantity == U  ? study->agreement_u_ft
+                            : study->agreement_rms_u_ft;
 }
 
 static double down_to(double value, double digits)
@@ -58,15 +67,16 @@ static double up_to(double value, double digits)
     return pow(10.0, ceil(log10(value) * digits) / digits);
 }
 
-static void axes(struct svg_plot *plot, const struct error_study *study, bool lift)
+static void axes(struct svg_plot *plot, const struct error_study *study, enum quantity quantity)
 {
-    double floor_ft = fmax(lift ? study->agreement_lift_ft : study->agreement_u_ft, LEAST_FT);
+    static const char *const labels[] = {"largest error of lift, ft", "largest error of u, ft", "rms error of u, ft"};
+    double floor_ft = fmax(agreement_ft(study, quantity), LEAST_FT);
     double high = 10.0 * floor_ft, left = HUGE_VAL, right = 0.0;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         if (run->status != SIM_OK)
             continue;
-        high = fmax(high, error_ft(run, lift));
+        high = fmax(high, error_ft(run, quantity));
         left = fmin(left, run->ms);
         right = fmax(right, run->ms);
     }
@@ -76,11 +86,11 @@ static void axes(struct svg_plot *plot, const struct error_study *study, bool li
     right = fmax(right, left);
     plot->x = (struct svg_axis){down_to(0.85 * left, 2.0), up_to(1.15 * right, 2.0), "run time, ms", true};
     plot->y = (struct svg_axis){down_to(0.3 * floor_ft, 1.0), up_to(1.5 * high, 2.0),
-                                lift ? "largest error of lift, ft" : "largest error of u, ft", true};
+                                labels[quantity], true};
     plot->log_x = plot->log_y = true;
 }
 
-static void draw_solver(const struct svg_plot *plot, const struct error_study *study, const char *solver, bool lift)
+static void draw_solver(const struct svg_plot *plot, const struct error_study *study, const char *solver, enum quantity quantity)
 {
     const struct look *look = look_of(solver);
     double x[ERROR_RUNS_MAX], y[ERROR_RUNS_MAX];
@@ -95,7 +105,7 @@ static void draw_solver(const struct svg_plot *plot, const struct error_study *s
             continue;
         bool ok = run->status == SIM_OK; /* a failed run breaks the line */
         x[count] = ok ? fmax(run->ms, plot->x.low) : (double)NAN;
-        y[count++] = ok ? fmax(error_ft(run, lift), plot->y.low) : (double)NAN;
+        y[count++] = ok ? fmax(error_ft(run, quantity), plot->y.low) : (double)NAN;
     }
     svg_line(plot, line, x, y, count);
     for (size_t i = 0; i < study->run_count; i++) {
@@ -103,17 +113,17 @@ static void draw_solver(const struct svg_plot *plot, const struct error_study *s
         if (strcmp(run->solver, solver) != 0 || run->status != SIM_OK)
             continue;
         svg_mark(plot->out, run->beyond ? open : full, look->shape, svg_x(plot, fmax(run->ms, plot->x.low)),
-                 svg_y(plot, fmax(error_ft(run, lift), plot->y.low)), RADIUS);
+                 svg_y(plot, fmax(error_ft(run, quantity), plot->y.low)), RADIUS);
     }
 }
 
-static void draw_panel(FILE *out, const struct error_study *study, bool lift, double left, double width)
+static void draw_panel(FILE *out, const struct error_study *study, enum quantity quantity, double left, double width)
 {
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     struct svg_plot plot = {.out = out, .left = left, .top = TOP, .width = width, .height = PANEL_HEIGHT};
-    double floor_ft = lift ? study->agreement_lift_ft : study->agreement_u_ft;
-    axes(&plot, study, lift);
+    double floor_ft = agreement_ft(study, quantity);
+    axes(&plot, study, quantity);
     svg_rect(&plot, "paper", plot.x.low, plot.y.low, plot.x.high, plot.y.high);
     svg_axes(&plot);
     if (floor_ft > 0.0) {
@@ -121,7 +131,7 @@ static void draw_panel(FILE *out, const struct error_study *study, bool lift, do
         svg_text(&plot, "small", "start", plot.x.low, floor_ft, 6.0, 13.0, "the references' disagreement");
     }
     for (size_t k = 0; k < count; k++)
-        draw_solver(&plot, study, names[k], lift);
+        draw_solver(&plot, study, names[k], quantity);
 }
 
 static void draw_legend(FILE *out, const struct error_study *study)
@@ -167,15 +177,14 @@ static void draw_failed(FILE *out, const struct error_study *study)
 
 static void draw(FILE *out, const char *name, const struct error_study *study)
 {
-    double width = (WIDTH - LEFT - RIGHT - (study->lifts ? BETWEEN : 0.0)) / (study->lifts ? 2.0 : 1.0);
+    double width = (WIDTH - LEFT - RIGHT - BETWEEN) / 2.0;
     struct svg_plot all = {
         .out = out, .left = LEFT, .top = 20.0, .width = 1.0, .height = 1.0, .x = {0, 1, NULL, false}, .y = {0, 1, NULL, false}};
     fprintf(out, "<g class=\"ep\">%s<rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>\n", style, WIDTH, HEIGHT);
     svg_text(&all, "head", "start", 0.0, 1.0, 0.0, 0.0, name);
     draw_legend(out, study);
-    if (study->lifts)
-        draw_panel(out, study, true, LEFT, width);
-    draw_panel(out, study, false, study->lifts ? LEFT + width + BETWEEN : LEFT, width);
+    draw_panel(out, study, study->lifts ? LIFT : U, LEFT, width);
+    draw_panel(out, study, study->lifts ? U : RMS, LEFT + width + BETWEEN, width);
     draw_failed(out, study);
     fputs("</g>\n", out);
     svg_close(out);

@@ -6,7 +6,7 @@
 
 #include "host/sim/error_study.h"
 
-/* One <svg> for a page: two panels, lift and u (a chain: u alone). Brings its own style. */
+/* One <svg> for a page: two panels, lift and u (a chain: u and its rms). Brings its own style. */
 void plot_error(FILE *out, const char *name, const struct error_study *study);
 
 /* The same as a file of its own. */

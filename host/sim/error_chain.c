@@ -12,6 +12,8 @@
 #define MARCH_EXPONENTS 3
 #define TARGET_FT 1e-7
 #define MARCH_MAT_STEPS 1.2e9 /* mats times steps of `fixed`: no finer */
+#define REPEATS 5
+#define REPEAT_MS 25.0 /* runs shorter than this are repeated */
 #define EVEN_TIMES 64
 #define RUNGS 15        /* a factor sqrt 2 apart */
 #define FIRST 0.97      /* of the stability limit */
@@ -93,6 +95,11 @@ static enum mr_status measure(struct error_study *study, const struct sim_record
     }
     sim_record_free(&record);
     sim_result_free(&result);
+    for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK && error->status == MR_OK; i++) {
+        run_fixed(&result, scene, dt_s, error);
+        run->ms = fmin(run->ms, result.pass_ms);
+        sim_result_free(&result);
+    }
     return error->status;
 }
 

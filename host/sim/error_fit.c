@@ -6,7 +6,8 @@
 
 #define LEAST_OF_AGREEMENT 10.0
 #define MOST_OF_PEAK 0.1
-#define ROUND_OFF 1e-14 /* of the largest value: below this nothing is an error of the method */
+#define ROUND_OFF 3e-12    /* of the largest value: sums of rounding over 1e5 steps come near this */
+#define LEAST_RANGE 3.0    /* of what is fitted over: costs that are alike show no slope */
 
 const double error_levels_ft[] = {1e-3, 1e-5, 5e-6, 1e-7};
 const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft[0];
@@ -60,7 +61,7 @@ static struct error_slope fit(const struct error_study *study, const char *solve
         syy += y * y;
     }
     double n = s.points, spread = sxx - sx * sx / n;
-    if (s.points < 3 || !(spread > 1e-6)) {
+    if (s.points < 3 || s.to < LEAST_RANGE * s.from) {
         s.points = 0;
         return s;
     }

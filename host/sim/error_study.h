@@ -7,8 +7,8 @@
  * least of up to five; of `fixed`, which has no single pass to call, the wall clock time that it states.
  *
  * Reference. Planar models: `event` and `implicit` (an explicit method of order 8 and a linearly implicit one of order
- * 4, with Jacobians of its own), both tightened from 1e-9 to 1e-12 and on to 1e-13
- * until they agree to 1e-10 ft.
+ * 4, with Jacobians of its own), both at 1e-9 and 1e-12, and at 1e-13 when they do not agree to 1e-10 ft yet. Where the
+ * explicit one gets stuck, `implicit` and `cvode`.
  * Chain: the same two on the report model with flat mats, whose horizontal equations are the chain's. Chain with grit,
  * which the planar models do not have, or too long for them: Runge-Kutta with located switches (error_march.h) and
  * `fixed` at a fine step; the former is the reference. On a runway whether a joint's grit gives way can hang on
@@ -46,12 +46,12 @@ struct error_run {
 };
 
 /* Least-squares slope of log error, over the runs within the stability limit whose error is between ten times the
- * reference's disagreement and a tenth of the largest value. */
+ * reference's disagreement (and what rounding can sum up to) and a tenth of the largest value. */
 struct error_slope {
     double slope;
     double scatter;  /* rms of what the line misses, in decades */
     double from, to; /* of what it is fitted over */
-    int points;      /* 0: fewer than 3, no slope */
+    int points;      /* 0: fewer than 3, or over less than a factor 3: no slope */
 };
 #define ERROR_NO_LAW 0.6 /* decades of scatter beyond which a slope says nothing */
 

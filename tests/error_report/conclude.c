@@ -142,7 +142,7 @@ static void error_cell(FILE *out, double error_ft, double agreement_ft)
 static void slope_cell(FILE *out, const struct error_slope *slope)
 {
     if (slope->points == 0)
-        html_cell(out, "too few errors");
+        html_cell(out, "too few errors, or too alike a cost");
     else if (slope->scatter > ERROR_NO_LAW)
         html_cell(out, "no power law, scatter %.2f decades", slope->scatter);
     else
