@@ -29,6 +29,7 @@ arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
 bench_src := $(wildcard tests/bench/*.c)
+error_report_src := $(wildcard tests/error_report/*.c)
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
@@ -64,7 +65,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
@@ -81,6 +82,11 @@ runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and c
 figures: $(B)/tests/figures/figures ## figures 3.6 to 3.12 of the 1973 report, redrawn, with a table: build/figures/figures.html
 	@mkdir -p $(B)/figures
 	$(B)/tests/figures/figures $(B)/figures
+
+.PHONY: error-report
+error-report: $(B)/tests/error_report/error-report ## every solver's error against its run time, seven scenes: build/error-report/index.html
+	@mkdir -p $(B)/error-report
+	$(B)/tests/error_report/error-report $(B)/error-report
 
 .PHONY: clean
 clean: ## remove build/
@@ -171,6 +177,8 @@ $(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_
 $(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(figures_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/bench/sim_bench: $(patsubst %.c,$(B)/%.o,$(bench_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
 	$(CC) $^ -ljansson -lm -o $@

@@ -34,6 +34,12 @@ static const struct command commands[] = {
      "  --dt H         step, s, of rk4 and fixed\n"
      "  --no-prune     integrate every mat all the time, also those at rest\n"
      "  --csv F        write the requested displacements as a table\n"},
+    {"error", error_command, "SCENE [--plot F.svg]", "every solver's error against its run time",
+     "  SCENE          scene file, JSON\n"
+     "  --plot F.svg   draw error against run time. Errors are in ft, also with --si\n"
+     "\n"
+     "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
+     "methods agree on; when they do not, there is no table: exit 5\n"},
     {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
      "measured against simulated, per transducer",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"

@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define SCENE "rstar_fig3_7_tanh30.json"
+#define SCENE "rstar_fig3_7_n30_tanh.json"
 #define LIMIT_FT 5e-6
 #define REFERENCE_RTOL 1e-12
 #define RUNGS_MAX 64

@@ -126,7 +126,7 @@ void bench_kernel(void)
         scene.friction_law = laws[i];
         scene.veps_ft_s = 1e-2;
         double *z = calloc(3 * (2 * MATS + 1), sizeof *z);
-        if (!z || model_make(&model, &scene, &error) != MR_OK) {
+        if (!z || model_make(&model, &scene, false, &error) != MR_OK) {
             printf("  %s\n", error.text);
             free(z);
             return;
