@@ -28,6 +28,7 @@ host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c))
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
+stability_src := $(wildcard tests/stability/*.c)
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
@@ -63,7 +64,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/stability/stability ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
@@ -80,6 +81,11 @@ runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and c
 figures: $(B)/tests/figures/figures ## figures 3.6 to 3.12 of the 1973 report, redrawn, with a table: build/figures/figures.html
 	@mkdir -p $(B)/figures
 	$(B)/tests/figures/figures $(B)/figures
+
+.PHONY: stability
+stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, every answer checked by a second method: build/stability/table.csv
+	@mkdir -p $(B)/stability
+	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
 
 .PHONY: clean
 clean: ## remove build/
@@ -163,6 +169,8 @@ $(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_
 		$(patsubst %.c,$(B)/%.o,$(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(figures_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
 	$(CC) $^ -ljansson -lm -o $@
