@@ -10,6 +10,8 @@
 #define ROOT_STEPS 100
 #define INSIDE 4
 #define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
+#define WARY_STEPS 100
+#define AT_ONCE 1e-8 /* of a step */
 #define POSITION_PART 0.05 /* tolerance on heights and displacements: rtol times this part of a mat's length */
 #define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
 
@@ -30,6 +32,9 @@ struct pass {
     double until_s;
     double *u, *v; /* by mat, for the record */
     int stalls;
+    int wary; /* steps for which the dense output is not believed: see redo */
+    struct model_switch flipped; /* last */
+    double flipped_s;
     double awake_s;
 };
 
@@ -119,6 +124,17 @@ static double first_time(struct pass *p, struct model_switch which)
     return b;
 }
 
+/* Keep stops and starts of mats; how many there are. */
+static int only_slides(struct model_switch *found, int count)
+{
+    int kept = 0;
+    for (int i = 0; i < count && i < FOUND_MAX; i++) {
+        if (found[i].kind == MODEL_SLIDE || found[i].kind == MODEL_STICK)
+            found[kept++] = found[i];
+    }
+    return kept;
+}
+
 /* Violations at the end of the last step, or, with exact sticking, at the first of three points within it (a mat may
  * break loose and stop again, or turn back, within a long step); the step then ends there. */
 static int look(struct pass *p, struct model_switch *found)
@@ -132,6 +148,8 @@ static int look(struct pass *p, struct model_switch *found)
             memcpy(p->z_event, s->z, 2 * (size_t)m->size * sizeof *s->z);
             s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
             int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
+            if (p->wary > 0)
+                count = only_slides(found, count);
             if (count > 0) {
                 memcpy(p->z_until, p->z_event, 2 * (size_t)m->size * sizeof *s->z);
                 p->until_s = t;
@@ -168,6 +186,30 @@ static void top(struct pass *p, double end_s, const double *z_end, double *spare
     }
 }
 
+/* Within a step that is long for the fastest rate the dense output can be far off where the end of the step is not (soil
+ * with much damping: 80 lb become 0), and show switches that do not happen. They are known by flipping back at once. From
+ * then on, for a while, the step is taken again up to the time found; false when it cannot be. */
+static bool redo(struct pass *p, double at)
+{
+    struct stepper *s = &p->stepper;
+    double h = s->h_s;
+    uint64_t rejected = s->rejected;
+    s->h_s = at - s->t_s;
+    if (!s->kind->advance(s, at))
+        return false;
+    if (s->rejected == rejected)
+        s->h_s = h;
+    return true;
+}
+
+static bool flips_back(const struct pass *p, double at, const struct model_switch *flips, int count)
+{
+    bool same = false;
+    for (int i = 0; i < count; i++)
+        same = same || (flips[i].kind == p->flipped.kind && flips[i].index == p->flipped.index);
+    return same && at - p->flipped_s <= AT_ONCE * p->stepper.h_s;
+}
+
 /* Go back to the first event of the last step, if there was one. */
 static bool handle_events(struct pass *p, bool *event)
 {
@@ -182,6 +224,8 @@ static bool handle_events(struct pass *p, bool *event)
     int count = look(p, found);
     double at = p->until_s;
     *event = count > 0;
+    if (p->wary > 0)
+        p->wary--;
     if (count == 0)
         return true;
     for (int round = 0; round < 8; round++) {
@@ -220,6 +264,20 @@ static bool handle_events(struct pass *p, bool *event)
         if (count == 0)
             break;
     }
+    if (flips_back(p, at, together, flips))
+        p->wary = WARY_STEPS;
+    bool again = p->wary > 0 && !s->kind->samples_shape && at - s->t_s > s->least_s;
+    if (again) {
+        double speed;
+        if (!redo(p, at))
+            return fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+        at = s->t_new_s;
+        flips = model_violations(m, at, s->z_new, together, FOUND_MAX);
+        flips = flips < FOUND_MAX ? flips : FOUND_MAX;
+        *event = flips > 0;
+        if (!*event)
+            return true;
+    }
     if (at - s->t_s <= s->least_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
             return fail(p, SIM_STEP_UNDERFLOW, chosen.index < m->mats ? chosen.index + 1 : m->mats, at);
@@ -227,8 +285,8 @@ static bool handle_events(struct pass *p, bool *event)
         p->stalls = 0;
     if (at > s->t_s)
         keep_until(p, at);
-    memcpy(p->z_event, s->z, length * sizeof *s->z);
-    if (at > s->t_s)
+    memcpy(p->z_event, again ? s->z_new : s->z, length * sizeof *s->z);
+    if (at > s->t_s && !again)
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
     top(p, at, p->z_event, p->z_until);
     memcpy(s->z_new, p->z_event, length * sizeof *s->z);
@@ -236,6 +294,8 @@ static bool handle_events(struct pass *p, bool *event)
     for (int i = 0; i < flips; i++)
         model_flip(m, at, s->z_new, together[i]);
     model_settle(m, at, s->z_new);
+    p->flipped = together[0];
+    p->flipped_s = at;
     p->out->events++;
     return true;
 }
