@@ -1,4 +1,4 @@
-/* stability [--scenes N] [--every K] [--only I] [--seed S] [--jobs J] FOLDER: the stability study. Writes FOLDER/table.csv
+/* stability [--scenes N] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER: the stability study. Writes FOLDER/table.csv
  * and prints a summary; exits with 1 when an answer is contradicted or a solver crashed. README.md. */
 #include <math.h>
 #include <stdio.h>
@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "tests/stability/study.h"
@@ -17,7 +18,7 @@
 #define BINS 6
 
 struct plan {
-    size_t scenes, every, only, jobs;
+    size_t scenes, every, only, jobs, minutes;
     uint64_t seed;
     const char *folder;
     double (*exponents)[DRAW_KEYS];
@@ -25,6 +26,7 @@ struct plan {
 
 struct shared {
     _Atomic size_t next;
+    time_t begin;
     struct study_answer answers[][STUDY_METHODS];
 };
 
@@ -38,7 +40,7 @@ static void work(const struct plan *plan, struct shared *shared)
         struct error error = {0};
         if (plan->only < plan->scenes)
             i = i == 0 ? plan->only : plan->scenes;
-        if (i >= plan->scenes)
+        if (i >= plan->scenes || time(NULL) > shared->begin + 60 * (time_t)plan->minutes)
             return;
         if (draw_scene(&scene, plan->exponents[i], i, plan->seed, &error) != MR_OK)
             _exit(3);
@@ -65,7 +67,7 @@ static bool run_all(const struct plan *plan, struct shared *shared)
 }
 
 struct summary {
-    size_t scenes, compared[STUDY_METHODS], contradicted, verdicts, unconfirmed, crashed, slow, fold_disputed;
+    size_t scenes, not_run, compared[STUDY_METHODS], contradicted, verdicts, unconfirmed, crashed, slow, fold_disputed;
     size_t ends[3][STUDY_ENDS]; /* of auto: all, of event, of implicit */
     size_t rescued[STUDY_METHODS]; /* auto did not answer, this one did */
     double worst_u, worst_lift, slowest_s, total_s;
@@ -173,7 +175,10 @@ static void print_bins(const char *what, const size_t *bins, double worst)
 static void print_summary(const struct summary *s)
 {
     static const char *const rows[] = {"auto, all", "  event", "  implicit"};
-    printf("%zu scenes, %.0f s of processor time\n", s->scenes, s->total_s);
+    printf("%zu scenes, %.0f s of processor time", s->scenes, s->total_s);
+    if (s->not_run > 0)
+        printf("; NOT RUN, as time was up: %zu", s->not_run);
+    printf("\n");
     for (int r = 0; r < 3; r++) {
         printf("%-12s", rows[r]);
         for (int e = 0; e < STUDY_NOT_RUN; e++)
@@ -219,6 +224,11 @@ static bool tabulate(const struct plan *plan, const struct shared *shared, struc
         struct error error = {0};
         if (draw_scene(&scene, plan->exponents[at], at, plan->seed, &error) != MR_OK)
             break;
+        if (shared->answers[at][STUDY_AUTO].solver[0] == '\0') { /* time was up */
+            summary->not_run++;
+            sim_scene_free(&scene);
+            continue;
+        }
         add(summary, at, &scene, shared->answers[at], &worst);
         write_row(table, at, plan->exponents[at], &scene, shared->answers[at], &worst);
         sim_scene_free(&scene);
@@ -230,7 +240,7 @@ static bool tabulate(const struct plan *plan, const struct shared *shared, struc
 
 static bool parse(struct plan *plan, int count, char **words)
 {
-    *plan = (struct plan){SCENES, 1, SIZE_MAX, 2, SEED, NULL, NULL};
+    *plan = (struct plan){.scenes = SCENES, .every = 1, .only = SIZE_MAX, .jobs = 2, .minutes = 30, .seed = SEED};
     for (int i = 1; i < count; i++) {
         char *end;
         if (words[i][0] != '-') {
@@ -252,6 +262,8 @@ static bool parse(struct plan *plan, int count, char **words)
             plan->seed = value;
         else if (strcmp(words[i], "--jobs") == 0)
             plan->jobs = value;
+        else if (strcmp(words[i], "--minutes") == 0)
+            plan->minutes = value;
         else
             return false;
         i++;
@@ -264,7 +276,7 @@ int main(int count, char **words)
     struct plan plan;
     struct summary summary = {0};
     if (!parse(&plan, count, words)) {
-        fprintf(stderr, "usage: stability [--scenes N] [--every K] [--only I] [--seed S] [--jobs J] FOLDER\n");
+        fprintf(stderr, "usage: stability [--scenes N] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER\n");
         return 2;
     }
     plan.exponents = draw_table(plan.scenes, plan.seed);
@@ -274,10 +286,11 @@ int main(int count, char **words)
         fprintf(stderr, "stability: out of memory: %zu scenes; give fewer\n", plan.scenes);
         return 3;
     }
+    shared->begin = time(NULL);
     bool good = run_all(&plan, shared) && tabulate(&plan, shared, &summary);
     free(plan.exponents);
     if (!good)
         return 3;
     print_summary(&summary);
-    return summary.contradicted + summary.crashed + summary.fold_disputed > 0;
+    return summary.contradicted + summary.crashed + summary.fold_disputed + summary.not_run > 0;
 }
