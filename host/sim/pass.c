@@ -88,15 +88,23 @@ static void keep_until(struct pass *p, double t_s)
     }
 }
 
+static double margin(struct pass *p, double t_s, const double *z, struct model_switch which)
+{
+    if (p->stepper.kind->samples_shape)
+        model_sample_shape(p->model, z);
+    return model_margin(p->model, t_s, z, which);
+}
+
 /* The first time in the last step at which the margin is negative; it is at its end. */
 static double first_time(struct pass *p, struct model_switch which)
 {
     struct stepper *s = &p->stepper;
     double *z = p->z_event;
-    int low, high;
-    model_reach(p->model, which, &low, &high);
+    int low = stepper_low(s), high = stepper_high(s);
+    if (!s->kind->samples_shape)
+        model_reach(p->model, which, &low, &high);
     double a = s->t_s, b = p->until_s, close = 1e-12 * (b - a);
-    double at_a = model_margin(p->model, a, s->z, which), at_b = model_margin(p->model, b, p->z_until, which);
+    double at_a = margin(p, a, s->z, which), at_b = margin(p, b, p->z_until, which);
     if (at_a < 0.0)
         return a;
     int side = 0;
@@ -106,7 +114,7 @@ static double first_time(struct pass *p, struct model_switch which)
         if (!(t > a && t < b))
             break;
         s->kind->dense(s, t, low, high, z);
-        double value = model_margin(p->model, t, z, which);
+        double value = margin(p, t, z, which);
         if (value < 0.0) {
             b = t;
             at_b = value;
