@@ -4,6 +4,7 @@
 #include "host/sim/kernel.h"
 
 #define HOLD_PART 1.25e-7 /* of sqrt(g L): slower bounces are not followed */
+#define SLACK_EDGE 1e-12 /* of a mat: a joint's mode is kept this far beyond its edge; a wave's tail opens joints by 1e-30 ft */
 #define TOUCH_FT MODEL_TOUCH_FT
 
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
@@ -84,9 +85,10 @@ double model_margin(const struct model *m, double t_s, const double *z, struct m
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
         value = kernel_gap_ft(m, s.index, &l, &r, m->full);
+        double edge = SLACK_EDGE * m->length_ft;
         if (m->joint[s.index] < 0)
-            return -value;
-        return m->joint[s.index] > 0 ? value - m->slack_ft : fmin(value, m->slack_ft - value);
+            return edge - value;
+        return edge + (m->joint[s.index] > 0 ? value - m->slack_ft : fmin(value, m->slack_ft - value));
     }
     case MODEL_SLIDE:
         return m->slide[s.index] * z[m->size + 2 * s.index + 1];
