@@ -30,7 +30,7 @@ struct shared {
     struct study_answer answers[][STUDY_METHODS];
 };
 
-static const struct study_limits limits = {.auto_s = 12.0, .other_s = 3.0};
+static const struct study_limits limits = {.auto_s = 12.0, .other_s = 1.0};
 
 static void work(const struct plan *plan, struct shared *shared)
 {
