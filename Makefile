@@ -30,6 +30,7 @@ runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
 bench_src := $(wildcard tests/bench/*.c)
 error_report_src := $(wildcard tests/error_report/*.c)
+stability_src := $(wildcard tests/stability/*.c)
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
@@ -65,7 +66,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report $(B)/tests/stability/stability ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
@@ -87,6 +88,11 @@ figures: $(B)/tests/figures/figures ## figures 3.6 to 3.12 of the 1973 report, r
 error-report: $(B)/tests/error_report/error-report ## every solver's error against its run time, seven scenes: build/error-report/index.html
 	@mkdir -p $(B)/error-report
 	$(B)/tests/error_report/error-report $(B)/error-report
+
+.PHONY: stability
+stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, every answer checked by a second method: build/stability/table.csv
+	@mkdir -p $(B)/stability
+	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
 
 .PHONY: clean
 clean: ## remove build/
@@ -179,6 +185,8 @@ $(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(figures_src)) $(host_lib) 
 $(B)/tests/bench/sim_bench: $(patsubst %.c,$(B)/%.o,$(bench_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
 	$(CC) $^ -ljansson -lm -o $@

@@ -65,8 +65,10 @@ struct model {
 
     /* Report model: the lift shear of a mat acts only while its right end is off the ground, and may press it down
      * again at once. Such a node bounces ever faster and then stays at the edge of contact; its height is held until
-     * the shear is too little, or the ground not needed. -1: none. */
+     * the shear is too little, or the ground not needed. What bouncing ever faster comes to: the node is up for a share
+     * of the time, and the mats on both sides get that share of the lift they have while it is up. -1: none. */
     int held;
+    signed char held_lift[2]; /* lift of the mats before and after it, were it up */
 
     /* The window: mats integrated. The rest is flat, at rest, and its displacements constant (window.c). */
     bool prunes; /* whether mats are left out; set before model_start */

@@ -10,6 +10,8 @@
 #define ROOT_STEPS 100
 #define INSIDE 4
 #define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
+#define WARY_STEPS 100
+#define AT_ONCE 1e-8 /* of a step */
 #define POSITION_PART 0.05 /* tolerance on heights and displacements: rtol times this part of a mat's length */
 #define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
 
@@ -30,6 +32,9 @@ struct pass {
     double until_s;
     double *u, *v; /* by mat, for the record */
     int stalls;
+    int wary; /* steps for which the dense output is not believed: see redo */
+    struct model_switch flipped; /* last */
+    double flipped_s;
     double awake_s;
 };
 
@@ -84,15 +89,23 @@ static void keep_until(struct pass *p, double t_s)
     }
 }
 
+static double margin(struct pass *p, double t_s, const double *z, struct model_switch which)
+{
+    if (p->stepper.kind->samples_shape)
+        model_sample_shape(p->model, z);
+    return model_margin(p->model, t_s, z, which);
+}
+
 /* The first time in the last step at which the margin is negative; it is at its end. */
 static double first_time(struct pass *p, struct model_switch which)
 {
     struct stepper *s = &p->stepper;
     double *z = p->z_event;
-    int low, high;
-    model_reach(p->model, which, &low, &high);
+    int low = stepper_low(s), high = stepper_high(s);
+    if (!s->kind->samples_shape)
+        model_reach(p->model, which, &low, &high);
     double a = s->t_s, b = p->until_s, close = 1e-12 * (b - a);
-    double at_a = model_margin(p->model, a, s->z, which), at_b = model_margin(p->model, b, p->z_until, which);
+    double at_a = margin(p, a, s->z, which), at_b = margin(p, b, p->z_until, which);
     if (at_a < 0.0)
         return a;
     int side = 0;
@@ -102,7 +115,7 @@ static double first_time(struct pass *p, struct model_switch which)
         if (!(t > a && t < b))
             break;
         s->kind->dense(s, t, low, high, z);
-        double value = model_margin(p->model, t, z, which);
+        double value = margin(p, t, z, which);
         if (value < 0.0) {
             b = t;
             at_b = value;
@@ -120,6 +133,17 @@ static double first_time(struct pass *p, struct model_switch which)
     return b;
 }
 
+/* Keep stops and starts of mats; how many there are. */
+static int only_slides(struct model_switch *found, int count)
+{
+    int kept = 0;
+    for (int i = 0; i < count && i < FOUND_MAX; i++) {
+        if (found[i].kind == MODEL_SLIDE || found[i].kind == MODEL_STICK)
+            found[kept++] = found[i];
+    }
+    return kept;
+}
+
 /* Violations at the end of the last step, or, with exact sticking, at the first of three points within it (a mat may
  * break loose and stop again, or turn back, within a long step); the step then ends there. */
 static int look(struct pass *p, struct model_switch *found)
@@ -133,6 +157,8 @@ static int look(struct pass *p, struct model_switch *found)
             stepper_copy(s, s->z, p->z_event);
             s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
             int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
+            if (p->wary > 0)
+                count = only_slides(found, count);
             if (count > 0) {
                 stepper_copy(s, p->z_event, p->z_until);
                 p->until_s = t;
@@ -169,6 +195,30 @@ static void top(struct pass *p, double end_s, const double *z_end, double *spare
     }
 }
 
+/* Within a step that is long for the fastest rate the dense output can be far off where the end of the step is not (soil
+ * with much damping: 80 lb become 0), and show switches that do not happen. They are known by flipping back at once. From
+ * then on, for a while, the step is taken again up to the time found; false when it cannot be. */
+static bool redo(struct pass *p, double at)
+{
+    struct stepper *s = &p->stepper;
+    double h = s->h_s;
+    uint64_t rejected = s->rejected;
+    s->h_s = at - s->t_s;
+    if (!s->kind->advance(s, at))
+        return false;
+    if (s->rejected == rejected)
+        s->h_s = h;
+    return true;
+}
+
+static bool flips_back(const struct pass *p, double at, const struct model_switch *flips, int count)
+{
+    bool same = false;
+    for (int i = 0; i < count; i++)
+        same = same || (flips[i].kind == p->flipped.kind && flips[i].index == p->flipped.index);
+    return same && at - p->flipped_s <= AT_ONCE * p->stepper.h_s;
+}
+
 /* Go back to the first event of the last step, if there was one. */
 static bool handle_events(struct pass *p, bool *event)
 {
@@ -182,6 +232,8 @@ static bool handle_events(struct pass *p, bool *event)
     int count = look(p, found);
     double at = p->until_s;
     *event = count > 0;
+    if (p->wary > 0)
+        p->wary--;
     if (count == 0)
         return true;
     for (int round = 0; round < 8; round++) {
@@ -220,6 +272,20 @@ static bool handle_events(struct pass *p, bool *event)
         if (count == 0)
             break;
     }
+    if (flips_back(p, at, together, flips))
+        p->wary = WARY_STEPS;
+    bool again = p->wary > 0 && !s->kind->samples_shape && at - s->t_s > s->least_s;
+    if (again) {
+        double speed;
+        if (!redo(p, at))
+            return fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+        at = s->t_new_s;
+        flips = model_violations(m, at, s->z_new, together, FOUND_MAX);
+        flips = flips < FOUND_MAX ? flips : FOUND_MAX;
+        *event = flips > 0;
+        if (!*event)
+            return true;
+    }
     if (at - s->t_s <= s->least_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
             return fail(p, SIM_STEP_UNDERFLOW, chosen.index < m->mats ? chosen.index + 1 : m->mats, at);
@@ -227,8 +293,8 @@ static bool handle_events(struct pass *p, bool *event)
         p->stalls = 0;
     if (at > s->t_s)
         keep_until(p, at);
-    stepper_copy(s, s->z, p->z_event);
-    if (at > s->t_s)
+    stepper_copy(s, again ? s->z_new : s->z, p->z_event);
+    if (at > s->t_s && !again)
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
     top(p, at, p->z_event, p->z_until);
     stepper_copy(s, p->z_event, s->z_new);
@@ -236,6 +302,8 @@ static bool handle_events(struct pass *p, bool *event)
     for (int i = 0; i < flips; i++)
         model_flip(m, at, s->z_new, together[i]);
     model_settle(m, at, s->z_new);
+    p->flipped = together[0];
+    p->flipped_s = at;
     p->out->events++;
     return true;
 }

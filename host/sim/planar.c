@@ -13,11 +13,16 @@
 #define MOST_TIGHTENINGS 2
 #define LEAST_RTOL 1e-13
 #define MOST_STEPS 5000000u
-#define MOST_CHATTER 50000u /* steps of a friction law that chatters, or before auto tries another solver */
+#define MOST_CHATTER 50000u  /* steps of event before auto tries implicit */
+#define MOST_IMPLICIT 20000u /* of implicit before auto tries event, or its share of event's steps */
+#define MOST_AUTO 300000u    /* of implicit, when there is nothing else */
+#define MOST_SIGN 10000u    /* of friction `sign`, which chatters around rest */
 #define MOST_FIXED_STEPS 400000000.0
 #define RK4_REAL 2.785 /* where the negative real axis leaves the classical method's stability region */
 #define EXPLICIT_REACH 6.0 /* the same of the order 8 method, about */
 #define EXPLICIT_STEPS 10000.0 /* more than these for stability alone: implicit */
+#define EXPLICIT_MOST 500000.0 /* more are not tried */
+#define STEP_RATIO 4.0         /* a step of implicit costs as much as so many of event */
 #define BOW_WAVE_FT 0.05
 
 bool planar_has_solver(const char *name)
@@ -33,11 +38,33 @@ double planar_bow_threshold_ft(const struct sim_scene *scene)
     return fmax(BOW_WAVE_FT, 2.0 * bump);
 }
 
+static bool automatic(const struct sim_options *options)
+{
+    return !options->solver || strcmp(options->solver, "auto") == 0;
+}
+
+static double explicit_steps(const struct model *m, const struct sim_result *result)
+{
+    return RK4_REAL / result->dt_limit_s * sim_scene_end_s(m->scene) / EXPLICIT_REACH;
+}
+
+/* How long auto stays with a solver before it tries the other one. */
+static uint64_t patience(const struct model *m, const struct stepper_kind *kind, bool last,
+                         const struct sim_result *result)
+{
+    double steps = explicit_steps(m, result);
+    if (kind == &stepper_event)
+        return last ? (uint64_t)(2.0 * steps) + MOST_CHATTER : MOST_CHATTER;
+    if (last || steps > EXPLICIT_MOST)
+        return MOST_AUTO;
+    return (uint64_t)fmax(MOST_IMPLICIT, steps / STEP_RATIO);
+}
+
 static const struct stepper_kind *choose(const struct sim_scene *scene, const struct sim_options *options,
                                          double rate, struct sim_result *result)
 {
     double steps = rate * sim_scene_end_s(scene) / EXPLICIT_REACH;
-    if (options->solver && strcmp(options->solver, "auto") != 0)
+    if (!automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         sim_result_note(result, "friction sign chatters around rest; give stick, its exact form");
@@ -180,12 +207,11 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
 }
 
 static enum mr_status run_adaptive(struct model *m, const struct sim_options *options, const struct stepper_kind *kind,
-                                   struct sim_result *result, struct error *error)
+                                   bool last, struct sim_result *result, struct error *error)
 {
     bool given = options->rtol > 0.0, contradicted;
-    bool automatic = !options->solver || strcmp(options->solver, "auto") == 0;
-    bool chatters = m->law == SIM_SIGN || (automatic && kind == &stepper_event);
-    struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, chatters ? MOST_CHATTER : MOST_STEPS};
+    uint64_t most = m->law == SIM_SIGN ? MOST_SIGN : automatic(options) ? patience(m, kind, last, result) : MOST_STEPS;
+    struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most};
     sim_result_note(result, "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
@@ -202,6 +228,21 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
 static bool is_automatic(const struct sim_options *options)
 {
     return !options->solver || strcmp(options->solver, "auto") == 0;
+}
+
+/* Auto: the other solver, where the first makes no progress. */
+static enum mr_status run_auto(struct model *m, const struct sim_options *options, const struct stepper_kind *kind,
+                               struct sim_result *result, struct error *error)
+{
+    const struct stepper_kind *other = kind == &stepper_event ? &stepper_implicit : &stepper_event;
+    bool last = other == &stepper_event && explicit_steps(m, result) > EXPLICIT_MOST;
+    if (run_adaptive(m, options, kind, last, result, error) != MR_OK || result->status != SIM_STEP_UNDERFLOW ||
+        m->law == SIM_SIGN || last)
+        return error->status;
+    result->status = SIM_OK;
+    result->solver = other->name;
+    sim_result_note(result, "auto: %s came to %.9g s only; %s instead", kind->name, result->t_s, other->name);
+    return run_adaptive(m, options, other, true, result, error);
 }
 
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
@@ -226,7 +267,6 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
         free(z);
         return error->status;
     }
-    bool automatic = !options->solver || strcmp(options->solver, "auto") == 0;
     model_start(&model, z);
     double rate = model_fastest_rate(&model, z);
     const struct stepper_kind *kind = choose(scene, options, rate, result);
@@ -241,13 +281,10 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
         error_set(error, MR_USAGE, "no tolerance: solver %s has a fixed step; give --dt, or another solver", kind->name);
     else if (kind->fixed)
         run_fixed(&model, options, kind, result, error);
-    else if (run_adaptive(&model, options, kind, result, error) == MR_OK && automatic && kind == &stepper_event &&
-             result->status == SIM_STEP_UNDERFLOW && model.law != SIM_SIGN) {
-        result->status = SIM_OK;
-        result->solver = stepper_implicit.name;
-        sim_result_note(result, "auto: event came to %.9g s only; implicit instead", result->t_s);
-        run_adaptive(&model, options, &stepper_implicit, result, error);
-    }
+    else if (automatic(options))
+        run_auto(&model, options, kind, result, error);
+    else
+        run_adaptive(&model, options, kind, true, result, error);
     result->run_ms = pass_clock_ms() - begin_ms;
     model_free(&model);
     free(z);

@@ -6,7 +6,7 @@
 KERNEL_INLINE bool flat_stays(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] && m->lift[n] == 0 &&
-           m->contact[n] == m->contact[n + 1] && n != m->held - 1;
+           m->contact[n] == m->contact[n + 1] && n != m->held - 1 && n != m->held;
 }
 
 KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, double *accel,
@@ -22,7 +22,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
-    double height = 0.0;
+    double height = 0.0, up = 0.0; /* up: share of the time that the held node is up */
 
     for (int n = first; n <= last; n++) {
         struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, n + 1);
@@ -45,14 +45,21 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
             continue;
         }
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
-        double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + m->lift[n] * m->shear_lb) -
+        double lift = m->lift[n];
+        if (n == m->held)
+            lift += up * (m->held_lift[1] - m->lift[n]);
+        double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + lift * m->shear_lb) -
                          h * mat.s * (tension_l + tension_r);
         double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w; /* (sin theta)'' */
-        if (n == m->held - 1)
-            rise = -height * inverse_length;
+        double middle = (m->q1_lb - soil_l - soil_r) * inverse_mass; /* of mat 1 */
+        if (n == m->held - 1) {
+            double level = n == 0 ? -middle / h : -height * inverse_length;
+            double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) * inverse_inertia;
+            up = shear != 0.0 ? (level - rise) / shear : 0.0;
+            rise = level;
+        }
         if (n == first) {
-            height = first == 0 ? (m->q1_lb - soil_l - soil_r) * inverse_mass - h * rise
-                                : (m->q1_lb - 2.0 * soil_l) * inverse_mass;
+            height = first == 0 ? middle - h * rise : (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n] = height;
         }
         height = n == m->held - 1 ? 0.0 : height + m->length_ft * rise;

@@ -43,6 +43,11 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
         error_set(error, MR_NUMERICS,
                   "folded: %s: mat %d at %.9g s: turned beyond 85 degrees; give less thrust or an earlier tend", name,
                   result->mat, result->t_s);
+    else if (!given && result->status == SIM_STEP_UNDERFLOW && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+        error_set(error, MR_NUMERICS,
+                  "step_underflow: %s: mat %d at %.9g s: friction sign chatters around rest; give friction stick, its "
+                  "exact form",
+                  name, result->mat, result->t_s);
     else if (!given && result->status == SIM_STEP_UNDERFLOW)
         error_set(error, MR_NUMERICS,
                   "step_underflow: %s: mat %d at %.9g s: solver %s makes no progress; give another solver, a looser "
