@@ -15,6 +15,7 @@
 #define MOST_STEPS 400000000u
 #define MOST_HALVINGS 8
 #define ENERGY_EXCESS 4.0
+#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define ENERGY_STEPS 61 /* between energy checks; odd, so that what alternates shows */
 #define DISAGREEMENT 0.1
 #define QUIET_STEPS 3 /* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
@@ -36,6 +37,8 @@ struct pass {
     uint64_t events;
     uint64_t awake_sum;
     int awake_max;
+    int number; /* of this pass, for go_on */
+    bool interrupted;
     bool failed;
     int mat; /* where, when failed */
     double t_s;
@@ -120,8 +123,10 @@ static int fastest(const struct chain *chain)
     return mat;
 }
 
-static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene, bool prune)
+static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                     const struct sim_options *options)
 {
+    bool prune = !options->no_prune && scene->mats > 4;
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
     struct window window = {1, chain->mats, 0, 0};
@@ -172,6 +177,13 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             t_s = (double)pass->steps * h * (1.0 + 1e-11); /* a rounding must not miss what is wanted at the end */
         if (pass->record.next_s <= t_s)
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
+        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
+            !options->go_on(options->go_on_ctx, pass->number, (double)i / (double)pass->steps)) {
+            pass->interrupted = true;
+            pass->mat = fastest(chain);
+            pass->t_s = t_s;
+            break;
+        }
         if (still) {
             pass->awake_sum += (uint64_t)awake * (pass->steps - pass->done);
             break;
@@ -185,10 +197,10 @@ static enum mr_status start_pass(struct pass *pass, struct chain *chain, const s
                                  const struct sim_options *options, uint64_t steps, struct sim_result *result,
                                  struct error *error)
 {
-    *pass = (struct pass){.steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps};
+    *pass = (struct pass){.steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
     if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
         return error->status;
-    run_pass(pass, chain, scene, !options->no_prune && scene->mats > 4);
+    run_pass(pass, chain, scene, options);
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
     return MR_OK;
@@ -205,8 +217,8 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->rejected -= pass->done;
     result->events = pass->events;
     result->mats_max = pass->awake_max;
-    result->mats_mean = (double)pass->awake_sum / (double)(pass->failed ? pass->done : pass->steps);
-    if (result->status != SIM_OK)
+    result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return MR_OK;
     struct sim_difference peak = sim_record_peak(&pass->record);
     result->peak_u_ft = peak.u_ft;
@@ -216,8 +228,9 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
     if (!result->u_ft || !result->gap_ft)
         return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
-    memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
-           (mats + 1) * sizeof *chain->u_ft);
+    if (result->status == SIM_OK)
+        memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
+               (mats + 1) * sizeof *chain->u_ft);
     memcpy(result->u_ft, chain->u_ft, (mats + 1) * sizeof *result->u_ft);
     for (int j = 1; j <= chain->mats + 1; j++)
         result->gap_ft[j] = chain_opening_ft(chain, j);
@@ -232,11 +245,11 @@ static void fail(struct sim_result *result, enum sim_status status, int mat, dou
 }
 
 /* The finer pass is the coarser one of the next pair. */
-static void take_over(struct pass *coarse, struct pass *fine)
+static void take_over(struct pass *to, struct pass *from)
 {
-    sim_record_free(&coarse->record);
-    *coarse = *fine;
-    fine->record = (struct sim_record){0};
+    sim_record_free(&to->record);
+    *to = *from;
+    from->record = (struct sim_record){0};
 }
 
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one of the
@@ -252,7 +265,13 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
     if (start_pass(&coarse, chain, scene, options, steps, result, error) != MR_OK)
         return error->status;
     for (int halvings = 0;; halvings++) {
+        if (coarse.interrupted) {
+            take_over(&fine, &coarse);
+            break;
+        }
         if (start_pass(&fine, chain, scene, options, 2 * coarse.steps, result, error) != MR_OK)
+            break;
+        if (fine.interrupted)
             break;
         bool near_limit = refine && coarse.h_s > 0.51 * result->dt_limit_s;
         if (coarse.failed && !fine.failed && near_limit) {
@@ -278,6 +297,10 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
             break;
         }
         take_over(&coarse, &fine);
+    }
+    if (fine.interrupted) {
+        fail(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
+        coarser_answers = false;
     }
     if (error->status == MR_OK)
         answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result, error);

@@ -19,6 +19,7 @@
 #define MOST_HALVINGS 4
 #define DISAGREEMENT 0.2
 #define FOLDED_DEG 85.0
+#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS 4 /* between looks at the angles */
 #define GUARD 4      /* mats at rest that the heaving part keeps at its ends */
 #define CHUNK 8      /* mats that it grows by */
@@ -35,7 +36,7 @@ struct landing {
     struct model model; /* its window is the part that heaves */
     const struct sim_scene *scene;
     double *z; /* every mat's, all the time */
-    double *accel, *u, *v;
+    double *accel, *u, *v, *height;
     double *gap0_ft, *grit_lb, *reach_ft, *tension_lb; /* per joint */
     double slack_ft;
     bool gritty;
@@ -54,6 +55,7 @@ struct march {
     double awake_s;
     int mats_max;
     struct sim_record record;
+    int number; /* of this march, for go_on */
 };
 
 static void take_in(struct part *part, const struct model *m, int low, int high)
@@ -262,7 +264,9 @@ static void take(struct landing *l, struct march *march, double t_s)
     for (int n = 0; n < m->mats; n++) {
         l->u[n + 1] = l->z[2 * n + 1];
         l->v[n + 1] = l->z[m->size + 2 * n + 1];
+        l->height[n + 1] = -l->z[2 * n];
     }
+    march->record.height_ft = l->height;
     march->record.lift_ft = 0.0;
     march->record.lift_node = 1;
     if (l->heaves.last >= l->heaves.first)
@@ -313,8 +317,9 @@ static void begin(struct landing *l, bool prunes)
     }
 }
 
-static void run_march(struct landing *l, struct march *march, bool prunes)
+static void run_march(struct landing *l, struct march *march, const struct sim_options *options)
 {
+    bool prunes = !options->no_prune;
     struct model *m = &l->model;
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
@@ -354,6 +359,13 @@ static void run_march(struct landing *l, struct march *march, bool prunes)
             break;
         if (march->record.next_s <= t_s)
             take(l, march, t_s);
+        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
+            !options->go_on(options->go_on_ctx, march->number, (double)i / (double)march->steps)) {
+            march->status = SIM_INTERRUPTED;
+            march->mat = l->slides.first + 1;
+            march->t_s = t_s;
+            break;
+        }
     }
     for (int n = l->slides.first; n <= l->slides.last; n++)
         march->speed_end_ft_s = fmax(march->speed_end_ft_s, fabs(v[2 * n + 1]));
@@ -363,10 +375,11 @@ static void run_march(struct landing *l, struct march *march, bool prunes)
 static enum mr_status start_march(struct landing *l, struct march *march, const struct sim_options *options,
                                   uint64_t steps, struct sim_result *result, struct error *error)
 {
-    *march = (struct march){.steps = steps, .h_s = sim_scene_end_s(l->scene) / (double)steps};
+    *march = (struct march){.steps = steps, .h_s = sim_scene_end_s(l->scene) / (double)steps,
+                             .number = ++result->passes};
     if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
         return error->status;
-    run_march(l, march, !options->no_prune);
+    run_march(l, march, options);
     result->rhs += march->done;
     return MR_OK;
 }
@@ -383,7 +396,7 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
     result->events = fine->events;
     result->mats_max = fine->mats_max;
     result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
-    if (result->status != SIM_OK)
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return MR_OK;
     struct sim_difference peak = sim_record_peak(&fine->record);
     result->peak_u_ft = peak.u_ft;
@@ -429,8 +442,18 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
     if (start_march(l, &coarse, options, steps, result, error) != MR_OK)
         return error->status;
     for (int halvings = 0;; halvings++) {
+        if (coarse.status == SIM_INTERRUPTED) {
+            fail(result, coarse.status, coarse.mat, coarse.t_s);
+            fine = coarse;
+            coarse.record = (struct sim_record){0};
+            break;
+        }
         if (start_march(l, &fine, options, 2 * coarse.steps, result, error) != MR_OK)
             break;
+        if (fine.status == SIM_INTERRUPTED) {
+            fail(result, fine.status, fine.mat, fine.t_s);
+            break;
+        }
         const struct march *failed = fine.status != SIM_OK ? &fine : coarse.status != SIM_OK ? &coarse : NULL;
         if (fine.status != SIM_OK && fine.status == coarse.status) {
             fail(result, fine.status, fine.mat, fine.t_s);
@@ -496,7 +519,7 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    double *storage = calloc(2 * length + 6 * joints, sizeof *storage);
+    double *storage = calloc(2 * length + 7 * joints, sizeof *storage);
     if (!storage)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
     l->z = storage;
@@ -507,6 +530,7 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     l->grit_lb = l->gap0_ft + joints;
     l->reach_ft = l->grit_lb + joints;
     l->tension_lb = l->reach_ft + joints;
+    l->height = l->tension_lb + joints;
     m->given_lb = l->tension_lb;
     l->slack_ft = m->slack_ft;
     m->slack_ft = 0.0; /* the joints are this file's */

@@ -29,7 +29,7 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
 {
     bool report = scene->model == SIM_REPORT;
     if (has_grit(scene) && !grit)
-        return not_here("grit with a solver that chooses its step",
+        return not_here(report ? "grit" : "grit with a solver that chooses its step",
                         report ? "leave it out, or give model chain or consistent" : "leave it out, or give solver fixed",
                         scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)

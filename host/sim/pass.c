@@ -7,6 +7,7 @@
 
 #define FOLDED_DEG 85.0
 #define FOUND_MAX 64
+#define STEPS_BETWEEN_ASKING 32 /* whether to go on */
 #define ROOT_STEPS 100
 #define INSIDE 4
 #define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
@@ -30,7 +31,7 @@ struct pass {
     double *z_event;
     double *z_until; /* the last step is looked at up to here */
     double until_s;
-    double *u, *v; /* by mat, for the record */
+    double *u, *v, *height; /* by mat, for the record */
     int stalls;
     int wary; /* steps for which the dense output is not believed: see redo */
     struct model_switch flipped; /* last */
@@ -72,7 +73,9 @@ static void keep(struct pass *p, double t_s, double *z)
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
         p->v[n + 1] = z[m->size + 2 * n + 1];
+        p->height[n + 1] = -z[2 * n];
     }
+    record->height_ft = p->height;
     record->lift_ft = model_lift_ft(m, z, &record->lift_node);
     sim_record_take(record, t_s, p->u, p->v);
 }
@@ -369,7 +372,13 @@ static bool one_step(struct pass *p, double limit_s)
     return true;
 }
 
-static void follow_spans(struct pass *p, uint64_t most_steps)
+static bool may_go_on(const struct pass *p, const struct pass_request *request, const struct sim_options *options)
+{
+    return !options->go_on || p->out->steps % STEPS_BETWEEN_ASKING != 0 ||
+           options->go_on(options->go_on_ctx, request->number, p->stepper.t_s / sim_scene_end_s(p->model->scene));
+}
+
+static void follow_spans(struct pass *p, const struct pass_request *request, const struct sim_options *options)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
@@ -381,7 +390,11 @@ static void follow_spans(struct pass *p, uint64_t most_steps)
         while (s->t_s < end) {
             if (!one_step(p, end))
                 return;
-            if (p->out->steps + s->rejected > most_steps) {
+            if (!may_go_on(p, request, options)) {
+                fail(p, SIM_INTERRUPTED, liveliest(m, s->z, &speed), s->t_s);
+                return;
+            }
+            if (p->out->steps + s->rejected > request->most_steps) {
                 fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
                 return;
             }
@@ -405,7 +418,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
     double end_s = sim_scene_end_s(m->scene), begin_ms = pass_clock_ms();
     struct pass p = {.model = m, .out = out};
     *out = (struct pass_outcome){0};
-    p.storage = calloc(4 * length + 2 * ((size_t)m->mats + 1), sizeof *p.storage);
+    p.storage = calloc(4 * length + 3 * ((size_t)m->mats + 1), sizeof *p.storage);
     out->z = calloc(length, sizeof *out->z);
     if (!p.storage || !out->z) {
         free(p.storage);
@@ -415,6 +428,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
     p.z_until = p.z_event + length;
     p.u = p.z_until + length;
     p.v = p.u + m->mats + 1;
+    p.height = p.v + m->mats + 1;
     const struct stepper_kind *kind = request->kind;
     if (kind->looser && request->rtol >= kind->looser_rtol)
         kind = kind->looser;
@@ -439,7 +453,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
         out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
         if (out->record.next_s <= 0.0)
             keep(&p, 0.0, p.stepper.z);
-        follow_spans(&p, request->most_steps);
+        follow_spans(&p, request, options);
         model_fill(m, p.stepper.z);
         memcpy(out->z, p.stepper.z, length * sizeof *out->z);
         out->rhs = m->rhs;

@@ -120,7 +120,7 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass, c
     result->checked_dt_s = other->longest_s;
     result->mats_max = pass->mats_max;
     result->mats_mean = pass->mats_mean;
-    if (result->status != SIM_OK)
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return MR_OK;
     struct sim_difference peak = sim_record_peak(&pass->record);
     result->peak_u_ft = peak.u_ft;
@@ -163,9 +163,14 @@ static enum mr_status run_pair(struct model *m, const struct sim_options *option
     else
         check.rtol = fmin(1e-2, check.rtol * CHECK_FACTOR);
     *contradicted = false;
+    check.number = ++result->passes;
+    request.number = check.number + 1;
     if (pass_run(&coarse, m, &check, options, error) == MR_OK) {
         cost(result, &coarse);
-        if (pass_run(&fine, m, &request, options, error) == MR_OK) {
+        if (coarse.status == SIM_INTERRUPTED) {
+            refuse(result, coarse.status, coarse.mat, coarse.t_s);
+            answer(m, &coarse, &coarse, result, error);
+        } else if (result->passes++, pass_run(&fine, m, &request, options, error) == MR_OK) {
             cost(result, &fine);
             const struct pass_outcome *failed = fine.status != SIM_OK ? &fine : coarse.status != SIM_OK ? &coarse : NULL;
             if (failed) {
@@ -192,7 +197,7 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
     double end = sim_scene_end_s(m->scene);
     bool given = options->dt_s > 0.0, contradicted;
     double dt = given ? options->dt_s : fmin(0.5 * result->dt_limit_s, end / 500.0);
-    struct pass_request request = {kind, 0.0, dt, UINT64_MAX};
+    struct pass_request request = {kind, 0.0, dt, UINT64_MAX, 0};
     if (end / dt > MOST_FIXED_STEPS)
         return error_set(error, MR_USAGE, "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
                                           "or solver implicit",
@@ -211,7 +216,7 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
 {
     bool given = options->rtol > 0.0, contradicted;
     uint64_t most = m->law == SIM_SIGN ? MOST_SIGN : automatic(options) ? patience(m, kind, last, result) : MOST_STEPS;
-    struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most};
+    struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0};
     sim_result_note(result, "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
@@ -223,11 +228,6 @@ static enum mr_status run_adaptive(struct model *m, const struct sim_options *op
         sim_result_note(result, "two tolerances disagreed; run again at %.3g", request.rtol);
     }
     return error->status;
-}
-
-static bool is_automatic(const struct sim_options *options)
-{
-    return !options->solver || strcmp(options->solver, "auto") == 0;
 }
 
 /* Auto: the other solver, where the first makes no progress. */
@@ -252,8 +252,8 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
     double begin_ms = pass_clock_ms();
     bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
     if (options->solver && strcmp(options->solver, "fixed") == 0 ? scene->model == SIM_CONSISTENT
-                                                                 : landing && is_automatic(options)) {
-        if (is_automatic(options))
+                                                                 : landing && automatic(options)) {
+        if (automatic(options))
             sim_result_note(result, "auto: fixed; a whole landing has too many switches to locate each");
         return landing_run(scene, options, result, error);
     }
