@@ -158,21 +158,25 @@ static void draw_legend(FILE *out, const struct error_study *study)
             x + 24.0, y + 4.0);
 }
 
-/* Runs that failed have no error to draw; they are named. */
+/* Runs that failed have no error to draw; they are named, by solver. */
 static void draw_failed(FILE *out, const struct error_study *study)
 {
-    char text[400] = "";
-    size_t used = 0;
-    for (size_t i = 0; i < study->run_count && used < sizeof text - 60; i++) {
+    const char *last = "";
+    for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         if (run->status == SIM_OK)
             continue;
-        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s %s %.3g %s", used ? ", " : "without an answer: ",
-                                 run->solver, run->dt_s > 0.0 ? "dt" : "rtol", run->dt_s > 0.0 ? run->dt_s : run->rtol,
-                                 sim_status_name(run->status));
+        if (!*last)
+            fprintf(out, "<text class=\"small\" x=\"%.0f\" y=\"%.0f\">without an answer: ", LEFT, HEIGHT - 8.0);
+        if (strcmp(last, run->solver) != 0)
+            fprintf(out, "%s%s %s", *last ? "; " : "", run->solver, run->dt_s > 0.0 ? "dt" : "rtol");
+        else
+            fputc(',', out);
+        fprintf(out, " %.3g", run->dt_s > 0.0 ? run->dt_s : run->rtol);
+        last = run->solver;
     }
-    if (used > 0)
-        fprintf(out, "<text class=\"small\" x=\"%.0f\" y=\"%.0f\">%s</text>\n", LEFT, HEIGHT - 8.0, text);
+    if (*last)
+        fputs("</text>\n", out);
 }
 
 static void draw(FILE *out, const char *name, const struct error_study *study)

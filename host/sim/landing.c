@@ -264,7 +264,7 @@ static void take(struct landing *l, struct march *march, double t_s)
     for (int n = 0; n < m->mats; n++) {
         l->u[n + 1] = l->z[2 * n + 1];
         l->v[n + 1] = l->z[m->size + 2 * n + 1];
-        l->height[n + 1] = -l->z[2 * n];
+        l->height[n + 1] = 0.0 - l->z[2 * n];
     }
     march->record.height_ft = l->height;
     march->record.lift_ft = 0.0;

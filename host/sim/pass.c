@@ -73,7 +73,7 @@ static void keep(struct pass *p, double t_s, double *z)
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
         p->v[n + 1] = z[m->size + 2 * n + 1];
-        p->height[n + 1] = -z[2 * n];
+        p->height[n + 1] = 0.0 - z[2 * n]; /* no -0 */
     }
     record->height_ft = p->height;
     record->lift_ft = model_lift_ft(m, z, &record->lift_node);

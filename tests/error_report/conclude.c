@@ -103,8 +103,8 @@ static void say_wrong(FILE *out, const struct error_study *study)
         if (run->beyond && run->status == SIM_OK && run->lift_ft > 0.1 * study->max_lift_ft && study->max_lift_ft > 0.0)
             fprintf(out,
                     "<b>%s at %.3g s, beyond the limit of %.3g s, ends without complaint and wrong</b>: largest lift %.3g "
-                    "ft instead of %.3g. ",
-                    run->solver, run->dt_s, study->dt_limit_s, run->max_lift_ft, study->max_lift_ft);
+                    "ft instead of %.3g, off by up to %.3g ft at one time. ",
+                    run->solver, run->dt_s, study->dt_limit_s, run->max_lift_ft, study->max_lift_ft, run->lift_ft);
     }
     size_t failed = 0;
     for (size_t i = 0; i < study->run_count; i++)
@@ -113,11 +113,27 @@ static void say_wrong(FILE *out, const struct error_study *study)
         fprintf(out, "%zu of %zu runs end without an answer and say so. ", failed, study->run_count);
 }
 
+/* Of a chain single mats can be far off where all together are not. */
+static void say_rms(FILE *out, const struct error_study *study)
+{
+    double least = HUGE_VAL, most = 0.0;
+    for (size_t i = 0; i < study->run_count; i++) {
+        if (study->runs[i].status != SIM_OK || study->runs[i].beyond)
+            continue;
+        least = fmin(least, study->runs[i].rms_u_ft);
+        most = fmax(most, study->runs[i].rms_u_ft);
+    }
+    if (!study->lifts && least <= most)
+        fprintf(out, "Over all steps the rms error lies between %.1e and %.1e ft, %.2g to %.2g %% of the largest movement. ",
+                least, most, 100.0 * least / study->peak_u_ft, 100.0 * most / study->peak_u_ft);
+}
+
 void write_conclusion(FILE *out, const struct error_study *study)
 {
     fputs("<p>", out);
     say_reference(out, study);
     say_cheapest(out, study);
+    say_rms(out, study);
     say_ratio(out, study);
     say_order(out, study);
     say_wrong(out, study);
