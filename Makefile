@@ -121,14 +121,12 @@ $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
 
 # --- host side ---
-# The solvers' loops run over arrays; O3 lets the compiler use vector instructions (without changing a result).
-$(B)/host/host/sim/%.o: HOST_FLAGS += -O3
+# The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
+# result; the exceptions' flags are not looked at.
+$(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
-
-# The chain's loops are written for several mats at a time; the exceptions' flags are not looked at.
-$(B)/host/host/sim/chain.o: HOST_FLAGS += -O3 -fno-trapping-math
 
 $(common_lib): $(call objects,host,$(common_src))
 $(hil_lib): $(call objects,host,$(hil_src))

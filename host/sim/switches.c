@@ -307,7 +307,7 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
         double off, on;
         held_accel(m, t_s, z, s.index, &off, &on);
         m->held = -1;
-        m->contact[s.index] = !(on < 0.0);
+        m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
         if (on < 0.0) /* from below the edge it would be pushed up by contact first */
             z[2 * s.index] = -TOUCH_FT;
         break;
