@@ -11,7 +11,7 @@
 
 #include "tests/sim_reference/model.h"
 
-#define REFERENCE_STEPS 10000.0 /* more are too slow */
+#define REFERENCE_STEPS 5000.0 /* more are too slow */
 #define REFERENCE_REACH 0.3     /* step of the reference times the fastest rate */
 #define EVENT_STEPS 30000.0
 #define EXPLICIT_REACH 6.0
