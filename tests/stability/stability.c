@@ -29,7 +29,7 @@ struct shared {
     struct study_answer answers[][STUDY_METHODS];
 };
 
-static const struct study_limits limits = {.auto_s = 10.0, .other_s = 0.6};
+static const struct study_limits limits = {.auto_s = 6.0, .other_s = 0.5};
 
 static void work(const struct plan *plan, struct shared *shared)
 {
@@ -43,7 +43,7 @@ static void work(const struct plan *plan, struct shared *shared)
             return;
         if (draw_scene(&scene, plan->exponents[i], i, plan->seed, &error) != MR_OK)
             _exit(3);
-        study_scene(&scene, &limits, shared->answers[i]);
+        study_scene(&scene, i, &limits, shared->answers[i]);
         sim_scene_free(&scene);
     }
 }
