@@ -59,6 +59,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
             up = shear != 0.0 ? (level - rise) / shear : 0.0;
             rise = level;
         }
+        if (n == 0 && m->held == 0)
+            rise = middle / h;
         if (n == first) {
             height = first == 0 ? middle - h * rise : (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n] = height;
