@@ -63,7 +63,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(B)/tests/runs/synthesise $(B)/tests/figures/figures ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
@@ -143,6 +143,20 @@ $(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld
 $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
 	@$(ARM)nm $< | awk -v elf=$< -f firmware/f407/stack.awk - $(patsubst %.o,%.ci,$(call objects,arm,$(arm_src))) >$@ || \
 		{ cat $@; exit 1; }
+
+# Images that differ from the firmware in one constant, for tests of replay: half a second until rest becomes 501 ms; a
+# transducer's 0.5 V/in becomes 0.51.
+variants := $(B)/tests/variant/rest.elf $(B)/tests/variant/scale.elf
+$(B)/tests/variant/rest.c: firmware/landing.c
+	@mkdir -p $(@D)
+	sed 's/ + LANDING_REST_BLOCKS;/ + LANDING_REST_BLOCKS + 1;/' $< >$@ && ! cmp -s $< $@
+$(B)/tests/variant/scale.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|^\(#define IN_PER_CODE .*\)0\.5f|\10.51f|' $< >$@ && ! cmp -s $< $@
+$(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
+	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
+	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
+		$(filter-out $(if $(findstring rest,$@),%/landing.o,%/config.o),$(call objects,arm,$(arm_src))) -lm -o $@
 
 # --- tests ---
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
