@@ -99,7 +99,9 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
 {
     struct diff_options options = {0};
     char path[PATH_MAX + 20];
-    enum mr_status status = answers_load(store, replay->run, &replay->recorded, error);
+    enum mr_status status = replay_board_check(&replay->board, error);
+    if (status == MR_OK)
+        status = answers_load(store, replay->run, &replay->recorded, error);
     if (status == MR_OK)
         status = make_directory(replay, error);
     snprintf(path, sizeof path, "%s/replay.txt", replay->directory);

@@ -6,6 +6,7 @@
 struct loading {
     struct answers *answers;
     int link;
+    int64_t told; /* block of the newest change of state on the link: while idle, little else tells the time */
     size_t room;
     int64_t run;
     const char *path;
@@ -36,6 +37,14 @@ static enum mr_status take_frame(void *context, const struct store_frame *frame)
     struct answer *answer = &answers->message[loading->link][(*count)++];
     *answer = (struct answer){.info = info, .block = frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000};
     memcpy(answer->data, frame->data, frame->length);
+    if (info->id == MR_ID_LANDING) {
+        struct mr_landing landing;
+        mr_landing_get(&landing, answer->data, info->length);
+        if ((int64_t)landing.block > loading->told)
+            loading->told = landing.block;
+    }
+    if (answer->block < loading->told)
+        answer->block = loading->told;
     if (info->id == MR_ID_HELLO) {
         struct mr_hello hello;
         mr_hello_get(&hello, answer->data, info->length);
@@ -82,6 +91,7 @@ enum mr_status answers_load(struct store *store, int64_t run, struct answers *an
     for (int link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         loading.link = link;
         loading.room = 0;
+        loading.told = -1;
         status = store_frames_each(store, run, link, take_frame, &loading, error);
     }
     if (status == MR_OK)

@@ -83,16 +83,21 @@ static void last_line(const char *path, char *out, size_t size)
         fclose(file);
 }
 
-static enum mr_status play(const struct replay_board *board, const struct paths *paths, struct error *error)
+enum mr_status replay_board_check(const struct replay_board *board, struct error *error)
 {
-    char told[400];
-    int status = 0;
     if (access(board->elf, R_OK) != 0)
         return error_set(error, MR_IO, "no firmware image (%s): %s; build it with make all, or name one with --elf",
                          strerror(errno), board->elf);
     if (access(board->program, X_OK) != 0)
         return error_set(error, MR_IO, "no emulated board (%s): %s; build it with make all, or name it with --board",
                          strerror(errno), board->program);
+    return MR_OK;
+}
+
+static enum mr_status play(const struct replay_board *board, const struct paths *paths, struct error *error)
+{
+    char told[400];
+    int status = 0;
     pid_t child = fork();
     if (child < 0)
         return error_set(error, MR_IO, "cannot start (%s): %s; close other programs", strerror(errno), board->program);

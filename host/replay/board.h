@@ -14,9 +14,12 @@ struct replay_board {
     double duration_s;   /* of virtual time, about: bounds the wait */
 };
 
+/* MR_IO: program or image is missing. */
+enum mr_status replay_board_check(const struct replay_board *board, struct error *error);
+
 /* `directory`: for temporary files, which stay the caller's to remove: replay.txt is there, can.log, serial.bin and
  * board.txt will be. `*answers` is a new database with the landing the board told of, `*run` its number.
- * MR_IO: program or image is missing, or the board stopped; MR_TIMEOUT; MR_TRUNCATED: it told of no landing. */
+ * MR_IO: the board stopped; MR_TIMEOUT; MR_TRUNCATED: it told of no landing. */
 enum mr_status replay_board_run(const struct replay_board *board, const char *directory, struct store **answers,
                                 int64_t *run, struct error *error);
 
