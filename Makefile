@@ -45,7 +45,7 @@ HOST_LIBS := -lsqlite3 -ljansson -lsundials_cvode -lsundials_nvecserial -lsundia
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
 programs := $(B)/matrig $(B)/matrig-board
-test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c))
+test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 
 .PHONY: help
@@ -183,6 +183,11 @@ $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsu
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
+
+$(B)/tests/conformance/images/%.elf: tests/conformance/images/%.c $(wildcard tests/conformance/images/*.h) tests/conformance/images/image.ld | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=gnu11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib \
+		-T tests/conformance/images/image.ld $< -lgcc -o $@
 
 .SECONDARY:
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
