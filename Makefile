@@ -163,6 +163,13 @@ $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
 
+# What the drivers' register header defines, for the comparison of layouts.
+$(B)/tests/hil/registers.inc: firmware/f407/regs.h tests/conformance/registers.awk
+	@mkdir -p $(@D)
+	awk -f tests/conformance/registers.awk $< >$@
+$(B)/tests/hil/test_registers.o: $(B)/tests/hil/registers.inc
+$(B)/tests/hil/test_registers.o: HOST_FLAGS += -I$(B)/tests/hil
+
 $(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(common_lib)
 	$(CC) $^ -lcmocka -lz -lm -o $@
 $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(app_lib) $(common_lib)

@@ -121,6 +121,18 @@ changed_edge() { # one tick in the frame that told of it
         $matrig --json --quiet replay "$tmp/tick.db" 5 >"$tmp/tick.json"
     [ $? = 1 ] && first_is "$tmp/tick.json" edge tick && [ "$(in_json "$tmp/tick.json" differ)" = 1 ]
 }
+record_begins_at_arming() {
+    broken older 'delete from blocks where landing = 6 and idx < (select armed_block from landings where id = 6)' &&
+        $matrig --json --quiet replay "$tmp/older.db" 6 >"$tmp/older.json" || return 1
+    [ "$(in_json "$tmp/older.json" before_record)" = 5 ] && [ "$(in_json "$tmp/older.json" differ)" = 0 ]
+}
+serial_alone() {
+    broken serial 'delete from frames where link = 0' && $matrig --json --quiet replay "$tmp/serial.db" 6 >"$tmp/serial.json" || return 1
+    [ "$(in_json "$tmp/serial.json" differ)" = 0 ] && [ "$(in_json "$tmp/serial.json" messages)" -gt 200 ]
+}
+at_real_speed() { # RUN 6 is 1 s long
+    $matrig --json --quiet replay "$db" 6 --speed real >"$tmp/real.json" && cmp "$tmp/real.json" "$tmp/replay6.json"
+}
 lost_frames_are_no_difference() {
     broken lossy "delete from frames where landing = 5 and link = 0 and id % 7 = 0;
         insert into gaps(session, landing, link, message, channels, cause, count, from_block, to_block) values(5, 5, 0, 'frame', 'all', 'link', 9, 800, 9000)" &&
@@ -143,6 +155,10 @@ check "another image is compared within tolerances, which are stated" small_chan
 check "and what is beyond them is named" large_change_is_not
 check "a changed sum in a record shows in what the board makes of it" changed_record
 check "a changed tick in a message shows as that field alone" changed_edge
+check "an older record without the blocks before arming: what rests on them is not compared" record_begins_at_arming
+check "a landing logged over serial alone says the same" serial_alone
+check "at real speed too, paced by the clock" at_real_speed
+check "a rig and a replay together are refused" fails_with 2 '--rig and --replay cannot be given together' build/matrig-board --elf build/firmware/matrig.elf --rig "$tmp/bare.run" --replay "$tmp/none"
 check "frames that the log lost are no difference" lost_frames_are_no_difference
 check "without block records it is refused" without_serial
 check "with lost blocks it is refused, naming which" with_a_hole
