@@ -25,8 +25,26 @@ static void unprivileged(void)
     on(11, keeper);
 }
 
+/* The System Control Space is for privileged code (PM0214 4.1): a read without privilege is a bus fault. */
+static void control_space(void)
+{
+    keep_faults();
+    on(11, promoter);
+    SHCSR = 1u << 17;
+    isb();
+    forget();
+    skip = 4;
+    __asm__ volatile("mov r4, #1\n\tmsr control, r4\n\tisb\n\tldr.w r4, [%0]\n\tisb" :: "r"(0xe000ed00u) : "r4", "memory");
+    expect("control_space_exception", ipsr_seen, 5);
+    expect("control_space_cfsr", cfsr_seen, 0x00008200u);
+    skip = 0;
+    __asm__ volatile("svc #0" ::: "memory");
+    SHCSR = 0;
+}
+
 int main(void)
 {
     unprivileged();
+    control_space();
     return 0;
 }
