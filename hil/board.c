@@ -290,6 +290,7 @@ struct hil_board *hil_board_fork(const struct hil_board *board)
     struct hil_board *copy = hil_board_create(&options);
     struct hil_snapshot *snapshot = hil_board_snapshot(board);
     copy->run = board->run;
+    copy->replay = board->replay;
     hil_board_restore(copy, snapshot);
     free(snapshot);
     return copy;

@@ -16,6 +16,7 @@ static const event_handler handlers[HIL_EVENT_COUNT] = {
     [HIL_EVENT_LSI] = hil_rcc_lsi_event,
     [HIL_EVENT_RIG] = hil_rig_event,
     [HIL_EVENT_SCRIPT] = hil_script_event,
+    [HIL_EVENT_REPLAY] = hil_replay_event,
     [HIL_EVENT_ADC1] = hil_adc1_event,
     [HIL_EVENT_ADC3] = hil_adc3_event,
     [HIL_EVENT_TIM4] = hil_tim4_event,

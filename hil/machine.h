@@ -12,6 +12,7 @@
 #include "hil/bus.h"
 #include "hil/can.h"
 #include "hil/clock.h"
+#include "hil/codes.h"
 #include "hil/cpu.h"
 #include "hil/dma.h"
 #include "hil/event.h"
@@ -20,6 +21,7 @@
 #include "hil/iwdg.h"
 #include "hil/nvic.h"
 #include "hil/rcc.h"
+#include "hil/replay.h"
 #include "hil/rig.h"
 #include "hil/scb.h"
 #include "hil/script.h"
@@ -60,6 +62,7 @@ struct hil_state {
     struct hil_iwdg iwdg;
     struct hil_rig rig;
     struct hil_script script;
+    struct hil_replay_state replay;
 };
 
 struct hil_region {
@@ -76,6 +79,7 @@ struct hil_board {
     struct hil_options options;
     struct hil_callbacks callbacks;
     const struct hil_run *run; /* may be NULL */
+    const struct hil_replay *replay; /* instead of a run; may be NULL */
 
     /* Of the present run_until; nothing of it outlives the call. */
     uint64_t limit_cycle;      /* the block hook looks up from here on; at most the next event */
@@ -94,7 +98,9 @@ struct hil_board {
     uint32_t bad_address, bad_size;
     int bad_type;
 
-    /* Derived from code and run file; rebuilt when needed. */
+    /* Derived from code, run file and replay; rebuilt when needed. */
+    const struct mr_block *codes_block; /* whose codes these are; NULL: of none */
+    struct hil_codes codes;
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
     uint8_t peripheral_of[512]; /* index by kilobyte from 0x40000000 */

@@ -8,6 +8,7 @@
 #include <time.h>
 
 #include "hil/board.h"
+#include "hil/replay.h"
 #include "hil/wire_link.h"
 
 #define CONNECT_MS 30000
@@ -23,6 +24,7 @@ static const char help[] =
     "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
     "  --serial LINK    unix:PATH (bytes), file:PATH or none\n"
     "  --rig RUNFILE    what the rig does: a matrig-run file; without it nothing moves\n"
+    "  --replay FILE    instead of a rig, a recorded landing: a matrig-replay file, which matrig replay writes\n"
     "  --speed max|real at full speed, waiting for a slow host (default); by the wall clock, dropping\n"
     "  --for S          seconds of virtual time (default: the run file's duration, or until a signal)\n"
     "  --seed N         of converter noise (default 1)\n"
@@ -34,7 +36,7 @@ static const char help[] =
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
 
 struct arguments {
-    const char *elf, *can, *serial, *rig;
+    const char *elf, *can, *serial, *rig, *replay;
     bool real;
     double for_s; /* 0: not given */
     struct hil_options options;
@@ -82,6 +84,8 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
         a->serial = text;
     } else if (strcmp(name, "--rig") == 0) {
         a->rig = text;
+    } else if (strcmp(name, "--replay") == 0) {
+        a->replay = text;
     } else if (strcmp(name, "--speed") == 0) {
         a->real = strcmp(text, "real") == 0;
         ok = a->real || strcmp(text, "max") == 0;
@@ -134,6 +138,10 @@ static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv
     }
     if (!a->elf) {
         complain("which firmware? Give --elf FILE; see matrig-board --help");
+        return MR_USAGE;
+    }
+    if (a->rig && a->replay) {
+        complain("--rig and --replay cannot be given together: the pins are either a rig's or a record's");
         return MR_USAGE;
     }
     return MR_OK;
@@ -235,7 +243,13 @@ static enum mr_status open_links(struct session *session, const struct arguments
     return status;
 }
 
-static enum mr_status run(const struct arguments *a, struct session *session, const struct hil_run *rig)
+static double duration_of(const struct arguments *a, const struct hil_run *rig, const struct hil_replay *replay)
+{
+    return a->for_s > 0 ? a->for_s : a->rig ? rig->duration_s : a->replay ? hil_replay_duration_s(replay) : FOREVER_S;
+}
+
+static enum mr_status run(const struct arguments *a, struct session *session, const struct hil_run *rig,
+                          const struct hil_replay *replay)
 {
     struct hil_callbacks callbacks = {session, on_can_frame, on_serial_bytes};
     enum mr_status status = hil_board_load_elf(session->board, a->elf);
@@ -245,12 +259,13 @@ static enum mr_status run(const struct arguments *a, struct session *session, co
     }
     hil_board_set_callbacks(session->board, &callbacks);
     hil_board_attach_rig(session->board, a->rig ? rig : NULL);
+    if (a->replay)
+        hil_board_attach_replay(session->board, replay);
     status = open_links(session, a);
     if (status != MR_OK)
         return stop_asked ? MR_OK : status;
     double began_s = wall_s();
-    double duration_s = a->for_s > 0 ? a->for_s : a->rig ? rig->duration_s : FOREVER_S;
-    status = play(session, duration_s, a->real);
+    status = play(session, duration_of(a, rig, replay), a->real);
     summarise(session, wall_s() - began_s);
     return status;
 }
@@ -260,6 +275,7 @@ int main(int argc, char **argv)
     struct arguments a;
     struct session session = {.can = {.listener = -1, .fd = -1}, .serial = {.listener = -1, .fd = -1}};
     struct hil_run rig = {0};
+    struct hil_replay replay = {0};
     char error[512];
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
@@ -270,21 +286,23 @@ int main(int argc, char **argv)
     enum mr_status status = parse_arguments(&a, argc, argv);
     if (status != MR_OK)
         return mr_status_exit_code(status);
-    if (a.rig) {
+    if (a.rig)
         status = hil_run_read(a.rig, &rig, error, sizeof error);
-        if (status != MR_OK) {
-            complain("%s", error);
-            return mr_status_exit_code(status);
-        }
+    else if (a.replay)
+        status = hil_replay_read(a.replay, &replay, error, sizeof error);
+    if (status != MR_OK) {
+        complain("%s", error);
+        return mr_status_exit_code(status);
     }
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
     session.board = hil_board_create(&a.options);
-    status = run(&a, &session, &rig);
+    status = run(&a, &session, &rig, &replay);
     hil_link_close(&session.can);
     hil_link_close(&session.serial);
     hil_board_destroy(session.board);
     hil_run_free(&rig);
+    hil_replay_free(&replay);
     return mr_status_exit_code(status);
 }
