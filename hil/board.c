@@ -65,6 +65,27 @@ void hil_board_request_reset(struct hil_board *board, uint32_t flags)
     hil_cpu_attend(board);
 }
 
+void hil_board_cut_power(struct hil_board *board)
+{
+    board->state.counters.power_cuts++;
+    hil_trace(board, "power cut");
+    hil_flash_power_lost(board);
+    board->power_lost = board->reset_request = true;
+    board->reset_flags = CSR_POWER_ON;
+    hil_cpu_attend(board);
+}
+
+/* RAM after a power cut: neither what was there nor zero. */
+static void forget_ram(struct hil_board *board)
+{
+    uint64_t random = board->options.seed + board->state.counters.power_cuts;
+    for (size_t i = 0; i < HIL_SRAM_SIZE + HIL_CCM_SIZE; i += 8) {
+        uint64_t noise = hil_random(&random);
+        memcpy(i < HIL_SRAM_SIZE ? board->memory->sram + i : board->memory->ccm + (i - HIL_SRAM_SIZE), &noise, 8);
+    }
+    hil_cpu_forget_code(board);
+}
+
 /* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its contents. */
 static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
@@ -74,6 +95,12 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     hil_scb_reset(&board->state.scb);
     board->state.systick = (struct hil_systick){.zero_cycle = HIL_NEVER};
     hil_event_set_cycle(board, HIL_EVENT_SYSTICK, HIL_NEVER);
+    if (board->power_lost) {
+        board->power_lost = false;
+        board->state.rcc.csr = 0;
+        forget_ram(board);
+    }
+    hil_flash_reset(board);
     hil_rcc_reset(board, csr_flags);
     hil_adc_reset(board); /* before its DMA stops, or it would seem to overrun */
     for (unsigned unit = 0; unit < 2; unit++) {
@@ -105,6 +132,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     board->state.rig.pulse_end_ps = HIL_NEVER;
     for (unsigned i = 0; i < 2; i++)
         board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
+    hil_flash_create(board);
     hil_bus_init(board);
     hil_cpu_create(board);
     hil_gpio_drive(board, 0, 15, false, 0); /* the one-shot holds PA15 low */
@@ -146,15 +174,26 @@ void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
     hil_script_start(board);
 }
 
-/* WFI: jump to the next event. */
-static void sleep_on(struct hil_board *board)
+/* Jump to the next event, counting the cycles passed over. */
+static void pass_time(struct hil_board *board, uint64_t *counter)
 {
     struct hil_state *state = &board->state;
     uint64_t next = state->events.next_cycle; /* never later than the end of the run */
     if (next > state->clock.now_cycle) {
-        state->counters.asleep_cycles += next - state->clock.now_cycle;
+        *counter += next - state->clock.now_cycle;
         state->clock.now_cycle = next;
     }
+}
+
+/* Does the core wait for flash: with its next instruction, or with the vector of an exception that is due? */
+static bool waits_for_flash(struct hil_board *board)
+{
+    uint32_t pc = 0;
+    if (!hil_flash_busy(board))
+        return false;
+    uc_reg_read(board->uc, UC_ARM_REG_PC, &pc);
+    return hil_flash_stalls(board, pc)
+           || (hil_exception_due(board) && hil_flash_stalls(board, board->state.scb.vtor));
 }
 
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
@@ -178,9 +217,13 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             if (hil_exception_wakes(board)) {
                 state->cpu.asleep = false;
             } else {
-                sleep_on(board);
+                pass_time(board, &state->counters.asleep_cycles);
                 continue;
             }
+        }
+        if (waits_for_flash(board)) {
+            pass_time(board, &state->counters.flash_stall_cycles);
+            continue;
         }
         unsigned exception = hil_exception_due(board);
         if (exception) {
@@ -191,7 +234,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
         }
         const struct hil_nvic *nvic = &state->nvic;
         bool masked = nvic->best && nvic->best_group < nvic->active_group;
-        board->limit_cycle = masked ? 0 : state->events.next_cycle;
+        board->limit_cycle = masked || hil_flash_busy(board) ? 0 : state->events.next_cycle;
         hil_cpu_run(board);
     }
     hil_event_set_ps(board, HIL_EVENT_TARGET, HIL_NEVER);
@@ -278,7 +321,7 @@ void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snaps
     memcpy(board->memory, &snapshot->memory, sizeof snapshot->memory);
     hil_cpu_forget_code(board);
     hil_cpu_load(board, &snapshot->registers);
-    board->stopped = board->reset_request = false;
+    board->stopped = board->reset_request = board->power_lost = false;
     board->reset_flags = 0;
     board->reason[0] = '\0';
 }

@@ -28,6 +28,7 @@
 #include <stdio.h>
 
 #include "common/status.h"
+#include "hil/cells.h"
 #include "hil/runfile.h"
 
 #define HIL_SECOND_PS 1000000000000ull
@@ -53,6 +54,8 @@ struct hil_options {
     enum hil_can_bus can_bus;
     bool adc_noise;          /* false: codes are exact, for tests */
     uint32_t uid[3];         /* unique device identifier */
+    bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
+    enum hil_cell_times cell_times; /* how long flash and NOR operations take */
     FILE *trace;             /* NULL, or where exceptions and unusual events are told */
 };
 
@@ -98,6 +101,9 @@ struct hil_counters {
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
     uint64_t commands_scripted;    /* of the run file, given to the board */
+    uint64_t flash_refused;        /* stores and operations that set an error flag, wrong keys */
+    uint64_t flash_stall_cycles;   /* HCLK cycles for which the core waited for flash */
+    uint64_t power_cuts;
     uint32_t last_fault_pc;
     uint32_t last_fault_cfsr;
     uint32_t last_fault_address;
@@ -133,6 +139,13 @@ enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_ca
  * rest dropped. */
 enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n);
 void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus);
+
+/* The supply goes and comes back at once: operations of flash and NOR stop half done, RAM holds noise, everything else
+ * is as at power on; time, rig and what is on the links go on. Callable while the board runs or between. */
+void hil_board_cut_power(struct hil_board *board);
+/* Do that in the n-th flash operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
+ * began. */
+void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille);
 
 /* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);

@@ -99,7 +99,14 @@ static uint32_t read_system_memory(struct hil_board *board, uint32_t address)
         return board->options.uid[2];
     case 0x1fff7a20u: /* flash size in KiB is the upper half: address ...22 */
         return (HIL_FLASH_SIZE / 1024u) << 16 | 0xffffu;
+    case 0x1fffc000u:
+    case 0x1fffc004u:
+    case 0x1fffc008u:
+    case 0x1fffc00cu:
+        return hil_flash_option_word(board, (address & 0xcu) / 4u);
     default:
+        if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: factory new */
+            return 0xffffffffu;
         return hil_bus_no_register(board);
     }
 }

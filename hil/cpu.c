@@ -13,6 +13,7 @@ enum { CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BA
 #define OPCODE_YIELD 0xbf10u
 #define OPCODE_WFE 0xbf20u
 #define OPCODE_SEV 0xbf40u
+#define MAX_BLOCK_BYTES 4096u /* translation does not cross a page */
 
 static void must(uc_err err, const char *what)
 {
@@ -20,6 +21,28 @@ static void must(uc_err err, const char *what)
         return;
     fprintf(stderr, "matrig-board: the CPU emulator failed: %s: %s\n", what, uc_strerror(err));
     abort();
+}
+
+/* Memory that stores do not change. Only a later change of its protection makes Unicorn discard a store that the
+ * memory hook has taken; as mapped, it would carry it out. */
+static void map_read_only(struct hil_board *board, uint32_t base, uint32_t protection)
+{
+    must(uc_mem_map_ptr(board->uc, base, HIL_FLASH_SIZE, protection | UC_PROT_WRITE, board->memory->flash),
+         "mapping flash");
+    must(uc_mem_protect(board->uc, base, HIL_FLASH_SIZE, protection), "protecting flash");
+}
+
+/* While an erase runs beside code in RAM, reads of flash must be caught, for they wait. Mapping anew is the one way
+ * that empties the core's address cache; it takes too long (a millisecond) to do it for single words. */
+static void guard_flash(struct hil_board *board, bool guarded)
+{
+    if (board->flash_guarded == guarded)
+        return;
+    board->flash_guarded = guarded;
+    must(uc_mem_unmap(board->uc, 0x00000000u, HIL_FLASH_SIZE), "unmapping flash");
+    must(uc_mem_unmap(board->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
+    map_read_only(board, 0x00000000u, guarded ? UC_PROT_EXEC : UC_PROT_READ | UC_PROT_EXEC);
+    map_read_only(board, HIL_FLASH_BASE, guarded ? UC_PROT_EXEC : UC_PROT_READ | UC_PROT_EXEC);
 }
 
 static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
@@ -62,7 +85,7 @@ static void count_block(struct hil_state *state)
 }
 
 /* The slow path of the block hook: treat events, find out whether the core must stop here. */
-static bool must_stop(struct hil_board *board)
+static bool must_stop(struct hil_board *board, uint32_t address)
 {
     board->limit_cycle = HIL_NEVER;
     hil_event_run(board);
@@ -70,6 +93,12 @@ static bool must_stop(struct hil_board *board)
         board->limit_cycle = board->state.events.next_cycle;
     if (board->stopped || board->target_reached || board->reset_request)
         return true;
+    if (hil_flash_busy(board)) {
+        if (hil_flash_stalls(board, address))
+            return true;
+        board->limit_cycle = 0;
+    }
+    guard_flash(board, hil_flash_erases(board));
     const struct hil_nvic *nvic = &board->state.nvic;
     if (nvic->best && nvic->best_group < nvic->active_group) {
         if (hil_exception_due(board))
@@ -84,7 +113,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     struct hil_board *board = user;
     struct hil_state *state = &board->state;
     count_block(state);
-    if (state->clock.now_cycle >= board->limit_cycle && must_stop(board)) {
+    if (state->clock.now_cycle >= board->limit_cycle && must_stop(board, (uint32_t)address)) {
         uc_emu_stop(uc);
         return;
     }
@@ -116,12 +145,30 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
     uc_emu_stop(uc);
 }
 
+static bool is_flash(uint32_t address)
+{
+    return address < HIL_FLASH_SIZE || address - HIL_FLASH_BASE < HIL_FLASH_SIZE;
+}
+
 static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value,
                               void *user)
 {
     struct hil_board *board = user;
     (void)uc;
-    (void)value;
+    if (type == UC_MEM_WRITE_PROT && is_flash((uint32_t)address)) { /* the memory itself does not change now */
+        if (board->split_bytes) {
+            board->split_bytes--;
+            return true;
+        }
+        hil_flash_store(board, (uint32_t)address, (unsigned)size, (uint64_t)value);
+        if (address % (unsigned)size) /* Unicorn comes again with each byte */
+            board->split_bytes = (unsigned)size;
+        return true;
+    }
+    if (type == UC_MEM_READ_PROT && board->flash_guarded && is_flash((uint32_t)address)) {
+        hil_flash_wait(board);
+        return true;
+    }
     board->bad_address = (uint32_t)address;
     board->bad_size = (uint32_t)size;
     board->bad_type = (int)type;
@@ -156,12 +203,8 @@ void hil_cpu_create(struct hil_board *board)
     };
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
-    must(uc_mem_map_ptr(board->uc, 0x00000000u, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
-                        board->memory->flash),
-         "mapping flash at 0");
-    must(uc_mem_map_ptr(board->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
-                        board->memory->flash),
-         "mapping flash");
+    map_read_only(board, 0x00000000u, UC_PROT_READ | UC_PROT_EXEC);
+    map_read_only(board, HIL_FLASH_BASE, UC_PROT_READ | UC_PROT_EXEC);
     must(uc_mem_map_ptr(board->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, board->memory->sram),
          "mapping SRAM");
     must(uc_mem_map_ptr(board->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
@@ -196,6 +239,19 @@ void hil_cpu_forget_code(struct hil_board *board)
     uc_ctl_remove_cache(board->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
+}
+
+void hil_cpu_forget_flash(struct hil_board *board, uint32_t offset, uint32_t n)
+{
+    /* A block that holds a changed byte begins at most its own length before it. */
+    for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2) {
+        uint32_t at = offset + n - 1u - back;
+        if (at >= HIL_FLASH_SIZE)
+            break;
+        board->blocks[at >> 1 & (HIL_BLOCK_CACHE - 1)].address = UINT32_MAX;
+    }
+    uc_ctl_remove_cache(board->uc, offset, offset + n);
+    uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE + offset, HIL_FLASH_BASE + offset + n);
 }
 
 void hil_cpu_attend(struct hil_board *board) { board->limit_cycle = 0; }
@@ -310,6 +366,7 @@ void hil_cpu_run(struct hil_board *board)
 {
     uint32_t pc = read_pc(board) | 1u;
     board->came_back = CAME_BACK_PLAIN;
+    guard_flash(board, hil_flash_erases(board));
     uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
     switch (err) {
     case UC_ERR_OK:

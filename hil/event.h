@@ -18,6 +18,8 @@ enum hil_event_slot {
     HIL_EVENT_HSE,
     HIL_EVENT_PLL,
     HIL_EVENT_LSI,
+    HIL_EVENT_FLASH_CUT, /* before the end of what it cuts */
+    HIL_EVENT_FLASH,
     HIL_EVENT_RIG,
     HIL_EVENT_SCRIPT,
     HIL_EVENT_ADC1, /* before the timers: a scan that ends when the next trigger comes has ended */

@@ -16,6 +16,7 @@
 #include "hil/dma.h"
 #include "hil/event.h"
 #include "hil/exception.h"
+#include "hil/flash.h"
 #include "hil/gpio.h"
 #include "hil/iwdg.h"
 #include "hil/nvic.h"
@@ -50,6 +51,7 @@ struct hil_state {
     struct hil_scb scb;
     struct hil_systick systick;
     struct hil_rcc rcc;
+    struct hil_flash flash;
     struct hil_gpio gpio;
     struct hil_tim tim[HIL_TIMERS];
     struct hil_dma dma[2];
@@ -81,6 +83,7 @@ struct hil_board {
     uint64_t limit_cycle;      /* the block hook looks up from here on; at most the next event */
     bool target_reached;
     bool reset_request;
+    bool power_lost;           /* the reset requested is the return of the supply */
     uint32_t reset_flags;      /* RCC_CSR flags of the reset requested */
     bool stopped;
     enum mr_status stop_status;
@@ -93,6 +96,9 @@ struct hil_board {
     uint32_t came_back_number;
     uint32_t bad_address, bad_size;
     int bad_type;
+
+    unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
+    bool flash_guarded;        /* reads of flash by the core are caught */
 
     /* Derived from code and run file; rebuilt when needed. */
     struct hil_block_info blocks[HIL_BLOCK_CACHE];

@@ -31,6 +31,7 @@ enum hil_exception {
 
 /* Interrupt numbers of the peripherals modelled (RM0090 table 62). */
 enum hil_irq {
+    HIL_IRQ_FLASH = 4,
     HIL_IRQ_RCC = 5,
     HIL_IRQ_DMA1_STREAM0 = 11, /* to stream 6: 17; stream 7: 47 */
     HIL_IRQ_ADC = 18,

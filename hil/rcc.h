@@ -1,5 +1,4 @@
-/* Reset and clock control with the two things it leans on, flash interface and power control (RM0090 7,
- * 3.9, 5.4).
+/* Reset and clock control with power control (RM0090 7, 5.4); the flash interface is in hil/flash.h.
  *
  * Oscillators take their time: HSE 2 ms, PLL 200 us, LSI 40 us. Settings that silicon would not survive
  * (PLL out of range, bus too fast, too few flash wait states, voltage scale too low) halt the run with a
@@ -38,8 +37,6 @@ void hil_rcc_hse_event(struct hil_board *board, uint64_t at);
 void hil_rcc_pll_event(struct hil_board *board, uint64_t at);
 void hil_rcc_lsi_event(struct hil_board *board, uint64_t at);
 
-uint32_t hil_flash_if_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_flash_if_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
 uint32_t hil_pwr_read(struct hil_board *board, unsigned unit, uint32_t offset);
 void hil_pwr_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
 /* HCLK that flash wait states and voltage scale allow, Hz. */

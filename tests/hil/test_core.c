@@ -126,7 +126,6 @@ static void test_halts(void **state)
     static const struct { uint32_t which; enum mr_status status; const char *part; } cases[] = {
         {4, MR_HALTED, "exception 3 has no handler"},
         {5, MR_HALTED, "floating point"},
-        {6, MR_UNMODELLED, "flash at 0x08004000"},
         {7, MR_HALTED, "HCLK above what FLASH_ACR.LATENCY"},
         {8, MR_HALTED, "CFSR 0x00010000"},
     };
