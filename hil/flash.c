@@ -123,6 +123,7 @@ static void begin(struct hil_board *board, enum hil_flash_operation operation, c
     }
     flash->operation = operation;
     flash->operations++;
+    hil_faults_flash_operation(board);
     flash->begin_ps = now_ps;
     flash->end_ps = now_ps + hil_cell_time_ps(board->options.cell_times, duration->typical_us[width],
                                               duration->maximum_us[width], &flash->random);

@@ -3,6 +3,7 @@
 #include "hil/machine.h"
 
 #define SR_FE 2u
+#define SR_NF 4u
 #define SR_ORE 8u
 #define SR_IDLE 16u
 #define SR_RXNE 32u
@@ -15,6 +16,7 @@
 #define CR1_REFUSED 0x1f03u /* break, mute, parity, 9 bits (bits 8 to 12, 0, 1) */
 #define CR3_EIE 1u
 #define CR3_DMAR 64u
+#define CR3_ONEBIT 0x800u
 #define CR3_DMAT 128u
 #define FRAME_BITS 10u
 #define DATA_REGISTER 0x40011004u
@@ -62,7 +64,7 @@ static void update_irq(struct hil_board *board)
     /* TXEIE, TCIE, RXNEIE, IDLEIE sit at the places of their flags. */
     uint32_t line = sr & u->cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE);
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
-    line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE) : 0;
+    line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE | SR_NF) : 0;
     hil_irq_line(board, HIL_IRQ_USART1, (u->cr1 & CR1_UE) && line != 0);
 }
 
@@ -73,9 +75,7 @@ static void flush(struct hil_board *board, uint64_t at)
         return;
     if (rate_fits(board) && hil_gpio_alternate(board, 0, 9) == 7) {
         board->state.counters.serial_bytes_out += u->out_count;
-        if (board->callbacks.on_serial_bytes)
-            board->callbacks.on_serial_bytes(board->callbacks.ctx, hil_clock_ps(&board->state.clock, at),
-                                             u->out, u->out_count);
+        hil_faults_serial_out(board, hil_clock_ps(&board->state.clock, at), u->out, u->out_count);
     } else {
         board->state.counters.serial_wrong_rate += u->out_count;
     }
@@ -165,21 +165,22 @@ static uint64_t host_frame_ps(const struct hil_board *board)
     return FRAME_BITS * HIL_SECOND_PS / board->options.host_baud;
 }
 
-static void receive(struct hil_board *board, uint8_t byte)
+/* A byte with an error is received all the same, its flags with it (30.6.1). */
+static void receive(struct hil_board *board, uint8_t byte, uint32_t errors)
 {
     struct hil_usart *u = &board->state.usart;
     if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) || hil_gpio_alternate(board, 0, 10) != 7)
         return;
-    if (!rate_fits(board)) {
-        u->sr |= SR_FE;
-        return;
+    if (!rate_fits(board)) { /* bits sampled out of place, and a stop bit that is none */
+        byte = (uint8_t)hil_faults_random(board, 256);
+        errors |= SR_FE;
     }
     if (u->sr & SR_RXNE) {
         u->sr |= SR_ORE;
         return;
     }
     u->received = byte;
-    u->sr |= SR_RXNE;
+    u->sr |= SR_RXNE | errors;
     board->state.counters.serial_bytes_in++;
     struct hil_dma_request request = receive_request(board);
     if ((u->cr3 & CR3_DMAR) && hil_dma_until_flag(board, &request)) {
@@ -189,15 +190,39 @@ static void receive(struct hil_board *board, uint8_t byte)
     }
 }
 
+/* A byte comes to the end of the line, as the faults of the line leave it. */
+static void arrive(struct hil_board *board, uint8_t byte)
+{
+    struct hil_usart *u = &board->state.usart;
+    uint32_t errors = 0;
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_DROP, "byte", byte))
+        return;
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_CORRUPT, "byte", byte))
+        byte = (uint8_t)(byte ^ 1u << hil_faults_random(board, 8));
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
+        errors |= SR_FE;
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) && !(u->cr3 & CR3_ONEBIT))
+        errors |= SR_NF;
+    receive(board, byte, errors);
+}
+
 void hil_usart_rx_event(struct hil_board *board, uint64_t at)
 {
     struct hil_usart *u = &board->state.usart;
     uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
     if (u->queue_count) {
         uint8_t byte = u->queue[u->queue_head];
-        u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
-        u->queue_count--;
-        receive(board, byte);
+        if (!u->delayed && hil_faults_take(board, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
+            u->delayed = true;
+            hil_event_set_ps(board, HIL_EVENT_USART_RX, now_ps + hil_faults_delay_ps(board, HIL_SERIAL_IN));
+            return;
+        }
+        u->delayed = false;
+        if (!hil_faults_take(board, HIL_SERIAL_IN, HIL_REPEAT, "byte", byte)) {
+            u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
+            u->queue_count--;
+        }
+        arrive(board, byte);
         u->idle_follows = u->queue_count == 0;
         hil_event_set_ps(board, HIL_EVENT_USART_RX, now_ps + host_frame_ps(board));
     } else if (u->idle_follows) {
@@ -248,7 +273,7 @@ uint32_t hil_usart_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x04:
         u->sr &= ~SR_RXNE;
         if (u->sr_was_read)
-            u->sr &= ~(SR_IDLE | SR_ORE | SR_FE);
+            u->sr &= ~(SR_IDLE | SR_ORE | SR_NF | SR_FE);
         u->sr_was_read = false;
         update_irq(board);
         return u->received;
@@ -297,7 +322,7 @@ void hil_usart_write(struct hil_board *board, unsigned unit, uint32_t offset, ui
             hil_bus_refuse(board, "stop bits other than 1, clock output, LIN");
         break;
     case 0x14:
-        if (value & ~(CR3_EIE | CR3_DMAR | CR3_DMAT | 0x800u))
+        if (value & ~(CR3_EIE | CR3_DMAR | CR3_DMAT | CR3_ONEBIT))
             hil_bus_refuse(board, "flow control, half duplex, smartcard, IrDA");
         u->cr3 = value;
         break;

@@ -26,6 +26,7 @@ struct hil_usart {
     /* receiving */
     uint8_t received;
     uint32_t queue_head, queue_count;
+    bool delayed;             /* the next byte has had its delay */
     bool idle_follows;        /* the next event is the idle line after the last byte */
     uint8_t queue[HIL_USART_QUEUE];
 };
