@@ -277,8 +277,10 @@ static void receive(struct hil_board *board, const struct hil_can_frame *frame)
 {
     struct hil_can *c = &board->state.can;
     unsigned f, match;
-    if (!hil_can_filter(c, frame, &f, &match))
+    if (!hil_can_filter(c, frame, &f, &match)) {
+        board->state.counters.can_frames_filtered++;
         return;
+    }
     struct hil_can_received r = {
         .rir = (frame->extended ? frame->id << 3 | 4u : frame->id << 21) | (uint32_t)frame->remote << 1,
         .rdtr = frame->length | match << 8,
