@@ -283,6 +283,14 @@ static const char *wrong_argument(const struct hil_board *board, const struct hi
     return NULL;
 }
 
+static uint64_t counted(const struct hil_board *board, enum hil_trigger trigger)
+{
+    const struct hil_faults *faults = &board->state.faults;
+    return trigger == HIL_AT_FRAME   ? board->state.counters.can_frames_out
+           : trigger == HIL_AT_FLASH ? faults->flash_operations
+                                     : faults->nor_operations;
+}
+
 enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fault *fault)
 {
     struct hil_faults *faults = &board->state.faults;
@@ -304,8 +312,8 @@ enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fau
                                        "first and the last switch that opens"
                                      : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
-    } else if (fault->n == 0) {
-        return refuse(board, fault, MR_USAGE, "counting begins at 1");
+    } else if (fault->n <= counted(board, fault->trigger)) {
+        return refuse(board, fault, MR_USAGE, fault->n ? "that count has been passed" : "counting begins at 1");
     }
     faults->fault[faults->count] = *fault;
     faults->due_ps[faults->count++] = due_ps;

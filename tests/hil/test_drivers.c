@@ -228,7 +228,7 @@ static double scan_zero_s(const struct hil_board *board)
 }
 
 /* The index that the board gives the newest block, and its tick, are those of its moment. */
-static void assert_in_place(const struct ear *ear, double zero_s)
+static void assert_in_place(struct ear *ear, double zero_s)
 {
     struct mr_clock clock;
     double now_s = (double)hil_board_now_ps(ear->board) * 1e-12;
@@ -237,6 +237,10 @@ static void assert_in_place(const struct ear *ear, double zero_s)
     /* the message is at most 100 blocks old, and was sent when its block was complete */
     double block_s = zero_s + (double)clock.block * BLOCK_S;
     assert_true(now_s - block_s < 0.104 && now_s - block_s > BLOCK_S);
+    /* and the scans of a block lie within it: just before its first trigger the DMA stands at a half */
+    ear_until(ear, zero_s + (floor((now_s - zero_s) / BLOCK_S) + 2.0) * BLOCK_S - 5e-6);
+    assert_int_equal(ear->board->state.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
+    assert_false(ear->board->state.adc[HIL_ADC1].running);
 }
 
 /* A converter overruns and stops: blocks come again within 0.1 s, in their old places, also after TIM2 has wrapped. */
@@ -281,15 +285,16 @@ static void time_goes_on_across_the_wrap(void **state)
 {
     (void)state;
     struct ear *ear = ear_open(NULL, 5);
-    const double by_s = 48.0;
+    ear_until(ear, 0.01);
+    double zero_s = scan_zero_s(ear->board);
+    double wraps_s = zero_s - TRIGGER_TICK / TICKS_PER_S + 4294967296.0 / TICKS_PER_S;
+    /* the 6th switch opens 0.2 ms before the wrap, in a block that ends after it */
+    const double by_s = wraps_s - 0.2e-3 - (double)ear->run.switch_open_ps[5] * 1e-12;
     delay_landing(&ear->run, by_s);
     hil_board_attach_rig(ear->board, &ear->run);
-    ear_until(ear, 1.0);
-    double zero_s = scan_zero_s(ear->board);
     stall(ear, 10.0, zero_s);
-    double wraps_s = zero_s + 4294967296.0 / TICKS_PER_S;
-    assert_true((double)ear->run.switch_open_ps[0] * 1e-12 < wraps_s);
-    ear_until(ear, 50.9);
+    assert_true((double)ear->run.switch_open_ps[0] * 1e-12 < wraps_s - 0.1);
+    ear_until(ear, by_s);
     stall_in_a_fork(ear, zero_s);
     ear_until(ear, by_s + 9.2);
     struct mr_touchdown touchdown;
