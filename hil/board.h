@@ -57,6 +57,8 @@ struct hil_options {
     uint32_t uid[3];         /* unique device identifier */
     bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
     enum hil_cell_times cell_times; /* how long flash and NOR operations take */
+    bool watch_alignment;    /* fault on multiple and double transfers that are not aligned to words; two to three times
+                                slower, since every instruction is looked at */
     FILE *trace;             /* NULL, or where exceptions and unusual events are told */
     FILE *log;               /* NULL, or where injected faults are told, a line each (hil/faults.h) */
 };

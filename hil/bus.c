@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "hil/machine.h"
+#include "hil/registers.h"
 
 struct peripheral {
     uint32_t base;
@@ -41,12 +42,36 @@ static const struct peripheral peripherals[] = {
 
 #define PAGES (sizeof ((struct hil_board *)0)->peripheral_of)
 #define NO_PERIPHERAL 0xffu
+_Static_assert(sizeof peripherals / sizeof peripherals[0] <= HIL_PERIPHERALS_MAX, "room in registers_of");
+
+static const struct hil_register_set *table(const struct hil_board *board, const struct peripheral *p)
+{
+    return board->registers_of[p - peripherals];
+}
 
 void hil_bus_init(struct hil_board *board)
 {
     memset(board->peripheral_of, NO_PERIPHERAL, sizeof board->peripheral_of);
-    for (unsigned i = 0; i < sizeof peripherals / sizeof peripherals[0]; i++)
+    for (unsigned i = 0; i < sizeof peripherals / sizeof peripherals[0]; i++) {
         board->peripheral_of[(peripherals[i].base - 0x40000000u) >> 10] = (uint8_t)i;
+        board->registers_of[i] = hil_registers_of(peripherals[i].base);
+    }
+}
+
+/* May the access go on, by the table of registers? A peripheral without a table decides itself. */
+static bool is_modelled(struct hil_board *board, const struct hil_register_set *set, uint32_t offset, bool write,
+                        uint32_t value)
+{
+    const struct hil_register *r = set ? hil_register_at(set, offset) : NULL;
+    if (set && !r) {
+        hil_bus_no_register(board);
+        return false;
+    }
+    const char *objection = r && write ? hil_register_objection(r, value) : NULL;
+    if (!objection)
+        return true;
+    hil_bus_refuse(board, objection);
+    return false;
 }
 
 static const struct peripheral *find(const struct hil_board *board, uint32_t address)
@@ -54,6 +79,15 @@ static const struct peripheral *find(const struct hil_board *board, uint32_t add
     uint32_t page = (address - 0x40000000u) >> 10;
     uint8_t i = page < PAGES ? board->peripheral_of[page] : NO_PERIPHERAL;
     return i == NO_PERIPHERAL ? NULL : &peripherals[i];
+}
+
+bool hil_bus_has(uint32_t base)
+{
+    for (unsigned i = 0; i < sizeof peripherals / sizeof peripherals[0]; i++) {
+        if (peripherals[i].base == base)
+            return true;
+    }
+    return false;
 }
 
 static void stop(struct hil_board *board, const char *why, const char *what)
@@ -167,10 +201,13 @@ uint32_t hil_bus_read(struct hil_board *board, uint32_t address, unsigned size)
         const struct peripheral *p = find(board, address);
         if (!p)
             return hil_bus_no_register(board);
-        if (!clock_is_on(board, p))
+        if (!clock_is_on(board, p) || !is_modelled(board, table(board, p), (address - p->base) & ~3u, false, 0))
             return 0;
         return lane(p->read(board, p->unit, (address - p->base) & ~3u), address, size);
     }
+    if ((address & ~0xfffu) == 0xe000e000u
+        && !is_modelled(board, hil_registers_of(0xe000e000u), address & 0xffcu, false, 0))
+        return 0;
     if (address - 0xe0000000u < 0x00100000u)
         return hil_scb_read(board, address, size);
     if (address - 0x1fff0000u < 0x00010000u)
@@ -195,6 +232,8 @@ void hil_bus_write(struct hil_board *board, uint32_t address, unsigned size, uin
             return;
         uint32_t offset = address - p->base;
         if (size == 4 && !(offset & 3u)) {
+            if (!is_modelled(board, table(board, p), offset, true, value))
+                return;
             p->write(board, p->unit, offset, value);
             return;
         }
@@ -205,9 +244,14 @@ void hil_bus_write(struct hil_board *board, uint32_t address, unsigned size, uin
         uint32_t mask = (size == 1 ? 0xffu : 0xffffu) << (8u * (offset & 3u));
         uint32_t shifted = value << (8u * (offset & 3u)) & mask;
         uint32_t rest = other_lanes(board, p, offset & ~3u) & ~mask;
+        if (!is_modelled(board, table(board, p), offset & ~3u, true, rest | shifted))
+            return;
         p->write(board, p->unit, offset & ~3u, rest | shifted);
         return;
     }
+    if ((address & ~0xfffu) == 0xe000e000u && size == 4 && !(address & 3u)
+        && !is_modelled(board, hil_registers_of(0xe000e000u), address & 0xffcu, true, value))
+        return;
     if (address - 0xe0000000u < 0x00100000u) {
         hil_scb_write(board, address, size, value);
         return;

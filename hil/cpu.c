@@ -7,12 +7,13 @@
 #include "hil/machine.h"
 
 /* Why Unicorn came back, told by its hooks. */
-enum { CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
+enum { CAME_BACK_UNALIGNED = -2, CAME_BACK_NOCP = -1, CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
 
 #define XPSR_T (1u << 24)
 #define OPCODE_YIELD 0xbf10u
 #define OPCODE_WFE 0xbf20u
 #define OPCODE_SEV 0xbf40u
+#define MAX_FP_SEARCH 256u
 #define MAX_BLOCK_BYTES 4096u /* translation does not cross a page */
 
 static void must(uc_err err, const char *what)
@@ -47,6 +48,14 @@ static void guard_flash(struct hil_board *board, bool guarded)
 
 static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
 
+static bool is_wide(uint16_t first) { return first >= 0xe800u; }
+
+static bool is_fp(uint16_t first, uint16_t second)
+{
+    unsigned coprocessor = second >> 8 & 0xfu;
+    return (first & 0xec00u) == 0xec00u && (coprocessor == 10 || coprocessor == 11);
+}
+
 /* Count the instructions of a block and look for those that need watching. */
 static struct hil_block_info inspect_block(struct hil_board *board, uint32_t address, uint32_t size)
 {
@@ -55,14 +64,11 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
     unsigned count = 0;
     for (uint32_t i = 0; code && i + 2 <= size; count++) {
         uint16_t first = halfword(code + i);
-        bool wide = first >= 0xe800u;
+        bool wide = is_wide(first);
         if (first == OPCODE_SEV)
             info.flags |= HIL_BLOCK_SEV;
-        if (wide && i + 4 <= size && (first & 0xec00u) == 0xec00u) {
-            unsigned coprocessor = halfword(code + i + 2) >> 8 & 0xfu;
-            if (coprocessor == 10 || coprocessor == 11)
-                info.flags |= HIL_BLOCK_FP;
-        }
+        if (wide && i + 4 <= size && is_fp(first, halfword(code + i + 2)))
+            info.flags |= HIL_BLOCK_FP;
         i += wide ? 4 : 2;
     }
     info.instructions = (uint8_t)(count ? count : 1);
@@ -112,6 +118,8 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
 {
     struct hil_board *board = user;
     struct hil_state *state = &board->state;
+    if (board->runs_to_fp)
+        return;
     count_block(state);
     if (state->clock.now_cycle >= board->limit_cycle && must_stop(board, (uint32_t)address)) {
         uc_emu_stop(uc);
@@ -122,9 +130,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
         if (info->flags & HIL_BLOCK_SEV)
             state->cpu.event = true;
         if ((info->flags & HIL_BLOCK_FP) && (state->scb.cpacr & 0xf00000u) != 0xf00000u) {
-            hil_board_stop(board, MR_HALTED,
-                           "floating point in the block at PC 0x%08x while CPACR (0x%08x) keeps the unit off",
-                           (unsigned)address, (unsigned)state->scb.cpacr);
+            board->came_back = CAME_BACK_NOCP;
             uc_emu_stop(uc);
             return;
         }
@@ -132,6 +138,18 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
+}
+
+static void on_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
+{
+    struct hil_board *board = user;
+    uint32_t address;
+    (void)size;
+    if (!hil_cpu_transfer_address(board, (uint32_t)at, &address) || !(address & 3u))
+        return;
+    board->came_back = CAME_BACK_UNALIGNED;
+    board->bad_address = (uint32_t)at;
+    uc_emu_stop(uc);
 }
 
 static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
@@ -222,6 +240,9 @@ void hil_cpu_create(struct hil_board *board)
          "block hook");
     must(uc_hook_add(board->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, board, 1, 0),
          "interrupt hook");
+    if (board->options.watch_alignment)
+        must(uc_hook_add(board->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_transfer, board, 1, 0),
+             "instruction hook");
     must(uc_hook_add(board->uc, &hook, UC_HOOK_MEM_INVALID, (void *)(uintptr_t)on_invalid_memory, board, 1,
                      0),
          "memory hook");
@@ -340,7 +361,11 @@ static void treat_invalid(struct hil_board *board)
         else
             board->state.cpu.asleep = true;
     } else if (opcode != OPCODE_YIELD) {
-        hil_exception_fault(board, HIL_CFSR_UNDEFINSTR, pc, 0);
+        const uint8_t *code = hil_board_memory(board, pc, 4, false);
+        uint16_t first = code ? halfword(code) : 0;
+        /* A coprocessor that is not there; erased flash (0xffff) reads as such (ARMv7-M A5.3.18). */
+        bool coprocessor = (first & 0xec00u) == 0xec00u && code && !is_fp(first, halfword(code + 2));
+        hil_exception_fault(board, coprocessor ? HIL_CFSR_NOCP : HIL_CFSR_UNDEFINSTR, pc, 0);
     }
 }
 
@@ -360,6 +385,34 @@ static void treat_bad_memory(struct hil_board *board, uc_err err)
         return;
     }
     hil_exception_fault(board, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
+}
+
+/* A block with floating point while the unit is off: run it up to there, then fault. */
+static void treat_fp_off(struct hil_board *board)
+{
+    uint32_t start = read_pc(board) & ~1u, at = start;
+    const uint8_t *code = hil_board_memory(board, start, MAX_FP_SEARCH, false);
+    uint32_t left = code ? MAX_FP_SEARCH : 0;
+    for (; left >= 4 && !is_fp(halfword(code), halfword(code + 2));) {
+        uint32_t bytes = is_wide(halfword(code)) ? 4 : 2;
+        at += bytes;
+        code += bytes;
+        left -= bytes;
+        board->state.clock.now_cycle++;
+        board->state.counters.instructions++;
+    }
+    if (at != start) {
+        uc_ctl_remove_cache(board->uc, start, at + 4u);
+        board->runs_to_fp = true;
+        uc_err err = uc_emu_start(board->uc, start | 1u, at, 0, 0);
+        board->runs_to_fp = false;
+        if (err != UC_ERR_OK || (read_pc(board) & ~1u) != at) {
+            hil_board_stop(board, MR_HALTED, "floating point near PC 0x%08x while CPACR keeps the unit off",
+                           (unsigned)at);
+            return;
+        }
+    }
+    hil_exception_fault(board, HIL_CFSR_NOCP, at, 0);
 }
 
 void hil_cpu_run(struct hil_board *board)
@@ -392,6 +445,12 @@ void hil_cpu_run(struct hil_board *board)
     switch (board->came_back) {
     case CAME_BACK_RETURN:
         hil_exception_return(board, read_pc(board) | 1u);
+        break;
+    case CAME_BACK_NOCP:
+        treat_fp_off(board);
+        break;
+    case CAME_BACK_UNALIGNED:
+        hil_exception_fault(board, HIL_CFSR_UNALIGNED, board->bad_address, 0);
         break;
     case CAME_BACK_SVC:
         hil_exception_svc(board, read_pc(board));

@@ -55,6 +55,9 @@ void hil_cpu_forget_flash(struct hil_board *board, uint32_t offset, uint32_t n);
 void hil_cpu_run(struct hil_board *board);
 /* Make the core look up at the next basic block. Callable from anywhere. */
 void hil_cpu_attend(struct hil_board *board);
+/* Address that the multiple, double or exclusive transfer at `pc` begins at, if it is one with a general base register
+ * (as the registers are now). */
+bool hil_cpu_transfer_address(const struct hil_board *board, uint32_t pc, uint32_t *address);
 /* PC of the instruction in the running block that accesses `address`; the block's start when it cannot be
  * found. */
 uint32_t hil_cpu_access_pc(const struct hil_board *board, uint32_t address, bool write);

@@ -22,6 +22,7 @@
 #include "hil/iwdg.h"
 #include "hil/nvic.h"
 #include "hil/rcc.h"
+#include "hil/registers.h"
 #include "hil/rig.h"
 #include "hil/scb.h"
 #include "hil/script.h"
@@ -36,6 +37,7 @@
 #define HIL_CCM_BASE 0x10000000u
 #define HIL_CCM_SIZE 0x00010000u
 #define HIL_REGIONS 7
+#define HIL_PERIPHERALS_MAX 64u
 
 struct hil_memory {
     uint8_t flash[HIL_FLASH_SIZE];
@@ -102,6 +104,7 @@ struct hil_board {
     uint32_t bad_address, bad_size;
     int bad_type;
 
+    bool runs_to_fp;           /* the core runs up to a floating-point instruction that will fault */
     unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
     bool flash_guarded;        /* reads of flash by the core are caught */
 
@@ -109,6 +112,7 @@ struct hil_board {
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
     uint8_t peripheral_of[512]; /* index by kilobyte from 0x40000000 */
+    const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX]; /* NULL: without a table */
 };
 
 /* Stop the run, with a message. The first stop wins. */

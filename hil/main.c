@@ -9,6 +9,7 @@
 
 #include "hil/board.h"
 #include "hil/faults.h"
+#include "hil/registers.h"
 #include "hil/wire_link.h"
 
 #define CONNECT_MS 30000
@@ -31,6 +32,8 @@ static const char help[] =
     "  --hsi-ppm N      error of the internal oscillator (default 0)\n"
     "  --lsi HZ         watchdog clock, 17000 to 47000 (default 32000)\n"
     "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on stderr\n"
+    "  --alignment      fault on unaligned multiple and double transfers, as silicon does; slower\n"
+    "  --not-modelled   print what of the chip is not modelled, and end\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
     "A unix: link is listened on; virtual time starts when a host has connected to each, within 30 s.\n"
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
@@ -120,6 +123,10 @@ static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv
     hil_options_default(&a->options);
     a->options.log = stderr;
     for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--alignment") == 0) {
+            a->options.watch_alignment = true;
+            continue;
+        }
         if (strcmp(argv[i], "--trace") == 0) {
             a->options.trace = stderr;
             continue;
@@ -289,6 +296,10 @@ int main(int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             fputs(help, stdout);
+            return 0;
+        }
+        if (strcmp(argv[i], "--not-modelled") == 0) {
+            hil_registers_print(stdout);
             return 0;
         }
     }

@@ -105,6 +105,49 @@ static void a_crystal_that_comes_back_is_used(void **state)
     ear_close(ear);
 }
 
+/* An image without clock security: instructions and scans stand still, physical time does not, and both go on when the
+ * crystal has started again, 2 ms after it can. */
+static void without_clock_security_the_clock_stands_still(void **state)
+{
+    (void)state;
+    struct hil_run run;
+    struct hil_board *board = bench_board("scan", NULL);
+    assert_int_equal(hil_run_still(&run, 1.0), MR_OK);
+    hil_board_attach_rig(board, &run);
+    const struct hil_counters *counters = hil_board_counters(board);
+    struct hil_fault stop = {.t_ps = 10 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL};
+    struct hil_fault start = {.t_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .on = true};
+    assert_int_equal(hil_board_add_fault(board, &stop), MR_OK);
+    assert_int_equal(hil_board_add_fault(board, &start), MR_OK);
+    bench_run(board, 10 * HIL_MS_PS + 10 * HIL_US_PS);
+    uint64_t instructions = counters->instructions, scans = counters->adc_scans[HIL_ADC1];
+    bench_run(board, 21 * HIL_MS_PS);
+    assert_int_equal(hil_board_now_ps(board) / HIL_US_PS, 21000);
+    assert_int_equal(counters->instructions, instructions);
+    assert_int_equal(counters->adc_scans[HIL_ADC1], scans);
+    bench_run(board, 32 * HIL_MS_PS);
+    assert_in_range(counters->adc_scans[HIL_ADC1], scans + 79, scans + 81); /* 10 ms at 8 kHz */
+    hil_board_destroy(board);
+    hil_run_free(&run);
+}
+
+/* And with a watchdog on its own oscillator: the reset comes in its time (the firmware before it secured its clock). */
+static void the_watchdog_outlives_the_clock(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.3);
+    ear->board->state.rcc.cr &= ~(1u << 19); /* CSSON */
+    ear_order(ear, "at 0.3005 crystal stop");
+    ear_until(ear, 0.3005 + 501.0 * 32.0 / 32000.0 - 0.011);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 0);
+    ear_until(ear, 1.5);
+    assert_int_equal(hil_board_counters(ear->board)->watchdog_resets, 1);
+    assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source, 1);
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(WATCHDOG_RESET));
+    ear_close(ear);
+}
+
 /* --- bits --- */
 
 /* A bit of the program: the image is no longer the one that was flashed, and the next hello says so. */
@@ -499,6 +542,24 @@ static void same_seed_same_faults(void **state)
         ear_close(boards[i]);
 }
 
+/* The firmware makes no unaligned multiple transfer, and watching for one changes nothing. */
+static void watching_alignment_changes_nothing(void **state)
+{
+    (void)state;
+    struct hil_options options = ear_options();
+    struct ear *plain = ear_open(&options, 5);
+    options.watch_alignment = true;
+    struct ear *watched = ear_open(&options, 5);
+    ear_until(plain, 1.5);
+    ear_until(watched, 1.5);
+    assert_int_equal(hil_board_counters(watched->board)->faults, 0);
+    assert_int_equal(watched->can_frames, plain->can_frames);
+    assert_int_equal(watched->blocks, plain->blocks);
+    assert_memory_equal(watched->last, plain->last, sizeof plain->last);
+    ear_close(plain);
+    ear_close(watched);
+}
+
 /* What is wrong with a line, where, and what is right. */
 static void mistakes_are_named(void **state)
 {
@@ -570,6 +631,8 @@ int main(void)
         cmocka_unit_test(a_brown_out_without_reset_ends_the_run),
         cmocka_unit_test(a_crystal_that_stops_is_replaced),
         cmocka_unit_test(a_crystal_that_comes_back_is_used),
+        cmocka_unit_test(without_clock_security_the_clock_stands_still),
+        cmocka_unit_test(the_watchdog_outlives_the_clock),
         cmocka_unit_test(a_bit_of_flash_changes_the_image),
         cmocka_unit_test(a_bit_of_the_vectors_is_a_processor_fault),
         cmocka_unit_test(a_bit_of_ram_is_survived),
@@ -589,6 +652,7 @@ int main(void)
         cmocka_unit_test(without_the_staircase_there_is_no_speed),
         cmocka_unit_test(counted_operations_trigger),
         cmocka_unit_test(same_seed_same_faults),
+        cmocka_unit_test(watching_alignment_changes_nothing),
         cmocka_unit_test(mistakes_are_named),
         cmocka_unit_test(impossible_orders_are_refused),
     };

@@ -1,0 +1,201 @@
+/* The table of what is modelled (hil/registers.def) against what the peripherals do: every word of every peripheral is
+ * read after reset, and every bit of every register is written. What the table calls plain reads back, what it refuses
+ * or calls reserved ends the run, what is not in it ends the run. */
+#include "hil/machine.h"
+#include "hil/registers.h"
+#include "tests/cmocka_all.h"
+#include "tests/hil/bench.h"
+
+#define PERIPHERAL_BYTES 0x400u
+#define SYSTEM_BYTES 0x1000u
+#define SYSTEM_BASE 0xe000e000u
+#define MCR 0x40006400u
+
+/* State copies are far cheaper than boards: nothing runs in between. */
+static struct hil_board *board;
+static struct hil_state *before;
+
+static bool stops(void)
+{
+    bool stopped = board->stopped;
+    board->stopped = false;
+    return stopped;
+}
+
+static void restore(void)
+{
+    board->state = *before;
+    board->reset_request = board->stopped = false;
+    board->reset_flags = 0;
+}
+
+static uint32_t read_word(uint32_t address) { return hil_bus_read(board, address, 4); }
+static void write_word(uint32_t address, uint32_t value) { hil_bus_write(board, address, 4, value); }
+
+/* All clocks on and whatever a register needs so that it can be written: CAN in initialisation, watchdog unlocked. */
+static void prepare(void **state)
+{
+    struct hil_options options;
+    (void)state;
+    hil_options_default(&options);
+    board = hil_board_create(&options);
+    board->stopped = false; /* there is no firmware */
+    board->state.rcc.ahb1enr = 0x7e7411ff;
+    board->state.rcc.apb1enr = 0x36fec9ff;
+    board->state.rcc.apb2enr = 0x00075f33;
+    before = malloc(sizeof *before);
+    assert_non_null(before);
+    *before = board->state;
+}
+
+static bool differs_by_preparation(uint32_t address)
+{
+    return address == 0x40023830u || address == 0x40023840u || address == 0x40023844u;
+}
+
+static void make_writable(uint32_t address)
+{
+    if ((address & ~0x3ffu) == 0x40006400u) {
+        write_word(MCR, 0x00010001);
+        assert_true(board->state.can.msr & 1u);
+    }
+    if ((address & ~0x3ffu) == 0x40003000u)
+        write_word(0x40003000u, 0x5555);
+}
+
+static void every_word_is_in_the_table_or_ends_the_run(void **state)
+{
+    size_t sets;
+    const struct hil_register_set *set = hil_registers_all(&sets);
+    unsigned modelled = 0, not_modelled = 0;
+    prepare(state);
+    for (size_t i = 0; i < sets; i++) {
+        uint32_t bytes = set[i].base == SYSTEM_BASE ? SYSTEM_BYTES : PERIPHERAL_BYTES;
+        for (uint32_t offset = 0; offset < bytes; offset += 4) {
+            const struct hil_register *r = hil_register_at(&set[i], offset);
+            uint32_t address = set[i].base + offset;
+            uint32_t value = read_word(address);
+            if (stops() != (r == NULL))
+                fail_msg("%s + 0x%x: %s", set[i].peripheral, offset, r ? "is in the table, but stops" : "answers");
+            uint32_t known = r && !r->reset ? ~r->status : UINT32_MAX; /* pins and flags that come up as they do */
+            if (r && r->access != 'w' && ((value ^ r->reset) & known) && !differs_by_preparation(address))
+                fail_msg("%s %s (+ 0x%x) is 0x%08x after reset, not 0x%08x", set[i].peripheral, r->name, offset,
+                         (unsigned)value, (unsigned)r->reset);
+            *(r ? &modelled : &not_modelled) += 1;
+            restore();
+            write_word(address, r ? r->reset : 0);
+            if (!r && !stops())
+                fail_msg("%s + 0x%x takes a write", set[i].peripheral, offset);
+            restore();
+        }
+    }
+    print_message("# %u registers modelled, %u words beside them refused\n", modelled, not_modelled);
+    assert_true(modelled > 400);
+    hil_board_destroy(board);
+    free(before);
+}
+
+/* One bit of one register. Returns what is wrong, or NULL. */
+static const char *poke(uint32_t address, const struct hil_register *r, uint32_t bit)
+{
+    make_writable(address);
+    write_word(address, r->reset ^ bit);
+    bool stopped = stops();
+    if (r->access == 'r')
+        return stopped ? NULL : "read-only, but takes a write";
+    if (r->refused & bit)
+        return stopped ? NULL : "refused by the table, but taken";
+    if (r->partly & bit)
+        return NULL;
+    if ((r->plain | r->action | r->status) & bit ? stopped : !r->loose && !stopped)
+        return stopped ? "in the table, but ends the run" : "reserved, but taken";
+    if (!(r->plain & bit))
+        return NULL;
+    return ((read_word(address) ^ r->reset) & r->plain) == bit ? NULL : "called plain, but does not read back";
+}
+
+static void every_bit_does_as_the_table_says(void **state)
+{
+    size_t sets;
+    const struct hil_register_set *set = hil_registers_all(&sets);
+    unsigned pokes = 0, wrong = 0;
+    prepare(state);
+    for (size_t i = 0; i < sets; i++) {
+        for (size_t k = 0; k < set[i].count; k++) {
+            const struct hil_register *r = &set[i].all[k];
+            for (unsigned n = 0; n < r->count; n++) {
+                for (unsigned bit = 0; bit < 32; bit++, pokes++) {
+                    uint32_t offset = r->offset + n * r->stride;
+                    restore();
+                    const char *why = poke(set[i].base + offset, r, 1u << bit);
+                    if (why && wrong++ < 20)
+                        print_error("%s %s (+ 0x%x) bit %u: %s (%s)\n", set[i].peripheral, r->name, offset, bit, why,
+                                    hil_board_reason(board));
+                }
+            }
+        }
+    }
+    print_message("# %u bits poked\n", pokes);
+    assert_int_equal(wrong, 0);
+    hil_board_destroy(board);
+    free(before);
+}
+
+/* A peripheral that the bus knows and the table does not would be refused by nobody but itself. */
+static void every_peripheral_has_a_table(void **state)
+{
+    (void)state;
+    for (uint32_t base = 0x40000000u; base < 0x40080000u; base += PERIPHERAL_BYTES) {
+        if (hil_bus_has(base) != (hil_registers_of(base) != NULL))
+            fail_msg("0x%08x: on the bus or in hil/registers.def, but not in both", (unsigned)base);
+    }
+}
+
+static void masks_do_not_overlap(void **state)
+{
+    size_t sets;
+    const struct hil_register_set *set = hil_registers_all(&sets);
+    (void)state;
+    for (size_t i = 0; i < sets; i++) {
+        for (size_t k = 0; k < set[i].count; k++) {
+            const struct hil_register *r = &set[i].all[k];
+            uint32_t masks[5] = {r->plain, r->action, r->status, r->partly, r->refused};
+            for (unsigned a = 0; a < 5; a++) {
+                for (unsigned b = 0; b < a; b++) {
+                    if (masks[a] & masks[b])
+                        fail_msg("%s %s: 0x%08x is in two masks", set[i].peripheral, r->name,
+                                 (unsigned)(masks[a] & masks[b]));
+                }
+            }
+            if ((r->partly | r->refused) && !*r->what)
+                fail_msg("%s %s does not say what it refuses", set[i].peripheral, r->name);
+        }
+    }
+}
+
+static void the_list_is_printed(void **state)
+{
+    static char text[32768];
+    (void)state;
+    FILE *file = fmemopen(text, sizeof text - 1, "w");
+    assert_non_null(file);
+    hil_registers_print(file);
+    fclose(file);
+    assert_non_null(strstr(text, "CAN2"));
+    assert_non_null(strstr(text, "Peripherals: TIM3, TIM5"));
+    assert_non_null(strstr(text, "DIER       +0x00c  refused 14,12:10,8"));
+    assert_non_null(strstr(text, "USART1"));
+    assert_non_null(strstr(text, "refused 12:8,1:0: parity, 9 bits, mute, break"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_word_is_in_the_table_or_ends_the_run),
+        cmocka_unit_test(every_bit_does_as_the_table_says),
+        cmocka_unit_test(every_peripheral_has_a_table),
+        cmocka_unit_test(masks_do_not_overlap),
+        cmocka_unit_test(the_list_is_printed),
+    };
+    return cmocka_run_group_tests_name("hil/registers", tests, NULL, NULL);
+}
