@@ -241,17 +241,20 @@ void hil_cpu_forget_code(struct hil_board *board)
     uc_ctl_remove_cache(board->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
 }
 
-void hil_cpu_forget_flash(struct hil_board *board, uint32_t offset, uint32_t n)
+void hil_cpu_forget_range(struct hil_board *board, uint32_t address, uint32_t n)
 {
-    /* A block that holds a changed byte begins at most its own length before it. */
-    for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2) {
-        uint32_t at = offset + n - 1u - back;
-        if (at >= HIL_FLASH_SIZE)
-            break;
-        board->blocks[at >> 1 & (HIL_BLOCK_CACHE - 1)].address = UINT32_MAX;
+    if (n >= HIL_BLOCK_CACHE) {
+        hil_cpu_forget_code(board);
+        return;
     }
-    uc_ctl_remove_cache(board->uc, offset, offset + n);
-    uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE + offset, HIL_FLASH_BASE + offset + n);
+    /* A block that holds a changed byte begins at most its own length before it; both aliases of flash share a place. */
+    for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
+        board->blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address = UINT32_MAX;
+    uc_ctl_remove_cache(board->uc, address, address + n);
+    if (is_flash(address)) {
+        uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE : address - HIL_FLASH_BASE;
+        uc_ctl_remove_cache(board->uc, alias, alias + n);
+    }
 }
 
 void hil_cpu_attend(struct hil_board *board) { board->limit_cycle = 0; }

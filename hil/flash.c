@@ -159,7 +159,7 @@ static void change_cells(struct hil_board *board, unsigned permille)
         return;
     }
     if (flash->operation == HIL_FLASH_PROGRAM)
-        hil_cpu_forget_flash(board, flash->address, flash->size);
+        hil_cpu_forget_range(board, HIL_FLASH_BASE + flash->address, flash->size);
     else
         hil_cpu_forget_code(board);
 }

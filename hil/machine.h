@@ -24,9 +24,11 @@
 #include "hil/rig.h"
 #include "hil/scb.h"
 #include "hil/script.h"
+#include "hil/spi.h"
 #include "hil/systick.h"
 #include "hil/tim.h"
 #include "hil/usart.h"
+#include "hil/w25q.h"
 
 #define HIL_FLASH_BASE 0x08000000u
 #define HIL_FLASH_SIZE 0x00100000u
@@ -40,6 +42,7 @@ struct hil_memory {
     uint8_t flash[HIL_FLASH_SIZE];
     uint8_t sram[HIL_SRAM_SIZE];
     uint8_t ccm[HIL_CCM_SIZE];
+    uint8_t nor[HIL_NOR_SIZE]; /* inverted, see hil/w25q.c; last, and mostly never touched */
 };
 
 struct hil_state {
@@ -58,6 +61,8 @@ struct hil_state {
     struct hil_adc adc[2];
     uint32_t adc_ccr;
     struct hil_usart usart;
+    struct hil_spi spi;
+    struct hil_w25q w25q;
     struct hil_can can;
     struct hil_iwdg iwdg;
     struct hil_rig rig;
