@@ -92,6 +92,8 @@ static uint32_t lane(uint32_t value, uint32_t address, unsigned size)
 static uint32_t read_system_memory(struct hil_board *board, uint32_t address)
 {
     switch (address & ~3u) {
+    case 0x1fff77dcu: /* boot loader identification is the byte at ...de (AN2606) */
+        return HIL_ROM_VERSION << 16 | 0xff00ffffu;
     case 0x1fff7a10u:
         return board->options.uid[0];
     case 0x1fff7a14u:

@@ -66,6 +66,8 @@ bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin)
     }
     if (p->driven >> pin & 1u)
         return (p->outside >> pin & 1u) != 0;
+    if (port == PORT_A && pin == 10)
+        return hil_usart_line_in(board);
     return (p->pupdr >> (2u * pin) & 3u) == 1u;
 }
 

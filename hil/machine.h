@@ -9,6 +9,7 @@
 
 #include "hil/adc.h"
 #include "hil/board.h"
+#include "hil/bootrom.h"
 #include "hil/bus.h"
 #include "hil/can.h"
 #include "hil/clock.h"
@@ -103,6 +104,7 @@ struct hil_board {
     int bad_type;
 
     unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
+    bool rom_at_zero;          /* as the core's address space is mapped now */
     bool flash_guarded;        /* reads of flash by the core are caught */
 
     /* Derived from code and run file; rebuilt when needed. */
@@ -139,8 +141,14 @@ static inline uint8_t *hil_board_memory(const struct hil_board *board, uint32_t 
         return NULL;
     if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
         return memory->flash + (address - HIL_FLASH_BASE);
-    if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address)
+    if (address - HIL_ROM_BASE < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - (address - HIL_ROM_BASE))
+        return (uint8_t *)(uintptr_t)hil_bootrom_image + (address - HIL_ROM_BASE);
+    if (board->state.flash.boot_rom) {
+        if (address < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - address)
+            return (uint8_t *)(uintptr_t)hil_bootrom_image + address;
+    } else if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address) {
         return memory->flash + address;
+    }
     return NULL;
 }
 
