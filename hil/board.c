@@ -160,16 +160,21 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->callbacks = *callbacks;
 }
 
-enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
+enum mr_status hil_board_restart(struct hil_board *board)
 {
-    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
-    if (status != MR_OK)
-        return status;
     hil_cpu_forget_code(board);
     board->stopped = false;
     board->reason[0] = '\0';
     reset_chip(board, CSR_POWER_ON);
     return board->stopped ? board->stop_status : MR_OK;
+}
+
+enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
+{
+    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
+    if (status != MR_OK)
+        return status;
+    return hil_board_restart(board);
 }
 
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)

@@ -141,6 +141,8 @@ enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_ca
 /* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for 4096,
  * rest dropped. */
 enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n);
+/* Bytes that hil_board_serial_inject takes now. */
+size_t hil_board_serial_room(const struct hil_board *board);
 /* The other end changes its rate; between calls of hil_board_run_until. */
 void hil_board_set_host_baud(struct hil_board *board, uint32_t baud);
 void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus);

@@ -124,6 +124,8 @@ __attribute__((format(printf, 2, 3))) void hil_trace_line(struct hil_board *boar
             hil_trace_line((board), __VA_ARGS__);   \
     } while (0)
 
+/* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
+enum mr_status hil_board_restart(struct hil_board *board);
 /* Reset the chip at the next chance; `flags` are added to RCC_CSR. */
 void hil_board_request_reset(struct hil_board *board, uint32_t flags);
 

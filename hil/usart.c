@@ -289,6 +289,11 @@ enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *b
     return taken == n ? MR_OK : MR_FULL;
 }
 
+size_t hil_board_serial_room(const struct hil_board *board)
+{
+    return HIL_USART_QUEUE - board->state.usart.queue_count;
+}
+
 void hil_board_set_host_baud(struct hil_board *board, uint32_t baud) { board->options.host_baud = baud; }
 
 void hil_usart_reset(struct hil_board *board)
