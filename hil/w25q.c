@@ -110,8 +110,8 @@ static void end_operation(struct hil_board *board, unsigned permille)
     if (w->bytes == 0) {
         if (permille >= 1000 || (hil_random(&w->random) & 1023u) < permille)
             set_status(w, w->written_status, true);
-    } else if (!has_fault(w, program ? HIL_NOR_PROGRAM_SILENT : HIL_NOR_ERASE_SILENT, w->first, w->bytes)) {
-        bool fails = has_fault(w, program ? HIL_NOR_PROGRAM_ERROR : HIL_NOR_ERASE_ERROR, w->first, w->bytes);
+    } else if (!has_fault(w, program ? HIL_W25Q_PROGRAM_SILENT : HIL_W25Q_ERASE_SILENT, w->first, w->bytes)) {
+        bool fails = has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, w->first, w->bytes);
         change_cells(board, fails ? permille / 2u : permille);
     }
     w->operation = 0;
@@ -145,7 +145,7 @@ static void start(struct hil_board *board, uint64_t t_ps, uint32_t first, uint32
     w->bytes = bytes;
     w->begin_ps = t_ps;
     w->end_ps = t_ps + hil_cell_time_ps(board->options.cell_times, typical_us, maximum_us, &w->random);
-    if (bytes && has_fault(w, program ? HIL_NOR_PROGRAM_ERROR : HIL_NOR_ERASE_ERROR, first, bytes))
+    if (bytes && has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, first, bytes))
         w->end_ps = t_ps + HUNG * (uint64_t)maximum_us * HIL_US_PS;
     w->status[0] |= BUSY;
     hil_event_set_ps(board, HIL_EVENT_NOR, w->end_ps);
@@ -256,7 +256,7 @@ static bool is_status_read(uint8_t command)
 /* Is the command heard in the chip's present state? */
 static bool hears(const struct hil_w25q *w)
 {
-    if (w->faults.kinds & HIL_NOR_DEAD)
+    if (w->faults.kinds & HIL_W25Q_DEAD)
         return false;
     if (w->operation)
         return is_status_read(w->command) || w->command == ENABLE_RESET || w->command == RESET;
@@ -269,7 +269,7 @@ static uint8_t read_cell(struct hil_board *board)
     uint32_t address = w->address;
     uint8_t value = get_cell(board, address);
     w->address = (address + 1u) % HIL_NOR_SIZE;
-    if (has_fault(w, HIL_NOR_READ_ERROR, address, 1)) {
+    if (has_fault(w, HIL_W25Q_READ_ERROR, address, 1)) {
         uint64_t random = hil_random(&w->random);
         if (random % 64u == 0)
             value ^= (uint8_t)(1u << (random >> 8 & 7u));
@@ -422,7 +422,7 @@ void hil_w25q_copy(struct hil_memory *to, const uint8_t *stale, const struct hil
     }
 }
 
-void hil_board_nor_faults(struct hil_board *board, const struct hil_nor_faults *faults)
+void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults)
 {
     board->state.w25q.faults = *faults;
 }

@@ -26,16 +26,16 @@ struct hil_memory;
 #define HIL_NOR_PAGE 256u
 
 /* What goes wrong, as bits. */
-enum hil_nor_fault {
-    HIL_NOR_PROGRAM_ERROR = 1,  /* BUSY for ten times the maximum, then half of the bits are programmed */
-    HIL_NOR_ERASE_ERROR = 2,    /* likewise */
-    HIL_NOR_READ_ERROR = 4,     /* of 64 bytes read one has a wrong bit, at random */
-    HIL_NOR_PROGRAM_SILENT = 8, /* seems to work, changes nothing */
-    HIL_NOR_ERASE_SILENT = 16,
-    HIL_NOR_DEAD = 32,          /* nothing answers: 0xff */
+enum hil_w25q_fault {
+    HIL_W25Q_PROGRAM_ERROR = 1,  /* BUSY for ten times the maximum, then half of the bits are programmed */
+    HIL_W25Q_ERASE_ERROR = 2,    /* likewise */
+    HIL_W25Q_READ_ERROR = 4,     /* of 64 bytes read one has a wrong bit, at random */
+    HIL_W25Q_PROGRAM_SILENT = 8, /* seems to work, changes nothing */
+    HIL_W25Q_ERASE_SILENT = 16,
+    HIL_W25Q_DEAD = 32,          /* nothing answers: 0xff */
 };
 
-struct hil_nor_faults {
+struct hil_w25q_faults {
     unsigned kinds;
     uint32_t from, to; /* addresses concerned, [from, to); an operation that touches them is concerned */
 };
@@ -64,7 +64,7 @@ struct hil_w25q {
     uint64_t cut_at;
     unsigned cut_permille;
     uint64_t random;
-    struct hil_nor_faults faults;
+    struct hil_w25q_faults faults;
     uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u]; /* sectors that are not all erased (or were not) */
 };
 
@@ -80,7 +80,7 @@ uint8_t hil_w25q_exchange(struct hil_board *board, uint8_t in, uint64_t at);
 void hil_w25q_copy(struct hil_memory *to, const uint8_t *stale, const struct hil_memory *from, const uint8_t *used);
 
 /* --- for those who use a board --- */
-void hil_board_nor_faults(struct hil_board *board, const struct hil_nor_faults *faults);
+void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults);
 /* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
  * began. */
 void hil_board_cut_at_nor(struct hil_board *board, uint64_t n, unsigned permille);

@@ -19,6 +19,7 @@ void dma2_stream7_irq(void);
 
 void reset(void)
 {
+    SCB_VTOR = 0x08000000u; /* where matrig.ld puts them; started by the boot ROM, that ROM's vectors are at 0 */
     SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */
     __asm volatile("dsb\n\tisb" ::: "memory");
     const uint32_t *from = data_load;

@@ -367,15 +367,15 @@ static void test_faults(void **state)
 {
     static const uint8_t zeroes[256] = {0};
     static const struct { unsigned kind; uint8_t code; uint64_t wait_ms; } cases[] = {
-        {HIL_NOR_PROGRAM_ERROR, 0x02, 30}, {HIL_NOR_ERASE_ERROR, 0x20, 4000},
-        {HIL_NOR_PROGRAM_SILENT, 0x02, 1}, {HIL_NOR_ERASE_SILENT, 0x20, 45},
+        {HIL_W25Q_PROGRAM_ERROR, 0x02, 30}, {HIL_W25Q_ERASE_ERROR, 0x20, 4000},
+        {HIL_W25Q_PROGRAM_SILENT, 0x02, 1}, {HIL_W25Q_ERASE_SILENT, 0x20, 45},
     };
     uint8_t cells[256], before[256];
     (void)state;
     for (unsigned i = 0; i < 4; i++) {
         bool program = cases[i].code == 0x02, hangs = cases[i].wait_ms == 30 || cases[i].wait_ms == 4000;
         struct hil_board *board = nor_board();
-        hil_board_nor_faults(board, &(struct hil_nor_faults){cases[i].kind, 0x2000, 0x3000});
+        hil_board_w25q_faults(board, &(struct hil_w25q_faults){cases[i].kind, 0x2000, 0x3000});
         memset(before, program ? 0xff : 0x00, sizeof before);
         for (uint32_t at = 0x1000; at < 0x3000; at += 256)
             hil_board_nor_poke(board, at, before, sizeof before);
@@ -399,7 +399,7 @@ static void test_faults(void **state)
 
     struct hil_board *board = nor_board();
     unsigned wrong = 0;
-    hil_board_nor_faults(board, &(struct hil_nor_faults){HIL_NOR_READ_ERROR, 0x2000, 0x3000});
+    hil_board_w25q_faults(board, &(struct hil_w25q_faults){HIL_W25Q_READ_ERROR, 0x2000, 0x3000});
     for (unsigned i = 0; i < 16; i++) {
         read_back(board, 0x2000 + 256 * i, cells, 256);
         for (unsigned k = 0; k < 256; k++) {
@@ -411,7 +411,7 @@ static void test_faults(void **state)
     read_back(board, 0x1000, cells, 256);
     memset(before, 0xff, sizeof before);
     assert_memory_equal(cells, before, 256);
-    hil_board_nor_faults(board, &(struct hil_nor_faults){HIL_NOR_DEAD, 0, 0});
+    hil_board_w25q_faults(board, &(struct hil_w25q_faults){HIL_W25Q_DEAD, 0, 0});
     uint8_t jedec[4] = {0x9f};
     transact(board, POLLED, 0, jedec, 4);
     assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
