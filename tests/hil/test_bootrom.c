@@ -2,6 +2,8 @@
  * version 0x31, chip id 0x413, bytes 8E1, ACK 0x79, NACK 0x1F. */
 #include "tests/hil/bench.h"
 
+#include "common/command.h"
+
 #define ACK 0x79
 #define NACK 0x1f
 #define FLASH 0x08000000u
@@ -338,6 +340,40 @@ static void test_jump(void **state)
     hil_board_destroy(host.board);
 }
 
+/* The firmware goes there on command, while idle, and everything of it is reset: the ROM answers at another rate. */
+static void test_command(void **state)
+{
+    struct hil_options options;
+    struct host host = {0};
+    struct hil_callbacks callbacks = {&host, NULL, hear};
+    struct hil_can_frame frame = {.id = MR_ID_COMMAND};
+    struct mr_command message;
+    (void)state;
+    hil_options_default(&options);
+    options.host_baud = 115200;
+    options.host_parity = HIL_PARITY_EVEN;
+    host.board = hil_board_create(&options);
+    if (hil_board_load_elf(host.board, "build/firmware/matrig.elf") != MR_OK)
+        fail_msg("%s", hil_board_reason(host.board));
+    hil_board_set_callbacks(host.board, &callbacks);
+    wait_ps(&host, 100 * HIL_MS_PS);
+    assert_int_equal(mr_command_parse("bootrom", 1, &message), MR_OK);
+    frame.length = (uint8_t)mr_command_put(&message, frame.data);
+    assert_int_equal(hil_board_can_inject(host.board, &frame), MR_OK);
+    wait_ps(&host, 100 * HIL_MS_PS);
+    assert_int_equal(hil_board_counters(host.board)->resets, 1);
+    sync_host(&host);
+    assert_int_equal(command(&host, 0x02), ACK);
+    expect(&host, "\x01\x04\x13\x79", 4);
+    wait_ps(&host, 2 * HIL_SECOND_PS); /* the watchdog does not follow */
+    assert_int_equal(command(&host, 0x21), ACK);
+    assert_int_equal(address(&host, FLASH), ACK);
+    wait_ps(&host, 200 * HIL_MS_PS);
+    assert_true(hil_board_counters(host.board)->can_frames_out > 100); /* the firmware again */
+    assert_int_equal(hil_board_counters(host.board)->resets, 1);
+    hil_board_destroy(host.board);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -348,6 +384,7 @@ int main(void)
         cmocka_unit_test(test_readout_protection),
         cmocka_unit_test(test_write_protection),
         cmocka_unit_test(test_jump),
+        cmocka_unit_test(test_command),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
