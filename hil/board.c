@@ -11,6 +11,8 @@
 
 #define CSR_POWER_ON 0x0e000000u /* POR, pin, brown-out */
 #define CSR_PIN (1u << 26)       /* every reset shows on the pin too */
+#define CSR_BROWN_OUT (1u << 25)
+#define POWER_DOWN_V 1.68
 #define OWN_MEMORY offsetof(struct hil_memory, nor) /* bytes of the chip's own memories */
 
 struct hil_snapshot {
@@ -77,6 +79,44 @@ void hil_board_cut_power(struct hil_board *board)
     hil_cpu_attend(board);
 }
 
+void hil_board_power_off(struct hil_board *board, uint64_t duration_ps)
+{
+    hil_board_cut_power(board);
+    board->hold_ps = hil_board_now_ps(board) + duration_ps;
+}
+
+/* Volts at which the chip goes into reset: DS8626, embedded reset and power control block, typical, falling. */
+static double brown_out_volts(const struct hil_board *board)
+{
+    static const double level[4] = {2.83, 2.50, 2.19, POWER_DOWN_V}; /* OPTCR.BOR_LEV; 3: off */
+    return level[board->state.flash.options >> 2 & 3u];
+}
+
+void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps)
+{
+    /* RM0090 table 10: HCLK for each wait state, by supply. */
+    double hz_by_wait_state = volts >= 2.7 ? 30e6 : volts >= 2.4 ? 24e6 : volts >= 2.1 ? 22e6 : 20e6;
+    if (volts < POWER_DOWN_V) {
+        hil_board_power_off(board, duration_ps);
+    } else if (volts < brown_out_volts(board)) {
+        hil_board_request_reset(board, CSR_BROWN_OUT);
+        board->hold_ps = hil_board_now_ps(board) + duration_ps;
+    } else if (volts < 1.8 || board->state.clock.hclk_hz > hz_by_wait_state * ((board->state.rcc.flash_acr & 7u) + 1u)) {
+        hil_board_stop(board, MR_HALTED,
+                       "supply of %.2f V: silicon could not run at HCLK %u Hz with %u wait states, and the option bytes "
+                       "let it try (brown-out reset below %.2f V)",
+                       volts, (unsigned)board->state.clock.hclk_hz, (unsigned)(board->state.rcc.flash_acr & 7u),
+                       brown_out_volts(board));
+    }
+}
+
+void hil_board_power_event(struct hil_board *board, uint64_t at)
+{
+    (void)at;
+    board->state.held_in_reset = false;
+    hil_trace(board, "reset released");
+}
+
 /* RAM after a power cut: neither what was there nor zero. */
 static void forget_ram(struct hil_board *board)
 {
@@ -129,7 +169,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         abort();
     memset(board->memory->flash, 0xff, sizeof board->memory->flash);
     board->options = *options;
-    board->options.trace = NULL; /* an empty board has nothing to tell */
+    board->options.trace = board->options.log = NULL; /* an empty board has nothing to tell */
     hil_event_init(&board->state.events);
     board->state.clock.hclk_hz = 16000000;
     board->state.rig.pulse_end_ps = HIL_NEVER;
@@ -137,12 +177,14 @@ struct hil_board *hil_board_create(const struct hil_options *options)
         board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
     hil_flash_create(board);
     hil_w25q_create(board);
+    hil_faults_init(board);
     hil_bus_init(board);
     hil_cpu_create(board);
     hil_gpio_drive(board, 0, 15, false, 0); /* the one-shot holds PA15 low */
     hil_gpio_drive(board, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
     reset_chip(board, CSR_POWER_ON);
     board->options.trace = options->trace;
+    board->options.log = options->log;
     return board;
 }
 
@@ -221,6 +263,18 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             state->counters.resets++;
             hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
             reset_chip(board, board->reset_flags);
+            state->held_in_reset = board->hold_ps > hil_board_now_ps(board);
+            if (state->held_in_reset)
+                hil_event_set_ps(board, HIL_EVENT_POWER, board->hold_ps);
+            board->hold_ps = 0;
+            continue;
+        }
+        if (state->held_in_reset) {
+            pass_time(board, &state->counters.asleep_cycles);
+            continue;
+        }
+        if (state->rcc.no_clock) {
+            hil_clock_stand_still(board);
             continue;
         }
         if (state->cpu.asleep) {
@@ -316,7 +370,7 @@ struct hil_snapshot *hil_board_snapshot(const struct hil_board *board)
         abort();
     snapshot->state = board->state;
     snapshot->options = board->options;
-    snapshot->options.trace = NULL;
+    snapshot->options.trace = snapshot->options.log = NULL;
     memcpy(&snapshot->memory, board->memory, OWN_MEMORY);
     hil_w25q_copy(&snapshot->memory, NULL, board->memory, board->state.w25q.used);
     hil_cpu_save(board, &snapshot->registers);
@@ -325,9 +379,10 @@ struct hil_snapshot *hil_board_snapshot(const struct hil_board *board)
 
 void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snapshot)
 {
-    FILE *trace = board->options.trace;
+    FILE *trace = board->options.trace, *log = board->options.log;
     board->options = snapshot->options;
     board->options.trace = trace;
+    board->options.log = log;
     hil_w25q_copy(board->memory, board->state.w25q.used, &snapshot->memory, snapshot->state.w25q.used);
     board->state = snapshot->state;
     memcpy(board->memory, &snapshot->memory, OWN_MEMORY);
@@ -335,13 +390,14 @@ void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snaps
     hil_cpu_load(board, &snapshot->registers);
     board->stopped = board->reset_request = board->power_lost = false;
     board->reset_flags = 0;
+    board->hold_ps = 0;
     board->reason[0] = '\0';
 }
 
 struct hil_board *hil_board_fork(const struct hil_board *board)
 {
     struct hil_options options = board->options;
-    options.trace = NULL;
+    options.trace = options.log = NULL;
     struct hil_board *copy = hil_board_create(&options);
     struct hil_snapshot *snapshot = hil_board_snapshot(board);
     copy->run = board->run;

@@ -43,7 +43,8 @@ struct hil_snapshot; /* opaque */
 enum hil_can_bus {
     HIL_CAN_CONNECTED, /* the other side acknowledges */
     HIL_CAN_UNPLUGGED, /* nobody acknowledges */
-    HIL_CAN_SHORTED,   /* every transmitted bit reads back dominant */
+    HIL_CAN_SHORTED,   /* wires touching: every bit reads back recessive */
+    HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, nobody leaves initialisation */
 };
 
 struct hil_options {
@@ -60,6 +61,7 @@ struct hil_options {
     bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
     enum hil_cell_times cell_times; /* how long flash and NOR operations take */
     FILE *trace;             /* NULL, or where exceptions and unusual events are told */
+    FILE *log;               /* NULL, or where injected faults are told, a line each (hil/faults.h) */
 };
 
 struct hil_can_frame {
@@ -89,6 +91,7 @@ struct hil_counters {
     uint64_t watchdog_resets;
     uint64_t can_frames_out;
     uint64_t can_frames_in;
+    uint64_t can_frames_filtered;  /* of those in: no filter let them pass */
     uint64_t can_errors;           /* frames that were not acknowledged or were destroyed */
     uint64_t can_in_dropped;       /* injected while the queue of the other side was full */
     uint64_t serial_bytes_out;
@@ -104,6 +107,7 @@ struct hil_counters {
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
     uint64_t commands_scripted;    /* of the run file, given to the board */
+    uint64_t faults_injected;      /* lines told of hil/faults.h */
     uint64_t flash_refused;        /* stores and operations that set an error flag, wrong keys */
     uint64_t flash_stall_cycles;   /* HCLK cycles for which the core waited for flash */
     uint64_t power_cuts;
@@ -150,6 +154,12 @@ void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus);
 /* The supply goes and comes back at once: operations of flash and NOR stop half done, RAM holds noise, everything else
  * is as at power on; time, rig and what is on the links go on. Callable while the board runs or between. */
 void hil_board_cut_power(struct hil_board *board);
+/* The same for a time: nothing runs until the supply is back. */
+void hil_board_power_off(struct hil_board *board, uint64_t duration_ps);
+/* The supply dips to `volts` for a time. Below the brown-out level of the option bytes (factory: off) the chip is held in
+ * reset and RAM stays; below 1.68 V it is a power cut. Otherwise the run ends when silicon could not go on at that supply
+ * with the clock and wait states set, and nothing happens when it could. */
+void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps);
 /* Do that in the n-th flash operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
  * began. */
 void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille);

@@ -20,7 +20,7 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
 {
     *n = 0;
     if (hil_is_precious(path))
-        return fail(board, MR_MALFORMED, path, "a database or a program, which would be overwritten; give another file");
+        return fail(board, MR_MALFORMED, path, "a database or a program, to be overwritten; give another");
     FILE *file = fopen(path, "rb");
     if (!file)
         return errno == ENOENT ? MR_OK : fail(board, MR_IO, path, strerror(errno));

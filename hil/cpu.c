@@ -116,7 +116,7 @@ static bool must_stop(struct hil_board *board, uint32_t address)
     hil_event_run(board);
     if (board->limit_cycle > board->state.events.next_cycle)
         board->limit_cycle = board->state.events.next_cycle;
-    if (board->stopped || board->target_reached || board->reset_request)
+    if (board->stopped || board->target_reached || board->reset_request || board->state.rcc.no_clock)
         return true;
     if (hil_flash_busy(board)) {
         if (hil_flash_stalls(board, address))

@@ -18,6 +18,9 @@ enum hil_event_slot {
     HIL_EVENT_HSE,
     HIL_EVENT_PLL,
     HIL_EVENT_LSI,
+    HIL_EVENT_POWER,     /* the supply is back */
+    HIL_EVENT_FAULT,     /* before what happens at the same time */
+    HIL_EVENT_LATE,
     HIL_EVENT_FLASH_CUT, /* before the end of what it cuts */
     HIL_EVENT_FLASH,
     HIL_EVENT_NOR_CUT,
@@ -31,6 +34,7 @@ enum hil_event_slot {
     HIL_EVENT_SPI,
     HIL_EVENT_DMA_MEMORY,
     HIL_EVENT_CAN,
+    HIL_EVENT_CAN_OTHER, /* the other node has waited */
     HIL_EVENT_USART_TX,
     HIL_EVENT_USART_RX,
     HIL_EVENT_SYSTICK,

@@ -131,6 +131,7 @@ static void begin(struct hil_board *board, enum hil_flash_operation operation, c
     if (flash->operations == flash->cut_at)
         hil_event_set_ps(board, HIL_EVENT_FLASH_CUT,
                          now_ps + (flash->end_ps - now_ps) / 1000u * flash->cut_permille);
+    hil_faults_flash_operation(board);
     hil_cpu_attend(board);
 }
 

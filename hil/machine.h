@@ -17,6 +17,7 @@
 #include "hil/dma.h"
 #include "hil/event.h"
 #include "hil/exception.h"
+#include "hil/faults.h"
 #include "hil/flash.h"
 #include "hil/gpio.h"
 #include "hil/iwdg.h"
@@ -68,6 +69,9 @@ struct hil_state {
     struct hil_iwdg iwdg;
     struct hil_rig rig;
     struct hil_script script;
+    struct hil_faults faults;
+    struct hil_nor_faults nor_faults;
+    bool held_in_reset; /* no supply, or too little */
 };
 
 struct hil_region {
@@ -90,6 +94,7 @@ struct hil_board {
     bool target_reached;
     bool reset_request;
     bool power_lost;           /* the reset requested is the return of the supply */
+    uint64_t hold_ps;          /* and lasts until then */
     uint32_t reset_flags;      /* RCC_CSR flags of the reset requested */
     bool stopped;
     enum mr_status stop_status;
@@ -128,6 +133,8 @@ __attribute__((format(printf, 2, 3))) void hil_trace_line(struct hil_board *boar
 enum mr_status hil_board_restart(struct hil_board *board);
 /* Reset the chip at the next chance; `flags` are added to RCC_CSR. */
 void hil_board_request_reset(struct hil_board *board, uint32_t flags);
+
+void hil_board_power_event(struct hil_board *board, uint64_t at);
 
 /* Host address of n bytes of the board's memory, or NULL when they are not in one memory (or would write
  * flash). */

@@ -9,6 +9,7 @@
 
 #include "hil/board.h"
 #include "hil/cellfile.h"
+#include "hil/faults.h"
 #include "hil/wire_link.h"
 
 #define CONNECT_MS 30000
@@ -39,13 +40,14 @@ static const char help[] =
     "  --nor FILE       the same for the black box's memory\n"
     "  --boot0          start the boot ROM (AN3155 on the serial line) instead of the firmware\n"
     "  --times T        of flash and NOR operations: spread (drawn, default), typical or max\n"
+    "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on stderr\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
     "A unix: link is listened on; virtual time starts when a host has connected to each, within 30 s. At full\n"
     "speed it stands still when nobody has had the pty: open for 50 ms, for at most 30 s.\n"
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
 
 struct arguments {
-    const char *elf, *can, *serial, *rig, *flash, *nor;
+    const char *elf, *can, *serial, *rig, *flash, *nor, *faults;
     bool parity_given;
     bool real;
     double for_s; /* 0: not given */
@@ -131,6 +133,8 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
         ok = parse_parity(a, text);
     } else if (strcmp(name, "--times") == 0) {
         ok = parse_times(a, text);
+    } else if (strcmp(name, "--faults") == 0) {
+        a->faults = text;
     } else if (strcmp(name, "--speed") == 0) {
         a->real = strcmp(text, "real") == 0;
         ok = a->real || strcmp(text, "max") == 0;
@@ -163,6 +167,7 @@ static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv
 {
     *a = (struct arguments){.can = "none", .serial = "none"};
     hil_options_default(&a->options);
+    a->options.log = stderr;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--trace") == 0) {
             a->options.trace = stderr;
@@ -336,6 +341,21 @@ static enum mr_status save_memories(struct hil_board *board, const struct argume
     return status == MR_OK ? saved : status;
 }
 
+static enum mr_status order_faults(const struct arguments *a, struct hil_board *board)
+{
+    static struct hil_fault_script script;
+    char error[512];
+    enum mr_status status = hil_faults_read(a->faults, a->elf, &script, error, sizeof error);
+    if (status != MR_OK) {
+        complain("%s", error);
+        return status;
+    }
+    status = hil_board_add_faults(board, &script);
+    if (status != MR_OK)
+        complain("%s: %s", a->faults, hil_board_reason(board));
+    return status;
+}
+
 static enum mr_status run(const struct arguments *a, struct session *session, const struct hil_run *rig)
 {
     struct hil_callbacks callbacks = {session, on_can_frame, on_serial_bytes};
@@ -346,6 +366,11 @@ static enum mr_status run(const struct arguments *a, struct session *session, co
     }
     hil_board_set_callbacks(session->board, &callbacks);
     hil_board_attach_rig(session->board, a->rig ? rig : NULL);
+    if (a->faults) {
+        status = order_faults(a, session->board);
+        if (status != MR_OK)
+            return status;
+    }
     status = open_links(session, a);
     if (status != MR_OK)
         return stop_asked ? MR_OK : status;

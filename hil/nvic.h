@@ -67,6 +67,8 @@ void hil_nvic_pend(struct hil_board *board, unsigned exception);
 void hil_nvic_unpend(struct hil_board *board, unsigned exception);
 /* A peripheral drives its interrupt line; a line that is high when its handler returns pends again. */
 void hil_irq_line(struct hil_board *board, unsigned irq, bool level);
+/* The same for an exception by its number (clock security holds NMI). */
+void hil_nvic_line(struct hil_board *board, unsigned exception, bool level);
 /* Mark taken / finished. */
 void hil_nvic_activate(struct hil_board *board, unsigned exception);
 void hil_nvic_deactivate(struct hil_board *board, unsigned exception);

@@ -19,6 +19,8 @@ struct hil_rcc {
     uint32_t flash_acr;
     uint32_t pwr_cr;
     uint64_t scale_ready_cycle; /* PWR_CSR.VOSRDY */
+    bool crystal_failed;        /* it stopped; survives resets */
+    bool no_clock;              /* it was behind the system clock, and nothing watched it */
 };
 
 /* After a reset; `csr_flags` are the reset flags that RCC_CSR will show. */
@@ -28,6 +30,8 @@ bool hil_rcc_enabled(const struct hil_board *board, unsigned bus, unsigned bit);
 uint32_t hil_rcc_apb1_divider(const struct hil_board *board);
 uint32_t hil_rcc_apb2_divider(const struct hil_board *board);
 uint32_t hil_rcc_apb1_timer_divider(const struct hil_board *board);
+/* The crystal stops, or can oscillate again. With CSSON: NMI, HSI in its place, PLL off (7.2.7). */
+void hil_rcc_crystal(struct hil_board *board, bool on);
 /* The watchdog starts the LSI by itself. */
 void hil_rcc_start_lsi(struct hil_board *board);
 

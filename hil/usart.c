@@ -4,6 +4,7 @@
 
 #define SR_PE 1u
 #define SR_FE 2u
+#define SR_NF 4u
 #define SR_ORE 8u
 #define SR_IDLE 16u
 #define SR_RXNE 32u
@@ -20,6 +21,7 @@
 #define CR1_REFUSED 0x0803u /* break, mute and its wake-up */
 #define CR3_EIE 1u
 #define CR3_DMAR 64u
+#define CR3_ONEBIT 0x800u
 #define CR3_DMAT 128u
 #define DATA_REGISTER 0x40011004u
 
@@ -91,14 +93,8 @@ static void update_irq(struct hil_board *board)
     uint32_t line = sr & u->cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE);
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
     line |= (u->cr1 & CR1_PEIE) ? sr & SR_PE : 0;
-    line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE) : 0;
+    line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE | SR_NF) : 0;
     hil_irq_line(board, HIL_IRQ_USART1, (u->cr1 & CR1_UE) && line != 0);
-}
-
-static void tell_host(struct hil_board *board, uint64_t at, const uint8_t *bytes, size_t n)
-{
-    if (board->callbacks.on_serial_bytes && n)
-        board->callbacks.on_serial_bytes(board->callbacks.ctx, hil_clock_ps(&board->state.clock, at), bytes, n);
 }
 
 static void flush(struct hil_board *board, uint64_t at)
@@ -107,9 +103,10 @@ static void flush(struct hil_board *board, uint64_t at)
     if (!u->out_count)
         return;
     bool connected = hil_gpio_alternate(board, 0, 9) == 7;
+    uint64_t at_ps = hil_clock_ps(&board->state.clock, at);
     if (connected && line_fits(board)) {
         board->state.counters.serial_bytes_out += u->out_count;
-        tell_host(board, at, u->out, u->out_count);
+        hil_faults_serial_out(board, at_ps, u->out, u->out_count);
     } else {
         struct hil_serial_format own = own_format(board), host = host_format(board);
         struct hil_heard_byte heard[HIL_HEARD_MAX];
@@ -117,7 +114,7 @@ static void flush(struct hil_board *board, uint64_t at)
         for (uint32_t i = 0; connected && i < u->out_count; i++) {
             unsigned n = hil_serial_hear(u->out[i], i + 1 < u->out_count ? u->out[i + 1] : -1, &own, &host, heard);
             for (unsigned k = 0; k < n; k++)
-                tell_host(board, at, &heard[k].value, 1);
+                hil_faults_serial_out(board, at_ps, &heard[k].value, 1);
         }
     }
     u->out_count = 0;
@@ -223,7 +220,8 @@ static void receive_frame(struct hil_board *board, uint16_t value, uint32_t erro
     }
 }
 
-static void receive(struct hil_board *board, uint8_t byte)
+/* A byte with an error is received all the same, its flags with it (30.6.1). */
+static void receive(struct hil_board *board, uint8_t byte, uint32_t errors)
 {
     struct hil_usart *u = &board->state.usart;
     struct hil_heard_byte heard[HIL_HEARD_MAX];
@@ -231,14 +229,14 @@ static void receive(struct hil_board *board, uint8_t byte)
         return;
     if (line_fits(board)) {
         uint32_t levels = parity(u) == HIL_PARITY_NONE ? 0 : hil_frame_levels(byte, parity(u)) >> 1 & 0x100u;
-        receive_frame(board, (uint16_t)(levels | byte), 0);
+        receive_frame(board, (uint16_t)(levels | byte), errors);
         return;
     }
     struct hil_serial_format own = own_format(board), host = host_format(board);
     unsigned n = hil_serial_hear(byte, u->queue_count ? u->queue[u->queue_head] : -1, &host, &own, heard);
     for (unsigned i = 0; i < n; i++)
         receive_frame(board, (uint16_t)((heard[i].parity_bit ? 0x100u : 0) | heard[i].value),
-                      (heard[i].framing_error ? SR_FE : 0) | (heard[i].parity_error ? SR_PE : 0));
+                      errors | (heard[i].framing_error ? SR_FE : 0) | (heard[i].parity_error ? SR_PE : 0));
 }
 
 bool hil_usart_line_in(const struct hil_board *board)
@@ -252,16 +250,40 @@ bool hil_usart_line_in(const struct hil_board *board)
     return (hil_frame_levels(u->queue[u->queue_head], host_parity(board)) >> bit & 1u) != 0;
 }
 
+/* A byte comes to the end of the line, as the faults of the line leave it. */
+static void arrive(struct hil_board *board, uint8_t byte)
+{
+    struct hil_usart *u = &board->state.usart;
+    uint32_t errors = 0;
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_DROP, "byte", byte))
+        return;
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_CORRUPT, "byte", byte))
+        byte = (uint8_t)(byte ^ 1u << hil_faults_random(board, 8));
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
+        errors |= SR_FE;
+    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) && !(u->cr3 & CR3_ONEBIT))
+        errors |= SR_NF;
+    receive(board, byte, errors);
+}
+
 void hil_usart_rx_event(struct hil_board *board, uint64_t at)
 {
     struct hil_usart *u = &board->state.usart;
     uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
     if (u->queue_count) {
         uint8_t byte = u->queue[u->queue_head];
-        u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
-        u->queue_count--;
+        if (!u->delayed && hil_faults_take(board, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
+            u->delayed = true;
+            hil_event_set_ps(board, HIL_EVENT_USART_RX, now_ps + hil_faults_delay_ps(board, HIL_SERIAL_IN));
+            return;
+        }
+        u->delayed = false;
+        if (!hil_faults_take(board, HIL_SERIAL_IN, HIL_REPEAT, "byte", byte)) {
+            u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
+            u->queue_count--;
+        }
         if (now_ps >= u->listens_since_ps + host_frame_ps(board))
-            receive(board, byte);
+            arrive(board, byte);
         u->idle_follows = u->queue_count == 0;
         hil_event_set_ps(board, HIL_EVENT_USART_RX, now_ps + host_frame_ps(board));
     } else if (u->idle_follows) {
@@ -319,7 +341,7 @@ uint32_t hil_usart_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x04:
         u->sr &= ~SR_RXNE;
         if (u->sr_was_read)
-            u->sr &= ~(SR_IDLE | SR_ORE | SR_FE | SR_PE);
+            u->sr &= ~(SR_IDLE | SR_ORE | SR_NF | SR_FE | SR_PE);
         u->sr_was_read = false;
         update_irq(board);
         return u->received;
@@ -370,7 +392,7 @@ void hil_usart_write(struct hil_board *board, unsigned unit, uint32_t offset, ui
             hil_bus_refuse(board, "stop bits other than 1, clock output, LIN");
         break;
     case 0x14:
-        if (value & ~(CR3_EIE | CR3_DMAR | CR3_DMAT | 0x800u))
+        if (value & ~(CR3_EIE | CR3_DMAR | CR3_DMAT | CR3_ONEBIT))
             hil_bus_refuse(board, "flow control, half duplex, smartcard, IrDA");
         u->cr3 = value;
         break;

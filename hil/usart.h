@@ -28,6 +28,7 @@ struct hil_usart {
     uint16_t received;        /* the parity bit is bit 8 */
     uint64_t listens_since_ps; /* a frame that began before is not seen */
     uint32_t queue_head, queue_count;
+    bool delayed;             /* the next byte has had its delay */
     bool idle_follows;        /* the next event is the idle line after the last byte */
     uint8_t queue[HIL_USART_QUEUE];
 };

@@ -110,7 +110,8 @@ static void end_operation(struct hil_board *board, unsigned permille)
     if (w->bytes == 0) {
         if (permille >= 1000 || (hil_random(&w->random) & 1023u) < permille)
             set_status(w, w->written_status, true);
-    } else if (!has_fault(w, program ? HIL_W25Q_PROGRAM_SILENT : HIL_W25Q_ERASE_SILENT, w->first, w->bytes)) {
+    } else if (!w->fails_silently
+               && !has_fault(w, program ? HIL_W25Q_PROGRAM_SILENT : HIL_W25Q_ERASE_SILENT, w->first, w->bytes)) {
         bool fails = has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, w->first, w->bytes);
         change_cells(board, fails ? permille / 2u : permille);
     }
@@ -128,6 +129,17 @@ static void settle(struct hil_board *board, uint64_t t_ps)
 }
 
 void hil_w25q_event(struct hil_board *board, uint64_t at) { settle(board, hil_clock_ps(&board->state.clock, at)); }
+
+/* Is this program or erase one of those that the script wants to fail? */
+static bool is_ordered_to_fail(struct hil_board *board, bool program)
+{
+    struct hil_nor_faults *orders = &board->state.nor_faults;
+    uint32_t *left = program ? &orders->fail_program : &orders->fail_erase;
+    if (*left == 0)
+        return false;
+    --*left;
+    return true;
+}
 
 static void start(struct hil_board *board, uint64_t t_ps, uint32_t first, uint32_t bytes, uint32_t typical_us,
                   uint32_t maximum_us)
@@ -147,10 +159,13 @@ static void start(struct hil_board *board, uint64_t t_ps, uint32_t first, uint32
     w->end_ps = t_ps + hil_cell_time_ps(board->options.cell_times, typical_us, maximum_us, &w->random);
     if (bytes && has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, first, bytes))
         w->end_ps = t_ps + HUNG * (uint64_t)maximum_us * HIL_US_PS;
+    w->fails_silently = bytes && is_ordered_to_fail(board, program);
     w->status[0] |= BUSY;
     hil_event_set_ps(board, HIL_EVENT_NOR, w->end_ps);
     if (w->operations == w->cut_at)
         hil_event_set_ps(board, HIL_EVENT_NOR_CUT, t_ps + (w->end_ps - t_ps) / 1000u * w->cut_permille);
+    if (bytes)
+        hil_faults_nor_operation(board);
 }
 
 static void write_status(struct hil_board *board, uint64_t t_ps, unsigned which)
@@ -256,7 +271,7 @@ static bool is_status_read(uint8_t command)
 /* Is the command heard in the chip's present state? */
 static bool hears(const struct hil_w25q *w)
 {
-    if (w->faults.kinds & HIL_W25Q_DEAD)
+    if (w->faults.kinds & HIL_W25Q_DEAD || w->dead)
         return false;
     if (w->operation)
         return is_status_read(w->command) || w->command == ENABLE_RESET || w->command == RESET;
@@ -350,12 +365,26 @@ static bool is_known(uint8_t command)
     return memchr(known, command, sizeof known) != NULL;
 }
 
+/* What the fault script wants of the whole chip (hil/faults.h). */
+static void take_orders(struct hil_board *board)
+{
+    struct hil_w25q *w = &board->state.w25q;
+    struct hil_nor_faults *orders = &board->state.nor_faults;
+    w->dead = orders->dead;
+    if (orders->fill_requested) {
+        memset(cells(board), 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
+        memset(w->used, 0xff, sizeof w->used);
+        orders->fill_requested = false;
+    }
+}
+
 void hil_w25q_select(struct hil_board *board, uint64_t at)
 {
     struct hil_w25q *w = &board->state.w25q;
     (void)at;
     w->selected = true;
     w->count = 0;
+    take_orders(board);
 }
 
 uint8_t hil_w25q_exchange(struct hil_board *board, uint8_t in, uint64_t at)

@@ -65,6 +65,7 @@ struct hil_w25q {
     unsigned cut_permille;
     uint64_t random;
     struct hil_w25q_faults faults;
+    bool dead, fails_silently;   /* by the fault script: the chip; the operation in progress */
     uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u]; /* sectors that are not all erased (or were not) */
 };
 

@@ -2,6 +2,7 @@
  * at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
 #include "tests/hil/bench.h"
 
+#include "hil/faults.h"
 #include "hil/w25q.h"
 
 enum { POLLED, BY_DMA, CUT_BYTE, UNREAD, MODE_FAULT };
@@ -418,6 +419,45 @@ static void test_faults(void **state)
     hil_board_destroy(board);
 }
 
+static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t count)
+{
+    struct hil_fault fault = {.trigger = HIL_AT_TIME, .t_ps = hil_board_now_ps(board), .action = HIL_FAULT_NOR,
+                              .choice = choice, .count = count};
+    if (hil_board_add_fault(board, &fault) != MR_OK)
+        fail_msg("%s", hil_board_reason(board));
+    wait_ps(board, HIL_US_PS);
+}
+
+/* The same by fault script (hil/faults.h): so many operations fail, the chip is dead and mended, or full. */
+static void test_ordered_faults(void **state)
+{
+    static const uint8_t data = 0x5a, erased = 0xff, zero = 0x00;
+    uint8_t jedec[4] = {0x9f};
+    (void)state;
+    struct hil_board *board = nor_board();
+    order(board, HIL_NOR_FAIL_PROGRAM, 2);
+    for (uint32_t at = 0; at < 0x300; at += 0x100) {
+        addressed(board, 0x02, at, &data, 1);
+        wait_ps(board, HIL_MS_PS);
+        assert_cells(board, at, at < 0x200 ? &erased : &data, 1);
+    }
+    order(board, HIL_NOR_FAIL_ERASE, 1);
+    for (unsigned turn = 0; turn < 2; turn++) {
+        addressed(board, 0x20, 0, NULL, 0);
+        wait_ps(board, 46 * HIL_MS_PS);
+        assert_cells(board, 0x200, turn ? &erased : &data, 1);
+    }
+    order(board, HIL_NOR_DEAD, 0);
+    transact(board, POLLED, 0, jedec, 4);
+    assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
+    order(board, HIL_NOR_MEND, 0);
+    order(board, HIL_NOR_FILL, 0);
+    assert_int_equal(status(board, 0x05), 0);
+    assert_cells(board, 0, &zero, 1);
+    assert_cells(board, 0xffffff, &zero, 1);
+    hil_board_destroy(board);
+}
+
 /* A fork has the cells too, and restoring takes away what came after. */
 static void test_snapshot(void **state)
 {
@@ -445,7 +485,7 @@ int main(void)
         cmocka_unit_test(test_identity), cmocka_unit_test(test_spi),     cmocka_unit_test(test_program),
         cmocka_unit_test(test_ignored),  cmocka_unit_test(test_erase),   cmocka_unit_test(test_status),
         cmocka_unit_test(test_spread),   cmocka_unit_test(test_power_cut), cmocka_unit_test(test_faults),
-        cmocka_unit_test(test_snapshot),
+        cmocka_unit_test(test_ordered_faults), cmocka_unit_test(test_snapshot),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
