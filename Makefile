@@ -19,7 +19,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libsundials-dev libc6-dev
-TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3
+TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 stm32flash
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -28,6 +28,9 @@ host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c))
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
+bench_src := $(wildcard tests/bench/*.c)
+error_report_src := $(wildcard tests/error_report/*.c)
+stability_src := $(wildcard tests/stability/*.c)
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
@@ -63,11 +66,11 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report $(B)/tests/stability/stability ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
-bench: $(B)/.test-packages all ## timings, as ratios within one run
+bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: runs
@@ -80,6 +83,16 @@ runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and c
 figures: $(B)/tests/figures/figures ## figures 3.6 to 3.12 of the 1973 report, redrawn, with a table: build/figures/figures.html
 	@mkdir -p $(B)/figures
 	$(B)/tests/figures/figures $(B)/figures
+
+.PHONY: error-report
+error-report: $(B)/tests/error_report/error-report ## every solver's error against its run time, seven scenes: build/error-report/index.html
+	@mkdir -p $(B)/error-report
+	$(B)/tests/error_report/error-report $(B)/error-report
+
+.PHONY: stability
+stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, every answer checked by a second method: build/stability/table.csv
+	@mkdir -p $(B)/stability
+	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
 
 .PHONY: clean
 clean: ## remove build/
@@ -108,9 +121,14 @@ $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
 
 # --- host side ---
+# The solvers' loops run over arrays; O3 lets the compiler use vector instructions (without changing a result).
+$(B)/host/host/sim/%.o: HOST_FLAGS += -O3
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
+
+# The chain's loops are written for several mats at a time; the exceptions' flags are not looked at.
+$(B)/host/host/sim/chain.o: HOST_FLAGS += -O3 -fno-trapping-math
 
 $(common_lib): $(call objects,host,$(common_src))
 $(hil_lib): $(call objects,host,$(hil_src))
@@ -124,6 +142,15 @@ $(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
 	$(CC) $^ $(HIL_LIBS) -o $@
+
+# The boot ROM of the emulated board: a small program of its own, carried by matrig-board as bytes.
+$(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=c11 -Os -g -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -ffreestanding -nostdlib \
+		-fno-tree-loop-distribute-patterns -T hil/rom/bootrom.ld $< -o $@
+$(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
+	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
+$(B)/host/hil/bootrom.o: $(B)/hil/bootrom.bin
 
 # --- firmware ---
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
@@ -163,6 +190,12 @@ $(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_
 		$(patsubst %.c,$(B)/%.o,$(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(figures_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/bench/sim_bench: $(patsubst %.c,$(B)/%.o,$(bench_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
 	$(CC) $^ -ljansson -lm -o $@

@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <unicorn/unicorn.h>
 
 #include "hil/elf.h"
@@ -12,7 +13,7 @@
 #define CSR_PIN (1u << 26)       /* every reset shows on the pin too */
 #define CSR_BROWN_OUT (1u << 25)
 #define POWER_DOWN_V 1.68
-#define PAGE 4096u
+#define OWN_MEMORY offsetof(struct hil_memory, nor) /* bytes of the chip's own memories */
 
 struct hil_snapshot {
     struct hil_state state;
@@ -72,6 +73,7 @@ void hil_board_cut_power(struct hil_board *board)
     board->state.counters.power_cuts++;
     hil_trace(board, "power cut");
     hil_flash_power_lost(board);
+    hil_w25q_power_lost(board);
     board->power_lost = board->reset_request = true;
     board->reset_flags = CSR_POWER_ON;
     hil_cpu_attend(board);
@@ -148,6 +150,7 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
         hil_tim_reset(board, unit);
     }
     hil_usart_reset(board);
+    hil_spi_reset(board);
     hil_can_reset(board);
     hil_iwdg_reset(board);
     for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
@@ -160,10 +163,10 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     struct hil_board *board = calloc(1, sizeof *board);
     if (!board)
         abort();
-    board->memory = aligned_alloc(PAGE, sizeof *board->memory);
-    if (!board->memory)
+    /* Zero and page-aligned; what is never touched of it costs nothing. */
+    board->memory = mmap(NULL, sizeof *board->memory, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (board->memory == MAP_FAILED)
         abort();
-    memset(board->memory, 0, sizeof *board->memory);
     memset(board->memory->flash, 0xff, sizeof board->memory->flash);
     board->options = *options;
     board->options.trace = board->options.log = NULL; /* an empty board has nothing to tell */
@@ -173,10 +176,12 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     for (unsigned i = 0; i < 2; i++)
         board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
     hil_flash_create(board);
+    hil_w25q_create(board);
     hil_faults_init(board);
     hil_bus_init(board);
     hil_cpu_create(board);
     hil_gpio_drive(board, 0, 15, false, 0); /* the one-shot holds PA15 low */
+    hil_gpio_drive(board, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
     reset_chip(board, CSR_POWER_ON);
     board->options.trace = options->trace;
     board->options.log = options->log;
@@ -188,7 +193,7 @@ void hil_board_destroy(struct hil_board *board)
     if (!board)
         return;
     hil_cpu_destroy(board);
-    free(board->memory);
+    munmap(board->memory, sizeof *board->memory);
     free(board);
 }
 
@@ -197,16 +202,21 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->callbacks = *callbacks;
 }
 
-enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
+enum mr_status hil_board_restart(struct hil_board *board)
 {
-    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
-    if (status != MR_OK)
-        return status;
     hil_cpu_forget_code(board);
     board->stopped = false;
     board->reason[0] = '\0';
     reset_chip(board, CSR_POWER_ON);
     return board->stopped ? board->stop_status : MR_OK;
+}
+
+enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
+{
+    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
+    if (status != MR_OK)
+        return status;
+    return hil_board_restart(board);
 }
 
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
@@ -337,7 +347,7 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
     if (!memory)
         return MR_UNKNOWN;
     memcpy(memory, bytes, n);
-    hil_cpu_forget_code(board);
+    hil_cpu_forget_range(board, address, (uint32_t)n);
     return MR_OK;
 }
 
@@ -361,7 +371,8 @@ struct hil_snapshot *hil_board_snapshot(const struct hil_board *board)
     snapshot->state = board->state;
     snapshot->options = board->options;
     snapshot->options.trace = snapshot->options.log = NULL;
-    memcpy(&snapshot->memory, board->memory, sizeof snapshot->memory);
+    memcpy(&snapshot->memory, board->memory, OWN_MEMORY);
+    hil_w25q_copy(&snapshot->memory, NULL, board->memory, board->state.w25q.used);
     hil_cpu_save(board, &snapshot->registers);
     return snapshot;
 }
@@ -372,8 +383,9 @@ void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snaps
     board->options = snapshot->options;
     board->options.trace = trace;
     board->options.log = log;
+    hil_w25q_copy(board->memory, board->state.w25q.used, &snapshot->memory, snapshot->state.w25q.used);
     board->state = snapshot->state;
-    memcpy(board->memory, &snapshot->memory, sizeof snapshot->memory);
+    memcpy(board->memory, &snapshot->memory, OWN_MEMORY);
     hil_cpu_forget_code(board);
     hil_cpu_load(board, &snapshot->registers);
     board->stopped = board->reset_request = board->power_lost = false;

@@ -30,6 +30,7 @@
 #include "common/status.h"
 #include "hil/cells.h"
 #include "hil/runfile.h"
+#include "hil/serial_line.h"
 
 #define HIL_SECOND_PS 1000000000000ull
 #define HIL_MS_PS 1000000000ull
@@ -52,6 +53,8 @@ struct hil_options {
     int32_t hsi_error_ppm;   /* of the internal 16 MHz oscillator */
     uint32_t lsi_hz;         /* 17000..47000, watchdog clock */
     uint32_t host_baud;      /* rate of the serial line's other end */
+    enum hil_parity host_parity; /* and its parity; not used where it follows the board's own */
+    bool host_parity_follows;
     enum hil_can_bus can_bus;
     bool adc_noise;          /* false: codes are exact, for tests */
     uint32_t uid[3];         /* unique device identifier */
@@ -95,7 +98,7 @@ struct hil_counters {
     uint64_t can_in_dropped;       /* injected while the queue of the other side was full */
     uint64_t serial_bytes_out;
     uint64_t serial_bytes_in;
-    uint64_t serial_wrong_rate;    /* bytes sent at a rate the other end cannot read; not delivered */
+    uint64_t serial_wrong_rate;    /* bytes sent at a rate or parity that is not the other end's: garbled */
     uint64_t serial_in_dropped;    /* injected while the queue was full */
     uint64_t adc_scans[2];         /* sequences completed: ADC1, ADC3 */
     uint64_t adc_triggers_ignored; /* came while a sequence was running */
@@ -144,6 +147,10 @@ enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_ca
 /* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for 4096,
  * rest dropped. */
 enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n);
+/* Bytes that hil_board_serial_inject takes now. */
+size_t hil_board_serial_room(const struct hil_board *board);
+/* The other end changes its rate; between calls of hil_board_run_until. */
+void hil_board_set_host_baud(struct hil_board *board, uint32_t baud);
 void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus);
 
 /* The supply goes and comes back at once: operations of flash and NOR stop half done, RAM holds noise, everything else

@@ -21,6 +21,7 @@ static const struct peripheral peripherals[] = {
     {0x40000000u, "TIM2", 0, hil_tim_read, hil_tim_write, HIL_RCC_APB1, 0, false},
     {0x40000800u, "TIM4", 1, hil_tim_read, hil_tim_write, HIL_RCC_APB1, 2, false},
     {0x40003000u, "IWDG", 0, hil_iwdg_read, hil_iwdg_write, HIL_RCC_ALWAYS, 0, false},
+    {0x40003800u, "SPI2", 0, hil_spi_read, hil_spi_write, HIL_RCC_APB1, 14, true},
     {0x40006400u, "CAN1", 0, hil_can_read, hil_can_write, HIL_RCC_APB1, 25, false},
     {0x40007000u, "PWR", 0, hil_pwr_read, hil_pwr_write, HIL_RCC_APB1, 28, false},
     {0x40011000u, "USART1", 0, hil_usart_read, hil_usart_write, HIL_RCC_APB2, 4, true},
@@ -125,6 +126,8 @@ static uint32_t lane(uint32_t value, uint32_t address, unsigned size)
 static uint32_t read_system_memory(struct hil_board *board, uint32_t address)
 {
     switch (address & ~3u) {
+    case 0x1fff77dcu: /* boot loader identification is the byte at ...de (AN2606) */
+        return HIL_ROM_VERSION << 16 | 0xff00ffffu;
     case 0x1fff7a10u:
         return board->options.uid[0];
     case 0x1fff7a14u:

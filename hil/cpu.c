@@ -26,11 +26,27 @@ static void must(uc_err err, const char *what)
 
 /* Memory that stores do not change. Only a later change of its protection makes Unicorn discard a store that the
  * memory hook has taken; as mapped, it would carry it out. */
-static void map_read_only(struct hil_board *board, uint32_t base, uint32_t protection)
+static void map_read_only(struct hil_board *board, uint32_t base, uint32_t size, const uint8_t *bytes, bool readable)
 {
-    must(uc_mem_map_ptr(board->uc, base, HIL_FLASH_SIZE, protection | UC_PROT_WRITE, board->memory->flash),
-         "mapping flash");
-    must(uc_mem_protect(board->uc, base, HIL_FLASH_SIZE, protection), "protecting flash");
+    uint32_t protection = readable ? UC_PROT_READ | UC_PROT_EXEC : UC_PROT_EXEC;
+    must(uc_mem_map_ptr(board->uc, base, size, protection | UC_PROT_WRITE, (void *)(uintptr_t)bytes),
+         "mapping flash or ROM");
+    must(uc_mem_protect(board->uc, base, size, protection), "protecting flash or ROM");
+}
+
+/* What is at address 0: flash, or after BOOT0 the ROM. */
+static void map_zero(struct hil_board *board, bool rom, bool readable)
+{
+    board->rom_at_zero = rom;
+    if (rom)
+        map_read_only(board, 0, HIL_ROM_SIZE, hil_bootrom_image, true);
+    else
+        map_read_only(board, 0, HIL_FLASH_SIZE, board->memory->flash, readable);
+}
+
+static void unmap_zero(struct hil_board *board)
+{
+    must(uc_mem_unmap(board->uc, 0, board->rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE), "unmapping address 0");
 }
 
 /* While an erase runs beside code in RAM, reads of flash must be caught, for they wait. Mapping anew is the one way
@@ -40,10 +56,19 @@ static void guard_flash(struct hil_board *board, bool guarded)
     if (board->flash_guarded == guarded)
         return;
     board->flash_guarded = guarded;
-    must(uc_mem_unmap(board->uc, 0x00000000u, HIL_FLASH_SIZE), "unmapping flash");
+    unmap_zero(board);
     must(uc_mem_unmap(board->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
-    map_read_only(board, 0x00000000u, guarded ? UC_PROT_EXEC : UC_PROT_READ | UC_PROT_EXEC);
-    map_read_only(board, HIL_FLASH_BASE, guarded ? UC_PROT_EXEC : UC_PROT_READ | UC_PROT_EXEC);
+    map_zero(board, board->rom_at_zero, !guarded);
+    map_read_only(board, HIL_FLASH_BASE, HIL_FLASH_SIZE, board->memory->flash, !guarded);
+}
+
+/* Make address 0 what the state says. */
+static void follow_boot_pin(struct hil_board *board)
+{
+    if (board->rom_at_zero == board->state.flash.boot_rom)
+        return;
+    unmap_zero(board);
+    map_zero(board, board->state.flash.boot_rom, !board->flash_guarded);
 }
 
 static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
@@ -163,9 +188,9 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
     uc_emu_stop(uc);
 }
 
-static bool is_flash(uint32_t address)
+static bool is_flash(const struct hil_board *board, uint32_t address)
 {
-    return address < HIL_FLASH_SIZE || address - HIL_FLASH_BASE < HIL_FLASH_SIZE;
+    return address - HIL_FLASH_BASE < HIL_FLASH_SIZE || (address < HIL_FLASH_SIZE && !board->rom_at_zero);
 }
 
 static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value,
@@ -173,7 +198,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
 {
     struct hil_board *board = user;
     (void)uc;
-    if (type == UC_MEM_WRITE_PROT && is_flash((uint32_t)address)) { /* the memory itself does not change now */
+    if (type == UC_MEM_WRITE_PROT && is_flash(board, (uint32_t)address)) { /* the memory itself does not change now */
         if (board->split_bytes) {
             board->split_bytes--;
             return true;
@@ -183,7 +208,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
             board->split_bytes = (unsigned)size;
         return true;
     }
-    if (type == UC_MEM_READ_PROT && board->flash_guarded && is_flash((uint32_t)address)) {
+    if (type == UC_MEM_READ_PROT && board->flash_guarded && is_flash(board, (uint32_t)address)) {
         hil_flash_wait(board);
         return true;
     }
@@ -211,7 +236,7 @@ void hil_cpu_create(struct hil_board *board)
 {
     /* Address ranges that answer to loads and stores but are no memory (RM0090 2.3, ARMv7-M B3.1). */
     static const struct { uint32_t base, size; } ranges[HIL_REGIONS] = {
-        {0x1fff0000u, 0x00010000u}, /* system memory, OTP, unique id, option bytes */
+        {0x1fff7000u, 0x00009000u}, /* above the boot ROM: OTP, unique id, option bytes */
         {0x22000000u, 0x02000000u}, /* SRAM bit-band alias */
         {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
         {0x42000000u, 0x02000000u}, /* their bit-band alias */
@@ -221,8 +246,9 @@ void hil_cpu_create(struct hil_board *board)
     };
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
-    map_read_only(board, 0x00000000u, UC_PROT_READ | UC_PROT_EXEC);
-    map_read_only(board, HIL_FLASH_BASE, UC_PROT_READ | UC_PROT_EXEC);
+    map_zero(board, false, true);
+    map_read_only(board, HIL_FLASH_BASE, HIL_FLASH_SIZE, board->memory->flash, true);
+    map_read_only(board, HIL_ROM_BASE, HIL_ROM_SIZE, hil_bootrom_image, true);
     must(uc_mem_map_ptr(board->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, board->memory->sram),
          "mapping SRAM");
     must(uc_mem_map_ptr(board->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
@@ -257,22 +283,26 @@ void hil_cpu_destroy(struct hil_board *board)
 void hil_cpu_forget_code(struct hil_board *board)
 {
     memset(board->blocks, 0, sizeof board->blocks);
-    uc_ctl_remove_cache(board->uc, 0x00000000u, HIL_FLASH_SIZE);
+    if (!board->rom_at_zero)
+        uc_ctl_remove_cache(board->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
 }
 
-void hil_cpu_forget_flash(struct hil_board *board, uint32_t offset, uint32_t n)
+void hil_cpu_forget_range(struct hil_board *board, uint32_t address, uint32_t n)
 {
-    /* A block that holds a changed byte begins at most its own length before it. */
-    for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2) {
-        uint32_t at = offset + n - 1u - back;
-        if (at >= HIL_FLASH_SIZE)
-            break;
-        board->blocks[at >> 1 & (HIL_BLOCK_CACHE - 1)].address = UINT32_MAX;
+    if (n >= HIL_BLOCK_CACHE) {
+        hil_cpu_forget_code(board);
+        return;
     }
-    uc_ctl_remove_cache(board->uc, offset, offset + n);
-    uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE + offset, HIL_FLASH_BASE + offset + n);
+    /* A block that holds a changed byte begins at most its own length before it; aliases of flash share a place. */
+    for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
+        board->blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address = UINT32_MAX;
+    uc_ctl_remove_cache(board->uc, address, address + n);
+    if (is_flash(board, address) && !board->rom_at_zero) {
+        uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE : address - HIL_FLASH_BASE;
+        uc_ctl_remove_cache(board->uc, alias, alias + n);
+    }
 }
 
 void hil_cpu_attend(struct hil_board *board) { board->limit_cycle = 0; }
@@ -301,6 +331,7 @@ void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *regis
     uint32_t thread = XPSR_T;
     uint32_t none = 0;
     uint32_t pc = registers->pc | 1u;
+    follow_boot_pin(board);
     /* From any state to privileged thread mode on MSP, then everything, then the mode. */
     uc_reg_write(board->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
     uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &none);
@@ -329,7 +360,9 @@ void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *regis
 void hil_cpu_reset(struct hil_board *board)
 {
     struct hil_cpu_registers registers = {.lr = 0xffffffffu, .xpsr = XPSR_T};
-    const uint8_t *table = board->memory->flash; /* boot from flash: it is aliased at 0 */
+    /* What BOOT0 chose is aliased at 0. */
+    const uint8_t *table = board->state.flash.boot_rom ? hil_bootrom_image : board->memory->flash;
+    follow_boot_pin(board);
     memcpy(&registers.msp, table, 4);
     memcpy(&registers.pc, table + 4, 4);
     registers.msp &= ~3u;
@@ -380,7 +413,7 @@ static void treat_bad_memory(struct hil_board *board, uc_err err)
     bool write = err == UC_ERR_WRITE_UNMAPPED || err == UC_ERR_WRITE_PROT;
     uint32_t pc = hil_cpu_access_pc(board, address, write);
     if (err == UC_ERR_WRITE_PROT) {
-        hil_board_stop(board, MR_UNMODELLED, "unmodelled write of %u bytes to flash at 0x%08x, PC 0x%08x",
+        hil_board_stop(board, MR_UNMODELLED, "unmodelled write of %u bytes to system memory at 0x%08x, PC 0x%08x",
                        (unsigned)board->bad_size, (unsigned)address, (unsigned)pc);
         return;
     }

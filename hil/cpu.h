@@ -49,8 +49,8 @@ void hil_cpu_save(const struct hil_board *board, struct hil_cpu_registers *regis
 void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *registers);
 /* Forget translated code and what is known of its blocks, after memory was written from outside. */
 void hil_cpu_forget_code(struct hil_board *board);
-/* The same for n bytes at an offset in flash. */
-void hil_cpu_forget_flash(struct hil_board *board, uint32_t offset, uint32_t n);
+/* The same for n bytes at an address. */
+void hil_cpu_forget_range(struct hil_board *board, uint32_t address, uint32_t n);
 /* Run instructions until something is due (event, exception, stop). */
 void hil_cpu_run(struct hil_board *board);
 /* Make the core look up at the next basic block. Callable from anywhere. */

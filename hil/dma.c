@@ -207,7 +207,10 @@ void hil_dma_flash_ready(struct hil_board *board)
         }
         hil_usart_dma_enabled(board);
     }
-    dma[0].waits_for_flash = false;
+    if (dma[0].waits_for_flash) {
+        dma[0].waits_for_flash = false;
+        hil_spi_dma_enabled(board);
+    }
 }
 
 void hil_dma_reset(struct hil_board *board, unsigned unit)
@@ -229,6 +232,8 @@ static void catch_up(struct hil_board *board, unsigned unit)
     if (unit == 1) {
         hil_adc_catch_up(board, hil_now(board));
         hil_usart_catch_up(board, hil_now(board));
+    } else {
+        hil_spi_catch_up(board, hil_now(board));
     }
 }
 
@@ -283,6 +288,8 @@ static void enable(struct hil_board *board, unsigned unit, unsigned stream)
         memory_start(board, s);
     else if (unit == 1)
         hil_usart_dma_enabled(board);
+    else
+        hil_spi_dma_enabled(board);
 }
 
 static void cr_write(struct hil_board *board, unsigned unit, unsigned stream, uint32_t value)

@@ -23,12 +23,15 @@ enum hil_event_slot {
     HIL_EVENT_LATE,
     HIL_EVENT_FLASH_CUT, /* before the end of what it cuts */
     HIL_EVENT_FLASH,
+    HIL_EVENT_NOR_CUT,
+    HIL_EVENT_NOR,
     HIL_EVENT_RIG,
     HIL_EVENT_SCRIPT,
     HIL_EVENT_ADC1, /* before the timers: a scan that ends when the next trigger comes has ended */
     HIL_EVENT_ADC3,
     HIL_EVENT_TIM4, /* before TIM2, which it triggers */
     HIL_EVENT_TIM2,
+    HIL_EVENT_SPI,
     HIL_EVENT_DMA_MEMORY,
     HIL_EVENT_CAN,
     HIL_EVENT_CAN_OTHER, /* the other node has waited */

@@ -123,7 +123,6 @@ static void begin(struct hil_board *board, enum hil_flash_operation operation, c
     }
     flash->operation = operation;
     flash->operations++;
-    hil_faults_flash_operation(board);
     flash->begin_ps = now_ps;
     flash->end_ps = now_ps + hil_cell_time_ps(board->options.cell_times, duration->typical_us[width],
                                               duration->maximum_us[width], &flash->random);
@@ -132,6 +131,7 @@ static void begin(struct hil_board *board, enum hil_flash_operation operation, c
     if (flash->operations == flash->cut_at)
         hil_event_set_ps(board, HIL_EVENT_FLASH_CUT,
                          now_ps + (flash->end_ps - now_ps) / 1000u * flash->cut_permille);
+    hil_faults_flash_operation(board);
     hil_cpu_attend(board);
 }
 
@@ -160,7 +160,7 @@ static void change_cells(struct hil_board *board, unsigned permille)
         return;
     }
     if (flash->operation == HIL_FLASH_PROGRAM)
-        hil_cpu_forget_flash(board, flash->address, flash->size);
+        hil_cpu_forget_range(board, HIL_FLASH_BASE + flash->address, flash->size);
     else
         hil_cpu_forget_code(board);
 }

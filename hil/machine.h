@@ -9,6 +9,7 @@
 
 #include "hil/adc.h"
 #include "hil/board.h"
+#include "hil/bootrom.h"
 #include "hil/bus.h"
 #include "hil/can.h"
 #include "hil/clock.h"
@@ -26,9 +27,11 @@
 #include "hil/rig.h"
 #include "hil/scb.h"
 #include "hil/script.h"
+#include "hil/spi.h"
 #include "hil/systick.h"
 #include "hil/tim.h"
 #include "hil/usart.h"
+#include "hil/w25q.h"
 
 #define HIL_FLASH_BASE 0x08000000u
 #define HIL_FLASH_SIZE 0x00100000u
@@ -43,6 +46,7 @@ struct hil_memory {
     uint8_t flash[HIL_FLASH_SIZE];
     uint8_t sram[HIL_SRAM_SIZE];
     uint8_t ccm[HIL_CCM_SIZE];
+    uint8_t nor[HIL_NOR_SIZE]; /* inverted, see hil/w25q.c; last, and mostly never touched */
 };
 
 struct hil_state {
@@ -61,6 +65,8 @@ struct hil_state {
     struct hil_adc adc[2];
     uint32_t adc_ccr;
     struct hil_usart usart;
+    struct hil_spi spi;
+    struct hil_w25q w25q;
     struct hil_can can;
     struct hil_iwdg iwdg;
     struct hil_rig rig;
@@ -106,6 +112,7 @@ struct hil_board {
 
     bool runs_to_fp;           /* the core runs up to a floating-point instruction that will fault */
     unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
+    bool rom_at_zero;          /* as the core's address space is mapped now */
     bool flash_guarded;        /* reads of flash by the core are caught */
 
     /* Derived from code and run file; rebuilt when needed. */
@@ -126,6 +133,8 @@ __attribute__((format(printf, 2, 3))) void hil_trace_line(struct hil_board *boar
             hil_trace_line((board), __VA_ARGS__);   \
     } while (0)
 
+/* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
+enum mr_status hil_board_restart(struct hil_board *board);
 /* Reset the chip at the next chance; `flags` are added to RCC_CSR. */
 void hil_board_request_reset(struct hil_board *board, uint32_t flags);
 
@@ -145,8 +154,14 @@ static inline uint8_t *hil_board_memory(const struct hil_board *board, uint32_t 
         return NULL;
     if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
         return memory->flash + (address - HIL_FLASH_BASE);
-    if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address)
+    if (address - HIL_ROM_BASE < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - (address - HIL_ROM_BASE))
+        return (uint8_t *)(uintptr_t)hil_bootrom_image + (address - HIL_ROM_BASE);
+    if (board->state.flash.boot_rom) {
+        if (address < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - address)
+            return (uint8_t *)(uintptr_t)hil_bootrom_image + address;
+    } else if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address) {
         return memory->flash + address;
+    }
     return NULL;
 }
 

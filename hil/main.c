@@ -8,6 +8,7 @@
 #include <time.h>
 
 #include "hil/board.h"
+#include "hil/cellfile.h"
 #include "hil/faults.h"
 #include "hil/registers.h"
 #include "hil/wire_link.h"
@@ -16,14 +17,18 @@
 #define STALL_MS 30000
 #define SLICE_MAX_PS (5ull * HIL_MS_PS)  /* between looks at the sockets, at full speed */
 #define SLICE_REAL_PS (1ull * HIL_MS_PS) /* and at the wall clock */
+#define HOST_AWAY_PS (50ull * HIL_MS_PS)
 #define FOREVER_S 100000.0
 
 static const char help[] =
     "usage: matrig-board --elf F [--can LINK] [--serial LINK] [--rig RUNFILE] [options]\n"
+    "       matrig-board --flash F | --boot0 [options]\n"
     "The STM32F407 board in virtual time, running the firmware image F unmodified.\n"
     "  --elf F          firmware image (ELF)\n"
     "  --can LINK       unix:PATH (16-byte frames), file:PATH (candump -L text) or none\n"
-    "  --serial LINK    unix:PATH (bytes), file:PATH or none\n"
+    "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) or none\n"
+    "  --parity P       of the serial line's other end: none, even, odd or board (what the board has);\n"
+    "                   default none, pty: board, for Linux keeps no parity for pseudo-terminals\n"
     "  --rig RUNFILE    what the rig does: a matrig-run file; without it nothing moves\n"
     "  --speed max|real at full speed, waiting for a slow host (default); by the wall clock, dropping\n"
     "  --for S          seconds of virtual time (default: the run file's duration, or until a signal)\n"
@@ -31,15 +36,22 @@ static const char help[] =
     "  --hse HZ         crystal, 0: it does not start (default 8000000)\n"
     "  --hsi-ppm N      error of the internal oscillator (default 0)\n"
     "  --lsi HZ         watchdog clock, 17000 to 47000 (default 32000)\n"
+    "  --flash FILE     content of the flash: read if it is there, written at the end; --elf then goes over it,\n"
+    "                   sparing the sectors it does not use\n"
+    "  --nor FILE       the same for the black box's memory\n"
+    "  --boot0          start the boot ROM (AN3155 on the serial line) instead of the firmware\n"
+    "  --times T        of flash and NOR operations: spread (drawn, default), typical or max\n"
     "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on stderr\n"
     "  --alignment      fault on unaligned multiple and double transfers, as silicon does; slower\n"
     "  --not-modelled   print what of the chip is not modelled, and end\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
-    "A unix: link is listened on; virtual time starts when a host has connected to each, within 30 s.\n"
+    "A unix: link is listened on; virtual time starts when a host has connected to each, within 30 s. At full\n"
+    "speed it stands still when nobody has had the pty: open for 50 ms, for at most 30 s.\n"
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
 
 struct arguments {
-    const char *elf, *can, *serial, *rig, *faults;
+    const char *elf, *can, *serial, *rig, *flash, *nor, *faults;
+    bool parity_given;
     bool real;
     double for_s; /* 0: not given */
     struct hil_options options;
@@ -48,6 +60,7 @@ struct arguments {
 struct session {
     struct hil_link can, serial;
     struct hil_board *board;
+    uint64_t host_seen_ps; /* when the pty: was last in use */
 };
 
 static volatile int stop_asked;
@@ -75,6 +88,34 @@ static bool parse_number(const char *text, double low, double high, double *valu
     return end != text && !*end && *value >= low && *value <= high;
 }
 
+/* Which of the words is it? -1: none. */
+static int parse_word(const char *text, const char *const words[], int n)
+{
+    for (int i = 0; i < n; i++) {
+        if (strcmp(text, words[i]) == 0)
+            return i;
+    }
+    return -1;
+}
+
+static bool parse_parity(struct arguments *a, const char *text)
+{
+    static const char *const words[] = {"none", "even", "odd", "board"};
+    int word = parse_word(text, words, 4);
+    a->parity_given = true;
+    a->options.host_parity_follows = word == 3;
+    a->options.host_parity = word > 0 && word < 3 ? (enum hil_parity)word : HIL_PARITY_NONE;
+    return word >= 0;
+}
+
+static bool parse_times(struct arguments *a, const char *text)
+{
+    static const char *const words[] = {"spread", "typical", "max"};
+    int word = parse_word(text, words, 3);
+    a->options.cell_times = word > 0 ? (enum hil_cell_times)word : HIL_TIMES_SPREAD;
+    return word >= 0;
+}
+
 static enum mr_status parse_option(struct arguments *a, const char *name, const char *text)
 {
     double value = 0.0;
@@ -87,6 +128,14 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
         a->serial = text;
     } else if (strcmp(name, "--rig") == 0) {
         a->rig = text;
+    } else if (strcmp(name, "--flash") == 0) {
+        a->flash = text;
+    } else if (strcmp(name, "--nor") == 0) {
+        a->nor = text;
+    } else if (strcmp(name, "--parity") == 0) {
+        ok = parse_parity(a, text);
+    } else if (strcmp(name, "--times") == 0) {
+        ok = parse_times(a, text);
     } else if (strcmp(name, "--faults") == 0) {
         a->faults = text;
     } else if (strcmp(name, "--speed") == 0) {
@@ -131,6 +180,10 @@ static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv
             a->options.trace = stderr;
             continue;
         }
+        if (strcmp(argv[i], "--boot0") == 0) {
+            a->options.boot0 = true;
+            continue;
+        }
         if (strncmp(argv[i], "--", 2) != 0) {
             complain("what is `%s`? Everything is given by options; see matrig-board --help", argv[i]);
             return MR_USAGE;
@@ -144,10 +197,12 @@ static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv
             return status;
         i++;
     }
-    if (!a->elf) {
+    if (!a->elf && !a->flash && !a->options.boot0) {
         complain("which firmware? Give --elf FILE; see matrig-board --help");
         return MR_USAGE;
     }
+    if (!a->parity_given)
+        a->options.host_parity_follows = strncmp(a->serial, "pty:", 4) == 0;
     return MR_OK;
 }
 
@@ -190,6 +245,23 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
     return status == MR_CLOSED ? MR_OK : status;
 }
 
+/* At full speed the board waits for whoever opens the other end of its pty: next, but not before it has had the time to
+ * start, or to restart after the last one. */
+static bool host_is_there(struct session *session, uint64_t t_ps)
+{
+    char error[256];
+    if (session->serial.type != HIL_LINK_PTY)
+        return true;
+    if (!session->serial.hung_up)
+        session->host_seen_ps = t_ps;
+    if (t_ps < session->host_seen_ps + HOST_AWAY_PS)
+        return true;
+    enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error, sizeof error);
+    if (status != MR_OK && !stop_asked)
+        complain("%s", error);
+    return status == MR_OK;
+}
+
 static enum mr_status play(struct session *session, double duration_s, bool real)
 {
     uint64_t end_ps = (uint64_t)(duration_s * 1e12 + 0.5);
@@ -198,6 +270,10 @@ static enum mr_status play(struct session *session, double duration_s, bool real
     enum mr_status status = MR_OK;
     session->can.drops = session->serial.drops = real;
     for (uint64_t t_ps = 0; t_ps < end_ps && !stop_asked && status == MR_OK;) {
+        if (!real && !host_is_there(session, t_ps)) {
+            status = stop_asked ? MR_OK : MR_TIMEOUT;
+            break;
+        }
         hil_link_receive(&session->can, session->board);
         hil_link_receive(&session->serial, session->board);
         t_ps = t_ps + slice_ps < end_ps ? t_ps + slice_ps : end_ps;
@@ -240,11 +316,36 @@ static enum mr_status open_links(struct session *session, const struct arguments
         status = hil_link_open(&session->serial, HIL_LINK_SERIAL, a->serial, error, sizeof error);
     if (status == MR_OK)
         status = hil_link_accept(&session->can, CONNECT_MS, &stop_asked, error, sizeof error);
-    if (status == MR_OK)
+    if (status == MR_OK && session->serial.type != HIL_LINK_PTY) /* one who opens a terminal may come and go */
         status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error, sizeof error);
     if (status != MR_OK && !stop_asked)
         complain("%s", error);
     return status;
+}
+
+static enum mr_status load_memories(struct hil_board *board, const struct arguments *a)
+{
+    enum mr_status status = MR_OK;
+    if (a->flash)
+        status = hil_board_load_flash(board, a->flash);
+    if (a->elf && (status == MR_OK || status == MR_HALTED)) /* what was in the file need not start */
+        status = a->flash ? hil_board_load_elf_sparing(board, a->elf) : hil_board_load_elf(board, a->elf);
+    if (a->nor && status == MR_OK)
+        status = hil_board_load_nor(board, a->nor);
+    return status;
+}
+
+/* However the run ended. */
+static enum mr_status save_memories(struct hil_board *board, const struct arguments *a, enum mr_status status)
+{
+    enum mr_status saved = MR_OK;
+    if (a->flash)
+        saved = hil_board_save_flash(board, a->flash);
+    if (a->nor && saved == MR_OK)
+        saved = hil_board_save_nor(board, a->nor);
+    if (saved != MR_OK)
+        complain("%s", hil_board_reason(board));
+    return status == MR_OK ? saved : status;
 }
 
 static enum mr_status order_faults(const struct arguments *a, struct hil_board *board)
@@ -265,7 +366,7 @@ static enum mr_status order_faults(const struct arguments *a, struct hil_board *
 static enum mr_status run(const struct arguments *a, struct session *session, const struct hil_run *rig)
 {
     struct hil_callbacks callbacks = {session, on_can_frame, on_serial_bytes};
-    enum mr_status status = hil_board_load_elf(session->board, a->elf);
+    enum mr_status status = load_memories(session->board, a);
     if (status != MR_OK) {
         complain("%s", hil_board_reason(session->board));
         return status;
@@ -284,7 +385,7 @@ static enum mr_status run(const struct arguments *a, struct session *session, co
     double duration_s = a->for_s > 0 ? a->for_s : a->rig ? rig->duration_s : FOREVER_S;
     status = play(session, duration_s, a->real);
     summarise(session, wall_s() - began_s);
-    return status;
+    return save_memories(session->board, a, status);
 }
 
 int main(int argc, char **argv)

@@ -41,6 +41,7 @@ enum hil_irq {
     HIL_IRQ_CAN1_SCE = 22,
     HIL_IRQ_TIM2 = 28,
     HIL_IRQ_TIM4 = 30,
+    HIL_IRQ_SPI2 = 36,
     HIL_IRQ_USART1 = 37,
     HIL_IRQ_DMA1_STREAM7 = 47,
     HIL_IRQ_DMA2_STREAM0 = 56, /* to stream 4: 60 */

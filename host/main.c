@@ -26,14 +26,22 @@ static const struct command commands[] = {
      "  file:PATH      a recorded candump log (CAN) or recorded bytes (serial)\n"
      "  can:IFACE, slcan:TTY[:BAUD], serial:TTY[:BAUD]\n"
      "                 hardware; these come with a later version\n"},
-    {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune]", "run a mat scene",
+    {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
      "                 planar models, fixed for the chain. Each answer is checked by a second run\n"
      "  --rtol R       tolerance of the solver; fixed: the error estimate allowed, of the largest movement\n"
      "  --dt H         step, s, of rk4 and fixed\n"
-     "  --no-prune     integrate every mat of a chain, also those at rest\n"
-     "  --csv F        write the requested displacements as a table\n"},
+     "  --no-prune     integrate every mat all the time, also those at rest\n"
+     "  --csv F        write the history of the mats in u_mats (or all): displacements, heights of their left ends\n"
+     "  --progress     say how far the run is\n"
+     "Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5).\n"},
+    {"error", error_command, "SCENE [--plot F.svg]", "every solver's error against its run time",
+     "  SCENE          scene file, JSON\n"
+     "  --plot F.svg   draw error against run time. Errors are in ft, also with --si\n"
+     "\n"
+     "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
+     "methods agree on; when they do not, there is no table: exit 5\n"},
     {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
      "measured against simulated, per transducer",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"

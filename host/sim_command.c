@@ -1,9 +1,11 @@
 /* matrig sim SCENE: run a mat scene. */
 #include <errno.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "host/output.h"
 #include "host/cli.h"
@@ -13,9 +15,12 @@
 #define IN_PER_FT 12.0
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
 
+#define PROGRESS_S 0.5 /* between two lines of --progress */
+
 struct request {
     const char *scene_path;
     const char *csv_path;
+    bool progress;
     struct sim_options options;
 };
 
@@ -28,6 +33,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         {"--dt", &dt, NULL},
         {"--csv", &request->csv_path, NULL},
         {"--no-prune", NULL, &request->options.no_prune},
+        {"--progress", NULL, &request->progress},
     };
     const char *words[1];
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "SCENE", error) !=
@@ -39,6 +45,56 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         return error->status;
     request->scene_path = words[0];
     return MR_OK;
+}
+
+static volatile sig_atomic_t interrupted;
+
+static void on_interrupt(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+struct progress {
+    bool shown, drawn; /* wanted; a line is on the terminal */
+    double next_s;
+};
+
+static double clock_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Every answer takes at least two passes; how many more is not known before. */
+static bool go_on(void *ctx, int pass, double part)
+{
+    struct progress *progress = ctx;
+    if (progress->shown && clock_s() >= progress->next_s) {
+        fprintf(stderr, cli_terminal() ? "\rmatrig: sim: pass %d: %3.0f %%" : "matrig: sim: pass %d: %.0f %%\n", pass,
+                100.0 * part);
+        progress->drawn = cli_terminal();
+        progress->next_s = clock_s() + PROGRESS_S;
+    }
+    return !interrupted;
+}
+
+/* Ctrl-C ends the run and leaves what was computed; a second one ends the program. */
+static enum mr_status run_scene(struct request *request, const struct sim_scene *scene, const struct cli *cli,
+                                struct sim_result *result, struct error *error)
+{
+    struct progress progress = {.shown = request->progress && !cli->quiet, .next_s = clock_s() + PROGRESS_S};
+    struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
+    request->options.go_on = go_on;
+    request->options.go_on_ctx = &progress;
+    interrupted = 0;
+    sigaction(SIGINT, &action, &before);
+    sim_run(scene, &request->options, result, error);
+    sigaction(SIGINT, &before, NULL);
+    if (progress.drawn)
+        fputc('\n', stderr);
+    return error->status;
 }
 
 /* The i-th of the mats that are asked for. */
@@ -89,7 +145,7 @@ static json_t *active_json(const struct sim_result *result)
 /* Null for a failed run that has none. */
 static json_t *estimate_json(const struct sim_result *result, double error)
 {
-    return result->status == SIM_OK || error > 0.0 ? cli_json_number(error, 6) : json_null();
+    return result->status == SIM_OK || (result->status != SIM_INTERRUPTED && error > 0.0) ? cli_json_number(error, 6) : json_null();
 }
 
 static json_t *result_json(const struct sim_scene *scene, const struct sim_result *result)
@@ -117,7 +173,7 @@ static json_t *result_json(const struct sim_scene *scene, const struct sim_resul
     return object;
 }
 
-/* Displacement history of the mats asked for, one row per sample. */
+/* History of the mats asked for, one row per sample: displacements, and in the planar models heights of left ends. */
 static enum mr_status write_csv(const struct request *request, const struct sim_scene *scene,
                                 const struct sim_result *result, const struct cli *cli, struct error *error)
 {
@@ -128,11 +184,15 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
     fputs("t_s", file);
     for (size_t i = 0; i < result->station_count; i++)
         fprintf(file, ",u_%d_%s", shown_mat(scene, i), cli->si ? "m" : "ft");
+    for (size_t i = 0; result->sample_y_ft && i < result->station_count; i++)
+        fprintf(file, ",y_%d_%s", shown_mat(scene, i), cli->si ? "m" : "ft");
     fputc('\n', file);
     for (size_t k = 0; k < result->sample_count; k++) {
         fprintf(file, "%.9g", (double)k * result->sample_dt_s);
         for (size_t i = 0; i < result->station_count; i++)
             fprintf(file, ",%.9g", unit * result->sample_u_ft[k * result->station_count + i]);
+        for (size_t i = 0; result->sample_y_ft && i < result->station_count; i++)
+            fprintf(file, ",%.9g", unit * result->sample_y_ft[k * result->station_count + i]);
         fputc('\n', file);
     }
     return output_close(file, request->csv_path, error);
@@ -166,12 +226,18 @@ static void print_result(const struct sim_scene *scene, const struct sim_result 
            sim_status_name(result->status));
     printf("  %d mats, %.6g s in %llu steps of at most %.4g s (explicit limit %.4g s)\n", result->mats, result->t_end_s,
            (unsigned long long)result->steps, result->dt_s, result->dt_limit_s);
-    printf("  largest movement %.4f %s, of mat %d; error estimate %.2g %s, against steps of %.4g s\n",
-           unit * result->peak_u_ft, name, result->peak_mat, unit * result->error_u_ft, name,
-           result->checked_dt_s);
-    if (scene->model != SIM_CHAIN)
-        printf("  largest lift %.4f %s: %s; error estimate %.2g %s\n", unit * result->max_lift_ft, name,
-               result->bow_wave ? "a bow wave" : "no bow wave", unit * result->error_lift_ft, name);
+    if (result->status == SIM_INTERRUPTED) {
+        printf("  interrupted at %.6g s: what follows is unchecked and goes that far only\n", result->t_s);
+        printf("  largest movement %.4f %s, of mat %d; largest lift %.4f %s\n", unit * result->peak_u_ft, name,
+               result->peak_mat, unit * result->max_lift_ft, name);
+    } else {
+        printf("  largest movement %.4f %s, of mat %d; error estimate %.2g %s, against steps of %.4g s\n",
+               unit * result->peak_u_ft, name, result->peak_mat, unit * result->error_u_ft, name,
+               result->checked_dt_s);
+        if (scene->model != SIM_CHAIN)
+            printf("  largest lift %.4f %s: %s; error estimate %.2g %s\n", unit * result->max_lift_ft, name,
+                   result->bow_wave ? "a bow wave" : "no bow wave", unit * result->error_lift_ft, name);
+    }
     if (result->speed_end_ft_s > 0.0)
         printf("  still moving at the end: up to %.3g %s\n",
                result->speed_end_ft_s * (cli->si ? M_PER_FT : 1.0), cli->si ? "m/s" : "ft/s");
@@ -215,15 +281,19 @@ int sim_command(int argc, char **argv, const struct cli *cli)
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);
     if (!request.csv_path || ask_history(&request, &scene, &stations, &error) == MR_OK)
-        sim_run(&scene, &request.options, &result, &error);
-    if (error.status == MR_OK && request.csv_path)
-        write_csv(&request, &scene, &result, cli, &error);
+        run_scene(&request, &scene, cli, &result, &error);
+    bool usable = error.status == MR_OK || result.status == SIM_INTERRUPTED;
+    if (usable && request.csv_path) {
+        struct error failed = {0};
+        if (write_csv(&request, &scene, &result, cli, &failed) != MR_OK)
+            error = failed;
+    }
     if (error.status != MR_OK)
         code = cli_fail(&error);
     if (error.status == MR_OK || result.status != SIM_OK) {
         if (cli->json)
             code = cli_print_json(result_json(&scene, &result), code);
-        else if (error.status == MR_OK)
+        else if (usable)
             print_result(&scene, &result, cli);
     }
     sim_result_free(&result);

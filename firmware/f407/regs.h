@@ -182,6 +182,7 @@ struct iwdg_regs {
 #define SYST_CVR (*(reg32 *)0xe000e018u)
 #define NVIC_ISER ((reg32 *)0xe000e100u)
 #define NVIC_IPR ((volatile uint8_t *)0xe000e400u)
+#define SCB_VTOR (*(reg32 *)0xe000ed08u)
 #define SCB_AIRCR (*(reg32 *)0xe000ed0cu)
 #define SCB_SHPR ((volatile uint8_t *)0xe000ed18u)
 #define SCB_SHCSR (*(reg32 *)0xe000ed24u)

@@ -51,11 +51,21 @@ void svg_widen(double *low, double *high, double least)
     }
 }
 
-void svg_open(FILE *out, double width, double height, const char *title)
+static void open_picture(FILE *out, const char *attributes, double width, double height, const char *title)
 {
-    fprintf(out, "<svg viewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"", width, height);
+    fprintf(out, "<svg %sviewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"", attributes, width, height);
     html_text(out, title);
     fprintf(out, "\">\n");
+}
+
+void svg_open(FILE *out, double width, double height, const char *title)
+{
+    open_picture(out, "", width, height, title);
+}
+
+void svg_open_file(FILE *out, double width, double height, const char *title)
+{
+    open_picture(out, "xmlns=\"http://www.w3.org/2000/svg\" ", width, height, title);
 }
 
 void svg_close(FILE *out)
@@ -63,14 +73,21 @@ void svg_close(FILE *out)
     fputs("</svg>\n", out);
 }
 
+static double share(const struct svg_axis *axis, bool logarithmic, double value)
+{
+    if (logarithmic)
+        return log(value / axis->low) / log(axis->high / axis->low);
+    return (value - axis->low) / (axis->high - axis->low);
+}
+
 double svg_x(const struct svg_plot *plot, double x)
 {
-    return plot->left + plot->width * (x - plot->x.low) / (plot->x.high - plot->x.low);
+    return plot->left + plot->width * share(&plot->x, plot->log_x, x);
 }
 
 double svg_y(const struct svg_plot *plot, double y)
 {
-    return plot->top + plot->height * (plot->y.high - y) / (plot->y.high - plot->y.low);
+    return plot->top + plot->height * (1.0 - share(&plot->y, plot->log_y, y));
 }
 
 /* -0.0 and what rounds to it print as 0. */
@@ -79,12 +96,86 @@ static void print_tick(FILE *out, double value, int decimals)
     fprintf(out, "%.*f", decimals, fabs(value) < 0.5 * pow(10.0, -decimals) ? 0.0 : value);
 }
 
+/* Decades of a logarithmic axis, at most `most` of them numbered. */
+struct decades {
+    int first, last, every;
+};
+
+static struct decades decades_of(const struct svg_axis *axis, unsigned most)
+{
+    struct decades d = {(int)ceil(log10(axis->low) - 1e-9), (int)floor(log10(axis->high) + 1e-9), 1};
+    while ((unsigned)((d.last - d.first) / d.every) + 1 > most)
+        d.every++;
+    return d;
+}
+
+static void print_decade(FILE *out, int exponent)
+{
+    fprintf(out, "10<tspan dy=\"-4\" font-size=\"75%%\">%s%d</tspan></text>", exponent < 0 ? "\xe2\x88\x92" : "",
+            exponent < 0 ? -exponent : exponent);
+}
+
+/* Twos to nines between decades: where they stand apart. */
+static void minor_lines(const struct svg_plot *plot, bool vertical)
+{
+    const struct svg_axis *axis = vertical ? &plot->x : &plot->y;
+    double decades = log10(axis->high / axis->low);
+    if ((vertical ? plot->width : plot->height) / decades < 60.0)
+        return;
+    for (int e = (int)floor(log10(axis->low)); e <= (int)ceil(log10(axis->high)); e++) {
+        for (int digit = 2; digit < 10; digit++) {
+            double value = digit * pow(10.0, e);
+            if (value <= axis->low || value >= axis->high)
+                continue;
+            if (vertical)
+                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fv%.1f\"/>", svg_x(plot, value), plot->top,
+                        plot->height);
+            else
+                fprintf(plot->out, "<path class=\"minor\" d=\"M%.1f %.1fh%.1f\"/>", plot->left, svg_y(plot, value),
+                        plot->width);
+        }
+    }
+}
+
+static void log_x_ticks(const struct svg_plot *plot)
+{
+    double bottom = plot->top + plot->height;
+    struct decades d = decades_of(&plot->x, (unsigned)(plot->width / 40.0) + 1);
+    minor_lines(plot, true);
+    for (int e = d.first; e <= d.last; e += d.every) {
+        double x = svg_x(plot, pow(10.0, e));
+        fprintf(plot->out, "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x, plot->top, bottom);
+        if (!plot->x.ticks)
+            continue;
+        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", x, bottom + 16.0);
+        print_decade(plot->out, e);
+    }
+}
+
+static void log_y_ticks(const struct svg_plot *plot)
+{
+    struct decades d = decades_of(&plot->y, (unsigned)(plot->height / 18.0) + 1);
+    minor_lines(plot, false);
+    for (int e = d.first; e <= d.last; e += d.every) {
+        double y = svg_y(plot, pow(10.0, e));
+        fprintf(plot->out, "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", plot->left, y, plot->left + plot->width);
+        if (!plot->y.ticks)
+            continue;
+        fprintf(plot->out, "<text class=\"tick\" text-anchor=\"end\" x=\"%.1f\" y=\"%.1f\">", plot->left - 5.0, y + 4.0);
+        print_decade(plot->out, e);
+    }
+}
+
 static void x_axis(const struct svg_plot *plot)
 {
     FILE *out = plot->out;
     double bottom = plot->top + plot->height;
     struct svg_ticks ticks =
         svg_choose_ticks(plot->x.low, plot->x.high, (unsigned)(plot->width * TICKS_PER_PX_X) + 2);
+    if (plot->log_x) {
+        log_x_ticks(plot);
+        ticks.count = 0;
+    }
     for (unsigned i = 0; i < ticks.count; i++) {
         double value = ticks.first + (double)i * ticks.step;
         double x = svg_x(plot, value);
@@ -108,6 +199,10 @@ static void y_axis(const struct svg_plot *plot)
     FILE *out = plot->out;
     struct svg_ticks ticks =
         svg_choose_ticks(plot->y.low, plot->y.high, (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
+    if (plot->log_y) {
+        log_y_ticks(plot);
+        ticks.count = 0;
+    }
     for (unsigned i = 0; i < ticks.count; i++) {
         double value = ticks.first + (double)i * ticks.step;
         double y = svg_y(plot, value);
@@ -120,7 +215,7 @@ static void y_axis(const struct svg_plot *plot)
         fputs("</text>", out);
     }
     if (plot->y.label) {
-        double x = plot->left - 40.0;
+        double x = plot->left - (plot->log_y ? 46.0 : 40.0);
         double y = plot->top + plot->height / 2;
         fprintf(
             out,
@@ -236,6 +331,32 @@ void svg_dot(const struct svg_plot *plot, const char *class, double x, double y)
     if (!isnan(x) && !isnan(y))
         fprintf(plot->out, "<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>\n", class,
                 svg_x(plot, x), svg_y(plot, y));
+}
+
+void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py, double radius)
+{
+    static const struct {
+        int corners;
+        double turn; /* of the first corner from upwards, in circles */
+        double size; /* so that all look equally large */
+    } shapes[SVG_SHAPES] = {{0, 0, 1}, {4, 0.125, 1.25}, {3, 0, 1.35}, {4, 0, 1.3}, {3, 0.5, 1.35}, {5, 0, 1.2}, {0, 0, 1}};
+    const double circle = 6.283185307179586;
+    unsigned i = shape % SVG_SHAPES;
+    if (i == 0) {
+        fprintf(out, "<circle class=\"%s\" cx=\"%.2f\" cy=\"%.2f\" r=\"%.2f\"/>\n", class, px, py, radius);
+        return;
+    }
+    fprintf(out, "<path class=\"%s\" d=\"", class);
+    if (shapes[i].corners == 0)
+        fprintf(out, "M%.2f %.2fl%.2f %.2fm0 %.2fl%.2f %.2f\"/>\n", px - radius, py - radius, 2 * radius, 2 * radius,
+                -2 * radius, -2 * radius, 2 * radius);
+    for (int k = 0; k < shapes[i].corners; k++) {
+        double angle = circle * (shapes[i].turn + (double)k / shapes[i].corners);
+        fprintf(out, "%s%.2f %.2f", k == 0 ? "M" : "L", px + radius * shapes[i].size * sin(angle),
+                py - radius * shapes[i].size * cos(angle));
+    }
+    if (shapes[i].corners > 0)
+        fputs("Z\"/>\n", out);
 }
 
 void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x, double y,

@@ -21,6 +21,7 @@ struct svg_plot {
     FILE *out;
     double left, top, width, height;
     struct svg_axis x, y;
+    bool log_x, log_y; /* logarithmic: low > 0, a tick per decade */
 };
 
 /* Ticks at first + i * step, i < count: step is 1, 2 or 5 times a power of ten, at most `most` ticks in [low,
@@ -37,6 +38,8 @@ struct svg_ticks svg_choose_ticks(double low, double high, unsigned most);
 void svg_widen(double *low, double *high, double least);
 
 void svg_open(FILE *out, double width, double height, const char *title);
+/* The same for a picture that is a file of its own, not part of a page: with the name space that viewers want. */
+void svg_open_file(FILE *out, double width, double height, const char *title);
 void svg_close(FILE *out);
 
 double svg_x(const struct svg_plot *plot, double x);
@@ -51,6 +54,10 @@ void svg_band(const struct svg_plot *plot, const char *class, const double *x, c
               const double *high, size_t count);
 void svg_rect(const struct svg_plot *plot, const char *class, double x0, double y0, double x1, double y1);
 void svg_dot(const struct svg_plot *plot, const char *class, double x, double y);
+/* A mark of one of SVG_SHAPES shapes (circle, square, triangle up, diamond, triangle down, pentagon, cross) at pixel
+ * (px, py); svg_x and svg_y turn values into pixels. The class fills or strokes it. */
+#define SVG_SHAPES 7
+void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py, double radius);
 /* Text at a point of the plot, moved by pixels; anchor "start", "middle" or "end". */
 void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x, double y,
               double dx, double dy, const char *text);

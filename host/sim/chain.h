@@ -46,14 +46,18 @@ struct chain {
     double load_limit_lb;   /* added under the wheel, f wheel_load */
     double v0_ft_s;
     int v0_mat;
-    double *storage; /* all arrays below */
+    double *storage; /* all arrays below, with padding around each */
+    size_t length;   /* of one of them */
     double *u_ft;
     double *v_ft_s;
     double *gap0_ft;
-    double *grit_lb;
+    double *hold_lb; /* tension down to which grit holds an open joint: minus its grit */
     double *reach_ft;
     double *thrust_lb;
-    double *limit_lb; /* Coulomb limit */
+    double *limit_lb;    /* Coulomb limit */
+    double *give_ft;     /* grit/KL */
+    double *tension_lb;  /* of the last kick */
+    double *before_ft_s; /* speeds before it */
 };
 
 /* MR_FULL when memory is short. first_mat: under the wheel at t = 0. */
@@ -71,6 +75,9 @@ void chain_release(struct chain *chain, const struct sim_touch *touch, int count
  * mat at rest whose force is within its limit stays at exactly 0, one whose speed would cross 0 stops
  * there and is tested again. Mats outside must be at rest and stay so. Returns how many mats stopped. */
 unsigned chain_kick(struct chain *chain, double h_s, int first, int last);
+
+/* Move mats first..last at their speeds for h_s. */
+void chain_drift(struct chain *chain, double h_s, int first, int last);
 
 /* Opening of a joint now: its gap0 and what the two mats have moved apart. */
 double chain_opening_ft(const struct chain *chain, int joint);

@@ -1,6 +1,12 @@
 /* The consistent model (PLANAR.md, "Consistent model"): forces on the nodes, then one tridiagonal solve. */
 #include "host/sim/kernel.h"
 
+KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_mat *l, const struct kernel_mat *r,
+                             const struct kernel_parts parts)
+{
+    return parts.given ? m->given_lb[j] : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
+}
+
 KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, double *accel,
                           const struct kernel_parts parts)
 {
@@ -9,9 +15,9 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     const double h = m->half_ft, quarter = 0.25 * m->mass_slug;
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
-    struct kernel_mat before = kernel_outside(m, p, first - 1);
+    struct kernel_mat before = kernel_outside(m, first - 1);
     struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
-    double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
+    double tension_l = tension(m, first, &before, &mat, parts);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
     double *upper = m->mass_upper; /* of the factored mass matrix, per mat */
@@ -19,8 +25,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, p, n + 1);
-        double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
+        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, n + 1);
+        double tension_r = tension(m, n + 1, &mat, &after, parts);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
         double push = tension_r - tension_l;
@@ -34,17 +40,21 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         double inverse_lc = inverse_length / mat.c;
         double g = turning * inverse_lc - m->inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
         double a = m->inertia * inverse_lc * inverse_lc;
+        double damp_l = parts.given && m->contact[n] ? m->step_s * m->cv : 0.0;
+        double damp_r = parts.given && m->contact[n + 1] ? m->step_s * m->cv : 0.0;
         double down = 0.5 * m->weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
         /* eliminate the left node: nothing else will be added to it */
-        double pivot = diagonal + quarter + a - off_before * upper_before;
+        double pivot = diagonal + quarter + a + damp_l - off_before * upper_before;
         double solved = (force - g + down - soil_l - off_before * solved_before) / pivot;
         off_before = quarter - a;
         upper_before = off_before / pivot;
+        if (n == first && first > 0)
+            solved = upper_before = 0.0; /* the window's outermost nodes are held */
         solved_before = solved;
         upper[n] = upper_before;
         accel[2 * n] = solved;
-        diagonal = quarter + a;
+        diagonal = quarter + a + damp_r;
         force = g + down - soil_r;
 
         mat = after;
@@ -53,6 +63,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         soil_l = soil_r;
     }
     accel[2 * last + 2] = (force - off_before * solved_before) / (diagonal - off_before * upper_before);
+    if (last < m->mats - 1)
+        accel[2 * last + 2] = 0.0;
     for (int n = last; n >= first; n--)
         accel[2 * n] -= upper[n] * accel[2 * n + 2];
 }
@@ -60,4 +72,9 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel)
 {
     KERNEL_DISPATCH(kernel, model, t_s, z, accel)
+}
+
+void consistent_heave(const struct model *m, const double *z, double *accel)
+{
+    kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, SIM_NONE});
 }

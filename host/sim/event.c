@@ -196,7 +196,7 @@ static bool advance(struct stepper *s, double limit_s)
     if (w->begun && s->t_s == s->t_new_s) {
         double *kept = w->rate[0];
         /* the last step's end is this step's start */
-        memcpy(kept, w->rate[12], 2 * (size_t)s->model->size * sizeof *kept);
+        stepper_copy(s, w->rate[12], kept);
     } else {
         stepper_rates(s, s->t_s, s->z, w->rate[0]);
     }
@@ -277,8 +277,11 @@ static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 
 const struct stepper_kind stepper_event = {
     .name = "event",
+    .prunes = true,
     .long_steps = true,
     .rtol = 1e-8,
+    .looser = &stepper_event5,
+    .looser_rtol = 9e-8,
     .method = "Dormand-Prince 8(5,3), every switch located",
     .make = make,
     .free = release,

@@ -9,15 +9,16 @@
 #include "host/sim/record.h"
 #include "host/sim/wheel.h"
 
-#define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
+#define STEP_SHARE 0.5  /* of the stability limit, to begin with when the step is not given: the check is at the limit */
 #define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step, when the step is not given */
 #define LEAST_STEPS 1000
 #define MOST_STEPS 400000000u
 #define MOST_HALVINGS 8
 #define ENERGY_EXCESS 4.0
+#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define ENERGY_STEPS 61 /* between energy checks; odd, so that what alternates shows */
-#define DISAGREEMENT 0.2
-#define QUIET_STEPS 8 /* at rest before the window leaves a mat */
+#define DISAGREEMENT 0.1
+#define QUIET_STEPS 3 /* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
 
 /* Mats that are integrated: all awake ones and one at rest on either side. */
 struct window {
@@ -30,12 +31,14 @@ struct window {
 /* One run over the whole time. */
 struct pass {
     uint64_t steps;
-    uint64_t done; /* fewer when it failed */
+    uint64_t done; /* fewer when it failed, or when nothing could move any more */
     double h_s;
     double ms;
     uint64_t events;
     uint64_t awake_sum;
     int awake_max;
+    int number; /* of this pass, for go_on */
+    bool interrupted;
     bool failed;
     int mat; /* where, when failed */
     double t_s;
@@ -50,12 +53,18 @@ static double now_ms(void)
     return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
 }
 
+/* Nothing in the window has moved for a while. */
+static bool asleep(const struct window *window)
+{
+    return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
+           window->quiet_last >= QUIET_STEPS;
+}
+
 /* Take in the mats under the wheel. A window in which all have rested for a while goes there instead of
  * stretching. */
 static void cover(struct window *window, const struct chain *chain, const struct sim_touch *touch, int count)
 {
-    if (count > 0 && window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
-        window->quiet_last >= QUIET_STEPS)
+    if (count > 0 && asleep(window))
         window->first = window->last = touch[0].mat;
     for (int i = 0; i < count; i++) {
         if (touch[i].mat <= window->first && window->first > 1)
@@ -114,8 +123,10 @@ static int fastest(const struct chain *chain)
     return mat;
 }
 
-static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene, bool prune)
+static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
+                     const struct sim_options *options)
 {
+    bool prune = !options->no_prune && scene->mats > 4;
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
     struct window window = {1, chain->mats, 0, 0};
@@ -131,7 +142,6 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     for (uint64_t i = 0; i < pass->steps; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
-        bool last = i + 1 == pass->steps;
 
         chain_release(chain, touch, count);
         count = sim_wheel_span(&wheel, from_s, to_s, touch);
@@ -142,14 +152,16 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             settle(&window, chain);
         else if (prune)
             follow(&window, chain);
+        /* at rest under forces that no longer change: nothing will ever move again */
+        bool still = prune && i > 0 && asleep(&window) && sim_wheel_is_over(&wheel, from_s);
+        bool last = still || i + 1 == pass->steps;
         pass->done = i + 1;
         int awake = window.last - window.first + 1;
         pass->awake_sum += (uint64_t)awake;
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
-        for (int n = window.first; n <= window.last; n++)
-            chain->u_ft[n] += h * chain->v_ft_s[n];
+        chain_drift(chain, h, window.first, window.last);
 
         double t_s = (double)(i + 1) * h;
         if (i % ENERGY_STEPS == 0 || last) {
@@ -162,9 +174,20 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             }
         }
         if (last)
-            t_s *= 1.0 + 1e-11; /* what is wanted at the end must not be missed by a rounding */
+            t_s = (double)pass->steps * h * (1.0 + 1e-11); /* a rounding must not miss what is wanted at the end */
         if (pass->record.next_s <= t_s)
             sim_record_take(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
+        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
+            !options->go_on(options->go_on_ctx, pass->number, (double)i / (double)pass->steps)) {
+            pass->interrupted = true;
+            pass->mat = fastest(chain);
+            pass->t_s = t_s;
+            break;
+        }
+        if (still) {
+            pass->awake_sum += (uint64_t)awake * (pass->steps - pass->done);
+            break;
+        }
     }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = now_ms() - begin_ms;
@@ -174,10 +197,10 @@ static enum mr_status start_pass(struct pass *pass, struct chain *chain, const s
                                  const struct sim_options *options, uint64_t steps, struct sim_result *result,
                                  struct error *error)
 {
-    *pass = (struct pass){.steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps};
+    *pass = (struct pass){.steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
     if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
         return error->status;
-    run_pass(pass, chain, scene, !options->no_prune && scene->mats > 4);
+    run_pass(pass, chain, scene, options);
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
     return MR_OK;
@@ -194,8 +217,8 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->rejected -= pass->done;
     result->events = pass->events;
     result->mats_max = pass->awake_max;
-    result->mats_mean = (double)pass->awake_sum / (double)pass->done;
-    if (result->status != SIM_OK)
+    result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return MR_OK;
     struct sim_difference peak = sim_record_peak(&pass->record);
     result->peak_u_ft = peak.u_ft;
@@ -205,8 +228,9 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
     if (!result->u_ft || !result->gap_ft)
         return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
-    memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
-           (mats + 1) * sizeof *chain->u_ft);
+    if (result->status == SIM_OK)
+        memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
+               (mats + 1) * sizeof *chain->u_ft);
     memcpy(result->u_ft, chain->u_ft, (mats + 1) * sizeof *result->u_ft);
     for (int j = 1; j <= chain->mats + 1; j++)
         result->gap_ft[j] = chain_opening_ft(chain, j);
@@ -218,6 +242,14 @@ static void fail(struct sim_result *result, enum sim_status status, int mat, dou
     result->status = status;
     result->mat = mat;
     result->t_s = t_s;
+}
+
+/* The finer pass is the coarser one of the next pair. */
+static void take_over(struct pass *to, struct pass *from)
+{
+    sim_record_free(&to->record);
+    *to = *from;
+    from->record = (struct sim_record){0};
 }
 
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one of the
@@ -233,8 +265,19 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
     if (start_pass(&coarse, chain, scene, options, steps, result, error) != MR_OK)
         return error->status;
     for (int halvings = 0;; halvings++) {
+        if (coarse.interrupted) {
+            take_over(&fine, &coarse);
+            break;
+        }
         if (start_pass(&fine, chain, scene, options, 2 * coarse.steps, result, error) != MR_OK)
             break;
+        if (fine.interrupted)
+            break;
+        bool near_limit = refine && coarse.h_s > 0.51 * result->dt_limit_s;
+        if (coarse.failed && !fine.failed && near_limit) {
+            take_over(&coarse, &fine);
+            continue;
+        }
         if (coarse.failed || fine.failed) {
             const struct pass *failed = fine.failed ? &fine : &coarse;
             fail(result, SIM_UNSTABLE, failed->mat, failed->t_s);
@@ -253,9 +296,11 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
             fail(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
             break;
         }
-        sim_record_free(&coarse.record);
-        coarse = fine;
-        fine.record = (struct sim_record){0};
+        take_over(&coarse, &fine);
+    }
+    if (fine.interrupted) {
+        fail(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
+        coarser_answers = false;
     }
     if (error->status == MR_OK)
         answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result, error);

@@ -134,7 +134,8 @@ static bool linearise(struct stepper *s)
     for (int i = low; i < low + count; i++)
         drifts_at_all = drifts_at_all || w->drift[i] != 0.0;
     if (drifts_at_all) {
-        band_load(size, 1.0, w->mass, 0.0, w->by_p, 0.0, w->by_v, w->mass_lu);
+        size_t row = (size_t)low * MODEL_ROW;
+        band_load(count, 1.0, w->mass + row, 0.0, w->by_p + row, 0.0, w->by_v + row, w->mass_lu + (size_t)low * BAND_WIDTH);
         if (!band_factor(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low))
             return false;
         band_solve(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low, w->drift + low);
@@ -147,7 +148,9 @@ static bool stages(struct stepper *s, double h)
 {
     struct work *w = s->work;
     int low = stepper_low(s), count = stepper_high(s) - low;
-    band_load(s->model->size, 1.0 / (h * GAMMA), w->mass, -h * GAMMA, w->by_p, -1.0, w->by_v, w->lu);
+    size_t row = (size_t)low * MODEL_ROW;
+    band_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->by_p + row, -1.0, w->by_v + row,
+              w->lu + (size_t)low * BAND_WIDTH);
     if (!band_factor(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low))
         return false;
     double *first = w->rate, *kept = w->at;
@@ -164,7 +167,7 @@ static bool stages(struct stepper *s, double h)
     static const double one[STAGES] = {0, 0, 0, 0, 0, 1};
     double *last = w->mix; /* solution: the last stage's state plus the last stage */
     weigh(s, one, STAGES, 1.0, kept, last);
-    memcpy(s->z_new, last, 2 * (size_t)s->model->size * sizeof *last);
+    stepper_copy(s, last, s->z_new);
     return true;
 }
 
@@ -228,6 +231,7 @@ static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 
 const struct stepper_kind stepper_implicit = {
     .name = "implicit",
+    .prunes = true,
     .long_steps = true,
     .rtol = 1e-7,
     .method = "RODAS, linearly implicit of order 4(3), banded, every switch located",

@@ -13,6 +13,7 @@
 struct kernel_parts {
     bool full;
     bool slack;
+    bool given; /* tensions are given, soil damping is implicit in the step (landing.c) */
     enum sim_friction law;
 };
 
@@ -58,9 +59,9 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
 }
 
 /* A mat beyond the window, or the ground: flat, at rest. */
-KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, const double *p, int n)
+KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, int n)
 {
-    return (struct kernel_mat){0.0, 1.0, 0.0, n < 0 || n >= m->mats ? 0.0 : p[2 * n + 1], 0.0};
+    return (struct kernel_mat){0.0, 1.0, 0.0, n < 0 || n >= m->mats ? 0.0 : m->rest_u_ft[n], 0.0};
 }
 
 KERNEL_INLINE double kernel_gap_ft(const struct model *m, int j, const struct kernel_mat *l,
@@ -120,6 +121,25 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
     return m->weight_limit_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
 }
 
+/* tanh x = 1 - 2/(e^2x + 1) for x > 0, to 3e-16 absolute (what multiplies the friction limit), in a third of the
+ * library's time. e^y = 2^k e^r with |r| <= ln 2 / 2; Taylor's series ends below 1e-17. */
+KERNEL_INLINE double kernel_tanh(double x)
+{
+    double y = 2.0 * (fabs(x) < 20.0 ? fabs(x) : 20.0);
+    double k = (double)(int64_t)(y * 1.44269504088896340736 + 0.5);
+    double r = (y - k * 6.93147180369123816490e-01) - k * 1.90821492927058770002e-10;
+    double r2 = r * r, r4 = r2 * r2;
+    double low = (1.0 + r) + r2 * (1.0 / 2 + r * (1.0 / 6)) + r4 * (1.0 / 24 + r * (1.0 / 120));
+    double high = (1.0 / 720 + r * (1.0 / 5040)) + r2 * (1.0 / 40320 + r * (1.0 / 362880)) +
+                  r4 * ((1.0 / 3628800 + r * (1.0 / 39916800)) + r2 * (1.0 / 479001600 + r * (1.0 / 6227020800)));
+    union {
+        uint64_t bits;
+        double value;
+    } scale = {(uint64_t)((int64_t)k + 1023) << 52};
+    double e = scale.value * (low + r4 * r2 * high);
+    return copysign(1.0 - 2.0 / (e + 1.0), x);
+}
+
 /* m u'' under push x. */
 KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x, double soil_l, double soil_r,
                                      enum sim_friction law)
@@ -128,7 +148,7 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
     case SIM_STICK:
         return m->slide[n] == 0 ? 0.0 : x - m->slide[n] * kernel_limit_lb(m, n, soil_l, soil_r);
     case SIM_TANH:
-        return v == 0.0 ? x : x - kernel_limit_lb(m, n, soil_l, soil_r) * tanh(v / m->veps_ft_s);
+        return v == 0.0 ? x : x - kernel_limit_lb(m, n, soil_l, soil_r) * kernel_tanh(v / m->veps_ft_s);
     case SIM_SIGN:
         return v == 0.0 ? x : x - copysign(kernel_limit_lb(m, n, soil_l, soil_r), v);
     case SIM_NONE:
@@ -140,10 +160,10 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 /* Call `kernel` with the constants of this scene. */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                                                     \
     switch (law) {                                                                                                     \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, SIM_STICK}); break;                         \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, SIM_TANH}); break;                           \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, SIM_SIGN}); break;                           \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, SIM_NONE}); break;                           \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_STICK}); break;                         \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_TANH}); break;                           \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_SIGN}); break;                           \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_NONE}); break;                           \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                                                                \
     if ((m)->full) {                                                                                                   \
@@ -160,5 +180,9 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 
 void report_rates(const struct model *model, double t_s, const double *z, double *accel);
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
+
+/* Change of the nodes' rates over a step, divided by it, with joint tensions model->given_lb and the soil's dampers
+ * taken at the end of the step. What it writes for the mats has no meaning. */
+void consistent_heave(const struct model *model, const double *z, double *accel);
 
 #endif

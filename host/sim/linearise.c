@@ -174,8 +174,14 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
 
     int row = 2 * n + 2;
     put(r, r->mass, row, row, 1.0);
-    if (n == m->held - 1)
-        return; /* accel 0 */
+    if (n == m->held - 1) { /* accel 0; then mat 1's other end has twice its middle's */
+        if (n == 0) {
+            put(r, r->mass, 0, 0, 1.0);
+            put_soil(r, 0, 0, -2.0 / m->mass_slug);
+            put_soil(r, 0, 1, -2.0 / m->mass_slug);
+        }
+        return;
+    }
     put(r, r->mass, row, row - 2, -1.0);
     put_mat(r, row, n, length, p, v);
     if (n == m->first) {
@@ -222,23 +228,33 @@ static void consistent_rows(const struct rows *r, const double *accel, int n, co
     put_soil(r, 2 * n + 2, n + 1, -1.0);
 }
 
+/* A window's outermost node in the consistent model does not move. */
+static void hold_row(const struct rows *r, int row)
+{
+    size_t from = (size_t)row * MODEL_ROW;
+    memset(r->mass + from, 0, MODEL_ROW * sizeof *r->mass);
+    memset(r->by_p + from, 0, MODEL_ROW * sizeof *r->by_p);
+    memset(r->by_v + from, 0, MODEL_ROW * sizeof *r->by_v);
+    r->mass[from + MODEL_BAND] = 1.0;
+}
+
 void model_linearise(struct model *m, double t_s, const double *z, const double *accel, double *mass, double *by_p,
                      double *by_v, double *drift)
 {
     const double *zp = z, *zv = z + m->size;
     const struct rows rows = {m, mass, by_p, by_v};
-    size_t band = (size_t)m->size * MODEL_ROW * sizeof *mass;
-    memset(mass, 0, band);
-    memset(by_p, 0, band);
-    memset(by_v, 0, band);
-    memset(drift, 0, (size_t)m->size * sizeof *drift);
-    struct kernel_mat before = kernel_outside(m, zp, m->first - 1);
+    size_t low = 2 * (size_t)m->first, count = 2 * (size_t)(m->last - m->first) + 3;
+    memset(mass + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *mass);
+    memset(by_p + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *by_p);
+    memset(by_v + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *by_v);
+    memset(drift + low, 0, count * sizeof *drift);
+    struct kernel_mat before = kernel_outside(m, m->first - 1);
     struct kernel_mat mat = kernel_mat(zp, zv, m->first, 1.0 / m->length_ft);
     struct joint_slope tension_l = tension_slope(m, m->first, &before, &mat);
     struct joint_slope moment_l = moment_slope(m, m->first, &before, &mat);
     for (int n = m->first; n <= m->last; n++) {
         struct kernel_mat after =
-            n < m->last ? kernel_mat(zp, zv, n + 1, 1.0 / m->length_ft) : kernel_outside(m, zp, n + 1);
+            n < m->last ? kernel_mat(zp, zv, n + 1, 1.0 / m->length_ft) : kernel_outside(m, n + 1);
         struct joint_slope tension_r = tension_slope(m, n + 1, &mat, &after);
         struct joint_slope moment_r = moment_slope(m, n + 1, &mat, &after);
         double p[7], v[7];
@@ -252,4 +268,8 @@ void model_linearise(struct model *m, double t_s, const double *z, const double 
         tension_l = tension_r;
         moment_l = moment_r;
     }
+    if (m->consistent && m->first > 0)
+        hold_row(&rows, 2 * m->first);
+    if (m->consistent && m->last < m->mats - 1)
+        hold_row(&rows, 2 * m->last + 2);
 }

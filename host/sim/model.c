@@ -16,13 +16,22 @@ static enum mr_status not_here(const char *what, const char *instead, const stru
                      scene->name[0] ? scene->name : "scene", what, sim_model_name(scene->model), instead);
 }
 
-static enum mr_status check(const struct sim_scene *scene, struct error *error)
+static bool has_grit(const struct sim_scene *scene)
+{
+    for (size_t i = 0; i < scene->grit_lb.count; i++) {
+        if (scene->grit_lb.values[i] > 0.0)
+            return true;
+    }
+    return false;
+}
+
+static enum mr_status check(const struct sim_scene *scene, bool grit, struct error *error)
 {
     bool report = scene->model == SIM_REPORT;
-    for (size_t i = 0; i < scene->grit_lb.count; i++) {
-        if (scene->grit_lb.values[i] != 0.0)
-            return not_here("grit", "leave it out, or give model chain", scene, error);
-    }
+    if (has_grit(scene) && !grit)
+        return not_here(report ? "grit" : "grit with a solver that chooses its step",
+                        report ? "leave it out, or give model chain or consistent" : "leave it out, or give solver fixed",
+                        scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
     if (!report && scene->q1_lb != 0.0)
@@ -43,7 +52,7 @@ static enum mr_status check(const struct sim_scene *scene, struct error *error)
     return MR_OK;
 }
 
-enum mr_status model_make(struct model *m, const struct sim_scene *s, struct error *error)
+enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit, struct error *error)
 {
     size_t nodes = (size_t)s->mats + 1;
     *m = (struct model){
@@ -80,18 +89,20 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, struct err
         .shear = s->shear_lb == 0.0 || s->model == SIM_CONSISTENT ? SIM_NO_SHEAR : s->lift_shear,
         .held = -1,
         .last = s->mats - 1,
+        .rest_y_ft = s->model == SIM_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
     };
     m->soil_normal = m->law != SIM_NONE && s->friction_normal == SIM_SOIL;
-    if (check(s, error) != MR_OK)
+    if (check(s, grit, error) != MR_OK)
         return error->status;
-    m->storage = calloc(3 * (nodes + 1), sizeof *m->storage);
+    m->storage = calloc(4 * (nodes + 1), sizeof *m->storage);
     m->contact = calloc(5 * (nodes + 1), sizeof *m->contact);
     if (!m->storage || !m->contact) {
         model_free(m);
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->mats);
     }
     m->mass_upper = m->storage;
-    m->spare = m->storage + nodes + 1;
+    m->rest_u_ft = m->storage + nodes + 1;
+    m->spare = m->storage + 2 * (nodes + 1);
     m->torsion = m->contact + nodes + 1;
     m->joint = m->torsion + nodes + 1;
     m->slide = m->joint + nodes + 1;
@@ -113,13 +124,12 @@ void model_free(struct model *m)
 void model_start(struct model *m, double *z)
 {
     const struct sim_scene *s = m->scene;
-    double settled = m->consistent ? 0.5 * m->weight_lb / m->kv : 0.0;
     memset(z, 0, 2 * (size_t)m->size * sizeof *z);
     m->first = 0;
     m->held = -1;
     m->last = m->mats - 1;
     for (int j = 0; j <= m->mats; j++) {
-        z[2 * j] = settled;
+        z[2 * j] = m->rest_y_ft;
         size_t i = (size_t)(j + 1 - s->bump_first);
         if (j + 1 >= s->bump_first && i < s->bump_ft.count)
             z[2 * j] -= s->bump_ft.values[i];
@@ -129,12 +139,16 @@ void model_start(struct model *m, double *z)
     int mat = s->v0_mat > 0 ? s->v0_mat - 1 : under < 0.0 ? 0 : under >= m->mats ? m->mats - 1 : (int)under;
     z[m->size + 2 * mat + 1] = s->v0_ft_s;
     m->span = m->spans.spans[0];
+    m->quiet_steps = 0;
+    model_sample(m, 0.0, z);
+    model_prune(m, 0.0, z);
     model_sample(m, 0.0, z);
 }
 
 void model_enter(struct model *m, size_t at, double *z)
 {
     m->span = m->spans.spans[at];
+    model_follow(m, z);
     model_settle(m, m->span.t0_s, z);
 }
 
@@ -177,10 +191,10 @@ double model_energy_lb_ft(const struct model *m, const double *z)
 {
     const double *p = z, *v = z + m->size;
     double energy = 0.0;
-    struct kernel_mat left = kernel_outside(m, p, -1);
+    struct kernel_mat left = kernel_outside(m, -1);
     for (int n = 0; n <= m->mats; n++) {
         bool ground = n == m->mats;
-        struct kernel_mat mat = ground ? kernel_outside(m, p, n) : kernel_mat(p, v, n, 1.0 / m->length_ft);
+        struct kernel_mat mat = ground ? kernel_outside(m, n) : kernel_mat(p, v, n, 1.0 / m->length_ft);
         bool free_end = (n == 0 && m->left_free) || (ground && m->right_free);
         if (!free_end && !(m->slack_ft > 0.0 && m->joint[n] == 0)) {
             double g = kernel_gap_ft(m, n, &left, &mat, m->full) - (m->joint[n] > 0 ? m->slack_ft : 0.0);
@@ -204,13 +218,15 @@ double model_energy_lb_ft(const struct model *m, const double *z)
 }
 
 #define POWERS 300
+#define RATE_MATS 64 /* the first ones stand for all: their parameters are the same */
 
 double model_fastest_rate(struct model *m, const double *z)
 {
-    size_t size = (size_t)m->size;
-    double *work = calloc(size * (3 * MODEL_ROW + BAND_WIDTH + 6), sizeof *work);
+    int mats = m->mats < RATE_MATS ? m->mats : RATE_MATS, last = m->last;
+    size_t size = 2 * (size_t)mats + 1, length = (size_t)m->size;
+    double *work = calloc(size * (3 * MODEL_ROW + BAND_WIDTH + 5) + length, sizeof *work);
     int *pivot = calloc(size, sizeof *pivot);
-    signed char *kept = malloc(size + 2);
+    signed char *kept = malloc((size_t)mats + 1);
     double rate = 0.0;
     if (!work || !pivot || !kept) {
         free(work);
@@ -219,10 +235,11 @@ double model_fastest_rate(struct model *m, const double *z)
         return INFINITY;
     }
     double *mass = work, *by_p = mass + size * MODEL_ROW, *by_v = by_p + size * MODEL_ROW;
-    double *lu = by_v + size * MODEL_ROW, *accel = lu + size * BAND_WIDTH, *drift = accel + size;
-    double *x = drift + size, *y = x + 2 * size;
-    size_t nodes = (size_t)m->mats + 1;
+    double *lu = by_v + size * MODEL_ROW, *drift = lu + size * BAND_WIDTH;
+    double *x = drift + size, *accel = x + 4 * size, *y = x + 2 * size;
+    size_t nodes = (size_t)mats + 1;
     enum sim_friction law = m->law;
+    m->last = mats - 1;
     memcpy(kept, m->contact, nodes);
     memset(m->contact, 1, nodes);
     if (law == SIM_STICK || law == SIM_SIGN)
@@ -231,19 +248,20 @@ double model_fastest_rate(struct model *m, const double *z)
     model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
     memcpy(m->contact, kept, nodes);
     m->law = law;
-    band_load(m->size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
-    if (band_factor(m->size, lu, pivot)) {
+    m->last = last;
+    band_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
+    if (band_factor((int)size, lu, pivot)) {
         double growth = 0.0;
         for (size_t i = 0; i < 2 * size; i++) /* any start with a part in every direction */
             x[i] = 1.0 + 0.5 * (double)((i * 7919) % 101) / 101.0 - (double)(i % 2);
         for (int k = 0; k < POWERS; k++) {
             double norm = 0.0;
             /* scale the heights so that both halves count alike */
-            band_multiply(m->size, by_p, x, y + size);
-            band_multiply(m->size, by_v, x + size, y);
+            band_multiply((int)size, by_p, x, y + size);
+            band_multiply((int)size, by_v, x + size, y);
             for (size_t i = 0; i < size; i++)
                 y[size + i] += y[i];
-            band_solve(m->size, lu, pivot, y + size);
+            band_solve((int)size, lu, pivot, y + size);
             memcpy(y, x + size, size * sizeof *y);
             for (size_t i = 0; i < size; i++)
                 norm = fmax(norm, fabs(y[size + i]));
@@ -269,6 +287,8 @@ void model_describe(const struct model *m, struct sim_result *result)
 {
     if (m->law == SIM_NONE)
         sim_result_leave_out(result, "friction (none)");
+    if (m->slack_ft > 0.0 && has_grit(m->scene))
+        sim_result_note(result, "grit: an opened joint opens freely and needs its grit again to close");
     if (m->slack_ft <= 0.0)
         sim_result_leave_out(result, "slack (0)");
     if (!m->full)

@@ -65,18 +65,28 @@ struct model {
 
     /* Report model: the lift shear of a mat acts only while its right end is off the ground, and may press it down
      * again at once. Such a node bounces ever faster and then stays at the edge of contact; its height is held until
-     * the shear is too little, or the ground not needed. -1: none. */
+     * the shear is too little, or the ground not needed. What bouncing ever faster comes to: the node is up for a share
+     * of the time, and the mats on both sides get that share of the lift they have while it is up. -1: none. */
     int held;
+    signed char held_lift[2]; /* lift of the mats before and after it, were it up */
 
-    int first, last; /* mats integrated; the rest is flat, at rest, and its displacements constant */
+    /* The window: mats integrated. The rest is flat, at rest, and its displacements constant (window.c). */
+    bool prunes; /* whether mats are left out; set before model_start */
+    int first, last;
+    double *rest_u_ft; /* per mat: displacement of those outside */
+    double rest_y_ft;  /* height of a settled node */
+    int quiet_steps;
     double *storage;
     double *spare;      /* size */
     double *mass_upper; /* consistent: work of the tridiagonal solve */
+    double *given_lb;   /* consistent_heave: tension per joint, the caller's */
+    double step_s;      /* and its step */
     uint64_t rhs;
 };
 
-/* MR_FULL when memory is short, MR_USAGE when the scene asks for something this model does not have. */
-enum mr_status model_make(struct model *model, const struct sim_scene *scene, struct error *error);
+/* MR_FULL when memory is short; MR_USAGE when the scene asks for something this model does not have. Grit is a law
+ * with a memory, for fixed steps only: `grit` says that it will be used so. */
+enum mr_status model_make(struct model *model, const struct sim_scene *scene, bool grit, struct error *error);
 void model_free(struct model *model);
 
 /* State and modes at t = 0. */
@@ -84,6 +94,16 @@ void model_start(struct model *model, double *z);
 
 /* Make `at` the present span of the aircraft (span.h) and set the modes that depend on it. */
 void model_enter(struct model *model, size_t at, double *z);
+
+/* Choose the first window; model_start does. */
+void model_prune(struct model *model, double t_s, const double *z);
+
+/* After a step or an event: take in the mats that begin to move, leave those behind that have come to rest. True when
+ * the window has changed: what a stepper remembers no longer fits. */
+bool model_follow(struct model *model, double *z);
+
+/* Write the mats outside the window into z, for those who look at all mats. */
+void model_fill(const struct model *model, double *z);
 
 /* Accelerations p'' at (t, z) in the present modes. Stuck mats: 0. An angle of 90 degrees or more gives NaN. */
 void model_rates(struct model *model, double t_s, const double *z, double *accel);

@@ -7,9 +7,12 @@
 
 #define FOLDED_DEG 85.0
 #define FOUND_MAX 64
+#define STEPS_BETWEEN_ASKING 32 /* whether to go on */
 #define ROOT_STEPS 100
 #define INSIDE 4
 #define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
+#define WARY_STEPS 100
+#define AT_ONCE 1e-8 /* of a step */
 #define POSITION_PART 0.05 /* tolerance on heights and displacements: rtol times this part of a mat's length */
 #define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
 
@@ -28,8 +31,11 @@ struct pass {
     double *z_event;
     double *z_until; /* the last step is looked at up to here */
     double until_s;
-    double *u, *v; /* by mat, for the record */
+    double *u, *v, *height; /* by mat, for the record */
     int stalls;
+    int wary; /* steps for which the dense output is not believed: see redo */
+    struct model_switch flipped; /* last */
+    double flipped_s;
     double awake_s;
 };
 
@@ -44,9 +50,9 @@ static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double 
 /* The mat that moves fastest, or the first that is no number. */
 static int liveliest(const struct model *m, const double *z, double *speed)
 {
-    int mat = 0;
+    int mat = m->first;
     *speed = 0.0;
-    for (int n = 0; n < m->mats; n++) {
+    for (int n = m->first; n <= m->last; n++) {
         double v = z[m->size + 2 * n + 1];
         if (!isfinite(v) || !isfinite(z[2 * n]) || !isfinite(z[m->size + 2 * n]))
             return n + 1;
@@ -59,14 +65,17 @@ static int liveliest(const struct model *m, const double *z, double *speed)
     return mat + 1;
 }
 
-static void keep(struct pass *p, double t_s, const double *z)
+static void keep(struct pass *p, double t_s, double *z)
 {
     const struct model *m = p->model;
     struct sim_record *record = &p->out->record;
+    model_fill(m, z);
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
         p->v[n + 1] = z[m->size + 2 * n + 1];
+        p->height[n + 1] = 0.0 - z[2 * n]; /* no -0 */
     }
+    record->height_ft = p->height;
     record->lift_ft = model_lift_ft(m, z, &record->lift_node);
     sim_record_take(record, t_s, p->u, p->v);
 }
@@ -77,10 +86,17 @@ static void keep_until(struct pass *p, double t_s)
     struct stepper *s = &p->stepper;
     while (p->out->record.next_s <= t_s) {
         double at = p->out->record.next_s;
-        memcpy(p->z_event, s->z, 2 * (size_t)p->model->size * sizeof *s->z);
+        stepper_copy(s, s->z, p->z_event);
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
         keep(p, at, p->z_event);
     }
+}
+
+static double margin(struct pass *p, double t_s, const double *z, struct model_switch which)
+{
+    if (p->stepper.kind->samples_shape)
+        model_sample_shape(p->model, z);
+    return model_margin(p->model, t_s, z, which);
 }
 
 /* The first time in the last step at which the margin is negative; it is at its end. */
@@ -88,10 +104,11 @@ static double first_time(struct pass *p, struct model_switch which)
 {
     struct stepper *s = &p->stepper;
     double *z = p->z_event;
-    int low, high;
-    model_reach(p->model, which, &low, &high);
+    int low = stepper_low(s), high = stepper_high(s);
+    if (!s->kind->samples_shape)
+        model_reach(p->model, which, &low, &high);
     double a = s->t_s, b = p->until_s, close = 1e-12 * (b - a);
-    double at_a = model_margin(p->model, a, s->z, which), at_b = model_margin(p->model, b, p->z_until, which);
+    double at_a = margin(p, a, s->z, which), at_b = margin(p, b, p->z_until, which);
     if (at_a < 0.0)
         return a;
     int side = 0;
@@ -101,7 +118,7 @@ static double first_time(struct pass *p, struct model_switch which)
         if (!(t > a && t < b))
             break;
         s->kind->dense(s, t, low, high, z);
-        double value = model_margin(p->model, t, z, which);
+        double value = margin(p, t, z, which);
         if (value < 0.0) {
             b = t;
             at_b = value;
@@ -119,6 +136,17 @@ static double first_time(struct pass *p, struct model_switch which)
     return b;
 }
 
+/* Keep stops and starts of mats; how many there are. */
+static int only_slides(struct model_switch *found, int count)
+{
+    int kept = 0;
+    for (int i = 0; i < count && i < FOUND_MAX; i++) {
+        if (found[i].kind == MODEL_SLIDE || found[i].kind == MODEL_STICK)
+            found[kept++] = found[i];
+    }
+    return kept;
+}
+
 /* Violations at the end of the last step, or, with exact sticking, at the first of three points within it (a mat may
  * break loose and stop again, or turn back, within a long step); the step then ends there. */
 static int look(struct pass *p, struct model_switch *found)
@@ -129,18 +157,20 @@ static int look(struct pass *p, struct model_switch *found)
         double from = s->t_s, to = s->t_new_s;
         for (int i = 1; i < INSIDE; i++) {
             double t = from + (to - from) * i / INSIDE;
-            memcpy(p->z_event, s->z, 2 * (size_t)m->size * sizeof *s->z);
+            stepper_copy(s, s->z, p->z_event);
             s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
             int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
+            if (p->wary > 0)
+                count = only_slides(found, count);
             if (count > 0) {
-                memcpy(p->z_until, p->z_event, 2 * (size_t)m->size * sizeof *s->z);
+                stepper_copy(s, p->z_event, p->z_until);
                 p->until_s = t;
                 return count;
             }
         }
     }
     p->until_s = s->t_new_s;
-    memcpy(p->z_until, s->z_new, 2 * (size_t)m->size * sizeof *s->z);
+    stepper_copy(s, s->z_new, p->z_until);
     return model_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
 }
 
@@ -168,6 +198,30 @@ static void top(struct pass *p, double end_s, const double *z_end, double *spare
     }
 }
 
+/* Within a step that is long for the fastest rate the dense output can be far off where the end of the step is not (soil
+ * with much damping: 80 lb become 0), and show switches that do not happen. They are known by flipping back at once. From
+ * then on, for a while, the step is taken again up to the time found; false when it cannot be. */
+static bool redo(struct pass *p, double at)
+{
+    struct stepper *s = &p->stepper;
+    double h = s->h_s;
+    uint64_t rejected = s->rejected;
+    s->h_s = at - s->t_s;
+    if (!s->kind->advance(s, at))
+        return false;
+    if (s->rejected == rejected)
+        s->h_s = h;
+    return true;
+}
+
+static bool flips_back(const struct pass *p, double at, const struct model_switch *flips, int count)
+{
+    bool same = false;
+    for (int i = 0; i < count; i++)
+        same = same || (flips[i].kind == p->flipped.kind && flips[i].index == p->flipped.index);
+    return same && at - p->flipped_s <= AT_ONCE * p->stepper.h_s;
+}
+
 /* Go back to the first event of the last step, if there was one. */
 static bool handle_events(struct pass *p, bool *event)
 {
@@ -176,12 +230,13 @@ static bool handle_events(struct pass *p, bool *event)
     struct model_switch found[FOUND_MAX], together[FOUND_MAX], chosen = {MODEL_CONTACT, 0};
     double when[FOUND_MAX];
     int flips = 0;
-    size_t length = 2 * (size_t)m->size;
     if (s->kind->samples_shape)
         model_sample_shape(m, s->z_new);
     int count = look(p, found);
     double at = p->until_s;
     *event = count > 0;
+    if (p->wary > 0)
+        p->wary--;
     if (count == 0)
         return true;
     for (int round = 0; round < 8; round++) {
@@ -202,7 +257,7 @@ static bool handle_events(struct pass *p, bool *event)
                 together[flips++] = found[i];
         }
         /* another may have come and gone before */
-        memcpy(p->z_event, s->z, length * sizeof *s->z);
+        stepper_copy(s, s->z, p->z_event);
         if (at > s->t_s)
             s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
         if (s->kind->samples_shape)
@@ -220,6 +275,20 @@ static bool handle_events(struct pass *p, bool *event)
         if (count == 0)
             break;
     }
+    if (flips_back(p, at, together, flips))
+        p->wary = WARY_STEPS;
+    bool again = p->wary > 0 && !s->kind->samples_shape && at - s->t_s > s->least_s;
+    if (again) {
+        double speed;
+        if (!redo(p, at))
+            return fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+        at = s->t_new_s;
+        flips = model_violations(m, at, s->z_new, together, FOUND_MAX);
+        flips = flips < FOUND_MAX ? flips : FOUND_MAX;
+        *event = flips > 0;
+        if (!*event)
+            return true;
+    }
     if (at - s->t_s <= s->least_s) {
         if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
             return fail(p, SIM_STEP_UNDERFLOW, chosen.index < m->mats ? chosen.index + 1 : m->mats, at);
@@ -227,15 +296,17 @@ static bool handle_events(struct pass *p, bool *event)
         p->stalls = 0;
     if (at > s->t_s)
         keep_until(p, at);
-    memcpy(p->z_event, s->z, length * sizeof *s->z);
-    if (at > s->t_s)
+    stepper_copy(s, again ? s->z_new : s->z, p->z_event);
+    if (at > s->t_s && !again)
         s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
     top(p, at, p->z_event, p->z_until);
-    memcpy(s->z_new, p->z_event, length * sizeof *s->z);
+    stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
     for (int i = 0; i < flips; i++)
         model_flip(m, at, s->z_new, together[i]);
     model_settle(m, at, s->z_new);
+    p->flipped = together[0];
+    p->flipped_s = at;
     p->out->events++;
     return true;
 }
@@ -280,11 +351,17 @@ static bool one_step(struct pass *p, double limit_s)
     }
     p->out->steps++;
     p->out->longest_s = fmax(p->out->longest_s, s->t_new_s - s->t_s);
-    p->awake_s += (m->last - m->first + 1) * (s->t_new_s - s->t_s);
+    int live = m->last - m->first + 1;
+    p->awake_s += live * (s->t_new_s - s->t_s);
+    p->out->mats_max = live > p->out->mats_max ? live : p->out->mats_max;
     double *old = s->z;
     s->z = s->z_new;
     s->z_new = old;
     s->t_s = s->t_new_s;
+    if (model_follow(m, s->z)) {
+        model_settle(m, s->t_s, s->z);
+        event = true;
+    }
     if (event)
         s->kind->restart(s);
     double angle = model_worst_angle_deg(m, s->z, &mat);
@@ -295,7 +372,13 @@ static bool one_step(struct pass *p, double limit_s)
     return true;
 }
 
-static void follow_spans(struct pass *p, uint64_t most_steps)
+static bool may_go_on(const struct pass *p, const struct pass_request *request, const struct sim_options *options)
+{
+    return !options->go_on || p->out->steps % STEPS_BETWEEN_ASKING != 0 ||
+           options->go_on(options->go_on_ctx, request->number, p->stepper.t_s / sim_scene_end_s(p->model->scene));
+}
+
+static void follow_spans(struct pass *p, const struct pass_request *request, const struct sim_options *options)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
@@ -307,12 +390,17 @@ static void follow_spans(struct pass *p, uint64_t most_steps)
         while (s->t_s < end) {
             if (!one_step(p, end))
                 return;
-            if (p->out->steps + s->rejected > most_steps) {
+            if (!may_go_on(p, request, options)) {
+                fail(p, SIM_INTERRUPTED, liveliest(m, s->z, &speed), s->t_s);
+                return;
+            }
+            if (p->out->steps + s->rejected > request->most_steps) {
                 fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
                 return;
             }
         }
     }
+    model_fill(m, s->z);
     int mat = liveliest(m, s->z, &speed);
     for (int i = 0; i < 2 * m->size; i++) {
         if (!isfinite(s->z[i])) {
@@ -329,8 +417,8 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
     size_t length = 2 * (size_t)m->size;
     double end_s = sim_scene_end_s(m->scene), begin_ms = pass_clock_ms();
     struct pass p = {.model = m, .out = out};
-    *out = (struct pass_outcome){.mats_max = m->mats};
-    p.storage = calloc(4 * length + 2 * ((size_t)m->mats + 1), sizeof *p.storage);
+    *out = (struct pass_outcome){0};
+    p.storage = calloc(4 * length + 3 * ((size_t)m->mats + 1), sizeof *p.storage);
     out->z = calloc(length, sizeof *out->z);
     if (!p.storage || !out->z) {
         free(p.storage);
@@ -340,8 +428,12 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
     p.z_until = p.z_event + length;
     p.u = p.z_until + length;
     p.v = p.u + m->mats + 1;
+    p.height = p.v + m->mats + 1;
+    const struct stepper_kind *kind = request->kind;
+    if (kind->looser && request->rtol >= kind->looser_rtol)
+        kind = kind->looser;
     p.stepper = (struct stepper){
-        .kind = request->kind,
+        .kind = kind,
         .model = m,
         .rtol = request->rtol,
         .atol_ft = request->rtol * POSITION_PART * m->length_ft,
@@ -356,11 +448,13 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
         p.stepper.kind->make(&p.stepper, error) == MR_OK) {
         int node;
         m->rhs = 0;
+        m->prunes = request->kind->prunes && !options->no_prune;
         model_start(m, p.stepper.z);
         out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
         if (out->record.next_s <= 0.0)
             keep(&p, 0.0, p.stepper.z);
-        follow_spans(&p, request->most_steps);
+        follow_spans(&p, request, options);
+        model_fill(m, p.stepper.z);
         memcpy(out->z, p.stepper.z, length * sizeof *out->z);
         out->rhs = m->rhs;
         out->rejected = p.stepper.rejected;

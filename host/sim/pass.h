@@ -10,6 +10,7 @@ struct pass_request {
     double rtol; /* of a stepper that chooses its step */
     double dt_s; /* of one that does not */
     uint64_t most_steps;
+    int number; /* of this pass, for options->go_on */
 };
 
 struct pass_outcome {

@@ -10,10 +10,17 @@
 #ifndef MATRIG_HOST_SIM_PLANAR_H
 #define MATRIG_HOST_SIM_PLANAR_H
 
+#include "host/sim/model.h"
 #include "host/sim/sim.h"
 
 /* Whether sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);
+
+/* A lift beyond this is a bow wave: twice the bump's height, or 0.05 ft if that is more. */
+double planar_bow_threshold_ft(const struct sim_scene *scene);
+
+/* Displacements and openings at the end, into arrays that exist. */
+void planar_final(const struct model *model, const double *z, struct sim_result *result);
 
 /* Run a checked scene. MR_OK: look at result->status. The caller frees the result in every case. */
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,

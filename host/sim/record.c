@@ -37,9 +37,12 @@ enum mr_status sim_record_make(struct sim_record *record, const struct sim_scene
     record->snapshots = calloc(record->snapshot_count, sizeof *record->snapshots);
     record->storage = calloc(record->snapshot_count * row, sizeof *record->storage);
     record->station_mat = calloc(record->station_count + 1, sizeof *record->station_mat);
-    record->sample_u_ft =
-        calloc(record->sample_count * record->station_count + 1, sizeof *record->sample_u_ft);
-    if (!record->snapshots || !record->storage || !record->station_mat || !record->sample_u_ft) {
+    size_t samples = record->sample_count * record->station_count + 1;
+    record->sample_u_ft = calloc(samples, sizeof *record->sample_u_ft);
+    if (scene->model != SIM_CHAIN)
+        record->sample_y_ft = calloc(samples, sizeof *record->sample_y_ft);
+    if (!record->snapshots || !record->storage || !record->station_mat || !record->sample_u_ft ||
+        (scene->model != SIM_CHAIN && !record->sample_y_ft)) {
         sim_record_free(record);
         return error_set(error, MR_FULL,
                          "out of memory: a record of %zu samples and %zu outputs; ask for fewer",
@@ -74,7 +77,10 @@ void sim_record_take(struct sim_record *record, double t_s, const double *u_ft, 
                 snapshot->u_ft[n] = u_ft[n] - v_ft_s[n] * (t_s - snapshot->t_s);
         } else {
             double back_s = t_s - record->next_s;
-            double *row = record->sample_u_ft + record->next_sample++ * record->station_count;
+            size_t begin = record->next_sample++ * record->station_count;
+            double *row = record->sample_u_ft + begin;
+            for (size_t s = 0; record->sample_y_ft && s < record->station_count; s++)
+                record->sample_y_ft[begin + s] = record->height_ft[record->station_mat[s]];
             for (size_t s = 0; s < record->station_count; s++)
                 row[s] = u_ft[record->station_mat[s]] - v_ft_s[record->station_mat[s]] * back_s;
         }
@@ -125,12 +131,16 @@ struct sim_difference sim_record_peak(const struct sim_record *record)
 enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *result, struct error *error)
 {
     size_t row = (size_t)record->mats + 1;
-    size_t outputs = record->snapshot_count - EVEN_TIMES;
-    result->outputs = calloc(outputs, sizeof *result->outputs);
+    size_t outputs = 0;
+    for (size_t i = 0; i < record->next_snapshot; i++)
+        outputs += record->snapshots[i].output >= 0;
+    result->outputs = calloc(outputs + 1, sizeof *result->outputs);
     if (!result->outputs)
         return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer", outputs);
     result->output_count = outputs;
-    for (size_t i = 0; i < record->snapshot_count; i++) {
+    bool complete = record->next_snapshot == record->snapshot_count; /* else in order of time */
+    size_t delivered = 0;
+    for (size_t i = 0; i < record->next_snapshot; i++) {
         const struct sim_snapshot *snapshot = &record->snapshots[i];
         if (snapshot->output < 0)
             continue;
@@ -138,11 +148,13 @@ enum mr_status sim_record_deliver(struct sim_record *record, struct sim_result *
         if (!copy)
             return error_set(error, MR_FULL, "out of memory: %zu outputs; ask for fewer", outputs);
         memcpy(copy, snapshot->u_ft, row * sizeof *copy);
-        result->outputs[snapshot->output] = (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
+        result->outputs[complete ? (size_t)snapshot->output : delivered++] = (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
     }
     if (record->sample_dt_s > 0.0) {
         result->sample_u_ft = record->sample_u_ft;
-        result->sample_count = record->sample_count;
+        result->sample_y_ft = record->sample_y_ft;
+        record->sample_y_ft = NULL;
+        result->sample_count = record->next_sample;
         result->station_count = record->station_count;
         result->sample_dt_s = record->sample_dt_s;
         record->sample_u_ft = NULL;
@@ -156,8 +168,9 @@ void sim_record_free(struct sim_record *record)
     free(record->storage);
     free(record->station_mat);
     free(record->sample_u_ft);
+    free(record->sample_y_ft);
     record->snapshots = NULL;
     record->storage = NULL;
     record->station_mat = NULL;
-    record->sample_u_ft = NULL;
+    record->sample_u_ft = record->sample_y_ft = NULL;
 }

@@ -25,11 +25,13 @@ struct sim_record {
     int *station_mat;
     size_t station_count;
     double *sample_u_ft;
+    double *sample_y_ft; /* NULL in model chain */
     size_t sample_count;
     double sample_dt_s;
     size_t next_snapshot;
     size_t next_sample;
     double next_s; /* the earliest time still wanted; INFINITY when none is */
+    const double *height_ft; /* by mat: of its left end, up; set by the solver of a planar model like the lift */
     double lift_ft; /* set by the solver before it calls sim_record_take; 0 and node 1 else */
     int lift_node;
 };

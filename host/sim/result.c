@@ -6,7 +6,7 @@
 
 const char *sim_status_name(enum sim_status status)
 {
-    static const char *const names[] = {"ok", "unstable", "folded", "step_underflow"};
+    static const char *const names[] = {"ok", "unstable", "folded", "step_underflow", "interrupted"};
     return names[status];
 }
 
@@ -41,5 +41,6 @@ void sim_result_free(struct sim_result *result)
     free(result->u_ft);
     free(result->gap_ft);
     free(result->sample_u_ft);
+    free(result->sample_y_ft);
     *result = (struct sim_result){0};
 }

@@ -1,7 +1,8 @@
 /* Result of a simulation: what sim_run answers, whatever the model and the solver.
  *
  * sim_run allocates the arrays, sim_result_free releases them. A result that is not SIM_OK holds no
- * numbers to use: status, mat, t_s and the costs are filled, the arrays are NULL. Units ft, s. No array
+ * numbers to use: status, mat, t_s and the costs are filled, the arrays are NULL; but one that was interrupted holds
+ * what there was by then. Units ft, s. No array
  * ever holds a NaN. */
 #ifndef MATRIG_HOST_SIM_RESULT_H
 #define MATRIG_HOST_SIM_RESULT_H
@@ -10,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum sim_status { SIM_OK, SIM_UNSTABLE, SIM_FOLDED, SIM_STEP_UNDERFLOW };
+enum sim_status { SIM_OK, SIM_UNSTABLE, SIM_FOLDED, SIM_STEP_UNDERFLOW, SIM_INTERRUPTED };
 
 #define SIM_LEFT_OUT_MAX 12
 #define SIM_NOTES_MAX 8
@@ -27,6 +28,7 @@ struct sim_result {
     enum sim_status status;
     int mat;            /* where it failed, when not SIM_OK */
     double t_s;         /* when it failed */
+    int passes;         /* begun; for go_on */
     const char *solver; /* static text */
     int mats;
     double t_end_s;
@@ -56,6 +58,7 @@ struct sim_result {
     size_t station_count; /* columns */
     double sample_dt_s;
     double *sample_u_ft; /* sample_u_ft[k * station_count + s] */
+    double *sample_y_ft; /* likewise: height of the mat's left end, up; NULL in model chain */
 
     int mats_max;                           /* most mats integrated at once */
     double mats_mean;                       /* time mean */
@@ -63,7 +66,7 @@ struct sim_result {
     char notes[SIM_NOTES_MAX][160];         /* empty text at the end of the list */
 };
 
-/* "ok", "unstable", "folded", "step_underflow". */
+/* "ok", "unstable", "folded", "step_underflow", "interrupted". */
 const char *sim_status_name(enum sim_status status);
 
 /* Adds to a list; what does not fit is dropped (the lists hold all that the code can say). */

@@ -39,10 +39,18 @@ static void fail_text(const struct sim_result *result, const struct sim_scene *s
 {
     const char *name = scene->name[0] ? scene->name : "scene";
     bool given = result->solver && (strcmp(result->solver, "fixed") == 0 || strcmp(result->solver, "rk4") == 0);
-    if (result->status == SIM_FOLDED)
+    if (result->status == SIM_INTERRUPTED)
+        error_set(error, MR_NUMERICS, "interrupted: %s: at %.9g of %.9g s; what was computed until then is given", name,
+                  result->t_s, result->t_end_s);
+    else if (result->status == SIM_FOLDED)
         error_set(error, MR_NUMERICS,
                   "folded: %s: mat %d at %.9g s: turned beyond 85 degrees; give less thrust or an earlier tend", name,
                   result->mat, result->t_s);
+    else if (!given && result->status == SIM_STEP_UNDERFLOW && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+        error_set(error, MR_NUMERICS,
+                  "step_underflow: %s: mat %d at %.9g s: friction sign chatters around rest; give friction stick, its "
+                  "exact form",
+                  name, result->mat, result->t_s);
     else if (!given && result->status == SIM_STEP_UNDERFLOW)
         error_set(error, MR_NUMERICS,
                   "step_underflow: %s: mat %d at %.9g s: solver %s makes no progress; give another solver, a looser "

@@ -13,6 +13,13 @@ const struct stepper_kind *stepper_find(const char *name)
     return NULL;
 }
 
+void stepper_copy(const struct stepper *s, const double *from, double *to)
+{
+    int low = stepper_low(s), high = stepper_high(s);
+    for (int half = 0; half <= s->model->size; half += s->model->size)
+        memcpy(to + half + low, from + half + low, (size_t)(high - low) * sizeof *to);
+}
+
 void stepper_rates(struct stepper *s, double t_s, const double *z, double *rate)
 {
     int size = s->model->size, low = stepper_low(s), high = stepper_high(s);

@@ -15,8 +15,11 @@ struct stepper_kind {
     bool samples;  /* switches are looked up at every evaluation instead of located */
     bool samples_shape; /* that, but stick-slip is located */
     bool fixed;    /* the step is given (dt), not chosen */
+    bool prunes;     /* may leave out mats at rest */
     bool long_steps; /* long enough for a mat to slip and stick within one */
     double rtol;   /* default tolerance */
+    const struct stepper_kind *looser; /* does better at looser_rtol and above; NULL: none does */
+    double looser_rtol;
     const char *method; /* one line for people */
     enum mr_status (*make)(struct stepper *stepper, struct error *error);
     void (*free)(struct stepper *stepper);
@@ -40,7 +43,7 @@ struct stepper {
     void *work;
 };
 
-extern const struct stepper_kind stepper_rk4, stepper_event, stepper_implicit, stepper_cvode, stepper_rkgs,
+extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit, stepper_cvode, stepper_rkgs,
     stepper_hamming;
 
 /* The kind of that name, or NULL. */
@@ -55,6 +58,9 @@ static inline int stepper_high(const struct stepper *s)
 {
     return 2 * s->model->last + 3;
 }
+
+/* The state of the mats that the model integrates. */
+void stepper_copy(const struct stepper *stepper, const double *from, double *to);
 
 /* Rates (v, p'') of a state. Sampling steppers bring the modes up to date first. */
 void stepper_rates(struct stepper *stepper, double t_s, const double *z, double *rate);

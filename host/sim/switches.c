@@ -4,12 +4,13 @@
 #include "host/sim/kernel.h"
 
 #define HOLD_PART 1.25e-7 /* of sqrt(g L): slower bounces are not followed */
+#define SLACK_EDGE 1e-12 /* of a mat: a joint's mode is kept this far beyond its edge; a wave's tail opens joints by 1e-30 ft */
 #define TOUCH_FT MODEL_TOUCH_FT
 
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
 {
     if (n < m->first || n > m->last)
-        return kernel_outside(m, z, n);
+        return kernel_outside(m, n);
     return kernel_mat(z, z + m->size, n, 1.0 / m->length_ft);
 }
 
@@ -55,18 +56,17 @@ static bool has_torsion(const struct model *m, int j)
     return m->kt > 0.0 || m->ct > 0.0;
 }
 
-/* What a node at the edge of contact would do without and with the shear on the mat before it. Its state is only
- * looked at; the work is done on a copy of the model's few scalars. */
+/* What a node at the edge of contact would do with the lift shears of contact and with those it has when it is up. Its
+ * state is only looked at; the work is done on a copy of the model's few scalars. */
 static void held_accel(const struct model *m, double t_s, const double *z, int node, double *off, double *on)
 {
     struct model copy = *m;
     double *accel = m->spare;
     signed char kept = m->lift[node - 1];
     copy.held = -1;
-    m->lift[node - 1] = 0;
     report_rates(&copy, t_s, z, accel);
     *off = accel[2 * node];
-    m->lift[node - 1] = 1;
+    m->lift[node - 1] = m->held_lift[0];
     report_rates(&copy, t_s, z, accel);
     *on = accel[2 * node];
     m->lift[node - 1] = kept;
@@ -85,9 +85,10 @@ double model_margin(const struct model *m, double t_s, const double *z, struct m
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
         value = kernel_gap_ft(m, s.index, &l, &r, m->full);
+        double edge = SLACK_EDGE * m->length_ft;
         if (m->joint[s.index] < 0)
-            return -value;
-        return m->joint[s.index] > 0 ? value - m->slack_ft : fmin(value, m->slack_ft - value);
+            return edge - value;
+        return edge + (m->joint[s.index] > 0 ? value - m->slack_ft : fmin(value, m->slack_ft - value));
     }
     case MODEL_SLIDE:
         return m->slide[s.index] * z[m->size + 2 * s.index + 1];
@@ -192,9 +193,28 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
     return found.count;
 }
 
+/* Lift shear of mat n by the ends that are up. */
+static signed char lift_of(const struct model *m, int n, bool left, bool right)
+{
+    int ridge = m->apex + 1; /* the second mat after the apex node: its left end is the node after it */
+    if (m->shear == SIM_FOLLOWING)
+        return n == ridge && left;
+    if (right && (!left || n == ridge))
+        return 1;
+    return m->shear == SIM_BOTH && left && !right ? -1 : 0;
+}
+
+static void settle_held(struct model *m)
+{
+    int n = m->held;
+    if (n < 0)
+        return;
+    m->held_lift[0] = lift_of(m, n - 1, !m->contact[n - 1], true);
+    m->held_lift[1] = n <= m->last ? lift_of(m, n, true, !m->contact[n + 1]) : 0;
+}
+
 static void settle_lift(struct model *m, const double *z)
 {
-    bool rising = m->shear == SIM_RISING || m->shear == SIM_BOTH;
     m->lifted = 0;
     for (int j = m->first; j <= m->last + 1; j++)
         m->lifted += !m->contact[j];
@@ -212,21 +232,14 @@ static void settle_lift(struct model *m, const double *z)
                 m->apex = j;
         }
     }
-    int ridge = m->apex + 1; /* the second mat after the apex node: its left end is the node after it */
-    if (m->shear == SIM_FOLLOWING && ridge <= m->last && !m->contact[ridge])
-        m->lift[ridge] = 1;
-    for (int n = m->first; rising && n <= m->last; n++) {
-        bool left = !m->contact[n], right = !m->contact[n + 1];
-        if (right && (!left || n == ridge))
-            m->lift[n] = 1;
-        else if (m->shear == SIM_BOTH && left && !right)
-            m->lift[n] = -1;
-    }
+    for (int n = m->first; n <= m->last; n++)
+        m->lift[n] = lift_of(m, n, !m->contact[n], !m->contact[n + 1]);
 }
 
 static void settle_shape(struct model *m, const double *z)
 {
     settle_lift(m, z);
+    settle_held(m);
     m->engaged = 0;
     for (int j = m->first; j <= m->last + 1; j++)
         m->engaged += m->torsion[j] != 0;
@@ -257,18 +270,16 @@ void model_settle(struct model *m, double t_s, const double *z)
 static void try_hold(struct model *m, double t_s, double *z, int node)
 {
     double off, on, speed = z[m->size + 2 * node], edge_ft = z[2 * node];
-    if (m->shear != SIM_RISING || fabs(speed) > HOLD_PART * sqrt(m->scene->g_ft_s2 * m->length_ft))
+    if (fabs(speed) > HOLD_PART * sqrt(m->scene->g_ft_s2 * m->length_ft))
         return;
     signed char kept = m->contact[node];
-    m->contact[node] = 0;
-    settle_lift(m, z);
-    bool pressed = m->lift[node - 1] == 1;
     m->contact[node] = 1;
+    m->held = node;
     settle_lift(m, z);
-    pressed = pressed && m->lift[node - 1] == 0;
-    if (pressed)
-        held_accel(m, t_s, z, node, &off, &on);
-    if (pressed && off < 0.0 && on > 0.0) {
+    settle_held(m);
+    held_accel(m, t_s, z, node, &off, &on);
+    m->held = -1;
+    if (off < 0.0 && on > 0.0) {
         m->held = node;
         for (int j = node; j <= m->last + 1; j++) { /* what follows keeps its angles */
             z[m->size + 2 * j] -= speed;
@@ -289,7 +300,7 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
     switch (s.kind) {
     case MODEL_CONTACT:
         m->contact[s.index] = !m->contact[s.index];
-        if (m->held < 0 && !m->consistent && s.index >= m->first + 2)
+        if (m->held < 0 && m->shear != SIM_NO_SHEAR && s.index >= (m->first == 0 ? 1 : m->first + 2))
             try_hold(m, t_s, z, s.index);
         break;
     case MODEL_HOLD: {
@@ -297,6 +308,8 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
         held_accel(m, t_s, z, s.index, &off, &on);
         m->held = -1;
         m->contact[s.index] = !(on < 0.0);
+        if (on < 0.0) /* from below the edge it would be pushed up by contact first */
+            z[2 * s.index] = -TOUCH_FT;
         break;
     }
     case MODEL_TORSION:

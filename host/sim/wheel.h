@@ -24,6 +24,11 @@ struct sim_wheel {
     int mats;
     double force_stop_s;
     enum sim_thrust thrust;
+    double at_s; /* end of the last span, and where the wheel was then */
+    double at_ft;
+    int mat; /* found last; it is this one while strictly between these stations */
+    double from_ft;
+    double to_ft;
     struct sim_path_row straight[2]; /* Vac, s0, F as a path */
 };
 
@@ -41,6 +46,9 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
 /* The parts over t0..t1 (t0 < t1); returns how many. The aircraft must cross less than one mat in that
  * time. */
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch touch[SIM_TOUCH_MAX]);
+
+/* From t_s on nothing changes: the path's last row is past. */
+bool sim_wheel_is_over(const struct sim_wheel *wheel, double t_s);
 
 /* Fastest it ever goes; INFINITY when the path jumps. */
 double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel);

@@ -20,7 +20,7 @@ static enum mr_status take_profile(struct profile *profile, const struct sim_sce
     const struct sim_options options = {0};
     cut.t_end_s = t_s;
     cut.t_out_s.count = 0;
-    if (model_make(&model, &cut, error) != MR_OK)
+    if (model_make(&model, &cut, false, error) != MR_OK)
         return error->status;
     if (pass_run(&outcome, &model, &request, &options, error) == MR_OK && outcome.status == SIM_OK) {
         profile->t_s = t_s;

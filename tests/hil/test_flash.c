@@ -81,7 +81,8 @@ static void test_mistakes(void **state)
 static void test_erase_times(void **state)
 {
     static const struct { uint32_t psize, sector, typical_ms, maximum_ms; } cases[] = {
-        {0, 1, 400, 800}, {1, 2, 300, 600}, {2, 3, 250, 500}, {0, 4, 1200, 2400}, {2, 4, 550, 1100}, {2, 11, 1000, 2000},
+        {0, 1, 400, 800}, {1, 2, 300, 600}, {2, 3, 250, 500},
+        {0, 4, 1200, 2400}, {2, 4, 550, 1100}, {2, 11, 1000, 2000},
     };
     (void)state;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -252,6 +252,28 @@ static void a_slow_push_closes_joints_one_by_one(void **state)
     }
 }
 
+/* The push turns a sliding mat round within one step: friction turns round with it, at the moment of rest. */
+static void friction_turns_round_with_the_mat(void **state)
+{
+    (void)state;
+    const double m = 160.0 / G, v = 2.0, back = 400.0, fw = 0.5 * 160.0, end = 0.05;
+    const double slowing = (back + fw) / m, away = (back - fw) / m, rest = v / slowing;
+    const struct sim_path_row rows[] = {{0, 0.1, -back}, {1, 0.1, -back}};
+    for (int i = 0; i < 7; i++) {
+        const double dt = end / (100 + i); /* rest falls anywhere within a step */
+        struct sim_scene scene = plain(1);
+        scene.friction_law = SIM_STICK;
+        scene.v0_ft_s = v;
+        scene.t_end_s = end;
+        set_path(&scene, rows, 2);
+        struct sim_result result = run(&scene, dt);
+        near(result.u_ft[1], 0.5 * v * rest - 0.5 * away * (end - rest) * (end - rest), 0.25 * away * dt * dt);
+        assert_int_equal(result.events, 1);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
 static void grit_holds_an_open_joint(void **state)
 {
     (void)state;
@@ -321,7 +343,7 @@ static void an_opened_joint_needs_its_grit_again(void **state)
     const double times[] = {0.1, 0.2, 0.3, 0.6};
     struct sim_scene scene = ploughed(1, 0.0015, grit, rows, 16);
     set_list(&scene.t_out_s, times, 4);
-    struct sim_result result = run(&scene, 0.0);
+    struct sim_result result = run(&scene, 2e-5);
     const double closed = result.outputs[0].u_ft[1], opened = result.outputs[1].u_ft[1];
     assert_true(closed > 3e-4 && closed < 1.3e-3);
     /* pulled for 2 ms against friction alone, then slowing by f g */
@@ -363,6 +385,7 @@ int main(void)
         cmocka_unit_test(two_mats_swing),
         cmocka_unit_test(slack_is_free_travel),
         cmocka_unit_test(a_slow_push_closes_joints_one_by_one),
+        cmocka_unit_test(friction_turns_round_with_the_mat),
         cmocka_unit_test(grit_holds_an_open_joint),
         cmocka_unit_test(grit_resists_a_closing_joint_with_its_threshold),
         cmocka_unit_test(grit_is_all_an_open_joint_can_push),

@@ -199,6 +199,61 @@ static void halving_the_step_quarters_the_error(void **state)
     }
 }
 
+/* Double the first step is the stability limit: an undamped spring's energy grows there. That pair is not the
+ * answer's fault. */
+static void a_check_at_the_limit_is_made_again_with_half_the_step(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct sim_result result;
+    const double w = sqrt(8e6 * G / 160.0);
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.friction_law = SIM_NONE;
+    scene.mats = 1;
+    scene.cl_lb_s_ft = scene.force_lb = 0.0;
+    scene.t_end_s = 1500.0 / w; /* more than 1000 of the longest steps */
+    assert_int_equal(run(&scene, &(struct sim_options){0}, &result), MR_OK);
+    assert_true(fabs(result.u_ft[1] - 2.0 / w * sin(1500.0)) <= result.error_u_ft);
+    assert_true(result.error_u_ft <= 0.1 * 2.0 / w);
+    sim_result_free(&result);
+}
+
+/* Mats and joints are computed in blocks: plain loops for chains that end anywhere in one. */
+static void a_chain_of_any_length_is_complete(void **state)
+{
+    (void)state;
+    const double m = 160.0 / G, k = 8e6, c = 50.0, force = 1500.0, h = 1e-5;
+    for (int mats = 1; mats <= 9; mats++) {
+        double u[11] = {0.0}, v[11] = {0.0};
+        for (int i = 0; i < 3000; i++) {
+            double tension[11] = {0.0};
+            for (int j = 2; j <= mats + 1; j++)
+                tension[j] = k * (u[j] - u[j - 1]) + c * (v[j] - v[j - 1]);
+            for (int n = 1; n <= mats; n++)
+                v[n] += (tension[n + 1] - tension[n] + (n == 1 ? force : 0.0)) / m * (i == 0 ? 0.5 * h : h);
+            for (int n = 1; n <= mats; n++)
+                u[n] += h * v[n];
+        }
+        struct sim_scene scene;
+        struct sim_result result;
+        sim_scene_defaults(&scene);
+        scene.model = SIM_CHAIN;
+        scene.mats = mats;
+        scene.friction_law = SIM_NONE;
+        scene.force_lb = force;
+        scene.vac_ft_s = scene.v0_ft_s = 0.0;
+        scene.t_end_s = 3000 * h;
+        assert_int_equal(run(&scene, &(struct sim_options){.dt_s = h}, &result), MR_OK);
+        for (int n = 1; n <= mats; n++) {
+            if (!(fabs(result.u_ft[n] - u[n]) < 1e-9 * fabs(u[1])))
+                fail_msg("%d mats, mat %d: %.12g, plain loops %.12g", mats, n, result.u_ft[n], u[n]);
+        }
+        assert_true(fabs(u[1]) > 1e-5);
+        sim_result_free(&result);
+    }
+}
+
 static void rtol_is_reached_or_refused(void **state)
 {
     (void)state;
@@ -404,6 +459,8 @@ int main(void)
         cmocka_unit_test(energy_from_nowhere_is_unstable),
         cmocka_unit_test(a_wrong_answer_that_looks_right_is_refused),
         cmocka_unit_test(halving_the_step_quarters_the_error),
+        cmocka_unit_test(a_check_at_the_limit_is_made_again_with_half_the_step),
+        cmocka_unit_test(a_chain_of_any_length_is_complete),
         cmocka_unit_test(rtol_is_reached_or_refused),
         cmocka_unit_test(another_method_agrees),
         cmocka_unit_test(samples_are_the_mats_over_their_stations),

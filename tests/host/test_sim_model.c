@@ -41,7 +41,7 @@ static struct sim_scene scene_of(enum sim_model kind, int mats)
 
 static void make(struct model *model, const struct sim_scene *scene, double *z)
 {
-    if (model_make(model, scene, &error) != MR_OK)
+    if (model_make(model, scene, false, &error) != MR_OK)
         fail_msg("%s", error.text);
     model_start(model, z);
 }

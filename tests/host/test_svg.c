@@ -111,6 +111,27 @@ static void long_series_are_thinned_and_keep_spikes(void **state)
     free(drawn);
 }
 
+static void logarithmic_axes_have_decades(void **state)
+{
+    (void)state;
+    struct svg_plot plot = begin_plot(10);
+    plot.log_x = plot.log_y = true;
+    plot.x = (struct svg_axis){1.0, 100.0, NULL, true};
+    plot.y = (struct svg_axis){1e-4, 1.0, NULL, true};
+    assert_near(svg_x(&plot, 10.0), plot.left + 0.5 * plot.width, 1e-9);
+    assert_near(svg_y(&plot, 1e-3), plot.top + 0.75 * plot.height, 1e-9);
+    svg_axes(&plot);
+    svg_mark(plot.out, "m", 1, 50.0, 60.0, 4.0);
+    end_plot(&plot);
+    unsigned ticks = 0;
+    for (const char *at = drawn; (at = strstr(at, "10<tspan")) != NULL; at++)
+        ticks++;
+    assert_int_equal(ticks, 3 + 5);
+    assert_non_null(strstr(drawn, ">\xe2\x88\x92" "4</tspan>"));
+    assert_non_null(strstr(drawn, "<path class=\"m\" d=\"M53.54 56.46L")); /* a square of half diagonal 5 */
+    free(drawn);
+}
+
 static void text_is_escaped(void **state)
 {
     (void)state;
@@ -132,6 +153,7 @@ int main(void)
         cmocka_unit_test(ranges_widen),
         cmocka_unit_test(points_land_where_they_should),
         cmocka_unit_test(long_series_are_thinned_and_keep_spikes),
+        cmocka_unit_test(logarithmic_axes_have_decades),
         cmocka_unit_test(text_is_escaped),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -61,7 +61,7 @@ static void compare(const char *path, unsigned seed)
     double z[4 * REF_COORDINATES], accel[REF_COORDINATES];
     assert_true(ref_load(&s, path));
     assert_int_equal(sim_scene_load(&scene, path, &error), MR_OK);
-    assert_int_equal(model_make(&model, &scene, &error), MR_OK);
+    assert_int_equal(model_make(&model, &scene, false, &error), MR_OK);
     model_start(&model, z);
     int size = 2 * s.mats + 1;
     for (int k = 0; k < STATES; k++) {

@@ -1,0 +1,567 @@
+#include "host/sim/landing.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/kernel.h"
+#include "host/sim/pass.h"
+#include "host/sim/planar.h"
+#include "host/sim/record.h"
+#include "host/sim/slip.h"
+#include "host/sim/wheel.h"
+
+#define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
+#define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step */
+#define STABLE 1.8      /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
+#define LEAST_STEPS 1000.0
+#define MOST_STEPS 1e8
+#define MOST_HALVINGS 4
+#define DISAGREEMENT 0.2
+#define FOLDED_DEG 85.0
+#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
+#define LOOK_STEPS 4 /* between looks at the angles */
+#define GUARD 4      /* mats at rest that the heaving part keeps at its ends */
+#define CHUNK 8      /* mats that it grows by */
+#define PATIENCE 16  /* steps before a part may shrink */
+#define QUIET 1e-13  /* of L for heights, of sqrt(g L) for their rates: at rest */
+
+/* Mats first..last, from 0; empty when last < first. */
+struct part {
+    int first, last;
+    int quiet_first, quiet_last; /* steps that its ends have been at rest */
+};
+
+struct landing {
+    struct model model; /* its window is the part that heaves */
+    const struct sim_scene *scene;
+    double *z; /* every mat's, all the time */
+    double *accel, *u, *v, *height;
+    double *gap0_ft, *grit_lb, *reach_ft, *tension_lb; /* per joint */
+    double slack_ft;
+    bool gritty;
+    struct part slides; /* mats that move along the runway, and one at rest on either side */
+    struct part heaves; /* mats whose nodes are not at rest */
+};
+
+struct march {
+    uint64_t steps, done, events;
+    double h_s, ms;
+    enum sim_status status;
+    int mat;
+    double t_s;
+    double max_lift_ft;
+    double speed_end_ft_s;
+    double awake_s;
+    int mats_max;
+    struct sim_record record;
+    int number; /* of this march, for go_on */
+};
+
+static void take_in(struct part *part, const struct model *m, int low, int high)
+{
+    low = low < 0 ? 0 : low;
+    high = high > m->mats - 1 ? m->mats - 1 : high;
+    if (part->last < part->first)
+        *part = (struct part){low, high, 0, 0};
+    part->first = low < part->first ? low : part->first;
+    part->last = high > part->last ? high : part->last;
+}
+
+/* --- along the runway --- */
+
+static void follow_slides(struct landing *l, const struct sim_touch *touch, int count)
+{
+    struct part *s = &l->slides;
+    const double *v = l->z + l->model.size;
+    for (int i = 0; i < count; i++) {
+        bool idle = s->last - s->first <= 2 && s->quiet_first >= PATIENCE && s->quiet_last >= PATIENCE;
+        if (idle)
+            s->last = s->first - 1; /* go there instead of stretching */
+        take_in(s, &l->model, touch[i].mat - 2, touch[i].mat);
+    }
+    if (s->last < s->first)
+        return;
+    if (v[2 * s->first + 1] != 0.0 || v[2 * s->last + 1] != 0.0)
+        take_in(s, &l->model, v[2 * s->first + 1] != 0.0 ? s->first - 1 : s->first,
+                v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
+    bool still_first = v[2 * s->first + 1] == 0.0 && v[2 * s->first + 3] == 0.0;
+    bool still_last = v[2 * s->last + 1] == 0.0 && s->last > 0 && v[2 * s->last - 1] == 0.0;
+    s->quiet_first = still_first ? s->quiet_first + 1 : 0;
+    s->quiet_last = still_last ? s->quiet_last + 1 : 0;
+    if (s->quiet_first >= PATIENCE && s->last - s->first > 2)
+        s->first++;
+    if (s->quiet_last >= PATIENCE && s->last - s->first > 2)
+        s->last--;
+}
+
+/* Tension of a joint at opening g; the law of chain.h. */
+static inline double joint_lb(struct landing *l, int j, double g_ft, double damper_lb)
+{
+    const struct model *m = &l->model;
+    if (l->slack_ft <= 0.0)
+        return m->kl * g_ft + damper_lb;
+    if (g_ft > l->slack_ft) {
+        l->reach_ft[j] = l->slack_ft;
+        return m->kl * (g_ft - l->slack_ft) + damper_lb;
+    }
+    if (l->gritty) {
+        double reach_ft = l->reach_ft[j], grit_lb = l->grit_lb[j];
+        if (g_ft >= reach_ft) {
+            l->reach_ft[j] = g_ft;
+            return 0.0;
+        }
+        if (reach_ft > 0.0) {
+            double held_lb = m->kl * (g_ft - reach_ft);
+            if (held_lb >= -grit_lb) {
+                double sum = held_lb + damper_lb;
+                return sum > 0.0 ? 0.0 : sum < -grit_lb ? -grit_lb : sum;
+            }
+            reach_ft = g_ft + grit_lb / m->kl;
+            l->reach_ft[j] = reach_ft = reach_ft > 0.0 ? reach_ft : 0.0;
+            if (reach_ft > 0.0)
+                return -grit_lb;
+        }
+    }
+    return g_ft < 0.0 ? m->kl * g_ft + damper_lb : 0.0;
+}
+
+static void stretch_joints(struct landing *l)
+{
+    const struct model *m = &l->model;
+    const double *p = l->z, *v = l->z + m->size;
+    for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
+        if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
+            l->tension_lb[j] = 0.0;
+            continue;
+        }
+        double u_l = j > 0 ? p[2 * j - 1] : 0.0, u_r = j < m->mats ? p[2 * j + 1] : 0.0;
+        double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
+        double g = l->gap0_ft[j] + (u_r - u_l), rate = v_r - v_l;
+        if (m->full && j >= l->heaves.first && j <= l->heaves.last + 1) {
+            for (int n = j - 1; n <= j; n++) {
+                if (n < l->heaves.first || n > l->heaves.last)
+                    continue;
+                struct kernel_mat mat = kernel_mat(p, v, n, 1.0 / m->length_ft);
+                g += m->half_ft * (1.0 - mat.c);
+                rate += m->half_ft * mat.w * mat.s;
+            }
+        }
+        l->tension_lb[j] = joint_lb(l, j, g, m->cl * rate);
+    }
+}
+
+static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+{
+    const struct model *m = &l->model;
+    double *v = l->z + m->size, *thrust = l->u; /* spare until outputs are taken */
+    unsigned stops = 0;
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
+    for (int i = 0; i < count; i++)
+        thrust[touch[i].mat - 1] += touch[i].thrust_lb;
+    for (int n = l->slides.first; n <= l->slides.last; n++) {
+        double limit = m->weight_limit_lb;
+        if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
+            limit = model_limit_lb(m, l->z, n);
+        for (int i = 0; i < count && !m->soil_normal && m->wheel_load_lb > 0.0; i++) {
+            if (touch[i].mat - 1 == n)
+                limit += m->friction * m->wheel_load_lb * touch[i].load_share;
+        }
+        if (m->law == SIM_NONE)
+            limit = 0.0;
+        v[2 * n + 1] = slip_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
+    }
+    return stops;
+}
+
+/* --- up and down --- */
+
+static bool node_rests(const struct landing *l, int node)
+{
+    const struct model *m = &l->model;
+    return fabs(l->z[2 * node] - m->rest_y_ft) <= QUIET * m->length_ft &&
+           fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
+}
+
+static bool mat_rests(const struct landing *l, int n)
+{
+    return node_rests(l, n) && node_rests(l, n + 1);
+}
+
+/* Flat mats at rest stay so: the part that heaves begins with what is not, or carries the wheel, and keeps GUARD mats at
+ * rest at its ends, so that what it holds back there is below QUIET. */
+static void follow_heaves(struct landing *l)
+{
+    struct model *m = &l->model;
+    struct part *h = &l->heaves;
+    if (m->wheel_load_lb > 0.0 && m->span.mat >= 0 && (m->span.mat - GUARD < h->first || m->span.mat + GUARD > h->last))
+        take_in(h, m, m->span.mat - CHUNK, m->span.mat + CHUNK);
+    if (h->last < h->first)
+        return;
+    bool first = h->first == 0, last = h->last == m->mats - 1;
+    for (int k = 0; k < GUARD && !first; k++)
+        first = h->first + k <= h->last && !mat_rests(l, h->first + k);
+    for (int k = 0; k < GUARD && !last; k++)
+        last = h->last - k >= h->first && !mat_rests(l, h->last - k);
+    if (first && h->first > 0)
+        take_in(h, m, h->first - CHUNK, h->last);
+    if (last && h->last < m->mats - 1)
+        take_in(h, m, h->first, h->last + CHUNK);
+    if (++h->quiet_first >= PATIENCE) {
+        h->quiet_first = 0;
+        int low = h->first, high = h->last;
+        while (low <= high && mat_rests(l, low))
+            low++;
+        while (high >= low && mat_rests(l, high))
+            high--;
+        bool loaded = m->wheel_load_lb > 0.0 && m->span.mat >= 0;
+        if (low > high && !loaded)
+            h->last = h->first - 1;
+        else if (low <= high) {
+            int from = low - CHUNK, to = high + CHUNK;
+            if (loaded) {
+                from = m->span.mat - CHUNK < from ? m->span.mat - CHUNK : from;
+                to = m->span.mat + CHUNK > to ? m->span.mat + CHUNK : to;
+            }
+            h->first = from > h->first ? from : h->first;
+            h->last = to < h->last ? to : h->last;
+        }
+    }
+}
+
+static void kick_heaves(struct landing *l, double h_s)
+{
+    struct model *m = &l->model;
+    double *v = l->z + m->size;
+    m->step_s = h_s;
+    for (int j = m->first; j <= m->last + 1; j++) {
+        if (j < l->slides.first || j > l->slides.last + 1)
+            m->given_lb[j] = 0.0; /* joints of mats that have not moved yet */
+    }
+    consistent_heave(m, l->z, l->accel);
+    for (int j = m->first; j <= m->last + 1; j++)
+        v[2 * j] += h_s * l->accel[2 * j];
+}
+
+/* --- a march through the landing --- */
+
+static void place_wheel(struct model *m, const struct sim_touch *touch, int count)
+{
+    double most = 0.0;
+    m->span = (struct span){.mat = -1, .share = -2};
+    for (int i = 0; i < count; i++) {
+        if (touch[i].load_share > most) {
+            most = touch[i].load_share;
+            m->span.mat = touch[i].mat - 1;
+        }
+    }
+}
+
+static void take(struct landing *l, struct march *march, double t_s)
+{
+    const struct model *m = &l->model;
+    for (int n = 0; n < m->mats; n++) {
+        l->u[n + 1] = l->z[2 * n + 1];
+        l->v[n + 1] = l->z[m->size + 2 * n + 1];
+        l->height[n + 1] = 0.0 - l->z[2 * n];
+    }
+    march->record.height_ft = l->height;
+    march->record.lift_ft = 0.0;
+    march->record.lift_node = 1;
+    if (l->heaves.last >= l->heaves.first)
+        march->record.lift_ft = model_lift_ft(m, l->z, &march->record.lift_node);
+    sim_record_take(&march->record, t_s, l->u, l->v);
+}
+
+static bool sound(struct landing *l, struct march *march, double t_s)
+{
+    const struct model *m = &l->model;
+    int mat = l->slides.first + 1, node;
+    double sum = 0.0;
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->size + 2 * n + 1]);
+    if (l->heaves.last >= l->heaves.first) {
+        double angle = model_worst_angle_deg(m, l->z, &mat);
+        march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
+        if (angle > FOLDED_DEG)
+            march->status = SIM_FOLDED;
+        if (!isfinite(angle))
+            march->status = SIM_UNSTABLE;
+    }
+    if (!(sum < 1e6 * m->mats * m->length_ft))
+        march->status = SIM_UNSTABLE;
+    march->mat = mat;
+    march->t_s = t_s;
+    return march->status == SIM_OK;
+}
+
+static void begin(struct landing *l, bool prunes)
+{
+    struct model *m = &l->model;
+    m->prunes = false;
+    model_start(m, l->z);
+    l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
+    for (int j = 0; j <= m->mats; j++)
+        l->reach_ft[j] = fmin(fmax(l->gap0_ft[j], 0.0), l->slack_ft);
+    if (!prunes)
+        return;
+    stretch_joints(l);
+    l->slides.last = l->heaves.last = -1;
+    for (int n = 0; n < m->mats; n++) {
+        if (l->z[m->size + 2 * n + 1] != 0.0 ||
+            fabs(l->tension_lb[n + 1] - l->tension_lb[n]) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
+            take_in(&l->slides, m, n - 1, n + 1);
+        if (!mat_rests(l, n))
+            take_in(&l->heaves, m, n - CHUNK, n + CHUNK);
+    }
+}
+
+static void run_march(struct landing *l, struct march *march, const struct sim_options *options)
+{
+    bool prunes = !options->no_prune;
+    struct model *m = &l->model;
+    struct sim_wheel wheel;
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    double h = march->h_s, begin_ms = pass_clock_ms();
+    double *p = l->z, *v = l->z + m->size;
+    begin(l, prunes);
+    sim_wheel_start(&wheel, l->scene);
+    take(l, march, 0.0);
+    for (uint64_t i = 0; i < march->steps; i++) {
+        double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h, to_s = ((double)i + 0.5) * h;
+        double t_s = (double)(i + 1) * h * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
+        int count = sim_wheel_span(&wheel, from_s, to_s, touch);
+        place_wheel(m, touch, count);
+        if (prunes) {
+            follow_slides(l, touch, count);
+            follow_heaves(l);
+        }
+        bool heaves = l->heaves.last >= l->heaves.first;
+        stretch_joints(l);
+        if (heaves) {
+            m->first = l->heaves.first;
+            m->last = l->heaves.last;
+            model_sample_shape(m, l->z);
+        }
+        march->events += kick_slides(l, touch, count, to_s - from_s);
+        if (heaves)
+            kick_heaves(l, to_s - from_s);
+        for (int n = l->slides.first; n <= l->slides.last; n++)
+            p[2 * n + 1] += h * v[2 * n + 1];
+        for (int j = m->first; heaves && j <= m->last + 1; j++)
+            p[2 * j] += h * v[2 * j];
+        int live = l->slides.last - l->slides.first + 1;
+        march->awake_s += live * h;
+        march->mats_max = live > march->mats_max ? live : march->mats_max;
+        march->done = i + 1;
+        if (i % LOOK_STEPS == 0 && !sound(l, march, t_s))
+            break;
+        if (march->record.next_s <= t_s)
+            take(l, march, t_s);
+        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
+            !options->go_on(options->go_on_ctx, march->number, (double)i / (double)march->steps)) {
+            march->status = SIM_INTERRUPTED;
+            march->mat = l->slides.first + 1;
+            march->t_s = t_s;
+            break;
+        }
+    }
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        march->speed_end_ft_s = fmax(march->speed_end_ft_s, fabs(v[2 * n + 1]));
+    march->ms = pass_clock_ms() - begin_ms;
+}
+
+static enum mr_status start_march(struct landing *l, struct march *march, const struct sim_options *options,
+                                  uint64_t steps, struct sim_result *result, struct error *error)
+{
+    *march = (struct march){.steps = steps, .h_s = sim_scene_end_s(l->scene) / (double)steps,
+                             .number = ++result->passes};
+    if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
+        return error->status;
+    run_march(l, march, options);
+    result->rhs += march->done;
+    return MR_OK;
+}
+
+static enum mr_status answer(struct landing *l, struct march *fine, const struct march *coarse,
+                             struct sim_result *result, struct error *error)
+{
+    size_t mats = (size_t)l->model.mats;
+    result->dt_s = fine->h_s;
+    result->checked_dt_s = coarse->h_s;
+    result->pass_ms = fine->ms;
+    result->steps = fine->done;
+    result->rejected = result->rhs - fine->done;
+    result->events = fine->events;
+    result->mats_max = fine->mats_max;
+    result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
+        return MR_OK;
+    struct sim_difference peak = sim_record_peak(&fine->record);
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->speed_end_ft_s = fine->speed_end_ft_s;
+    result->max_lift_ft = fine->max_lift_ft;
+    result->bow_wave = fine->max_lift_ft > planar_bow_threshold_ft(l->scene);
+    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
+    if (!result->u_ft || !result->gap_ft)
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
+    planar_final(&l->model, l->z, result);
+    return sim_record_deliver(&fine->record, result, error);
+}
+
+/* Whether two marches say the same; fills the estimates. */
+static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine,
+                  struct sim_result *result, struct sim_difference *apart)
+{
+    double threshold = planar_bow_threshold_ft(l->scene);
+    *apart = sim_record_difference(&coarse->record, &fine->record);
+    result->error_u_ft = apart->u_ft;
+    result->error_lift_ft = fmax(sim_record_lift_difference(&coarse->record, &fine->record),
+                                 fabs(coarse->max_lift_ft - fine->max_lift_ft));
+    double lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
+    return apart->u_ft <= DISAGREEMENT * sim_record_peak(&fine->record).u_ft + 1e-9 * l->model.length_ft &&
+           result->error_lift_ft <= DISAGREEMENT * fmax(lift, threshold) &&
+           (coarse->max_lift_ft > threshold) == (fine->max_lift_ft > threshold);
+}
+
+static void fail(struct sim_result *result, enum sim_status status, int mat, double t_s)
+{
+    result->status = status;
+    result->mat = mat;
+    result->t_s = t_s;
+}
+
+static enum mr_status run_pairs(struct landing *l, const struct sim_options *options, uint64_t steps,
+                                struct sim_result *result, struct error *error)
+{
+    struct march coarse = {0}, fine = {0};
+    struct sim_difference apart = {0};
+    if (start_march(l, &coarse, options, steps, result, error) != MR_OK)
+        return error->status;
+    for (int halvings = 0;; halvings++) {
+        if (coarse.status == SIM_INTERRUPTED) {
+            fail(result, coarse.status, coarse.mat, coarse.t_s);
+            fine = coarse;
+            coarse.record = (struct sim_record){0};
+            break;
+        }
+        if (start_march(l, &fine, options, 2 * coarse.steps, result, error) != MR_OK)
+            break;
+        if (fine.status == SIM_INTERRUPTED) {
+            fail(result, fine.status, fine.mat, fine.t_s);
+            break;
+        }
+        const struct march *failed = fine.status != SIM_OK ? &fine : coarse.status != SIM_OK ? &coarse : NULL;
+        if (fine.status != SIM_OK && fine.status == coarse.status) {
+            fail(result, fine.status, fine.mat, fine.t_s);
+            break;
+        }
+        if (!failed && agree(l, &coarse, &fine, result, &apart))
+            break;
+        if (options->dt_s > 0.0 || halvings == MOST_HALVINGS || 4.0 * (double)coarse.steps > MOST_STEPS) {
+            enum sim_status status = options->dt_s > 0.0 ? SIM_UNSTABLE : SIM_STEP_UNDERFLOW;
+            fail(result, failed ? failed->status : status, failed ? failed->mat : apart.mat,
+                 failed ? failed->t_s : apart.t_s);
+            break;
+        }
+        sim_record_free(&coarse.record);
+        coarse = fine;
+        fine.record = (struct sim_record){0};
+    }
+    if (error->status == MR_OK)
+        answer(l, &fine, &coarse, result, error);
+    sim_record_free(&coarse.record);
+    sim_record_free(&fine.record);
+    return error->status;
+}
+
+/* The soil's dampers are implicit and set no limit. */
+static double step_limit_s(struct landing *l, double hop_s)
+{
+    struct model *m = &l->model;
+    double cv = m->cv;
+    model_start(m, l->z);
+    m->cv = 0.0;
+    double rate = model_fastest_rate(m, l->z);
+    m->cv = cv;
+    return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
+}
+
+static enum mr_status run_with(struct landing *l, const struct sim_options *options, struct sim_result *result,
+                               struct error *error)
+{
+    struct sim_wheel wheel;
+    double end_s = sim_scene_end_s(l->scene);
+    sim_wheel_start(&wheel, l->scene);
+    double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel); /* INFINITY for an aircraft that stands */
+    result->dt_limit_s = step_limit_s(l, hop_s);
+    double h = options->dt_s > 0.0 ? options->dt_s
+                                   : fmin(STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+    double steps = ceil(end_s / h * (1.0 - 1e-12));
+    if (h > result->dt_limit_s) {
+        result->dt_s = h;
+        fail(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
+        return MR_OK;
+    }
+    if (!(steps <= MOST_STEPS))
+        return error_set(error, MR_USAGE, "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
+                                          "solver implicit",
+                         l->scene->name[0] ? l->scene->name : "scene", end_s, h);
+    bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
+    return run_pairs(l, options, (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
+}
+
+/* Arrays of a landing; the model is made. */
+static enum mr_status lay_out(struct landing *l, struct error *error)
+{
+    struct model *m = &l->model;
+    size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
+    double *storage = calloc(2 * length + 7 * joints, sizeof *storage);
+    if (!storage)
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
+    l->z = storage;
+    l->accel = storage + length;
+    l->u = storage + 2 * length;
+    l->v = l->u + joints;
+    l->gap0_ft = l->v + joints;
+    l->grit_lb = l->gap0_ft + joints;
+    l->reach_ft = l->grit_lb + joints;
+    l->tension_lb = l->reach_ft + joints;
+    l->height = l->tension_lb + joints;
+    m->given_lb = l->tension_lb;
+    l->slack_ft = m->slack_ft;
+    m->slack_ft = 0.0; /* the joints are this file's */
+    for (int j = 0; j <= m->mats; j++) {
+        l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
+        l->grit_lb[j] = sim_scene_joint(&l->scene->grit_lb, j + 1);
+        l->gritty = l->gritty || l->grit_lb[j] > 0.0;
+    }
+    return MR_OK;
+}
+
+enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options, struct sim_result *result,
+                           struct error *error)
+{
+    struct landing l = {.scene = scene};
+    double begin_ms = pass_clock_ms();
+    if (scene->friction > 0.0 && (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
+        return error_set(error, MR_USAGE, "not available: %s: friction tanh or sign with solver fixed; give stick, or "
+                                          "solver event",
+                         scene->name[0] ? scene->name : "scene");
+    if (model_make(&l.model, scene, true, error) != MR_OK)
+        return error->status;
+    result->solver = "fixed";
+    result->mats = scene->mats;
+    result->t_end_s = sim_scene_end_s(scene);
+    model_describe(&l.model, result);
+    sim_result_note(result, "error estimate: largest difference to the same run at double the step");
+    if (lay_out(&l, error) == MR_OK)
+        run_with(&l, options, result, error);
+    result->run_ms = pass_clock_ms() - begin_ms;
+    model_free(&l.model);
+    free(l.z);
+    return error->status;
+}

@@ -1,0 +1,28 @@
+/* Landing: the consistent model over a whole landing, with a fixed step. README.md, "Chain and landings".
+ *
+ * A landing has tens of thousands of switches (joints that close, mats that stop), so they are sampled. Scheme:
+ * staggered as the chain's (fixed.h), heights alike: speeds half a step off the positions, kicked by the forces at the
+ * present positions; friction exact within the kick; dampers act on the last half step's speeds. Second order while
+ * nothing switches, first order else.
+ *
+ * Two parts are integrated, each following the motion: the mats that slide, and one at rest on either side (exact: the
+ * motion spreads one mat per step), and the mats that heave, and four at rest at either end. Flat mats do not heave, so a
+ * flat landing without a wheel load costs what the chain costs. What the heaving part's ends hold back is below 1e-13 of
+ * L; sampled switches amplify that to some 2 % of the error estimate.
+ *
+ * Checks: a step beyond the stability limit is refused. Every run is done twice, at the step and at double the step;
+ * the error estimate is their largest difference. It must stay below a fifth of the largest movement, the lifts within
+ * a fifth of the bow wave's threshold or of each other, and both must agree on whether there is a bow wave; else the
+ * step is halved, 4 times at most, then `step_underflow` (`unstable` when dt was given). An angle beyond 85 degrees
+ * ends `folded`. */
+#ifndef MATRIG_HOST_SIM_LANDING_H
+#define MATRIG_HOST_SIM_LANDING_H
+
+#include "host/sim/sim.h"
+
+/* Run a checked scene of model consistent. MR_OK: look at result->status. MR_USAGE: friction tanh or sign. The caller
+ * frees the result in every case. */
+enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options, struct sim_result *result,
+                           struct error *error);
+
+#endif

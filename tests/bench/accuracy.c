@@ -1,0 +1,131 @@
+/* Time that a solver needs for a lift within 5e-6 ft on the standard scene of 30 mats with friction tanh.
+ *
+ * The error of a run is its largest lift difference to a reference at 104 times and of the largest lift. A single run
+ * can hit by luck, fixed steps above all: a run counts when its two neighbours on the ladder are within the limit too.
+ * The ladders: tolerances by half decades, steps by the factor 0.93 from the stability limit. The time is that of the
+ * pass that answers; every solver is checked against a second pass alike. */
+#include "tests/bench/bench.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define SCENE "rstar_fig3_7_n30_tanh.json"
+#define LIMIT_FT 5e-6
+#define REFERENCE_RTOL 1e-12
+#define RUNGS_MAX 64
+#define REPETITIONS 9
+#define STEP_FACTOR 0.93
+#define SOLVERS 4
+#define COARSEST_RTOL 3.1622776601683794e-3
+#define FINEST_RTOL 1e-10
+#define LONGEST_MS 1500.0 /* a ladder ends at such a run */
+
+struct rung {
+    struct sim_options options;
+    double error_ft; /* INFINITY: no answer */
+    double ms;
+};
+
+struct ladder {
+    const char *solver;
+    struct rung rungs[RUNGS_MAX];
+    int count;
+    int chosen; /* -1: none is within the limit */
+    double ms;
+};
+
+static double apart_ft(const struct sim_result *a, const struct sim_result *b)
+{
+    double most = fabs(a->max_lift_ft - b->max_lift_ft);
+    for (size_t i = 0; i < a->output_count; i++)
+        most = fmax(most, fabs(a->outputs[i].lift_ft - b->outputs[i].lift_ft));
+    return most;
+}
+
+static void climb(struct ladder *ladder, const struct sim_scene *scene, const struct sim_result *reference)
+{
+    bool fixed = strcmp(ladder->solver, "rk4") == 0;
+    double first = fixed ? 0.999 * reference->dt_limit_s : COARSEST_RTOL;
+    double factor = fixed ? STEP_FACTOR : sqrt(0.1);
+    double value = first;
+    int within = 0;
+    for (ladder->count = 0; ladder->count < RUNGS_MAX && within < 4; value *= factor) {
+        struct rung *rung = &ladder->rungs[ladder->count++];
+        struct sim_result result;
+        rung->options = (struct sim_options){.solver = ladder->solver};
+        *(fixed ? &rung->options.dt_s : &rung->options.rtol) = value;
+        rung->error_ft = bench_run(scene, &rung->options, &result, NULL) ? apart_ft(&result, reference) : HUGE_VAL;
+        rung->ms = result.pass_ms;
+        sim_result_free(&result);
+        within = rung->error_ft <= LIMIT_FT ? within + 1 : 0;
+        if (rung->ms > LONGEST_MS || (!fixed && value < FINEST_RTOL))
+            break;
+    }
+    ladder->chosen = -1;
+    for (int i = 1; i + 1 < ladder->count; i++) {
+        bool safe = true;
+        for (int k = i - 1; k <= i + 1; k++)
+            safe = safe && ladder->rungs[k].error_ft <= LIMIT_FT;
+        if (safe && ladder->chosen < 0) /* the coarsest is the cheapest */
+            ladder->chosen = i;
+    }
+}
+
+static void time_chosen(struct ladder *ladders, const struct sim_scene *scene)
+{
+    double ms[SOLVERS][REPETITIONS] = {{0.0}};
+    for (int r = 0; r < REPETITIONS; r++) {
+        for (int s = 0; s < SOLVERS; s++) {
+            struct sim_result result;
+            if (ladders[s].chosen < 0)
+                continue;
+            bench_run(scene, &ladders[s].rungs[ladders[s].chosen].options, &result, NULL);
+            ms[s][r] = result.pass_ms;
+            sim_result_free(&result);
+        }
+    }
+    for (int s = 0; s < SOLVERS; s++)
+        ladders[s].ms = ladders[s].chosen < 0 ? (double)NAN : bench_median(ms[s], REPETITIONS);
+}
+
+static void print_ladder(const struct ladder *ladder)
+{
+    printf("  %-9s", ladder->solver);
+    if (ladder->chosen < 0) {
+        double best = HUGE_VAL;
+        for (int i = 0; i < ladder->count; i++)
+            best = fmin(best, ladder->rungs[i].error_ft);
+        printf("never within %g ft with both neighbours; best %.2g ft\n", LIMIT_FT, best);
+        return;
+    }
+    const struct rung *rung = &ladder->rungs[ladder->chosen];
+    bool fixed = rung->options.dt_s > 0.0;
+    printf("%8.3f ms a pass at %s %-8.3g error %.2g, neighbours %.2g and %.2g ft\n", ladder->ms, fixed ? "dt  " : "rtol",
+           fixed ? rung->options.dt_s : rung->options.rtol, rung->error_ft, rung[-1].error_ft, rung[1].error_ft);
+}
+
+void bench_accuracy(void)
+{
+    struct ladder ladders[SOLVERS] = {{.solver = "event"}, {.solver = "implicit"}, {.solver = "cvode"}, {.solver = "rk4"}};
+    struct sim_scene scene;
+    struct sim_result reference = {0}, second = {0};
+    printf("lift within %g ft, %s (event is what auto takes here):\n", LIMIT_FT, SCENE);
+    if (!bench_load(&scene, SCENE, true))
+        return;
+    bool ok = bench_run(&scene, &(struct sim_options){.solver = "event", .rtol = REFERENCE_RTOL}, &reference, "reference");
+    ok = ok && bench_run(&scene, &(struct sim_options){.solver = "implicit", .rtol = REFERENCE_RTOL}, &second, "reference");
+    if (ok) {
+        printf("  reference: event and implicit at %g differ by %.2g ft\n", REFERENCE_RTOL, apart_ft(&reference, &second));
+        for (int s = 0; s < SOLVERS; s++)
+            climb(&ladders[s], &scene, &reference);
+        time_chosen(ladders, &scene);
+        for (int s = 0; s < SOLVERS; s++)
+            print_ladder(&ladders[s]);
+        bench_line("time of event over that of cvode", ladders[0].ms / ladders[2].ms, "", true, 0.1);
+        bench_line("time of event over that of rk4", ladders[0].ms / ladders[3].ms, "", true, 1.0);
+    }
+    sim_result_free(&reference);
+    sim_result_free(&second);
+    sim_scene_free(&scene);
+}

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# matrig error: the table, its JSON, the plot, the page, and what is refused.
+. "$(dirname "$0")/tap.sh"
+m=build/matrig
+cat >"$tmp/short.json" <<'J'
+{"name": "short <3.7>", "N": 8, "bump": [0.0099, 0.02, 0.0099], "friction": "tanh", "tend": 0.008}
+J
+cat >"$tmp/sign.json" <<'J'
+{"N": 8, "bump": [0.0099, 0.02, 0.0099], "friction": "sign", "tend": 0.003}
+J
+cat >"$tmp/block.json" <<'J'
+{"model": "chain", "N": 1, "left": "free", "right": "free", "F": 160, "F_tstop": 0.1, "Vac": 0, "s0": 1, "v0": 0, "tend": 0.3}
+J
+
+check "a study runs and is drawn" sh -c "$m error $tmp/short.json --plot $tmp/plot.svg >$tmp/table"
+check "every solver is in the table" awk '$1 ~ /^(event|implicit|cvode|rkgs|hamming|rk4)$/ && $NF ~ /ok|it$/ { s[$1] = 1 }
+    END { for (n in s) k++; exit k != 6 }' "$tmp/table"
+check "it says what the reference is" grep -Eq 'reference: event .*agrees with implicit' "$tmp/table"
+check "it says which is cheapest" grep -Eq '^ +cheapest +[a-z0-9]+ ' "$tmp/table"
+drawn() {
+    [ "$(grep -o 'run time, ms' "$tmp/plot.svg" | wc -l)" = 2 ] && grep -q 'largest error of lift, ft' "$tmp/plot.svg" &&
+        grep -q 'xmlns=' "$tmp/plot.svg" && grep -q '10<tspan' "$tmp/plot.svg" &&
+        [ "$(grep -c 'class="line e' "$tmp/plot.svg")" -ge 18 ] &&
+        [ "$(grep -o 'class="full e.' "$tmp/plot.svg" | sort -u | wc -l)" = 6 ] &&
+        grep -q 'short &lt;3.7&gt;' "$tmp/plot.svg" && ! grep -Eqi '[^a-z](nan|inf)[^a-z]' "$tmp/plot.svg"
+}
+check "two panels with axes, a line and marks for each of six solvers" drawn
+
+json() {
+    $m --json error "$tmp/block.json" >"$tmp/o.json" && [ "$(wc -l <"$tmp/o.json")" = 1 ] || return 1
+    cat "$tmp/o.json"
+    for key in scene reference method agreement u_ft lift_ft runs solver rtol dt_s rhs run_ms err_u err_lift status order; do
+        grep -q "\"$key\":" "$tmp/o.json" || return 1
+    done
+}
+check "the keys of the JSON" json
+check "a block's error falls to below 1e-6 ft" sh -c "grep -o '\"err_u\":[0-9.e-]*' $tmp/o.json | tail -n 1 |
+    awk -F: '{ exit !(\$2 > 0 && \$2 < 1e-6) }'"
+
+# A beyond-limit step of the chain is refused by its solver: it stays in the table, without errors.
+cat >"$tmp/wave.json" <<'J'
+{"model": "chain", "N": 20, "CL": 0, "left": "free", "right": "free", "F": 12000, "Vac": 0, "s0": 0, "v0": 0, "friction": "none", "tend": 0.02}
+J
+failed_run() {
+    $m --json error "$tmp/wave.json" >"$tmp/wave.out" || return 1
+    sed 's/{/\n{/g' "$tmp/wave.out" | grep '"status":"unstable"' | grep '"err_u":null' | grep -q '"err_lift":null'
+}
+check "a failed run stays in the table with null errors" failed_run
+
+page() {
+    mkdir -p "$tmp/page" && build/tests/error_report/error-report "$tmp/page" "$tmp/short.json" "$tmp/block.json" &&
+        [ "$(grep -c '<svg ' "$tmp/page/index.html")" = 2 ] && grep -q 'is cheapest' "$tmp/page/index.html" &&
+        grep -q 'falls as dt<sup>' "$tmp/page/index.html" && grep -q '</html>' "$tmp/page/index.html" &&
+        ! grep -Eqi 'https?:|src=|[^a-z](nan|inf)[^a-z]' "$tmp/page/index.html"
+}
+check "the page is whole and self-contained" page
+
+check "no reference: exit 5, no table" fails_with 5 "no reference" $m error "$tmp/sign.json"
+check "nothing on stdout then" test ! -s "$tmp/out"
+echo keep >"$tmp/old.svg"
+check "no reference: an old plot stays" fails_with 5 "no reference" $m error "$tmp/sign.json" --plot "$tmp/old.svg"
+check "it has stayed" grep -q keep "$tmp/old.svg"
+check "no reference: no new plot" fails_with 5 "no reference" $m error "$tmp/sign.json" --plot "$tmp/new.svg"
+check "there is none" test ! -e "$tmp/new.svg"
+check "plot in no folder" fails_with 3 "cannot write.*none/x.svg" $m error "$tmp/short.json" --plot "$tmp/none/x.svg"
+check "unknown option" fails_with 2 "'--rtol' of error" $m error "$tmp/short.json" --rtol 1e-3
+check "no scene given" fails_with 2 "error needs SCENE" $m error
+check "no such scene" fails_with 3 "none.json" $m error "$tmp/none.json"
+echo '{"N": 8, "sped": 3}' >"$tmp/bad.json"
+check "a scene with an unknown key" fails_with 4 sped $m error "$tmp/bad.json"
+finish

@@ -1,0 +1,15 @@
+/* The error report: several scenes' error studies on one page. */
+#ifndef MATRIG_TESTS_ERROR_REPORT_REPORT_H
+#define MATRIG_TESTS_ERROR_REPORT_REPORT_H
+
+#include <stdio.h>
+
+#include "host/sim/error_study.h"
+
+/* What the figures of a study say, as one <p>: every number and every verdict in it is taken from the study. */
+void write_conclusion(FILE *out, const struct error_study *study);
+
+/* Runs, slopes and cheapest solvers as tables. */
+void write_tables(FILE *out, const struct error_study *study);
+
+#endif

@@ -1,0 +1,445 @@
+/* Error studies: references that agree or are refused, errors that are the true ones, slopes, and who is cheapest.
+ *
+ * Expected values: closed forms (a damped oscillator; a made-up study of known slope), the textbook order of the
+ * methods, and the definition of an error itself. Units ft, lb, s. */
+#include "tests/cmocka_all.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/error_march.h"
+#include "host/sim/error_study.h"
+#include "host/sim/pass.h"
+#include "host/sim/sim.h"
+
+static struct error error;
+static struct error_study study;
+
+static struct sim_scene plain(enum sim_model model, int mats)
+{
+    struct sim_scene scene;
+    memset(&error, 0, sizeof error);
+    sim_scene_defaults(&scene);
+    scene.model = model;
+    scene.mats = mats;
+    return scene;
+}
+
+static void run(const struct sim_scene *scene)
+{
+    if (error_study_run(&study, scene, &error) != MR_OK)
+        fail_msg("%s", error.text);
+}
+
+static const struct error_run *find(const char *solver, double rtol)
+{
+    for (size_t i = 0; i < study.run_count; i++) {
+        if (strcmp(study.runs[i].solver, solver) == 0 && fabs(study.runs[i].rtol / rtol - 1.0) < 1e-9)
+            return &study.runs[i];
+    }
+    fail_msg("no run of %s at %g", solver, rtol);
+    return NULL;
+}
+
+static const struct error_slope *slope_of(const char *solver, enum error_against against, bool lift)
+{
+    for (size_t i = 0; i < study.order_count; i++) {
+        if (strcmp(study.orders[i].solver, solver) == 0 && study.orders[i].against == against)
+            return lift ? &study.orders[i].lift : &study.orders[i].u;
+    }
+    fail_msg("no slope of %s", solver);
+    return NULL;
+}
+
+static struct pass_outcome one_pass(const struct sim_scene *scene, const char *solver, double rtol, double dt_s)
+{
+    const struct pass_request request = {stepper_find(solver), rtol, dt_s, 1000000};
+    const struct sim_options options = {0};
+    struct pass_outcome outcome = {0};
+    struct model model;
+    assert_int_equal(model_make(&model, scene, false, &error), MR_OK);
+    assert_int_equal(pass_run(&outcome, &model, &request, &options, &error), MR_OK);
+    model_free(&model);
+    return outcome;
+}
+
+/* An error of lift as it is defined, from two passes. */
+static double lift_error_ft(const struct pass_outcome *a, const struct pass_outcome *b)
+{
+    double worst = fabs(a->max_lift_ft - b->max_lift_ft);
+    for (size_t k = 0; k < a->record.snapshot_count; k++)
+        worst = fmax(worst, fabs(a->record.snapshots[k].lift_ft - b->record.snapshots[k].lift_ft));
+    return worst;
+}
+
+/* A short fig 3.7: contact, torsion, lift shear and smooth friction. */
+static void references_agree_and_errors_fall(void **state)
+{
+    (void)state;
+    const double bump[] = {0.0099, 0.0200, 0.0099};
+    static const char *const solvers[] = {"event", "implicit", "cvode", "rkgs", "hamming"};
+    struct sim_scene scene = plain(SIM_REPORT, 8);
+    scene.friction_law = SIM_TANH;
+    scene.t_end_s = 0.01;
+    assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, 3, &error), MR_OK);
+    run(&scene);
+    assert_true(study.agreement_u_ft < 1e-10 && study.agreement_lift_ft < 1e-10);
+    assert_true(study.max_lift_ft > 0.02);
+    assert_non_null(strstr(study.method, "event"));
+    assert_non_null(strstr(study.method, "implicit"));
+    for (size_t i = 0; i < COUNT_OF(solvers); i++) {
+        const struct error_run *loose = find(solvers[i], 1e-4), *tight = find(solvers[i], 1e-9);
+        assert_int_equal(loose->status, SIM_OK);
+        assert_int_equal(tight->status, SIM_OK);
+        if (!(tight->u_ft < 0.02 * loose->u_ft && tight->lift_ft < 0.02 * loose->lift_ft))
+            fail_msg("%s: errors %g, %g at 1e-4 and %g, %g at 1e-9", solvers[i], loose->u_ft, loose->lift_ft,
+                     tight->u_ft, tight->lift_ft);
+    }
+    struct pass_outcome best = one_pass(&scene, "implicit", 1e-12, 0.0);
+    for (size_t i = 0; i < study.run_count; i += 3) {
+        struct pass_outcome outcome = one_pass(&scene, study.runs[i].solver, study.runs[i].rtol, study.runs[i].dt_s);
+        assert_near(study.runs[i].lift_ft, lift_error_ft(&outcome, &best), 1e-10);
+        pass_free(&outcome);
+    }
+    pass_free(&best);
+
+    /* rk4: some steps beyond the limit, the others within; only the latter may count */
+    bool over = false;
+    for (size_t i = 0; i < study.run_count; i++) {
+        const struct error_run *r = &study.runs[i];
+        if (strcmp(r->solver, "rk4") == 0) {
+            over = over || r->beyond;
+            assert_int_equal(r->beyond, r->dt_s > study.dt_limit_s);
+            if (r->beyond)
+                assert_true(isnan(error_study_judged_ft(&study, i)));
+        }
+    }
+    assert_true(over);
+    sim_scene_free(&scene);
+}
+
+/* One mat between two fixed joints: m u'' + 2 CL u' + 2 KL u = 0, u(0) = 0, u'(0) = v0. */
+#define OSCILLATOR_KL 2000.0
+#define OSCILLATOR_V0 1.5
+static struct sim_scene oscillator(enum sim_model model, double cl)
+{
+    struct sim_scene scene = plain(model, 1);
+    scene.left = SIM_FIXED;
+    scene.right = SIM_FIXED;
+    scene.kl_lb_ft = OSCILLATOR_KL;
+    scene.cl_lb_s_ft = cl;
+    scene.friction_law = SIM_NONE;
+    scene.force_lb = 0.0;
+    scene.vac_ft_s = 0.0;
+    scene.s0_ft = 1.0;
+    scene.v0_ft_s = OSCILLATOR_V0;
+    scene.shear_lb = 0.0;
+    scene.bump_first = 1;
+    scene.t_end_s = 0.5;
+    return scene;
+}
+
+static double exact_ft(const struct sim_scene *scene, double t_s)
+{
+    double m = scene->weight_lb / scene->g_ft_s2, damping = scene->cl_lb_s_ft / m;
+    double w = sqrt(2.0 * OSCILLATOR_KL / m - damping * damping);
+    return OSCILLATOR_V0 / w * exp(-damping * t_s) * sin(w * t_s);
+}
+
+static void an_error_is_the_true_error(void **state)
+{
+    (void)state;
+    struct sim_scene scene = oscillator(SIM_REPORT, 5.0);
+    double floor_ft;
+    run(&scene);
+    floor_ft = 2.0 * study.agreement_u_ft + 1e-13;
+    assert_true(floor_ft < 1e-10);
+    assert_true(study.run_count > 40);
+    for (size_t i = 0; i < study.run_count; i++) {
+        const struct error_run *r = &study.runs[i];
+        struct pass_outcome outcome = one_pass(&scene, r->solver, r->rtol, r->dt_s);
+        double worst = 0.0;
+        assert_int_equal(r->status, SIM_OK);
+        for (size_t k = 0; k < outcome.record.snapshot_count; k++) {
+            const struct sim_snapshot *s = &outcome.record.snapshots[k];
+            worst = fmax(worst, fabs(s->u_ft[1] - exact_ft(&scene, s->t_s)));
+        }
+        assert_near(r->u_ft, worst, floor_ft);
+        pass_free(&outcome);
+    }
+    sim_scene_free(&scene);
+}
+
+/* Classical Runge-Kutta is of order 4 and the leapfrog of order 2 where nothing switches. */
+static void smooth_scenes_show_the_order(void **state)
+{
+    (void)state;
+    struct sim_scene scene = plain(SIM_REPORT, 10);
+    scene.friction_law = SIM_NONE;
+    scene.shear_lb = 0.0;
+    scene.vac_ft_s = 0.0;
+    scene.s0_ft = 1.0;
+    scene.t_end_s = 0.02;
+    run(&scene);
+    const struct error_slope *rk4 = slope_of("rk4", ERROR_DT, false);
+    assert_true(rk4->points >= 6 && rk4->scatter < 0.1);
+    assert_near(rk4->slope, 4.0, 0.3);
+    sim_scene_free(&scene);
+
+    scene = oscillator(SIM_CHAIN, 0.0);
+    run(&scene);
+    const struct error_slope *fixed = slope_of("fixed", ERROR_DT, false);
+    assert_true(fixed->points >= 6 && fixed->scatter < 0.1);
+    assert_near(fixed->slope, 2.0, 0.1);
+    assert_false(study.lifts);
+    sim_scene_free(&scene);
+
+    /* The joints' damper acts on the last half step's speeds (fixed.h), half a step late: at least first order. */
+    scene = oscillator(SIM_CHAIN, 50.0);
+    run(&scene);
+    fixed = slope_of("fixed", ERROR_DT, false);
+    assert_true(fixed->points >= 6 && fixed->slope > 0.9 && fixed->slope < 2.1);
+    sim_scene_free(&scene);
+}
+
+static void chain_errors_are_the_true_ones(void **state)
+{
+    (void)state;
+    struct sim_scene scene = oscillator(SIM_CHAIN, 5.0);
+    double times_s[64];
+    run(&scene);
+    for (size_t k = 0; k < 64; k++)
+        times_s[k] = scene.t_end_s * (double)(k + 1) / 64.0;
+    assert_int_equal(sim_scene_set_list(&scene.t_out_s, times_s, 64, &error), MR_OK);
+    for (size_t i = 0; i < study.run_count; i++) {
+        const struct error_run *r = &study.runs[i];
+        const struct sim_options options = {.dt_s = r->dt_s};
+        struct sim_result result;
+        double worst = 0.0;
+        if (r->status != SIM_OK)
+            continue;
+        assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
+        for (size_t k = 0; k < result.output_count; k++)
+            worst = fmax(worst, fabs(result.outputs[k].u_ft[1] - exact_ft(&scene, result.outputs[k].t_s)));
+        assert_near(r->u_ft, worst, 2.0 * study.agreement_u_ft + 1e-13);
+        sim_result_free(&result);
+    }
+    sim_scene_free(&scene);
+}
+
+/* The second method for chains with grit, against the planar models' on a chain whose joints have slack but no grit:
+ * sticking, hooking and pressing together in both. */
+static void the_march_is_right_where_another_method_can_say(void **state)
+{
+    (void)state;
+    const double gap_ft = 0.002;
+    struct sim_scene scene = plain(SIM_CHAIN, 8), flat;
+    struct sim_record record;
+    struct march_cost cost;
+    scene.slack_ft = 0.004;
+    scene.mats_crossed = 3;
+    scene.vac_ft_s = 300.0;
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1, &error), MR_OK);
+    flat = scene;
+    flat.model = SIM_REPORT;
+    flat.shear_lb = 0.0;
+    flat.bump_first = 1;
+    struct pass_outcome outcome = one_pass(&flat, "event", 1e-11, 0.0);
+    assert_int_equal(outcome.status, SIM_OK);
+    assert_int_equal(march_run(&record, &cost, &scene, 5e-6, &error), MR_OK);
+    assert_false(cost.stalled);
+    assert_true(cost.events > 20);
+    assert_true(sim_record_peak(&outcome.record).u_ft > 0.01);
+    assert_near(sim_record_difference(&record, &outcome.record).u_ft, 0.0, 1e-7);
+    sim_record_free(&record);
+    pass_free(&outcome);
+    sim_scene_free(&scene);
+}
+
+/* Grit on one mat that is pushed against the fixed end, closed form: it feels nothing below the grit's strength (12 lb
+ * against 30 lb of grit: F/KL/2 as on a closed joint), and above it moves until the joint is closed. */
+static void the_march_holds_grit(void **state)
+{
+    (void)state;
+    const double gap_ft = 0.01, grit_lb = 30.0;
+    for (int strong = 0; strong < 2; strong++) {
+        struct sim_scene scene = plain(SIM_CHAIN, 1);
+        struct sim_record record;
+        struct march_cost cost;
+        scene.left = SIM_FREE;
+        scene.right = SIM_FIXED;
+        scene.kl_lb_ft = 1e5;
+        scene.cl_lb_s_ft = 50.0;
+        scene.slack_ft = 0.02;
+        scene.friction_law = SIM_NONE;
+        scene.v0_ft_s = 0.0;
+        scene.vac_ft_s = 0.0;
+        scene.s0_ft = 1.0;
+        scene.force_lb = strong ? 40.0 : 12.0;
+        scene.t_end_s = 2.0;
+        assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1, &error), MR_OK);
+        assert_int_equal(sim_scene_set_list(&scene.grit_lb, &grit_lb, 1, &error), MR_OK);
+        assert_int_equal(march_run(&record, &cost, &scene, 1e-4, &error), MR_OK);
+        assert_false(cost.stalled);
+        double end_ft = record.snapshots[record.snapshot_count - 1].u_ft[1];
+        /* pressed back by KL u from where the grit, or the closed joint, begins */
+        assert_near(end_ft, strong ? gap_ft + 40.0 / 1e5 : 12.0 / 1e5, 1e-6);
+        sim_record_free(&record);
+        sim_scene_free(&scene);
+    }
+}
+
+/* A mat thrown at an open joint with grit, without damping, closed form: spring up to the grit's strength, then that
+ * force until it stops, then the spring's quarter swing back, then free flight. */
+static void the_march_gives_way_and_springs_back(void **state)
+{
+    (void)state;
+    const double gap_ft = 0.01, grit_lb = 2000.0, kl = 4e6, v0 = 1.0;
+    struct sim_scene scene = plain(SIM_CHAIN, 1);
+    struct sim_record record;
+    struct march_cost cost;
+    scene.left = SIM_FREE;
+    scene.right = SIM_FIXED;
+    scene.kl_lb_ft = kl;
+    scene.cl_lb_s_ft = 0.0;
+    scene.slack_ft = 0.02;
+    scene.friction_law = SIM_NONE;
+    scene.v0_ft_s = v0;
+    scene.force_lb = scene.vac_ft_s = 0.0;
+    scene.s0_ft = 1.0;
+    scene.t_end_s = 0.008;
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.grit_lb, &grit_lb, 1, &error), MR_OK);
+    assert_int_equal(march_run(&record, &cost, &scene, 2e-6, &error), MR_OK);
+    double m = scene.weight_lb / scene.g_ft_s2, w = sqrt(kl / m), bend_ft = grit_lb / kl;
+    double t1 = asin(bend_ft * w / v0) / w, v1 = v0 * cos(w * t1);
+    double t2 = t1 + v1 * m / grit_lb, most_ft = bend_ft + 0.5 * v1 * v1 * m / grit_lb;
+    double t3 = t2 + 0.5 * 3.14159265358979323846 / w;
+    assert_true(t1 < t2 && t3 < 0.8 * scene.t_end_s && most_ft < gap_ft);
+    for (size_t k = 0; k < record.snapshot_count; k++) {
+        double t = record.snapshots[k].t_s, u;
+        if (t < t1)
+            u = v0 / w * sin(w * t);
+        else if (t < t2)
+            u = bend_ft + v1 * (t - t1) - 0.5 * grit_lb / m * (t - t1) * (t - t1);
+        else if (t < t3)
+            u = most_ft - bend_ft + bend_ft * cos(w * (t - t2));
+        else
+            u = most_ft - bend_ft - bend_ft * w * (t - t3);
+        assert_near(record.snapshots[k].u_ft[1], u, 1e-9);
+    }
+    sim_record_free(&record);
+    sim_scene_free(&scene);
+}
+
+/* Twenty mats of the model runway under a braking wheel: grit held, giving way, opened and closed again, with dampers.
+ * The march and `fixed` share no code; the answers differ by less with every finer step. */
+static void two_methods_agree_on_grit(void **state)
+{
+    (void)state;
+    const double gap_ft = 0.0015, grit_lb = 10.0;
+    struct sim_scene scene = plain(SIM_CHAIN, 20);
+    scene.length_ft = 2.0 / 7.0;
+    scene.weight_lb = 0.466;
+    scene.kl_lb_ft = 2.9e5;
+    scene.cl_lb_s_ft = 5.0;
+    scene.slack_ft = 0.0025;
+    scene.left = scene.right = SIM_FIXED;
+    scene.force_lb = 13.0;
+    scene.vac_ft_s = 28.0;
+    scene.s0_ft = 0.1;
+    scene.v0_ft_s = 0.0;
+    scene.t_end_s = 0.1;
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap_ft, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.grit_lb, &grit_lb, 1, &error), MR_OK);
+    run(&scene);
+    assert_non_null(strstr(study.method, "fixed"));
+    assert_true(study.peak_u_ft > 0.005);
+    assert_near(study.agreement_u_ft, 0.0, 3e-6);
+    assert_near(study.agreement_rms_u_ft, 0.0, 1e-6);
+    sim_scene_free(&scene);
+}
+
+static void without_a_reference_there_is_no_table(void **state)
+{
+    (void)state;
+    const double bump[] = {0.0099, 0.0200, 0.0099}, high = 0.3;
+    struct sim_scene scene = plain(SIM_REPORT, 8);
+    scene.friction_law = SIM_SIGN;
+    scene.t_end_s = 0.003;
+    assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, 3, &error), MR_OK);
+    assert_int_equal(error_study_run(&study, &scene, &error), MR_NUMERICS);
+    assert_non_null(strstr(error.text, "no reference"));
+    assert_int_equal(study.run_count, 0);
+    sim_scene_free(&scene);
+
+    /* Undamped mats that bounce for a second and a half: rounding decides. */
+    scene = plain(SIM_CONSISTENT, 6);
+    scene.kv_lb_ft = 1e6;
+    scene.cv_lb_s_ft = scene.cl_lb_s_ft = scene.ct_lb_ft_s_rad = 0.0;
+    scene.friction_law = SIM_NONE;
+    scene.force_lb = scene.v0_ft_s = scene.vac_ft_s = 0.0;
+    scene.s0_ft = 1.0;
+    scene.bump_first = 4;
+    scene.t_end_s = 1.5;
+    assert_int_equal(sim_scene_set_list(&scene.bump_ft, &high, 1, &error), MR_OK);
+    assert_int_equal(error_study_run(&study, &scene, &error), MR_NUMERICS);
+    assert_non_null(strstr(error.text, "still differ"));
+    assert_int_equal(study.run_count, 0);
+    sim_scene_free(&scene);
+}
+
+/* error = 3 dt^1.5 except at one lucky step. */
+static void slopes_and_cheapest_of_a_known_study(void **state)
+{
+    (void)state;
+    study = (struct error_study){.lifts = true, .agreement_lift_ft = 1e-9, .agreement_u_ft = 1e-9, .peak_u_ft = 10,
+                                 .max_lift_ft = 10, .dt_limit_s = 0.02};
+    for (int k = 0; k < 8; k++) {
+        double dt = 0.01 * pow(2.0, -k);
+        study.runs[study.run_count++] = (struct error_run){.solver = "rk4", .dt_s = dt, .ms = pow(2.0, k),
+                                                           .rhs = 100, .u_ft = 3.0 * pow(dt, 1.5), .lift_ft = 3.0 * pow(dt, 1.5)};
+    }
+    error_study_fit(&study);
+    assert_near(slope_of("rk4", ERROR_DT, true)->slope, 1.5, 1e-9);
+    assert_int_equal(slope_of("rk4", ERROR_DT, true)->points, 8);
+    assert_near(slope_of("rk4", ERROR_DT, true)->scatter, 0.0, 1e-9);
+
+    /* errors 3e-3, 1.06e-3, 3.75e-4, 1.33e-4 ...; a luck at step 1 must not count */
+    study.runs[1].lift_ft = 1e-6;
+    assert_near(error_study_judged_ft(&study, 1), 3e-3, 1e-9);
+    assert_true(isnan(error_study_judged_ft(&study, 0)));
+    assert_ptr_equal(error_study_cheapest(&study, NULL, 1e-3), &study.runs[2]);
+    study.runs[1].lift_ft = study.runs[1].u_ft;
+    assert_ptr_equal(error_study_cheapest(&study, NULL, 1e-3), &study.runs[3]); /* 2 has a neighbour above it */
+    assert_ptr_equal(error_study_cheapest(&study, NULL, 1.1e-3), &study.runs[2]);
+    assert_null(error_study_cheapest(&study, "event", 1e-3));
+    study.agreement_lift_ft = 1e-3;
+    assert_null(error_study_cheapest(&study, NULL, 1.1e-3)); /* the reference cannot tell */
+
+    /* a failed run has no error and does not count */
+    study.agreement_lift_ft = 1e-9;
+    study.runs[2].status = SIM_UNSTABLE;
+    assert_true(isnan(error_study_judged_ft(&study, 2)));
+    assert_true(isnan(error_study_judged_ft(&study, 3)));
+    error_study_fit(&study);
+    assert_int_equal(slope_of("rk4", ERROR_DT, true)->points, 7);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(references_agree_and_errors_fall),
+        cmocka_unit_test(an_error_is_the_true_error),
+        cmocka_unit_test(smooth_scenes_show_the_order),
+        cmocka_unit_test(chain_errors_are_the_true_ones),
+        cmocka_unit_test(the_march_is_right_where_another_method_can_say),
+        cmocka_unit_test(the_march_holds_grit),
+        cmocka_unit_test(the_march_gives_way_and_springs_back),
+        cmocka_unit_test(two_methods_agree_on_grit),
+        cmocka_unit_test(without_a_reference_there_is_no_table),
+        cmocka_unit_test(slopes_and_cheapest_of_a_known_study),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

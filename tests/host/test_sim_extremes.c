@@ -1,0 +1,240 @@
+/* Extremes of both planar models: each ends with an answer that other solvers confirm, or refused with the right status.
+ *
+ * The standard scenes shortened to 16 mats and one mat crossed (two in the consistent model), one thing changed at a
+ * time. Solvers are held to ten times the two error estimates together; what an extreme must be beyond that comes from
+ * closed forms, or from what a wave cannot reach. Units ft, lb, s. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/sim.h"
+
+static struct error error;
+static const char *const bases[] = {"host/scenes/rstar_fig3_7.json", "host/scenes/consistent_fig3_7.json"};
+
+static struct sim_scene standard(size_t base)
+{
+    struct sim_scene scene;
+    memset(&error, 0, sizeof error);
+    if (sim_scene_load(&scene, bases[base], &error) != MR_OK)
+        fail_msg("%s", error.text);
+    scene.mats = 16;
+    scene.mats_crossed = base == 0 ? 1.0 : 2.0;
+    assert_int_equal(sim_scene_set_list(&scene.t_out_s, NULL, 0, &error), MR_OK);
+    return scene;
+}
+
+static enum mr_status run(const struct sim_scene *scene, const char *solver, struct sim_result *result)
+{
+    struct sim_options options = {.solver = solver};
+    memset(&error, 0, sizeof error);
+    return sim_run(scene, &options, result, &error);
+}
+
+static void near(const char *what, double value, double expected, double tolerance)
+{
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%s: %.12g is not %.12g to %g", what, value, expected, tolerance);
+}
+
+static void flatten(struct sim_scene *scene)
+{
+    assert_int_equal(sim_scene_set_list(&scene->bump_ft, NULL, 0, &error), MR_OK);
+}
+
+static void damped_soil(struct sim_scene *s) { s->cv_lb_s_ft *= 1000.0; }
+static void light(struct sim_scene *s) { s->weight_lb /= 1000.0, s->inertia_slug_ft2 /= 1000.0; }
+static void light_but_inert(struct sim_scene *s) { s->weight_lb /= 1000.0; }
+static void stiff(struct sim_scene *s) { s->kl_lb_ft *= 100.0; }
+static void pushed(struct sim_scene *s) { s->force_lb *= 10.0; }
+static void rough(struct sim_scene *s) { s->friction = 5.0; }
+static void no_free_turn(struct sim_scene *s) { s->tad_deg = 0.0; }
+static void no_free_turn_switched(struct sim_scene *s) { s->tad_deg = 0.0, s->tad_mode = SIM_SWITCHED; }
+static void some_slack(struct sim_scene *s) { s->slack_ft = 0.005; }
+static void much_slack(struct sim_scene *s) { s->slack_ft = 0.5; }
+static void at_rest(struct sim_scene *s) { s->v0_ft_s = 0.0; }
+static void one_mat(struct sim_scene *s) { s->mats = 1, s->mats_crossed = 0.5, flatten(s); }
+
+enum solvers { EVENT = 1, IMPLICIT = 2, CVODE = 4, ALL = 7 };
+static const char *const names[] = {"event", "implicit", "cvode"};
+
+struct extreme {
+    const char *name;
+    void (*change)(struct sim_scene *scene);
+    unsigned solvers[2];           /* held against auto, by base; others need seconds */
+    enum sim_status status[2];     /* of all of them */
+};
+
+static const struct extreme extremes[] = {
+    {"CV x 1000", damped_soil, {IMPLICIT | CVODE, IMPLICIT | CVODE}, {SIM_OK, SIM_OK}},
+    {"mass and inertia / 1000", light, {IMPLICIT | CVODE, IMPLICIT}, {SIM_OK, SIM_FOLDED}},
+    {"mass / 1000", light_but_inert, {ALL, EVENT | IMPLICIT}, {SIM_OK, SIM_OK}},
+    {"KL x 100", stiff, {EVENT | IMPLICIT, EVENT | IMPLICIT}, {SIM_OK, SIM_OK}},
+    {"F x 10", pushed, {ALL, ALL}, {SIM_OK, SIM_OK}},
+    {"f 5", rough, {ALL, ALL}, {SIM_OK, SIM_OK}},
+    {"TAD 0", no_free_turn, {EVENT | IMPLICIT, ALL}, {SIM_OK, SIM_OK}},
+    {"TAD 0, switched", no_free_turn_switched, {EVENT | IMPLICIT, ALL}, {SIM_OK, SIM_OK}},
+    {"slack 0.005", some_slack, {ALL, ALL}, {SIM_OK, SIM_OK}},
+    {"slack 0.5", much_slack, {ALL, ALL}, {SIM_OK, SIM_OK}},
+    {"v0 0", at_rest, {ALL, ALL}, {SIM_OK, SIM_OK}},
+    {"one mat", one_mat, {ALL, ALL}, {SIM_OK, SIM_OK}},
+    {"flat", flatten, {ALL, ALL}, {SIM_OK, SIM_OK}},
+};
+
+static void hold_against(const char *what, const struct sim_result *a, const struct sim_result *b)
+{
+    double u = 10.0 * (a->error_u_ft + b->error_u_ft) + 1e-9;
+    double lift = 10.0 * (a->error_lift_ft + b->error_lift_ft) + 1e-9;
+    assert_true(a->error_u_ft <= 0.01 * a->peak_u_ft);
+    for (int n = 1; n <= a->mats; n++)
+        near(what, b->u_ft[n], a->u_ft[n], u);
+    near(what, b->max_lift_ft, a->max_lift_ft, lift);
+    near(what, b->outputs[0].lift_ft, a->outputs[0].lift_ft, lift);
+    assert_true(a->bow_wave == b->bow_wave);
+}
+
+static void each_is_answered_and_confirmed_or_refused(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof extremes / sizeof extremes[0]; i++) {
+        const struct extreme *e = &extremes[i];
+        for (size_t base = 0; base < 2; base++) {
+            struct sim_scene scene = standard(base);
+            struct sim_result first, other;
+            e->change(&scene);
+            run(&scene, NULL, &first);
+            if (first.status != e->status[base])
+                fail_msg("%s: auto: %s", e->name, error.text);
+            for (unsigned k = 0; k < 3; k++) {
+                if (!(e->solvers[base] & (1u << k)))
+                    continue;
+                run(&scene, names[k], &other);
+                if (other.status != e->status[base])
+                    fail_msg("%s: %s: %s", e->name, names[k], error.text);
+                if (other.status == SIM_OK)
+                    hold_against(e->name, &first, &other);
+                sim_result_free(&other);
+            }
+            sim_result_free(&first);
+            sim_scene_free(&scene);
+        }
+    }
+}
+
+static void a_flat_mat_lifts_exactly_nothing(void **state)
+{
+    (void)state;
+    for (size_t base = 0; base < 2; base++) {
+        struct sim_scene scene = standard(base);
+        struct sim_result result;
+        flatten(&scene);
+        assert_int_equal(run(&scene, NULL, &result), MR_OK);
+        assert_true(result.max_lift_ft == 0.0 && result.error_lift_ft == 0.0 && !result.bow_wave);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* Both ends free: m u'' = F - f W, and nothing else. */
+static void one_mat_alone_slides_as_a_block(void **state)
+{
+    (void)state;
+    for (size_t base = 0; base < 2; base++) {
+        struct sim_scene scene = standard(base);
+        struct sim_result result;
+        one_mat(&scene);
+        scene.right = SIM_FREE;
+        double t = sim_scene_end_s(&scene);
+        double mass = scene.weight_lb / scene.g_ft_s2;
+        double u = scene.v0_ft_s * t + 0.5 * (scene.force_lb - scene.friction * scene.weight_lb) / mass * t * t;
+        assert_int_equal(run(&scene, NULL, &result), MR_OK);
+        near("block", result.u_ft[1], u, 1e-9 * u);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* The joint wave covers L sqrt(KL/m) t; what it has not reached cannot matter. */
+static void mats_beyond_the_wave_do_not_matter(void **state)
+{
+    (void)state;
+    const int counts[] = {1000, 4096};
+    for (size_t base = 0; base < 2; base++) {
+        struct sim_scene scene = standard(base);
+        struct sim_result few, many;
+        scene.mats_crossed = 0.25;
+        scene.mats = 32;
+        double reach = sqrt(scene.kl_lb_ft * scene.g_ft_s2 / scene.weight_lb) * sim_scene_end_s(&scene);
+        assert_true(reach < 0.5 * scene.mats);
+        assert_int_equal(run(&scene, NULL, &few), MR_OK);
+        for (size_t i = 0; i < 2; i++) {
+            scene.mats = counts[i];
+            assert_int_equal(run(&scene, NULL, &many), MR_OK);
+            for (int n = 1; n <= 16; n++)
+                near("far mats", many.u_ft[n], few.u_ft[n], 1e-9);
+            near("far mats", many.max_lift_ft, few.max_lift_ft, 1e-9);
+            for (int n = 64; n <= counts[i]; n++)
+                near("far mats", many.u_ft[n], 0.0, 1e-12);
+            sim_result_free(&many);
+        }
+        sim_result_free(&few);
+        sim_scene_free(&scene);
+    }
+}
+
+/* With TAD 0 a foot hovers at the edge of contact from 0.4 ms on, and is held there by the solvers that locate switches.
+ * A fixed step that looks its switches up knows nothing of holding: it lets the foot bounce. */
+static void a_held_foot_moves_like_one_that_bounces(void **state)
+{
+    (void)state;
+    const double times[] = {0.005, 0.01, 0.015, 0.0175, 0.02};
+    struct sim_scene scene = standard(0);
+    struct sim_options fine = {.solver = "rk4", .dt_s = 1e-6};
+    struct sim_result bounces, held;
+    scene.tad_deg = 0.0;
+    assert_int_equal(sim_scene_set_list(&scene.t_out_s, times, 5, &error), MR_OK);
+    assert_int_equal(sim_run(&scene, &fine, &bounces, &error), MR_OK);
+    for (size_t k = 0; k < 2; k++) {
+        assert_int_equal(run(&scene, names[k], &held), MR_OK);
+        for (size_t i = 0; i < 5; i++)
+            near("held foot", held.outputs[i].lift_ft, bounces.outputs[i].lift_ft, 3e-7);
+        sim_result_free(&held);
+    }
+    sim_result_free(&bounces);
+    sim_scene_free(&scene);
+}
+
+static void friction_sign_is_refused_with_advice(void **state)
+{
+    (void)state;
+    for (size_t base = 0; base < 2; base++) {
+        struct sim_scene scene = standard(base);
+        struct sim_result result;
+        scene.friction_law = SIM_SIGN;
+        assert_int_equal(run(&scene, NULL, &result), MR_NUMERICS);
+        assert_int_equal(result.status, SIM_STEP_UNDERFLOW);
+        assert_true(result.mat >= 1 && result.t_s > 0.0 && !result.outputs);
+        assert_non_null(strstr(error.text, "mat 1 at"));
+        assert_non_null(strstr(error.text, "give friction stick"));
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_is_answered_and_confirmed_or_refused),
+        cmocka_unit_test(a_flat_mat_lifts_exactly_nothing),
+        cmocka_unit_test(one_mat_alone_slides_as_a_block),
+        cmocka_unit_test(mats_beyond_the_wave_do_not_matter),
+        cmocka_unit_test(a_held_foot_moves_like_one_that_bounces),
+        cmocka_unit_test(friction_sign_is_refused_with_advice),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

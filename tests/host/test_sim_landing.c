@@ -1,0 +1,194 @@
+/* Whole landings with the consistent model: against the chain where nothing heaves, against the solver that locates
+ * every switch where it does, and against itself with nothing left out. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/sim.h"
+
+static struct error error;
+
+static void fill(struct sim_list *list, const double *values, size_t count)
+{
+    assert_int_equal(sim_scene_set_list(list, values, count, &error), MR_OK);
+}
+
+static double spread(int i)
+{
+    double x = 0.6180339887498949 * i + 0.31 * i * i / 97.0;
+    return x - floor(x);
+}
+
+/* 80 mats of the model runway with uneven gaps and grit; the aircraft brakes across them and is pulled off. */
+static struct sim_scene short_runway(enum sim_model model)
+{
+    struct sim_scene scene;
+    double gaps[81], grits[81];
+    const struct sim_path_row rows[] = {{0, 1, 0}, {0.05, 2.4, 13.5}, {0.4, 10.5, 25}, {0.6, 12.5, 25}, {0.6, 12.5, 0}};
+    sim_scene_defaults(&scene);
+    scene.model = model;
+    scene.mats = 80;
+    scene.length_ft = 2.0 / 7.0;
+    scene.weight_lb = 0.466;
+    scene.inertia_slug_ft2 = 1.19e-4;
+    scene.kv_lb_ft = 1.3e4;
+    scene.cv_lb_s_ft = 60.0;
+    scene.kt_lb_ft_rad = 41.6;
+    scene.ct_lb_ft_s_rad = 1.6e-4;
+    scene.tad_deg = 7.0;
+    scene.kl_lb_ft = 2.9e5;
+    scene.cl_lb_s_ft = 5.0;
+    scene.slack_ft = 0.0025;
+    scene.left = SIM_FIXED;
+    scene.v0_ft_s = 0.0;
+    scene.t_dwell_s = 0.2;
+    for (int j = 0; j <= 80; j++) {
+        gaps[j] = 0.0025 * spread(j);
+        grits[j] = 20.0 * spread(j + 500);
+    }
+    fill(&scene.gap0_ft, gaps, 81);
+    fill(&scene.grit_lb, grits, 81);
+    assert_int_equal(sim_scene_set_path(&scene, rows, 5, &error), MR_OK);
+    return scene;
+}
+
+static struct sim_result run(const struct sim_scene *scene, struct sim_options options)
+{
+    struct sim_result result;
+    memset(&error, 0, sizeof error);
+    sim_run(scene, &options, &result, &error);
+    assert_string_equal(error.text, "");
+    return result;
+}
+
+/* Flat mats without a wheel load do not heave: the planar landing is the chain's. */
+static void a_flat_landing_is_the_chains(void **state)
+{
+    (void)state;
+    for (int variant = 0; variant < 3; variant++) {
+        const double none = 0.0;
+        struct sim_scene flat = short_runway(SIM_CONSISTENT), chain = short_runway(SIM_CHAIN);
+        struct sim_scene *both[2] = {&flat, &chain};
+        for (int i = 0; i < 2; i++) {
+            if (variant == 1)
+                both[i]->profile = SIM_FULL;
+            if (variant == 2)
+                fill(&both[i]->grit_lb, &none, 1);
+        }
+        struct sim_result a = run(&flat, (struct sim_options){.dt_s = 4e-5});
+        struct sim_result b = run(&chain, (struct sim_options){.dt_s = 2e-5});
+        assert_string_equal(a.solver, "fixed");
+        assert_true(b.peak_u_ft > 0.005);
+        assert_true(a.max_lift_ft == 0.0);
+        /* same scheme, twice the step: apart by less than the two estimates together */
+        for (int n = 1; n <= 80; n++)
+            assert_true(fabs(a.u_ft[n] - b.u_ft[n]) < 2.0 * (a.error_u_ft + b.error_u_ft));
+        sim_result_free(&a);
+        sim_result_free(&b);
+        sim_scene_free(&flat);
+        sim_scene_free(&chain);
+    }
+}
+
+static void leaving_mats_out_changes_nothing(void **state)
+{
+    (void)state;
+    for (int variant = 0; variant < 4; variant++) {
+        struct sim_scene scene = short_runway(SIM_CONSISTENT);
+        double heights[81];
+        for (int j = 0; j <= 80; j++)
+            heights[j] = 0.0036 * spread(j + 33);
+        if (variant > 0)
+            fill(&scene.bump_ft, heights, variant == 3 ? 20 : 81);
+        scene.bump_first = 1;
+        if (variant == 2) {
+            scene.wheel_load_lb = 3.0;
+            scene.friction_normal = SIM_SOIL;
+            scene.profile = SIM_FULL;
+        }
+        struct sim_result pruned = run(&scene, (struct sim_options){.dt_s = 4e-5});
+        struct sim_result whole = run(&scene, (struct sim_options){.dt_s = 4e-5, .no_prune = true});
+        assert_true(whole.mats_mean > 79.99 && pruned.mats_mean < 60.0);
+        assert_true(pruned.peak_u_ft > 0.005);
+        /* exact, but for a heaving part that is held back at its ends: switches of a fixed step amplify that */
+        double apart_ft = variant == 2 ? 0.05 * whole.error_u_ft : 0.0;
+        for (int n = 1; n <= 80; n++)
+            assert_true(fabs(pruned.u_ft[n] - whole.u_ft[n]) <= apart_ft);
+        assert_true(fabs(pruned.max_lift_ft - whole.max_lift_ft) <= apart_ft);
+        sim_result_free(&pruned);
+        sim_result_free(&whole);
+        sim_scene_free(&scene);
+    }
+}
+
+/* A bow wave on ten mats: the fixed step converges to what the solver finds that locates every switch. */
+static void it_converges_to_located_switches(void **state)
+{
+    (void)state;
+    const double bump[] = {0.0099, 0.02, 0.0099};
+    for (int variant = 0; variant < 2; variant++) {
+        struct sim_scene scene;
+        sim_scene_defaults(&scene);
+        scene.model = SIM_CONSISTENT;
+        scene.mats = 30;
+        scene.slack_ft = variant ? 0.02 : 0.0;
+        fill(&scene.bump_ft, bump, 3);
+        struct sim_result truth = run(&scene, (struct sim_options){.solver = "event"});
+        double before_u = 0.0, before_lift = 0.0;
+        for (int halving = 0; halving < 3; halving++) {
+            struct sim_options options = {.solver = "fixed", .dt_s = ldexp(2e-5, -2 * halving)};
+            struct sim_result fixed = run(&scene, options);
+            double off_u = 0.0, off_lift = fabs(fixed.max_lift_ft - truth.max_lift_ft);
+            for (int n = 1; n <= 30; n++)
+                off_u = fmax(off_u, fabs(fixed.u_ft[n] - truth.u_ft[n]));
+            assert_true(off_u < 3.0 * fixed.error_u_ft + 1e-7);
+            assert_true(off_lift < 3.0 * fixed.error_lift_ft + 1e-6);
+            if (halving > 0)
+                assert_true(off_u < 0.5 * before_u && off_lift < 0.5 * before_lift);
+            before_u = off_u;
+            before_lift = off_lift;
+            sim_result_free(&fixed);
+        }
+        assert_true(truth.peak_u_ft > 0.01 && before_u < 0.01 * truth.peak_u_ft);
+        sim_result_free(&truth);
+        sim_scene_free(&scene);
+    }
+}
+
+static void what_it_cannot_do_is_refused(void **state)
+{
+    (void)state;
+    struct sim_scene scene = short_runway(SIM_CONSISTENT);
+    struct sim_result result;
+    memset(&error, 0, sizeof error);
+    assert_int_equal(sim_run(&scene, &(struct sim_options){.dt_s = 1e-3}, &result, &error), MR_NUMERICS);
+    assert_int_equal(result.status, SIM_UNSTABLE);
+    assert_non_null(strstr(error.text, "stability limit"));
+    sim_result_free(&result);
+    memset(&error, 0, sizeof error);
+    assert_int_equal(sim_run(&scene, &(struct sim_options){.solver = "event"}, &result, &error), MR_USAGE);
+    assert_non_null(strstr(error.text, "grit"));
+    sim_result_free(&result);
+    memset(&error, 0, sizeof error);
+    scene.friction_law = SIM_TANH;
+    assert_int_equal(sim_run(&scene, &(struct sim_options){0}, &result, &error), MR_USAGE);
+    assert_non_null(strstr(error.text, "tanh"));
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_flat_landing_is_the_chains),
+        cmocka_unit_test(leaving_mats_out_changes_nothing),
+        cmocka_unit_test(it_converges_to_located_switches),
+        cmocka_unit_test(what_it_cannot_do_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

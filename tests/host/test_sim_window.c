@@ -1,0 +1,168 @@
+/* What is left out of a planar scene: that it changes nothing, and that it is left out. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/sim.h"
+
+static struct error error;
+
+static void fill(struct sim_list *list, const double *values, size_t count)
+{
+    assert_int_equal(sim_scene_set_list(list, values, count, &error), MR_OK);
+}
+
+/* Fig 3.7 with more mats than the wave reaches; outputs on the way. */
+static struct sim_scene long_strip(enum sim_model model, int mats)
+{
+    struct sim_scene scene;
+    const double bump[] = {0.0099, 0.02, 0.0099}, times[] = {0.01, 0.02, 0.03, 0.04};
+    sim_scene_defaults(&scene);
+    scene.model = model;
+    scene.mats = mats;
+    scene.mats_crossed = 2.0;
+    fill(&scene.bump_ft, bump, 3);
+    fill(&scene.t_out_s, times, 4);
+    return scene;
+}
+
+static struct sim_result good(const struct sim_scene *scene, const char *solver, bool no_prune)
+{
+    struct sim_result result;
+    memset(&error, 0, sizeof error);
+    sim_run(scene, &(struct sim_options){.solver = solver, .no_prune = no_prune}, &result, &error);
+    assert_string_equal(error.text, "");
+    return result;
+}
+
+static void same(const struct sim_result *a, const struct sim_result *b, double apart_ft)
+{
+    assert_int_equal(a->output_count, b->output_count);
+    for (size_t i = 0; i < a->output_count; i++) {
+        assert_true(fabs(a->outputs[i].lift_ft - b->outputs[i].lift_ft) <= apart_ft);
+        for (int n = 1; n <= a->mats; n++)
+            assert_true(fabs(a->outputs[i].u_ft[n] - b->outputs[i].u_ft[n]) <= apart_ft);
+    }
+    for (int j = 1; j <= a->mats + 1; j++)
+        assert_true(fabs(a->gap_ft[j] - b->gap_ft[j]) <= 2.0 * apart_ft);
+    assert_true(fabs(a->max_lift_ft - b->max_lift_ft) <= apart_ft);
+}
+
+/* 1e-9: what the issue of leaving mats out may cost; what is found is below 1e-10. */
+static void leaving_mats_out_changes_nothing(void **state)
+{
+    (void)state;
+    for (int variant = 0; variant < 9; variant++) {
+        struct sim_scene scene = long_strip(variant % 2 ? SIM_CONSISTENT : SIM_REPORT, 160);
+        const char *solver = "event";
+        double prestress[161] = {0};
+        if (variant == 2 || variant == 3) {
+            scene.friction_law = SIM_TANH;
+            scene.veps_ft_s = 1e-2;
+        }
+        if (variant == 4)
+            solver = "implicit";
+        if (variant == 5) { /* pressed down, pushed from afar, jumping thrust replaced by a shared one */
+            scene.wheel_load_lb = 2000.0;
+            scene.thrust = SIM_LINEAR;
+            scene.s0_ft = 90.0;
+            scene.friction_normal = SIM_SOIL;
+        }
+        if (variant == 6) { /* torsion acts at any angle: mats do not stay flat by themselves */
+            scene.tad_deg = 0.0;
+            scene.lift_shear = SIM_NO_SHEAR;
+            scene.kt_lb_ft_rad = 2e4;
+        }
+        if (variant == 7) { /* slack, and a joint far away that starts under load */
+            scene.slack_ft = 0.02;
+            prestress[120] = -1e-4;
+            fill(&scene.gap0_ft, prestress, 161);
+            scene.bump_first = 40;
+        }
+        if (variant == 8) { /* the bump is far from the wheel, both start moving */
+            scene.bump_first = 100;
+            scene.v0_mat = 60;
+            scene.s0_ft = 119.0;
+        }
+        struct sim_result pruned = good(&scene, solver, false), whole = good(&scene, solver, true);
+        same(&pruned, &whole, 1e-9);
+        assert_int_equal(whole.mats_max, 160);
+        assert_true(whole.mats_mean > 159.99);
+        if (variant != 7)
+            assert_true(pruned.mats_mean < 130.0);
+        assert_true(pruned.peak_u_ft > 1e-3);
+        sim_result_free(&pruned);
+        sim_result_free(&whole);
+        sim_scene_free(&scene);
+    }
+}
+
+/* A wave front needs N L / c; one that is frozen at the first window would not arrive. */
+static void the_window_grows_with_the_motion(void **state)
+{
+    (void)state;
+    struct sim_scene scene = long_strip(SIM_REPORT, 160);
+    scene.friction = 0.0;
+    scene.bump_ft.count = 0;
+    struct sim_result result = good(&scene, "event", false);
+    double c_ft_s = 2.0 * sqrt(8e6 / (160.0 / 32.174));
+    for (size_t i = 0; i < result.output_count; i++) {
+        int front = (int)(c_ft_s * result.outputs[i].t_s / 2.0);
+        assert_true(result.outputs[i].u_ft[front - 3] > 1e-4);
+        assert_true(fabs(result.outputs[i].u_ft[front + 15]) < 1e-6);
+    }
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* The cost of a scene is that of its motion: what is at rest beyond does not count. */
+static void mats_beyond_the_reach_cost_nothing(void **state)
+{
+    (void)state;
+    struct sim_scene a = long_strip(SIM_REPORT, 200), b = long_strip(SIM_REPORT, 4096);
+    struct sim_result near = good(&a, "event", false), far = good(&b, "event", false);
+    assert_int_equal(near.mats_max, far.mats_max);
+    assert_true(near.mats_max < 90);
+    assert_int_equal(near.steps, far.steps);
+    for (int n = 1; n <= 200; n++)
+        assert_true(near.u_ft[n] == far.u_ft[n]);
+    for (int n = 201; n <= 4096; n++)
+        assert_true(far.u_ft[n] == 0.0);
+    sim_result_free(&near);
+    sim_result_free(&far);
+    sim_scene_free(&a);
+    sim_scene_free(&b);
+}
+
+/* A flat strip at rest: only the mats under the wheel are looked at, and none of them lifts. */
+static void a_flat_strip_stays_flat(void **state)
+{
+    (void)state;
+    for (int model = 0; model < 2; model++) {
+        struct sim_scene scene = long_strip(model ? SIM_CONSISTENT : SIM_REPORT, 300);
+        scene.bump_ft.count = 0;
+        scene.force_lb = 60.0; /* below f W = 80 */
+        scene.v0_ft_s = 0.0;
+        struct sim_result result = good(&scene, "event", false);
+        assert_true(result.peak_u_ft == 0.0 && result.max_lift_ft == 0.0);
+        assert_true(result.mats_max < 30);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(leaving_mats_out_changes_nothing),
+        cmocka_unit_test(the_window_grows_with_the_motion),
+        cmocka_unit_test(mats_beyond_the_reach_cost_nothing),
+        cmocka_unit_test(a_flat_strip_stays_flat),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,109 @@
+#include "tests/stability/draw.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+const char *const draw_key_names[DRAW_KEYS] = {"KV", "CV", "KL", "CL", "KT", "CT", "W", "I"};
+
+/* splitmix64 (S. Vigna, public domain): every table comes out the same on every machine. */
+static uint64_t next(uint64_t *state)
+{
+    uint64_t x = *state += 0x9e3779b97f4a7c15u;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+}
+
+static double uniform(uint64_t *state)
+{
+    return (double)(next(state) >> 11) * 0x1p-53;
+}
+
+static size_t below(uint64_t *state, size_t count)
+{
+    return (size_t)(uniform(state) * (double)count);
+}
+
+double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS]
+{
+    double(*rows)[DRAW_KEYS] = calloc(count, sizeof *rows);
+    for (int key = 0; rows && key < DRAW_KEYS; key++) {
+        for (size_t i = 0; i < count; i++) {
+            rows[i][key] = DRAW_DECADES * (((double)i + uniform(&seed)) / (double)count - 0.5);
+            size_t other = below(&seed, i + 1);
+            double kept = rows[other][key];
+            rows[other][key] = rows[i][key];
+            rows[i][key] = kept;
+        }
+    }
+    return rows;
+}
+
+#define PICK(state, ...) ((const double[]){__VA_ARGS__}[below(state, sizeof((double[]){__VA_ARGS__}) / sizeof(double))])
+
+static enum sim_end end(uint64_t *state)
+{
+    return below(state, 2) == 0 ? SIM_FREE : SIM_FIXED;
+}
+
+enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
+                          struct error *error)
+{
+    static const enum sim_friction laws[] = {SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK,
+                                             SIM_TANH,  SIM_TANH,  SIM_TANH,  SIM_NONE,  SIM_NONE,  SIM_SIGN};
+    static const enum sim_lift_shear shears[] = {SIM_RISING, SIM_RISING, SIM_RISING, SIM_FOLLOWING, SIM_BOTH,
+                                                 SIM_NO_SHEAR};
+    uint64_t state = seed ^ (0xd1342543de82ef95u * (index + 1));
+    next(&state);
+    sim_scene_defaults(scene);
+    snprintf(scene->name, sizeof scene->name, "scene %zu", index);
+    scene->kv_lb_ft *= pow(10.0, exponents[DRAW_KV]);
+    scene->cv_lb_s_ft *= pow(10.0, exponents[DRAW_CV]);
+    scene->kl_lb_ft *= pow(10.0, exponents[DRAW_KL]);
+    scene->cl_lb_s_ft *= pow(10.0, exponents[DRAW_CL]);
+    scene->kt_lb_ft_rad *= pow(10.0, exponents[DRAW_KT]);
+    scene->ct_lb_ft_s_rad *= pow(10.0, exponents[DRAW_CT]);
+    scene->weight_lb *= pow(10.0, exponents[DRAW_W]);
+    /* a slab's inertia is its mass times a length; half the scenes keep that, in half it is on its own */
+    bool slab = below(&state, 2) == 0;
+    scene->inertia_slug_ft2 *= pow(10.0, slab ? exponents[DRAW_W] : exponents[DRAW_I]);
+    double heavier = scene->weight_lb / 160.0;
+
+    scene->model = below(&state, 2) == 0 ? SIM_REPORT : SIM_CONSISTENT;
+    bool consistent = scene->model == SIM_CONSISTENT;
+    scene->mats = 6 + (int)below(&state, 11);
+    scene->profile = below(&state, 2) == 0 ? SIM_LOW : SIM_FULL;
+    scene->tad_deg = PICK(&state, 0.0, 1.0, 10.0, 10.0);
+    scene->tad_mode = below(&state, 3) == 0 ? SIM_SWITCHED : SIM_DEADBAND;
+    scene->slack_ft = PICK(&state, 0.0, 0.0, 0.005, 0.25 / 12.0);
+    scene->left = end(&state);
+    scene->right = end(&state);
+    scene->left_torsion = end(&state);
+    scene->right_torsion = end(&state);
+    /* thrust in proportion to the mats, or the report's whatever they weigh */
+    scene->force_lb *= PICK(&state, 0.1, 0.5, 1.0, 2.0);
+    if (below(&state, 2) == 0)
+        scene->force_lb *= heavier;
+    scene->vac_ft_s = PICK(&state, 60.0, 90.0, 140.0);
+    scene->s0_ft = PICK(&state, 0.0, 2.0, 5.0);
+    scene->thrust = below(&state, 2) == 0 ? SIM_JUMP : SIM_LINEAR;
+    scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 10.0) * scene->weight_lb;
+    scene->friction_law = laws[below(&state, sizeof laws / sizeof laws[0])];
+    scene->friction = PICK(&state, 0.2, 0.5, 0.9);
+    scene->veps_ft_s = PICK(&state, 1e-3, 1e-2);
+    scene->friction_normal = consistent && below(&state, 2) == 0 ? SIM_SOIL : SIM_WEIGHT;
+    scene->shear_lb *= heavier;
+    scene->lift_shear = shears[below(&state, sizeof shears / sizeof shears[0])];
+    scene->v0_ft_s = PICK(&state, 0.0, 2.0, 2.0);
+    double bump = PICK(&state, 0.0, 0.005, 0.02, 0.02, 0.1);
+    scene->bump_first = 3;
+    scene->t_end_s = PICK(&state, 0.005, 0.01, 0.02);
+    double times[DRAW_OUTPUTS];
+    for (int i = 0; i < DRAW_OUTPUTS; i++)
+        times[i] = scene->t_end_s * (i + 1) / DRAW_OUTPUTS;
+    const double heights[] = {0.495 * bump, bump, 0.495 * bump};
+    if (bump > 0.0)
+        sim_scene_set_list(&scene->bump_ft, heights, 1 + 2 * below(&state, 2), error);
+    return error->status == MR_OK ? sim_scene_set_list(&scene->t_out_s, times, DRAW_OUTPUTS, error) : error->status;
+}

@@ -1,0 +1,24 @@
+/* Draw: the scenes of the stability study, a Latin hypercube. README.md. */
+#ifndef MATRIG_TESTS_STABILITY_DRAW_H
+#define MATRIG_TESTS_STABILITY_DRAW_H
+
+#include <stdint.h>
+
+#include "host/sim/scene.h"
+
+#define DRAW_DECADES 6.0
+#define DRAW_OUTPUTS 16
+
+enum draw_key { DRAW_KV, DRAW_CV, DRAW_KL, DRAW_CL, DRAW_KT, DRAW_CT, DRAW_W, DRAW_I, DRAW_KEYS };
+
+extern const char *const draw_key_names[DRAW_KEYS];
+
+/* Exponents of the eight keys, count rows: factor 10^exponent on the standard scene's value, within +-3 decades, each
+ * of the `count` equal parts of that range met exactly once by every key. Allocated; NULL when memory is short. */
+double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS];
+
+/* Scene `index` of a table. The caller frees the scene. MR_FULL when memory is short. */
+enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
+                          struct error *error);
+
+#endif

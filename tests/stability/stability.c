@@ -1,0 +1,296 @@
+/* stability [--scenes N] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER: the stability study. Writes FOLDER/table.csv
+ * and prints a summary; exits with 1 when an answer is contradicted or a solver crashed. README.md. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "tests/stability/study.h"
+
+#define SEED 1973u
+#define SCENES 2000u
+#define JOBS_MAX 64u
+#define SLOW_S 10.0 /* auto should need no longer */
+#define BINS 6
+
+struct plan {
+    size_t scenes, every, only, jobs, minutes;
+    uint64_t seed;
+    const char *folder;
+    double (*exponents)[DRAW_KEYS];
+};
+
+struct shared {
+    _Atomic size_t next;
+    time_t begin;
+    struct study_answer answers[][STUDY_METHODS];
+};
+
+static const struct study_limits limits = {.auto_s = 12.0, .other_s = 1.0};
+
+static void work(const struct plan *plan, struct shared *shared)
+{
+    for (;;) {
+        size_t i = shared->next++ * plan->every;
+        struct sim_scene scene;
+        struct error error = {0};
+        if (plan->only < plan->scenes)
+            i = i == 0 ? plan->only : plan->scenes;
+        if (i >= plan->scenes || time(NULL) > shared->begin + 60 * (time_t)plan->minutes)
+            return;
+        if (draw_scene(&scene, plan->exponents[i], i, plan->seed, &error) != MR_OK)
+            _exit(3);
+        study_scene(&scene, &limits, shared->answers[i]);
+        sim_scene_free(&scene);
+    }
+}
+
+static bool run_all(const struct plan *plan, struct shared *shared)
+{
+    bool good = true;
+    int status;
+    for (size_t j = 0; j < plan->jobs; j++) {
+        pid_t child = fork();
+        if (child == 0) {
+            work(plan, shared);
+            _exit(0);
+        }
+        good = good && child > 0;
+    }
+    while (wait(&status) > 0)
+        good = good && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return good;
+}
+
+struct summary {
+    size_t scenes, not_run, compared[STUDY_METHODS], contradicted, verdicts, unconfirmed, crashed, slow, fold_disputed;
+    size_t ends[3][STUDY_ENDS]; /* of auto: all, of event, of implicit */
+    size_t rescued[STUDY_METHODS]; /* auto did not answer, this one did */
+    double worst_u, worst_lift, slowest_s, total_s;
+    size_t bins_u[BINS], bins_lift[BINS]; /* ratios up to 0.1, 0.3, 1, 3, 10, beyond */
+};
+
+static size_t bin(double ratio)
+{
+    static const double edges[BINS - 1] = {0.1, 0.3, 1.0, 3.0, 10.0};
+    size_t i = 0;
+    while (i < BINS - 1 && ratio > edges[i])
+        i++;
+    return i;
+}
+
+static void add(struct summary *s, size_t index, const struct sim_scene *scene, const struct study_answer *answers,
+                struct study_difference *worst)
+{
+    const struct study_answer *first = &answers[STUDY_AUTO];
+    bool confirmed = false, contradicted = false;
+    *worst = (struct study_difference){0};
+    s->scenes++;
+    s->ends[0][first->end]++;
+    if (first->solver[0] != '-')
+        s->ends[strcmp(first->solver, "event") == 0 ? 1 : 2][first->end]++;
+    s->slow += first->cpu_s > SLOW_S;
+    s->slowest_s = fmax(s->slowest_s, first->cpu_s);
+    for (int i = 0; i < STUDY_METHODS; i++) {
+        s->total_s += answers[i].cpu_s;
+        s->crashed += answers[i].end == STUDY_CRASHED;
+    }
+    for (int i = STUDY_AUTO + 1; i < STUDY_METHODS; i++) {
+        if (answers[i].end == STUDY_OK && first->end != STUDY_OK) {
+            s->rescued[i]++;
+            if (first->end == STUDY_FOLDED) {
+                s->fold_disputed++;
+                printf("FOLD DISPUTED %zu: auto folded at %.6g s, %s ok\n", index, first->t_s, study_method_names[i]);
+            }
+        }
+        if (answers[i].end != STUDY_OK || first->end != STUDY_OK)
+            continue;
+        struct study_difference d = study_compare(scene, first, &answers[i]);
+        s->compared[i]++;
+        s->bins_u[bin(d.ratio_u)]++;
+        s->bins_lift[bin(d.ratio_lift)]++;
+        confirmed = true;
+        contradicted = contradicted || d.contradicts;
+        s->verdicts += d.verdict;
+        s->worst_u = fmax(s->worst_u, d.ratio_u);
+        s->worst_lift = fmax(s->worst_lift, d.ratio_lift);
+        worst->u_ft = fmax(worst->u_ft, d.u_ft);
+        worst->lift_ft = fmax(worst->lift_ft, d.lift_ft);
+        worst->ratio_u = fmax(worst->ratio_u, d.ratio_u);
+        worst->ratio_lift = fmax(worst->ratio_lift, d.ratio_lift);
+        if (d.contradicts)
+            printf("CONTRADICTED %zu: auto (%s) and %s: u %.3g ft (stated %.3g, %.3g), lift %.3g ft (stated %.3g, %.3g), "
+                   "max lift %.6g and %.6g%s\n",
+                   index, first->solver, study_method_names[i], d.u_ft, first->error_u_ft, answers[i].error_u_ft,
+                   d.lift_ft, first->error_lift_ft, answers[i].error_lift_ft, first->max_lift_ft,
+                   answers[i].max_lift_ft, d.verdict ? ", verdicts differ" : "");
+    }
+    s->contradicted += contradicted;
+    s->unconfirmed += first->end == STUDY_OK && !confirmed;
+    worst->contradicts = contradicted;
+}
+
+static void write_row(FILE *table, size_t index, const double *exponents, const struct sim_scene *scene,
+                      const struct study_answer *answers, const struct study_difference *worst)
+{
+    static const char *const laws[] = {"stick", "tanh", "sign", "none"};
+    static const char *const shears[] = {"rising", "none", "following", "both"};
+    const struct study_answer *first = &answers[STUDY_AUTO];
+    fprintf(table, "%zu", index);
+    for (int k = 0; k < DRAW_KEYS; k++)
+        fprintf(table, ",%.3f", exponents[k]);
+    fprintf(table, ",%s,%d,%.3g,%s,%g,%s,%.3g,%.3g,%s%s,%s,%s,%g,%g,%g", sim_model_name(scene->model), scene->mats,
+            scene->inertia_slug_ft2, scene->profile == SIM_FULL ? "full" : "low", scene->tad_deg,
+            scene->tad_mode == SIM_SWITCHED ? "switched" : "deadband", scene->slack_ft, scene->force_lb,
+            laws[scene->friction_law], scene->friction_normal == SIM_SOIL ? "/soil" : "",
+            scene->thrust == SIM_LINEAR ? "linear" : "jump", shears[scene->lift_shear],
+            scene->bump_ft.count > 0 ? scene->bump_ft.values[scene->bump_ft.count / 2] : 0.0, scene->wheel_load_lb,
+            scene->t_end_s);
+    fprintf(table, ",%.3g,%s,%.6g,%.6g,%d,%.2g,%.2g", first->rate, first->solver, first->peak_u_ft, first->max_lift_ft,
+            first->bow_wave, first->error_u_ft, first->error_lift_ft);
+    for (int i = 0; i < STUDY_METHODS; i++) {
+        fprintf(table, ",%s", study_end_names[answers[i].end]);
+        if (answers[i].end == STUDY_NOT_RUN)
+            fprintf(table, ",");
+        else
+            fprintf(table, ",%.3f", answers[i].cpu_s);
+    }
+    fprintf(table, ",%.2g,%.2g,%.2g,%.2g,%d\n", worst->u_ft, worst->lift_ft, worst->ratio_u, worst->ratio_lift,
+            worst->contradicts);
+}
+
+static void print_bins(const char *what, const size_t *bins, double worst)
+{
+    static const char *const upto[BINS] = {"0.1", "0.3", "1", "3", "10", "more"};
+    printf("  %-5s", what);
+    for (size_t i = 0; i < BINS; i++)
+        printf("  <=%s: %zu", upto[i], bins[i]);
+    printf("  worst: %.3g\n", worst);
+}
+
+static void print_summary(const struct summary *s)
+{
+    static const char *const rows[] = {"auto, all", "  event", "  implicit"};
+    printf("%zu scenes, %.0f s of processor time", s->scenes, s->total_s);
+    if (s->not_run > 0)
+        printf("; NOT RUN, as time was up: %zu", s->not_run);
+    printf("\n");
+    for (int r = 0; r < 3; r++) {
+        printf("%-12s", rows[r]);
+        for (int e = 0; e < STUDY_NOT_RUN; e++)
+            printf("  %s %zu", study_end_names[e], s->ends[r][e]);
+        printf("\n");
+    }
+    printf("auto's slowest: %.1f s; beyond %g s: %zu\n", s->slowest_s, SLOW_S, s->slow);
+    printf("compared with");
+    for (int i = STUDY_AUTO + 1; i < STUDY_METHODS; i++)
+        printf("  %s %zu", study_method_names[i], s->compared[i]);
+    printf("; not compared, as no other method answers: %zu\n", s->unconfirmed);
+    printf("difference over both error estimates:\n");
+    print_bins("u", s->bins_u, s->worst_u);
+    print_bins("lift", s->bins_lift, s->worst_lift);
+    printf("auto does not answer, another does:");
+    for (int i = STUDY_AUTO + 1; i < STUDY_METHODS; i++)
+        printf("  %s %zu", study_method_names[i], s->rescued[i]);
+    printf("; of folds: %zu\n", s->fold_disputed);
+    printf("contradicted: %zu (bow wave or not: %zu); crashed: %zu\n", s->contradicted, s->verdicts, s->crashed);
+}
+
+static bool tabulate(const struct plan *plan, const struct shared *shared, struct summary *summary)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/table.csv", plan->folder);
+    FILE *table = fopen(path, "w");
+    if (!table) {
+        fprintf(stderr, "stability: cannot write %s; make the folder\n", path);
+        return false;
+    }
+    fprintf(table, "scene");
+    for (int k = 0; k < DRAW_KEYS; k++)
+        fprintf(table, ",lg_%s", draw_key_names[k]);
+    fprintf(table, ",model,N,I,profile,TAD_deg,tad_mode,slack,F,friction,thrust,lift_shear,bump,wheel_load,tend,rate,"
+                   "solver,peak_u,max_lift,bow,error_u,error_lift");
+    for (int i = 0; i < STUDY_METHODS; i++)
+        fprintf(table, ",%s,%s_s", study_method_names[i], study_method_names[i]);
+    fprintf(table, ",apart_u,apart_lift,ratio_u,ratio_lift,contradicted\n");
+    for (size_t i = 0; i < plan->scenes; i += plan->every) {
+        size_t at = plan->only < plan->scenes ? plan->only : i;
+        struct sim_scene scene;
+        struct study_difference worst;
+        struct error error = {0};
+        if (draw_scene(&scene, plan->exponents[at], at, plan->seed, &error) != MR_OK)
+            break;
+        if (shared->answers[at][STUDY_AUTO].solver[0] == '\0') { /* time was up */
+            summary->not_run++;
+            sim_scene_free(&scene);
+            continue;
+        }
+        add(summary, at, &scene, shared->answers[at], &worst);
+        write_row(table, at, plan->exponents[at], &scene, shared->answers[at], &worst);
+        sim_scene_free(&scene);
+        if (plan->only < plan->scenes)
+            break;
+    }
+    return fclose(table) == 0;
+}
+
+static bool parse(struct plan *plan, int count, char **words)
+{
+    *plan = (struct plan){.scenes = SCENES, .every = 1, .only = SIZE_MAX, .jobs = 2, .minutes = 30, .seed = SEED};
+    for (int i = 1; i < count; i++) {
+        char *end;
+        if (words[i][0] != '-') {
+            plan->folder = words[i];
+            continue;
+        }
+        if (i + 1 >= count)
+            return false;
+        unsigned long long value = strtoull(words[i + 1], &end, 10);
+        if (*end != '\0')
+            return false;
+        if (strcmp(words[i], "--scenes") == 0)
+            plan->scenes = value;
+        else if (strcmp(words[i], "--every") == 0)
+            plan->every = value;
+        else if (strcmp(words[i], "--only") == 0)
+            plan->only = value;
+        else if (strcmp(words[i], "--seed") == 0)
+            plan->seed = value;
+        else if (strcmp(words[i], "--jobs") == 0)
+            plan->jobs = value;
+        else if (strcmp(words[i], "--minutes") == 0)
+            plan->minutes = value;
+        else
+            return false;
+        i++;
+    }
+    return plan->folder && plan->scenes > 0 && plan->every > 0 && plan->jobs > 0 && plan->jobs <= JOBS_MAX;
+}
+
+int main(int count, char **words)
+{
+    struct plan plan;
+    struct summary summary = {0};
+    if (!parse(&plan, count, words)) {
+        fprintf(stderr, "usage: stability [--scenes N] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER\n");
+        return 2;
+    }
+    plan.exponents = draw_table(plan.scenes, plan.seed);
+    struct shared *shared = mmap(NULL, sizeof *shared + plan.scenes * sizeof shared->answers[0],
+                                 PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (!plan.exponents || shared == MAP_FAILED) {
+        fprintf(stderr, "stability: out of memory: %zu scenes; give fewer\n", plan.scenes);
+        return 3;
+    }
+    shared->begin = time(NULL);
+    bool good = run_all(&plan, shared) && tabulate(&plan, shared, &summary);
+    free(plan.exponents);
+    if (!good)
+        return 3;
+    print_summary(&summary);
+    return summary.contradicted + summary.crashed + summary.fold_disputed + summary.not_run > 0;
+}

@@ -1,0 +1,204 @@
+#include "tests/stability/study.h"
+
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tests/sim_reference/model.h"
+
+#define REFERENCE_STEPS 10000.0 /* more are too slow */
+#define REFERENCE_REACH 0.3     /* step of the reference times the fastest rate */
+#define EVENT_STEPS 30000.0
+#define EXPLICIT_REACH 6.0
+
+const char *const study_method_names[STUDY_METHODS] = {"auto", "event", "implicit", "cvode", "reference"};
+const char *const study_end_names[STUDY_ENDS] = {"ok",      "unstable", "folded", "step_underflow",
+                                                 "slow",    "crashed",  "refused", "-"};
+
+static void solve(const struct sim_scene *scene, const char *solver, struct study_answer *answer)
+{
+    struct sim_options options = {.solver = solver};
+    struct sim_result result;
+    struct error error = {0};
+    enum mr_status status = sim_run(scene, &options, &result, &error);
+    answer->end = status == MR_OK ? STUDY_OK : status == MR_NUMERICS ? (enum study_end)result.status : STUDY_REFUSED;
+    snprintf(answer->solver, sizeof answer->solver, "%s", result.solver ? result.solver : "-");
+    answer->t_s = result.t_s;
+    answer->rate = 2.785 / result.dt_limit_s;
+    answer->steps = result.steps;
+    answer->events = result.events;
+    if (status == MR_OK) {
+        answer->error_u_ft = result.error_u_ft;
+        answer->error_lift_ft = result.error_lift_ft;
+        answer->peak_u_ft = result.peak_u_ft;
+        answer->max_lift_ft = result.max_lift_ft;
+        answer->bow_wave = result.bow_wave;
+        for (size_t i = 0; i < DRAW_OUTPUTS; i++) {
+            answer->lift_ft[i] = result.outputs[i].lift_ft;
+            memcpy(answer->u_ft[i], result.outputs[i].u_ft, ((size_t)scene->mats + 1) * sizeof(double));
+        }
+    }
+    sim_result_free(&result);
+}
+
+/* The same scene in the reference's terms. */
+static void translate(const struct sim_scene *scene, struct ref_scene *to)
+{
+    static const enum ref_shear shears[] = {
+        [SIM_RISING] = REF_RISING, [SIM_NO_SHEAR] = REF_NONE, [SIM_FOLLOWING] = REF_FOLLOWING, [SIM_BOTH] = REF_BOTH};
+    ref_defaults(to);
+    to->model = scene->model == SIM_REPORT ? REF_REPORT : REF_CONSISTENT;
+    to->mats = scene->mats;
+    to->W = scene->weight_lb;
+    to->I = scene->inertia_slug_ft2;
+    to->KV = scene->kv_lb_ft;
+    to->CV = scene->cv_lb_s_ft;
+    to->KL = scene->kl_lb_ft;
+    to->CL = scene->cl_lb_s_ft;
+    to->KT = scene->kt_lb_ft_rad;
+    to->CT = scene->ct_lb_ft_s_rad;
+    to->TAD = scene->tad_deg * M_PI / 180.0;
+    to->switched = scene->tad_mode == SIM_SWITCHED;
+    to->full = scene->profile == SIM_FULL;
+    to->slack = scene->slack_ft;
+    to->left_fixed = scene->left == SIM_FIXED;
+    to->right_fixed = scene->right == SIM_FIXED;
+    to->left_torsion_fixed = scene->left_torsion == SIM_FIXED;
+    to->right_torsion_fixed = scene->right_torsion == SIM_FIXED;
+    to->F = scene->force_lb;
+    to->Vac = scene->vac_ft_s;
+    to->s0 = scene->s0_ft;
+    to->linear = scene->thrust == SIM_LINEAR;
+    to->wheel_load = scene->wheel_load_lb;
+    to->f = scene->friction;
+    to->veps = scene->veps_ft_s;
+    to->friction = scene->friction_law == SIM_STICK  ? REF_STICK
+                   : scene->friction_law == SIM_TANH ? REF_TANH
+                                                     : REF_NO_FRICTION;
+    to->soil_normal = scene->friction_normal == SIM_SOIL;
+    to->V = scene->shear_lb;
+    to->shear = shears[scene->lift_shear];
+    for (size_t i = 0; i < scene->bump_ft.count; i++)
+        to->bump[(size_t)scene->bump_first - 1 + i] = scene->bump_ft.values[i];
+    to->v0 = scene->v0_ft_s;
+    to->tend = scene->t_end_s;
+    to->outputs = DRAW_OUTPUTS;
+    for (int i = 0; i < DRAW_OUTPUTS; i++)
+        to->t_out[i] = scene->t_out_s.values[i];
+}
+
+/* The reference at a step and at half of it. */
+static void refer(const struct sim_scene *scene, double rate, struct study_answer *answer)
+{
+    static struct ref_scene same;
+    static struct ref_run coarse, fine;
+    double step_s = fmin(REFERENCE_REACH / rate, scene->t_end_s / 2000.0);
+    translate(scene, &same);
+    snprintf(answer->solver, sizeof answer->solver, "rk4");
+    answer->rate = rate;
+    fclose(stderr); /* a child's own: why it stops is of no interest here */
+    answer->end = STUDY_UNDERFLOW;
+    if (!ref_march(&same, step_s, &coarse) || !ref_march(&same, 0.5 * step_s, &fine))
+        return;
+    answer->end = STUDY_OK;
+    answer->steps = fine.steps;
+    answer->events = fine.switches;
+    answer->max_lift_ft = fine.max_lift_ft;
+    answer->error_lift_ft = fabs(fine.max_lift_ft - coarse.max_lift_ft);
+    double bump = 0.0;
+    for (size_t i = 0; i < scene->bump_ft.count; i++)
+        bump = fmax(bump, scene->bump_ft.values[i]);
+    answer->bow_wave = fine.max_lift_ft > fmax(0.05, 2.0 * bump);
+    for (int i = 0; i < DRAW_OUTPUTS; i++) {
+        answer->lift_ft[i] = fine.output[i].lift_ft;
+        answer->error_lift_ft = fmax(answer->error_lift_ft, fabs(fine.output[i].lift_ft - coarse.output[i].lift_ft));
+        for (int n = 1; n <= scene->mats; n++) {
+            double u_ft = fine.output[i].u_ft[n - 1];
+            answer->u_ft[i][n] = u_ft;
+            answer->peak_u_ft = fmax(answer->peak_u_ft, fabs(u_ft));
+            answer->error_u_ft = fmax(answer->error_u_ft, fabs(u_ft - coarse.output[i].u_ft[n - 1]));
+        }
+    }
+}
+
+static double used_s(void)
+{
+    struct rusage usage;
+    getrusage(RUSAGE_CHILDREN, &usage);
+    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+}
+
+static void run(const struct sim_scene *scene, enum study_method method, double limit_s, double rate,
+                struct study_answer *answers)
+{
+    struct study_answer *answer = &answers[method];
+    double before_s = used_s();
+    int status = 0;
+    *answer = (struct study_answer){.end = STUDY_CRASHED, .solver = "-"};
+    pid_t child = fork();
+    if (child < 0)
+        return;
+    if (child == 0) {
+        struct itimerval limit = {.it_value = {(time_t)limit_s, (suseconds_t)(1e6 * fmod(limit_s, 1.0))}};
+        signal(SIGPROF, SIG_DFL);
+        setitimer(ITIMER_PROF, &limit, NULL);
+        if (method == STUDY_REFERENCE)
+            refer(scene, rate, answer);
+        else
+            solve(scene, study_method_names[method], answer);
+        _exit(0);
+    }
+    while (waitpid(child, &status, 0) < 0)
+        ;
+    if (WIFSIGNALED(status))
+        answer->end = WTERMSIG(status) == SIGPROF ? STUDY_SLOW : STUDY_CRASHED;
+    answer->cpu_s = used_s() - before_s;
+}
+
+void study_scene(const struct sim_scene *scene, const struct study_limits *limits, struct study_answer *answers)
+{
+    static const enum study_method after_event[] = {STUDY_IMPLICIT, STUDY_CVODE};
+    static const enum study_method after_implicit[] = {STUDY_EVENT, STUDY_CVODE};
+    for (int i = 0; i < STUDY_METHODS; i++)
+        answers[i] = (struct study_answer){.end = STUDY_NOT_RUN, .solver = "-"};
+    run(scene, STUDY_AUTO, limits->auto_s, 0.0, answers);
+    const struct study_answer *first = &answers[STUDY_AUTO];
+    bool explicit = strcmp(first->solver, "event") == 0, agreed = false;
+    for (int i = 0; i < 2 && !agreed && scene->friction_law != SIM_SIGN; i++) {
+        enum study_method method = explicit ? after_event[i] : after_implicit[i];
+        if (method == STUDY_EVENT && !(first->rate * scene->t_end_s / EXPLICIT_REACH < EVENT_STEPS))
+            continue;
+        run(scene, method, limits->other_s, first->rate, answers);
+        if (first->end == STUDY_OK && answers[method].end == STUDY_OK)
+            agreed = !study_compare(scene, first, &answers[method]).contradicts;
+        else if (first->end == STUDY_FOLDED)
+            agreed = answers[method].end == STUDY_FOLDED;
+    }
+    if (first->end == STUDY_OK && scene->friction_law != SIM_SIGN &&
+        first->rate * scene->t_end_s / REFERENCE_REACH < REFERENCE_STEPS)
+        run(scene, STUDY_REFERENCE, limits->other_s, first->rate, answers);
+}
+
+struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
+                                      const struct study_answer *b)
+{
+    struct study_difference d = {.verdict = a->bow_wave != b->bow_wave,
+                                 .lift_ft = fabs(a->max_lift_ft - b->max_lift_ft)};
+    for (int i = 0; i < DRAW_OUTPUTS; i++) {
+        d.lift_ft = fmax(d.lift_ft, fabs(a->lift_ft[i] - b->lift_ft[i]));
+        for (int n = 1; n <= scene->mats; n++)
+            d.u_ft = fmax(d.u_ft, fabs(a->u_ft[i][n] - b->u_ft[i][n]));
+    }
+    double stated_u = a->error_u_ft + b->error_u_ft, stated_lift = a->error_lift_ft + b->error_lift_ft;
+    d.ratio_u = d.u_ft / (stated_u + STUDY_LEAST_FT);
+    d.ratio_lift = d.lift_ft / (stated_lift + STUDY_LEAST_FT);
+    d.contradicts = d.verdict || d.u_ft > STUDY_MULTIPLE * stated_u + STUDY_PART * a->peak_u_ft + STUDY_LEAST_FT ||
+                    d.lift_ft > STUDY_MULTIPLE * stated_lift + STUDY_PART * a->max_lift_ft + STUDY_LEAST_FT;
+    return d;
+}

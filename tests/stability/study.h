@@ -1,0 +1,57 @@
+/* Study: one scene solved by `auto` and by others, each in a process of its own with a limit on its time. README.md. */
+#ifndef MATRIG_TESTS_STABILITY_STUDY_H
+#define MATRIG_TESTS_STABILITY_STUDY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "host/sim/sim.h"
+#include "tests/stability/draw.h"
+
+#define STUDY_MATS 16
+#define STUDY_MULTIPLE 10.0 /* of both error estimates together: beyond that, two answers contradict each other */
+#define STUDY_PART 1e-6     /* and of the largest movement (of the largest lift) */
+#define STUDY_LEAST_FT 1e-9 /* and this */
+
+enum study_method { STUDY_AUTO, STUDY_EVENT, STUDY_IMPLICIT, STUDY_CVODE, STUDY_REFERENCE, STUDY_METHODS };
+extern const char *const study_method_names[STUDY_METHODS];
+
+/* How a method ended; the first four are those of sim_status. */
+enum study_end { STUDY_OK, STUDY_UNSTABLE, STUDY_FOLDED, STUDY_UNDERFLOW, STUDY_SLOW, STUDY_CRASHED, STUDY_REFUSED,
+                 STUDY_NOT_RUN, STUDY_ENDS };
+extern const char *const study_end_names[STUDY_ENDS];
+
+struct study_answer {
+    enum study_end end;
+    char solver[12];
+    double t_s; /* where it failed */
+    double cpu_s;
+    double rate; /* fastest of the linearised equations, /s */
+    uint64_t steps, events;
+    double error_u_ft, error_lift_ft, peak_u_ft, max_lift_ft;
+    bool bow_wave;
+    double u_ft[DRAW_OUTPUTS][STUDY_MATS + 1]; /* by mat, from 1 */
+    double lift_ft[DRAW_OUTPUTS];
+};
+
+/* What another method makes of auto's answer; ratios: difference over both error estimates. */
+struct study_difference {
+    double u_ft, lift_ft;
+    double ratio_u, ratio_lift;
+    bool verdict; /* one says bow wave, the other none */
+    bool contradicts;
+};
+
+struct study_limits {
+    double auto_s, other_s; /* processor time */
+};
+
+/* Run `methods` of a scene as needed: auto; then others until one answers and agrees (all, when one contradicts or when
+ * auto does not answer); then the reference of tests/sim_reference when it is quick enough. `answers` has to be memory
+ * shared between processes. */
+void study_scene(const struct sim_scene *scene, const struct study_limits *limits, struct study_answer *answers);
+
+struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
+                                      const struct study_answer *b);
+
+#endif
