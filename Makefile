@@ -19,7 +19,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libsundials-dev libc6-dev
-TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3
+TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 stm32flash
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -143,6 +143,15 @@ $(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
 $(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
 	$(CC) $^ $(HIL_LIBS) -o $@
 
+# The boot ROM of the emulated board: a small program of its own, carried by matrig-board as bytes.
+$(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=c11 -Os -g -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -ffreestanding -nostdlib \
+		-fno-tree-loop-distribute-patterns -T hil/rom/bootrom.ld $< -o $@
+$(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
+	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
+$(B)/host/hil/bootrom.o: $(B)/hil/bootrom.bin
+
 # --- firmware ---
 $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
@@ -185,8 +194,8 @@ $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
 $(B)/tests/hil/registers.inc: firmware/f407/regs.h tests/conformance/registers.awk
 	@mkdir -p $(@D)
 	awk -f tests/conformance/registers.awk $< >$@
-$(B)/tests/hil/test_registers.o: $(B)/tests/hil/registers.inc
-$(B)/tests/hil/test_registers.o: HOST_FLAGS += -I$(B)/tests/hil
+$(B)/tests/hil/test_layouts.o: $(B)/tests/hil/registers.inc
+$(B)/tests/hil/test_layouts.o: HOST_FLAGS += -I$(B)/tests/hil
 
 $(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(common_lib)
 	$(CC) $^ -lcmocka -lz -lm -o $@

@@ -12,7 +12,8 @@
     X(ARM,          2,  "arm",     0, 1,     "arm for a landing; argument: its number, 0 counts on")    \
     X(DISARM,       3,  "disarm",  0, 1,     "back to idle")                                            \
     X(MARK,         4,  "mark",    0, 1,     "mark this moment; argument: a number")                    \
-    X(SURVEY,       5,  "survey",  1, 10000, "index: segment from 0; argument: its slack, 0.0001 in")
+    X(SURVEY,       5,  "survey",  1, 10000, "index: segment from 0; argument: its slack, 0.0001 in")    \
+    X(BOOTROM,      6,  "bootrom", 0, 1,     "restart into the boot ROM, for flashing; not from arm to done")
 
 enum mr_command_code {
 #define MR_COMMAND_ENUM(NAME, code, text, indexed, per_unit, meaning) MR_COMMAND_##NAME = (code),

@@ -106,6 +106,14 @@ static enum mr_status survey(struct app *app, const struct mr_command *command)
     return MR_OK;
 }
 
+static enum mr_status enter_rom(struct app *app)
+{
+    if (landing_recording(&app->landing))
+        return MR_NOT_NOW;
+    app->ticks_to_rom = APP_ROM_TICKS;
+    return MR_OK;
+}
+
 /* MR_OK: answered, whatever the answer; else it was no command. */
 static enum mr_status obey(struct app *app, const uint8_t *payload, size_t length)
 {
@@ -131,6 +139,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_SURVEY:
         status = survey(app, &command);
+        break;
+    case MR_COMMAND_BOOTROM:
+        status = enter_rom(app);
         break;
     default:
         status = MR_UNKNOWN;
@@ -311,6 +322,8 @@ bool app_poll(struct app *app)
 
 void app_supervise(struct app *app)
 {
+    if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_recording(&app->landing))
+        board_enter_rom();
     app->ticks_without_block++;
     if (app->ticks_without_block % TICKS_PER_S == STALL_TICKS) {
         health_count(MR_FAULT_SCAN_STALL, 0);

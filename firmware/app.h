@@ -15,6 +15,7 @@
  * link. The queues behind hold a whole survey. */
 #define APP_CAN_COMMANDS 2u
 #define APP_SERIAL_BYTES 36u
+#define APP_ROM_TICKS 5u           /* 50 ms for the answer to go out before the boot ROM takes over */
 
 struct app {
     struct landing landing;
@@ -37,6 +38,7 @@ struct app {
     float slack_in[MR_SEGMENTS];       /* NaN: not surveyed */
     bool warning;
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
+    unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 };
 
 void app_start(struct app *app);

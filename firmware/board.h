@@ -59,6 +59,9 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity);
 void board_warn(bool warning);
 void board_watchdog_feed(void);
 
+/* Restart into the chip's boot ROM. Does not return on the board. */
+void board_enter_rom(void);
+
 /* Sleep until the next interrupt. Returns true when a supervision tick (10 ms) has passed since the last call. */
 bool board_sleep(void);
 /* Time awake since the last call, in 1/1000. */

@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <unicorn/unicorn.h>
 
 #include "hil/elf.h"
@@ -10,7 +11,9 @@
 
 #define CSR_POWER_ON 0x0e000000u /* POR, pin, brown-out */
 #define CSR_PIN (1u << 26)       /* every reset shows on the pin too */
-#define PAGE 4096u
+#define CSR_BROWN_OUT (1u << 25)
+#define POWER_DOWN_V 1.68
+#define OWN_MEMORY offsetof(struct hil_memory, nor) /* bytes of the chip's own memories */
 
 struct hil_snapshot {
     struct hil_state state;
@@ -65,6 +68,66 @@ void hil_board_request_reset(struct hil_board *board, uint32_t flags)
     hil_cpu_attend(board);
 }
 
+void hil_board_cut_power(struct hil_board *board)
+{
+    board->state.counters.power_cuts++;
+    hil_trace(board, "power cut");
+    hil_flash_power_lost(board);
+    hil_w25q_power_lost(board);
+    board->power_lost = board->reset_request = true;
+    board->reset_flags = CSR_POWER_ON;
+    hil_cpu_attend(board);
+}
+
+void hil_board_power_off(struct hil_board *board, uint64_t duration_ps)
+{
+    hil_board_cut_power(board);
+    board->hold_ps = hil_board_now_ps(board) + duration_ps;
+}
+
+/* Volts at which the chip goes into reset: DS8626, embedded reset and power control block, typical, falling. */
+static double brown_out_volts(const struct hil_board *board)
+{
+    static const double level[4] = {2.83, 2.50, 2.19, POWER_DOWN_V}; /* OPTCR.BOR_LEV; 3: off */
+    return level[board->state.flash.options >> 2 & 3u];
+}
+
+void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps)
+{
+    /* RM0090 table 10: HCLK for each wait state, by supply. */
+    double hz_by_wait_state = volts >= 2.7 ? 30e6 : volts >= 2.4 ? 24e6 : volts >= 2.1 ? 22e6 : 20e6;
+    if (volts < POWER_DOWN_V) {
+        hil_board_power_off(board, duration_ps);
+    } else if (volts < brown_out_volts(board)) {
+        hil_board_request_reset(board, CSR_BROWN_OUT);
+        board->hold_ps = hil_board_now_ps(board) + duration_ps;
+    } else if (volts < 1.8 || board->state.clock.hclk_hz > hz_by_wait_state * ((board->state.rcc.flash_acr & 7u) + 1u)) {
+        hil_board_stop(board, MR_HALTED,
+                       "supply of %.2f V: silicon could not run at HCLK %u Hz with %u wait states, and the option bytes "
+                       "let it try (brown-out reset below %.2f V)",
+                       volts, (unsigned)board->state.clock.hclk_hz, (unsigned)(board->state.rcc.flash_acr & 7u),
+                       brown_out_volts(board));
+    }
+}
+
+void hil_board_power_event(struct hil_board *board, uint64_t at)
+{
+    (void)at;
+    board->state.held_in_reset = false;
+    hil_trace(board, "reset released");
+}
+
+/* RAM after a power cut: neither what was there nor zero. */
+static void forget_ram(struct hil_board *board)
+{
+    uint64_t random = board->options.seed + board->state.counters.power_cuts;
+    for (size_t i = 0; i < HIL_SRAM_SIZE + HIL_CCM_SIZE; i += 8) {
+        uint64_t noise = hil_random(&random);
+        memcpy(i < HIL_SRAM_SIZE ? board->memory->sram + i : board->memory->ccm + (i - HIL_SRAM_SIZE), &noise, 8);
+    }
+    hil_cpu_forget_code(board);
+}
+
 /* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its contents. */
 static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
@@ -74,6 +137,12 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     hil_scb_reset(&board->state.scb);
     board->state.systick = (struct hil_systick){.zero_cycle = HIL_NEVER};
     hil_event_set_cycle(board, HIL_EVENT_SYSTICK, HIL_NEVER);
+    if (board->power_lost) {
+        board->power_lost = false;
+        board->state.rcc.csr = 0;
+        forget_ram(board);
+    }
+    hil_flash_reset(board);
     hil_rcc_reset(board, csr_flags);
     hil_adc_reset(board); /* before its DMA stops, or it would seem to overrun */
     for (unsigned unit = 0; unit < 2; unit++) {
@@ -81,6 +150,7 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
         hil_tim_reset(board, unit);
     }
     hil_usart_reset(board);
+    hil_spi_reset(board);
     hil_can_reset(board);
     hil_iwdg_reset(board);
     for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
@@ -93,23 +163,28 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     struct hil_board *board = calloc(1, sizeof *board);
     if (!board)
         abort();
-    board->memory = aligned_alloc(PAGE, sizeof *board->memory);
-    if (!board->memory)
+    /* Zero and page-aligned; what is never touched of it costs nothing. */
+    board->memory = mmap(NULL, sizeof *board->memory, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (board->memory == MAP_FAILED)
         abort();
-    memset(board->memory, 0, sizeof *board->memory);
     memset(board->memory->flash, 0xff, sizeof board->memory->flash);
     board->options = *options;
-    board->options.trace = NULL; /* an empty board has nothing to tell */
+    board->options.trace = board->options.log = NULL; /* an empty board has nothing to tell */
     hil_event_init(&board->state.events);
     board->state.clock.hclk_hz = 16000000;
     board->state.rig.pulse_end_ps = HIL_NEVER;
     for (unsigned i = 0; i < 2; i++)
         board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
+    hil_flash_create(board);
+    hil_w25q_create(board);
+    hil_faults_init(board);
     hil_bus_init(board);
     hil_cpu_create(board);
     hil_gpio_drive(board, 0, 15, false, 0); /* the one-shot holds PA15 low */
+    hil_gpio_drive(board, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
     reset_chip(board, CSR_POWER_ON);
     board->options.trace = options->trace;
+    board->options.log = options->log;
     return board;
 }
 
@@ -118,7 +193,7 @@ void hil_board_destroy(struct hil_board *board)
     if (!board)
         return;
     hil_cpu_destroy(board);
-    free(board->memory);
+    munmap(board->memory, sizeof *board->memory);
     free(board);
 }
 
@@ -127,16 +202,21 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->callbacks = *callbacks;
 }
 
-enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
+enum mr_status hil_board_restart(struct hil_board *board)
 {
-    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
-    if (status != MR_OK)
-        return status;
     hil_cpu_forget_code(board);
     board->stopped = false;
     board->reason[0] = '\0';
     reset_chip(board, CSR_POWER_ON);
     return board->stopped ? board->stop_status : MR_OK;
+}
+
+enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
+{
+    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
+    if (status != MR_OK)
+        return status;
+    return hil_board_restart(board);
 }
 
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
@@ -146,15 +226,26 @@ void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
     hil_script_start(board);
 }
 
-/* WFI: jump to the next event. */
-static void sleep_on(struct hil_board *board)
+/* Jump to the next event, counting the cycles passed over. */
+static void pass_time(struct hil_board *board, uint64_t *counter)
 {
     struct hil_state *state = &board->state;
     uint64_t next = state->events.next_cycle; /* never later than the end of the run */
     if (next > state->clock.now_cycle) {
-        state->counters.asleep_cycles += next - state->clock.now_cycle;
+        *counter += next - state->clock.now_cycle;
         state->clock.now_cycle = next;
     }
+}
+
+/* Does the core wait for flash: with its next instruction, or with the vector of an exception that is due? */
+static bool waits_for_flash(struct hil_board *board)
+{
+    uint32_t pc = 0;
+    if (!hil_flash_busy(board))
+        return false;
+    uc_reg_read(board->uc, UC_ARM_REG_PC, &pc);
+    return hil_flash_stalls(board, pc)
+           || (hil_exception_due(board) && hil_flash_stalls(board, board->state.scb.vtor));
 }
 
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
@@ -172,15 +263,31 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             state->counters.resets++;
             hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
             reset_chip(board, board->reset_flags);
+            state->held_in_reset = board->hold_ps > hil_board_now_ps(board);
+            if (state->held_in_reset)
+                hil_event_set_ps(board, HIL_EVENT_POWER, board->hold_ps);
+            board->hold_ps = 0;
+            continue;
+        }
+        if (state->held_in_reset) {
+            pass_time(board, &state->counters.asleep_cycles);
+            continue;
+        }
+        if (state->rcc.no_clock) {
+            hil_clock_stand_still(board);
             continue;
         }
         if (state->cpu.asleep) {
             if (hil_exception_wakes(board)) {
                 state->cpu.asleep = false;
             } else {
-                sleep_on(board);
+                pass_time(board, &state->counters.asleep_cycles);
                 continue;
             }
+        }
+        if (waits_for_flash(board)) {
+            pass_time(board, &state->counters.flash_stall_cycles);
+            continue;
         }
         unsigned exception = hil_exception_due(board);
         if (exception) {
@@ -191,7 +298,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
         }
         const struct hil_nvic *nvic = &state->nvic;
         bool masked = nvic->best && nvic->best_group < nvic->active_group;
-        board->limit_cycle = masked ? 0 : state->events.next_cycle;
+        board->limit_cycle = masked || hil_flash_busy(board) ? 0 : state->events.next_cycle;
         hil_cpu_run(board);
     }
     hil_event_set_ps(board, HIL_EVENT_TARGET, HIL_NEVER);
@@ -240,7 +347,7 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
     if (!memory)
         return MR_UNKNOWN;
     memcpy(memory, bytes, n);
-    hil_cpu_forget_code(board);
+    hil_cpu_forget_range(board, address, (uint32_t)n);
     return MR_OK;
 }
 
@@ -263,30 +370,34 @@ struct hil_snapshot *hil_board_snapshot(const struct hil_board *board)
         abort();
     snapshot->state = board->state;
     snapshot->options = board->options;
-    snapshot->options.trace = NULL;
-    memcpy(&snapshot->memory, board->memory, sizeof snapshot->memory);
+    snapshot->options.trace = snapshot->options.log = NULL;
+    memcpy(&snapshot->memory, board->memory, OWN_MEMORY);
+    hil_w25q_copy(&snapshot->memory, NULL, board->memory, board->state.w25q.used);
     hil_cpu_save(board, &snapshot->registers);
     return snapshot;
 }
 
 void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snapshot)
 {
-    FILE *trace = board->options.trace;
+    FILE *trace = board->options.trace, *log = board->options.log;
     board->options = snapshot->options;
     board->options.trace = trace;
+    board->options.log = log;
+    hil_w25q_copy(board->memory, board->state.w25q.used, &snapshot->memory, snapshot->state.w25q.used);
     board->state = snapshot->state;
-    memcpy(board->memory, &snapshot->memory, sizeof snapshot->memory);
+    memcpy(board->memory, &snapshot->memory, OWN_MEMORY);
     hil_cpu_forget_code(board);
     hil_cpu_load(board, &snapshot->registers);
-    board->stopped = board->reset_request = false;
+    board->stopped = board->reset_request = board->power_lost = false;
     board->reset_flags = 0;
+    board->hold_ps = 0;
     board->reason[0] = '\0';
 }
 
 struct hil_board *hil_board_fork(const struct hil_board *board)
 {
     struct hil_options options = board->options;
-    options.trace = NULL;
+    options.trace = options.log = NULL;
     struct hil_board *copy = hil_board_create(&options);
     struct hil_snapshot *snapshot = hil_board_snapshot(board);
     copy->run = board->run;

@@ -28,7 +28,9 @@
 #include <stdio.h>
 
 #include "common/status.h"
+#include "hil/cells.h"
 #include "hil/runfile.h"
+#include "hil/serial_line.h"
 
 #define HIL_SECOND_PS 1000000000000ull
 #define HIL_MS_PS 1000000000ull
@@ -41,7 +43,8 @@ struct hil_snapshot; /* opaque */
 enum hil_can_bus {
     HIL_CAN_CONNECTED, /* the other side acknowledges */
     HIL_CAN_UNPLUGGED, /* nobody acknowledges */
-    HIL_CAN_SHORTED,   /* every transmitted bit reads back dominant */
+    HIL_CAN_SHORTED,   /* wires touching: every bit reads back recessive */
+    HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, nobody leaves initialisation */
 };
 
 struct hil_options {
@@ -50,10 +53,17 @@ struct hil_options {
     int32_t hsi_error_ppm;   /* of the internal 16 MHz oscillator */
     uint32_t lsi_hz;         /* 17000..47000, watchdog clock */
     uint32_t host_baud;      /* rate of the serial line's other end */
+    enum hil_parity host_parity; /* and its parity; not used where it follows the board's own */
+    bool host_parity_follows;
     enum hil_can_bus can_bus;
     bool adc_noise;          /* false: codes are exact, for tests */
     uint32_t uid[3];         /* unique device identifier */
+    bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
+    enum hil_cell_times cell_times; /* how long flash and NOR operations take */
+    bool watch_alignment;    /* fault on multiple and double transfers that are not aligned to words; two to three times
+                                slower, since every instruction is looked at */
     FILE *trace;             /* NULL, or where exceptions and unusual events are told */
+    FILE *log;               /* NULL, or where injected faults are told, a line each (hil/faults.h) */
 };
 
 struct hil_can_frame {
@@ -83,11 +93,12 @@ struct hil_counters {
     uint64_t watchdog_resets;
     uint64_t can_frames_out;
     uint64_t can_frames_in;
+    uint64_t can_frames_filtered;  /* of those in: no filter let them pass */
     uint64_t can_errors;           /* frames that were not acknowledged or were destroyed */
     uint64_t can_in_dropped;       /* injected while the queue of the other side was full */
     uint64_t serial_bytes_out;
     uint64_t serial_bytes_in;
-    uint64_t serial_wrong_rate;    /* bytes sent at a rate the other end cannot read; not delivered */
+    uint64_t serial_wrong_rate;    /* bytes sent at a rate or parity that is not the other end's: garbled */
     uint64_t serial_in_dropped;    /* injected while the queue was full */
     uint64_t adc_scans[2];         /* sequences completed: ADC1, ADC3 */
     uint64_t adc_triggers_ignored; /* came while a sequence was running */
@@ -98,6 +109,10 @@ struct hil_counters {
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
     uint64_t commands_scripted;    /* of the run file, given to the board */
+    uint64_t faults_injected;      /* lines told of hil/faults.h */
+    uint64_t flash_refused;        /* stores and operations that set an error flag, wrong keys */
+    uint64_t flash_stall_cycles;   /* HCLK cycles for which the core waited for flash */
+    uint64_t power_cuts;
     uint32_t last_fault_pc;
     uint32_t last_fault_cfsr;
     uint32_t last_fault_address;
@@ -132,7 +147,24 @@ enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_ca
 /* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for 4096,
  * rest dropped. */
 enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n);
+/* Bytes that hil_board_serial_inject takes now. */
+size_t hil_board_serial_room(const struct hil_board *board);
+/* The other end changes its rate; between calls of hil_board_run_until. */
+void hil_board_set_host_baud(struct hil_board *board, uint32_t baud);
 void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus);
+
+/* The supply goes and comes back at once: operations of flash and NOR stop half done, RAM holds noise, everything else
+ * is as at power on; time, rig and what is on the links go on. Callable while the board runs or between. */
+void hil_board_cut_power(struct hil_board *board);
+/* The same for a time: nothing runs until the supply is back. */
+void hil_board_power_off(struct hil_board *board, uint64_t duration_ps);
+/* The supply dips to `volts` for a time. Below the brown-out level of the option bytes (factory: off) the chip is held in
+ * reset and RAM stays; below 1.68 V it is a power cut. Otherwise the run ends when silicon could not go on at that supply
+ * with the clock and wait states set, and nothing happens when it could. */
+void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps);
+/* Do that in the n-th flash operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
+ * began. */
+void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille);
 
 /* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);

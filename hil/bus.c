@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "hil/machine.h"
+#include "hil/registers.h"
 
 struct peripheral {
     uint32_t base;
@@ -20,6 +21,7 @@ static const struct peripheral peripherals[] = {
     {0x40000000u, "TIM2", 0, hil_tim_read, hil_tim_write, HIL_RCC_APB1, 0, false},
     {0x40000800u, "TIM4", 1, hil_tim_read, hil_tim_write, HIL_RCC_APB1, 2, false},
     {0x40003000u, "IWDG", 0, hil_iwdg_read, hil_iwdg_write, HIL_RCC_ALWAYS, 0, false},
+    {0x40003800u, "SPI2", 0, hil_spi_read, hil_spi_write, HIL_RCC_APB1, 14, true},
     {0x40006400u, "CAN1", 0, hil_can_read, hil_can_write, HIL_RCC_APB1, 25, false},
     {0x40007000u, "PWR", 0, hil_pwr_read, hil_pwr_write, HIL_RCC_APB1, 28, false},
     {0x40011000u, "USART1", 0, hil_usart_read, hil_usart_write, HIL_RCC_APB2, 4, true},
@@ -41,12 +43,36 @@ static const struct peripheral peripherals[] = {
 
 #define PAGES (sizeof ((struct hil_board *)0)->peripheral_of)
 #define NO_PERIPHERAL 0xffu
+_Static_assert(sizeof peripherals / sizeof peripherals[0] <= HIL_PERIPHERALS_MAX, "room in registers_of");
+
+static const struct hil_register_set *table(const struct hil_board *board, const struct peripheral *p)
+{
+    return board->registers_of[p - peripherals];
+}
 
 void hil_bus_init(struct hil_board *board)
 {
     memset(board->peripheral_of, NO_PERIPHERAL, sizeof board->peripheral_of);
-    for (unsigned i = 0; i < sizeof peripherals / sizeof peripherals[0]; i++)
+    for (unsigned i = 0; i < sizeof peripherals / sizeof peripherals[0]; i++) {
         board->peripheral_of[(peripherals[i].base - 0x40000000u) >> 10] = (uint8_t)i;
+        board->registers_of[i] = hil_registers_of(peripherals[i].base);
+    }
+}
+
+/* May the access go on, by the table of registers? A peripheral without a table decides itself. */
+static bool is_modelled(struct hil_board *board, const struct hil_register_set *set, uint32_t offset, bool write,
+                        uint32_t value)
+{
+    const struct hil_register *r = set ? hil_register_at(set, offset) : NULL;
+    if (set && !r) {
+        hil_bus_no_register(board);
+        return false;
+    }
+    const char *objection = r && write ? hil_register_objection(r, value) : NULL;
+    if (!objection)
+        return true;
+    hil_bus_refuse(board, objection);
+    return false;
 }
 
 static const struct peripheral *find(const struct hil_board *board, uint32_t address)
@@ -54,6 +80,15 @@ static const struct peripheral *find(const struct hil_board *board, uint32_t add
     uint32_t page = (address - 0x40000000u) >> 10;
     uint8_t i = page < PAGES ? board->peripheral_of[page] : NO_PERIPHERAL;
     return i == NO_PERIPHERAL ? NULL : &peripherals[i];
+}
+
+bool hil_bus_has(uint32_t base)
+{
+    for (unsigned i = 0; i < sizeof peripherals / sizeof peripherals[0]; i++) {
+        if (peripherals[i].base == base)
+            return true;
+    }
+    return false;
 }
 
 static void stop(struct hil_board *board, const char *why, const char *what)
@@ -91,6 +126,8 @@ static uint32_t lane(uint32_t value, uint32_t address, unsigned size)
 static uint32_t read_system_memory(struct hil_board *board, uint32_t address)
 {
     switch (address & ~3u) {
+    case 0x1fff77dcu: /* boot loader identification is the byte at ...de (AN2606) */
+        return HIL_ROM_VERSION << 16 | 0xff00ffffu;
     case 0x1fff7a10u:
         return board->options.uid[0];
     case 0x1fff7a14u:
@@ -99,7 +136,14 @@ static uint32_t read_system_memory(struct hil_board *board, uint32_t address)
         return board->options.uid[2];
     case 0x1fff7a20u: /* flash size in KiB is the upper half: address ...22 */
         return (HIL_FLASH_SIZE / 1024u) << 16 | 0xffffu;
+    case 0x1fffc000u:
+    case 0x1fffc004u:
+    case 0x1fffc008u:
+    case 0x1fffc00cu:
+        return hil_flash_option_word(board, (address & 0xcu) / 4u);
     default:
+        if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: factory new */
+            return 0xffffffffu;
         return hil_bus_no_register(board);
     }
 }
@@ -160,10 +204,13 @@ uint32_t hil_bus_read(struct hil_board *board, uint32_t address, unsigned size)
         const struct peripheral *p = find(board, address);
         if (!p)
             return hil_bus_no_register(board);
-        if (!clock_is_on(board, p))
+        if (!clock_is_on(board, p) || !is_modelled(board, table(board, p), (address - p->base) & ~3u, false, 0))
             return 0;
         return lane(p->read(board, p->unit, (address - p->base) & ~3u), address, size);
     }
+    if ((address & ~0xfffu) == 0xe000e000u
+        && !is_modelled(board, hil_registers_of(0xe000e000u), address & 0xffcu, false, 0))
+        return 0;
     if (address - 0xe0000000u < 0x00100000u)
         return hil_scb_read(board, address, size);
     if (address - 0x1fff0000u < 0x00010000u)
@@ -188,6 +235,8 @@ void hil_bus_write(struct hil_board *board, uint32_t address, unsigned size, uin
             return;
         uint32_t offset = address - p->base;
         if (size == 4 && !(offset & 3u)) {
+            if (!is_modelled(board, table(board, p), offset, true, value))
+                return;
             p->write(board, p->unit, offset, value);
             return;
         }
@@ -198,9 +247,14 @@ void hil_bus_write(struct hil_board *board, uint32_t address, unsigned size, uin
         uint32_t mask = (size == 1 ? 0xffu : 0xffffu) << (8u * (offset & 3u));
         uint32_t shifted = value << (8u * (offset & 3u)) & mask;
         uint32_t rest = other_lanes(board, p, offset & ~3u) & ~mask;
+        if (!is_modelled(board, table(board, p), offset & ~3u, true, rest | shifted))
+            return;
         p->write(board, p->unit, offset & ~3u, rest | shifted);
         return;
     }
+    if ((address & ~0xfffu) == 0xe000e000u && size == 4 && !(address & 3u)
+        && !is_modelled(board, hil_registers_of(0xe000e000u), address & 0xffcu, true, value))
+        return;
     if (address - 0xe0000000u < 0x00100000u) {
         hil_scb_write(board, address, size, value);
         return;

@@ -20,6 +20,8 @@ struct hil_access {
 
 /* Build the board's table of which peripheral is where. */
 void hil_bus_init(struct hil_board *board);
+/* Is there a peripheral at this base address? */
+bool hil_bus_has(uint32_t base);
 /* Access by the core. */
 uint32_t hil_bus_read(struct hil_board *board, uint32_t address, unsigned size);
 void hil_bus_write(struct hil_board *board, uint32_t address, unsigned size, uint32_t value);

@@ -17,7 +17,11 @@
 #define TIR_TXRQ 1u
 #define RFR_FULL 8u
 #define RFR_FOVR 16u
+#define LEC_STUFF 1u
 #define LEC_FORM 2u
+#define LEC_BIT_RECESSIVE 4u
+#define LEC_CRC 6u
+#define JAM_BITS 8u /* for every eight dominant bits after its error flag a node counts eight more */
 #define LEC_ACK 3u
 #define LEC_BIT_DOMINANT 5u
 #define OTHER_NODE 3
@@ -124,7 +128,13 @@ static void error_states(struct hil_board *board, uint32_t esr_before, bool new_
 
 static bool on_bus(const struct hil_can *c)
 {
-    return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase != HIL_CAN_JOINING && c->phase != HIL_CAN_OFF;
+    return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
+}
+
+static void forget_other(struct hil_can *c)
+{
+    c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
+    c->queue_count--;
 }
 
 /* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil every
@@ -149,6 +159,28 @@ static void phase_for(struct hil_board *board, enum hil_can_phase phase, uint64_
     hil_event_set_cycle(board, HIL_EVENT_CAN, from + bits * bit_cycles(board));
 }
 
+/* The other node's next frame, after what befalls it before the wire. */
+static bool other_is_ready(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    if (c->other_waits_ps > now_ps)
+        return false;
+    if (c->other_waits_ps) { /* it has waited */
+        c->other_waits_ps = 0;
+        return true;
+    }
+    while (c->queue_count && hil_faults_take(board, HIL_CAN_IN, HIL_DROP, "frame", c->queue[c->queue_head].id))
+        forget_other(c);
+    if (!c->queue_count || !hil_faults_take(board, HIL_CAN_IN, HIL_DELAY, "frame", c->queue[c->queue_head].id))
+        return c->queue_count != 0;
+    c->other_waits_ps = now_ps + hil_faults_delay_ps(board, HIL_CAN_IN);
+    hil_event_set_ps(board, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
+    return false;
+}
+
+void hil_can_other_event(struct hil_board *board, uint64_t at) { hil_can_try_start(board, at); }
+
 /* The bus is free: let whoever wins start a frame. */
 void hil_can_try_start(struct hil_board *board, uint64_t at)
 {
@@ -158,7 +190,9 @@ void hil_can_try_start(struct hil_board *board, uint64_t at)
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
     enum hil_can_bus bus = bus_seen(board);
     int mine = silent && !loopback ? -1 : next_mailbox(c);
-    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback;
+    if (!loopback && board->options.can_bus == HIL_CAN_DOMINANT)
+        return;
+    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback && other_is_ready(board, at);
     struct hil_can_frame frame;
     if (mine >= 0)
         mailbox_frame(&c->mailbox[mine], &frame);
@@ -171,7 +205,10 @@ void hil_can_try_start(struct hil_board *board, uint64_t at)
             }
         }
         c->sender = OTHER_NODE;
-        phase_for(board, HIL_CAN_FRAME, at, hil_can_frame_bits(&c->queue[c->queue_head]).length);
+        c->spoiled = hil_faults_take(board, HIL_CAN_IN, HIL_CORRUPT, "frame", c->queue[c->queue_head].id);
+        phase_for(board, HIL_CAN_FRAME, at,
+                  hil_can_frame_bits(&c->queue[c->queue_head]).length
+                      - (c->spoiled ? HIL_CAN_TAIL_BITS - ERROR_FRAME_BITS : 0u));
         hil_can_update_irq(board);
         return;
     }
@@ -185,7 +222,47 @@ void hil_can_try_start(struct hil_board *board, uint64_t at)
         length = 1u + ERROR_FRAME_BITS; /* start of frame already reads back wrong */
     c->sender = (int8_t)mine;
     c->abort_current = false;
+    c->spoiled = !loopback && bus == HIL_CAN_CONNECTED
+                 && hil_faults_take(board, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
+    if (c->spoiled) /* disturbed at the end of its CRC: error flag, delimiter */
+        length = bits.length - HIL_CAN_TAIL_BITS + ERROR_FRAME_BITS;
     phase_for(board, HIL_CAN_FRAME, at, length);
+}
+
+/* A state that so many recessive bits in a row end: not while the bus is held dominant. */
+static void wait_recessive(struct hil_board *board, enum hil_can_phase phase, uint64_t from, uint64_t bits)
+{
+    phase_for(board, phase, from, bits);
+    if (board->options.can_bus == HIL_CAN_DOMINANT)
+        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+}
+
+static void begin_recovery(struct hil_board *board, uint64_t at, bool by_itself)
+{
+    board->state.can.phase = HIL_CAN_OFF;
+    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    if (by_itself)
+        wait_recessive(board, HIL_CAN_OFF, at, RECOVERY_BITS);
+}
+
+/* Eight more dominant bits. A receiver stops counting when it is error passive. */
+static void jammed(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    uint32_t before_esr = hil_can_esr(c);
+    bool transmits = c->sender >= 0 && c->sender != OTHER_NODE;
+    c->esr = (transmits ? LEC_BIT_RECESSIVE : LEC_STUFF) << 4;
+    *(transmits ? &c->tec : &c->rec) += 8u;
+    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    if (c->tec > 255) {
+        c->bus_off = true;
+        c->tec = 0;
+        hil_trace(board, "CAN bus-off");
+        begin_recovery(board, at, (c->mcr & MCR_ABOM) != 0);
+    } else if (transmits || c->rec <= 127) {
+        phase_for(board, HIL_CAN_JAMMED, at, JAM_BITS);
+    }
+    error_states(board, before_esr, true);
 }
 
 void hil_can_mailbox_done(struct hil_board *board, unsigned m, uint32_t flags)
@@ -200,8 +277,10 @@ static void receive(struct hil_board *board, const struct hil_can_frame *frame)
 {
     struct hil_can *c = &board->state.can;
     unsigned f, match;
-    if (!hil_can_filter(c, frame, &f, &match))
+    if (!hil_can_filter(c, frame, &f, &match)) {
+        board->state.counters.can_frames_filtered++;
         return;
+    }
     struct hil_can_received r = {
         .rir = (frame->extended ? frame->id << 3 | 4u : frame->id << 21) | (uint32_t)frame->remote << 1,
         .rdtr = frame->length | match << 8,
@@ -226,7 +305,9 @@ static void transmission_failed(struct hil_board *board, unsigned m, enum hil_ca
     uint32_t before_esr = hil_can_esr(c);
     bool passive = c->tec > 127;
     board->state.counters.can_errors++;
-    uint32_t lec = board->options.can_bus == HIL_CAN_CONNECTED ? LEC_FORM : LEC_BIT_DOMINANT;
+    uint32_t lec = c->spoiled                                    ? LEC_BIT_RECESSIVE
+                   : board->options.can_bus == HIL_CAN_CONNECTED ? LEC_FORM
+                                                                 : LEC_BIT_DOMINANT;
     c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
     if (!(bus == HIL_CAN_UNPLUGGED && passive)) /* exception 1 of fault confinement: alone on the bus */
         c->tec += 8;
@@ -238,9 +319,7 @@ static void transmission_failed(struct hil_board *board, unsigned m, enum hil_ca
         c->bus_off = true;
         c->tec = 0;
         hil_trace(board, "CAN bus-off");
-        c->phase = HIL_CAN_OFF;
-        if (c->mcr & MCR_ABOM)
-            phase_for(board, HIL_CAN_OFF, at, RECOVERY_BITS);
+        begin_recovery(board, at, (c->mcr & MCR_ABOM) != 0);
     } else {
         phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
     }
@@ -252,10 +331,19 @@ static void frame_ended(struct hil_board *board, uint64_t at)
     struct hil_can *c = &board->state.can;
     struct hil_can_frame frame;
     uint32_t before_esr = hil_can_esr(c);
+    if (c->sender == OTHER_NODE && c->spoiled) { /* its sender tries again */
+        board->state.counters.can_errors++;
+        c->esr = LEC_CRC << 4;
+        c->rec++;
+        phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        error_states(board, before_esr, true);
+        return;
+    }
     if (c->sender == OTHER_NODE) {
         frame = c->queue[c->queue_head];
-        c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
-        c->queue_count--;
+        c->repeated = !c->repeated && hil_faults_take(board, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
+        if (!c->repeated)
+            forget_other(c);
         board->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
@@ -266,7 +354,7 @@ static void frame_ended(struct hil_board *board, uint64_t at)
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
     enum hil_can_bus bus = bus_seen(board);
-    if (!loopback && bus != HIL_CAN_CONNECTED) {
+    if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
         transmission_failed(board, m, bus, at);
         return;
     }
@@ -280,10 +368,8 @@ static void frame_ended(struct hil_board *board, uint64_t at)
     if (loopback)
         receive(board, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
-        board->state.counters.can_frames_out++;
-        if (board->callbacks.on_can_frame)
-            board->callbacks.on_can_frame(board->callbacks.ctx, hil_clock_ps(&board->state.clock, at),
-                                          &frame);
+        hil_faults_can_sent(board, ++board->state.counters.can_frames_out);
+        hil_faults_can_out(board, hil_clock_ps(&board->state.clock, at), &frame);
     }
 }
 
@@ -306,9 +392,11 @@ void hil_can_update_mode(struct hil_board *board, uint64_t at)
         c->msr = (c->msr & ~MSR_SLAK) | MSR_INAK;
         c->phase = HIL_CAN_IDLE;
         hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
-    } else if ((c->msr & (MSR_INAK | MSR_SLAK)) && c->phase != HIL_CAN_JOINING && c->phase != HIL_CAN_OFF) {
-        phase_for(board, c->bus_off ? HIL_CAN_OFF : HIL_CAN_JOINING, at,
-                  c->bus_off ? RECOVERY_BITS : JOIN_BITS);
+    } else if ((c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING) {
+        if (c->bus_off)
+            begin_recovery(board, at, true);
+        else
+            wait_recessive(board, HIL_CAN_JOINING, at, JOIN_BITS);
     }
 }
 
@@ -322,11 +410,15 @@ void hil_can_event(struct hil_board *board, uint64_t at)
     case HIL_CAN_OFF:
         c->bus_off = false;
         c->tec = c->rec = 0;
+        hil_trace(board, "CAN back from bus-off");
         /* fall through */
     case HIL_CAN_JOINING:
         c->msr &= ~(MSR_INAK | MSR_SLAK);
         c->phase = HIL_CAN_IDLE;
         break;
+    case HIL_CAN_JAMMED:
+        jammed(board, at);
+        return;
     default:
         c->phase = HIL_CAN_IDLE;
         break;
@@ -348,10 +440,44 @@ enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_ca
     return MR_OK;
 }
 
+/* The bus becomes dominant: a frame under way is destroyed by its own sender, everybody else sees an error. */
+static void begin_jam(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    if (c->phase == HIL_CAN_JOINING || c->phase == HIL_CAN_OFF) {
+        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+        return;
+    }
+    if (!on_bus(c) || (c->btr & BTR_LBKM))
+        return;
+    if (c->phase == HIL_CAN_FRAME && c->sender != OTHER_NODE)
+        board->state.counters.can_errors++;
+    else
+        c->sender = -1;
+    phase_for(board, HIL_CAN_JAMMED, at, JAM_BITS);
+}
+
+static void end_jam(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    if (c->phase == HIL_CAN_JOINING)
+        phase_for(board, HIL_CAN_JOINING, at, JOIN_BITS);
+    else if (c->phase == HIL_CAN_OFF && (c->mcr & MCR_ABOM))
+        phase_for(board, HIL_CAN_OFF, at, RECOVERY_BITS);
+    else if (c->phase == HIL_CAN_JAMMED) /* error delimiter and intermission */
+        phase_for(board, HIL_CAN_GAP, at, JOIN_BITS);
+}
+
 void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus)
 {
+    enum hil_can_bus before = board->options.can_bus;
+    uint64_t now = hil_now(board);
     board->options.can_bus = can_bus;
-    hil_can_try_start(board, hil_now(board));
+    if (can_bus == HIL_CAN_DOMINANT && before != HIL_CAN_DOMINANT)
+        begin_jam(board, now);
+    else if (before == HIL_CAN_DOMINANT && can_bus != HIL_CAN_DOMINANT)
+        end_jam(board, now);
+    hil_can_try_start(board, now);
 }
 
 void hil_can_reset(struct hil_board *board)
@@ -359,10 +485,12 @@ void hil_can_reset(struct hil_board *board)
     struct hil_can *c = &board->state.can;
     /* What the other node still wants to send is not ours to forget. */
     uint32_t head = c->queue_head, count = c->queue_count;
+    uint64_t waits_ps = c->other_waits_ps;
     struct hil_can_frame queue[HIL_CAN_QUEUE];
     for (unsigned i = 0; i < HIL_CAN_QUEUE; i++)
         queue[i] = c->queue[i];
     *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
+    c->other_waits_ps = waits_ps;
     c->queue_head = head;
     c->queue_count = count;
     for (unsigned i = 0; i < HIL_CAN_QUEUE; i++)

@@ -4,7 +4,8 @@
  * other side is one node: it acknowledges, receives at the last bit of end of frame, and sends frames in
  * the order given, arbitrating by identifier with the board's mailboxes whenever the bus becomes free.
  * Nobody there: no acknowledge, TEC rises to 128 and sticks. Wires touching, a wrong bit rate, or pins not
- * given to CAN: bit errors, TEC rises to bus-off. CAN2 and time-triggered mode are not modelled. */
+ * given to CAN: bit errors, TEC rises to bus-off. Held dominant: nothing begins, initialisation is not left, a
+ * transmitter counts to bus-off and a receiver to error passive, eight for each eight bits. CAN2 and time-triggered mode are not modelled. */
 #ifndef MATRIG_HIL_CAN_H
 #define MATRIG_HIL_CAN_H
 
@@ -32,6 +33,7 @@ enum hil_can_phase {
     HIL_CAN_GAP,     /* intermission; suspended transmission of a passive node included */
     HIL_CAN_JOINING, /* leaving initialisation: waits for 11 recessive bits */
     HIL_CAN_OFF,     /* bus-off, waiting */
+    HIL_CAN_JAMMED,  /* the bus is held dominant: counting errors, then waiting */
 };
 
 struct hil_can {
@@ -48,6 +50,9 @@ struct hil_can {
 
     uint32_t phase;
     int8_t sender;                         /* mailbox 0..2, 3: the other node */
+    bool spoiled;                          /* the frame under way will be destroyed */
+    bool repeated;                         /* the other node's frame has been sent once too often */
+    uint64_t other_waits_ps;               /* the other node does not begin before */
     bool abort_current;
     uint32_t queue_head, queue_count;
     struct hil_can_frame queue[HIL_CAN_QUEUE];
@@ -57,6 +62,7 @@ void hil_can_reset(struct hil_board *board);
 uint32_t hil_can_read(struct hil_board *board, unsigned unit, uint32_t offset);
 void hil_can_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
 void hil_can_event(struct hil_board *board, uint64_t at);
+void hil_can_other_event(struct hil_board *board, uint64_t at);
 
 /* Between the bus (can.c) and the registers (can_registers.c): error and transmit status as software reads
  * them, whether a mailbox is free, and what follows from a change. */

@@ -34,3 +34,18 @@ void hil_clock_change(struct hil_board *board, uint32_t hclk_hz)
     hil_event_rebase(board);
     hil_trace(board, "HCLK %u Hz", (unsigned)hclk_hz);
 }
+
+void hil_clock_stand_still(struct hil_board *board)
+{
+    struct hil_clock *clock = &board->state.clock;
+    struct hil_events *events = &board->state.events;
+    uint64_t next_ps = HIL_NEVER; /* the end of the run is always there */
+    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+        if (events->at_ps[i] < next_ps)
+            next_ps = events->at_ps[i];
+    }
+    uint64_t now_ps = hil_clock_ps(clock, clock->now_cycle);
+    clock->anchor_ps = next_ps > now_ps ? next_ps : now_ps;
+    clock->anchor_cycle = clock->now_cycle;
+    hil_event_rebase(board);
+}

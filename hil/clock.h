@@ -16,6 +16,8 @@ struct hil_clock {
 /* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
+/* No clock: physical time goes to the next event that is in physical time, while cycles stand still. */
+void hil_clock_stand_still(struct hil_board *board);
 /* HCLK becomes hclk_hz now. */
 void hil_clock_change(struct hil_board *board, uint32_t hclk_hz);
 

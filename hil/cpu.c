@@ -7,12 +7,14 @@
 #include "hil/machine.h"
 
 /* Why Unicorn came back, told by its hooks. */
-enum { CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
+enum { CAME_BACK_UNALIGNED = -2, CAME_BACK_NOCP = -1, CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
 
 #define XPSR_T (1u << 24)
 #define OPCODE_YIELD 0xbf10u
 #define OPCODE_WFE 0xbf20u
 #define OPCODE_SEV 0xbf40u
+#define MAX_FP_SEARCH 256u
+#define MAX_BLOCK_BYTES 4096u /* translation does not cross a page */
 
 static void must(uc_err err, const char *what)
 {
@@ -22,7 +24,62 @@ static void must(uc_err err, const char *what)
     abort();
 }
 
+/* Memory that stores do not change. Only a later change of its protection makes Unicorn discard a store that the
+ * memory hook has taken; as mapped, it would carry it out. */
+static void map_read_only(struct hil_board *board, uint32_t base, uint32_t size, const uint8_t *bytes, bool readable)
+{
+    uint32_t protection = readable ? UC_PROT_READ | UC_PROT_EXEC : UC_PROT_EXEC;
+    must(uc_mem_map_ptr(board->uc, base, size, protection | UC_PROT_WRITE, (void *)(uintptr_t)bytes),
+         "mapping flash or ROM");
+    must(uc_mem_protect(board->uc, base, size, protection), "protecting flash or ROM");
+}
+
+/* What is at address 0: flash, or after BOOT0 the ROM. */
+static void map_zero(struct hil_board *board, bool rom, bool readable)
+{
+    board->rom_at_zero = rom;
+    if (rom)
+        map_read_only(board, 0, HIL_ROM_SIZE, hil_bootrom_image, true);
+    else
+        map_read_only(board, 0, HIL_FLASH_SIZE, board->memory->flash, readable);
+}
+
+static void unmap_zero(struct hil_board *board)
+{
+    must(uc_mem_unmap(board->uc, 0, board->rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE), "unmapping address 0");
+}
+
+/* While an erase runs beside code in RAM, reads of flash must be caught, for they wait. Mapping anew is the one way
+ * that empties the core's address cache; it takes too long (a millisecond) to do it for single words. */
+static void guard_flash(struct hil_board *board, bool guarded)
+{
+    if (board->flash_guarded == guarded)
+        return;
+    board->flash_guarded = guarded;
+    unmap_zero(board);
+    must(uc_mem_unmap(board->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
+    map_zero(board, board->rom_at_zero, !guarded);
+    map_read_only(board, HIL_FLASH_BASE, HIL_FLASH_SIZE, board->memory->flash, !guarded);
+}
+
+/* Make address 0 what the state says. */
+static void follow_boot_pin(struct hil_board *board)
+{
+    if (board->rom_at_zero == board->state.flash.boot_rom)
+        return;
+    unmap_zero(board);
+    map_zero(board, board->state.flash.boot_rom, !board->flash_guarded);
+}
+
 static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
+
+static bool is_wide(uint16_t first) { return first >= 0xe800u; }
+
+static bool is_fp(uint16_t first, uint16_t second)
+{
+    unsigned coprocessor = second >> 8 & 0xfu;
+    return (first & 0xec00u) == 0xec00u && (coprocessor == 10 || coprocessor == 11);
+}
 
 /* Count the instructions of a block and look for those that need watching. */
 static struct hil_block_info inspect_block(struct hil_board *board, uint32_t address, uint32_t size)
@@ -32,14 +89,11 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
     unsigned count = 0;
     for (uint32_t i = 0; code && i + 2 <= size; count++) {
         uint16_t first = halfword(code + i);
-        bool wide = first >= 0xe800u;
+        bool wide = is_wide(first);
         if (first == OPCODE_SEV)
             info.flags |= HIL_BLOCK_SEV;
-        if (wide && i + 4 <= size && (first & 0xec00u) == 0xec00u) {
-            unsigned coprocessor = halfword(code + i + 2) >> 8 & 0xfu;
-            if (coprocessor == 10 || coprocessor == 11)
-                info.flags |= HIL_BLOCK_FP;
-        }
+        if (wide && i + 4 <= size && is_fp(first, halfword(code + i + 2)))
+            info.flags |= HIL_BLOCK_FP;
         i += wide ? 4 : 2;
     }
     info.instructions = (uint8_t)(count ? count : 1);
@@ -62,14 +116,20 @@ static void count_block(struct hil_state *state)
 }
 
 /* The slow path of the block hook: treat events, find out whether the core must stop here. */
-static bool must_stop(struct hil_board *board)
+static bool must_stop(struct hil_board *board, uint32_t address)
 {
     board->limit_cycle = HIL_NEVER;
     hil_event_run(board);
     if (board->limit_cycle > board->state.events.next_cycle)
         board->limit_cycle = board->state.events.next_cycle;
-    if (board->stopped || board->target_reached || board->reset_request)
+    if (board->stopped || board->target_reached || board->reset_request || board->state.rcc.no_clock)
         return true;
+    if (hil_flash_busy(board)) {
+        if (hil_flash_stalls(board, address))
+            return true;
+        board->limit_cycle = 0;
+    }
+    guard_flash(board, hil_flash_erases(board));
     const struct hil_nvic *nvic = &board->state.nvic;
     if (nvic->best && nvic->best_group < nvic->active_group) {
         if (hil_exception_due(board))
@@ -83,8 +143,10 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
 {
     struct hil_board *board = user;
     struct hil_state *state = &board->state;
+    if (board->runs_to_fp)
+        return;
     count_block(state);
-    if (state->clock.now_cycle >= board->limit_cycle && must_stop(board)) {
+    if (state->clock.now_cycle >= board->limit_cycle && must_stop(board, (uint32_t)address)) {
         uc_emu_stop(uc);
         return;
     }
@@ -93,9 +155,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
         if (info->flags & HIL_BLOCK_SEV)
             state->cpu.event = true;
         if ((info->flags & HIL_BLOCK_FP) && (state->scb.cpacr & 0xf00000u) != 0xf00000u) {
-            hil_board_stop(board, MR_HALTED,
-                           "floating point in the block at PC 0x%08x while CPACR (0x%08x) keeps the unit off",
-                           (unsigned)address, (unsigned)state->scb.cpacr);
+            board->came_back = CAME_BACK_NOCP;
             uc_emu_stop(uc);
             return;
         }
@@ -103,6 +163,18 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
+}
+
+static void on_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
+{
+    struct hil_board *board = user;
+    uint32_t address;
+    (void)size;
+    if (!hil_cpu_transfer_address(board, (uint32_t)at, &address) || !(address & 3u))
+        return;
+    board->came_back = CAME_BACK_UNALIGNED;
+    board->bad_address = (uint32_t)at;
+    uc_emu_stop(uc);
 }
 
 static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
@@ -116,12 +188,30 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
     uc_emu_stop(uc);
 }
 
+static bool is_flash(const struct hil_board *board, uint32_t address)
+{
+    return address - HIL_FLASH_BASE < HIL_FLASH_SIZE || (address < HIL_FLASH_SIZE && !board->rom_at_zero);
+}
+
 static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value,
                               void *user)
 {
     struct hil_board *board = user;
     (void)uc;
-    (void)value;
+    if (type == UC_MEM_WRITE_PROT && is_flash(board, (uint32_t)address)) { /* the memory itself does not change now */
+        if (board->split_bytes) {
+            board->split_bytes--;
+            return true;
+        }
+        hil_flash_store(board, (uint32_t)address, (unsigned)size, (uint64_t)value);
+        if (address % (unsigned)size) /* Unicorn comes again with each byte */
+            board->split_bytes = (unsigned)size;
+        return true;
+    }
+    if (type == UC_MEM_READ_PROT && board->flash_guarded && is_flash(board, (uint32_t)address)) {
+        hil_flash_wait(board);
+        return true;
+    }
     board->bad_address = (uint32_t)address;
     board->bad_size = (uint32_t)size;
     board->bad_type = (int)type;
@@ -146,7 +236,7 @@ void hil_cpu_create(struct hil_board *board)
 {
     /* Address ranges that answer to loads and stores but are no memory (RM0090 2.3, ARMv7-M B3.1). */
     static const struct { uint32_t base, size; } ranges[HIL_REGIONS] = {
-        {0x1fff0000u, 0x00010000u}, /* system memory, OTP, unique id, option bytes */
+        {0x1fff7000u, 0x00009000u}, /* above the boot ROM: OTP, unique id, option bytes */
         {0x22000000u, 0x02000000u}, /* SRAM bit-band alias */
         {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
         {0x42000000u, 0x02000000u}, /* their bit-band alias */
@@ -156,12 +246,9 @@ void hil_cpu_create(struct hil_board *board)
     };
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
-    must(uc_mem_map_ptr(board->uc, 0x00000000u, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
-                        board->memory->flash),
-         "mapping flash at 0");
-    must(uc_mem_map_ptr(board->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
-                        board->memory->flash),
-         "mapping flash");
+    map_zero(board, false, true);
+    map_read_only(board, HIL_FLASH_BASE, HIL_FLASH_SIZE, board->memory->flash, true);
+    map_read_only(board, HIL_ROM_BASE, HIL_ROM_SIZE, hil_bootrom_image, true);
     must(uc_mem_map_ptr(board->uc, HIL_SRAM_BASE, HIL_SRAM_SIZE, UC_PROT_ALL, board->memory->sram),
          "mapping SRAM");
     must(uc_mem_map_ptr(board->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
@@ -179,6 +266,9 @@ void hil_cpu_create(struct hil_board *board)
          "block hook");
     must(uc_hook_add(board->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, board, 1, 0),
          "interrupt hook");
+    if (board->options.watch_alignment)
+        must(uc_hook_add(board->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_transfer, board, 1, 0),
+             "instruction hook");
     must(uc_hook_add(board->uc, &hook, UC_HOOK_MEM_INVALID, (void *)(uintptr_t)on_invalid_memory, board, 1,
                      0),
          "memory hook");
@@ -193,9 +283,26 @@ void hil_cpu_destroy(struct hil_board *board)
 void hil_cpu_forget_code(struct hil_board *board)
 {
     memset(board->blocks, 0, sizeof board->blocks);
-    uc_ctl_remove_cache(board->uc, 0x00000000u, HIL_FLASH_SIZE);
+    if (!board->rom_at_zero)
+        uc_ctl_remove_cache(board->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
+}
+
+void hil_cpu_forget_range(struct hil_board *board, uint32_t address, uint32_t n)
+{
+    if (n >= HIL_BLOCK_CACHE) {
+        hil_cpu_forget_code(board);
+        return;
+    }
+    /* A block that holds a changed byte begins at most its own length before it; aliases of flash share a place. */
+    for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
+        board->blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address = UINT32_MAX;
+    uc_ctl_remove_cache(board->uc, address, address + n);
+    if (is_flash(board, address) && !board->rom_at_zero) {
+        uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE : address - HIL_FLASH_BASE;
+        uc_ctl_remove_cache(board->uc, alias, alias + n);
+    }
 }
 
 void hil_cpu_attend(struct hil_board *board) { board->limit_cycle = 0; }
@@ -224,6 +331,7 @@ void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *regis
     uint32_t thread = XPSR_T;
     uint32_t none = 0;
     uint32_t pc = registers->pc | 1u;
+    follow_boot_pin(board);
     /* From any state to privileged thread mode on MSP, then everything, then the mode. */
     uc_reg_write(board->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
     uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &none);
@@ -252,7 +360,9 @@ void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *regis
 void hil_cpu_reset(struct hil_board *board)
 {
     struct hil_cpu_registers registers = {.lr = 0xffffffffu, .xpsr = XPSR_T};
-    const uint8_t *table = board->memory->flash; /* boot from flash: it is aliased at 0 */
+    /* What BOOT0 chose is aliased at 0. */
+    const uint8_t *table = board->state.flash.boot_rom ? hil_bootrom_image : board->memory->flash;
+    follow_boot_pin(board);
     memcpy(&registers.msp, table, 4);
     memcpy(&registers.pc, table + 4, 4);
     registers.msp &= ~3u;
@@ -284,7 +394,11 @@ static void treat_invalid(struct hil_board *board)
         else
             board->state.cpu.asleep = true;
     } else if (opcode != OPCODE_YIELD) {
-        hil_exception_fault(board, HIL_CFSR_UNDEFINSTR, pc, 0);
+        const uint8_t *code = hil_board_memory(board, pc, 4, false);
+        uint16_t first = code ? halfword(code) : 0;
+        /* A coprocessor that is not there; erased flash (0xffff) reads as such (ARMv7-M A5.3.18). */
+        bool coprocessor = (first & 0xec00u) == 0xec00u && code && !is_fp(first, halfword(code + 2));
+        hil_exception_fault(board, coprocessor ? HIL_CFSR_NOCP : HIL_CFSR_UNDEFINSTR, pc, 0);
     }
 }
 
@@ -299,17 +413,46 @@ static void treat_bad_memory(struct hil_board *board, uc_err err)
     bool write = err == UC_ERR_WRITE_UNMAPPED || err == UC_ERR_WRITE_PROT;
     uint32_t pc = hil_cpu_access_pc(board, address, write);
     if (err == UC_ERR_WRITE_PROT) {
-        hil_board_stop(board, MR_UNMODELLED, "unmodelled write of %u bytes to flash at 0x%08x, PC 0x%08x",
+        hil_board_stop(board, MR_UNMODELLED, "unmodelled write of %u bytes to system memory at 0x%08x, PC 0x%08x",
                        (unsigned)board->bad_size, (unsigned)address, (unsigned)pc);
         return;
     }
     hil_exception_fault(board, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
 }
 
+/* A block with floating point while the unit is off: run it up to there, then fault. */
+static void treat_fp_off(struct hil_board *board)
+{
+    uint32_t start = read_pc(board) & ~1u, at = start;
+    const uint8_t *code = hil_board_memory(board, start, MAX_FP_SEARCH, false);
+    uint32_t left = code ? MAX_FP_SEARCH : 0;
+    for (; left >= 4 && !is_fp(halfword(code), halfword(code + 2));) {
+        uint32_t bytes = is_wide(halfword(code)) ? 4 : 2;
+        at += bytes;
+        code += bytes;
+        left -= bytes;
+        board->state.clock.now_cycle++;
+        board->state.counters.instructions++;
+    }
+    if (at != start) {
+        uc_ctl_remove_cache(board->uc, start, at + 4u);
+        board->runs_to_fp = true;
+        uc_err err = uc_emu_start(board->uc, start | 1u, at, 0, 0);
+        board->runs_to_fp = false;
+        if (err != UC_ERR_OK || (read_pc(board) & ~1u) != at) {
+            hil_board_stop(board, MR_HALTED, "floating point near PC 0x%08x while CPACR keeps the unit off",
+                           (unsigned)at);
+            return;
+        }
+    }
+    hil_exception_fault(board, HIL_CFSR_NOCP, at, 0);
+}
+
 void hil_cpu_run(struct hil_board *board)
 {
     uint32_t pc = read_pc(board) | 1u;
     board->came_back = CAME_BACK_PLAIN;
+    guard_flash(board, hil_flash_erases(board));
     uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
     switch (err) {
     case UC_ERR_OK:
@@ -335,6 +478,12 @@ void hil_cpu_run(struct hil_board *board)
     switch (board->came_back) {
     case CAME_BACK_RETURN:
         hil_exception_return(board, read_pc(board) | 1u);
+        break;
+    case CAME_BACK_NOCP:
+        treat_fp_off(board);
+        break;
+    case CAME_BACK_UNALIGNED:
+        hil_exception_fault(board, HIL_CFSR_UNALIGNED, board->bad_address, 0);
         break;
     case CAME_BACK_SVC:
         hil_exception_svc(board, read_pc(board));

@@ -49,10 +49,15 @@ void hil_cpu_save(const struct hil_board *board, struct hil_cpu_registers *regis
 void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *registers);
 /* Forget translated code and what is known of its blocks, after memory was written from outside. */
 void hil_cpu_forget_code(struct hil_board *board);
+/* The same for n bytes at an address. */
+void hil_cpu_forget_range(struct hil_board *board, uint32_t address, uint32_t n);
 /* Run instructions until something is due (event, exception, stop). */
 void hil_cpu_run(struct hil_board *board);
 /* Make the core look up at the next basic block. Callable from anywhere. */
 void hil_cpu_attend(struct hil_board *board);
+/* Address that the multiple, double or exclusive transfer at `pc` begins at, if it is one with a general base register
+ * (as the registers are now). */
+bool hil_cpu_transfer_address(const struct hil_board *board, uint32_t pc, uint32_t *address);
 /* PC of the instruction in the running block that accesses `address`; the block's start when it cannot be
  * found. */
 uint32_t hil_cpu_access_pc(const struct hil_board *board, uint32_t address, bool write);

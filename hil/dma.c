@@ -97,6 +97,10 @@ uint32_t hil_dma_until_flag(struct hil_board *board, const struct hil_dma_reques
                        r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
         return 0;
     }
+    if (r->from_memory && hil_flash_stalls(board, s->m0ar))
+        board->state.dma[r->controller].waits_for_flash = true;
+    if (board->state.dma[r->controller].waits_for_flash)
+        return 0;
     uint32_t to_half = s->reload - s->reload / 2u;
     return s->ndtr > to_half ? s->ndtr - to_half : s->ndtr;
 }
@@ -174,6 +178,10 @@ void hil_dma_memory_event(struct hil_board *board, uint64_t at)
         struct hil_dma_stream *s = &dma->stream[i];
         if (!(s->cr & CR_EN) || (s->cr >> 6 & 3u) != 2u)
             continue;
+        if (hil_flash_stalls(board, s->par))
+            dma->waits_for_flash = true;
+        if (dma->waits_for_flash)
+            return; /* hil_dma_flash_ready starts it again */
         uint32_t n = s->ndtr * item_bytes(s);
         const uint8_t *from = reach(board, s->par, (s->cr & CR_PINC) ? n : item_bytes(s), false);
         uint8_t *to = reach(board, s->m0ar, (s->cr & CR_MINC) ? n : item_bytes(s), true);
@@ -185,6 +193,23 @@ void hil_dma_memory_event(struct hil_board *board, uint64_t at)
             memmove(to + ((s->cr & CR_MINC) ? item * item_bytes(s) : 0),
                     from + ((s->cr & CR_PINC) ? item * item_bytes(s) : 0), item_bytes(s));
         account(board, 1, i, s->ndtr);
+    }
+}
+
+void hil_dma_flash_ready(struct hil_board *board)
+{
+    struct hil_dma *dma = board->state.dma;
+    if (dma[1].waits_for_flash) {
+        dma[1].waits_for_flash = false;
+        for (unsigned i = 0; i < 8; i++) {
+            if ((dma[1].stream[i].cr & CR_EN) && (dma[1].stream[i].cr >> 6 & 3u) == 2u)
+                memory_start(board, &dma[1].stream[i]);
+        }
+        hil_usart_dma_enabled(board);
+    }
+    if (dma[0].waits_for_flash) {
+        dma[0].waits_for_flash = false;
+        hil_spi_dma_enabled(board);
     }
 }
 
@@ -207,6 +232,8 @@ static void catch_up(struct hil_board *board, unsigned unit)
     if (unit == 1) {
         hil_adc_catch_up(board, hil_now(board));
         hil_usart_catch_up(board, hil_now(board));
+    } else {
+        hil_spi_catch_up(board, hil_now(board));
     }
 }
 
@@ -261,6 +288,8 @@ static void enable(struct hil_board *board, unsigned unit, unsigned stream)
         memory_start(board, s);
     else if (unit == 1)
         hil_usart_dma_enabled(board);
+    else
+        hil_spi_dma_enabled(board);
 }
 
 static void cr_write(struct hil_board *board, unsigned unit, unsigned stream, uint32_t value)

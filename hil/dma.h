@@ -20,6 +20,7 @@ struct hil_dma_stream {
 struct hil_dma {
     uint32_t isr[2]; /* LISR, HISR */
     struct hil_dma_stream stream[8];
+    bool waits_for_flash; /* a read of flash holds its memory port, and so all its streams */
 };
 
 struct hil_dma_request {
@@ -34,6 +35,9 @@ void hil_dma_reset(struct hil_board *board, unsigned unit);
 uint32_t hil_dma_read(struct hil_board *board, unsigned unit, uint32_t offset);
 void hil_dma_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
 void hil_dma_memory_event(struct hil_board *board, uint64_t at);
+
+/* Flash can be read again. */
+void hil_dma_flash_ready(struct hil_board *board);
 
 /* Items the stream would move now without stopping or raising a flag before the last of them; 0 while it
  * does not serve this request (off, other channel or direction). A wrong PAR stops the run. */

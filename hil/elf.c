@@ -14,6 +14,10 @@
 #define TYPE_EXECUTABLE 2u
 #define MACHINE_ARM 40u
 #define SEGMENT_LOAD 1u
+#define SECTION_HEADER_BYTES 40u
+#define SECTION_SYMBOLS 2u
+#define SYMBOL_BYTES 16u
+#define SYMBOL_FUNCTION 2u
 
 struct image {
     const char *path;
@@ -138,4 +142,50 @@ enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *e
     }
     free(image.bytes);
     return status;
+}
+
+/* Name n of a string table, or "" when it does not end inside the file. */
+static const char *string_at(const struct image *image, uint64_t table, uint32_t n)
+{
+    uint64_t at = table + n;
+    return at < image->size && memchr(image->bytes + at, 0, image->size - at) ? (const char *)image->bytes + at : "";
+}
+
+static bool find_symbol(const struct image *image, const uint8_t *section, const uint8_t *sections, uint32_t count,
+                        const char *name, uint32_t *address)
+{
+    uint32_t offset = u32(section + 16), bytes = u32(section + 20), link = u32(section + 24);
+    if ((uint64_t)offset + bytes > image->size || link >= count)
+        return false;
+    uint32_t names = u32(sections + link * SECTION_HEADER_BYTES + 16);
+    for (uint32_t i = 0; i + SYMBOL_BYTES <= bytes; i += SYMBOL_BYTES) {
+        const uint8_t *symbol = image->bytes + offset + i;
+        if (u16(symbol + 14) == 0 || strcmp(string_at(image, names, u32(symbol)), name) != 0)
+            continue;
+        *address = u32(symbol + 4) & ((symbol[12] & 15u) == SYMBOL_FUNCTION ? ~1u : ~0u);
+        return true;
+    }
+    return false;
+}
+
+enum mr_status hil_elf_symbol(const char *path, const char *name, uint32_t *address)
+{
+    char error[256];
+    struct image image = {path, NULL, 0, error, sizeof error};
+    enum mr_status status = read_whole(&image);
+    if (status == MR_OK)
+        status = check_header(&image);
+    bool found = false;
+    if (status == MR_OK && u16(image.bytes + 46) == SECTION_HEADER_BYTES) {
+        uint32_t at = u32(image.bytes + 32), count = u16(image.bytes + 48);
+        const uint8_t *sections = image.bytes + at;
+        bool whole = (uint64_t)at + (uint64_t)count * SECTION_HEADER_BYTES <= image.size;
+        for (uint32_t i = 0; whole && !found && i < count; i++) {
+            const uint8_t *section = sections + i * SECTION_HEADER_BYTES;
+            if (u32(section + 4) == SECTION_SYMBOLS)
+                found = find_symbol(&image, section, sections, count, name, address);
+        }
+    }
+    free(image.bytes);
+    return found ? MR_OK : MR_UNKNOWN;
 }

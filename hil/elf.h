@@ -15,4 +15,8 @@ struct hil_memory;
  * (0x10000000, 64 KiB). */
 enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *error, size_t size);
 
+/* Address of a function (without its Thumb bit) or variable of that image. MR_UNKNOWN: it has no such symbol, or cannot
+ * be read. */
+enum mr_status hil_elf_symbol(const char *path, const char *name, uint32_t *address);
+
 #endif

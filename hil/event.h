@@ -18,6 +18,13 @@ enum hil_event_slot {
     HIL_EVENT_HSE,
     HIL_EVENT_PLL,
     HIL_EVENT_LSI,
+    HIL_EVENT_POWER,     /* the supply is back */
+    HIL_EVENT_FAULT,     /* before what happens at the same time */
+    HIL_EVENT_LATE,
+    HIL_EVENT_FLASH_CUT, /* before the end of what it cuts */
+    HIL_EVENT_FLASH,
+    HIL_EVENT_NOR_CUT,
+    HIL_EVENT_NOR,
     HIL_EVENT_RIG,
     HIL_EVENT_SCRIPT,
     HIL_EVENT_REPLAY,
@@ -25,8 +32,10 @@ enum hil_event_slot {
     HIL_EVENT_ADC3,
     HIL_EVENT_TIM4, /* before TIM2, which it triggers */
     HIL_EVENT_TIM2,
+    HIL_EVENT_SPI,
     HIL_EVENT_DMA_MEMORY,
     HIL_EVENT_CAN,
+    HIL_EVENT_CAN_OTHER, /* the other node has waited */
     HIL_EVENT_USART_TX,
     HIL_EVENT_USART_RX,
     HIL_EVENT_SYSTICK,

@@ -80,7 +80,7 @@ static void jump_to_handler(struct hil_board *board, unsigned exception, uint32_
                        (unsigned)board->state.scb.vtor, exception);
         return;
     }
-    if (!(vector & 1u)) {
+    if (!vector) {
         hil_board_stop(board, MR_HALTED,
                        "exception %u has no handler: its vector is 0x%08x (CFSR 0x%08x, PC 0x%08x)",
                        exception, (unsigned)vector, (unsigned)board->state.scb.cfsr,
@@ -100,6 +100,8 @@ static void jump_to_handler(struct hil_board *board, unsigned exception, uint32_
     board->state.counters.exceptions++;
     board->state.cpu.event = true;
     hil_trace(board, "enter %u at 0x%08x", exception, (unsigned)vector);
+    if (!(vector & 1u)) /* no Thumb state: the handler's first instruction faults */
+        hil_exception_fault(board, HIL_CFSR_INVSTATE, vector, 0);
 }
 
 static void save_fp(struct hil_board *board, uint8_t *frame)

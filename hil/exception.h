@@ -18,6 +18,7 @@ enum {
     HIL_CFSR_INVSTATE = 1u << 17,
     HIL_CFSR_INVPC = 1u << 18,
     HIL_CFSR_NOCP = 1u << 19,
+    HIL_CFSR_UNALIGNED = 1u << 24,
 };
 
 /* Number of the exception to take now, 0 for none: pending, of higher priority than what runs, not masked. */

@@ -3,6 +3,7 @@
 #include "hil/machine.h"
 
 #define PORT_A 0u
+#define PORT_B 1u
 #define PORT_D 3u
 
 void hil_gpio_reset_port(struct hil_board *board, unsigned port)
@@ -65,12 +66,15 @@ bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin)
     }
     if (p->driven >> pin & 1u)
         return (p->outside >> pin & 1u) != 0;
+    if (port == PORT_A && pin == 10)
+        return hil_usart_line_in(board);
     return (p->pupdr >> (2u * pin) & 3u) == 1u;
 }
 
 void hil_gpio_changed(struct hil_board *board, uint64_t at)
 {
     hil_rig_excitation(board, hil_gpio_level(board, PORT_D, 12), hil_gpio_level(board, PORT_D, 13), at);
+    hil_spi_pins_changed(board, at);
 }
 
 void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool level, uint64_t at)
@@ -150,6 +154,6 @@ void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uin
         hil_bus_no_register(board);
         return;
     }
-    if (unit == PORT_D)
+    if (unit == PORT_D || unit == PORT_B)
         hil_gpio_changed(board, hil_now(board));
 }

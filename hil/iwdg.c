@@ -48,6 +48,15 @@ uint32_t hil_iwdg_read(struct hil_board *board, unsigned unit, uint32_t offset)
     }
 }
 
+static bool may_change(struct hil_board *board, bool updating)
+{
+    if (!board->state.iwdg.unlocked)
+        hil_bus_refuse(board, "the register is locked: silicon ignores the write");
+    else if (updating)
+        hil_bus_refuse(board, "a value is still on its way (PVU, RVU): silicon ignores the write");
+    return board->state.iwdg.unlocked && !updating;
+}
+
 void hil_iwdg_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_iwdg *w = &board->state.iwdg;
@@ -68,13 +77,13 @@ void hil_iwdg_write(struct hil_board *board, unsigned unit, uint32_t offset, uin
         }
         break;
     case 0x04:
-        if (w->unlocked && now >= w->pr_until_ps) {
+        if (may_change(board, now < w->pr_until_ps)) {
             w->pr = value & 7u;
             w->pr_until_ps = now + lsi_ps(board, UPDATE_LSI_CYCLES);
         }
         break;
     case 0x08:
-        if (w->unlocked && now >= w->rlr_until_ps) {
+        if (may_change(board, now < w->rlr_until_ps)) {
             w->rlr = value & 0xfffu;
             w->rlr_until_ps = now + lsi_ps(board, UPDATE_LSI_CYCLES);
         }

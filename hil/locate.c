@@ -113,3 +113,30 @@ uint32_t hil_cpu_access_pc(const struct hil_board *board, uint32_t address, bool
     }
     return start;
 }
+
+bool hil_cpu_transfer_address(const struct hil_board *board, uint32_t pc, uint32_t *address)
+{
+    const uint8_t *code = hil_board_memory(board, pc, 4, false);
+    if (!code)
+        return false;
+    uint16_t first = (uint16_t)(code[0] | code[1] << 8), second = (uint16_t)(code[2] | code[3] << 8);
+    unsigned base = first & 15u;
+    struct access access;
+    if ((first & 0xf000u) == 0xc000u) { /* STM, LDM */
+        access = decode16(board, pc, first);
+    } else if (base == 13 || base == 15) {
+        return false;
+    } else if ((first & 0xfe40u) == 0xe800u) { /* LDM, STM */
+        access = decode32(board, pc, first, second);
+    } else if ((first & 0xfe40u) == 0xe840u && ((first & 0x0120u) || !(first & 0x0080u))) {
+        access = decode32(board, pc, first, second); /* double; word exclusives */
+    } else if ((first & 0xfe00u) == 0xec00u && (second >> 8 & 0xeu) == 0xau && (first & 0x01e0u) != 0x0040u) {
+        access = decode32(board, pc, first, second); /* of the floating-point unit */
+    } else if ((first & 0xff20u) == 0xed00u && (second >> 8 & 0xeu) == 0xau) {
+        access = decode32(board, pc, first, second);
+    } else {
+        return false;
+    }
+    *address = access.low;
+    return access.any;
+}

@@ -9,6 +9,7 @@
 
 #include "hil/adc.h"
 #include "hil/board.h"
+#include "hil/bootrom.h"
 #include "hil/bus.h"
 #include "hil/can.h"
 #include "hil/clock.h"
@@ -17,17 +18,22 @@
 #include "hil/dma.h"
 #include "hil/event.h"
 #include "hil/exception.h"
+#include "hil/faults.h"
+#include "hil/flash.h"
 #include "hil/gpio.h"
 #include "hil/iwdg.h"
 #include "hil/nvic.h"
 #include "hil/rcc.h"
+#include "hil/registers.h"
 #include "hil/replay.h"
 #include "hil/rig.h"
 #include "hil/scb.h"
 #include "hil/script.h"
+#include "hil/spi.h"
 #include "hil/systick.h"
 #include "hil/tim.h"
 #include "hil/usart.h"
+#include "hil/w25q.h"
 
 #define HIL_FLASH_BASE 0x08000000u
 #define HIL_FLASH_SIZE 0x00100000u
@@ -36,11 +42,13 @@
 #define HIL_CCM_BASE 0x10000000u
 #define HIL_CCM_SIZE 0x00010000u
 #define HIL_REGIONS 7
+#define HIL_PERIPHERALS_MAX 64u
 
 struct hil_memory {
     uint8_t flash[HIL_FLASH_SIZE];
     uint8_t sram[HIL_SRAM_SIZE];
     uint8_t ccm[HIL_CCM_SIZE];
+    uint8_t nor[HIL_NOR_SIZE]; /* inverted, see hil/w25q.c; last, and mostly never touched */
 };
 
 struct hil_state {
@@ -52,17 +60,23 @@ struct hil_state {
     struct hil_scb scb;
     struct hil_systick systick;
     struct hil_rcc rcc;
+    struct hil_flash flash;
     struct hil_gpio gpio;
     struct hil_tim tim[HIL_TIMERS];
     struct hil_dma dma[2];
     struct hil_adc adc[2];
     uint32_t adc_ccr;
     struct hil_usart usart;
+    struct hil_spi spi;
+    struct hil_w25q w25q;
     struct hil_can can;
     struct hil_iwdg iwdg;
     struct hil_rig rig;
     struct hil_script script;
     struct hil_replay_state replay;
+    struct hil_faults faults;
+    struct hil_nor_faults nor_faults;
+    bool held_in_reset; /* no supply, or too little */
 };
 
 struct hil_region {
@@ -85,6 +99,8 @@ struct hil_board {
     uint64_t limit_cycle;      /* the block hook looks up from here on; at most the next event */
     bool target_reached;
     bool reset_request;
+    bool power_lost;           /* the reset requested is the return of the supply */
+    uint64_t hold_ps;          /* and lasts until then */
     uint32_t reset_flags;      /* RCC_CSR flags of the reset requested */
     bool stopped;
     enum mr_status stop_status;
@@ -98,12 +114,18 @@ struct hil_board {
     uint32_t bad_address, bad_size;
     int bad_type;
 
+    bool runs_to_fp;           /* the core runs up to a floating-point instruction that will fault */
+    unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
+    bool rom_at_zero;          /* as the core's address space is mapped now */
+    bool flash_guarded;        /* reads of flash by the core are caught */
+
     /* Derived from code, run file and replay; rebuilt when needed. */
     const struct mr_block *codes_block; /* whose codes these are; NULL: of none */
     struct hil_codes codes;
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
     uint8_t peripheral_of[512]; /* index by kilobyte from 0x40000000 */
+    const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX]; /* NULL: without a table */
 };
 
 /* Stop the run, with a message. The first stop wins. */
@@ -117,8 +139,12 @@ __attribute__((format(printf, 2, 3))) void hil_trace_line(struct hil_board *boar
             hil_trace_line((board), __VA_ARGS__);   \
     } while (0)
 
+/* Power on with the memories as they are. MR_OK, or why the firmware cannot start. */
+enum mr_status hil_board_restart(struct hil_board *board);
 /* Reset the chip at the next chance; `flags` are added to RCC_CSR. */
 void hil_board_request_reset(struct hil_board *board, uint32_t flags);
+
+void hil_board_power_event(struct hil_board *board, uint64_t at);
 
 /* Host address of n bytes of the board's memory, or NULL when they are not in one memory (or would write
  * flash). */
@@ -134,8 +160,14 @@ static inline uint8_t *hil_board_memory(const struct hil_board *board, uint32_t 
         return NULL;
     if (address - HIL_FLASH_BASE < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - (address - HIL_FLASH_BASE))
         return memory->flash + (address - HIL_FLASH_BASE);
-    if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address)
+    if (address - HIL_ROM_BASE < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - (address - HIL_ROM_BASE))
+        return (uint8_t *)(uintptr_t)hil_bootrom_image + (address - HIL_ROM_BASE);
+    if (board->state.flash.boot_rom) {
+        if (address < HIL_ROM_SIZE && n <= HIL_ROM_SIZE - address)
+            return (uint8_t *)(uintptr_t)hil_bootrom_image + address;
+    } else if (address < HIL_FLASH_SIZE && n <= HIL_FLASH_SIZE - address) {
         return memory->flash + address;
+    }
     return NULL;
 }
 

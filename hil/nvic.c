@@ -75,8 +75,12 @@ void hil_nvic_unpend(struct hil_board *board, unsigned exception)
 
 void hil_irq_line(struct hil_board *board, unsigned irq, bool level)
 {
+    hil_nvic_line(board, 16u + irq, level);
+}
+
+void hil_nvic_line(struct hil_board *board, unsigned exception, bool level)
+{
     struct hil_nvic *nvic = &board->state.nvic;
-    unsigned exception = 16u + irq;
     bool before = get(nvic->line, exception);
     if (level == before)
         return;

@@ -31,6 +31,7 @@ enum hil_exception {
 
 /* Interrupt numbers of the peripherals modelled (RM0090 table 62). */
 enum hil_irq {
+    HIL_IRQ_FLASH = 4,
     HIL_IRQ_RCC = 5,
     HIL_IRQ_DMA1_STREAM0 = 11, /* to stream 6: 17; stream 7: 47 */
     HIL_IRQ_ADC = 18,
@@ -40,6 +41,7 @@ enum hil_irq {
     HIL_IRQ_CAN1_SCE = 22,
     HIL_IRQ_TIM2 = 28,
     HIL_IRQ_TIM4 = 30,
+    HIL_IRQ_SPI2 = 36,
     HIL_IRQ_USART1 = 37,
     HIL_IRQ_DMA1_STREAM7 = 47,
     HIL_IRQ_DMA2_STREAM0 = 56, /* to stream 4: 60 */
@@ -65,6 +67,8 @@ void hil_nvic_pend(struct hil_board *board, unsigned exception);
 void hil_nvic_unpend(struct hil_board *board, unsigned exception);
 /* A peripheral drives its interrupt line; a line that is high when its handler returns pends again. */
 void hil_irq_line(struct hil_board *board, unsigned irq, bool level);
+/* The same for an exception by its number (clock security holds NMI). */
+void hil_nvic_line(struct hil_board *board, unsigned exception, bool level);
 /* Mark taken / finished. */
 void hil_nvic_activate(struct hil_board *board, unsigned exception);
 void hil_nvic_deactivate(struct hil_board *board, unsigned exception);

@@ -1,10 +1,7 @@
-/* Flash interface (access control only: programming is not modelled) and power control, as far as they
- * bound the clock. */
+/* Power control, and what it and the wait states of flash allow as clock. */
 #include "hil/machine.h"
 
 #define ACR_LATENCY 7u
-#define ACR_RESETS 0x1800u   /* ICRST, DCRST */
-#define ACR_BITS 0x1f07u
 #define PWR_VOS (1u << 14)
 #define PWR_DBP (1u << 8)
 #define SCALE_US 40u         /* voltage scaling settles within this */
@@ -15,29 +12,6 @@ uint32_t hil_power_limit_hz(const struct hil_rcc *rcc)
     uint32_t flash_hz = 30000000u * ((rcc->flash_acr & ACR_LATENCY) + 1u);
     uint32_t core_hz = (rcc->pwr_cr & PWR_VOS) ? 168000000u : 144000000u;
     return flash_hz < core_hz ? flash_hz : core_hz;
-}
-
-uint32_t hil_flash_if_read(struct hil_board *board, unsigned unit, uint32_t offset)
-{
-    (void)unit;
-    if (offset != 0)
-        return hil_bus_refuse(board, "flash programming is not modelled");
-    return board->state.rcc.flash_acr;
-}
-
-void hil_flash_if_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
-{
-    struct hil_rcc *rcc = &board->state.rcc;
-    (void)unit;
-    if (offset != 0) {
-        hil_bus_refuse(board, "flash programming is not modelled");
-        return;
-    }
-    rcc->flash_acr = value & ACR_BITS & ~ACR_RESETS;
-    if (board->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
-        hil_board_stop(board, MR_HALTED, "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
-                       (unsigned)value, (unsigned)board->state.clock.hclk_hz,
-                       (unsigned)hil_cpu_access_pc(board, board->access.address, true));
 }
 
 uint32_t hil_pwr_read(struct hil_board *board, unsigned unit, uint32_t offset)
@@ -55,10 +29,8 @@ void hil_pwr_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
 {
     struct hil_rcc *rcc = &board->state.rcc;
     (void)unit;
-    if (offset != 0) {
-        hil_bus_no_register(board);
-        return;
-    }
+    if (offset == 4)
+        return; /* only status bits are left by registers.def */
     if (value & ~(PWR_VOS | PWR_DBP)) {
         hil_bus_refuse(board, "low-power modes and voltage detector");
         return;

@@ -11,6 +11,8 @@
 #define CR_HSIRDY (1u << 1)
 #define CR_HSEON (1u << 16)
 #define CR_HSERDY (1u << 17)
+#define CR_CSSON (1u << 19)
+#define CIR_CSSF 0x80u
 #define CR_PLLON (1u << 24)
 #define CR_PLLRDY (1u << 25)
 #define CR_PLLI2SON (1u << 26)
@@ -31,7 +33,9 @@ void hil_rcc_reset(struct hil_board *board, uint32_t csr_flags)
     uint32_t flags = (rcc->csr & CSR_FLAGS) | csr_flags;
     *rcc = (struct hil_rcc){
         .cr = 0x83, .pllcfgr = 0x24003010, .ahb1enr = 0x00100000, .csr = flags, .pwr_cr = 1u << 14,
+        .crystal_failed = rcc->crystal_failed,
     };
+    hil_nvic_line(board, HIL_EXC_NMI, false);
     hil_event_set_ps(board, HIL_EVENT_HSE, HIL_NEVER);
     hil_event_set_ps(board, HIL_EVENT_PLL, HIL_NEVER);
     hil_event_set_ps(board, HIL_EVENT_LSI, HIL_NEVER);
@@ -147,6 +151,50 @@ static void switch_source(struct hil_board *board)
     clocks_changed(board);
 }
 
+static bool crystal_feeds_hclk(const struct hil_rcc *rcc)
+{
+    uint32_t source = rcc->cfgr >> 2 & 3u;
+    return source == SOURCE_HSE || (source == SOURCE_PLL && (rcc->pllcfgr & PLLCFGR_SRC_HSE));
+}
+
+/* Clock security: HSI takes over before the core sees a missing edge. */
+static void secure_clock(struct hil_board *board)
+{
+    struct hil_rcc *rcc = &board->state.rcc;
+    bool feeds = crystal_feeds_hclk(rcc);
+    rcc->cr &= ~(CR_HSEON | CR_CSSON);
+    rcc->cir |= CIR_CSSF;
+    if (feeds) {
+        rcc->cr = (rcc->cr | CR_HSION | CR_HSIRDY) & ~(CR_PLLON | CR_PLLRDY);
+        rcc->cfgr &= ~(CFGR_SWS | 3u);
+        hil_event_set_ps(board, HIL_EVENT_PLL, HIL_NEVER);
+        clocks_changed(board);
+    }
+    hil_nvic_line(board, HIL_EXC_NMI, true);
+}
+
+void hil_rcc_crystal(struct hil_board *board, bool on)
+{
+    struct hil_rcc *rcc = &board->state.rcc;
+    rcc->crystal_failed = !on;
+    if (on) {
+        if ((rcc->cr & CR_HSEON) && !(rcc->cr & CR_HSERDY) && board->options.hse_hz)
+            hil_event_set_ps(board, HIL_EVENT_HSE, hil_board_now_ps(board) + HSE_START_PS);
+        return;
+    }
+    hil_event_set_ps(board, HIL_EVENT_HSE, HIL_NEVER);
+    if (!(rcc->cr & CR_HSERDY))
+        return;
+    rcc->cr &= ~CR_HSERDY;
+    if (rcc->cr & CR_CSSON) {
+        secure_clock(board);
+    } else if (crystal_feeds_hclk(rcc)) {
+        rcc->no_clock = true;
+        hil_trace(board, "no clock");
+        hil_cpu_attend(board);
+    }
+}
+
 static void ready_flag(struct hil_board *board, unsigned bit)
 {
     struct hil_rcc *rcc = &board->state.rcc;
@@ -159,6 +207,7 @@ void hil_rcc_hse_event(struct hil_board *board, uint64_t at)
 {
     (void)at;
     board->state.rcc.cr |= CR_HSERDY;
+    board->state.rcc.no_clock = false;
     ready_flag(board, READY_HSE);
     switch_source(board);
 }
@@ -204,7 +253,7 @@ static void cr_write(struct hil_board *board, uint32_t value)
     if (!(after & CR_HSION))
         after &= ~CR_HSIRDY;
     rcc->cr = after;
-    if ((rising & CR_HSEON) && board->options.hse_hz)
+    if ((rising & CR_HSEON) && board->options.hse_hz && !rcc->crystal_failed)
         hil_event_set_ps(board, HIL_EVENT_HSE, now_ps + HSE_START_PS);
     if (!(after & CR_HSEON)) {
         rcc->cr &= ~CR_HSERDY;
@@ -227,6 +276,7 @@ static void cir_write(struct hil_board *board, uint32_t value)
     rcc->cir &= ~(value >> 16 & 0xbfu);
     rcc->cir = (rcc->cir & 0xffu) | (value & 0x3f00u);
     hil_irq_line(board, HIL_IRQ_RCC, (rcc->cir & 0x3fu) != 0);
+    hil_nvic_line(board, HIL_EXC_NMI, (rcc->cir & CIR_CSSF) != 0);
 }
 
 /* Low-power enables keep their reset value: every clock runs on in sleep. */
@@ -303,6 +353,8 @@ void hil_rcc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
             hil_tim_reset(board, 0);
         if (value >> 2 & 1u)
             hil_tim_reset(board, 1);
+        if (value >> 14 & 1u)
+            hil_spi_reset(board);
         if (value >> 25 & 1u)
             hil_can_reset(board);
         break;

@@ -26,6 +26,10 @@ static void schedule(struct hil_board *board)
         if (opens < next)
             next = opens;
     }
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
+        if (rig->contact[i].bounces && rig->contact[i].next_ps < next)
+            next = rig->contact[i].next_ps;
+    }
     hil_event_set_ps(board, HIL_EVENT_RIG, next);
 }
 
@@ -35,6 +39,7 @@ void hil_rig_start(struct hil_board *board)
     *rig = (struct hil_rig){.pulse_end_ps = HIL_NEVER};
     for (unsigned i = 0; board->run && i < HIL_RUN_SWITCHES; i++) {
         uint64_t t_ps = board->run->switch_open_ps[i];
+        rig->contact[i].next_ps = HIL_NEVER;
         if (t_ps == HIL_RUN_NEVER)
             continue;
         unsigned place = rig->order_count++;
@@ -45,6 +50,44 @@ void hil_rig_start(struct hil_board *board)
     schedule(board);
 }
 
+/* Where the staircase's part of a contact stands, 0 to 1. */
+static double contact_level(const struct hil_contact *contact, double t_s)
+{
+    double taus = (t_s - (double)contact->since_ps * 1e-12) / STAIRCASE_TAU_S;
+    double target = contact->open;
+    if (taus > SETTLED_TAUS)
+        return target;
+    return taus > 0.0 ? target + (contact->level - target) * exp(-taus) : contact->level;
+}
+
+static void move_contact(struct hil_board *board, unsigned i, bool open, uint64_t t_ps, uint64_t at)
+{
+    struct hil_rig *rig = &board->state.rig;
+    struct hil_contact *contact = &rig->contact[i];
+    hil_adc_catch_up(board, at); /* what was sampled before saw the old state */
+    contact->level = contact->moved ? contact_level(contact, (double)t_ps * 1e-12) : 0.0;
+    contact->moved = true;
+    contact->open = open;
+    contact->since_ps = t_ps;
+    hil_trace(board, "switch %u %s", i + 1u, open ? "opens" : "closes");
+    if (!open)
+        return;
+    rig->pulse_end_ps = t_ps + HIL_RIG_PULSE_PS;
+    board->state.counters.switches_opened++;
+    hil_gpio_drive(board, 0, 15, true, at);
+}
+
+static void bounce(struct hil_board *board, unsigned i, uint64_t at)
+{
+    struct hil_contact *contact = &board->state.rig.contact[i];
+    uint64_t t_ps = contact->next_ps;
+    bool opens = !contact->open;
+    move_contact(board, i, opens, t_ps, at);
+    if (opens)
+        contact->bounces--;
+    contact->next_ps = contact->bounces ? t_ps + contact->period_ps / 2u : HIL_NEVER;
+}
+
 void hil_rig_event(struct hil_board *board, uint64_t at)
 {
     struct hil_rig *rig = &board->state.rig;
@@ -53,16 +96,34 @@ void hil_rig_event(struct hil_board *board, uint64_t at)
         rig->pulse_end_ps = HIL_NEVER;
         hil_gpio_drive(board, 0, 15, false, at);
     }
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
+        while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
+            bounce(board, i, at);
+    }
     while (board->run && rig->opened < rig->order_count
            && board->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {
-        uint64_t opens = board->run->switch_open_ps[rig->order[rig->opened]];
-        rig->opened++;
-        rig->pulse_end_ps = opens + HIL_RIG_PULSE_PS;
-        board->state.counters.switches_opened++;
-        hil_trace(board, "switch %u opens", rig->order[rig->opened - 1] + 1u);
-        hil_gpio_drive(board, 0, 15, true, at);
+        unsigned i = rig->order[rig->opened++];
+        struct hil_contact *contact = &rig->contact[i];
+        uint64_t opens = board->run->switch_open_ps[i];
+        if (contact->skipped)
+            continue;
+        move_contact(board, i, true, opens, at);
+        contact->next_ps = contact->bounces ? opens + contact->period_ps / 2u : HIL_NEVER;
     }
     schedule(board);
+}
+
+void hil_rig_skip(struct hil_board *board, unsigned position)
+{
+    board->state.rig.contact[position].skipped = true;
+}
+
+void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps)
+{
+    struct hil_contact *contact = &board->state.rig.contact[position];
+    contact->bounces = (uint8_t)times;
+    contact->period_ps = period_ps;
+    contact->next_ps = HIL_NEVER;
 }
 
 /* Amplitude of the excitation at the transducers, -1 to 1. */
@@ -106,13 +167,9 @@ static double staircase_volts(const struct hil_board *board, double t_s)
 {
     const struct hil_rig *rig = &board->state.rig;
     double codes = 0.0;
-    for (unsigned i = 0; i < rig->opened; i++) {
-        double taus = (t_s - (double)board->run->switch_open_ps[rig->order[i]] * 1e-12) / STAIRCASE_TAU_S;
-        double step = hil_rig_step_codes(rig->order[i] + 1u);
-        if (taus > SETTLED_TAUS)
-            codes += step;
-        else if (taus > 0.0)
-            codes += step * (1.0 - exp(-taus));
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
+        if (rig->contact[i].moved)
+            codes += hil_rig_step_codes(i + 1u) * contact_level(&rig->contact[i], t_s);
     }
     return STAIRCASE_ZERO_V + codes * HIL_VREF_V / 4096.0;
 }
@@ -127,22 +184,46 @@ static unsigned gage_on(unsigned port, unsigned pin)
     return port == 2 && pin < 4 ? pin + 11 : 0;
 }
 
+/* Channel on a pin, 0..23, or -1. */
+static int channel_on(unsigned port, unsigned pin)
+{
+    unsigned gage = gage_on(port, pin);
+    if (gage)
+        return (int)(HIL_RUN_TRANSDUCERS + gage - 1u);
+    if (port == 5 && pin >= 3 && pin <= 10)
+        return (int)pin - 3;
+    return port == 2 && (pin == 4 || pin == 5) ? (int)pin + 18 : -1;
+}
+
+/* What a channel's sensor is exposed to: inches, pounds; volts of staircase and reference. */
+static double quantity(const struct hil_board *board, unsigned channel, double t_s)
+{
+    if (channel == 22)
+        return staircase_volts(board, t_s);
+    if (channel == 23)
+        return REFERENCE_V;
+    return board->run ? hil_run_truth(board->run, channel, t_s) : 0.0;
+}
+
+void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fault fault)
+{
+    hil_adc_catch_up(board, hil_now(board));
+    board->state.rig.channel_fault[channel] = (uint8_t)fault;
+    board->state.rig.held[channel] = quantity(board, channel, (double)hil_board_now_ps(board) * 1e-12);
+}
+
 double hil_rig_volts(const struct hil_board *board, unsigned port, unsigned pin, uint64_t at)
 {
     double t_s = (double)hil_clock_ps(&board->state.clock, at) * 1e-12;
-    unsigned gage = gage_on(port, pin);
-    if (gage) {
-        double tension_lb = board->run ? hil_run_truth(board->run, HIL_RUN_TRANSDUCERS + gage - 1, t_s) : 0.0;
-        return GAGE_ZERO_V + GAGE_V_PER_LB * tension_lb;
-    }
-    if (port == 5 && pin >= 3 && pin <= 10) {
-        double displacement_in = board->run ? hil_run_truth(board->run, pin - 3, t_s) : 0.0;
-        return TRANSDUCER_MID_V
-               + amplitude(board, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * displacement_in);
-    }
-    if (port == 2 && pin == 4)
-        return staircase_volts(board, t_s);
-    if (port == 2 && pin == 5)
-        return REFERENCE_V;
-    return 0.0;
+    int channel = channel_on(port, pin);
+    if (channel < 0)
+        return 0.0;
+    enum hil_channel_fault fault = (enum hil_channel_fault)board->state.rig.channel_fault[channel];
+    if (fault > HIL_CHANNEL_STUCK)
+        return fault == HIL_CHANNEL_HIGH ? HIL_VREF_V : 0.0;
+    double value = fault == HIL_CHANNEL_STUCK ? board->state.rig.held[channel]
+                                              : quantity(board, (unsigned)channel, t_s);
+    if (channel < (int)HIL_RUN_TRANSDUCERS)
+        return TRANSDUCER_MID_V + amplitude(board, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
+    return channel < (int)HIL_RUN_COLUMNS ? GAGE_ZERO_V + GAGE_V_PER_LB * value : value;
 }

@@ -16,12 +16,29 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/faults.h"
+
 struct hil_board;
 
 #define HIL_VREF_V 3.3
 #define HIL_RIG_PULSE_PS 20000000ull /* 20 us */
 
+#define HIL_RIG_CHANNELS 24u /* 8 transducers, 14 gages, staircase, reference */
+
+/* A contact that has moved: the staircase follows it from `level` (0 closed, 1 open) since then. */
+struct hil_contact {
+    bool moved, open, skipped;
+    uint8_t bounces;        /* openings still to come */
+    double level;
+    uint64_t since_ps;
+    uint64_t period_ps;     /* of its bouncing */
+    uint64_t next_ps;       /* when it moves again; HIL_NEVER: it rests */
+};
+
 struct hil_rig {
+    struct hil_contact contact[24];
+    uint8_t channel_fault[HIL_RIG_CHANNELS]; /* enum hil_channel_fault */
+    double held[HIL_RIG_CHANNELS];           /* of a channel that sticks: inches, pounds, volts */
     uint8_t order[24];      /* switches (0..23) in the order in which they open */
     uint8_t order_count;    /* of those that open at all */
     uint8_t opened;         /* so many have */
@@ -39,6 +56,10 @@ void hil_rig_event(struct hil_board *board, uint64_t at);
 void hil_rig_excitation(struct hil_board *board, bool pd12, bool pd13, uint64_t at);
 /* Add the time since the last change to the counters of the excitation. */
 void hil_rig_count_excitation(struct hil_board *board, uint64_t at);
+/* Faults (hil/faults.h): of a channel, of a switch that has not opened yet. */
+void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fault fault);
+void hil_rig_skip(struct hil_board *board, unsigned position);
+void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps);
 /* Voltage on a pin at cycle `at`, not clipped. */
 double hil_rig_volts(const struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
 /* Step of a switch, position 1..24, in codes. */

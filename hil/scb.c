@@ -135,6 +135,8 @@ static uint32_t scs_read(struct hil_board *board, uint32_t offset, unsigned size
         return 0;
     case 0xdfc:
         return scb->demcr;
+    case 0xf00: /* STIR: write-only */
+        return 0;
     case 0xf34:
         return scb->fpccr;
     case 0xf38:
@@ -195,7 +197,7 @@ static void scs_write(struct hil_board *board, uint32_t offset, unsigned size, u
             hil_bus_refuse(board, "trapping of unaligned accesses");
         if (!(value & 0x200u))
             hil_bus_refuse(board, "stack frames without 8-byte alignment");
-        scb->ccr = value & 0x31bu; /* DIV_0_TRP is kept but a division by zero gives 0 either way */
+        scb->ccr = value & 0x303u;
         break;
     case 0xd24:
         board->state.nvic.enabled[0] = (board->state.nvic.enabled[0] & ~0x70u) | (value >> 16 & 7u) << 4;

@@ -1,8 +1,9 @@
-/* USART1 (RM0090 30), 8N1, with DMA both ways; the line's other end is a function call.
+/* USART1 (RM0090 30), 8N1, 8E1 and 8O1, with DMA both ways; the line's other end is a function call.
  *
- * Bytes leave back to back at the programmed rate. What leaves at a rate that the other end cannot read (3
- * % off), or while PA9 is not USART1_TX, is counted and lost. Bytes that arrive are spaced at the other
- * end's rate. */
+ * Bytes leave back to back at the programmed rate. Where the rates differ by
+ * more than 3 %, or the parity, each byte is heard as hil/serial_line.h says, and what leaves is counted;
+ * what leaves while PA9 is not USART1_TX is lost. Bytes that arrive are spaced at the other end's rate, and
+ * PA10 shows their bits. */
 #ifndef MATRIG_HIL_USART_H
 #define MATRIG_HIL_USART_H
 
@@ -24,8 +25,10 @@ struct hil_usart {
     uint8_t out[HIL_USART_GROUP + 2];
     uint32_t out_count;
     /* receiving */
-    uint8_t received;
+    uint16_t received;        /* the parity bit is bit 8 */
+    uint64_t listens_since_ps; /* a frame that began before is not seen */
     uint32_t queue_head, queue_count;
+    bool delayed;             /* the next byte has had its delay */
     bool idle_follows;        /* the next event is the idle line after the last byte */
     uint8_t queue[HIL_USART_QUEUE];
 };
@@ -37,6 +40,8 @@ void hil_usart_tx_event(struct hil_board *board, uint64_t at);
 void hil_usart_rx_event(struct hil_board *board, uint64_t at);
 /* Bring what has been sent up to `at`. */
 void hil_usart_catch_up(struct hil_board *board, uint64_t at);
+/* Level of the line into PA10 now. */
+bool hil_usart_line_in(const struct hil_board *board);
 /* A stream of DMA2 was enabled: it may be the one that waited. */
 void hil_usart_dma_enabled(struct hil_board *board);
 

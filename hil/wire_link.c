@@ -12,6 +12,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "hil/pty.h"
+
 #define FRAME_BYTES 16u
 #define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
 #define CAN_REMOTE 0x40000000u
@@ -19,6 +21,8 @@
 #define BUFFER_MAX 65536u /* of a link that drops; beyond what the kernel holds */
 #define CLOSE_MS 500
 #define POLL_MS 100
+#define PTY_POLL_MS 2      /* nothing wakes us when a host opens it */
+#define PTY_BAUD 115200u   /* until a host says otherwise */
 
 static int64_t now_ms(void)
 {
@@ -60,8 +64,7 @@ static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
     return MR_OK;
 }
 
-/* What a mistyped file: link must not replace: a campaign (SQLite) or a firmware image (ELF). */
-static bool is_precious(const char *path)
+bool hil_is_precious(const char *path)
 {
     char begins[16] = {0};
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -84,10 +87,16 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         link->path = text + 5;
         return listen_at(link, error, size);
     }
+    if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
+        link->type = HIL_LINK_PTY;
+        link->path = text + 4;
+        link->hung_up = true;
+        return hil_pty_open(link->path, PTY_BAUD, &link->fd, error, size);
+    }
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_FILE;
         link->path = text + 5;
-        if (is_precious(link->path)) {
+        if (hil_is_precious(link->path)) {
             snprintf(error, size, "would overwrite a database or a program: %s; give another file", link->path);
             return MR_USAGE;
         }
@@ -97,27 +106,38 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         snprintf(error, size, "%s: cannot write %s: %s", noun(link), link->path, strerror(errno));
         return MR_IO;
     }
-    snprintf(error, size, "%s: `%s` is no link of the emulated board; give unix:PATH, file:PATH or none",
-             noun(link), text);
+    snprintf(error, size, "%s: `%s` is no link of the emulated board; give unix:PATH, file:PATH%s or none",
+             noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
     return MR_USAGE;
+}
+
+/* One look for a host, of at most POLL_MS. */
+static bool host_came(struct hil_link *link)
+{
+    if (link->type == HIL_LINK_PTY) {
+        bool there = hil_pty_in_use(link->fd);
+        if (!there)
+            poll(NULL, 0, PTY_POLL_MS);
+        return there;
+    }
+    struct pollfd wait = {.fd = link->listener, .events = POLLIN};
+    int bytes = 4 << 20;
+    if (poll(&wait, 1, POLL_MS) <= 0)
+        return false;
+    link->fd = accept4(link->listener, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    setsockopt(link->fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+    return link->fd >= 0;
 }
 
 enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop, char *error,
                                size_t size)
 {
     int64_t until = now_ms() + timeout_ms;
-    if (link->type != HIL_LINK_UNIX)
+    if (link->type != HIL_LINK_UNIX && link->type != HIL_LINK_PTY)
         return MR_OK;
     while (!*stop && now_ms() < until) {
-        struct pollfd wait = {.fd = link->listener, .events = POLLIN};
-        if (poll(&wait, 1, POLL_MS) <= 0)
-            continue;
-        link->fd = accept4(link->listener, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
-        if (link->fd >= 0) {
-            int bytes = 4 << 20;
-            setsockopt(link->fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+        if (host_came(link))
             return MR_OK;
-        }
     }
     snprintf(error, size, "%s: no host connected to %s within %d s", noun(link), link->path,
              timeout_ms / 1000);
@@ -133,6 +153,7 @@ static void put(struct hil_link *link, const uint8_t *bytes, size_t n)
 {
     if (link->type == HIL_LINK_NONE)
         return;
+    link->moved = true;
     if (link->hung_up || (link->drops && link->end - link->start + n > BUFFER_MAX)) {
         discard(link, link->kind == HIL_LINK_CAN ? FRAME_BYTES : n);
         return;
@@ -195,7 +216,7 @@ static ssize_t write_some(struct hil_link *link)
 {
     const uint8_t *from = link->buffer + link->start;
     size_t n = link->end - link->start;
-    if (link->type == HIL_LINK_FILE)
+    if (link->type == HIL_LINK_FILE || link->type == HIL_LINK_PTY)
         return write(link->fd, from, n);
     return send(link->fd, from, n, MSG_NOSIGNAL);
 }
@@ -217,7 +238,8 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             snprintf(error, size, "%s: cannot write %s: %s", noun(link), link->path, strerror(errno));
             return MR_IO;
         }
-        if (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) {
+        if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK)
+            || (link->type == HIL_LINK_PTY && !hil_pty_in_use(link->fd))) {
             hang_up(link);
             return MR_OK;
         }
@@ -254,9 +276,34 @@ static void receive_frame(struct hil_board *board, const uint8_t bytes[FRAME_BYT
     hil_board_can_inject(board, &frame); /* a full queue is counted there */
 }
 
+static void receive_pty(struct hil_link *link, struct hil_board *board)
+{
+    uint8_t bytes[4096];
+    size_t room = hil_board_serial_room(board);
+    uint32_t baud = hil_pty_baud(link->fd);
+    link->hung_up = !hil_pty_in_use(link->fd);
+    if (link->hung_up) {
+        hang_up(link);
+        return;
+    }
+    if (baud && baud != link->baud) {
+        link->baud = baud;
+        hil_board_set_host_baud(board, baud);
+    }
+    struct pollfd look = {.fd = link->fd, .events = POLLIN};
+    if (!link->drops && !link->moved) /* both ends wait: let the host have the processor */
+        poll(&look, 1, PTY_POLL_MS);
+    ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
+    link->moved = n > 0;
+    if (n > 0)
+        hil_board_serial_inject(board, bytes, (size_t)n);
+}
+
 void hil_link_receive(struct hil_link *link, struct hil_board *board)
 {
     uint8_t bytes[4096];
+    if (link->type == HIL_LINK_PTY && link->fd >= 0)
+        receive_pty(link, board);
     if (link->type != HIL_LINK_UNIX || link->fd < 0 || link->hung_up)
         return;
     for (;;) {
@@ -292,7 +339,9 @@ void hil_link_close(struct hil_link *link)
                 break;
         }
     }
-    if (link->fd >= 0)
+    if (link->type == HIL_LINK_PTY)
+        hil_pty_close(link->path, link->fd);
+    else if (link->fd >= 0)
         close(link->fd);
     if (link->listener >= 0) {
         close(link->listener);

@@ -1,10 +1,10 @@
-/* The board's ends of its two wires: `unix:PATH` (the board listens, one host connects), `file:PATH`
- * (candump -L text for CAN, raw bytes for serial), `none`.
+/* The board's ends of its two wires: `unix:PATH` (the board listens, one host connects), `pty:PATH` (serial
+ * only: a pseudo-terminal, see hil/pty.h), `file:PATH` (candump -L text for CAN, raw bytes for serial), `none`.
  *
  * A CAN socket carries 16-byte frames in the layout of Linux's struct can_frame (identifier with flags,
  * length, three bytes of padding, eight of data) each way, a serial socket bytes each way. What is put
  * waits in a buffer until hil_link_flush; a host that hangs up is no error, what is for it is dropped and
- * counted. */
+ * counted. A pty: can be opened and closed any number of times. */
 #ifndef MATRIG_HIL_WIRE_LINK_H
 #define MATRIG_HIL_WIRE_LINK_H
 
@@ -16,7 +16,7 @@
 #include "hil/board.h"
 
 enum hil_link_kind { HIL_LINK_CAN, HIL_LINK_SERIAL };
-enum hil_link_type { HIL_LINK_NONE, HIL_LINK_UNIX, HIL_LINK_FILE };
+enum hil_link_type { HIL_LINK_NONE, HIL_LINK_UNIX, HIL_LINK_FILE, HIL_LINK_PTY };
 
 struct hil_link {
     enum hil_link_kind kind;
@@ -26,16 +26,20 @@ struct hil_link {
     uint8_t *buffer;
     size_t start, end, room; /* of what waits in buffer */
     bool drops;              /* when full, drop instead of growing */
-    bool hung_up;            /* the host closed its end */
+    bool hung_up;            /* the host closed its end, for good or (pty) for now */
+    bool moved;              /* pty: something went over it since the last look */
+    uint32_t baud;           /* pty: as last told to the board */
     uint64_t dropped;        /* frames (CAN) or bytes (serial) */
     uint8_t partial[16];     /* a frame that came in part */
     size_t partial_size;
 };
 
+/* Is it a file that must not be overwritten by mistake: a campaign (SQLite) or a program (ELF)? */
+bool hil_is_precious(const char *path);
 /* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` says why. */
 enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
                              size_t size);
-/* Wait until a host has connected; at once for links without one. MR_TIMEOUT, MR_IO. `*stop` ends it
+/* Wait until a host has connected, or has the pty open; at once for links without one. MR_TIMEOUT, MR_IO. `*stop` ends it
  * (MR_CLOSED). */
 enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop, char *error,
                                size_t size);

@@ -104,7 +104,7 @@ static void write_values(FILE *out, const struct mr_message_info *message, const
     } else if ((message->id == MR_ID_COMMAND || message->id == MR_ID_ACK) &&
                strcmp(field->name, "code") == 0) {
         begin_values(out, message, field);
-        for (unsigned i = MR_COMMAND_STATE; i <= MR_COMMAND_SURVEY; i++)
+        for (unsigned i = MR_COMMAND_STATE; i <= MR_COMMAND_BOOTROM; i++)
             write_value(out, (long)i, mr_command_name(i));
     } else if (message->id == MR_ID_ACK && strcmp(field->name, "status") == 0) {
         begin_values(out, message, field);

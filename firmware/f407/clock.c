@@ -40,7 +40,9 @@ enum board_clock_source clock_start(void)
 
     RCC->CR |= RCC_CR_HSEON;
     bool crystal = wait_for(&RCC->CR, RCC_CR_HSERDY, RCC_CR_HSERDY, CRYSTAL_POLLS);
-    if (!crystal)
+    if (crystal)
+        RCC->CR |= RCC_CR_CSSON; /* should it stop later: NMI, on the internal oscillator (fault.c). RM0090 7.2.7 */
+    else
         health_count(MR_FAULT_CLOCK_FALLBACK, 0);
     if (start_pll(crystal))
         return crystal ? BOARD_CLOCK_CRYSTAL : BOARD_CLOCK_INTERNAL;

@@ -23,6 +23,8 @@ void uart_start(bool dma_works, bool raw_clock);
 /* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
 void watchdog_start(void);
 void watchdog_feed(void);
+/* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything else. */
+void rom_if_asked(void);
 /* fault.c: counts what a processor fault before this reset left behind. */
 void fault_recall(void);
 /* Read a word where there may be nothing: false, and 0, when the bus answers with a fault. */

@@ -10,6 +10,7 @@ static struct {
     uint32_t valid;
     uint32_t cfsr;
     uint32_t hfsr;
+    uint32_t crystal_stopped;
 } note __attribute__((section(".noinit")));
 
 void processor_fault(void);
@@ -18,6 +19,7 @@ void processor_fault(void)
     note.valid = NOTE_VALID;
     note.cfsr = SCB_CFSR;
     note.hfsr = SCB_HFSR;
+    note.crystal_stopped = RCC->CIR & RCC_CIR_CSSF; /* NMI of the clock security comes here too */
     SCB_AIRCR = 0x05fa0004u; /* system reset request */
     for (;;) {
     }
@@ -62,9 +64,10 @@ bool answers(reg32 *reg, uint32_t probe)
 
 void fault_recall(void)
 {
-    /* Detail: which fault, from the status: 1 memory, 2 bus, 3 usage, 4 other. */
+    /* Detail: which fault, from the status: 1 memory, 2 bus, 3 usage, 4 other, 5 the crystal stopped. */
     if (note.valid == NOTE_VALID)
-        health_count(MR_FAULT_HARD_FAULT, note.cfsr & 0xffu     ? 1
+        health_count(MR_FAULT_HARD_FAULT, note.crystal_stopped  ? 5
+                                          : note.cfsr & 0xffu   ? 1
                                           : note.cfsr & 0xff00u ? 2
                                           : note.cfsr >> 16     ? 3
                                                                 : 4);

@@ -15,8 +15,10 @@ struct rcc_regs {
 #define RCC ((struct rcc_regs *)0x40023800u)
 #define RCC_CR_HSEON (1u << 16)
 #define RCC_CR_HSERDY (1u << 17)
+#define RCC_CR_CSSON (1u << 19)
 #define RCC_CR_PLLON (1u << 24)
 #define RCC_CR_PLLRDY (1u << 25)
+#define RCC_CIR_CSSF (1u << 7)
 #define RCC_PLLCFGR_SRC_HSE (1u << 22)
 #define RCC_PLLCFGR_RESERVED (2u << 28) /* its reset value, to be kept */
 #define RCC_CFGR_SW_PLL 2u
@@ -180,6 +182,7 @@ struct iwdg_regs {
 #define SYST_CVR (*(reg32 *)0xe000e018u)
 #define NVIC_ISER ((reg32 *)0xe000e100u)
 #define NVIC_IPR ((volatile uint8_t *)0xe000e400u)
+#define SCB_VTOR (*(reg32 *)0xe000ed08u)
 #define SCB_AIRCR (*(reg32 *)0xe000ed0cu)
 #define SCB_SHPR ((volatile uint8_t *)0xe000ed18u)
 #define SCB_SHCSR (*(reg32 *)0xe000ed24u)

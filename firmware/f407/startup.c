@@ -8,6 +8,7 @@ extern const uint32_t data_load[];
 
 int main(void);
 void reset(void);
+void rom_if_asked(void);
 void processor_fault(void);
 void bus_fault(void);
 void systick_irq(void);
@@ -19,6 +20,8 @@ void dma2_stream7_irq(void);
 
 void reset(void)
 {
+    rom_if_asked();
+    SCB_VTOR = 0x08000000u; /* where matrig.ld puts them; started by the boot ROM, that ROM's vectors are at 0 */
     SCB_CPACR |= 0xfu << 20; /* full access to CP10 and CP11; PM0214 4.6.6 */
     __asm volatile("dsb\n\tisb" ::: "memory");
     const uint32_t *from = data_load;

@@ -1,4 +1,4 @@
-# From the firmware's register header: what tests/hil/test_registers.c compares with registers.txt.
+# From the firmware's register header: what tests/hil/test_layouts.c compares with registers.txt.
 #     LVALUE(NAME)  a register by itself     NUMBER(NAME)  an address, bits or a value     MACRO(NAME)  with an argument
 #     FIELD(struct, register)                IRQ(NAME)
 function trim(text) { gsub(/[ \t]/, "", text); return text }

@@ -98,3 +98,8 @@ void board_scans_restart(void)
 {
     fake.restarts++;
 }
+
+void board_enter_rom(void)
+{
+    fake.rom_entries++;
+}

@@ -27,6 +27,7 @@ struct fake_board {
     struct board_can_errors can_errors;
     bool warning;
     unsigned restarts;
+    unsigned rom_entries;
     uint8_t clock_source;
 };
 

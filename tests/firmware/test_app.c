@@ -125,6 +125,31 @@ static void commands_are_answered_with_the_reason(void **state)
     assert_int_equal(ack.status, MR_UNKNOWN);
 }
 
+/* Not while a landing could be lost; and only after the answer had 50 ms to go out. */
+static void the_boot_rom_is_entered_when_idle(void **state)
+{
+    (void)state;
+    struct mr_ack ack;
+    command("arm 3");
+    command("bootrom");
+    play(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.status, MR_NOT_NOW);
+    for (unsigned i = 0; i < 100; i++)
+        app_supervise(&app);
+    assert_int_equal(fake.rom_entries, 0);
+    command("disarm");
+    command("bootrom");
+    play(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.status, MR_OK);
+    for (unsigned i = 0; i < 4; i++)
+        app_supervise(&app);
+    assert_int_equal(fake.rom_entries, 0);
+    app_supervise(&app);
+    assert_int_equal(fake.rom_entries, 1);
+}
+
 /* Commands that come faster than the answers could go out wait; blocks go on. */
 static void a_flood_of_commands_is_taken_in_portions(void **state)
 {
@@ -348,6 +373,7 @@ int main(void)
         TEST(readings_are_in_inches_and_pounds),
         TEST(a_reading_is_whole_or_missing),
         TEST(commands_are_answered_with_the_reason),
+        TEST(the_boot_rom_is_entered_when_idle),
         TEST(a_flood_of_commands_is_taken_in_portions),
         TEST(a_full_queue_drops_and_counts),
         TEST(serial_carries_every_block_and_no_gap),

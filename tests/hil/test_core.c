@@ -125,8 +125,11 @@ static void test_halts(void **state)
 {
     static const struct { uint32_t which; enum mr_status status; const char *part; } cases[] = {
         {4, MR_HALTED, "exception 3 has no handler"},
-        {5, MR_HALTED, "floating point"},
-        {6, MR_UNMODELLED, "flash at 0x08004000"},
+        {5, MR_HALTED, "CFSR 0x00080000"}, /* NOCP */
+        {15, MR_UNMODELLED, "0x40020010 (GPIOA + 0x10), PC 0x"},
+        {15, MR_UNMODELLED, "read-only"},
+        {16, MR_UNMODELLED, "a reserved bit"},
+        {17, MR_UNMODELLED, "parity"},
         {7, MR_HALTED, "HCLK above what FLASH_ACR.LATENCY"},
         {8, MR_HALTED, "CFSR 0x00010000"},
     };
@@ -137,6 +140,45 @@ static void test_halts(void **state)
         assert_int_not_equal(bench_result(board, 4), 0x600d);
         hil_board_destroy(board);
     }
+}
+
+/* Usage faults that Unicorn does not know: the handler sees the cause, and what came before in the block was done. */
+static void test_usage_faults(void **state)
+{
+    static const struct { uint32_t which, cfsr, done; bool alignment; } cases[] = {
+        {10, 1u << 24, 77, true}, {11, 1u << 24, 0, true}, {13, 1u << 19, 77, false}, {14, 1u << 19, 0, false},
+        {13, 1u << 19, 77, true},
+    };
+    (void)state;
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct hil_options options;
+        hil_options_default(&options);
+        options.watch_alignment = cases[i].alignment;
+        struct hil_board *board = bench_board("wild", &options);
+        bench_control(board, 0, cases[i].which);
+        bench_run(board, 100 * HIL_MS_PS);
+        assert_int_equal(bench_result(board, 1), 1);
+        assert_int_equal(bench_result(board, 2), cases[i].cfsr);
+        assert_int_equal(bench_result(board, 6), cases[i].done);
+        assert_int_equal(bench_result(board, 4), 0x600d); /* after its reset */
+        assert_int_equal(hil_board_counters(board)->faults, 1);
+        hil_board_destroy(board);
+    }
+}
+
+/* Single loads and stores may be unaligned (CCR.UNALIGN_TRP is 0). */
+static void test_unaligned_words(void **state)
+{
+    struct hil_options options;
+    (void)state;
+    hil_options_default(&options);
+    options.watch_alignment = true;
+    struct hil_board *board = bench_board("wild", &options);
+    bench_control(board, 0, 12);
+    bench_run(board, 100 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 4), 0x600d);
+    assert_int_equal(hil_board_counters(board)->faults, 0);
+    hil_board_destroy(board);
 }
 
 /* Code in SRAM, changed after it has run once. */
@@ -162,6 +204,8 @@ int main(void)
         cmocka_unit_test(test_clock_off),
         cmocka_unit_test(test_bus_fault),
         cmocka_unit_test(test_halts),
+        cmocka_unit_test(test_usage_faults),
+        cmocka_unit_test(test_unaligned_words),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -20,7 +20,7 @@ void reset(void) __attribute__((noreturn));
 #define WEAK __attribute__((weak))
 #define HANDLERS(X)                                                                                      \
     X(nmi) X(hard_fault) X(mem_manage) X(bus_fault) X(usage_fault) X(svc) X(pendsv) X(systick)           \
-    X(irq6) X(irq7) X(irq8) X(dma1_stream5) X(can_tx) X(can_rx0) X(tim2) X(usart1)                       \
+    X(irq4) X(irq6) X(irq7) X(irq8) X(dma1_stream5) X(can_tx) X(can_rx0) X(tim2) X(usart1)                       \
     X(dma2_stream4) X(dma2_stream7)
 #define DECLARE(name) void name(void) WEAK;
 HANDLERS(DECLARE)
@@ -30,7 +30,7 @@ __attribute__((section(".vectors"), used)) static const vector vectors[16 + 82] 
     [0] = (vector)0x20018000, [1] = (vector)reset,
     [2] = nmi, [3] = hard_fault, [4] = mem_manage, [5] = bus_fault, [6] = usage_fault,
     [11] = svc, [14] = pendsv, [15] = systick,
-    [16 + 6] = irq6, [16 + 7] = irq7, [16 + 8] = irq8, [16 + 16] = dma1_stream5,
+    [16 + 4] = irq4, [16 + 6] = irq6, [16 + 7] = irq7, [16 + 8] = irq8, [16 + 16] = dma1_stream5,
     [16 + 19] = can_tx, [16 + 20] = can_rx0, [16 + 28] = tim2, [16 + 37] = usart1,
     [16 + 60] = dma2_stream4, [16 + 70] = dma2_stream7,
 };
@@ -62,7 +62,7 @@ static inline int clock_168(void)
     if (!wait)
         return 1;
     REG(0x40023c00u) = 0x705; /* five wait states, caches */
-    REG(0x40023804u) = 8u | 336u << 6 | 0u << 16 | 1u << 22 | 7u << 24;
+    REG(0x40023804u) = 2u << 28 | 8u | 336u << 6 | 0u << 16 | 1u << 22 | 7u << 24;
     REG(0x40023808u) = 5u << 10 | 4u << 13;
     REG(0x40023800u) |= 1u << 24;
     for (wait = 200000; wait && !(REG(0x40023800u) & 1u << 25); wait--)

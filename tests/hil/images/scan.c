@@ -33,7 +33,7 @@ static void stream(uint32_t base, unsigned n, uint32_t par, volatile void *memor
 static void converter(uint32_t base, uint32_t length, uint32_t sqr3, uint32_t sqr2, uint32_t sqr1)
 {
     REG(base + 4) = 1u << 8;
-    REG(base + 0xc) = 05555555555u;  /* 112 cycles everywhere: code 5 */
+    REG(base + 0xc) = 0555555555u; /* channels 10 to 18; 112 cycles everywhere: code 5 */
     REG(base + 0x10) = 05555555555u;
     REG(base + 0x34) = sqr3;
     REG(base + 0x30) = sqr2;

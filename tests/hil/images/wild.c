@@ -15,6 +15,20 @@ void bus_fault(void)
         ;
 }
 
+void usage_fault(void)
+{
+    uint32_t *frame;
+    __asm__ volatile("mrs %0, msp" : "=r"(frame));
+    results[2] = REG(0xe000ed28u);
+    results[6] = results[7];
+    results[1]++;
+    control[0] = 0;
+    REG(0xe000ed28u) = 0xffffffffu;
+    REG(0xe000ed0cu) = 0x05fa0004u;
+    for (;;)
+        ;
+}
+
 __attribute__((noinline)) static uint32_t read_at(uint32_t address)
 {
     uint32_t value;
@@ -51,7 +65,7 @@ int main(void)
         REG(0x40023800u) |= 1u << 16;
         while (!(REG(0x40023800u) & 1u << 17))
             ;
-        REG(0x40023804u) = 8u | 336u << 6 | 0u << 16 | 1u << 22 | 7u << 24;
+        REG(0x40023804u) = 2u << 28 | 8u | 336u << 6 | 0u << 16 | 1u << 22 | 7u << 24;
         REG(0x40023808u) = 5u << 10 | 4u << 13;
         REG(0x40023800u) |= 1u << 24;
         while (!(REG(0x40023800u) & 1u << 25))
@@ -63,6 +77,43 @@ int main(void)
         break;
     case 9: /* reserved register of a modelled peripheral */
         read_at(0x40023808u + 0x80u);
+        break;
+    case 10: { /* LDRD at an odd address, in a block whose other instructions must have been done before */
+        uint32_t a, b;
+        REG(0xe000ed24u) = 7u << 16;
+        __asm__ volatile("movs r2, #77\n str r2, [%3]\n ldrd %0, %1, [%2]"
+                         : "=&r"(a), "=&r"(b) : "r"(0x20000101u), "r"(&results[7]) : "r2", "memory");
+        break;
+    }
+    case 11: /* LDM likewise */
+        REG(0xe000ed24u) = 7u << 16;
+        __asm__ volatile("mov r2, %0\n ldmia r2!, {r0, r1}" : : "r"(0x20000102u) : "r0", "r1", "r2", "memory");
+        break;
+    case 12: { /* single loads and stores may be unaligned */
+        uint32_t a = *(volatile uint32_t *)0x20000101u;
+        *(volatile uint32_t *)0x20000105u = a;
+        break;
+    }
+    case 13: /* floating point in the middle of a block, the unit off, with a handler */
+        REG(0xe000ed24u) = 7u << 16;
+        __asm__ volatile("movs r2, #77\n str r2, [%0]\n vmov.f32 s0, #1.0\n movs r2, #78\n str r2, [%0]"
+                         : : "r"(&results[7]) : "r2", "memory");
+        break;
+    case 14: /* erased flash */
+        REG(0xe000ed24u) = 7u << 16;
+        ((void (*)(void))0x080c0001u)();
+        break;
+    case 15: /* read-only register, reserved bit, bits that are not modelled */
+        REG(0x40023830u) |= 1u;
+        REG(0x40020010u) = 0;
+        break;
+    case 16:
+        REG(0x40023840u) |= 1u;
+        REG(0x40000000u) = 1u << 12;
+        break;
+    case 17:
+        REG(0x40023844u) |= 1u << 4;
+        REG(0x4001100cu) = 1u << 10;
         break;
     default:
         break;

@@ -1,0 +1,519 @@
+/* The boot ROM of the emulated board: a program of our own in system memory that speaks AN3155 on USART1 (PA9, PA10) as
+ * the STM32F407's boot loader version 3.1 does. It runs on the emulated core and reaches flash, option bytes and line
+ * only through the emulated registers, so their locks, times and errors apply to it as to any firmware.
+ *
+ * It starts after a reset with BOOT0 high, or by a jump to the vectors at 0x1FFF0000 (stack pointer, entry) from
+ * firmware that has put clock, interrupts and peripherals back to their reset state. Like the original it leaves VTOR
+ * alone. It measures the rate from the first byte, 0x7F, with SysTick; the original promises 1200 to 115200 Baud, this
+ * one also works somewhat above.
+ *
+ * Different from ST's: CAN2, USB and USART3 are not listened to; flash is programmed x32 where alignment allows, else
+ * x8, with no way to choose; option bytes cannot be written by Write Memory. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define REG(address) (*(volatile uint32_t *)(address))
+#define RCC_CR REG(0x40023800u)
+#define RCC_PLLCFGR REG(0x40023804u)
+#define RCC_CFGR REG(0x40023808u)
+#define RCC_AHB1ENR REG(0x40023830u)
+#define RCC_APB2ENR REG(0x40023844u)
+#define FLASH_ACR REG(0x40023c00u)
+#define FLASH_KEYR REG(0x40023c04u)
+#define FLASH_OPTKEYR REG(0x40023c08u)
+#define FLASH_SR REG(0x40023c0cu)
+#define FLASH_CR REG(0x40023c10u)
+#define FLASH_OPTCR REG(0x40023c14u)
+#define GPIOA_MODER REG(0x40020000u)
+#define GPIOA_IDR REG(0x40020010u)
+#define GPIOA_PUPDR REG(0x4002000cu)
+#define GPIOA_AFRH REG(0x40020024u)
+#define USART1_SR REG(0x40011000u)
+#define USART1_DR REG(0x40011004u)
+#define USART1_BRR REG(0x40011008u)
+#define USART1_CR1 REG(0x4001100cu)
+#define IWDG_KR REG(0x40003000u)
+#define IWDG_PR REG(0x40003004u)
+#define SYST_CSR REG(0xe000e010u)
+#define SYST_RVR REG(0xe000e014u)
+#define SYST_CVR REG(0xe000e018u)
+#define NVIC_ISER(n) REG(0xe000e100u + 4u * (n))
+#define NVIC_ICER(n) REG(0xe000e180u + 4u * (n))
+#define NVIC_ICPR(n) REG(0xe000e280u + 4u * (n))
+#define SCB_ICSR REG(0xe000ed04u)
+#define SCB_AIRCR REG(0xe000ed0cu)
+
+#define VERSION 0x31u
+#define ACK 0x79u
+#define NACK 0x1fu
+#define RXNE 0x20u
+#define TXE 0x80u
+#define TC 0x40u
+#define LINE_ERRORS 0x0fu /* parity, framing, noise, overrun */
+#define BSY (1u << 16)
+#define STRT (1u << 16)
+#define EOPIE (1u << 24)
+#define PSIZE_X32 (2u << 8)
+#define RX_PIN (1u << 10)
+#define FLASH_BEGIN 0x08000000u
+#define FLASH_END 0x08100000u
+#define RAM_BEGIN 0x20002000u /* below it are our own variables */
+#define RAM_END 0x20020000u
+#define SYSTEM_BEGIN 0x1fff0000u
+#define SYSTEM_END 0x1fff7000u
+#define SECTORS 12u
+
+static bool line_error; /* in a byte since it was cleared */
+
+void reset(void) __attribute__((noreturn));
+extern uint32_t stack_top[];
+__attribute__((section(".vectors"), used)) static const struct {
+    uint32_t *stack;
+    void (*entry)(void);
+} vectors = {stack_top, reset};
+
+static void feed_watchdog(void)
+{
+    IWDG_KR = 0xaaaa;
+}
+
+/* Sleep until something pends: a byte, the end of a flash operation, or half a second of SysTick. */
+static void sleep(void)
+{
+    __asm__ volatile("wfi");
+    feed_watchdog();
+    NVIC_ICPR(0) = 1u << 4;
+    NVIC_ICPR(1) = 1u << 5;
+    SCB_ICSR = 1u << 25; /* SysTick no longer pending */
+}
+
+static uint8_t get(void)
+{
+    while (!(USART1_SR & RXNE))
+        sleep();
+    line_error |= (USART1_SR & LINE_ERRORS) != 0;
+    return (uint8_t)USART1_DR; /* bit 8 is the parity bit */
+}
+
+static void put(uint8_t byte)
+{
+    while (!(USART1_SR & TXE))
+        ;
+    USART1_DR = byte;
+}
+
+static void put_bytes(const uint8_t *bytes, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        put(bytes[i]);
+}
+
+static bool answer(bool good)
+{
+    put(good ? ACK : NACK);
+    return good;
+}
+
+/* 24 MHz from the internal oscillator; back to 16 MHz without the PLL. */
+static void clock_fast(void)
+{
+    RCC_CR |= 1u;
+    while (!(RCC_CR & 2u))
+        ;
+    RCC_CFGR = 0;
+    while (RCC_CFGR & 0xcu)
+        ;
+    RCC_CR &= ~(1u << 24);
+    RCC_PLLCFGR = 16u | 192u << 6 | 3u << 16 | 4u << 24; /* 16 MHz / 16 * 192 / 8 */
+    RCC_CR |= 1u << 24;
+    while (!(RCC_CR & 1u << 25))
+        ;
+    FLASH_ACR = 0;
+    RCC_CFGR = 2;
+    while ((RCC_CFGR & 0xcu) != 8u)
+        ;
+}
+
+static void clock_slow(void)
+{
+    RCC_CFGR = 0;
+    while (RCC_CFGR & 0xcu)
+        ;
+    RCC_CR = 0x83;
+    RCC_PLLCFGR = 0x24003010;
+}
+
+static uint32_t wait_level(bool high)
+{
+    uint32_t wanted = high ? RX_PIN : 0;
+    while ((GPIOA_IDR & RX_PIN) != wanted) {
+        if (SCB_ICSR & 1u << 26) { /* SysTick has come round */
+            SCB_ICSR = 1u << 25;
+            feed_watchdog();
+        }
+    }
+    return SYST_CVR;
+}
+
+/* Cycles between two readings of SysTick, which counts down through 24 bits. */
+static uint32_t since(uint32_t from, uint32_t to) { return (from - to) & 0xffffffu; }
+
+/* 0x7F on the line: low for its start bit, high for seven bits, low for one. Eight bits lie between the falls. */
+static uint32_t measure_bit(void)
+{
+    for (;;) {
+        wait_level(true);
+        uint32_t fall = wait_level(false);
+        uint32_t rise = wait_level(true);
+        uint32_t again = wait_level(false);
+        uint32_t start = since(fall, rise), eight = since(fall, again);
+        wait_level(true);
+        if (start * 8u > eight / 2u && start * 8u < eight * 3u / 2u && eight >= 8u * 16u)
+            return (eight + 4u) / 8u;
+    }
+}
+
+static void line_open(void)
+{
+    RCC_AHB1ENR |= 1u;
+    RCC_APB2ENR |= 1u << 4;
+    USART1_CR1 = 0;
+    GPIOA_PUPDR = (GPIOA_PUPDR & ~(3u << 20)) | 1u << 20;
+    GPIOA_MODER &= ~(3u << 20);
+    SYST_CSR = 0;
+    SYST_RVR = 0xffffff;
+    SYST_CVR = 0;
+    SYST_CSR = 7;
+    uint32_t bit = measure_bit();
+    GPIOA_AFRH = (GPIOA_AFRH & ~0xff0u) | 0x770u;
+    GPIOA_MODER = (GPIOA_MODER & ~(0xfu << 18)) | 0xau << 18;
+    USART1_BRR = bit;
+    USART1_CR1 = 1u << 13 | 1u << 12 | 1u << 10 | RXNE | 0xcu; /* 8E1 */
+    SYST_RVR = 12000000;
+    SYST_CVR = 0;
+    NVIC_ISER(1) = 1u << 5;
+    NVIC_ISER(0) = 1u << 4;
+}
+
+/* All that was touched back to its reset state. */
+static void line_close(void)
+{
+    while (!(USART1_SR & TC))
+        ;
+    USART1_CR1 = 0;
+    USART1_BRR = 0;
+    SYST_CSR = 0;
+    SYST_RVR = 0;
+    NVIC_ICER(0) = 1u << 4;
+    NVIC_ICER(1) = 1u << 5;
+    NVIC_ICPR(0) = 1u << 4;
+    NVIC_ICPR(1) = 1u << 5;
+    SCB_ICSR = 1u << 25;
+    GPIOA_MODER = 0xa8000000u;
+    GPIOA_PUPDR = 0x64000000u;
+    GPIOA_AFRH = 0;
+    RCC_APB2ENR = 0;
+    RCC_AHB1ENR = 0x00100000u;
+    clock_slow();
+}
+
+__attribute__((noreturn)) static void system_reset(void)
+{
+    while (!(USART1_SR & TC))
+        ;
+    SCB_AIRCR = 0x05fa0004u;
+    for (;;)
+        ;
+}
+
+static void flash_wait(void)
+{
+    while (FLASH_SR & BSY)
+        sleep();
+    FLASH_SR = 0xf3;
+}
+
+static void flash_open(void)
+{
+    FLASH_SR = 0xf3;
+    FLASH_KEYR = 0x45670123u;
+    FLASH_KEYR = 0xcdef89abu;
+}
+
+static void flash_close(void) { FLASH_CR = 1u << 31; }
+
+static void flash_erase(uint32_t what)
+{
+    FLASH_CR = what | PSIZE_X32 | EOPIE;
+    FLASH_CR = what | PSIZE_X32 | EOPIE | STRT;
+    flash_wait();
+}
+
+static void flash_program(uint32_t address, const uint8_t *bytes, size_t n)
+{
+    flash_open();
+    for (size_t i = 0; i < n;) {
+        bool word = ((address + i) & 3u) == 0 && n - i >= 4;
+        FLASH_CR = (word ? PSIZE_X32 : 0) | EOPIE | 1u;
+        if (word)
+            REG(address + i) = (uint32_t)bytes[i] | (uint32_t)bytes[i + 1] << 8 | (uint32_t)bytes[i + 2] << 16
+                               | (uint32_t)bytes[i + 3] << 24;
+        else
+            *(volatile uint8_t *)(address + i) = bytes[i];
+        flash_wait();
+        i += word ? 4 : 1;
+    }
+    flash_close();
+}
+
+static uint8_t protection_byte(void) { return (uint8_t)(FLASH_OPTCR >> 8); }
+
+static void options_program(uint32_t clear, uint32_t set)
+{
+    FLASH_OPTKEYR = 0x08192a3bu;
+    FLASH_OPTKEYR = 0x4c5d6e7fu;
+    uint32_t value = (FLASH_OPTCR & ~(clear | 3u)) | set;
+    FLASH_OPTCR = value;
+    FLASH_OPTCR = value | 2u;
+    while (FLASH_SR & BSY)
+        sleep();
+}
+
+static bool in(uint32_t address, uint32_t begin, uint32_t end, uint32_t n)
+{
+    return address >= begin && address < end && n <= end - address;
+}
+
+static bool in_flash(uint32_t address, uint32_t n) { return in(address, FLASH_BEGIN, FLASH_END, n); }
+static bool in_ram(uint32_t address, uint32_t n) { return in(address, RAM_BEGIN, RAM_END, n); }
+
+/* Four bytes, most significant first, and their XOR; answered by the caller. */
+static bool get_address(uint32_t *address)
+{
+    uint8_t sum = 0;
+    *address = 0;
+    line_error = false;
+    for (unsigned i = 0; i < 4; i++) {
+        uint8_t byte = get();
+        *address = *address << 8 | byte;
+        sum ^= byte;
+    }
+    return get() == sum && !line_error;
+}
+
+static void command_get(void)
+{
+    static const uint8_t reply[] = {11, VERSION, 0x00, 0x01, 0x02, 0x11, 0x21, 0x31, 0x44, 0x63, 0x73, 0x82, 0x92};
+    answer(true);
+    put_bytes(reply, sizeof reply);
+    answer(true);
+}
+
+static void command_version(void)
+{
+    static const uint8_t reply[] = {VERSION, 0, 0};
+    answer(true);
+    put_bytes(reply, sizeof reply);
+    answer(true);
+}
+
+static void command_id(void)
+{
+    static const uint8_t reply[] = {1, 0x04, 0x13};
+    answer(true);
+    put_bytes(reply, sizeof reply);
+    answer(true);
+}
+
+static void command_read(void)
+{
+    uint32_t address;
+    answer(true);
+    bool good = get_address(&address);
+    good = good && (in_flash(address, 1) || in_ram(address, 1) || in(address, SYSTEM_BEGIN, SYSTEM_END, 1));
+    if (!answer(good))
+        return;
+    uint8_t n = get(), complement = get();
+    good = (uint8_t)(n ^ complement) == 0xff && !line_error;
+    good = good && (in_flash(address, n + 1u) || in_ram(address, n + 1u)
+                    || in(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
+    if (answer(good))
+        put_bytes((const uint8_t *)address, n + 1u);
+}
+
+/* As after a reset: main stack pointer from the first word, PC from the second, interrupts on. */
+__attribute__((noreturn)) static void start(uint32_t address)
+{
+    uint32_t stack = REG(address), entry = REG(address + 4u);
+    line_close();
+    __asm__ volatile("msr msp, %0\n cpsie i\n bx %1" : : "r"(stack), "r"(entry | 1u) : "memory");
+    for (;;)
+        ;
+}
+
+static void command_go(void)
+{
+    uint32_t address;
+    answer(true);
+    bool good = get_address(&address);
+    if (answer(good && !(address & 3u) && (in_flash(address, 8) || in_ram(address, 8))))
+        start(address);
+}
+
+static void command_write(void)
+{
+    static uint8_t data[256];
+    uint32_t address;
+    answer(true);
+    bool good = get_address(&address);
+    if (!answer(good && (in_flash(address, 1) || in_ram(address, 1))))
+        return;
+    uint8_t n = get(), sum = n;
+    for (unsigned i = 0; i <= n; i++) {
+        data[i] = get();
+        sum ^= data[i];
+    }
+    good = get() == sum && !line_error;
+    if (good && in_flash(address, n + 1u))
+        flash_program(address, data, n + 1u);
+    else if (good && in_ram(address, n + 1u))
+        for (unsigned i = 0; i <= n; i++)
+            *(volatile uint8_t *)(address + i) = data[i];
+    else
+        good = false;
+    answer(good);
+}
+
+static uint16_t get_half(uint8_t *sum)
+{
+    uint8_t high = get(), low = get();
+    *sum ^= high ^ low;
+    return (uint16_t)(high << 8 | low);
+}
+
+/* Extended erase: a count less one and as many sector numbers, or 0xFFFF for everything. There is one bank, so the
+ * codes for single banks are refused. */
+static void command_erase(void)
+{
+    uint8_t sectors[SECTORS], sum = 0;
+    bool good = true;
+    answer(true);
+    line_error = false;
+    uint16_t n = get_half(&sum);
+    if (n < 0xfff0u) {
+        for (unsigned i = 0; i <= n; i++) {
+            uint16_t sector = get_half(&sum);
+            good = good && sector < SECTORS && i < SECTORS;
+            if (good)
+                sectors[i] = (uint8_t)sector;
+        }
+    }
+    good = get() == sum && !line_error && good && (n < 0xfff0u || n == 0xffffu);
+    if (good) {
+        flash_open();
+        if (n == 0xffffu)
+            flash_erase(1u << 2);
+        for (unsigned i = 0; n < 0xfff0u && i <= n; i++)
+            flash_erase((uint32_t)sectors[i] << 3 | 1u << 1);
+        flash_close();
+    }
+    answer(good);
+}
+
+static void command_write_protect(void)
+{
+    uint8_t n, sum;
+    uint32_t protect = 0;
+    bool good = true;
+    answer(true);
+    line_error = false;
+    n = sum = get();
+    for (unsigned i = 0; i <= n; i++) {
+        uint8_t sector = get();
+        sum ^= sector;
+        good = good && sector < SECTORS;
+        protect |= good ? 1u << (16u + sector) : 0;
+    }
+    good = get() == sum && !line_error && good;
+    if (good)
+        options_program(protect, 0);
+    if (answer(good))
+        system_reset();
+}
+
+static void command_write_unprotect(void)
+{
+    answer(true);
+    options_program(0, 0xfffu << 16);
+    answer(true);
+    system_reset();
+}
+
+static void command_readout_protect(void)
+{
+    answer(true);
+    options_program(0xffu << 8, 0x55u << 8);
+    answer(true);
+    system_reset();
+}
+
+/* Back to level 0, which the hardware does by erasing everything first. */
+static void command_readout_unprotect(void)
+{
+    answer(true);
+    if (protection_byte() == 0xaa) {
+        flash_open();
+        flash_erase(1u << 2);
+        flash_close();
+    } else {
+        options_program(0xffu << 8, 0xaau << 8);
+    }
+    answer(true);
+    system_reset();
+}
+
+/* Commands that protection level 1 leaves (AN3155, table of commands, note 2). */
+static bool is_always_allowed(uint8_t command) { return command <= 0x02 || command == 0x92; }
+
+static void obey(uint8_t command)
+{
+    if (protection_byte() != 0xaa && !is_always_allowed(command)) {
+        answer(false);
+        return;
+    }
+    switch (command) {
+    case 0x00: command_get(); break;
+    case 0x01: command_version(); break;
+    case 0x02: command_id(); break;
+    case 0x11: command_read(); break;
+    case 0x21: command_go(); break;
+    case 0x31: command_write(); break;
+    case 0x44: command_erase(); break;
+    case 0x63: command_write_protect(); break;
+    case 0x73: command_write_unprotect(); break;
+    case 0x82: command_readout_protect(); break;
+    case 0x92: command_readout_unprotect(); break;
+    default: answer(false); break;
+    }
+}
+
+void reset(void)
+{
+    __asm__ volatile("cpsid i");
+    IWDG_KR = 0x5555;
+    IWDG_PR = 7;
+    feed_watchdog();
+    line_error = false;
+    clock_fast();
+    line_open();
+    answer(true);
+    for (;;) {
+        line_error = false;
+        uint8_t command = get(), complement = get();
+        if ((uint8_t)(command ^ complement) == 0xff && !line_error)
+            obey(command);
+        else
+            answer(false);
+    }
+}

@@ -1,0 +1,323 @@
+/* The firmware's drivers on the emulated board: what each line of them is for, shown by what happens without it. The
+ * faults below are put straight into the peripherals' state, as a disturbance would. */
+#include <math.h>
+
+#include "hil/elf.h"
+#include "tests/hil/ear.h"
+
+#define TICKS_PER_S 84e6
+#define TRIGGER_TICK 2352u
+#define TICKS_PER_BLOCK 84000u
+#define BLOCK_S 1e-3
+
+/* One reversal of the excitation missed: from then on plus is minus. The board says so. */
+static void a_missed_reversal_is_told(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.5);
+    assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
+    struct hil_tim *tim4 = &ear->board->state.tim[HIL_TIM4];
+    tim4->reference[0] = !tim4->reference[0];
+    tim4->reference[1] = !tim4->reference[1];
+    hil_gpio_changed(ear->board, hil_now(ear->board));
+    ear_until(ear, 0.8);
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(POLARITY));
+    assert_true(ear->fault[MR_FAULT_POLARITY].count > 100); /* every block since */
+    ear_close(ear);
+}
+
+/* A code of ADC3 lost: all transducers after it would be taken for their neighbours. Not one such block is given out. */
+static void a_lost_code_shifts_no_channel(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
+        ear->run.samples[0][i] = 10000 * ((int32_t)i + 1); /* 0.1 in, 0.2 in, ... */
+    ear_until(ear, 0.3);
+    ear_command(ear, EAR_SERIAL, MR_COMMAND_ARM, 1, 1);
+    ear_until(ear, 0.5);
+    struct mr_block good = ear->block;
+    unsigned before = ear->blocks;
+    assert_true(before > 150);
+    struct hil_dma_stream *stream = &ear->board->state.dma[1].stream[1];
+    assert_int_equal(stream->cr >> 25, 2); /* ADC3's */
+    stream->ndtr = stream->ndtr > 1 ? stream->ndtr - 1 : 64;
+    for (double t_s = 0.5; t_s < 1.2; t_s += BLOCK_S) {
+        ear_until(ear, t_s + BLOCK_S);
+        for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++) {
+            assert_near(ear->block.plus[i], good.plus[i], 8);
+            assert_near(ear->block.minus[i], good.minus[i], 8);
+        }
+    }
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(SCAN_OVERRUN));
+    assert_int_equal(ear->fault[MR_FAULT_SCAN_OVERRUN].detail, 3);
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(SCAN_STALL)); /* started again */
+    assert_true(ear->blocks > before + 500);
+    ear_close(ear);
+}
+
+static bool on_both_links(uint16_t id)
+{
+    const struct mr_message_info *info = mr_message_find(id);
+    return info && !(id >= MR_ID_DISPLACEMENT_1_3 && id <= MR_ID_TENSION_13_14);
+}
+
+/* More frames wait than there are mailboxes: they still leave as they were queued, for can_health counts on it. */
+static void frames_leave_in_their_order(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.3001);
+    ear->listens = true;
+    ear_command(ear, EAR_SERIAL, MR_COMMAND_ARM, 1, 1); /* a burst of the whole configuration */
+    ear_until(ear, 0.8);
+    ear->listens = false;
+    unsigned n = 0;
+    unsigned from = 0; /* serial and CAN may stand a message apart at the beginning */
+    while (from < 4 && memcmp(&ear->said[EAR_SERIAL][from], &ear->said[EAR_CAN][0], sizeof(struct ear_said)) != 0)
+        from++;
+    for (unsigned c = 0, s = from; c < ear->said_count[EAR_CAN]; c++) {
+        const struct ear_said *can = &ear->said[EAR_CAN][c];
+        if (!on_both_links(can->id))
+            continue;
+        if (s == ear->said_count[EAR_SERIAL])
+            break;
+        const struct ear_said *serial = &ear->said[EAR_SERIAL][s++];
+        if (can->id == MR_ID_CAN_HEALTH || can->id == MR_ID_SERIAL_HEALTH) {
+            assert_int_equal(serial->id, can->id);
+            continue;
+        }
+        if (can->id != serial->id || memcmp(can->payload, serial->payload, MR_MESSAGE_MAX) != 0)
+            fail_msg("message %u: 0x%03x on CAN, 0x%03x on serial", n, can->id, serial->id);
+        n++;
+    }
+    assert_true(n > 100);
+    assert_int_equal(ear->can_sent, ear->can_at_health);
+    ear_close(ear);
+}
+
+/* Only the one identifier of commands passes the filter: of all 2048 with every other frame format, one. */
+static void only_commands_pass_the_filter(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    double t_s = 0.2;
+    ear_until(ear, t_s);
+    for (uint32_t id = 0; id < 2048; id++) {
+        for (unsigned form = 0; form < 3; form++) { /* data, remote, extended */
+            struct hil_can_frame frame = {.id = form == 2 ? id << 18 : id, .extended = form == 2, .remote = form == 1};
+            while (hil_board_can_inject(ear->board, &frame) == MR_FULL)
+                ear_until(ear, t_s += 2e-3);
+        }
+    }
+    ear_until(ear, t_s += 0.1);
+    const struct hil_counters *counters = hil_board_counters(ear->board);
+    assert_int_equal(counters->can_frames_in, 3 * 2048);
+    assert_int_equal(counters->can_frames_filtered, 3 * 2048 - 1);
+    ear_close(ear);
+}
+
+/* Wires touch: bus-off. Apart again: the controller comes back by itself and what was queued follows. */
+static void bus_off_is_left_again(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.5 bus short\nat 0.9 bus connect");
+    ear_until(ear, 0.5);
+    unsigned before = ear->can_frames;
+    ear_until(ear, 0.9);
+    assert_int_equal(ear->can_frames, before);
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_BUS_OFF));
+    ear_until(ear, 0.905);
+    assert_true(ear->can_frames > before);
+    ear_until(ear, 1.5);
+    assert_true(ear_faults(ear, EAR_CAN) & EAR_BIT(CAN_BUS_OFF)); /* told on CAN afterwards */
+    assert_int_equal(ear->can_sent, ear->can_at_health);          /* nothing was lost: 160 frames fit the queue */
+    ear_close(ear);
+}
+
+/* The bus is held dominant from power on: the controller cannot leave initialisation. The firmware does not wait for it,
+ * and takes part when the bus is free. */
+static void a_dominant_bus_does_not_hold_the_start(void **state)
+{
+    (void)state;
+    struct hil_options options = ear_options();
+    options.can_bus = HIL_CAN_DOMINANT;
+    struct ear *ear = ear_open(&options, 0);
+    ear_until(ear, 0.05);
+    assert_true(ear->heard[EAR_SERIAL][MR_ID_HELLO] > 0);
+    ear_until(ear, 0.4);
+    assert_int_equal(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_MISSING), 0);
+    assert_true(ear->board->state.can.msr & 1u); /* INAK is still set */
+    assert_int_equal(ear->can_frames, 0);
+    hil_board_set_can_bus(ear->board, HIL_CAN_CONNECTED);
+    ear_until(ear, 0.41);
+    assert_true(ear->can_frames > 0);
+    ear_until(ear, 0.8);
+    assert_int_equal(ear->can_sent, ear->can_at_health);
+    ear_close(ear);
+}
+
+/* No crystal, and the internal oscillator 0.9 % fast: everything 0.9 % fast and no more, serial understood, CAN silent. */
+static void without_a_crystal_the_internal_oscillator_serves(void **state)
+{
+    (void)state;
+    struct hil_options options = ear_options();
+    options.hse_hz = 0;
+    options.hsi_error_ppm = 9000;
+    struct ear *ear = ear_open(&options, 0);
+    ear_until(ear, 1.0);
+    assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source, 1);
+    uint32_t wanted = EAR_BIT(CLOCK_FALLBACK);
+    assert_int_equal(ear_faults(ear, EAR_SERIAL) & (wanted | EAR_BIT(CLOCK_RAW)), wanted);
+    assert_int_equal(hil_board_hclk_hz(ear->board), 169512000);
+    assert_int_equal(ear->can_frames, 0);
+    assert_int_equal(ear->serial_bad, 0);
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_SILENT));
+    struct mr_clock from, to;
+    mr_clock_get(&from, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX);
+    ear_until(ear, 2.0);
+    mr_clock_get(&to, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX);
+    assert_int_equal(to.block - from.block, 1000); /* messages come every 100 blocks: 991 or 1009 ms */
+    ear_close(ear);
+}
+
+static void poke_code(struct ear *ear, const char *symbol, uint16_t code, uint16_t *before)
+{
+    uint32_t address = 0;
+    assert_int_equal(hil_elf_symbol(EAR_ELF, symbol, &address), MR_OK);
+    if (before)
+        assert_int_equal(hil_board_peek(ear->board, address, before, 2), MR_OK);
+    assert_int_equal(hil_board_poke(ear->board, address, &code, 2), MR_OK);
+}
+
+/* The main loop hangs (branch to itself) while interrupts go on: 500 periods of LSI / 32 after the last feeding, at most
+ * a supervision tick before the hang, the watchdog resets; the next start says so. */
+static void a_hang_ends_in_a_reset(void **state)
+{
+    static const uint32_t lsi_hz[] = {17000, 32000, 47000};
+    (void)state;
+    for (unsigned i = 0; i < COUNT_OF(lsi_hz); i++) {
+        struct hil_options options = ear_options();
+        uint16_t before;
+        options.lsi_hz = lsi_hz[i];
+        struct ear *ear = ear_open(&options, 0);
+        ear_until(ear, 0.3);
+        poke_code(ear, "app_poll", 0xe7fe, &before);
+        double timeout_s = 501.0 * 32.0 / lsi_hz[i];
+        ear_until(ear, 0.3 + timeout_s - 0.011);
+        assert_int_equal(hil_board_counters(ear->board)->resets, 0);
+        ear_until(ear, 0.3 + timeout_s + 0.001);
+        assert_int_equal(hil_board_counters(ear->board)->watchdog_resets, 1);
+        poke_code(ear, "app_poll", before, NULL);
+        ear_until(ear, 0.3 + timeout_s + 0.4);
+        assert_int_equal(hil_board_counters(ear->board)->resets, 1);
+        assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause & 8u, 8u);
+        assert_true(ear_faults(ear, EAR_CAN) & EAR_BIT(WATCHDOG_RESET));
+        ear_close(ear);
+    }
+}
+
+/* Physical time of scan 0's trigger, from the timer that everything runs by. */
+static double scan_zero_s(const struct hil_board *board)
+{
+    const struct hil_tim *tim2 = &board->state.tim[HIL_TIM2];
+    return (double)hil_clock_ps(&board->state.clock, tim2->base_cycle) * 1e-12 - tim2->base_count / TICKS_PER_S
+           + TRIGGER_TICK / TICKS_PER_S;
+}
+
+/* The index that the board gives the newest block, and its tick, are those of its moment. */
+static void assert_in_place(struct ear *ear, double zero_s)
+{
+    struct mr_clock clock;
+    double now_s = (double)hil_board_now_ps(ear->board) * 1e-12;
+    assert_int_equal(mr_clock_get(&clock, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(clock.tick, TRIGGER_TICK + clock.block * TICKS_PER_BLOCK);
+    /* the message is at most 100 blocks old, and was sent when its block was complete */
+    double block_s = zero_s + (double)clock.block * BLOCK_S;
+    assert_true(now_s - block_s < 0.104 && now_s - block_s > BLOCK_S);
+    /* and the scans of a block lie within it: just before its first trigger the DMA stands at a half */
+    ear_until(ear, zero_s + (floor((now_s - zero_s) / BLOCK_S) + 2.0) * BLOCK_S - 5e-6);
+    assert_int_equal(ear->board->state.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
+    assert_false(ear->board->state.adc[HIL_ADC1].running);
+}
+
+/* A converter overruns and stops: blocks come again within 0.1 s, in their old places, also after TIM2 has wrapped. */
+static void stall(struct ear *ear, double at_s, double zero_s)
+{
+    ear_until(ear, at_s);
+    uint16_t stalls = ear->fault[MR_FAULT_SCAN_STALL].count;
+    struct hil_adc *adc = &ear->board->state.adc[HIL_ADC1];
+    adc->sr |= 0x20u; /* OVR */
+    adc->running = false;
+    ear_until(ear, at_s + 0.35);
+    assert_int_equal(ear->fault[MR_FAULT_SCAN_STALL].count, stalls + 1);
+    assert_in_place(ear, zero_s);
+}
+
+/* Landing 5, so much later. Where the mat is does not matter here. */
+static void delay_landing(struct hil_run *run, double by_s)
+{
+    uint64_t by_ps = (uint64_t)(by_s * 1e12);
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
+        run->switch_open_ps[i] += run->switch_open_ps[i] == HIL_RUN_NEVER ? 0 : by_ps;
+    for (size_t i = 0; i < run->command_count; i++)
+        run->commands[i].t_ps += by_ps;
+}
+
+/* The restart just after the wrap, where a difference of ticks taken the wrong way would be 51 s wrong: in a second board
+ * that goes on from the first. */
+static void stall_in_a_fork(const struct ear *ear, double zero_s)
+{
+    struct ear *other = malloc(sizeof *other);
+    assert_non_null(other);
+    *other = *ear;
+    ear_attach(other, hil_board_fork(ear->board));
+    stall(other, 51.2, zero_s);
+    stall(other, 52.0, zero_s);
+    hil_board_destroy(other->board);
+    free(other);
+}
+
+/* 103 s of one board: stalls before and after TIM2's wraps (every 51.13 s), and a landing across the first. */
+static void time_goes_on_across_the_wrap(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 5);
+    ear_until(ear, 0.01);
+    double zero_s = scan_zero_s(ear->board);
+    double wraps_s = zero_s - TRIGGER_TICK / TICKS_PER_S + 4294967296.0 / TICKS_PER_S;
+    /* the 6th switch opens 0.2 ms before the wrap, in a block that ends after it */
+    const double by_s = wraps_s - 0.2e-3 - (double)ear->run.switch_open_ps[5] * 1e-12;
+    delay_landing(&ear->run, by_s);
+    hil_board_attach_rig(ear->board, &ear->run);
+    stall(ear, 10.0, zero_s);
+    assert_true((double)ear->run.switch_open_ps[0] * 1e-12 < wraps_s - 0.1);
+    ear_until(ear, by_s);
+    stall_in_a_fork(ear, zero_s);
+    ear_until(ear, by_s + 9.2);
+    struct mr_touchdown touchdown;
+    assert_int_equal(ear->heard[EAR_CAN][MR_ID_TOUCHDOWN], 1);
+    mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_MAX);
+    assert_near(touchdown.speed_ft_s, 35.5, 0.002 * 35.5); /* truth of landing5.run */
+    assert_int_equal(ear->heard[EAR_CAN][MR_ID_EDGE], hil_board_counters(ear->board)->switches_opened);
+    stall(ear, 103.0, zero_s);
+    ear_close(ear);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_missed_reversal_is_told),
+        cmocka_unit_test(a_lost_code_shifts_no_channel),
+        cmocka_unit_test(frames_leave_in_their_order),
+        cmocka_unit_test(only_commands_pass_the_filter),
+        cmocka_unit_test(bus_off_is_left_again),
+        cmocka_unit_test(a_dominant_bus_does_not_hold_the_start),
+        cmocka_unit_test(without_a_crystal_the_internal_oscillator_serves),
+        cmocka_unit_test(a_hang_ends_in_a_reset),
+        cmocka_unit_test(time_goes_on_across_the_wrap),
+    };
+    return cmocka_run_group_tests_name("hil/drivers", tests, NULL, NULL);
+}

@@ -1,0 +1,660 @@
+/* Every kind of fault of hil/faults.h, in the words of a fault file, and the answer that the firmware promises to it
+ * (common/fault.h, catalogue.def, channels.h). The log says each fault with its time. */
+#include <math.h>
+
+#include "hil/elf.h"
+#include "tests/hil/ear.h"
+
+static uint16_t invalid_displacements(const struct ear *ear)
+{
+    struct mr_displacement_7_8 message;
+    mr_displacement_7_8_get(&message, ear->last[EAR_CAN][MR_ID_DISPLACEMENT_7_8], MR_MESSAGE_MAX);
+    return message.invalid;
+}
+
+static uint16_t invalid_tensions(const struct ear *ear)
+{
+    struct mr_tension_13_14 message;
+    mr_tension_13_14_get(&message, ear->last[EAR_CAN][MR_ID_TENSION_13_14], MR_MESSAGE_MAX);
+    return message.invalid;
+}
+
+static struct mr_can_health can_health(const struct ear *ear, unsigned link)
+{
+    struct mr_can_health health;
+    mr_can_health_get(&health, ear->last[link][MR_ID_CAN_HEALTH], MR_MESSAGE_MAX);
+    return health;
+}
+
+/* --- power --- */
+
+static void a_power_cut_starts_again_from_nothing(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.5 power-cut 20");
+    ear_until(ear, 0.499);
+    unsigned frames = ear->can_frames;
+    ear_until(ear, 0.52); /* nothing while it is off, nor in the 2 ms that the crystal takes */
+    assert_in_range(ear->can_frames, frames, frames + 4);
+    ear_until(ear, 1.0);
+    /* power (1), pin (2), brown-out (32: RM0090 sets it with every power-on) */
+    assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause, 1 | 2 | 32);
+    assert_int_equal(ear_faults(ear, EAR_CAN), 0); /* noise in RAM is not taken for a note of a processor fault */
+    ear_logged(ear, "fault at 0.5000000");
+    ear_logged(ear, "power cut for 20 ms (line 2)");
+    ear_close(ear);
+}
+
+static void a_brown_out_is_named(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear->board->state.flash.options &= ~0xcu; /* level 3: 2.83 V */
+    ear_order(ear, "at 0.5 brown-out 2.6 5");
+    ear_until(ear, 1.1);
+    assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause, 2 | 32);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 1);
+    ear_close(ear);
+}
+
+/* With the level off, as delivered, silicon would go on at 168 MHz on 2.6 V, beyond its data sheet: the run ends. At
+ * 2.8 V it may. Below the power-down level it is a power cut. */
+static void a_brown_out_without_reset_ends_the_run(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.1 brown-out 2.8 5\nat 0.2 brown-out 1.5 5\nat 0.5 brown-out 2.6 5");
+    ear_until(ear, 0.19);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 0);
+    ear_until(ear, 0.4);
+    assert_int_equal(hil_board_counters(ear->board)->power_cuts, 1);
+    assert_int_equal(hil_board_run_until(ear->board, HIL_SECOND_PS), MR_HALTED);
+    assert_non_null(strstr(hil_board_reason(ear->board), "2.60 V"));
+    ear_close(ear);
+}
+
+/* --- crystal --- */
+
+/* It stops in flight: clock security resets at once, and the board goes on from the internal oscillator, CAN silent. */
+static void a_crystal_that_stops_is_replaced(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.5 crystal stop");
+    ear_until(ear, 0.5001);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 1);
+    ear_until(ear, 1.4);
+    assert_int_equal(hil_board_counters(ear->board)->watchdog_resets, 0);
+    assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source, 1);
+    uint32_t faults = ear_faults(ear, EAR_SERIAL);
+    assert_int_equal(faults, EAR_BIT(CLOCK_FALLBACK) | EAR_BIT(CAN_SILENT) | EAR_BIT(HARD_FAULT));
+    assert_int_equal(ear->fault[MR_FAULT_HARD_FAULT].detail, 5);
+    ear_close(ear);
+}
+
+/* It stops and is back before the board has given it up: the start finds it. */
+static void a_crystal_that_comes_back_is_used(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.5 crystal stop\nat 0.51 crystal start");
+    ear_until(ear, 1.2);
+    assert_int_equal(ear_hello(ear, EAR_CAN).clock_source, 0);
+    assert_int_equal(ear_faults(ear, EAR_CAN), EAR_BIT(HARD_FAULT));
+    ear_close(ear);
+}
+
+/* An image without clock security: instructions and scans stand still, physical time does not, and both go on when the
+ * crystal has started again, 2 ms after it can. */
+static void without_clock_security_the_clock_stands_still(void **state)
+{
+    (void)state;
+    struct hil_run run;
+    struct hil_board *board = bench_board("scan", NULL);
+    assert_int_equal(hil_run_still(&run, 1.0), MR_OK);
+    hil_board_attach_rig(board, &run);
+    const struct hil_counters *counters = hil_board_counters(board);
+    struct hil_fault stop = {.t_ps = 10 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL};
+    struct hil_fault start = {.t_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .on = true};
+    assert_int_equal(hil_board_add_fault(board, &stop), MR_OK);
+    assert_int_equal(hil_board_add_fault(board, &start), MR_OK);
+    bench_run(board, 10 * HIL_MS_PS + 10 * HIL_US_PS);
+    uint64_t instructions = counters->instructions, scans = counters->adc_scans[HIL_ADC1];
+    bench_run(board, 21 * HIL_MS_PS);
+    assert_int_equal(hil_board_now_ps(board) / HIL_US_PS, 21000);
+    assert_int_equal(counters->instructions, instructions);
+    assert_int_equal(counters->adc_scans[HIL_ADC1], scans);
+    bench_run(board, 32 * HIL_MS_PS);
+    assert_in_range(counters->adc_scans[HIL_ADC1], scans + 79, scans + 81); /* 10 ms at 8 kHz */
+    hil_board_destroy(board);
+    hil_run_free(&run);
+}
+
+/* And with a watchdog on its own oscillator: the reset comes in its time (the firmware before it secured its clock). */
+static void the_watchdog_outlives_the_clock(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.3);
+    ear->board->state.rcc.cr &= ~(1u << 19); /* CSSON */
+    ear_order(ear, "at 0.3005 crystal stop");
+    ear_until(ear, 0.3005 + 501.0 * 32.0 / 32000.0 - 0.011);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 0);
+    ear_until(ear, 1.5);
+    assert_int_equal(hil_board_counters(ear->board)->watchdog_resets, 1);
+    assert_int_equal(ear_hello(ear, EAR_SERIAL).clock_source, 1);
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(WATCHDOG_RESET));
+    ear_close(ear);
+}
+
+/* --- bits --- */
+
+/* A bit of the program: the image is no longer the one that was flashed, and the next hello says so. */
+static void a_bit_of_flash_changes_the_image(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    struct mr_board_image before, after;
+    ear_until(ear, 0.7);
+    mr_board_image_get(&before, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_MAX);
+    ear_order(ear, "at 0.8 flip config+4 0\nat 0.9 power-cut 1");
+    ear_until(ear, 1.6);
+    mr_board_image_get(&after, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_MAX);
+    assert_int_not_equal(after.image_crc, before.image_crc);
+    assert_int_equal(after.uid2, before.uid2);
+    ear_close(ear);
+}
+
+/* The vector of SysTick loses its Thumb bit: a processor fault, which resets. */
+static void a_bit_of_the_vectors_is_a_processor_fault(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.3 flip 0x0800003c 0\nat 0.305 + 6000 flip 0x0800003c 0");
+    ear_until(ear, 0.9);
+    assert_true(hil_board_counters(ear->board)->faults >= 1);
+    assert_true(hil_board_counters(ear->board)->resets >= 1);
+    assert_true(ear_faults(ear, EAR_CAN) & EAR_BIT(HARD_FAULT));
+    assert_int_equal(ear->fault[MR_FAULT_HARD_FAULT].detail, 3); /* usage fault */
+    ear_close(ear);
+}
+
+/* A bit of RAM: the CAN driver forgets that it runs. What it cannot send is counted, and told on serial. */
+static void a_bit_of_ram_is_survived(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.3);
+    ear_order(ear, "at 0.4 flip running 0");
+    ear_until(ear, 1.2);
+    ear_logged(ear, "turned over: 0x01 to 0x00");
+    assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_QUEUE_FULL));
+    assert_true(can_health(ear, EAR_SERIAL).dropped > 50);
+    assert_int_equal(hil_board_counters(ear->board)->resets, 0);
+    ear_close(ear);
+}
+
+/* --- frames --- */
+
+/* Lost between the board and the host: the board counts what it sent, so the host sees how many are missing. */
+static void dropped_frames_are_missed(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.5 can out drop 5");
+    ear_until(ear, 1.0);
+    assert_int_equal(ear->can_sent, ear->can_at_health + 5);
+    assert_int_equal(ear_faults(ear, EAR_CAN), 0);
+    ear_close(ear);
+}
+
+static void repeated_frames_are_too_many(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.5 can out repeat 5");
+    ear_until(ear, 1.0);
+    assert_int_equal(ear->can_sent + 5, ear->can_at_health);
+    ear_close(ear);
+}
+
+/* Destroyed on the wire: sent again, so nothing is missing; TEC shows it, 8 up each, 1 down for each that passes. */
+static void corrupted_frames_are_sent_again(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "frame 40 can out corrupt 10");
+    ear_until(ear, 0.35);
+    ear_until(ear, 0.7);
+    assert_int_equal(ear->can_sent, ear->can_at_health);
+    assert_int_equal(hil_board_counters(ear->board)->can_errors, 10);
+    ear_logged(ear, "CAN out: frame 0x");
+    ear_close(ear);
+}
+
+/* 17 in a row: TEC 8 * 17 = 136, beyond 127: error passive, told with its TEC as far as it has come down since. */
+static void many_corrupted_frames_make_it_passive(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.44);
+    unsigned frames = ear->can_frames;
+    ear_order(ear, "at 0.4400001 can out corrupt 17");
+    while (hil_board_counters(ear->board)->can_errors < 17)
+        ear_until(ear, (double)hil_board_now_ps(ear->board) * 1e-12 + 1e-5);
+    assert_int_equal(ear->can_frames, frames);
+    assert_int_equal(ear->board->state.can.tec, 136);
+    ear_until(ear, 0.7);
+    assert_true(can_health(ear, EAR_CAN).tec > 0 && can_health(ear, EAR_CAN).tec < 136);
+    assert_int_equal(ear->can_sent, ear->can_at_health);
+    ear_close(ear);
+}
+
+/* Frames held back 50 ms come after others that were sent later; none is lost. */
+static void delayed_frames_are_overtaken(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.6);
+    ear->listens = true;
+    ear_order(ear, "at 0.6 can out delay 30 p 0.3 us 50000");
+    ear_until(ear, 1.4);
+    ear->listens = false;
+    ear_until(ear, 2.5);
+    unsigned last = 0, overtaken = 0; /* place on serial, where the order is the board's own */
+    for (unsigned i = 0; i < ear->said_count[EAR_CAN]; i++) {
+        for (unsigned k = 0; k < ear->said_count[EAR_SERIAL]; k++) {
+            if (memcmp(&ear->said[EAR_CAN][i], &ear->said[EAR_SERIAL][k], sizeof(struct ear_said)) != 0)
+                continue;
+            overtaken += k < last;
+            last = k;
+            break;
+        }
+    }
+    assert_true(overtaken > 3);
+    assert_int_equal(ear->can_sent, ear->can_at_health);
+    ear_logged(ear, "delayed");
+    ear_close(ear);
+}
+
+/* Commands: one that does not come is not answered, one that comes twice is answered twice, one destroyed on the wire
+ * is sent again by its sender and answered once. */
+static void commands_by_can(void **state)
+{
+    static const struct { const char *order; unsigned acks; } cases[] = {
+        {"at 0.3 can in drop 1", 0},
+        {"at 0.3 can in repeat 1", 2},
+        {"at 0.3 can in corrupt 3", 1},
+        {"at 0.3 can in delay 1 us 50000", 1},
+    };
+    (void)state;
+    for (unsigned i = 0; i < COUNT_OF(cases); i++) {
+        struct ear *ear = ear_open(NULL, 0);
+        ear_order(ear, cases[i].order);
+        ear_until(ear, 0.35);
+        ear_command(ear, EAR_CAN, MR_COMMAND_MARK, 7, 77);
+        ear_until(ear, 0.39);
+        assert_int_equal(ear->heard[EAR_CAN][MR_ID_ACK], i == 3 ? 0 : cases[i].acks);
+        ear_until(ear, 0.6);
+        assert_int_equal(ear->heard[EAR_CAN][MR_ID_ACK], cases[i].acks);
+        if (i == 2)
+            assert_int_equal(ear->board->state.can.rec, 2); /* three errors, one good frame */
+        ear_close(ear);
+    }
+}
+
+/* --- bytes --- */
+
+static void bytes_from_the_board(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "seed 3\nat 0.5 serial out corrupt 3 p 0.05\nat 1.5 serial out drop 2 p 0.05\n"
+                   "at 2.5 serial out repeat 2 p 0.05\nat 3.5 serial out delay 1 us 20000");
+    ear_until(ear, 0.5);
+    assert_int_equal(ear->serial_bad, 0);
+    ear_until(ear, 1.5);
+    unsigned bad = ear->serial_bad;
+    assert_in_range(bad, 1, 4); /* refused by its checksum; one more when the end of a frame was hit */
+    ear_until(ear, 2.5);
+    assert_true(ear->serial_bad > bad);
+    bad = ear->serial_bad;
+    ear_until(ear, 3.5);
+    assert_true(ear->serial_bad > bad);
+    bad = ear->serial_bad;
+    uint64_t last_ps = ear->last_ps[EAR_SERIAL];
+    ear_until(ear, 3.512);
+    assert_int_equal(ear->last_ps[EAR_SERIAL], last_ps); /* held back */
+    ear_until(ear, 4.0);
+    assert_int_equal(ear->serial_bad, bad); /* late, but whole */
+    assert_true(ear->serial_lost >= 3);     /* the numbers of the frames say how many */
+    ear_close(ear);
+}
+
+static void bytes_to_the_board(void **state)
+{
+    static const struct { const char *order; unsigned acks; bool refused; } cases[] = {
+        {"at 0.3 serial in corrupt 1", 0, true},
+        {"at 0.3 serial in drop 1", 0, true},
+        {"at 0.3 serial in repeat 1", 0, true},
+        {"at 0.3 serial in delay 1 us 10000", 1, false},
+        {"at 0.3 serial in noise 3", 1, false},   /* two of three samples were right: the byte is */
+        {"at 0.3 serial in framing 1", 1, false}, /* the frame's checksum decides */
+    };
+    (void)state;
+    for (unsigned i = 0; i < COUNT_OF(cases); i++) {
+        struct ear *ear = ear_open(NULL, 0);
+        ear_order(ear, cases[i].order);
+        ear_until(ear, 0.35);
+        ear_command(ear, EAR_SERIAL, MR_COMMAND_MARK, 7, 77);
+        ear_until(ear, 0.6);
+        if (ear->heard[EAR_SERIAL][MR_ID_ACK] != cases[i].acks)
+            fail_msg("%s: %u answers", cases[i].order, ear->heard[EAR_SERIAL][MR_ID_ACK]);
+        assert_int_equal((ear_faults(ear, EAR_SERIAL) & EAR_BIT(SERIAL_BAD_FRAME)) != 0, cases[i].refused);
+        ear_close(ear);
+    }
+}
+
+/* --- bus --- */
+
+static void an_unplugged_bus_is_told(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "at 0.5 bus unplug\nat 0.9 bus connect");
+    ear_until(ear, 0.9);
+    assert_int_equal(ear_faults(ear, EAR_SERIAL), EAR_BIT(CAN_PASSIVE));
+    assert_int_equal(can_health(ear, EAR_SERIAL).tec, 128);
+    ear_until(ear, 1.5);
+    assert_int_equal(ear->fault[MR_FAULT_CAN_PASSIVE].detail, 128);
+    assert_int_equal(ear->can_sent, ear->can_at_health); /* what waited in the queue came afterwards */
+    ear_close(ear);
+}
+
+/* Held dominant in flight: a transmitter counts to bus-off; free again, it comes back after 128 x 11 bits. */
+static void a_dominant_bus_is_told_and_left(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_until(ear, 0.2);
+    char order[64];
+    snprintf(order, sizeof order, "frame %llu bus dominant",
+             (unsigned long long)hil_board_counters(ear->board)->can_frames_out + 20u);
+    ear_order(ear, order);
+    ear_order(ear, "at 0.9 bus connect");
+    ear_until(ear, 0.89);
+    assert_true(ear_faults(ear, EAR_SERIAL) & (EAR_BIT(CAN_BUS_OFF) | EAR_BIT(CAN_PASSIVE)));
+    unsigned frames = ear->can_frames;
+    ear_until(ear, 0.9);
+    assert_int_equal(ear->can_frames, frames);
+    ear_until(ear, 1.5);
+    assert_true(ear->can_frames > frames);
+    ear_close(ear);
+}
+
+/* --- channels --- */
+
+static void channels_that_fail_are_missing(void **state)
+{
+    static const struct { const char *what; uint16_t displacements, tensions; } cases[] = {
+        {"transducer 3 open", 1u << 2, 0},   {"transducer 8 high", 1u << 7, 0}, {"transducer 1 low", 1u << 0, 0},
+        {"gage 5 open", 0, 1u << 4},         {"gage 14 high", 0, 1u << 13},     {"gage 1 low", 0, 1u << 0},
+        {"reference high", 0xff, 0x3fff},    {"reference open", 0xff, 0x3fff},  {"transducer 2 stick", 0, 0},
+        {"staircase open", 0, 0},
+    };
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    double t_s = 0.4;
+    ear_until(ear, t_s);
+    for (unsigned i = 0; i < COUNT_OF(cases); i++) {
+        char order[160], name[64];
+        snprintf(name, sizeof name, "%s", cases[i].what);
+        *strrchr(name, ' ') = '\0';
+        snprintf(order, sizeof order, "at %.6f %s\nat %.6f %s mend", t_s + 0.001, cases[i].what, t_s + 0.25, name);
+        ear_order(ear, order);
+        ear_until(ear, t_s + 0.25);
+        if (invalid_displacements(ear) != cases[i].displacements || invalid_tensions(ear) != cases[i].tensions)
+            fail_msg("%s: missing 0x%x, 0x%x", cases[i].what, invalid_displacements(ear), invalid_tensions(ear));
+        t_s += 0.5;
+        ear_until(ear, t_s);
+        assert_int_equal(invalid_displacements(ear), 0);
+        assert_int_equal(invalid_tensions(ear), 0);
+    }
+    assert_int_equal(ear_faults(ear, EAR_CAN), EAR_BIT(REFERENCE));
+    ear_close(ear);
+}
+
+/* A sensor that sticks reads its last value: 0.1 in, while the mat goes on to 0.9. */
+static void a_stuck_channel_holds_its_value(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 5);
+    ear_order(ear, "station 60 transducer 4 stick");
+    ear_until(ear, 7.0);
+    struct mr_displacement_4_6 message;
+    mr_displacement_4_6_get(&message, ear->last[EAR_CAN][MR_ID_DISPLACEMENT_4_6], MR_MESSAGE_MAX);
+    uint64_t at_ps = 0;
+    for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) { /* 60 ft lies between two switches */
+        if (ear->run.switch_ft[i] <= 60.0)
+            at_ps = ear->run.switch_open_ps[i];
+    }
+    double near_in = hil_run_truth(&ear->run, 3, (double)at_ps * 1e-12 + 0.1);
+    double end_in = hil_run_truth(&ear->run, 3, 7.0);
+    assert_near(message.d4_in, near_in, 0.12);
+    assert_true(fabs((double)message.d4_in - end_in) > 0.2);
+    ear_close(ear);
+}
+
+/* --- switches --- */
+
+static void land(struct ear *ear, const char *order, struct mr_stop *stop)
+{
+    struct mr_touchdown touchdown;
+    ear_order(ear, order);
+    ear_until(ear, ear->run.duration_s);
+    assert_int_equal(ear->heard[EAR_CAN][MR_ID_TOUCHDOWN], 1);
+    mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_MAX);
+    mr_stop_get(stop, ear->last[EAR_CAN][MR_ID_STOP], MR_MESSAGE_MAX);
+    assert_near(touchdown.speed_ft_s, 35.5, 0.002 * 35.5);
+}
+
+/* Switches that do not open, or bounce, are named right or not at all; the speed does not suffer. */
+static void switches_that_skip_or_bounce(void **state)
+{
+    (void)state;
+    struct mr_stop stop;
+    struct ear *ear = ear_open(NULL, 5);
+    land(ear, "at 0.1 switch 3 skip\nat 0.1 switch 10 skip", &stop);
+    assert_int_equal(stop.switches, 17); /* of the 19 that the gear passes */
+    assert_int_equal(hil_board_counters(ear->board)->switches_opened, 17);
+    ear_close(ear);
+
+    ear = ear_open(NULL, 5);
+    land(ear, "at 0.1 switch 9 bounce 3 400", &stop);
+    assert_int_equal(hil_board_counters(ear->board)->switches_opened, 19 + 3);
+    assert_int_equal(ear->heard[EAR_CAN][MR_ID_EDGE], 19 + 3);
+    assert_in_range(stop.switches, 18, 19);
+    ear_close(ear);
+}
+
+/* The staircase gone: no edge can be named, and the board says that it has no speed. */
+static void without_the_staircase_there_is_no_speed(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 5);
+    ear_order(ear, "at 0.5 staircase low");
+    ear_until(ear, ear->run.duration_s);
+    assert_int_equal(ear->heard[EAR_CAN][MR_ID_TOUCHDOWN], 0);
+    assert_true(ear_faults(ear, EAR_CAN) & EAR_BIT(NO_FIT));
+    ear_close(ear);
+}
+
+/* --- counted triggers, hooks, sameness --- */
+
+/* Operations of flash and NOR trigger; the firmware has none yet, so they are begun by hand. */
+static void counted_operations_trigger(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    ear_order(ear, "flash 3 bus unplug\nnor 2 + 500 nor fill\nnor 3 nor fail-program 4\nnor 4 nor dead");
+    ear_until(ear, 0.1);
+    hil_faults_flash_operation(ear->board);
+    hil_faults_flash_operation(ear->board);
+    ear_until(ear, 0.101);
+    assert_int_equal(ear->board->options.can_bus, HIL_CAN_CONNECTED);
+    hil_faults_flash_operation(ear->board);
+    ear_until(ear, 0.102);
+    assert_int_equal(ear->board->options.can_bus, HIL_CAN_UNPLUGGED);
+    const struct hil_nor_faults *nor = &ear->board->state.nor_faults;
+    hil_faults_nor_operation(ear->board);
+    hil_faults_nor_operation(ear->board);
+    ear_until(ear, 0.1024);
+    assert_false(nor->fill_requested);
+    ear_until(ear, 0.1026);
+    assert_true(nor->fill_requested);
+    hil_faults_nor_operation(ear->board);
+    hil_faults_nor_operation(ear->board);
+    ear_until(ear, 0.11);
+    assert_int_equal(nor->fail_program, 4);
+    assert_true(nor->dead);
+    ear_close(ear);
+}
+
+static void same_seed_same_faults(void **state)
+{
+    static const char order[] = "at 0.1 can out drop all p 0.1\nat 0.1 serial out corrupt all p 0.01";
+    char with_seed[128];
+    (void)state;
+    struct ear *boards[3];
+    for (unsigned i = 0; i < 3; i++) {
+        boards[i] = ear_open(NULL, 0);
+        snprintf(with_seed, sizeof with_seed, "seed %u\n%s", i == 2 ? 6u : 5u, order);
+        ear_order(boards[i], with_seed);
+        for (unsigned k = 0; k < (i == 1 ? 10u : 1u); k++)
+            ear_until(boards[i], 0.5 * (k + 1) / (i == 1 ? 10 : 1));
+    }
+    assert_true(boards[0]->can_frames > 20);
+    assert_string_equal(boards[0]->log, boards[1]->log);
+    assert_int_equal(boards[0]->can_frames, boards[1]->can_frames);
+    assert_string_not_equal(boards[0]->log, boards[2]->log);
+    for (unsigned i = 0; i < 3; i++)
+        ear_close(boards[i]);
+}
+
+/* The firmware makes no unaligned multiple transfer, and watching for one changes nothing. */
+static void watching_alignment_changes_nothing(void **state)
+{
+    (void)state;
+    struct hil_options options = ear_options();
+    struct ear *plain = ear_open(&options, 5);
+    options.watch_alignment = true;
+    struct ear *watched = ear_open(&options, 5);
+    ear_until(plain, 1.5);
+    ear_until(watched, 1.5);
+    assert_int_equal(hil_board_counters(watched->board)->faults, 0);
+    assert_int_equal(watched->can_frames, plain->can_frames);
+    assert_int_equal(watched->blocks, plain->blocks);
+    assert_memory_equal(watched->last, plain->last, sizeof plain->last);
+    ear_close(plain);
+    ear_close(watched);
+}
+
+/* What is wrong with a line, where, and what is right. */
+static void mistakes_are_named(void **state)
+{
+    static const struct { const char *text; enum mr_status status; const char *part; } cases[] = {
+        {"", MR_MALFORMED, "first line must be `matrig-faults 1`"},
+        {"faults 1\n", MR_MALFORMED, ":1: not a fault file"},
+        {"matrig-faults 2\n", MR_VERSION, "reads version 1"},
+        {"matrig-faults 1\nwhen 3 bus short\n", MR_MALFORMED, ":2: `when` is no trigger"},
+        {"matrig-faults 1\nat x bus short\n", MR_MALFORMED, "seconds, 0 to 1000000, not `x`"},
+        {"matrig-faults 1\nat -1 bus short\n", MR_MALFORMED, "not `-1`"},
+        {"matrig-faults 1\n\n# remark\nframe 0 bus short\n", MR_MALFORMED, ":4: `frame` needs a count from 1"},
+        {"matrig-faults 1\nat 1 + 0 bus short\n", MR_MALFORMED, "microseconds above 0"},
+        {"matrig-faults 1\nat 1 bus loose\n", MR_MALFORMED, "connect, unplug, short, dominant"},
+        {"matrig-faults 1\nat 1 explode\n", MR_MALFORMED, "`explode` is no action"},
+        {"matrig-faults 1\nat 1\n", MR_MALFORMED, "`` is no action"},
+        {"matrig-faults 1\nat 1 can up drop 1\n", MR_MALFORMED, "`up` is no direction"},
+        {"matrig-faults 1\nat 1 can out noise 1\n", MR_MALFORMED, "`noise` is no fault of that line"},
+        {"matrig-faults 1\nat 1 can out drop\n", MR_MALFORMED, "how many?"},
+        {"matrig-faults 1\nat 1 can out drop 1 p 0\n", MR_MALFORMED, "probability above 0"},
+        {"matrig-faults 1\nat 1 transducer 9 open\n", MR_MALFORMED, "1 to 8"},
+        {"matrig-faults 1\nat 1 gage 3 broken\n", MR_MALFORMED, "stick, high, low, open, mend"},
+        {"matrig-faults 1\nat 1 switch 25 skip\n", MR_MALFORMED, "1 to 24"},
+        {"matrig-faults 1\nat 1 switch 2 bounce 0 100\n", MR_MALFORMED, "1 to 255"},
+        {"matrig-faults 1\nat 1 power-cut\n", MR_MALFORMED, "milliseconds above 0"},
+        {"matrig-faults 1\nat 1 brown-out 5 1\n", MR_MALFORMED, "0 to 3.6"},
+        {"matrig-faults 1\nat 1 flip nowhere 1\n", MR_UNKNOWN, "no symbol `nowhere`"},
+        {"matrig-faults 1\nat 1 flip config+x 1\n", MR_MALFORMED, "SYMBOL+OFFSET"},
+        {"matrig-faults 1\nat 1 flip config 32\n", MR_MALFORMED, "0 to 31"},
+        {"matrig-faults 1\nat 1 nor melt\n", MR_MALFORMED, "`melt`"},
+        {"matrig-faults 1\nat 1 crystal\n", MR_MALFORMED, "`stop` or `start`"},
+        {"matrig-faults 1\nat 1 bus short now\n", MR_MALFORMED, "`now` is one word too many"},
+        {"matrig-faults 1\nat 1 \x1b[31m\n", MR_MALFORMED, "`?[31m` is no action"},
+    };
+    static struct hil_fault_script script;
+    char error[512];
+    (void)state;
+    for (unsigned i = 0; i < COUNT_OF(cases); i++) {
+        const char *path = bench_scratch("wrong.faults", cases[i].text, strlen(cases[i].text));
+        enum mr_status status = hil_faults_read(path, EAR_ELF, &script, error, sizeof error);
+        if (status != cases[i].status || !strstr(error, cases[i].part))
+            fail_msg("case %u: status %d, said: %s", i, status, error);
+    }
+    assert_int_equal(hil_faults_read("no-such.faults", NULL, &script, error, sizeof error), MR_IO);
+}
+
+static void impossible_orders_are_refused(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 5);
+    struct hil_fault fault = {.trigger = HIL_AT_STATION, .station_ft = 118.0, .action = HIL_FAULT_BUS};
+    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_UNKNOWN); /* it stops before */
+    fault = (struct hil_fault){.action = HIL_FAULT_FLIP, .address = 0x20020000};
+    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_USAGE);
+    fault = (struct hil_fault){.action = HIL_FAULT_CRYSTAL};
+    ear_until(ear, 0.01);
+    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_USAGE);
+    fault.t_ps = HIL_SECOND_PS;
+    for (unsigned i = 0; i < HIL_FAULTS_MAX; i++)
+        assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_OK);
+    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_FULL);
+    ear_close(ear);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_power_cut_starts_again_from_nothing),
+        cmocka_unit_test(a_brown_out_is_named),
+        cmocka_unit_test(a_brown_out_without_reset_ends_the_run),
+        cmocka_unit_test(a_crystal_that_stops_is_replaced),
+        cmocka_unit_test(a_crystal_that_comes_back_is_used),
+        cmocka_unit_test(without_clock_security_the_clock_stands_still),
+        cmocka_unit_test(the_watchdog_outlives_the_clock),
+        cmocka_unit_test(a_bit_of_flash_changes_the_image),
+        cmocka_unit_test(a_bit_of_the_vectors_is_a_processor_fault),
+        cmocka_unit_test(a_bit_of_ram_is_survived),
+        cmocka_unit_test(dropped_frames_are_missed),
+        cmocka_unit_test(repeated_frames_are_too_many),
+        cmocka_unit_test(corrupted_frames_are_sent_again),
+        cmocka_unit_test(many_corrupted_frames_make_it_passive),
+        cmocka_unit_test(delayed_frames_are_overtaken),
+        cmocka_unit_test(commands_by_can),
+        cmocka_unit_test(bytes_from_the_board),
+        cmocka_unit_test(bytes_to_the_board),
+        cmocka_unit_test(an_unplugged_bus_is_told),
+        cmocka_unit_test(a_dominant_bus_is_told_and_left),
+        cmocka_unit_test(channels_that_fail_are_missing),
+        cmocka_unit_test(a_stuck_channel_holds_its_value),
+        cmocka_unit_test(switches_that_skip_or_bounce),
+        cmocka_unit_test(without_the_staircase_there_is_no_speed),
+        cmocka_unit_test(counted_operations_trigger),
+        cmocka_unit_test(same_seed_same_faults),
+        cmocka_unit_test(watching_alignment_changes_nothing),
+        cmocka_unit_test(mistakes_are_named),
+        cmocka_unit_test(impossible_orders_are_refused),
+    };
+    return cmocka_run_group_tests_name("hil/faults", tests, NULL, NULL);
+}

@@ -1,0 +1,491 @@
+/* SPI2 and the W25Q128JV through a test image (images/nor.c). Commands, times and wraps are those of the data sheet;
+ * at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
+#include "tests/hil/bench.h"
+
+#include "hil/faults.h"
+#include "hil/w25q.h"
+
+enum { POLLED, BY_DMA, CUT_BYTE, UNREAD, MODE_FAULT };
+#define MS_20 (20u * HIL_MS_PS)
+
+static struct hil_board *nor_board_seeded(enum hil_cell_times times, uint64_t seed)
+{
+    struct hil_options options;
+    hil_options_default(&options);
+    options.cell_times = times;
+    options.seed = seed;
+    struct hil_board *board = bench_board("nor", &options);
+    bench_run(board, 10 * HIL_MS_PS);
+    assert_int_equal(bench_result(board, 0), 1);
+    assert_int_equal(bench_result(board, 9), 2); /* SPI_SR after reset: TXE */
+    return board;
+}
+
+static struct hil_board *nor_board(void) { return nor_board_seeded(HIL_TIMES_TYPICAL, 1); }
+
+static void wait_ps(struct hil_board *board, uint64_t t_ps) { bench_run(board, hil_board_now_ps(board) + t_ps); }
+
+/* One transaction; what came back replaces `bytes`. */
+static void transact(struct hil_board *board, unsigned way, uint32_t cr1, uint8_t *bytes, size_t n)
+{
+    uint32_t turn = bench_result(board, 0);
+    assert_int_equal(hil_board_poke(board, bench_result(board, 4), bytes, n), MR_OK);
+    bench_control(board, 1, (uint32_t)n);
+    bench_control(board, 2, way);
+    bench_control(board, 3, cr1);
+    assert_int_equal(hil_board_serial_inject(board, (const uint8_t *)"x", 1), MR_OK);
+    wait_ps(board, 5 * HIL_US_PS + n * 380 * HIL_NS_PS);
+    for (unsigned i = 0; i < 1000 && bench_result(board, 0) == turn; i++)
+        wait_ps(board, HIL_US_PS);
+    assert_int_equal(bench_result(board, 0), turn + 1);
+    assert_int_equal(hil_board_peek(board, bench_result(board, 5), bytes, n), MR_OK);
+}
+
+static void command(struct hil_board *board, uint8_t code)
+{
+    transact(board, POLLED, 0, &code, 1);
+}
+
+static uint8_t status(struct hil_board *board, uint8_t which)
+{
+    uint8_t bytes[2] = {which, 0};
+    transact(board, POLLED, 0, bytes, 2);
+    return bytes[1];
+}
+
+static void address(uint8_t *bytes, uint8_t code, uint32_t at)
+{
+    bytes[0] = code;
+    bytes[1] = (uint8_t)(at >> 16);
+    bytes[2] = (uint8_t)(at >> 8);
+    bytes[3] = (uint8_t)at;
+}
+
+static void addressed(struct hil_board *board, uint8_t code, uint32_t at, const uint8_t *data, size_t n)
+{
+    uint8_t bytes[400];
+    address(bytes, code, at);
+    if (n)
+        memcpy(bytes + 4, data, n);
+    command(board, 0x06);
+    transact(board, POLLED, 0, bytes, n + 4);
+}
+
+static void read_back(struct hil_board *board, uint32_t at, uint8_t *data, size_t n)
+{
+    uint8_t bytes[400] = {0};
+    address(bytes, 0x03, at);
+    transact(board, BY_DMA, 0, bytes, n + 4);
+    memcpy(data, bytes + 4, n);
+}
+
+static void assert_cells(const struct hil_board *board, uint32_t at, const uint8_t *expected, size_t n)
+{
+    uint8_t cells[HIL_NOR_SECTOR];
+    assert_int_equal(hil_board_nor_peek(board, at, cells, n), MR_OK);
+    assert_memory_equal(cells, expected, n);
+}
+
+static void test_identity(void **state)
+{
+    (void)state;
+    struct hil_board *board = nor_board();
+    uint8_t jedec[4] = {0x9f}, device[7] = {0x90}, swapped[6] = {0x90, 0, 0, 1}, release[6] = {0xab};
+    uint8_t unique[13] = {0x4b}, again[13] = {0x4b};
+    transact(board, POLLED, 0, jedec, sizeof jedec);
+    assert_memory_equal(jedec + 1, "\xef\x40\x18", 3);
+    transact(board, POLLED, 0, device, sizeof device);
+    assert_memory_equal(device + 4, "\xef\x17\xef", 3);
+    transact(board, POLLED, 0, swapped, sizeof swapped);
+    assert_memory_equal(swapped + 4, "\x17\xef", 2);
+    transact(board, POLLED, 0, release, sizeof release);
+    assert_memory_equal(release + 4, "\x17\x17", 2);
+    transact(board, BY_DMA, 0, unique, sizeof unique);
+    transact(board, POLLED, 0, again, sizeof again);
+    assert_memory_equal(unique + 5, again + 5, 8);
+    assert_memory_not_equal(unique + 5, "\xff\xff\xff\xff\xff\xff\xff\xff", 8);
+    assert_int_equal(status(board, 0x05), 0);
+    assert_int_equal(status(board, 0x35), 2); /* QE */
+    assert_int_equal(status(board, 0x15), 0x60);
+    hil_board_destroy(board);
+}
+
+/* Byte time by prescaler, polled and by DMA; overrun; mode fault; the wrong clock mode. */
+static void test_spi(void **state)
+{
+    uint8_t bytes[300] = {0x9f};
+    (void)state;
+    struct hil_board *board = nor_board();
+    for (uint32_t br = 0; br < 4; br++) {
+        transact(board, BY_DMA, br << 3, bytes, sizeof bytes);
+        assert_in_range(bench_result(board, 1), sizeof bytes * (64u << br), sizeof bytes * (64u << br) + 150u);
+        bytes[0] = 0x9f;
+    }
+    transact(board, BY_DMA, 3, bytes, 4); /* CPOL and CPHA: mode 3 */
+    assert_memory_equal(bytes + 1, "\xef\x40\x18", 3);
+
+    uint8_t three[3] = {0x05, 0, 0};
+    transact(board, UNREAD, 0, three, 3);
+    assert_int_equal(bench_result(board, 2), 0x43); /* OVR, TXE, RXNE */
+    assert_int_equal(bench_result(board, 6), 0xff); /* the first byte received stays */
+    assert_int_equal(bench_result(board, 7), 0x42);
+    assert_int_equal(bench_result(board, 8), 0x02);
+    transact(board, MODE_FAULT, 0, three, 1);
+    assert_int_equal(bench_result(board, 2), 0x22); /* MODF, TXE */
+    assert_int_equal(bench_result(board, 6) & 0x44u, 0);
+    assert_int_equal(bench_result(board, 7), 0x02);
+
+    bench_control(board, 1, 4);
+    bench_control(board, 2, POLLED);
+    bench_control(board, 3, 1); /* CPHA alone: 0x9f arrives as 0x4f */
+    uint8_t jedec = 0x9f;
+    assert_int_equal(hil_board_poke(board, bench_result(board, 4), &jedec, 1), MR_OK);
+    assert_int_equal(hil_board_serial_inject(board, &jedec, 1), MR_OK);
+    assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS), MR_UNMODELLED);
+    assert_non_null(strstr(hil_board_reason(board), "command 0x4f of the NOR"));
+    hil_board_destroy(board);
+}
+
+/* Programming: needs WEL, takes 0.7 ms (to 3), clears WEL, turns 1 into 0 only, wraps in its page. */
+static void test_program(void **state)
+{
+    static const uint8_t data[4] = {0x11, 0x22, 0x33, 0x44}, over[4] = {0xf0, 0x0f, 0xff, 0x00};
+    uint8_t bytes[8] = {0x02, 0x01, 0x02, 0x03, 0x55}, page[264], expected[256];
+    (void)state;
+    struct hil_board *board = nor_board();
+    transact(board, POLLED, 0, bytes, 5); /* not write-enabled */
+    assert_int_equal(status(board, 0x05), 0);
+    assert_int_equal(hil_board_nor_operations(board), 0);
+    command(board, 0x06);
+    assert_int_equal(status(board, 0x05), 2);
+    command(board, 0x04);
+    assert_int_equal(status(board, 0x05), 0);
+
+    addressed(board, 0x02, 0x010203, data, 4);
+    assert_int_equal(status(board, 0x05), 3);
+    wait_ps(board, 600 * HIL_US_PS);
+    assert_int_equal(status(board, 0x05) & 1u, 1);
+    wait_ps(board, 100 * HIL_US_PS);
+    assert_int_equal(status(board, 0x05), 0);
+    assert_cells(board, 0x010203, data, 4);
+    addressed(board, 0x02, 0x010203, over, 4);
+    wait_ps(board, HIL_MS_PS);
+    assert_cells(board, 0x010203, (const uint8_t *)"\x10\x02\x33\x00", 4);
+
+    /* 260 bytes from 0xf0 of a page: the last four replace the first ones, all inside the page */
+    for (unsigned i = 0; i < 260; i++)
+        page[i] = (uint8_t)(i * 7u);
+    memset(expected, 0xff, sizeof expected);
+    for (unsigned i = 0; i < 260; i++)
+        expected[(0xf0u + i) % 256u] = page[i];
+    addressed(board, 0x02, 0x0300f0, page, 260);
+    wait_ps(board, HIL_MS_PS);
+    assert_cells(board, 0x030000, expected, 256);
+    assert_cells(board, 0x030100, (const uint8_t *)"\xff\xff\xff\xff", 4);
+
+    addressed(board, 0x02, 0xfffffe, data, 4); /* wraps to the begin of the last page, not of the chip */
+    wait_ps(board, HIL_MS_PS);
+    assert_cells(board, 0xffff00, (const uint8_t *)"\x33\x44", 2);
+    read_back(board, 0xfffffe, bytes, 3); /* reading wraps to address 0 */
+    assert_memory_equal(bytes, "\x11\x22\xff", 3);
+    uint8_t fast[8] = {0x0b, 0x01, 0x02, 0x03};
+    transact(board, BY_DMA, 0, fast, sizeof fast);
+    assert_memory_equal(fast + 5, "\x10\x02\x33", 3);
+    hil_board_destroy(board);
+}
+
+/* While BUSY nothing but status is heard; a deselect inside a byte, or an erase of another length, does nothing. */
+static void test_ignored(void **state)
+{
+    static const uint8_t data[2] = {0x12, 0x34};
+    uint8_t jedec[4] = {0x9f}, bytes[8] = {0x02, 0, 0x10, 0, 0xaa, 0xbb}, erase[5] = {0x20};
+    (void)state;
+    struct hil_board *board = nor_board();
+    addressed(board, 0x02, 0, data, 2);
+    transact(board, POLLED, 0, jedec, 4);
+    assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
+    addressed(board, 0x02, 0x100, data, 2);
+    wait_ps(board, HIL_MS_PS);
+    assert_int_equal(hil_board_nor_operations(board), 1);
+    command(board, 0x06);
+    transact(board, CUT_BYTE, 0, bytes, 6);
+    assert_int_equal(status(board, 0x05), 2); /* write-enabled still, and idle */
+    transact(board, POLLED, 0, erase, 5);
+    assert_int_equal(status(board, 0x05), 2);
+    assert_int_equal(hil_board_nor_operations(board), 1);
+    command(board, 0xb9); /* power-down: only the release is heard */
+    jedec[0] = 0x9f;
+    transact(board, POLLED, 0, jedec, 4);
+    assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
+    command(board, 0xab);
+    jedec[0] = 0x9f;
+    transact(board, POLLED, 0, jedec, 4);
+    assert_memory_equal(jedec + 1, "\xef\x40\x18", 3);
+    hil_board_destroy(board);
+}
+
+/* Erases: what they reach, and typical and maximum times in ms. */
+static void test_erase(void **state)
+{
+    static const struct { uint8_t code; uint32_t bytes, typical_ms, maximum_ms; } cases[] = {
+        {0x20, 0x1000, 45, 400}, {0x52, 0x8000, 120, 1600}, {0xd8, 0x10000, 150, 2000},
+    };
+    static const uint8_t zero = 0, erased = 0xff;
+    (void)state;
+    for (unsigned i = 0; i < 3; i++) {
+        for (unsigned maximum = 0; maximum < 2; maximum++) {
+            uint32_t base = 0x120000, ms = maximum ? cases[i].maximum_ms : cases[i].typical_ms;
+            struct hil_board *board = nor_board_seeded(maximum ? HIL_TIMES_MAXIMUM : HIL_TIMES_TYPICAL, 1);
+            const uint32_t at[4] = {base - 1, base, base + cases[i].bytes - 1, base + cases[i].bytes};
+            for (unsigned k = 0; k < 4; k++)
+                hil_board_nor_poke(board, at[k], &zero, 1);
+            addressed(board, cases[i].code, base + 0x321, NULL, 0);
+            wait_ps(board, ms * HIL_MS_PS - 20 * HIL_US_PS);
+            assert_int_equal(status(board, 0x05), 3);
+            wait_ps(board, 20 * HIL_US_PS);
+            assert_int_equal(status(board, 0x05), 0);
+            for (unsigned k = 0; k < 4; k++)
+                assert_cells(board, at[k], k == 0 || k == 3 ? &zero : &erased, 1);
+            hil_board_destroy(board);
+        }
+    }
+    struct hil_board *board = nor_board();
+    hil_board_nor_poke(board, 0x777777, &zero, 1);
+    command(board, 0x06);
+    command(board, 0xc7);
+    wait_ps(board, 40 * HIL_SECOND_PS - HIL_MS_PS);
+    assert_int_equal(status(board, 0x05), 3);
+    wait_ps(board, HIL_MS_PS);
+    assert_int_equal(status(board, 0x05), 0);
+    assert_cells(board, 0x777777, &erased, 1);
+    hil_board_destroy(board);
+}
+
+/* Status writes take 10 ms and last, those after 50h neither; block protection; reset by command. */
+static void test_status(void **state)
+{
+    static const uint8_t data = 0x5a, erased = 0xff;
+    uint8_t top[3] = {0x01, 0x04, 0x02}, none[2] = {0x01, 0x00}, bottom[2] = {0x01, 0x24};
+    (void)state;
+    struct hil_board *board = nor_board();
+    command(board, 0x06);
+    transact(board, POLLED, 0, top, 3);
+    assert_int_equal(status(board, 0x05) & 1u, 1);
+    wait_ps(board, 10 * HIL_MS_PS);
+    assert_int_equal(status(board, 0x05), 4); /* BP0: the upper 256 KiB */
+    addressed(board, 0x02, 0xfc0000, &data, 1);
+    assert_int_equal(status(board, 0x05), 6); /* not begun */
+    addressed(board, 0x02, 0xfbffff, &data, 1);
+    wait_ps(board, HIL_MS_PS);
+    assert_cells(board, 0xfbffff, &data, 1);
+    command(board, 0x06);
+    command(board, 0x60); /* chip erase: not with anything protected */
+    assert_int_equal(status(board, 0x05), 6);
+    command(board, 0x04);
+
+    command(board, 0x50);
+    transact(board, POLLED, 0, bottom, 2);
+    assert_int_equal(status(board, 0x05), 0x24); /* at once */
+    addressed(board, 0x02, 0x03ffff, &data, 1);
+    wait_ps(board, HIL_MS_PS);
+    assert_cells(board, 0x03ffff, &erased, 1);
+    command(board, 0x04);
+    command(board, 0x66);
+    command(board, 0x99);
+    assert_int_equal(status(board, 0x05), 4);
+    command(board, 0x99); /* without 66h: nothing */
+    command(board, 0x06);
+    transact(board, POLLED, 0, none, 2);
+    wait_ps(board, MS_20);
+    addressed(board, 0x02, 0xfc0000, &data, 1);
+    wait_ps(board, HIL_MS_PS);
+    assert_cells(board, 0xfc0000, &data, 1);
+    hil_board_destroy(board);
+}
+
+/* Times lie in the data sheet's range, mostly near typical, the same for the same seed. */
+static void test_spread(void **state)
+{
+    uint64_t us[2] = {0};
+    (void)state;
+    for (unsigned run = 0; run < 2; run++) {
+        struct hil_board *board = nor_board_seeded(HIL_TIMES_SPREAD, 11);
+        for (unsigned i = 0; i < 20; i++) {
+            addressed(board, 0x02, 256 * i, (const uint8_t *)"x", 1);
+            uint64_t begin_ps = hil_board_now_ps(board);
+            while (status(board, 0x05) & 1u)
+                wait_ps(board, 20 * HIL_US_PS);
+            uint64_t took_us = (hil_board_now_ps(board) - begin_ps) / HIL_US_PS;
+            assert_in_range(took_us, 690, 3030);
+            us[run] += took_us;
+        }
+        hil_board_destroy(board);
+    }
+    assert_int_equal(us[0], us[1]);
+    assert_in_range(us[0], 20 * 700, 20 * 1700);
+}
+
+/* A power cut in the 3rd page leaves two whole pages and part of the third; in an erase, part of the old bits. */
+static void test_power_cut(void **state)
+{
+    uint8_t page[256], cells[HIL_NOR_SECTOR] = {0};
+    unsigned changed = 0, ones = 0;
+    (void)state;
+    memset(page, 0x0f, sizeof page);
+    struct hil_board *board = nor_board();
+    hil_board_cut_at_nor(board, 3, 500);
+    for (unsigned i = 0; i < 3; i++) {
+        addressed(board, 0x02, 256 * i, page, sizeof page);
+        wait_ps(board, HIL_MS_PS);
+    }
+    assert_int_equal(hil_board_counters(board)->power_cuts, 1);
+    assert_cells(board, 0, page, sizeof page);
+    assert_cells(board, 256, page, sizeof page);
+    assert_int_equal(hil_board_nor_peek(board, 512, cells, 256), MR_OK);
+    for (unsigned i = 0; i < 256; i++) {
+        assert_int_equal(cells[i] & 0x0f, 0x0f); /* only bits that were to change */
+        changed += (unsigned)__builtin_popcount(cells[i] ^ 0xffu);
+    }
+    assert_in_range(changed, 512 - 90, 512 + 90); /* half of 1024, four sigma 64 */
+    hil_board_destroy(board);
+
+    board = nor_board();
+    memset(cells, 0, sizeof cells);
+    hil_board_nor_poke(board, 0x5000, cells, sizeof cells);
+    addressed(board, 0x20, 0x5000, NULL, 0);
+    wait_ps(board, 9 * HIL_MS_PS); /* a fifth of 45 ms */
+    hil_board_cut_power(board);
+    wait_ps(board, 50 * HIL_MS_PS);
+    assert_int_equal(hil_board_nor_peek(board, 0x5000, cells, sizeof cells), MR_OK);
+    for (unsigned i = 0; i < sizeof cells; i++)
+        ones += (unsigned)__builtin_popcount(cells[i]);
+    assert_in_range(ones, 32768 / 5 - 600, 32768 / 5 + 600);
+    hil_board_destroy(board);
+}
+
+/* The ways in which a chip goes bad, in one sector; its neighbours work. */
+static void test_faults(void **state)
+{
+    static const uint8_t zeroes[256] = {0};
+    static const struct { unsigned kind; uint8_t code; uint64_t wait_ms; } cases[] = {
+        {HIL_W25Q_PROGRAM_ERROR, 0x02, 30}, {HIL_W25Q_ERASE_ERROR, 0x20, 4000},
+        {HIL_W25Q_PROGRAM_SILENT, 0x02, 1}, {HIL_W25Q_ERASE_SILENT, 0x20, 45},
+    };
+    uint8_t cells[256], before[256];
+    (void)state;
+    for (unsigned i = 0; i < 4; i++) {
+        bool program = cases[i].code == 0x02, hangs = cases[i].wait_ms == 30 || cases[i].wait_ms == 4000;
+        struct hil_board *board = nor_board();
+        hil_board_w25q_faults(board, &(struct hil_w25q_faults){cases[i].kind, 0x2000, 0x3000});
+        memset(before, program ? 0xff : 0x00, sizeof before);
+        for (uint32_t at = 0x1000; at < 0x3000; at += 256)
+            hil_board_nor_poke(board, at, before, sizeof before);
+        for (uint32_t at = 0x1000; at < 0x3000; at += 0x1000) {
+            addressed(board, cases[i].code, at, zeroes, program ? 256 : 0);
+            wait_ps(board, at == 0x1000 ? 46 * HIL_MS_PS : (cases[i].wait_ms - 1) * HIL_MS_PS);
+            if (at == 0x2000 && hangs)
+                assert_int_equal(status(board, 0x05) & 1u, 1);
+            wait_ps(board, 2 * HIL_MS_PS);
+            assert_int_equal(status(board, 0x05), 0);
+            hil_board_nor_peek(board, at, cells, sizeof cells);
+            for (unsigned k = 0; k < 256; k++)
+                before[k] = (uint8_t)(program ? 0x00 : 0xff);
+            if (at == 0x1000)
+                assert_memory_equal(cells, before, 256);
+            else
+                assert_memory_not_equal(cells, before, 256);
+        }
+        hil_board_destroy(board);
+    }
+
+    struct hil_board *board = nor_board();
+    unsigned wrong = 0;
+    hil_board_w25q_faults(board, &(struct hil_w25q_faults){HIL_W25Q_READ_ERROR, 0x2000, 0x3000});
+    for (unsigned i = 0; i < 16; i++) {
+        read_back(board, 0x2000 + 256 * i, cells, 256);
+        for (unsigned k = 0; k < 256; k++) {
+            wrong += cells[k] != 0xff;
+            assert_true(__builtin_popcount(cells[k]) >= 7);
+        }
+    }
+    assert_in_range(wrong, 64 - 32, 64 + 32); /* 4096 / 64, four sigma */
+    read_back(board, 0x1000, cells, 256);
+    memset(before, 0xff, sizeof before);
+    assert_memory_equal(cells, before, 256);
+    hil_board_w25q_faults(board, &(struct hil_w25q_faults){HIL_W25Q_DEAD, 0, 0});
+    uint8_t jedec[4] = {0x9f};
+    transact(board, POLLED, 0, jedec, 4);
+    assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
+    hil_board_destroy(board);
+}
+
+static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t count)
+{
+    struct hil_fault fault = {.trigger = HIL_AT_TIME, .t_ps = hil_board_now_ps(board), .action = HIL_FAULT_NOR,
+                              .choice = choice, .count = count};
+    if (hil_board_add_fault(board, &fault) != MR_OK)
+        fail_msg("%s", hil_board_reason(board));
+    wait_ps(board, HIL_US_PS);
+}
+
+/* The same by fault script (hil/faults.h): so many operations fail, the chip is dead and mended, or full. */
+static void test_ordered_faults(void **state)
+{
+    static const uint8_t data = 0x5a, erased = 0xff, zero = 0x00;
+    uint8_t jedec[4] = {0x9f};
+    (void)state;
+    struct hil_board *board = nor_board();
+    order(board, HIL_NOR_FAIL_PROGRAM, 2);
+    for (uint32_t at = 0; at < 0x300; at += 0x100) {
+        addressed(board, 0x02, at, &data, 1);
+        wait_ps(board, HIL_MS_PS);
+        assert_cells(board, at, at < 0x200 ? &erased : &data, 1);
+    }
+    order(board, HIL_NOR_FAIL_ERASE, 1);
+    for (unsigned turn = 0; turn < 2; turn++) {
+        addressed(board, 0x20, 0, NULL, 0);
+        wait_ps(board, 46 * HIL_MS_PS);
+        assert_cells(board, 0x200, turn ? &erased : &data, 1);
+    }
+    order(board, HIL_NOR_DEAD, 0);
+    transact(board, POLLED, 0, jedec, 4);
+    assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
+    order(board, HIL_NOR_MEND, 0);
+    order(board, HIL_NOR_FILL, 0);
+    assert_int_equal(status(board, 0x05), 0);
+    assert_cells(board, 0, &zero, 1);
+    assert_cells(board, 0xffffff, &zero, 1);
+    hil_board_destroy(board);
+}
+
+/* A fork has the cells too, and restoring takes away what came after. */
+static void test_snapshot(void **state)
+{
+    static const uint8_t early = 0x12, late = 0x34, erased = 0xff;
+    (void)state;
+    struct hil_board *board = nor_board();
+    hil_board_nor_poke(board, 0xabcdef, &early, 1);
+    struct hil_snapshot *snapshot = hil_board_snapshot(board);
+    hil_board_nor_poke(board, 0xabcdef, &late, 1);
+    hil_board_nor_poke(board, 0x100000, &late, 1);
+    struct hil_board *copy = hil_board_fork(board);
+    assert_cells(copy, 0xabcdef, &late, 1);
+    assert_cells(copy, 0x100000, &late, 1);
+    hil_board_restore(board, snapshot);
+    assert_cells(board, 0xabcdef, &early, 1);
+    assert_cells(board, 0x100000, &erased, 1);
+    free(snapshot);
+    hil_board_destroy(copy);
+    hil_board_destroy(board);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_identity), cmocka_unit_test(test_spi),     cmocka_unit_test(test_program),
+        cmocka_unit_test(test_ignored),  cmocka_unit_test(test_erase),   cmocka_unit_test(test_status),
+        cmocka_unit_test(test_spread),   cmocka_unit_test(test_power_cut), cmocka_unit_test(test_faults),
+        cmocka_unit_test(test_ordered_faults), cmocka_unit_test(test_snapshot),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
