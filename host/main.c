@@ -90,8 +90,6 @@ static const struct command commands[] = {
      "                 pull        pull_lb, weight_lb: f\n"
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
      "  -o F           write the parameters as the beginning of a scene\n"},
-    {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
-     "  -o F           where to write; else standard output\n"},
 };
 
 #define COMMAND_COUNT (sizeof commands / sizeof commands[0])
