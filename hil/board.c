@@ -250,7 +250,8 @@ uint32_t hil_board_register(const struct hil_board *board, unsigned number)
              : number == 13 ? UC_ARM_REG_SP
              : number == 14 ? UC_ARM_REG_LR
              : number == 15 ? UC_ARM_REG_PC
-                            : UC_ARM_REG_XPSR;
+             : number == 16 ? UC_ARM_REG_XPSR
+                            : UC_ARM_REG_PRIMASK;
     uint32_t value = 0;
     uc_reg_read(board->uc, id, &value);
     return value;
