@@ -31,17 +31,16 @@ blocked_file() { # a pipe that nobody reads: opening it blocks
 blocked_write() { # one that is open at the other end and never read: write() blocks for good
     rm -f "$tmp/pipe" && mkfifo "$tmp/pipe"
     sleep 30 <"$tmp/pipe" &
+    timeout 10 dd if=/dev/zero of="$tmp/pipe" bs=64K count=1 || return 1 # it is full
     fails_with 3 'still not at an end .* blocks' $board --elf $elf --for 30 --serial "file:$tmp/pipe" --can "file:$tmp/x" \
         --rig tests/runs/landing5.run --wall-limit 0.5
 }
-host_does_not_read() { # one that connects to both, and then reads nothing
-    $board --elf $elf --can "unix:$tmp/can.socket" --serial "unix:$tmp/serial.socket" --stall 0.3 \
-        --rig tests/runs/landing5.run 2>"$tmp/err" &
+host_does_not_read() { # one that connects and then reads nothing; the board talks without a break
+    $board --elf $images/talk.elf --serial "unix:$tmp/serial.socket" --stall 0.3 --for 3000 2>"$tmp/err" &
     local board_pid=$! host_pid status
     for _ in $(seq 100); do [ -S "$tmp/serial.socket" ] && break; sleep 0.05; done
-    timeout 60 perl -MSocket -e 'for (@ARGV) {
-        my $s; socket($s, AF_UNIX, SOCK_STREAM, 0); connect($s, pack_sockaddr_un($_)) or die "$_: $!"; push @all, $s }
-        sleep 50' "$tmp/can.socket" "$tmp/serial.socket" &
+    timeout 60 perl -MSocket -e '
+        socket(my $s, AF_UNIX, SOCK_STREAM, 0); connect($s, pack_sockaddr_un($ARGV[0])) or die "$!"; sleep 50' "$tmp/serial.socket" &
     host_pid=$!
     wait $board_pid
     status=$?
