@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
+#include "hil/debug.h"
 #include "hil/elf.h"
 #include "hil/machine.h"
 
@@ -165,6 +166,12 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     board->target_reached = false;
     hil_event_set_ps(board, HIL_EVENT_TARGET, t_ps);
     for (;;) {
+        if (hil_debug_holds(board))
+            break;
+        if (state->cpu.walking) { /* inside a block: nothing is due before its end */
+            hil_cpu_run(board);
+            continue;
+        }
         hil_event_run(board);
         if (board->stopped || board->target_reached)
             break;

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
+#include "hil/debug.h"
 #include "hil/machine.h"
 
 /* Why Unicorn came back, told by its hooks. */
@@ -12,6 +13,7 @@ enum { CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BA
 #define XPSR_T (1u << 24)
 #define OPCODE_YIELD 0xbf10u
 #define OPCODE_WFE 0xbf20u
+#define OPCODE_WFI 0xbf30u
 #define OPCODE_SEV 0xbf40u
 
 static void must(uc_err err, const char *what)
@@ -83,7 +85,18 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
 {
     struct hil_board *board = user;
     struct hil_state *state = &board->state;
+    if (board->single) { /* no block of the run, but the instruction, and whatever follows it */
+        if (board->single++ > 1)
+            uc_emu_stop(uc);
+        return;
+    }
     count_block(state);
+    if (board->debug && board->debug->watch_hit)
+        hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
+    if (hil_debug_holds(board)) {
+        uc_emu_stop(uc);
+        return;
+    }
     if (state->clock.now_cycle >= board->limit_cycle && must_stop(board)) {
         uc_emu_stop(uc);
         return;
@@ -103,6 +116,10 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
+    if (board->debug && hil_debug_wants(board, (uint32_t)address, size)) {
+        state->cpu.walking = true;
+        uc_emu_stop(uc);
+    }
 }
 
 static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
@@ -306,11 +323,9 @@ static void treat_bad_memory(struct hil_board *board, uc_err err)
     hil_exception_fault(board, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
 }
 
-void hil_cpu_run(struct hil_board *board)
+/* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing else. */
+static void treat_return(struct hil_board *board, uc_err err, bool slept)
 {
-    uint32_t pc = read_pc(board) | 1u;
-    board->came_back = CAME_BACK_PLAIN;
-    uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
     switch (err) {
     case UC_ERR_OK:
         break;
@@ -330,7 +345,6 @@ void hil_cpu_run(struct hil_board *board)
                        uc_strerror(err));
         return;
     }
-    bool at_block_start = board->state.cpu.block_instructions == 0;
     count_block(&board->state);
     switch (board->came_back) {
     case CAME_BACK_RETURN:
@@ -340,7 +354,10 @@ void hil_cpu_run(struct hil_board *board)
         hil_exception_svc(board, read_pc(board));
         break;
     case CAME_BACK_BKPT:
-        hil_exception_bkpt(board, read_pc(board) & ~1u);
+        if (board->debug)
+            hil_debug_hold(board, HIL_HOLD_BKPT);
+        else
+            hil_exception_bkpt(board, read_pc(board) & ~1u);
         break;
     case CAME_BACK_OTHER:
         hil_board_stop(board, MR_HALTED, "processor exception %u at PC 0x%08x",
@@ -348,8 +365,77 @@ void hil_cpu_run(struct hil_board *board)
                        (unsigned)read_pc(board));
         break;
     default:
-        if (!at_block_start)
-            board->state.cpu.asleep = true; /* nobody asked it to stop: WFI */
+        board->state.cpu.asleep |= slept;
         break;
     }
+}
+
+static uint32_t instruction_bytes(const struct hil_board *board, uint32_t pc, uint16_t *opcode)
+{
+    const uint8_t *code = hil_board_memory(board, pc, 2, false);
+    *opcode = code ? halfword(code) : 0;
+    return *opcode >= 0xe800u ? 4 : 2;
+}
+
+static void forget_block(struct hil_board *board)
+{
+    uint32_t start = board->state.cpu.block_address;
+    must(uc_ctl_remove_cache(board->uc, (uint64_t)start, (uint64_t)start + board->state.cpu.block_size),
+         "forgetting a block");
+}
+
+/* Run the block instruction by instruction, from where it stands, to its end or to where the debugger wants
+ * to hold. The pieces translated for that must not stay: they would be blocks of the run. */
+static void walk(struct hil_board *board)
+{
+    struct hil_cpu *cpu = &board->state.cpu;
+    forget_block(board);
+    for (;;) {
+        uint16_t opcode;
+        uint32_t pc = read_pc(board) & ~1u;
+        uint32_t next = pc + instruction_bytes(board, pc, &opcode);
+        bool last = next >= cpu->block_address + cpu->block_size;
+        if (hil_debug_stops_before(board, pc)) {
+            forget_block(board);
+            return;
+        }
+        board->single = 1;
+        board->came_back = CAME_BACK_PLAIN;
+        uc_err err = uc_emu_start(board->uc, pc | 1u, last ? 0 : next, 0, 0);
+        board->single = 0;
+        if (err != UC_ERR_OK || board->came_back != CAME_BACK_PLAIN || last) {
+            cpu->walking = false;
+            forget_block(board);
+            treat_return(board, err, opcode == OPCODE_WFI);
+            return;
+        }
+    }
+}
+
+void hil_cpu_leave_block(struct hil_board *board)
+{
+    struct hil_cpu *cpu = &board->state.cpu;
+    uint32_t pc = read_pc(board) & ~1u;
+    unsigned done = 0;
+    uint16_t opcode;
+    for (uint32_t at = cpu->block_address; at < pc; at += instruction_bytes(board, at, &opcode))
+        done++;
+    cpu->block_instructions = done;
+    count_block(&board->state);
+    cpu->walking = false;
+}
+
+void hil_cpu_run(struct hil_board *board)
+{
+    if (board->state.cpu.walking) {
+        walk(board);
+        return;
+    }
+    uint32_t pc = read_pc(board) | 1u;
+    board->came_back = CAME_BACK_PLAIN;
+    uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
+    if (board->state.cpu.walking)
+        return; /* at the block's start */
+    /* Nobody asked it to stop and it is at no block's start: WFI. */
+    treat_return(board, err, board->state.cpu.block_instructions != 0);
 }

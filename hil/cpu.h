@@ -23,6 +23,7 @@ struct hil_cpu {
     uint32_t block_instructions; /* of the block that runs, not yet counted into time */
     uint32_t block_address;
     uint32_t block_size;
+    bool walking;                /* it is walked through for a debugger; see hil/debug.h */
     bool asleep;
     bool event;                  /* the event register that WFE waits for */
 };
@@ -51,6 +52,8 @@ void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *regis
 void hil_cpu_forget_code(struct hil_board *board);
 /* Run instructions until something is due (event, exception, stop). */
 void hil_cpu_run(struct hil_board *board);
+/* A debugger jumps out of the block that is walked through: what was run of it counts. */
+void hil_cpu_leave_block(struct hil_board *board);
 /* Make the core look up at the next basic block. Callable from anywhere. */
 void hil_cpu_attend(struct hil_board *board);
 /* PC of the instruction in the running block that accesses `address`; the block's start when it cannot be

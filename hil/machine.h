@@ -68,6 +68,7 @@ struct hil_region {
 };
 
 struct uc_struct;
+struct hil_debug;
 
 struct hil_board {
     struct hil_state state;
@@ -85,6 +86,9 @@ struct hil_board {
     bool stopped;
     enum mr_status stop_status;
     char reason[256];
+
+    struct hil_debug *debug;   /* hil/debug.h; NULL: no debugger */
+    unsigned single;           /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
 
     struct hil_access access;
 
