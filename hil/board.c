@@ -89,6 +89,21 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     hil_cpu_reset(board);
 }
 
+static void take_reset(struct hil_board *board)
+{
+    board->state.counters.resets++;
+    hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
+    reset_chip(board, board->reset_flags);
+}
+
+void hil_debug_reset(struct hil_board *board)
+{
+    if (board->state.cpu.walking)
+        hil_cpu_leave_block(board);
+    hil_board_request_reset(board, 0);
+    take_reset(board);
+}
+
 struct hil_board *hil_board_create(const struct hil_options *options)
 {
     struct hil_board *board = calloc(1, sizeof *board);
@@ -176,9 +191,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
         if (board->stopped || board->target_reached)
             break;
         if (board->reset_request) {
-            state->counters.resets++;
-            hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
-            reset_chip(board, board->reset_flags);
+            take_reset(board);
             continue;
         }
         if (state->cpu.asleep) {

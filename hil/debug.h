@@ -93,6 +93,9 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
 enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t *out, size_t n);
 enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const uint8_t *bytes, size_t n);
 
+/* The probe's reset line: at once, while the board is held. */
+void hil_debug_reset(struct hil_board *board);
+
 /* Of the core: must this block be walked through; is the instruction at pc not to be run now? */
 bool hil_debug_wants(const struct hil_board *board, uint32_t address, uint32_t size);
 bool hil_debug_stops_before(struct hil_board *board, uint32_t pc);

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "hil/board.h"
+#include "hil/gdb.h"
 #include "hil/hang.h"
 #include "hil/symbols.h"
 #include "hil/wall.h"
@@ -37,15 +38,16 @@ static const char help[] =
     "  --hsi-ppm N      error of the internal oscillator (default 0)\n"
     "  --lsi HZ         watchdog clock, 17000 to 47000 (default 32000)\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
+    "  --gdb PORT       listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at unix:PATH, and wait for it\n"
     "  --hang S         end when the firmware hangs for S seconds of virtual time (default 5, 0: never)\n"
     "  --stall S        end when a host does not read for S seconds (default 30)\n"
     "  --wall-limit S   end after S seconds of wall clock (default 600 more than the run's own length; none\n"
-    "                   for a run without end)\n"
-    "A unix: link is listened on; virtual time starts when a host has connected to each, within 30 s.\n"
+    "                   for a run without end or with --gdb)\n"
+    "A unix: link is listened on; virtual time starts when a host has connected to each, and gdb, within 30 s.\n"
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
 
 struct arguments {
-    const char *elf, *can, *serial, *rig;
+    const char *elf, *can, *serial, *rig, *gdb;
     bool real;
     double for_s; /* 0: not given */
     double hang_s, stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
@@ -58,6 +60,7 @@ struct session {
     struct hil_symbols symbols;
     struct hil_hang hang;
     struct hil_pace pace;
+    struct hil_gdb gdb;
     int stall_ms;
     bool real;
 };
@@ -118,6 +121,8 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
     } else if (strcmp(name, "--lsi") == 0) {
         ok = parse_number(text, 17000, 47000, &value);
         a->options.lsi_hz = (uint32_t)value;
+    } else if (strcmp(name, "--gdb") == 0) {
+        a->gdb = text;
     } else if (strcmp(name, "--hang") == 0) {
         ok = parse_number(text, 0, FOREVER_S, &a->hang_s);
     } else if (strcmp(name, "--stall") == 0) {
@@ -201,7 +206,7 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
     return status == MR_CLOSED ? MR_OK : status;
 }
 
-/* Run to t_ps; at the end of it the firmware must not hang. */
+/* Run to t_ps or to where a debugger holds the board; the firmware must not hang then. */
 static enum mr_status advance(struct session *session, uint64_t t_ps)
 {
     char text[256];
@@ -209,10 +214,28 @@ static enum mr_status advance(struct session *session, uint64_t t_ps)
     double now_s = (double)hil_board_now_ps(session->board) * 1e-12;
     if (status != MR_OK) {
         complain("stopped at %.6f s: %s", now_s, hil_board_reason(session->board));
-    } else if (hil_hang_look(&session->hang, session->board, &session->symbols, text, sizeof text)) {
+    } else if (!hil_debug_holds(session->board) && hil_hang_look(&session->hang, session->board, &session->symbols, text, sizeof text)) {
         complain("stopped at %.6f s: %s", now_s, text);
         status = MR_HALTED;
     }
+    return status;
+}
+
+static enum mr_status play_to(struct session *session, uint64_t t_ps)
+{
+    enum mr_status status;
+    bool alive;
+    do {
+        status = advance(session, t_ps);
+        enum mr_status flushed = flush_links(session, session->real ? 0 : session->stall_ms);
+        if (status == MR_OK)
+            status = flushed;
+        double held_s = hil_wall_s();
+        alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
+        session->pace.began_s += hil_wall_s() - held_s; /* time stood still on both clocks */
+        if (!alive)
+            stop_asked = 1;
+    } while (status == MR_OK && !stop_asked && hil_board_now_ps(session->board) < t_ps);
     return status;
 }
 
@@ -230,10 +253,7 @@ static enum mr_status play(struct session *session, double duration_s)
             hil_pace_wait(&session->pace, t_ps, &stop_asked);
         hil_link_receive(&session->can, session->board);
         hil_link_receive(&session->serial, session->board);
-        status = advance(session, t_ps);
-        enum mr_status flushed = flush_links(session, real ? 0 : session->stall_ms);
-        if (status == MR_OK)
-            status = flushed;
+        status = play_to(session, t_ps);
         if (real)
             hil_pace_done(&session->pace, t_ps);
     }
@@ -312,10 +332,17 @@ static enum mr_status open_links(struct session *session, const struct arguments
     enum mr_status status = hil_link_open(&session->can, HIL_LINK_CAN, a->can, error, sizeof error);
     if (status == MR_OK)
         status = hil_link_open(&session->serial, HIL_LINK_SERIAL, a->serial, error, sizeof error);
+    if (status == MR_OK && a->gdb) {
+        status = hil_gdb_open(&session->gdb, a->gdb, error, sizeof error);
+        if (status == MR_OK)
+            fprintf(stderr, "matrig-board: waiting for gdb: target remote %s\n", session->gdb.place);
+    }
     if (status == MR_OK)
         status = hil_link_accept(&session->can, CONNECT_MS, &stop_asked, error, sizeof error);
     if (status == MR_OK)
         status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error, sizeof error);
+    if (status == MR_OK)
+        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_MS, &stop_asked, error, sizeof error);
     if (stop_asked == HIL_WALL_STOP)
         complain("the limit of wall-clock time came while links were opened; is there a host? --wall-limit S gives more");
     else if (status != MR_OK && !stop_asked)
@@ -328,7 +355,7 @@ static void start_wall_limit(const struct arguments *a, double duration_s)
 {
     double limit_s = a->wall_limit_s;
     if (limit_s < 0)
-        limit_s = duration_s < FOREVER_S ? WALL_LIMIT_S + (a->real ? duration_s : 0.0) : 0.0;
+        limit_s = duration_s < FOREVER_S && !a->gdb ? WALL_LIMIT_S + (a->real ? duration_s : 0.0) : 0.0;
     hil_wall_limit(limit_s, &stop_asked);
 }
 
@@ -374,7 +401,8 @@ static void hold_standard_streams(void)
 int main(int argc, char **argv)
 {
     struct arguments a;
-    struct session session = {.can = {.listener = -1, .fd = -1}, .serial = {.listener = -1, .fd = -1}};
+    struct session session = {.can = {.listener = -1, .fd = -1}, .serial = {.listener = -1, .fd = -1},
+                              .gdb = {.listener = -1, .fd = -1}};
     struct hil_run rig = {0};
     char error[512];
     hold_standard_streams();
@@ -402,6 +430,7 @@ int main(int argc, char **argv)
     sigaction(SIGINT, &action, NULL);
     session.board = hil_board_create(&a.options);
     status = run(&a, &session, &rig);
+    hil_gdb_close(&session.gdb, mr_status_exit_code(status));
     hil_link_close(&session.can);
     hil_link_close(&session.serial);
     hil_symbols_free(&session.symbols);
