@@ -8,6 +8,8 @@
 #include "hil/debug.h"
 #include "hil/elf.h"
 #include "hil/machine.h"
+#include "hil/profile.h"
+#include "hil/vcd.h"
 
 #define CSR_POWER_ON 0x0e000000u /* POR, pin, brown-out */
 #define CSR_PIN (1u << 26)       /* every reset shows on the pin too */
@@ -133,6 +135,8 @@ void hil_board_destroy(struct hil_board *board)
 {
     if (!board)
         return;
+    hil_vcd_close(board, NULL, 0);
+    hil_profile_end(board);
     hil_cpu_destroy(board);
     free(board->memory);
     free(board);
@@ -198,9 +202,13 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             if (hil_exception_wakes(board)) {
                 state->cpu.asleep = false;
             } else {
+                if (board->vcd)
+                    hil_vcd_sample(board, hil_now(board));
                 sleep_on(board);
                 continue;
             }
+            if (board->vcd)
+                hil_vcd_sample(board, hil_now(board));
         }
         unsigned exception = hil_exception_due(board);
         if (exception) {

@@ -6,6 +6,8 @@
 
 #include "hil/debug.h"
 #include "hil/machine.h"
+#include "hil/profile.h"
+#include "hil/vcd.h"
 
 /* Why Unicorn came back, told by its hooks. */
 enum { CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
@@ -45,6 +47,10 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
         i += wide ? 4 : 2;
     }
     info.instructions = (uint8_t)(count ? count : 1);
+    if (board->profile)
+        info.profile_block = hil_profile_block(board, address, size);
+    if (board->vcd && hil_vcd_marks(board->vcd, address))
+        info.flags |= HIL_BLOCK_MARKED;
     return info;
 }
 
@@ -56,8 +62,11 @@ static const struct hil_block_info *block_info(struct hil_board *board, uint32_t
     return info;
 }
 
-static void count_block(struct hil_state *state)
+static void count_block(struct hil_board *board)
 {
+    struct hil_state *state = &board->state;
+    if (board->profile && state->cpu.block_instructions)
+        hil_profile_count(board, board->profile_block, state->cpu.block_instructions);
     state->clock.now_cycle += state->cpu.block_instructions;
     state->counters.instructions += state->cpu.block_instructions;
     state->cpu.block_instructions = 0;
@@ -90,7 +99,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
             uc_emu_stop(uc);
         return;
     }
-    count_block(state);
+    count_block(board);
     if (board->debug && board->debug->watch_hit)
         hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
     if (hil_debug_holds(board)) {
@@ -103,6 +112,8 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     }
     const struct hil_block_info *info = block_info(board, (uint32_t)address, size);
     if (info->flags) {
+        if (info->flags & HIL_BLOCK_MARKED)
+            hil_vcd_block(board, (uint32_t)address);
         if (info->flags & HIL_BLOCK_SEV)
             state->cpu.event = true;
         if ((info->flags & HIL_BLOCK_FP) && (state->scb.cpacr & 0xf00000u) != 0xf00000u) {
@@ -116,6 +127,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
+    board->profile_block = info->profile_block;
     if (board->debug && hil_debug_wants(board, (uint32_t)address, size)) {
         state->cpu.walking = true;
         uc_emu_stop(uc);
@@ -157,6 +169,8 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
     const struct hil_region *region = user;
     (void)uc;
     hil_bus_write(region->board, region->base + (uint32_t)offset, size, (uint32_t)value);
+    if (region->board->vcd)
+        hil_vcd_sample(region->board, hil_now(region->board));
 }
 
 void hil_cpu_create(struct hil_board *board)
@@ -213,6 +227,11 @@ void hil_cpu_forget_code(struct hil_board *board)
     uc_ctl_remove_cache(board->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
     uc_ctl_remove_cache(board->uc, HIL_SRAM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE);
+}
+
+void hil_cpu_inspect_again(struct hil_board *board, uint32_t address)
+{
+    board->blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)].size = 0;
 }
 
 void hil_cpu_attend(struct hil_board *board) { board->limit_cycle = 0; }
@@ -275,6 +294,7 @@ void hil_cpu_reset(struct hil_board *board)
     registers.msp &= ~3u;
     hil_cpu_load(board, &registers);
     board->state.cpu = (struct hil_cpu){0};
+    hil_exception_seen(board, 0);
     if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
         hil_board_stop(board, MR_HALTED, "no firmware: the reset vector is 0x%08x", (unsigned)registers.pc);
 }
@@ -294,7 +314,7 @@ static void treat_invalid(struct hil_board *board)
     const uint8_t *before = hil_board_memory(board, pc - 2, 2, false);
     bool past = pc == board->state.cpu.block_address + board->state.cpu.block_size;
     uint16_t opcode = before && past ? halfword(before) : 0;
-    count_block(&board->state);
+    count_block(board);
     if (opcode == OPCODE_WFE) {
         if (board->state.cpu.event)
             board->state.cpu.event = false;
@@ -308,7 +328,7 @@ static void treat_invalid(struct hil_board *board)
 static void treat_bad_memory(struct hil_board *board, uc_err err)
 {
     uint32_t address = board->bad_address;
-    count_block(&board->state);
+    count_block(board);
     if (err == UC_ERR_FETCH_UNMAPPED || err == UC_ERR_FETCH_PROT) {
         hil_exception_fault(board, HIL_CFSR_IBUSERR, read_pc(board) & ~1u, address);
         return;
@@ -345,7 +365,7 @@ static void treat_return(struct hil_board *board, uc_err err, bool slept)
                        uc_strerror(err));
         return;
     }
-    count_block(&board->state);
+    count_block(board);
     switch (board->came_back) {
     case CAME_BACK_RETURN:
         hil_exception_return(board, read_pc(board) | 1u);
@@ -421,7 +441,7 @@ void hil_cpu_leave_block(struct hil_board *board)
     for (uint32_t at = cpu->block_address; at < pc; at += instruction_bytes(board, at, &opcode))
         done++;
     cpu->block_instructions = done;
-    count_block(&board->state);
+    count_block(board);
     cpu->walking = false;
 }
 

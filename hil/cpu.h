@@ -29,13 +29,14 @@ struct hil_cpu {
 };
 
 /* Flags of a basic block, found when it is first met. */
-enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2 };
+enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2, HIL_BLOCK_MARKED = 4 /* for the trace */ };
 
 struct hil_block_info {
     uint32_t address;
     uint16_t size;
     uint8_t instructions;
     uint8_t flags;
+    uint32_t profile_block;
 };
 
 #define HIL_BLOCK_CACHE 8192u
@@ -50,6 +51,8 @@ void hil_cpu_save(const struct hil_board *board, struct hil_cpu_registers *regis
 void hil_cpu_load(struct hil_board *board, const struct hil_cpu_registers *registers);
 /* Forget translated code and what is known of its blocks, after memory was written from outside. */
 void hil_cpu_forget_code(struct hil_board *board);
+/* What is known of the block at `address` is no longer true: look again when it comes. */
+void hil_cpu_inspect_again(struct hil_board *board, uint32_t address);
 /* Run instructions until something is due (event, exception, stop). */
 void hil_cpu_run(struct hil_board *board);
 /* A debugger jumps out of the block that is walked through: what was run of it counts. */

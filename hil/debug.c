@@ -242,6 +242,7 @@ struct bystander {
     struct hil_state state;
     struct hil_callbacks callbacks;
     FILE *trace;
+    struct hil_vcd *vcd;
     struct hil_access access;
     uint64_t limit_cycle;
     bool stopped, reset_request;
@@ -254,6 +255,7 @@ static void remember(const struct hil_board *board, struct bystander *b)
     b->state = board->state;
     b->callbacks = board->callbacks;
     b->trace = board->options.trace;
+    b->vcd = board->vcd;
     b->access = board->access;
     b->limit_cycle = board->limit_cycle;
     b->stopped = board->stopped;
@@ -267,6 +269,7 @@ static void forget(struct hil_board *board, const struct bystander *b)
     board->state = b->state;
     board->callbacks = b->callbacks;
     board->options.trace = b->trace;
+    board->vcd = b->vcd;
     board->access = b->access;
     board->limit_cycle = b->limit_cycle;
     board->stopped = b->stopped;
@@ -296,6 +299,7 @@ enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t
     remember(board, &before);
     board->callbacks = (struct hil_callbacks){0};
     board->options.trace = NULL;
+    board->vcd = NULL;
     board->stopped = false;
     for (size_t i = 0; i < n && !board->stopped;) {
         unsigned size = access_size(address + (uint32_t)i, n - i);

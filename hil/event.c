@@ -1,6 +1,7 @@
 #include "hil/event.h"
 
 #include "hil/machine.h"
+#include "hil/vcd.h"
 
 typedef void (*event_handler)(struct hil_board *board, uint64_t at);
 
@@ -87,5 +88,7 @@ void hil_event_run(struct hil_board *board)
         events->at_ps[slot] = HIL_NEVER;
         find_next(board);
         handlers[slot](board, at);
+        if (board->vcd)
+            hil_vcd_sample(board, at);
     }
 }

@@ -12,7 +12,9 @@
 #include "hil/board.h"
 #include "hil/gdb.h"
 #include "hil/hang.h"
+#include "hil/profile.h"
 #include "hil/symbols.h"
+#include "hil/vcd.h"
 #include "hil/wall.h"
 #include "hil/wire_link.h"
 
@@ -39,6 +41,9 @@ static const char help[] =
     "  --lsi HZ         watchdog clock, 17000 to 47000 (default 32000)\n"
     "  --trace          tell exceptions and unusual events on stderr\n"
     "  --gdb PORT       listen for gdb on this port of 127.0.0.1 (0: any; it is told) or at unix:PATH, and wait for it\n"
+    "  --vcd FILE       trace of pins, converters, links, exceptions, sleep and functions, for GTKWave and others\n"
+    "  --vcd-functions A,B,...  functions to trace (default: the main ones)\n"
+    "  --profile FILE   instructions by function, level and kind\n"
     "  --hang S         end when the firmware hangs for S seconds of virtual time (default 5, 0: never)\n"
     "  --stall S        end when a host does not read for S seconds (default 30)\n"
     "  --wall-limit S   end after S seconds of wall clock (default 600 more than the run's own length; none\n"
@@ -47,7 +52,7 @@ static const char help[] =
     "Exit: 0 ok, 2 usage, 3 link, board or firmware failed, 4 malformed or truncated input.\n";
 
 struct arguments {
-    const char *elf, *can, *serial, *rig, *gdb;
+    const char *elf, *can, *serial, *rig, *gdb, *vcd, *vcd_functions, *profile;
     bool real;
     double for_s; /* 0: not given */
     double hang_s, stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
@@ -61,6 +66,7 @@ struct session {
     struct hil_hang hang;
     struct hil_pace pace;
     struct hil_gdb gdb;
+    FILE *profile;
     int stall_ms;
     bool real;
 };
@@ -123,6 +129,12 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
         a->options.lsi_hz = (uint32_t)value;
     } else if (strcmp(name, "--gdb") == 0) {
         a->gdb = text;
+    } else if (strcmp(name, "--vcd") == 0) {
+        a->vcd = text;
+    } else if (strcmp(name, "--vcd-functions") == 0) {
+        a->vcd_functions = text;
+    } else if (strcmp(name, "--profile") == 0) {
+        a->profile = text;
     } else if (strcmp(name, "--hang") == 0) {
         ok = parse_number(text, 0, FOREVER_S, &a->hang_s);
     } else if (strcmp(name, "--stall") == 0) {
@@ -309,7 +321,8 @@ static enum mr_status check_paths(const struct arguments *a)
 {
     const struct {
         const char *option, *text;
-    } given[] = {{"--elf", a->elf}, {"--rig", a->rig}, {"--can", a->can}, {"--serial", a->serial}};
+    } given[] = {{"--elf", a->elf}, {"--rig", a->rig}, {"--can", a->can}, {"--serial", a->serial},
+                 {"--vcd", a->vcd},     {"--profile", a->profile}};
     enum { READ_ONLY = 2, GIVEN = sizeof given / sizeof given[0] };
     char path[GIVEN][PATH_MAX];
     for (unsigned i = 0; i < GIVEN; i++) {
@@ -359,6 +372,39 @@ static void start_wall_limit(const struct arguments *a, double duration_s)
     hil_wall_limit(limit_s, &stop_asked);
 }
 
+static enum mr_status open_records(struct session *session, const struct arguments *a)
+{
+    char error[512];
+    if (a->profile && !(session->profile = fopen(a->profile, "w"))) {
+        complain("--profile: cannot write %s: %s; give another file", a->profile, strerror(errno));
+        return MR_IO;
+    }
+    if (a->profile)
+        hil_profile_begin(session->board);
+    enum mr_status status = a->vcd ? hil_vcd_open(session->board, a->vcd, a->vcd_functions, &session->symbols, error,
+                                                  sizeof error)
+                                   : MR_OK;
+    if (status != MR_OK)
+        complain("%s", error);
+    return status;
+}
+
+static enum mr_status close_records(struct session *session, const struct arguments *a)
+{
+    char error[512];
+    enum mr_status status = hil_vcd_close(session->board, error, sizeof error);
+    if (status != MR_OK)
+        complain("%s", error);
+    if (!session->profile)
+        return status;
+    bool failed = hil_profile_print(session->board, &session->symbols, session->profile) != MR_OK;
+    failed |= fclose(session->profile) != 0;
+    if (!failed)
+        return status;
+    complain("--profile: cannot write all of %s: %s; make room or give another file", a->profile, strerror(errno));
+    return MR_IO;
+}
+
 static enum mr_status run(const struct arguments *a, struct session *session, const struct hil_run *rig)
 {
     struct hil_callbacks callbacks = {session, on_can_frame, on_serial_bytes};
@@ -383,9 +429,16 @@ static enum mr_status run(const struct arguments *a, struct session *session, co
     status = open_links(session, a);
     if (status != MR_OK)
         return stop_asked == 1 ? MR_OK : status;
+    status = open_records(session, a);
+    if (status != MR_OK)
+        return status;
     double began_s = hil_wall_s();
     status = play(session, duration_s);
-    summarise(session, hil_wall_s() - began_s);
+    double took_s = hil_wall_s() - began_s;
+    enum mr_status closed = close_records(session, a);
+    summarise(session, took_s);
+    if (status == MR_OK)
+        status = closed;
     return status;
 }
 
