@@ -60,9 +60,10 @@ static void sort_out(struct hil_symbols *symbols)
     }
     symbols->count = kept;
     for (size_t i = 0; i < kept; i++) {
-        uint32_t room = i + 1 < kept ? symbols->all[i + 1].address - symbols->all[i].address : 2u;
-        if (!symbols->all[i].size || symbols->all[i].size > room)
-            symbols->all[i].size = room;
+        struct hil_symbol *symbol = &symbols->all[i];
+        uint32_t room = i + 1 < kept ? symbol[1].address - symbol->address : symbol->size + 2u * !symbol->size;
+        if (!symbol->size || symbol->size > room)
+            symbol->size = room;
     }
 }
 
