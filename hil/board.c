@@ -119,7 +119,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     board->options = *options;
     board->options.trace = NULL; /* an empty board has nothing to tell */
     hil_event_init(&board->state.events);
-    board->state.clock.hclk_hz = 16000000;
+    hil_clock_start(&board->state.clock, 16000000);
     board->state.rig.pulse_end_ps = HIL_NEVER;
     for (unsigned i = 0; i < 2; i++)
         board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;

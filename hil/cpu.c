@@ -100,9 +100,8 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
         return;
     }
     count_block(board);
-    if (board->debug && board->debug->watch_hit)
+    if (board->debug && board->debug->watch_hit) {
         hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
-    if (hil_debug_holds(board)) {
         uc_emu_stop(uc);
         return;
     }
@@ -185,6 +184,7 @@ void hil_cpu_create(struct hil_board *board)
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
     };
+    hil_cpu_skip_page_locks();
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     must(uc_mem_map_ptr(board->uc, 0x00000000u, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
