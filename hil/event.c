@@ -1,6 +1,7 @@
 #include "hil/event.h"
 
 #include "hil/machine.h"
+#include "hil/vcd.h"
 
 typedef void (*event_handler)(struct hil_board *board, uint64_t at);
 
@@ -60,18 +61,28 @@ static void find_next(struct hil_board *board)
         board->limit_cycle = next;
 }
 
+static void set(struct hil_board *board, enum hil_event_slot slot, uint64_t cycle, uint64_t t_ps)
+{
+    struct hil_events *events = &board->state.events;
+    uint64_t before = events->at_cycle[slot];
+    events->at_cycle[slot] = cycle;
+    events->at_ps[slot] = t_ps;
+    if (before == events->next_cycle && cycle > before) /* it may have been the earliest */
+        find_next(board);
+    else if (cycle < events->next_cycle)
+        events->next_cycle = cycle;
+    if (events->next_cycle < board->limit_cycle)
+        board->limit_cycle = events->next_cycle;
+}
+
 void hil_event_set_cycle(struct hil_board *board, enum hil_event_slot slot, uint64_t cycle)
 {
-    board->state.events.at_cycle[slot] = cycle;
-    board->state.events.at_ps[slot] = HIL_NEVER;
-    find_next(board);
+    set(board, slot, cycle, HIL_NEVER);
 }
 
 void hil_event_set_ps(struct hil_board *board, enum hil_event_slot slot, uint64_t t_ps)
 {
-    board->state.events.at_cycle[slot] = hil_clock_cycle(&board->state.clock, t_ps);
-    board->state.events.at_ps[slot] = t_ps;
-    find_next(board);
+    set(board, slot, hil_clock_cycle(&board->state.clock, t_ps), t_ps);
 }
 
 void hil_event_rebase(struct hil_board *board)
@@ -96,5 +107,7 @@ void hil_event_run(struct hil_board *board)
         events->at_ps[slot] = HIL_NEVER;
         find_next(board);
         handlers[slot](board, at);
+        if (board->vcd)
+            hil_vcd_sample(board, at);
     }
 }
