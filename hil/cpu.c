@@ -47,6 +47,8 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
         i += wide ? 4 : 2;
     }
     info.instructions = (uint8_t)(count ? count : 1);
+    if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
+        hil_cpu_code_in_ram();
     if (board->profile)
         info.profile_block = hil_profile_block(board, address, size);
     if (board->vcd && hil_vcd_marks(board->vcd, address))
@@ -204,7 +206,7 @@ void hil_cpu_create(struct hil_board *board)
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
     };
-    hil_cpu_skip_page_locks();
+    hil_cpu_expect_no_code_in_ram();
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     must(uc_mem_map_ptr(board->uc, 0x00000000u, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
