@@ -71,7 +71,7 @@ test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
-bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench ## timings, as ratios within one run
+bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: runs

@@ -95,6 +95,8 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
         i += wide ? 4 : 2;
     }
     info.instructions = (uint8_t)(count ? count : 1);
+    if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
+        hil_cpu_code_in_ram();
     if (board->profile)
         info.profile_block = hil_profile_block(board, address, size);
     if (board->vcd && hil_vcd_marks(board->vcd, address))
@@ -144,9 +146,9 @@ static bool must_stop(struct hil_board *board, uint32_t address)
     return false;
 }
 
-static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
+static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t address, uint32_t size,
+                                                  struct hil_board *board)
 {
-    struct hil_board *board = user;
     struct hil_state *state = &board->state;
     if (board->single) { /* no block of the run, but the instruction, and whatever follows it */
         if (board->single++ > 1)
@@ -185,6 +187,26 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
         state->cpu.walking = true;
         uc_emu_stop(uc);
     }
+}
+
+/* Hardly any block needs more than to be counted; this runs for every one. */
+static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
+{
+    struct hil_board *board = user;
+    struct hil_state *state = &board->state;
+    const struct hil_block_info *info = &board->blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
+    uint64_t now_cycle = state->clock.now_cycle + state->cpu.block_instructions;
+    bool plain = info->flags == 0 || (info->flags == HIL_BLOCK_FP && (state->scb.cpacr & 0xf00000u) == 0xf00000u);
+    if (!plain || now_cycle >= board->limit_cycle || info->address != address || info->size != size || board->debug
+        || board->profile || board->single) {
+        treat_block(uc, address, size, board);
+        return;
+    }
+    state->clock.now_cycle = now_cycle;
+    state->counters.instructions += state->cpu.block_instructions;
+    state->cpu.block_address = (uint32_t)address;
+    state->cpu.block_size = size;
+    state->cpu.block_instructions = info->instructions;
 }
 
 static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
@@ -256,7 +278,7 @@ void hil_cpu_create(struct hil_board *board)
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
     };
-    hil_cpu_skip_page_locks();
+    hil_cpu_expect_no_code_in_ram();
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_zero(board, false, true);

@@ -61,8 +61,9 @@ void hil_cpu_run(struct hil_board *board);
 void hil_cpu_leave_block(struct hil_board *board);
 /* Make the core look up at the next basic block. Callable from anywhere. */
 void hil_cpu_attend(struct hil_board *board);
-/* Unicorn's superfluous page locks; hil/unicorn_locks.c. */
-void hil_cpu_skip_page_locks(void);
+/* Spare Unicorn's work at stores (hil/unicorn_locks.c), and, from the first block in RAM on, no longer all of it. */
+void hil_cpu_expect_no_code_in_ram(void);
+void hil_cpu_code_in_ram(void);
 /* PC of the instruction in the running block that accesses `address`; the block's start when it cannot be
  * found. */
 uint32_t hil_cpu_access_pc(const struct hil_board *board, uint32_t address, bool write);

@@ -105,9 +105,10 @@ void hil_event_run(struct hil_board *board)
         uint64_t at = events->at_cycle[slot];
         events->at_cycle[slot] = HIL_NEVER;
         events->at_ps[slot] = HIL_NEVER;
-        find_next(board);
+        events->next_cycle = HIL_NEVER; /* until the handler has set what it sets */
         handlers[slot](board, at);
         if (board->vcd)
             hil_vcd_sample(board, at);
+        find_next(board);
     }
 }

@@ -61,7 +61,13 @@ static void test_steps_change_nothing(void **state)
         hil_board_destroy(alone);
         hil_board_destroy(stepped);
     }
-    struct hil_board *alone = firmware_board(), *stepped = firmware_board();
+    /* a loop that is always awake: an interrupt shows where its blocks end, also those it was stepped through before */
+    struct hil_board *alone = bench_board("hang_loop", NULL), *stepped = bench_board("hang_loop", NULL);
+    stepped_equals_run(alone, stepped, 11 * HIL_MS_PS, 12 * HIL_MS_PS, true, 5000);
+    hil_board_destroy(alone);
+    hil_board_destroy(stepped);
+    alone = firmware_board();
+    stepped = firmware_board();
     stepped_equals_run(alone, stepped, 20 * HIL_MS_PS, 23 * HIL_MS_PS, true, 10000);
     hil_board_destroy(alone);
     hil_board_destroy(stepped);
