@@ -19,7 +19,8 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libsundials-dev libc6-dev
-TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 stm32flash
+TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
+	gdb-multiarch gtkwave stm32flash
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -72,7 +73,7 @@ test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_program
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
-bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench ## timings, as ratios within one run
+bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: runs

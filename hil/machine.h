@@ -85,6 +85,9 @@ struct hil_region {
 };
 
 struct uc_struct;
+struct hil_debug;
+struct hil_vcd;
+struct hil_profile;
 
 struct hil_board {
     struct hil_state state;
@@ -105,6 +108,12 @@ struct hil_board {
     bool stopped;
     enum mr_status stop_status;
     char reason[256];
+
+    struct hil_debug *debug;   /* hil/debug.h; NULL: no debugger */
+    struct hil_vcd *vcd;       /* hil/vcd.h; NULL: no trace */
+    struct hil_profile *profile; /* hil/profile.h; NULL: nobody counts */
+    uint32_t profile_block;    /* number of the block that runs */
+    unsigned single;           /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
 
     struct hil_access access;
 
