@@ -48,7 +48,7 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
     }
     info.instructions = (uint8_t)(count ? count : 1);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
-        hil_cpu_code_in_ram();
+        hil_stores_meet_code(&board->stores);
     if (board->profile)
         info.profile_block = hil_profile_block(board, address, size);
     if (board->vcd && hil_vcd_marks(board->vcd, address))
@@ -206,7 +206,7 @@ void hil_cpu_create(struct hil_board *board)
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
     };
-    hil_cpu_expect_no_code_in_ram();
+    hil_stores_start(&board->stores);
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     must(uc_mem_map_ptr(board->uc, 0x00000000u, HIL_FLASH_SIZE, UC_PROT_READ | UC_PROT_EXEC,
@@ -365,6 +365,14 @@ static void treat_bad_memory(struct hil_board *board, uc_err err)
     hil_exception_fault(board, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
 }
 
+static uc_err start(struct hil_board *board, uint32_t pc, uint32_t until)
+{
+    hil_stores_run(&board->stores);
+    uc_err err = uc_emu_start(board->uc, pc | 1u, until, 0, 0);
+    hil_stores_run(NULL);
+    return err;
+}
+
 /* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing else. */
 static void treat_return(struct hil_board *board, uc_err err, bool slept)
 {
@@ -443,7 +451,7 @@ static void walk(struct hil_board *board)
         }
         board->single = 1;
         board->came_back = CAME_BACK_PLAIN;
-        uc_err err = uc_emu_start(board->uc, pc | 1u, last ? 0 : next, 0, 0);
+        uc_err err = start(board, pc, last ? 0 : next);
         board->single = 0;
         if (err != UC_ERR_OK || board->came_back != CAME_BACK_PLAIN || last) {
             cpu->walking = false;
@@ -473,9 +481,8 @@ void hil_cpu_run(struct hil_board *board)
         walk(board);
         return;
     }
-    uint32_t pc = read_pc(board) | 1u;
     board->came_back = CAME_BACK_PLAIN;
-    uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
+    uc_err err = start(board, read_pc(board), 0);
     if (board->state.cpu.walking)
         return; /* at the block's start */
     /* Nobody asked it to stop and it is at no block's start: WFI. */
