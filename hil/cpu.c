@@ -102,7 +102,7 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
     }
     info.instructions = (uint8_t)(count ? count : 1);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
-        hil_cpu_code_in_ram();
+        hil_stores_meet_code(&board->stores);
     if (board->profile)
         info.profile_block = hil_profile_block(board, address, size);
     if (board->vcd && hil_vcd_marks(board->vcd, address))
@@ -296,7 +296,7 @@ void hil_cpu_create(struct hil_board *board)
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
     };
-    hil_cpu_expect_no_code_in_ram();
+    hil_stores_start(&board->stores);
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_zero(board, false, true);
@@ -479,11 +479,19 @@ static void treat_bad_memory(struct hil_board *board, uc_err err)
     hil_exception_fault(board, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
 }
 
+static uc_err start(struct hil_board *board, uint32_t pc, uint32_t until)
+{
+    hil_stores_run(&board->stores);
+    uc_err err = uc_emu_start(board->uc, pc | 1u, until, 0, 0);
+    hil_stores_run(NULL);
+    return err;
+}
+
 /* A block with floating point while the unit is off: run it up to there, then fault. */
 static void treat_fp_off(struct hil_board *board)
 {
-    uint32_t start = read_pc(board) & ~1u, at = start;
-    const uint8_t *code = hil_board_memory(board, start, MAX_FP_SEARCH, false);
+    uint32_t from = read_pc(board) & ~1u, at = from;
+    const uint8_t *code = hil_board_memory(board, from, MAX_FP_SEARCH, false);
     uint32_t left = code ? MAX_FP_SEARCH : 0;
     for (; left >= 4 && !is_fp(halfword(code), halfword(code + 2));) {
         uint32_t bytes = is_wide(halfword(code)) ? 4 : 2;
@@ -493,10 +501,10 @@ static void treat_fp_off(struct hil_board *board)
         board->state.clock.now_cycle++;
         board->state.counters.instructions++;
     }
-    if (at != start) {
-        uc_ctl_remove_cache(board->uc, start, at + 4u);
+    if (at != from) {
+        uc_ctl_remove_cache(board->uc, from, at + 4u);
         board->runs_to_fp = true;
-        uc_err err = uc_emu_start(board->uc, start | 1u, at, 0, 0);
+        uc_err err = start(board, from, at);
         board->runs_to_fp = false;
         if (err != UC_ERR_OK || (read_pc(board) & ~1u) != at) {
             hil_board_stop(board, MR_HALTED, "floating point near PC 0x%08x while CPACR keeps the unit off",
@@ -591,7 +599,7 @@ static void walk(struct hil_board *board)
         }
         board->single = 1;
         board->came_back = CAME_BACK_PLAIN;
-        uc_err err = uc_emu_start(board->uc, pc | 1u, last ? 0 : next, 0, 0);
+        uc_err err = start(board, pc, last ? 0 : next);
         board->single = 0;
         if (err != UC_ERR_OK || board->came_back != CAME_BACK_PLAIN || last) {
             cpu->walking = false;
@@ -622,9 +630,8 @@ void hil_cpu_run(struct hil_board *board)
         walk(board);
         return;
     }
-    uint32_t pc = read_pc(board) | 1u;
     board->came_back = CAME_BACK_PLAIN;
-    uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
+    uc_err err = start(board, read_pc(board), 0);
     if (board->state.cpu.walking)
         return; /* at the block's start */
     /* Nobody asked it to stop and it is at no block's start: WFI. */

@@ -64,9 +64,14 @@ void hil_cpu_attend(struct hil_board *board);
 /* Address that the multiple, double or exclusive transfer at `pc` begins at, if it is one with a general base register
  * (as the registers are now). */
 bool hil_cpu_transfer_address(const struct hil_board *board, uint32_t pc, uint32_t *address);
-/* Spare Unicorn's work at stores (hil/unicorn_locks.c), and, from the first block in RAM on, no longer all of it. */
-void hil_cpu_expect_no_code_in_ram(void);
-void hil_cpu_code_in_ram(void);
+/* Faster stores (hil/unicorn_stores.c): of a new board; of the board that runs now (NULL: none); it runs code from RAM. */
+struct hil_stores {
+    bool code_in_ram;
+    struct CPUState *core; /* Unicorn's; NULL: not met yet */
+};
+void hil_stores_start(struct hil_stores *stores);
+void hil_stores_run(struct hil_stores *stores);
+void hil_stores_meet_code(struct hil_stores *stores);
 /* PC of the instruction in the running block that accesses `address`; the block's start when it cannot be
  * found. */
 uint32_t hil_cpu_access_pc(const struct hil_board *board, uint32_t address, bool write);

@@ -116,6 +116,7 @@ struct hil_board {
     unsigned single;           /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
 
     struct hil_access access;
+    struct hil_stores stores;
 
     /* What the core's hooks leave for the loop. */
     int came_back;

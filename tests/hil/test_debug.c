@@ -219,12 +219,44 @@ static void test_registers(void **state)
     hil_board_destroy(board);
 }
 
+/* BKPT holds under a debugger, and going on steps over it; without one it is a HardFault. */
+static void test_bkpt(void **state)
+{
+    static const uint16_t code[] = {0x2001, 0xbe2a, 0x3004, 0xe7fe}; /* movs r0, #1; bkpt #42; adds r0, #4; b . */
+    struct hil_debug debug, passing;
+    struct hil_board *board = firmware_board(), *alone = firmware_board();
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct hil_board *b = i ? alone : board;
+        assert_int_equal(hil_board_poke(b, 0x20010000u, code, sizeof code), MR_OK);
+        hil_debug_attach(b, i ? &passing : &debug);
+        hil_debug_write_register(b, HIL_REG_PC, 0x20010000u);
+        if (i)
+            hil_debug_detach(b);
+        else
+            hil_debug_run(b);
+        bench_run(b, HIL_MS_PS);
+    }
+    assert_int_equal(hil_board_counters(alone)->faults, 1);
+    assert_int_equal(debug.hold, HIL_HOLD_BKPT);
+    assert_int_equal(hil_board_counters(board)->faults, 0);
+    assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), 0x20010002u);
+    assert_int_equal(hil_debug_read_register(board, 0), 1);
+    hil_debug_run(board);
+    bench_run(board, 2 * HIL_MS_PS);
+    assert_false(hil_debug_holds(board));
+    assert_int_equal(hil_debug_read_register(board, 0), 5);
+    hil_debug_detach(board);
+    hil_board_destroy(board);
+    hil_board_destroy(alone);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_steps_change_nothing), cmocka_unit_test(test_breaks_change_nothing),
         cmocka_unit_test(test_watchpoints),          cmocka_unit_test(test_looking_changes_nothing),
-        cmocka_unit_test(test_registers),
+        cmocka_unit_test(test_registers),            cmocka_unit_test(test_bkpt),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
