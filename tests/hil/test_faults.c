@@ -258,7 +258,7 @@ static void delayed_frames_are_overtaken(void **state)
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     ear->listens = true;
-    ear_order(ear, "at 0.6 can out delay 30 p 0.3 us 50000");
+    ear_order(ear, "at 0.601 can out delay 30 p 0.3 us 50000");
     ear_until(ear, 1.4);
     ear->listens = false;
     ear_until(ear, 2.5);
