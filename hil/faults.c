@@ -1,5 +1,6 @@
 #include "hil/faults.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <string.h>
 
@@ -68,7 +69,29 @@ static void schedule_late(struct hil_board *board)
 
 /* --- triggers --- */
 
-/* When the gear passes a station: between the switches that open, in a straight line. HIL_NEVER: it does not. */
+/* Beyond the last switch that opens: the parabola through the last three. HIL_NEVER: it stops before. */
+static uint64_t coasting_ps(const struct hil_run *run, double station_ft)
+{
+    double x[3] = {0}, t[3] = {0};
+    unsigned n = 0;
+    for (unsigned i = HIL_RUN_SWITCHES; i-- > 0 && n < 3;) {
+        if (run->switch_open_ps[i] == HIL_RUN_NEVER)
+            continue;
+        x[n] = run->switch_ft[i];
+        t[n++] = (double)run->switch_open_ps[i] * 1e-12;
+    }
+    if (n < 3)
+        return HIL_NEVER;
+    double late_ft_s = (x[0] - x[1]) / (t[0] - t[1]), early_ft_s = (x[1] - x[2]) / (t[1] - t[2]);
+    double half_a_ft_s2 = (late_ft_s - early_ft_s) / (t[0] - t[2]); /* Newton's divided differences */
+    double v_ft_s = late_ft_s + half_a_ft_s2 * (t[0] - t[1]);
+    double root = v_ft_s * v_ft_s + 4.0 * half_a_ft_s2 * (station_ft - x[0]);
+    if (root < 0.0)
+        return HIL_NEVER;
+    return (uint64_t)((t[0] + 2.0 * (station_ft - x[0]) / (v_ft_s + sqrt(root))) * 1e12);
+}
+
+/* When the gear passes a station: between two switches that open, in a straight line. HIL_NEVER: it does not. */
 static uint64_t station_ps(const struct hil_run *run, double station_ft)
 {
     int before = -1;
@@ -86,7 +109,7 @@ static uint64_t station_ps(const struct hil_run *run, double station_ft)
         }
         before = i;
     }
-    return HIL_NEVER;
+    return coasting_ps(run, station_ft);
 }
 
 /* A counted thing has happened for the n-th time. */
@@ -308,8 +331,7 @@ enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fau
         uint64_t t_ps = board->run ? station_ps(board->run, fault->station_ft) : HIL_NEVER;
         if (t_ps == HIL_NEVER)
             return refuse(board, fault, MR_UNKNOWN,
-                          board->run ? "the gear of this run is not known to pass that station: it must lie between the "
-                                       "first and the last switch that opens"
+                          board->run ? "the gear of this run does not pass that station, or before its first switch"
                                      : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
     } else if (fault->n <= counted(board, fault->trigger)) {

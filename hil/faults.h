@@ -7,7 +7,8 @@
  *
  * Triggers, each fires once:
  *     at S                      S seconds of virtual time since power on
- *     station FT                the gear passes a station: between switches of the run by linear interpolation
+ *     station FT                the gear passes a station: between the switches of the run that open in a straight line,
+                              beyond the last by the parabola through the last three
  *     frame N                   the N-th CAN frame that the board has sent
  *     flash N                   the N-th operation of the flash memory (a word programmed, a sector erased)
  *     nor N                     the N-th program or erase of the NOR

@@ -60,6 +60,7 @@ static const char *const behaviour[] = {
     "ADC: errors of gain and offset, crosstalk, source impedance; calibration of the stabilisation time",
     "CAN: two nodes, frames as a whole; resynchronisation is a limit of 1 % between the rates",
     "USART: edges on the pins; a rate more than 3 % off is garbage",
+    "SPI: edges on the pins; the memory behind it is one W25Q",
     "IWDG: option for the hardware watchdog; LSI constant over a run",
     "RCC: a crystal that stops without clock security stops the clock (silicon's PLL drifts); HSE bypass",
     "PWR: stop and standby, voltage detector; a dip of the supply does not reach the converters",

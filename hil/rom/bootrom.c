@@ -125,7 +125,7 @@ static void clock_fast(void)
     while (RCC_CFGR & 0xcu)
         ;
     RCC_CR &= ~(1u << 24);
-    RCC_PLLCFGR = 16u | 192u << 6 | 3u << 16 | 4u << 24; /* 16 MHz / 16 * 192 / 8 */
+    RCC_PLLCFGR = 2u << 28 | 16u | 192u << 6 | 3u << 16 | 4u << 24; /* 16 MHz / 16 * 192 / 8 */
     RCC_CR |= 1u << 24;
     while (!(RCC_CR & 1u << 25))
         ;

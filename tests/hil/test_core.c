@@ -129,7 +129,7 @@ static void test_halts(void **state)
         {15, MR_UNMODELLED, "0x40020010 (GPIOA + 0x10), PC 0x"},
         {15, MR_UNMODELLED, "read-only"},
         {16, MR_UNMODELLED, "a reserved bit"},
-        {17, MR_UNMODELLED, "parity"},
+        {17, MR_UNMODELLED, "frames other than 8N1"},
         {7, MR_HALTED, "HCLK above what FLASH_ACR.LATENCY"},
         {8, MR_HALTED, "CFSR 0x00010000"},
     };

@@ -258,7 +258,7 @@ static void delayed_frames_are_overtaken(void **state)
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
     ear->listens = true;
-    ear_order(ear, "at 0.6 can out delay 30 p 0.3 us 50000");
+    ear_order(ear, "at 0.601 can out delay 30 p 0.3 us 50000");
     ear_until(ear, 1.4);
     ear->listens = false;
     ear_until(ear, 2.5);
@@ -443,6 +443,31 @@ static void a_stuck_channel_holds_its_value(void **state)
     double end_in = hil_run_truth(&ear->run, 3, 7.0);
     assert_near(message.d4_in, near_in, 0.12);
     assert_true(fabs((double)message.d4_in - end_in) > 0.2);
+    ear_close(ear);
+}
+
+/* The truth of the run says when the wheel is at the zone, which is beyond the last switch that opens. */
+static void stations_are_passed_when_the_truth_says(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 5);
+    char line[4096], name[64];
+    double at_s = NAN, station_ft = NAN, value;
+    FILE *file = fopen("tests/runs/landing5.run", "r");
+    assert_non_null(file);
+    while (fgets(line, sizeof line, file)) {
+        if (sscanf(line, "truth %63s %lf", name, &value) != 2)
+            continue;
+        if (strcmp(name, "wheel_at_zone_at_start_t_s") == 0)
+            at_s = value;
+        if (strcmp(name, "zone_at_start_start_station_ft") == 0)
+            station_ft = value;
+    }
+    fclose(file);
+    assert_true(at_s > 0.0 && station_ft > 0.0);
+    struct hil_fault fault = {.trigger = HIL_AT_STATION, .station_ft = station_ft, .action = HIL_FAULT_SKIP, .index = 23};
+    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_OK);
+    assert_near((double)ear->board->state.faults.due_ps[0] * 1e-12, at_s, 0.05); /* braking changes at the end */
     ear_close(ear);
 }
 
@@ -648,6 +673,7 @@ int main(void)
         cmocka_unit_test(a_dominant_bus_is_told_and_left),
         cmocka_unit_test(channels_that_fail_are_missing),
         cmocka_unit_test(a_stuck_channel_holds_its_value),
+        cmocka_unit_test(stations_are_passed_when_the_truth_says),
         cmocka_unit_test(switches_that_skip_or_bounce),
         cmocka_unit_test(without_the_staircase_there_is_no_speed),
         cmocka_unit_test(counted_operations_trigger),

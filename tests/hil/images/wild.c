@@ -112,7 +112,7 @@ int main(void)
         REG(0x40023840u) |= 1u;
         REG(0x40000000u) = 1u << 12;
         break;
-    case 17:
+    case 17: /* parity without its ninth bit */
         REG(0x40023844u) |= 1u << 4;
         REG(0x4001100cu) = 1u << 10;
         break;
