@@ -51,6 +51,7 @@ images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
+variants := $(B)/tests/variant/rest.elf $(B)/tests/variant/scale.elf
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability
 
@@ -174,7 +175,6 @@ $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
 
 # Images that differ from the firmware in one constant, for tests of replay: half a second until rest becomes 501 ms; a
 # transducer's 0.5 V/in becomes 0.51.
-variants := $(B)/tests/variant/rest.elf $(B)/tests/variant/scale.elf
 $(B)/tests/variant/rest.c: firmware/landing.c
 	@mkdir -p $(@D)
 	sed 's/ + LANDING_REST_BLOCKS;/ + LANDING_REST_BLOCKS + 1;/' $< >$@ && ! cmp -s $< $@
