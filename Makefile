@@ -19,7 +19,8 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libsundials-dev libc6-dev
-TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 stm32flash
+TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
+	gdb-multiarch gtkwave stm32flash
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -48,8 +49,10 @@ HOST_LIBS := -lsqlite3 -ljansson -lsundials_cvode -lsundials_nvecserial -lsundia
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
 programs := $(B)/matrig $(B)/matrig-board
-test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c))
+test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
+test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
+	$(B)/tests/stability/stability
 
 .PHONY: help
 help: ## list the targets
@@ -66,11 +69,11 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report $(B)/tests/stability/stability ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_programs) ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: bench
-bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench ## timings, as ratios within one run
+bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: runs
@@ -121,14 +124,12 @@ $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
 
 # --- host side ---
-# The solvers' loops run over arrays; O3 lets the compiler use vector instructions (without changing a result).
-$(B)/host/host/sim/%.o: HOST_FLAGS += -O3
+# The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
+# result; the exceptions' flags are not looked at.
+$(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
-
-# The chain's loops are written for several mats at a time; the exceptions' flags are not looked at.
-$(B)/host/host/sim/chain.o: HOST_FLAGS += -O3 -fno-trapping-math
 
 $(common_lib): $(call objects,host,$(common_src))
 $(hil_lib): $(call objects,host,$(hil_src))
@@ -171,10 +172,31 @@ $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
 	@$(ARM)nm $< | awk -v elf=$< -f firmware/f407/stack.awk - $(patsubst %.o,%.ci,$(call objects,arm,$(arm_src))) >$@ || \
 		{ cat $@; exit 1; }
 
+# Images that differ from the firmware in one constant, for tests of replay: half a second until rest becomes 501 ms; a
+# transducer's 0.5 V/in becomes 0.51.
+variants := $(B)/tests/variant/rest.elf $(B)/tests/variant/scale.elf
+$(B)/tests/variant/rest.c: firmware/landing.c
+	@mkdir -p $(@D)
+	sed 's/ + LANDING_REST_BLOCKS;/ + LANDING_REST_BLOCKS + 1;/' $< >$@ && ! cmp -s $< $@
+$(B)/tests/variant/scale.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|^\(#define IN_PER_CODE .*\)0\.5f|\10.51f|' $< >$@ && ! cmp -s $< $@
+$(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
+	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
+	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
+		$(filter-out $(if $(findstring rest,$@),%/landing.o,%/config.o),$(call objects,arm,$(arm_src))) -lm -o $@
+
 # --- tests ---
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
+
+# What the drivers' register header defines, for the comparison of layouts.
+$(B)/tests/hil/registers.inc: firmware/f407/regs.h tests/conformance/registers.awk
+	@mkdir -p $(@D)
+	awk -f tests/conformance/registers.awk $< >$@
+$(B)/tests/hil/test_layouts.o: $(B)/tests/hil/registers.inc
+$(B)/tests/hil/test_layouts.o: HOST_FLAGS += -I$(B)/tests/hil
 
 $(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(common_lib)
 	$(CC) $^ -lcmocka -lz -lm -o $@
@@ -202,6 +224,11 @@ $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsu
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
+
+$(B)/tests/conformance/images/%.elf: tests/conformance/images/%.c $(wildcard tests/conformance/images/*.h) tests/conformance/images/image.ld | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=gnu11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib \
+		-T tests/conformance/images/image.ld $< -lgcc -o $@
 
 .SECONDARY:
 -include $(shell find $(B) -name '*.d' 2>/dev/null)

@@ -3,7 +3,8 @@
  * TIM4 triggers both converters at 8 kHz, so a block is 8 scans. Converter 3 scans the 8 transducers while the excitation
  * reverses from scan to scan, so each transducer has one sum per polarity (4 codes each); converter 1 scans 16 channels (14
  * gages, staircase, reference; 8 codes each). Everything the board says is a function of these records, the edges and the
- * commands: any codes with equal sums and counts replay bit for bit.
+ * commands: any codes with equal sums and counts replay bit for bit. A landing's record begins four blocks before the one in
+ * which it was armed, as far back as the first means reach.
  *
  * On the wire and on disk (little-endian, 75 bytes when nothing is saturated, at most 99):
  *     index u32 | tick u32 | plus[8] u16 | minus[8] u16 | sum[16] u16 | mask u24 | one byte per set bit of mask, from bit 0

@@ -47,6 +47,16 @@ void app_start(struct app *app)
     board_warn(false);
 }
 
+/* The blocks just before the one to come, as far as there is no gap: what follows is a function of the record alone. */
+static void tell_blocks_before(struct app *app)
+{
+    uint32_t first = app->next_index;
+    while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE && app->blocks_in_row > app->next_index - first)
+        first--;
+    for (; first != app->next_index; first++)
+        telemetry_block(&app->telemetry, &app->newest[first % APP_BLOCKS_BEFORE]);
+}
+
 static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
@@ -55,6 +65,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     if (status == MR_OK) {
         forget_baseline(app);
         telemetry_state(&app->telemetry, &app->landing);
+        tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);
     }
     return status;
@@ -286,6 +297,8 @@ static void miss_blocks(struct app *app, uint32_t next_index)
     app->telemetry.blocks_lost = lost > UINT16_MAX || total > UINT16_MAX ? UINT16_MAX : (uint16_t)total;
     for (uint32_t i = 0; i < lost && i < 4; i++)
         miss_block(app, next_index - 1 - i);
+    if (lost)
+        app->blocks_in_row = 0;
     app->next_index = next_index;
 }
 
@@ -297,6 +310,8 @@ bool app_poll(struct app *app)
         miss_blocks(app, block.index);
         take_commands(app);
         take_block(app, &block);
+        app->newest[block.index % APP_BLOCKS_BEFORE] = block;
+        app->blocks_in_row++;
         app->next_index = block.index + 1;
         any = true;
     }

@@ -73,6 +73,8 @@ static uint16_t convert(struct hil_board *board, unsigned unit, unsigned channel
     struct hil_adc *a = &board->state.adc[unit];
     struct pin pin = pins[unit][channel];
     double volts;
+    if (board->replay)
+        return hil_replay_code(board, (unsigned)pin.port, (unsigned)pin.number, at);
     enum hil_pin_mode mode = hil_gpio_mode(board, (unsigned)pin.port, (unsigned)pin.number);
     /* the pin is driven: the converter sees its level */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)

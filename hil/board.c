@@ -6,8 +6,11 @@
 #include <sys/mman.h>
 #include <unicorn/unicorn.h>
 
+#include "hil/debug.h"
 #include "hil/elf.h"
 #include "hil/machine.h"
+#include "hil/profile.h"
+#include "hil/vcd.h"
 
 #define CSR_POWER_ON 0x0e000000u /* POR, pin, brown-out */
 #define CSR_PIN (1u << 26)       /* every reset shows on the pin too */
@@ -158,6 +161,21 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     hil_cpu_reset(board);
 }
 
+static void take_reset(struct hil_board *board)
+{
+    board->state.counters.resets++;
+    hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
+    reset_chip(board, board->reset_flags);
+}
+
+void hil_debug_reset(struct hil_board *board)
+{
+    if (board->state.cpu.walking)
+        hil_cpu_leave_block(board);
+    hil_board_request_reset(board, 0);
+    take_reset(board);
+}
+
 struct hil_board *hil_board_create(const struct hil_options *options)
 {
     struct hil_board *board = calloc(1, sizeof *board);
@@ -171,7 +189,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     board->options = *options;
     board->options.trace = board->options.log = NULL; /* an empty board has nothing to tell */
     hil_event_init(&board->state.events);
-    board->state.clock.hclk_hz = 16000000;
+    hil_clock_start(&board->state.clock, 16000000);
     board->state.rig.pulse_end_ps = HIL_NEVER;
     for (unsigned i = 0; i < 2; i++)
         board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
@@ -192,6 +210,8 @@ void hil_board_destroy(struct hil_board *board)
 {
     if (!board)
         return;
+    hil_vcd_close(board, NULL, 0);
+    hil_profile_end(board);
     hil_cpu_destroy(board);
     munmap(board->memory, sizeof *board->memory);
     free(board);
@@ -256,13 +276,17 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     board->target_reached = false;
     hil_event_set_ps(board, HIL_EVENT_TARGET, t_ps);
     for (;;) {
+        if (hil_debug_holds(board))
+            break;
+        if (state->cpu.walking) { /* inside a block: nothing is due before its end */
+            hil_cpu_run(board);
+            continue;
+        }
         hil_event_run(board);
         if (board->stopped || board->target_reached)
             break;
         if (board->reset_request) {
-            state->counters.resets++;
-            hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
-            reset_chip(board, board->reset_flags);
+            take_reset(board);
             state->held_in_reset = board->hold_ps > hil_board_now_ps(board);
             if (state->held_in_reset)
                 hil_event_set_ps(board, HIL_EVENT_POWER, board->hold_ps);
@@ -281,9 +305,13 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             if (hil_exception_wakes(board)) {
                 state->cpu.asleep = false;
             } else {
+                if (board->vcd)
+                    hil_vcd_sample(board, hil_now(board));
                 pass_time(board, &state->counters.asleep_cycles);
                 continue;
             }
+            if (board->vcd)
+                hil_vcd_sample(board, hil_now(board));
         }
         if (waits_for_flash(board)) {
             pass_time(board, &state->counters.flash_stall_cycles);
@@ -357,7 +385,8 @@ uint32_t hil_board_register(const struct hil_board *board, unsigned number)
              : number == 13 ? UC_ARM_REG_SP
              : number == 14 ? UC_ARM_REG_LR
              : number == 15 ? UC_ARM_REG_PC
-                            : UC_ARM_REG_XPSR;
+             : number == 16 ? UC_ARM_REG_XPSR
+                            : UC_ARM_REG_PRIMASK;
     uint32_t value = 0;
     uc_reg_read(board->uc, id, &value);
     return value;
@@ -401,6 +430,7 @@ struct hil_board *hil_board_fork(const struct hil_board *board)
     struct hil_board *copy = hil_board_create(&options);
     struct hil_snapshot *snapshot = hil_board_snapshot(board);
     copy->run = board->run;
+    copy->replay = board->replay;
     hil_board_restore(copy, snapshot);
     free(snapshot);
     return copy;

@@ -176,7 +176,8 @@ const struct hil_counters *hil_board_counters(const struct hil_board *board);
 /* Bytes of the board's memory, for tests and benches. MR_UNKNOWN when the range is not in one memory. */
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
 enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n);
-/* Core registers: 0..12, 13 the current SP, 14, 15 PC, 16 xPSR. */
+/* Core registers: 0..12, 13 the current SP, 14, 15 PC, 16 xPSR, 17 PRIMASK. */
+#define HIL_PRIMASK 17u
 uint32_t hil_board_register(const struct hil_board *board, unsigned number);
 
 /* The whole machine (memories, core, peripherals, counters) as one block of memory without pointers.

@@ -11,6 +11,8 @@ struct hil_clock {
     uint64_t anchor_cycle; /* where HCLK last changed */
     uint64_t anchor_ps;
     uint32_t hclk_hz;
+    uint32_t ratio_hz;     /* HCLK that this is of: a cycle takes ratio_ps / ratio_cycles picoseconds, in lowest terms */
+    uint64_t ratio_ps, ratio_cycles;
 };
 
 /* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
@@ -18,6 +20,8 @@ uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
 /* No clock: physical time goes to the next event that is in physical time, while cycles stand still. */
 void hil_clock_stand_still(struct hil_board *board);
+/* HCLK of a clock that starts. */
+void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
 /* HCLK becomes hclk_hz now. */
 void hil_clock_change(struct hil_board *board, uint32_t hclk_hz);
 

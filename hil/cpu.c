@@ -4,7 +4,10 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
+#include "hil/debug.h"
 #include "hil/machine.h"
+#include "hil/profile.h"
+#include "hil/vcd.h"
 
 /* Why Unicorn came back, told by its hooks. */
 enum { CAME_BACK_UNALIGNED = -2, CAME_BACK_NOCP = -1, CAME_BACK_PLAIN, CAME_BACK_RETURN, CAME_BACK_SVC, CAME_BACK_BKPT, CAME_BACK_OTHER };
@@ -12,6 +15,7 @@ enum { CAME_BACK_UNALIGNED = -2, CAME_BACK_NOCP = -1, CAME_BACK_PLAIN, CAME_BACK
 #define XPSR_T (1u << 24)
 #define OPCODE_YIELD 0xbf10u
 #define OPCODE_WFE 0xbf20u
+#define OPCODE_WFI 0xbf30u
 #define OPCODE_SEV 0xbf40u
 #define MAX_FP_SEARCH 256u
 #define MAX_BLOCK_BYTES 4096u /* translation does not cross a page */
@@ -97,6 +101,12 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
         i += wide ? 4 : 2;
     }
     info.instructions = (uint8_t)(count ? count : 1);
+    if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
+        hil_stores_meet_code(&board->stores);
+    if (board->profile)
+        info.profile_block = hil_profile_block(board, address, size);
+    if (board->vcd && hil_vcd_marks(board->vcd, address))
+        info.flags |= HIL_BLOCK_MARKED;
     return info;
 }
 
@@ -108,8 +118,11 @@ static const struct hil_block_info *block_info(struct hil_board *board, uint32_t
     return info;
 }
 
-static void count_block(struct hil_state *state)
+static void count_block(struct hil_board *board)
 {
+    struct hil_state *state = &board->state;
+    if (board->profile && state->cpu.block_instructions)
+        hil_profile_count(board, board->profile_block, state->cpu.block_instructions);
     state->clock.now_cycle += state->cpu.block_instructions;
     state->counters.instructions += state->cpu.block_instructions;
     state->cpu.block_instructions = 0;
@@ -139,19 +152,31 @@ static bool must_stop(struct hil_board *board, uint32_t address)
     return false;
 }
 
-static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
+static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t address, uint32_t size,
+                                                  struct hil_board *board)
 {
-    struct hil_board *board = user;
     struct hil_state *state = &board->state;
     if (board->runs_to_fp)
         return;
-    count_block(state);
+    if (board->single) { /* no block of the run, but the instruction, and whatever follows it */
+        if (board->single++ > 1)
+            uc_emu_stop(uc);
+        return;
+    }
+    count_block(board);
+    if (board->debug && board->debug->watch_hit) {
+        hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
+        uc_emu_stop(uc);
+        return;
+    }
     if (state->clock.now_cycle >= board->limit_cycle && must_stop(board, (uint32_t)address)) {
         uc_emu_stop(uc);
         return;
     }
     const struct hil_block_info *info = block_info(board, (uint32_t)address, size);
     if (info->flags) {
+        if (info->flags & HIL_BLOCK_MARKED)
+            hil_vcd_block(board, (uint32_t)address);
         if (info->flags & HIL_BLOCK_SEV)
             state->cpu.event = true;
         if ((info->flags & HIL_BLOCK_FP) && (state->scb.cpacr & 0xf00000u) != 0xf00000u) {
@@ -160,6 +185,31 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
             return;
         }
     }
+    state->cpu.block_address = (uint32_t)address;
+    state->cpu.block_size = size;
+    state->cpu.block_instructions = info->instructions;
+    board->profile_block = info->profile_block;
+    if (board->debug && hil_debug_wants(board, (uint32_t)address, size)) {
+        state->cpu.walking = true;
+        uc_emu_stop(uc);
+    }
+}
+
+/* Hardly any block needs more than to be counted; this runs for every one. */
+static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
+{
+    struct hil_board *board = user;
+    struct hil_state *state = &board->state;
+    const struct hil_block_info *info = &board->blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
+    uint64_t now_cycle = state->clock.now_cycle + state->cpu.block_instructions;
+    bool plain = info->flags == 0 || (info->flags == HIL_BLOCK_FP && (state->scb.cpacr & 0xf00000u) == 0xf00000u);
+    if (!plain || now_cycle >= board->limit_cycle || info->address != address || info->size != size || board->debug
+        || board->profile || board->single || board->runs_to_fp) {
+        treat_block(uc, address, size, board);
+        return;
+    }
+    state->clock.now_cycle = now_cycle;
+    state->counters.instructions += state->cpu.block_instructions;
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
@@ -230,6 +280,8 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
     const struct hil_region *region = user;
     (void)uc;
     hil_bus_write(region->board, region->base + (uint32_t)offset, size, (uint32_t)value);
+    if (region->board->vcd)
+        hil_vcd_sample(region->board, hil_now(region->board));
 }
 
 void hil_cpu_create(struct hil_board *board)
@@ -244,6 +296,7 @@ void hil_cpu_create(struct hil_board *board)
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
     };
+    hil_stores_start(&board->stores);
     must(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &board->uc), "open");
     must(uc_ctl_set_cpu_model(board->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
     map_zero(board, false, true);
@@ -303,6 +356,11 @@ void hil_cpu_forget_range(struct hil_board *board, uint32_t address, uint32_t n)
         uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE : address - HIL_FLASH_BASE;
         uc_ctl_remove_cache(board->uc, alias, alias + n);
     }
+}
+
+void hil_cpu_inspect_again(struct hil_board *board, uint32_t address)
+{
+    board->blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)].size = 0;
 }
 
 void hil_cpu_attend(struct hil_board *board) { board->limit_cycle = 0; }
@@ -368,6 +426,7 @@ void hil_cpu_reset(struct hil_board *board)
     registers.msp &= ~3u;
     hil_cpu_load(board, &registers);
     board->state.cpu = (struct hil_cpu){0};
+    hil_exception_seen(board, 0);
     if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
         hil_board_stop(board, MR_HALTED, "no firmware: the reset vector is 0x%08x", (unsigned)registers.pc);
 }
@@ -387,7 +446,7 @@ static void treat_invalid(struct hil_board *board)
     const uint8_t *before = hil_board_memory(board, pc - 2, 2, false);
     bool past = pc == board->state.cpu.block_address + board->state.cpu.block_size;
     uint16_t opcode = before && past ? halfword(before) : 0;
-    count_block(&board->state);
+    count_block(board);
     if (opcode == OPCODE_WFE) {
         if (board->state.cpu.event)
             board->state.cpu.event = false;
@@ -405,7 +464,7 @@ static void treat_invalid(struct hil_board *board)
 static void treat_bad_memory(struct hil_board *board, uc_err err)
 {
     uint32_t address = board->bad_address;
-    count_block(&board->state);
+    count_block(board);
     if (err == UC_ERR_FETCH_UNMAPPED || err == UC_ERR_FETCH_PROT) {
         hil_exception_fault(board, HIL_CFSR_IBUSERR, read_pc(board) & ~1u, address);
         return;
@@ -420,11 +479,19 @@ static void treat_bad_memory(struct hil_board *board, uc_err err)
     hil_exception_fault(board, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, pc, address);
 }
 
+static uc_err start(struct hil_board *board, uint32_t pc, uint32_t until)
+{
+    hil_stores_run(&board->stores);
+    uc_err err = uc_emu_start(board->uc, pc | 1u, until, 0, 0);
+    hil_stores_run(NULL);
+    return err;
+}
+
 /* A block with floating point while the unit is off: run it up to there, then fault. */
 static void treat_fp_off(struct hil_board *board)
 {
-    uint32_t start = read_pc(board) & ~1u, at = start;
-    const uint8_t *code = hil_board_memory(board, start, MAX_FP_SEARCH, false);
+    uint32_t from = read_pc(board) & ~1u, at = from;
+    const uint8_t *code = hil_board_memory(board, from, MAX_FP_SEARCH, false);
     uint32_t left = code ? MAX_FP_SEARCH : 0;
     for (; left >= 4 && !is_fp(halfword(code), halfword(code + 2));) {
         uint32_t bytes = is_wide(halfword(code)) ? 4 : 2;
@@ -434,10 +501,10 @@ static void treat_fp_off(struct hil_board *board)
         board->state.clock.now_cycle++;
         board->state.counters.instructions++;
     }
-    if (at != start) {
-        uc_ctl_remove_cache(board->uc, start, at + 4u);
+    if (at != from) {
+        uc_ctl_remove_cache(board->uc, from, at + 4u);
         board->runs_to_fp = true;
-        uc_err err = uc_emu_start(board->uc, start | 1u, at, 0, 0);
+        uc_err err = start(board, from, at);
         board->runs_to_fp = false;
         if (err != UC_ERR_OK || (read_pc(board) & ~1u) != at) {
             hil_board_stop(board, MR_HALTED, "floating point near PC 0x%08x while CPACR keeps the unit off",
@@ -448,12 +515,9 @@ static void treat_fp_off(struct hil_board *board)
     hil_exception_fault(board, HIL_CFSR_NOCP, at, 0);
 }
 
-void hil_cpu_run(struct hil_board *board)
+/* The core came back from the end of a block or from inside it. `slept`: by WFI, if nothing else. */
+static void treat_return(struct hil_board *board, uc_err err, bool slept)
 {
-    uint32_t pc = read_pc(board) | 1u;
-    board->came_back = CAME_BACK_PLAIN;
-    guard_flash(board, hil_flash_erases(board));
-    uc_err err = uc_emu_start(board->uc, pc, 0, 0, 0);
     switch (err) {
     case UC_ERR_OK:
         break;
@@ -473,8 +537,7 @@ void hil_cpu_run(struct hil_board *board)
                        uc_strerror(err));
         return;
     }
-    bool at_block_start = board->state.cpu.block_instructions == 0;
-    count_block(&board->state);
+    count_block(board);
     switch (board->came_back) {
     case CAME_BACK_RETURN:
         hil_exception_return(board, read_pc(board) | 1u);
@@ -489,7 +552,10 @@ void hil_cpu_run(struct hil_board *board)
         hil_exception_svc(board, read_pc(board));
         break;
     case CAME_BACK_BKPT:
-        hil_exception_bkpt(board, read_pc(board) & ~1u);
+        if (board->debug)
+            hil_debug_hold(board, HIL_HOLD_BKPT);
+        else
+            hil_exception_bkpt(board, read_pc(board) & ~1u);
         break;
     case CAME_BACK_OTHER:
         hil_board_stop(board, MR_HALTED, "processor exception %u at PC 0x%08x",
@@ -497,8 +563,77 @@ void hil_cpu_run(struct hil_board *board)
                        (unsigned)read_pc(board));
         break;
     default:
-        if (!at_block_start)
-            board->state.cpu.asleep = true; /* nobody asked it to stop: WFI */
+        board->state.cpu.asleep |= slept;
         break;
     }
+}
+
+static uint32_t instruction_bytes(const struct hil_board *board, uint32_t pc, uint16_t *opcode)
+{
+    const uint8_t *code = hil_board_memory(board, pc, 2, false);
+    *opcode = code ? halfword(code) : 0;
+    return *opcode >= 0xe800u ? 4 : 2;
+}
+
+static void forget_block(struct hil_board *board)
+{
+    uint32_t start = board->state.cpu.block_address;
+    must(uc_ctl_remove_cache(board->uc, (uint64_t)start, (uint64_t)start + board->state.cpu.block_size),
+         "forgetting a block");
+}
+
+/* Run the block instruction by instruction, from where it stands, to its end or to where the debugger wants
+ * to hold. The pieces translated for that must not stay: they would be blocks of the run. */
+static void walk(struct hil_board *board)
+{
+    struct hil_cpu *cpu = &board->state.cpu;
+    forget_block(board);
+    for (;;) {
+        uint16_t opcode;
+        uint32_t pc = read_pc(board) & ~1u;
+        uint32_t next = pc + instruction_bytes(board, pc, &opcode);
+        bool last = next >= cpu->block_address + cpu->block_size;
+        if (hil_debug_stops_before(board, pc)) {
+            forget_block(board);
+            return;
+        }
+        board->single = 1;
+        board->came_back = CAME_BACK_PLAIN;
+        uc_err err = start(board, pc, last ? 0 : next);
+        board->single = 0;
+        if (err != UC_ERR_OK || board->came_back != CAME_BACK_PLAIN || last) {
+            cpu->walking = false;
+            forget_block(board);
+            treat_return(board, err, opcode == OPCODE_WFI);
+            return;
+        }
+    }
+}
+
+void hil_cpu_leave_block(struct hil_board *board)
+{
+    struct hil_cpu *cpu = &board->state.cpu;
+    uint32_t pc = read_pc(board) & ~1u;
+    unsigned done = 0;
+    uint16_t opcode;
+    for (uint32_t at = cpu->block_address; at < pc; at += instruction_bytes(board, at, &opcode))
+        done++;
+    cpu->block_instructions = done;
+    count_block(board);
+    cpu->walking = false;
+}
+
+void hil_cpu_run(struct hil_board *board)
+{
+    guard_flash(board, hil_flash_erases(board));
+    if (board->state.cpu.walking) {
+        walk(board);
+        return;
+    }
+    board->came_back = CAME_BACK_PLAIN;
+    uc_err err = start(board, read_pc(board), 0);
+    if (board->state.cpu.walking)
+        return; /* at the block's start */
+    /* Nobody asked it to stop and it is at no block's start: WFI. */
+    treat_return(board, err, board->state.cpu.block_instructions != 0);
 }

@@ -1,6 +1,7 @@
 #include "hil/event.h"
 
 #include "hil/machine.h"
+#include "hil/vcd.h"
 
 typedef void (*event_handler)(struct hil_board *board, uint64_t at);
 
@@ -23,6 +24,7 @@ static const event_handler handlers[HIL_EVENT_COUNT] = {
     [HIL_EVENT_NOR] = hil_w25q_event,
     [HIL_EVENT_RIG] = hil_rig_event,
     [HIL_EVENT_SCRIPT] = hil_script_event,
+    [HIL_EVENT_REPLAY] = hil_replay_event,
     [HIL_EVENT_ADC1] = hil_adc1_event,
     [HIL_EVENT_ADC3] = hil_adc3_event,
     [HIL_EVENT_TIM4] = hil_tim4_event,
@@ -60,18 +62,28 @@ static void find_next(struct hil_board *board)
         board->limit_cycle = next;
 }
 
+static void set(struct hil_board *board, enum hil_event_slot slot, uint64_t cycle, uint64_t t_ps)
+{
+    struct hil_events *events = &board->state.events;
+    uint64_t before = events->at_cycle[slot];
+    events->at_cycle[slot] = cycle;
+    events->at_ps[slot] = t_ps;
+    if (before == events->next_cycle && cycle > before) /* it may have been the earliest */
+        find_next(board);
+    else if (cycle < events->next_cycle)
+        events->next_cycle = cycle;
+    if (events->next_cycle < board->limit_cycle)
+        board->limit_cycle = events->next_cycle;
+}
+
 void hil_event_set_cycle(struct hil_board *board, enum hil_event_slot slot, uint64_t cycle)
 {
-    board->state.events.at_cycle[slot] = cycle;
-    board->state.events.at_ps[slot] = HIL_NEVER;
-    find_next(board);
+    set(board, slot, cycle, HIL_NEVER);
 }
 
 void hil_event_set_ps(struct hil_board *board, enum hil_event_slot slot, uint64_t t_ps)
 {
-    board->state.events.at_cycle[slot] = hil_clock_cycle(&board->state.clock, t_ps);
-    board->state.events.at_ps[slot] = t_ps;
-    find_next(board);
+    set(board, slot, hil_clock_cycle(&board->state.clock, t_ps), t_ps);
 }
 
 void hil_event_rebase(struct hil_board *board)
@@ -94,7 +106,10 @@ void hil_event_run(struct hil_board *board)
         uint64_t at = events->at_cycle[slot];
         events->at_cycle[slot] = HIL_NEVER;
         events->at_ps[slot] = HIL_NEVER;
-        find_next(board);
+        events->next_cycle = HIL_NEVER; /* until the handler has set what it sets */
         handlers[slot](board, at);
+        if (board->vcd)
+            hil_vcd_sample(board, at);
+        find_next(board);
     }
 }

@@ -3,6 +3,8 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/machine.h"
+#include "hil/profile.h"
+#include "hil/vcd.h"
 
 #define ENTRY_CYCLES 12u /* Cortex-M4 TRM: entry 12, return 10, tail-chain 6 */
 #define RETURN_CYCLES 10u
@@ -70,6 +72,14 @@ static void renew_core_flags(struct hil_board *board)
     uc_reg_write(board->uc, UC_ARM_REG_APSR_NZCV, &apsr);
 }
 
+void hil_exception_seen(struct hil_board *board, unsigned exception)
+{
+    if (board->profile)
+        hil_profile_exception(board, exception);
+    if (board->vcd)
+        hil_vcd_exception(board);
+}
+
 /* Go to the handler: mode, stack and PC. SP is already below the frame. */
 static void jump_to_handler(struct hil_board *board, unsigned exception, uint32_t exc_return)
 {
@@ -100,6 +110,7 @@ static void jump_to_handler(struct hil_board *board, unsigned exception, uint32_
     board->state.counters.exceptions++;
     board->state.cpu.event = true;
     hil_trace(board, "enter %u at 0x%08x", exception, (unsigned)vector);
+    hil_exception_seen(board, exception);
     if (!(vector & 1u)) /* no Thumb state: the handler's first instruction faults */
         hil_exception_fault(board, HIL_CFSR_INVSTATE, vector, 0);
 }
@@ -232,6 +243,7 @@ static void unstack(struct hil_board *board, uint32_t exc_return)
     if (new_control & CONTROL_NPRIV)
         uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &new_control);
     renew_core_flags(board);
+    hil_exception_seen(board, xpsr & XPSR_NUMBER);
 }
 
 void hil_exception_return(struct hil_board *board, uint32_t exc_return)

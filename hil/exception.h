@@ -27,6 +27,8 @@ unsigned hil_exception_due(struct hil_board *board);
 bool hil_exception_wakes(struct hil_board *board);
 /* Take it; the core is stopped before instruction `pc`. */
 void hil_exception_enter(struct hil_board *board, unsigned exception, uint32_t pc);
+/* Tell the trace and the profile that the core now runs in this exception (0: thread). */
+void hil_exception_seen(struct hil_board *board, unsigned exception);
 /* The core branched to EXC_RETURN. */
 void hil_exception_return(struct hil_board *board, uint32_t exc_return);
 /* A synchronous fault of the instruction at `pc`: escalates to HardFault, and to a halt, as the

@@ -13,6 +13,7 @@
 #include "hil/bus.h"
 #include "hil/can.h"
 #include "hil/clock.h"
+#include "hil/codes.h"
 #include "hil/cpu.h"
 #include "hil/dma.h"
 #include "hil/event.h"
@@ -24,6 +25,7 @@
 #include "hil/nvic.h"
 #include "hil/rcc.h"
 #include "hil/registers.h"
+#include "hil/replay.h"
 #include "hil/rig.h"
 #include "hil/scb.h"
 #include "hil/script.h"
@@ -71,6 +73,7 @@ struct hil_state {
     struct hil_iwdg iwdg;
     struct hil_rig rig;
     struct hil_script script;
+    struct hil_replay_state replay;
     struct hil_faults faults;
     struct hil_nor_faults nor_faults;
     bool held_in_reset; /* no supply, or too little */
@@ -82,6 +85,9 @@ struct hil_region {
 };
 
 struct uc_struct;
+struct hil_debug;
+struct hil_vcd;
+struct hil_profile;
 
 struct hil_board {
     struct hil_state state;
@@ -90,6 +96,7 @@ struct hil_board {
     struct hil_options options;
     struct hil_callbacks callbacks;
     const struct hil_run *run; /* may be NULL */
+    const struct hil_replay *replay; /* instead of a run; may be NULL */
 
     /* Of the present run_until; nothing of it outlives the call. */
     uint64_t limit_cycle;      /* the block hook looks up from here on; at most the next event */
@@ -102,7 +109,14 @@ struct hil_board {
     enum mr_status stop_status;
     char reason[256];
 
+    struct hil_debug *debug;   /* hil/debug.h; NULL: no debugger */
+    struct hil_vcd *vcd;       /* hil/vcd.h; NULL: no trace */
+    struct hil_profile *profile; /* hil/profile.h; NULL: nobody counts */
+    uint32_t profile_block;    /* number of the block that runs */
+    unsigned single;           /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
+
     struct hil_access access;
+    struct hil_stores stores;
 
     /* What the core's hooks leave for the loop. */
     int came_back;
@@ -115,7 +129,9 @@ struct hil_board {
     bool rom_at_zero;          /* as the core's address space is mapped now */
     bool flash_guarded;        /* reads of flash by the core are caught */
 
-    /* Derived from code and run file; rebuilt when needed. */
+    /* Derived from code, run file and replay; rebuilt when needed. */
+    const struct mr_block *codes_block; /* whose codes these are; NULL: of none */
+    struct hil_codes codes;
     struct hil_block_info blocks[HIL_BLOCK_CACHE];
     struct hil_region regions[HIL_REGIONS];
     uint8_t peripheral_of[512]; /* index by kilobyte from 0x40000000 */

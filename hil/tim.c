@@ -249,6 +249,11 @@ static uint32_t filter_clocks(const struct hil_tim *t)
     return f < 4 ? of_dts[f] : of_dts[f] * dts;
 }
 
+uint64_t hil_tim2_capture_delay(const struct hil_board *board)
+{
+    return (uint64_t)filter_clocks(&board->state.tim[HIL_TIM2]) * hil_rcc_apb1_timer_divider(board);
+}
+
 void hil_tim2_input_edge(struct hil_board *board, bool level, uint64_t at)
 {
     struct hil_tim *t = &board->state.tim[HIL_TIM2];
@@ -257,7 +262,7 @@ void hil_tim2_input_edge(struct hil_board *board, bool level, uint64_t at)
     if ((t->ccmr[0] & 3u) == 1u && is_enabled(t, 0)) {
         bool falling = (t->ccer & 2u) != 0, both = falling && (t->ccer & 8u);
         if (both || level != falling) {
-            t->capture_cycle = at + (uint64_t)filter_clocks(t) * hil_rcc_apb1_timer_divider(board);
+            t->capture_cycle = at + hil_tim2_capture_delay(board);
             t->capture_level = level;
         }
     }

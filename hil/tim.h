@@ -37,5 +37,7 @@ void hil_tim4_event(struct hil_board *board, uint64_t at);
 bool hil_tim4_output(const struct hil_board *board, unsigned channel, bool *drives);
 /* TI1 of TIM2 changed to `level`. */
 void hil_tim2_input_edge(struct hil_board *board, bool level, uint64_t at);
+/* HCLK cycles from an edge of TI1 to its capture, as the input is set up now. */
+uint64_t hil_tim2_capture_delay(const struct hil_board *board);
 
 #endif

@@ -41,7 +41,7 @@ static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     struct stat st;
     if (strlen(link->path) >= sizeof address.sun_path) {
-        snprintf(error, size, "%s: socket path of %zu characters, at most %zu fit: %s", noun(link),
+        snprintf(error, size, "%s: socket path of %zu characters, at most %zu fit; give a shorter one than %s", noun(link),
                  strlen(link->path),
                  sizeof address.sun_path - 1, link->path);
         return MR_USAGE;
@@ -58,7 +58,8 @@ static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
     link->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (link->listener < 0 || bind(link->listener, (const struct sockaddr *)&address, sizeof address) != 0
         || listen(link->listener, 1) != 0) {
-        snprintf(error, size, "%s: cannot listen at %s: %s", noun(link), link->path, strerror(errno));
+        snprintf(error, size, "%s: cannot listen at %s: %s; give a path in a folder that can be written", noun(link),
+                 link->path, strerror(errno));
         return MR_IO;
     }
     return MR_OK;
@@ -103,7 +104,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         link->fd = open(link->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
         if (link->fd >= 0)
             return MR_OK;
-        snprintf(error, size, "%s: cannot write %s: %s", noun(link), link->path, strerror(errno));
+        snprintf(error, size, "%s: cannot write %s: %s; give another file", noun(link), link->path, strerror(errno));
         return MR_IO;
     }
     snprintf(error, size, "%s: `%s` is no link of the emulated board; give unix:PATH, file:PATH%s or none",
@@ -139,7 +140,7 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
         if (host_came(link))
             return MR_OK;
     }
-    snprintf(error, size, "%s: no host connected to %s within %d s", noun(link), link->path,
+    snprintf(error, size, "%s: no host connected to %s within %d s; start matrig log there, or give none", noun(link), link->path,
              timeout_ms / 1000);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
@@ -235,7 +236,8 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (n < 0 && errno == EINTR)
             continue;
         if (link->type == HIL_LINK_FILE) {
-            snprintf(error, size, "%s: cannot write %s: %s", noun(link), link->path, strerror(errno));
+            snprintf(error, size, "%s: cannot write %s: %s; make room or give another file", noun(link), link->path,
+                     strerror(errno));
             return MR_IO;
         }
         if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK)
@@ -248,8 +250,8 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (*stop)
             return MR_CLOSED;
         if (now_ms() - moved > stall_ms) {
-            snprintf(error, size, "%s: the host has read nothing from %s for %d s", noun(link), link->path,
-                     stall_ms / 1000);
+            snprintf(error, size, "%s: the host has read nothing from %s for %.4g s; is it stopped? --stall S waits longer", noun(link),
+                     link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
         }
         struct pollfd wait = {.fd = link->fd, .events = POLLOUT};

@@ -39,8 +39,8 @@ bool hil_is_precious(const char *path);
 /* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` says why. */
 enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
                              size_t size);
-/* Wait until a host has connected, or has the pty open; at once for links without one. MR_TIMEOUT, MR_IO. `*stop` ends it
- * (MR_CLOSED). */
+/* Wait until a host has connected, or has the pty open; at once for links without one. MR_TIMEOUT, MR_IO.
+ * `*stop` ends it (MR_CLOSED). */
 enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop, char *error,
                                size_t size);
 

@@ -21,6 +21,8 @@ struct cli {
 int log_command(int argc, char **argv, const struct cli *cli);
 int sim_command(int argc, char **argv, const struct cli *cli);
 int compare_command(int argc, char **argv, const struct cli *cli);
+int bundle_command(int argc, char **argv, const struct cli *cli);
+int replay_command(int argc, char **argv, const struct cli *cli);
 int report_command(int argc, char **argv, const struct cli *cli);
 int export_command(int argc, char **argv, const struct cli *cli);
 int dbc_command(int argc, char **argv, const struct cli *cli);

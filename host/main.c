@@ -47,6 +47,18 @@ static const struct command commands[] = {
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --scene S      scene file that gives the runway; else the model runway\n"
      "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"},
+    {"bundle", bundle_command, "DB RUN -o F", "one landing as a campaign of its own, to pass on",
+     "  DB RUN         campaign database and number of the landing in it, from 1\n"
+     "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"},
+    {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--exact]",
+     "a recorded landing through the firmware again: does it say the same?",
+     "  DB RUN         campaign database and number of the landing in it, from 1\n"
+     "  --speed S      max (the default), or real: by the wall clock\n"
+     "  --elf F        firmware image; else firmware/matrig.elf beside matrig\n"
+     "  --board F      the emulated board; else matrig-board beside matrig\n"
+     "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
+     "                 is compared within tolerances, which the output states\n"
+     "Exit 1 when anything differs.\n"},
     {"report", report_command, "DB [-o F.html]", "the campaign as one page, with plots",
      "  DB             campaign database\n"
      "  -o F           where to write the page; else the database's name with .html\n"},
@@ -78,8 +90,6 @@ static const struct command commands[] = {
      "                 pull        pull_lb, weight_lb: f\n"
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
      "  -o F           write the parameters as the beginning of a scene\n"},
-    {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
-     "  -o F           where to write; else standard output\n"},
 };
 
 #define COMMAND_COUNT (sizeof commands / sizeof commands[0])

@@ -1,21 +1,39 @@
 #!/usr/bin/env bash
-# Timings as ratios within one run: virtual time over wall time on the emulated board (three runs each; the median
-# counts), then the simulation (tests/bench/). For information: a figure that is missed fails nothing.
+# Timings as ratios within one run: virtual time over processor time on the emulated board (one thread: the same as wall
+# time when nothing else runs; three runs each, the median counts), then the simulation (tests/bench/). For information: a
+# figure that is missed fails nothing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tmp=build/test-tmp/bench
 mkdir -p "$tmp"
 
 median_of_3() { sort -n | sed -n 2p; }
+TIMEFORMAT='processor %U %S'
+timed_board() { # ARGUMENTS...: its statistics and processor time in one line: virtual seconds, instructions, processor seconds
+    { time build/matrig-board "$@"; } 2>&1 |
+        sed -n 's/^matrig-board: \([0-9.]*\) s virtual.*), \([0-9]*\) instructions.*/\1 \2/p; s/^processor \(.*\) \(.*\)/\1 \2/p' |
+        paste -s -d ' ' | awk '{ print $1, $2, $3 + $4 }'
+}
 board_ratio() { # EXTRA ARGUMENTS...
     for _ in 1 2 3; do
-        build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" "$@" 2>&1 |
-            sed -n 's/.*(\([0-9.]*\) x).*/\1/p'
+        timed_board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" "$@" | awk '{ print $1 / $3 }'
     done | median_of_3
 }
 
-echo "emulated board, virtual over wall time:"
+echo "emulated board, virtual over processor time:"
 printf '  landing %s          %6.1f x (wanted: 5)\n' 1 "$(board_ratio --rig tests/runs/landing1.run)"
 printf '  landing %s          %6.1f x (wanted: 5)\n' 5 "$(board_ratio --rig tests/runs/landing5.run)"
-printf '  idle, disarmed     %6.1f x\n' "$(board_ratio --for 20)"
+printf '  5, everything traced %4.1f x (wanted: 2)\n' \
+    "$(board_ratio --rig tests/runs/landing5.run --vcd "$tmp/vcd" --profile "$tmp/profile")"
+printf '  idle, disarmed     %6.1f x (wanted: 30)\n' "$(board_ratio --for 20)"
+echo "emulated board, by instruction mix (one image each), million instructions a second, and relative to the first:"
+for mix in integer memory float register interrupt; do
+    for _ in 1 2 3; do
+        timed_board --elf build/tests/hil/images/mix_$mix.elf --for 5 --hang 0 | awk '{ print $2 / $3 / 1e6 }'
+    done | median_of_3 | sed "s/^/$mix /"
+done | awk '{ if (NR == 1) first = $2; printf "  %-18s %6.0f  %5.2f\n", $1, $2, $2 / first }'
+echo "the demo landing is made of:"
+sed -n '/^by kind/,/^by function/p' "$tmp/profile" | awk '/^ *[0-9]/ { printf "  %5.1f %%  ", $2; for (i = 3; i <= NF; i++) printf "%s ", $i; print "" }'
+echo "emulated board at --speed real for 3 s, latest end of a millisecond:"
+build/matrig-board --elf build/firmware/matrig.elf --for 3 --speed real 2>&1 | sed -n 's/.*at most \([0-9.]* ms\) late.*/  \1 (wanted: 5 ms)/p'
 build/tests/bench/sim_bench

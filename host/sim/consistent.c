@@ -15,6 +15,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     const double h = m->half_ft, quarter = 0.25 * m->mass_slug;
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
+    kernel_prepare(m, v, parts.law);
     struct kernel_mat before = kernel_outside(m, first - 1);
     struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
     double tension_l = tension(m, first, &before, &mat, parts);

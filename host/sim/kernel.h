@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "host/sim/model.h"
+#include "host/sim/lanes.h"
 
 #define KERNEL_INLINE static inline __attribute__((always_inline))
 
@@ -121,23 +122,11 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
     return m->weight_limit_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
 }
 
-/* tanh x = 1 - 2/(e^2x + 1) for x > 0, to 3e-16 absolute (what multiplies the friction limit), in a third of the
- * library's time. e^y = 2^k e^r with |r| <= ln 2 / 2; Taylor's series ends below 1e-17. */
-KERNEL_INLINE double kernel_tanh(double x)
+/* What kernel_slide_lb needs of the law tanh. */
+KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
 {
-    double y = 2.0 * (fabs(x) < 20.0 ? fabs(x) : 20.0);
-    double k = (double)(int64_t)(y * 1.44269504088896340736 + 0.5);
-    double r = (y - k * 6.93147180369123816490e-01) - k * 1.90821492927058770002e-10;
-    double r2 = r * r, r4 = r2 * r2;
-    double low = (1.0 + r) + r2 * (1.0 / 2 + r * (1.0 / 6)) + r4 * (1.0 / 24 + r * (1.0 / 120));
-    double high = (1.0 / 720 + r * (1.0 / 5040)) + r2 * (1.0 / 40320 + r * (1.0 / 362880)) +
-                  r4 * ((1.0 / 3628800 + r * (1.0 / 39916800)) + r2 * (1.0 / 479001600 + r * (1.0 / 6227020800)));
-    union {
-        uint64_t bits;
-        double value;
-    } scale = {(uint64_t)((int64_t)k + 1023) << 52};
-    double e = scale.value * (low + r4 * r2 * high);
-    return copysign(1.0 - 2.0 / (e + 1.0), x);
+    if (law == SIM_TANH)
+        lanes_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->tanh + m->first, m->last - m->first + 1);
 }
 
 /* m u'' under push x. */
@@ -148,7 +137,7 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
     case SIM_STICK:
         return m->slide[n] == 0 ? 0.0 : x - m->slide[n] * kernel_limit_lb(m, n, soil_l, soil_r);
     case SIM_TANH:
-        return v == 0.0 ? x : x - kernel_limit_lb(m, n, soil_l, soil_r) * kernel_tanh(v / m->veps_ft_s);
+        return x - kernel_limit_lb(m, n, soil_l, soil_r) * m->tanh[n];
     case SIM_SIGN:
         return v == 0.0 ? x : x - copysign(kernel_limit_lb(m, n, soil_l, soil_r), v);
     case SIM_NONE:

@@ -174,14 +174,15 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
 
     int row = 2 * n + 2;
     put(r, r->mass, row, row, 1.0);
-    if (n == m->held - 1) { /* accel 0; then mat 1's other end has twice its middle's */
-        if (n == 0) {
-            put(r, r->mass, 0, 0, 1.0);
-            put_soil(r, 0, 0, -2.0 / m->mass_slug);
-            put_soil(r, 0, 1, -2.0 / m->mass_slug);
-        }
+    if (n == 0 && m->held >= 0 && m->held <= 1) { /* accel 0, and that of mat 1's other end twice its middle's */
+        int other = m->held == 0 ? row : row - 2;
+        put(r, r->mass, 0, 0, 1.0);
+        put_soil(r, other, 0, -2.0 / m->mass_slug);
+        put_soil(r, other, 1, -2.0 / m->mass_slug);
         return;
     }
+    if (n == m->held - 1)
+        return; /* accel 0 */
     put(r, r->mass, row, row - 2, -1.0);
     put_mat(r, row, n, length, p, v);
     if (n == m->first) {

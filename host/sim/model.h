@@ -79,6 +79,7 @@ struct model {
     double *storage;
     double *spare;      /* size */
     double *mass_upper; /* consistent: work of the tridiagonal solve */
+    double *tanh;       /* per mat: of its speed over veps */
     double *given_lb;   /* consistent_heave: tension per joint, the caller's */
     double step_s;      /* and its step */
     uint64_t rhs;

@@ -147,13 +147,13 @@ static int only_slides(struct model_switch *found, int count)
     return kept;
 }
 
-/* Violations at the end of the last step, or, with exact sticking, at the first of three points within it (a mat may
- * break loose and stop again, or turn back, within a long step); the step then ends there. */
+/* Violations at the end of the last step, or at the first of three points within it (a mat may break loose and stop
+ * again, a foot touch the ground and leave it, within a long step, and both passes miss it); the step then ends there. */
 static int look(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    if (m->law == SIM_STICK && !s->kind->samples_shape && s->kind->long_steps) {
+    if (!s->kind->samples_shape && s->kind->long_steps) {
         double from = s->t_s, to = s->t_new_s;
         for (int i = 1; i < INSIDE; i++) {
             double t = from + (to - from) * i / INSIDE;

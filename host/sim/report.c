@@ -17,6 +17,7 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     const double inverse_inertia = 1.0 / m->inertia, h = m->half_ft;
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
+    kernel_prepare(m, v, parts.law);
     struct kernel_mat before = kernel_outside(m, first - 1);
     struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
     double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
@@ -58,6 +59,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
             up = shear != 0.0 ? (level - rise) / shear : 0.0;
             rise = level;
         }
+        if (n == 0 && m->held == 0)
+            rise = middle / h;
         if (n == first) {
             height = first == 0 ? middle - h * rise : (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n] = height;

@@ -62,14 +62,15 @@ static void held_accel(const struct model *m, double t_s, const double *z, int n
 {
     struct model copy = *m;
     double *accel = m->spare;
-    signed char kept = m->lift[node - 1];
+    int mat = node > 0 ? node - 1 : 0; /* whose turning moves it */
+    signed char kept = m->lift[mat];
     copy.held = -1;
     report_rates(&copy, t_s, z, accel);
     *off = accel[2 * node];
-    m->lift[node - 1] = m->held_lift[0];
+    m->lift[mat] = m->held_lift[node > 0 ? 0 : 1];
     report_rates(&copy, t_s, z, accel);
     *on = accel[2 * node];
-    m->lift[node - 1] = kept;
+    m->lift[mat] = kept;
 }
 
 double model_margin(const struct model *m, double t_s, const double *z, struct model_switch s)
@@ -209,7 +210,7 @@ static void settle_held(struct model *m)
     int n = m->held;
     if (n < 0)
         return;
-    m->held_lift[0] = lift_of(m, n - 1, !m->contact[n - 1], true);
+    m->held_lift[0] = n > 0 ? lift_of(m, n - 1, !m->contact[n - 1], true) : 0;
     m->held_lift[1] = n <= m->last ? lift_of(m, n, true, !m->contact[n + 1]) : 0;
 }
 
@@ -300,14 +301,14 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
     switch (s.kind) {
     case MODEL_CONTACT:
         m->contact[s.index] = !m->contact[s.index];
-        if (m->held < 0 && m->shear != SIM_NO_SHEAR && s.index >= (m->first == 0 ? 1 : m->first + 2))
+        if (m->held < 0 && m->shear != SIM_NO_SHEAR && (m->first == 0 || s.index >= m->first + 2))
             try_hold(m, t_s, z, s.index);
         break;
     case MODEL_HOLD: {
         double off, on;
         held_accel(m, t_s, z, s.index, &off, &on);
         m->held = -1;
-        m->contact[s.index] = !(on < 0.0);
+        m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
         if (on < 0.0) /* from below the edge it would be pushed up by contact first */
             z[2 * s.index] = -TOUCH_FT;
         break;

@@ -233,6 +233,10 @@ struct store_fault {
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
 
+/* Copies one landing, with all that belongs to it, into a new campaign database at `path`, as its RUN 1. MR_USAGE: there is
+ * such a file. */
+enum mr_status store_bundle(struct store *store, int64_t run, const char *path, struct error *error);
+
 /* Lost data. message "frame" counts frames of the link; a message's name says which of them, where that is
  * known. */
 struct store_gap {

@@ -16,7 +16,7 @@ static enum mr_status take_profile(struct profile *profile, const struct sim_sce
     struct sim_scene cut = *scene;
     struct model model;
     struct pass_outcome outcome = {0};
-    const struct pass_request request = {stepper_find("event"), RTOL, 0.0, 100000000};
+    const struct pass_request request = {.kind = stepper_find("event"), .rtol = RTOL, .most_steps = 100000000};
     const struct sim_options options = {0};
     cut.t_end_s = t_s;
     cut.t_out_s.count = 0;

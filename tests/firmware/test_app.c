@@ -199,16 +199,13 @@ static void a_full_queue_drops_and_counts(void **state)
     }
 }
 
-static void serial_carries_every_block_and_no_gap(void **state)
+/* Block records on serial so far: `*first` is the index of the first one, and the others follow it. */
+static unsigned count_blocks(uint32_t *first)
 {
-    (void)state;
     struct mr_deframer deframer;
     struct mr_frame frame;
     struct mr_block block;
     unsigned blocks = 0, frames = 0;
-    uint32_t first = 0;
-    command("arm 1");
-    play(500);
     mr_deframer_init(&deframer);
     for (size_t i = 0; i < fake.serial_count; i++) {
         enum mr_status status = mr_deframer_push(&deframer, fake.serial[i], &frame);
@@ -219,12 +216,47 @@ static void serial_carries_every_block_and_no_gap(void **state)
         if (frame.type == MR_ID_BLOCK) {
             assert_int_equal(mr_block_get(&block, frame.payload, frame.length), MR_OK);
             if (blocks == 0)
-                first = block.index;
-            assert_int_equal(block.index, first + blocks);
+                *first = block.index;
+            assert_int_equal(block.index, *first + blocks);
             blocks++;
         }
     }
-    assert_int_equal(blocks, 500);
+    return blocks;
+}
+
+static void serial_carries_every_block_and_no_gap(void **state)
+{
+    (void)state;
+    uint32_t first;
+    command("arm 1");
+    play(500);
+    assert_int_equal(count_blocks(&first), 500);
+}
+
+/* The first means of a landing reach back before arming: the blocks they are of are told too. */
+static void the_record_begins_four_blocks_before_arming(void **state)
+{
+    (void)state;
+    struct mr_ack ack;
+    uint32_t first;
+    play(20);
+    command("arm 1");
+    play(10);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(count_blocks(&first), 14);
+    assert_int_equal(first, ack.block - 4);
+}
+
+static void a_lost_block_before_arming_cuts_the_record(void **state)
+{
+    (void)state;
+    uint32_t first;
+    play(20);
+    index_now++; /* one is lost */
+    play(2);
+    command("arm 1");
+    play(10);
+    assert_int_equal(count_blocks(&first), 12);
 }
 
 static void a_bad_serial_frame_is_counted_and_the_next_one_obeyed(void **state)
@@ -345,6 +377,8 @@ int main(void)
         TEST(a_flood_of_commands_is_taken_in_portions),
         TEST(a_full_queue_drops_and_counts),
         TEST(serial_carries_every_block_and_no_gap),
+        TEST(the_record_begins_four_blocks_before_arming),
+        TEST(a_lost_block_before_arming_cuts_the_record),
         TEST(a_bad_serial_frame_is_counted_and_the_next_one_obeyed),
         TEST(a_fault_is_told_when_it_comes_and_each_second),
         TEST(an_inexact_clock_is_part_of_the_errors),

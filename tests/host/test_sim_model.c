@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "host/sim/pass.h"
+#include "host/sim/lanes.h"
 
 #define N 4
 #define SIZE (2 * N + 1)
@@ -294,7 +295,7 @@ static void the_linearisation_is_the_derivative(void **state)
 static struct pass_outcome run(struct model *model, double rtol, const struct stepper_kind *kind)
 {
     struct pass_outcome out;
-    struct pass_request request = {kind, rtol, 0.0, 1000000};
+    struct pass_request request = {kind, rtol, 0.0, 1000000, 0};
     struct sim_options options = {0};
     assert_int_equal(pass_run(&out, model, &request, &options, &error), MR_OK);
     assert_int_equal(out.status, SIM_OK);
@@ -430,9 +431,26 @@ static void a_thrown_mat_falls_freely(void **state)
     sim_scene_free(&s);
 }
 
+static void many_tanhs_are_the_librarys(void **state)
+{
+    (void)state;
+    double in[2 * 997], out[997];
+    for (int round = 0; round < 200; round++) {
+        for (int i = 0; i < 997; i++)
+            in[2 * i] = ldexp(sin(1e3 * i + round), round % 40 - 30);
+        lanes_tanh(in, 20.0, out, 997 - round % 7);
+        for (int i = 0; i < 997 - round % 7; i++)
+            assert_true(fabs(out[i] - tanh(20.0 * in[2 * i])) < 4e-16);
+    }
+    in[0] = 0.0;
+    lanes_tanh(in, 20.0, out, 1);
+    assert_true(out[0] == 0.0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(many_tanhs_are_the_librarys),
         cmocka_unit_test(consistent_accelerations_are_lagranges),
         cmocka_unit_test(report_accelerations_are_the_reports),
         cmocka_unit_test(the_linearisation_is_the_derivative),

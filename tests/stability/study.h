@@ -47,9 +47,11 @@ struct study_limits {
 };
 
 /* Run `methods` of a scene as needed: auto; then others until one answers and agrees (all, when one contradicts or when
- * auto does not answer); then the reference of tests/sim_reference when it is quick enough. `answers` has to be memory
+ * auto does not answer); then, for every third scene, the reference of
+ * tests/sim_reference when it is quick enough. `answers` has to be memory
  * shared between processes. */
-void study_scene(const struct sim_scene *scene, const struct study_limits *limits, struct study_answer *answers);
+void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
+                 struct study_answer *answers);
 
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
                                       const struct study_answer *b);

@@ -58,7 +58,8 @@ int main(void)
     case 5:
         __asm__ volatile("vmov.f32 s0, #1.0");
         break;
-    case 6: /* flash */
+    case 6: /* flash, also after it was read and a word of RAM was stored */
+        results[6] = REG(0x08004000u);
         REG(0x08004000u) = 1;
         break;
     case 7: /* 168 MHz with no wait states */

@@ -1,0 +1,37 @@
+/* Trace of a run as a VCD file (IEEE 1364-2001, 18.2; timescale 1 ns), for GTKWave, PulseView and the like:
+ * pins, converters, links, exceptions, sleep, and when named functions of the firmware run.
+ *
+ * A function's lane is high from its entry to its return, interrupts in between included; an exception's while
+ * it is active, preempted or not. Peripherals and pins change at their exact time, what the core does at the
+ * start of the basic block that does it. Same run, same bytes. */
+#ifndef MATRIG_HIL_VCD_H
+#define MATRIG_HIL_VCD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/status.h"
+#include "hil/symbols.h"
+
+struct hil_board;
+struct hil_vcd;
+
+/* Functions traced when none are named, as far as the image has them. */
+#define HIL_VCD_FUNCTIONS "app_poll,app_supervise,board_sleep,landing_block,mr_block_from_scans,mr_closure_find,telemetry_regular"
+
+/* Begin a trace of `board`, whose image is loaded, into `path`. `functions`: names with commas between; NULL:
+ * the list above. MR_IO, MR_UNKNOWN (no such function), with the reason in `error`. */
+enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
+                            const struct hil_symbols *symbols, char *error, size_t size);
+/* End it; MR_IO when not all of it could be written. Without a trace: MR_OK. */
+enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size);
+
+/* For the parts of the board: something may have changed at this cycle; the core goes to another exception;
+ * it enters a block that hil_vcd_marks. */
+void hil_vcd_sample(struct hil_board *board, uint64_t at);
+void hil_vcd_exception(struct hil_board *board);
+void hil_vcd_block(struct hil_board *board, uint32_t address);
+bool hil_vcd_marks(const struct hil_vcd *vcd, uint32_t address);
+
+#endif

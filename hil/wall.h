@@ -1,0 +1,29 @@
+/* The wall clock of matrig-board: pacing, and a limit that ends a run which does not end by itself. */
+#ifndef MATRIG_HIL_WALL_H
+#define MATRIG_HIL_WALL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Seconds of a clock that never jumps. */
+double hil_wall_s(void);
+
+/* Virtual time tied to the wall clock. A piece of virtual time is run when the wall clock has passed its end,
+ * so nothing leaves the board early; how late the end was, at worst, is kept. */
+struct hil_pace {
+    double began_s; /* wall clock at virtual time 0 */
+    double late_s;  /* of the latest piece so far */
+};
+
+/* Wait until the wall clock shows virtual time t_ps; `*stop` ends it. */
+void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile int *stop);
+/* The piece that ended at t_ps is done. */
+void hil_pace_done(struct hil_pace *pace, uint64_t t_ps);
+
+/* After limit_s of wall clock set *stop to HIL_WALL_STOP; if the process is still there HIL_WALL_GRACE_S later
+ * (it waits for something that does not come, or virtual time stands still), say so and exit with 3. 0: none. */
+#define HIL_WALL_STOP 2
+#define HIL_WALL_GRACE_S 5
+void hil_wall_limit(double limit_s, volatile int *stop);
+
+#endif

@@ -1,0 +1,201 @@
+#include "host/replay/board.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/collect.h"
+
+/* A board that hangs in virtual time still ends: virtual time goes on. The wait is for machines that stall. */
+#define WAIT_LEAST_S 60.0
+#define WAIT_PER_S 10.0
+#define POLL_NS 5000000
+#define BYTES_PER_TURN 65536
+#define FRAMES_PER_TURN 1024
+
+struct paths {
+    char replay[300], can[300], serial[300], told[300];
+    char can_spec[320], serial_spec[320];
+};
+
+static void name_paths(struct paths *paths, const char *directory)
+{
+    snprintf(paths->replay, sizeof paths->replay, "%s/replay.txt", directory);
+    snprintf(paths->can, sizeof paths->can, "%s/can.log", directory);
+    snprintf(paths->serial, sizeof paths->serial, "%s/serial.bin", directory);
+    snprintf(paths->told, sizeof paths->told, "%s/board.txt", directory);
+    snprintf(paths->can_spec, sizeof paths->can_spec, "file:%s", paths->can);
+    snprintf(paths->serial_spec, sizeof paths->serial_spec, "file:%s", paths->serial);
+}
+
+/* In the child. Does not return. */
+static void become_board(const struct replay_board *board, const struct paths *paths)
+{
+    const char *const words[] = {board->program, "--elf", board->elf, "--can", paths->can_spec, "--serial",
+                                 paths->serial_spec, "--replay", paths->replay, "--speed", board->real ? "real" : "max", NULL};
+    int told = open(paths->told, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    int nothing = open("/dev/null", O_RDWR);
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (told < 0 || nothing < 0 || dup2(nothing, 0) < 0 || dup2(nothing, 1) < 0 || dup2(told, 2) < 0)
+        _exit(126);
+    execv(board->program, (char *const *)words);
+    _exit(127);
+}
+
+static double now_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Waits for the child to end; false: it did not in time, and was ended. */
+static bool wait_for(pid_t child, double limit_s, int *status)
+{
+    double until_s = now_s() + limit_s;
+    while (waitpid(child, status, WNOHANG) == 0) {
+        if (now_s() > until_s) {
+            kill(child, SIGKILL);
+            waitpid(child, status, 0);
+            return false;
+        }
+        nanosleep(&(struct timespec){.tv_nsec = POLL_NS}, NULL);
+    }
+    return true;
+}
+
+/* The last line of what the board told on its way out. */
+static void last_line(const char *path, char *out, size_t size)
+{
+    char line[400];
+    FILE *file = fopen(path, "r");
+    out[0] = '\0';
+    while (file && fgets(line, sizeof line, file))
+        snprintf(out, size, "%.*s", (int)strcspn(line, "\n"), line);
+    if (file)
+        fclose(file);
+}
+
+enum mr_status replay_board_check(const struct replay_board *board, struct error *error)
+{
+    if (access(board->elf, R_OK) != 0)
+        return error_set(error, MR_IO, "no firmware image (%s): %s; build it with make all, or name one with --elf",
+                         strerror(errno), board->elf);
+    if (access(board->program, X_OK) != 0)
+        return error_set(error, MR_IO, "no emulated board (%s): %s; build it with make all, or name it with --board",
+                         strerror(errno), board->program);
+    return MR_OK;
+}
+
+static enum mr_status play(const struct replay_board *board, const struct paths *paths, struct error *error)
+{
+    char told[400];
+    int status = 0;
+    pid_t child = fork();
+    if (child < 0)
+        return error_set(error, MR_IO, "cannot start (%s): %s; close other programs", strerror(errno), board->program);
+    if (child == 0)
+        become_board(board, paths);
+    double limit_s = WAIT_LEAST_S + WAIT_PER_S * board->duration_s;
+    if (!wait_for(child, limit_s, &status))
+        return error_set(error, MR_TIMEOUT, "the emulated board did not end within %.0f s: %s; is the machine overloaded?",
+                         limit_s, board->program);
+    last_line(paths->told, told, sizeof told);
+    if (WIFSIGNALED(status))
+        return error_set(error, MR_IO, "the emulated board was ended by signal %d: %s; try again", WTERMSIG(status),
+                         board->program);
+    if (WEXITSTATUS(status) != 0)
+        return error_set(error, MR_IO, "the emulated board gave up with exit code %d: %s; it said: %s",
+                         WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
+    return MR_OK;
+}
+
+/* Both links in step by board time, as `matrig log` takes them. */
+static enum mr_status collect(struct collector *collector, struct link *const link[LINK_KINDS], struct error *error)
+{
+    bool open[LINK_KINDS] = {true, true};
+    uint8_t *bytes = malloc(BYTES_PER_TURN);
+    enum mr_status status = bytes ? MR_OK : error_set(error, MR_FULL, "no memory: replay; close other programs");
+    while (status == MR_OK && (open[LINK_CAN] || open[LINK_SERIAL])) {
+        bool can = open[LINK_CAN] && (!open[LINK_SERIAL] ||
+                                      collector_block(collector, LINK_CAN) <= collector_block(collector, LINK_SERIAL));
+        size_t length;
+        uint64_t host_us;
+        if (can) {
+            struct link_frame frame;
+            for (int i = 0; i < FRAMES_PER_TURN && status == MR_OK; i++) {
+                status = link_receive_frame(link[LINK_CAN], &frame, error);
+                if (status == MR_OK)
+                    status = collector_frame(collector, &frame, error);
+            }
+        } else {
+            status = link_receive_bytes(link[LINK_SERIAL], bytes, BYTES_PER_TURN, &length, &host_us, error);
+            if (status == MR_OK)
+                status = collector_bytes(collector, bytes, length, host_us, error);
+        }
+        if (status == MR_CLOSED && error->status == MR_OK) {
+            open[can ? LINK_CAN : LINK_SERIAL] = false;
+            status = collector_link_end(collector, can ? LINK_CAN : LINK_SERIAL, error);
+        }
+    }
+    free(bytes);
+    return status;
+}
+
+static enum mr_status take_answers(const struct paths *paths, struct store *store, struct error *error)
+{
+    struct link *link[LINK_KINDS] = {NULL, NULL};
+    struct collector *collector = NULL;
+    enum mr_status status = link_open(paths->can_spec, LINK_CAN, &link[LINK_CAN], error);
+    if (status == MR_OK)
+        status = link_open(paths->serial_spec, LINK_SERIAL, &link[LINK_SERIAL], error);
+    if (status == MR_OK)
+        status = store_begin(store, error);
+    if (status == MR_OK)
+        status = collector_open(store, paths->can_spec, paths->serial_spec, &collector, error);
+    if (status == MR_OK)
+        status = collect(collector, link, error);
+    if (status == MR_OK)
+        status = collector_end(collector, "end", error);
+    if (status == MR_OK)
+        status = store_commit(store, error);
+    collector_close(collector);
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        link_close(link[kind]);
+    return status;
+}
+
+enum mr_status replay_board_run(const struct replay_board *board, const char *directory, struct store **answers,
+                                int64_t *run, struct error *error)
+{
+    struct paths paths;
+    struct store *store = NULL;
+    struct store_landing *landings = NULL;
+    size_t count = 0;
+    name_paths(&paths, directory);
+    enum mr_status status = play(board, &paths, error);
+    if (status == MR_OK)
+        status = store_open(":memory:", STORE_CREATE, &store, error);
+    if (status == MR_OK)
+        status = take_answers(&paths, store, error);
+    if (status == MR_OK)
+        status = store_landings(store, &landings, &count, error);
+    if (status == MR_OK && count == 0)
+        status = error_set(error, MR_TRUNCATED, "the board told of no landing: %s; it is another firmware, or it was not armed",
+                           board->elf);
+    if (status != MR_OK) {
+        store_close(store);
+        return status;
+    }
+    *run = landings[0].id;
+    *answers = store;
+    free(landings);
+    return MR_OK;
+}

@@ -1,0 +1,26 @@
+/* The emulated board as a process: it plays a replay file and leaves what it said, as if logged, in a database in memory.
+ * matrig never links the emulator. */
+#ifndef MATRIG_HOST_REPLAY_BOARD_H
+#define MATRIG_HOST_REPLAY_BOARD_H
+
+#include <stdbool.h>
+
+#include "host/store/store.h"
+
+struct replay_board {
+    const char *program; /* matrig-board */
+    const char *elf;
+    bool real;           /* paced by the wall clock */
+    double duration_s;   /* of virtual time, about: bounds the wait */
+};
+
+/* MR_IO: program or image is missing. */
+enum mr_status replay_board_check(const struct replay_board *board, struct error *error);
+
+/* `directory`: for temporary files, which stay the caller's to remove: replay.txt is there, can.log, serial.bin and
+ * board.txt will be. `*answers` is a new database with the landing the board told of, `*run` its number.
+ * MR_IO: the board stopped; MR_TIMEOUT; MR_TRUNCATED: it told of no landing. */
+enum mr_status replay_board_run(const struct replay_board *board, const char *directory, struct store **answers,
+                                int64_t *run, struct error *error);
+
+#endif

@@ -1,0 +1,396 @@
+#include "host/replay/diff.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "common/fault.h"
+#include "common/wire.h"
+#include "host/replay/diff_field.h"
+
+/* A message without a block of its own is placed by the newest block its link had brought; frames of one block can change
+ * places on the bus. */
+#define PLACE_SLACK_BLOCKS 4
+
+static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
+
+struct comparing {
+    const struct answers *recorded, *replayed;
+    const struct diff_options *options;
+    struct diff *diff;
+    struct diff_row *row;
+    int64_t first_block, end_block; /* of the record; messages beyond it have nothing to be compared with */
+    double queued_recorded, queued_replayed; /* of the first message; NaN: none yet */
+    bool links_faultless;
+};
+
+static void note(struct comparing *c, struct difference difference)
+{
+    struct diff_row *row = c->row;
+    if (row->differ + row->only_recorded + row->only_replayed == 0)
+        row->first = difference;
+    if (!c->diff->found || difference.block < c->diff->first.block) {
+        c->diff->first = difference;
+        c->diff->found = true;
+    }
+}
+
+static void note_value(struct comparing *c, const char *field, int64_t block, double recorded, double replayed)
+{
+    note(c, (struct difference){DIFF_VALUE, c->row->link, c->row->message, field, block, recorded, replayed});
+    c->row->differ++;
+}
+
+static double value_of(const struct answer *answer, const char *name)
+{
+    for (unsigned i = 0; i < answer->info->field_count; i++) {
+        if (strcmp(answer->info->fields[i].name, name) == 0)
+            return mr_field_value(&answer->info->fields[i], answer->data);
+    }
+    return (double)NAN;
+}
+
+static bool near(double a, double b, double tolerance)
+{
+    if (isnan(a) || isnan(b))
+        return isnan(a) && isnan(b);
+    return fabs(a - b) <= tolerance;
+}
+
+/* Frames queued so far, those dropped included: they were made all the same. */
+static double queued(const struct answer *answer)
+{
+    return value_of(answer, "sent") + value_of(answer, "dropped");
+}
+
+/* The two values of a field brought to one footing; false: it is not compared. */
+static bool footing(struct comparing *c, const struct mr_field_info *field, const struct answer *a, const struct answer *b,
+                    double *recorded, double *replayed, double *tolerance)
+{
+    int64_t shift = c->options->shift_blocks;
+    *recorded = mr_field_value(field, a->data);
+    *replayed = mr_field_value(field, b->data);
+    *tolerance = c->options->exact ? 0.0 : field_tolerance(field->unit);
+    switch (field_rule(a->info, field)) {
+    case FIELD_BLOCK:
+        *replayed += (double)shift;
+        return true;
+    case FIELD_BLOCK16:
+        *replayed = (uint16_t)((int64_t)*replayed + shift);
+        return true;
+    case FIELD_TICK:
+        *replayed = (uint32_t)((uint32_t)*replayed + (uint32_t)shift * MR_TICKS_PER_BLOCK);
+        *tolerance = 0.0;
+        return true;
+    case FIELD_QUEUED:
+        if (isnan(c->queued_recorded)) {
+            c->queued_recorded = queued(a);
+            c->queued_replayed = queued(b);
+        }
+        *recorded = queued(a) - c->queued_recorded;
+        *replayed = queued(b) - c->queued_replayed;
+        return c->options->exact && c->links_faultless;
+    case FIELD_FAULTS:
+        *recorded = (uint32_t)*recorded & field_record_faults();
+        *replayed = (uint32_t)*replayed & field_record_faults();
+        return true;
+    case FIELD_IMAGE:
+        return c->options->exact && c->recorded->landing.image_crc == c->replayed->landing.image_crc;
+    case FIELD_CIRCUMSTANCE:
+        return false;
+    case FIELD_PLAIN:
+        break;
+    }
+    return true;
+}
+
+static void compare_pair(struct comparing *c, const struct answer *a, const struct answer *b)
+{
+    c->row->pairs++;
+    for (unsigned i = 0; i < a->info->field_count; i++) {
+        const struct mr_field_info *field = &a->info->fields[i];
+        double recorded, replayed, tolerance;
+        if (!footing(c, field, a, b, &recorded, &replayed, &tolerance))
+            continue;
+        c->row->fields++;
+        if (!near(recorded, replayed, tolerance))
+            note_value(c, field->name, a->block, recorded, replayed);
+    }
+}
+
+/* Faults of links, clocks and converters come and go with the circumstances; answers to commands before arming may still
+ * have been on their way. */
+static bool follows_from_record(const struct answer *answer, int64_t first_block)
+{
+    if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
+        return value_of(answer, "block") >= (double)first_block;
+    if (answer->info->id != MR_ID_FAULT)
+        return true;
+    double code = value_of(answer, "code");
+    return code < MR_FAULT_COUNT && (field_record_faults() >> (unsigned)code & 1u);
+}
+
+/* Blocks before its own that a message is the mean of. */
+static int64_t reaches_back(uint16_t id)
+{
+    if (id >= MR_ID_DISPLACEMENT_1_3 && id <= MR_ID_DISPLACEMENT_7_8)
+        return 1;
+    return id >= MR_ID_TENSION_1_3 && id <= MR_ID_TENSION_13_14 ? 3 : 0;
+}
+
+static bool has_own_block(const struct mr_message_info *info)
+{
+    return info->id == MR_ID_BLOCK || strcmp(info->fields[info->field_count - 1].name, "block16") == 0;
+}
+
+/* Walks over the messages of one kind in one list. */
+struct walk {
+    const struct answer *at, *end;
+    int64_t shift;
+    int64_t first_block; /* of the list's own count */
+};
+
+static const struct answer *next(struct walk *walk, const struct mr_message_info *info)
+{
+    for (; walk->at < walk->end; walk->at++) {
+        if (walk->at->info == info && follows_from_record(walk->at, walk->first_block))
+            return walk->at;
+    }
+    return NULL;
+}
+
+static void only_one(struct comparing *c, const struct answer *answer, int64_t block, bool recorded)
+{
+    if ((has_own_block(answer->info) && block < c->first_block) || (!recorded && block > c->end_block))
+        return;
+    if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
+        return; /* the end itself may be that much earlier or later */
+    if (!recorded && c->options->lossy[c->row->link]) {
+        c->diff->not_recorded++;
+        return;
+    }
+    note(c, (struct difference){recorded ? DIFF_ONLY_RECORDED : DIFF_ONLY_REPLAYED, c->row->link, answer->info->name, "",
+                                block, (double)NAN, (double)NAN});
+    if (recorded)
+        c->row->only_recorded++;
+    else
+        c->row->only_replayed++;
+}
+
+/* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command. */
+static bool same_subject(const struct answer *a, const struct answer *b)
+{
+    static const char *const subjects[] = {"index", "position", "segment", "count", "tag", "code"};
+    const char *first = a->info->fields[0].name;
+    for (size_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
+        if (strcmp(first, subjects[i]) == 0)
+            return value_of(a, first) == value_of(b, first);
+    }
+    return true;
+}
+
+static void compare_messages(struct comparing *c, int link, const struct mr_message_info *info)
+{
+    int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block;
+    struct walk old = {c->recorded->message[link], c->recorded->message[link] + c->recorded->messages[link], 0, armed};
+    struct walk new = {c->replayed->message[link], c->replayed->message[link] + c->replayed->messages[link], shift,
+                       armed - shift};
+    int64_t slack = has_own_block(info) && c->options->exact ? 0 : PLACE_SLACK_BLOCKS;
+    c->queued_recorded = c->queued_replayed = (double)NAN;
+    for (;;) {
+        const struct answer *a = next(&old, info), *b = next(&new, info);
+        if (!a && !b)
+            return;
+        int64_t at = a ? a->block : INT64_MAX / 2, replayed_at = b ? b->block + new.shift : INT64_MAX / 2;
+        bool paired = a && b && at - replayed_at <= slack && replayed_at - at <= slack;
+        if (paired && c->options->lossy[link] && !same_subject(a, b)) {
+            only_one(c, b, replayed_at, false);
+            new.at++;
+        } else if (paired) {
+            if (reaches_back(info->id) && at < c->first_block + reaches_back(info->id))
+                c->diff->before_record++;
+            else
+                compare_pair(c, a, b);
+            old.at++;
+            new.at++;
+        } else if (at < replayed_at) {
+            only_one(c, a, at, true);
+            old.at++;
+        } else {
+            only_one(c, b, replayed_at, false);
+            new.at++;
+        }
+    }
+}
+
+/* ---- block records: what was given must come back ---- */
+
+static void compare_numbers(struct comparing *c, const char *field, int64_t block, const uint16_t *a, const uint16_t *b,
+                            size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        c->row->fields++;
+        if (a[i] != b[i])
+            note_value(c, field, block, a[i], b[i]);
+    }
+}
+
+static void compare_bytes(struct comparing *c, const char *field, int64_t block, const uint8_t *a, const uint8_t *b)
+{
+    for (size_t i = 0; i < MR_CHANNELS; i++) {
+        c->row->fields++;
+        if (a[i] != b[i])
+            note_value(c, field, block, a[i], b[i]);
+    }
+}
+
+static void compare_block(struct comparing *c, const struct mr_block *a, const struct mr_block *b)
+{
+    uint32_t tick = b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK;
+    c->row->pairs++;
+    c->row->fields++;
+    if (a->tick != tick)
+        note_value(c, "tick", a->index, a->tick, tick);
+    compare_numbers(c, "plus", a->index, a->plus, b->plus, MR_TRANSDUCERS);
+    compare_numbers(c, "minus", a->index, a->minus, b->minus, MR_TRANSDUCERS);
+    compare_numbers(c, "sum", a->index, a->sum, b->sum, MR_ADC1_CHANNELS);
+    compare_bytes(c, "low", a->index, a->low, b->low);
+    compare_bytes(c, "high", a->index, a->high, b->high);
+}
+
+static void compare_blocks(struct comparing *c)
+{
+    static const struct mr_message_info record = {.name = "block", .id = MR_ID_BLOCK};
+    static const struct answer any = {.info = &record};
+    size_t i = 0, k = 0;
+    while (i < c->recorded->blocks || k < c->replayed->blocks) {
+        int64_t at = i < c->recorded->blocks ? (int64_t)c->recorded->block[i].index : INT64_MAX;
+        int64_t replayed_at =
+            k < c->replayed->blocks ? (int64_t)c->replayed->block[k].index + c->options->shift_blocks : INT64_MAX;
+        if (at == replayed_at)
+            compare_block(c, &c->recorded->block[i++], &c->replayed->block[k++]);
+        else if (at < replayed_at)
+            only_one(c, &any, c->recorded->block[i++].index, true);
+        else
+            only_one(c, &any, c->replayed->block[k++].index + c->options->shift_blocks, false);
+    }
+}
+
+/* ---- all ---- */
+
+static bool mentions_link_faults(const struct answers *answers)
+{
+    for (int link = 0; link < LINK_KINDS; link++) {
+        for (size_t i = 0; i < answers->messages[link]; i++) {
+            const struct answer *answer = &answers->message[link][i];
+            if (answer->info->id == MR_ID_FAULT && !follows_from_record(answer, 0))
+                return true;
+        }
+    }
+    return false;
+}
+
+static void begin_row(struct comparing *c, const char *message, int link)
+{
+    c->row = &c->diff->row[c->diff->rows];
+    *c->row = (struct diff_row){.message = message, .link = link};
+}
+
+static void end_row(struct comparing *c)
+{
+    const struct diff_row *row = c->row;
+    c->diff->messages += row->pairs;
+    c->diff->fields += row->fields;
+    c->diff->differ += row->differ + row->only_recorded + row->only_replayed;
+    if ((row->pairs || row->only_recorded || row->only_replayed) && c->diff->rows + 1 < DIFF_MESSAGES_MAX)
+        c->diff->rows++;
+}
+
+void diff_answers(const struct answers *recorded, const struct answers *replayed, const struct diff_options *options,
+                  struct diff *diff)
+{
+    struct comparing c = {.recorded = recorded, .replayed = replayed, .options = options, .diff = diff};
+    size_t count;
+    const struct mr_message_info *info = mr_catalogue(&count);
+    *diff = (struct diff){.exact = options->exact};
+    c.first_block = recorded->block[0].index;
+    c.end_block = recorded->block[recorded->blocks - 1].index;
+    c.links_faultless = !mentions_link_faults(recorded) && !mentions_link_faults(replayed);
+    begin_row(&c, "block", LINK_SERIAL);
+    compare_blocks(&c);
+    end_row(&c);
+    for (int link = LINK_KINDS - 1; link >= 0; link--) {
+        for (size_t i = 0; recorded->messages[link] && i < count; i++) {
+            begin_row(&c, info[i].name, link);
+            compare_messages(&c, link, &info[i]);
+            end_row(&c);
+        }
+    }
+}
+
+void difference_text(const struct difference *d, char *out, size_t size)
+{
+    int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_text[d->link], (double)d->block / 1e3,
+                          (long long)d->block, d->message, d->field[0] ? "." : "", d->field);
+    if (length < 0 || (size_t)length >= size)
+        return;
+    out += length;
+    size -= (size_t)length;
+    if (d->kind == DIFF_VALUE)
+        snprintf(out, size, "recorded %.10g, replayed %.10g", d->recorded, d->replayed);
+    else
+        snprintf(out, size, "%s", d->kind == DIFF_ONLY_RECORDED ? "recorded, not replayed" : "replayed, not recorded");
+}
+
+void diff_print(const struct diff *diff, FILE *out)
+{
+    char text[300];
+    fprintf(out, "  compared      %s\n", diff->exact ? "exactly" : field_tolerances_text());
+    if (diff->found) {
+        difference_text(&diff->first, text, sizeof text);
+        fprintf(out, "  first         %s\n  message            link     compared  fields differ   only recorded  only replayed\n", text);
+    }
+    for (size_t i = 0; i < diff->rows; i++) {
+        const struct diff_row *row = &diff->row[i];
+        if (row->differ + row->only_recorded + row->only_replayed == 0)
+            continue;
+        difference_text(&row->first, text, sizeof text);
+        fprintf(out, "  %-18s %-6s %10lld %14lld %15lld %14lld   %s\n", row->message, link_text[row->link],
+                (long long)row->pairs, (long long)row->differ, (long long)row->only_recorded, (long long)row->only_replayed,
+                text);
+    }
+    if (diff->before_record)
+        fprintf(out, "  not compared  %lld messages that rest on blocks before the record\n", (long long)diff->before_record);
+    if (diff->not_recorded)
+        fprintf(out, "  not recorded  %lld messages of the replay: the log lost frames\n", (long long)diff->not_recorded);
+    fprintf(out, "  result        %lld of %lld fields differ, in %lld messages\n", (long long)diff->differ,
+            (long long)diff->fields, (long long)diff->messages);
+}
+
+static json_t *difference_json(const struct difference *d)
+{
+    static const char *const kinds[] = {"value", "only_recorded", "only_replayed"};
+    json_t *object = json_pack("{sssssssssfsI}", "kind", kinds[d->kind], "link", link_text[d->link], "message", d->message,
+                               "field", d->field, "t_s", (double)d->block / 1e3, "block", (json_int_t)d->block);
+    json_object_set_new(object, "recorded", isnan(d->recorded) ? json_null() : json_real(d->recorded));
+    json_object_set_new(object, "replayed", isnan(d->replayed) ? json_null() : json_real(d->replayed));
+    return object;
+}
+
+json_t *diff_json(const struct diff *diff)
+{
+    json_t *rows = json_array();
+    for (size_t i = 0; i < diff->rows; i++) {
+        const struct diff_row *row = &diff->row[i];
+        bool differs = row->differ + row->only_recorded + row->only_replayed > 0;
+        json_t *object = json_pack("{sssssIsIsIsIsI}", "message", row->message, "link", link_text[row->link], "compared",
+                                   (json_int_t)row->pairs, "fields", (json_int_t)row->fields, "differ",
+                                   (json_int_t)row->differ, "only_recorded", (json_int_t)row->only_recorded, "only_replayed",
+                                   (json_int_t)row->only_replayed);
+        json_object_set_new(object, "first", differs ? difference_json(&row->first) : json_null());
+        json_array_append_new(rows, object);
+    }
+    return json_pack("{sssIsIsIsIsIsoso}", "compared", diff->exact ? "exactly" : field_tolerances_text(), "messages",
+                     (json_int_t)diff->messages, "fields", (json_int_t)diff->fields, "differ", (json_int_t)diff->differ,
+                     "before_record", (json_int_t)diff->before_record, "not_recorded", (json_int_t)diff->not_recorded,
+                     "first", diff->found ? difference_json(&diff->first) : json_null(), "by_message", rows);
+}

@@ -1,0 +1,69 @@
+#include "host/replay/diff_field.h"
+
+#include <string.h>
+
+#include "common/fault.h"
+
+static const struct {
+    const char *field; /* "message.field"; "*.field": of every message */
+    enum field_rule rule;
+} rules[] = {
+    {"*.block16", FIELD_BLOCK16},
+    {"*.block", FIELD_BLOCK},
+    {"*.tick", FIELD_TICK},
+    {"can_health.sent", FIELD_QUEUED},
+    {"serial_health.sent", FIELD_QUEUED},
+    {"health.faults", FIELD_FAULTS},
+    {"hello.major", FIELD_IMAGE},
+    {"hello.minor", FIELD_IMAGE},
+    {"hello.patch", FIELD_IMAGE},
+    {"board_image.image_crc", FIELD_IMAGE},
+    {"hello.reset_cause", FIELD_CIRCUMSTANCE},
+    {"health.load_permille", FIELD_CIRCUMSTANCE},
+    {"can_health.dropped", FIELD_CIRCUMSTANCE},
+    {"can_health.tec", FIELD_CIRCUMSTANCE},
+    {"can_health.rec", FIELD_CIRCUMSTANCE},
+    {"serial_health.dropped", FIELD_CIRCUMSTANCE},
+    {"serial_health.bad", FIELD_CIRCUMSTANCE},
+};
+
+/* An image that computes a little otherwise: ten times the resolution of the message, or what the estimate's own error
+ * allows. Counts, states, names of switches and ticks must be equal whatever the image. */
+static const struct {
+    const char *unit;
+    double tolerance;
+} tolerances[] = {
+    {"in", 0.002}, {"lb", 0.2}, {"ft", 0.05}, {"ft/s", 0.02}, {"ft/s2", 0.1}, {"s", 0.05}, {"codes", 1.0}, {"ms", 5.0}, {"%", 5.0},
+};
+
+enum field_rule field_rule(const struct mr_message_info *info, const struct mr_field_info *field)
+{
+    size_t length = strlen(info->name);
+    for (size_t i = 0; i < sizeof rules / sizeof rules[0]; i++) {
+        const char *rule = rules[i].field;
+        bool of_message = strncmp(rule, "*.", 2) == 0 ||
+                          (strncmp(rule, info->name, length) == 0 && rule[length] == '.');
+        if (of_message && strcmp(strchr(rule, '.') + 1, field->name) == 0)
+            return rules[i].rule;
+    }
+    return FIELD_PLAIN;
+}
+
+uint32_t field_record_faults(void)
+{
+    return 1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT;
+}
+
+double field_tolerance(const char *unit)
+{
+    for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
+        if (strcmp(tolerances[i].unit, unit) == 0)
+            return tolerances[i].tolerance;
+    }
+    return 0.0;
+}
+
+const char *field_tolerances_text(void)
+{
+    return "0.002 in, 0.2 lb, 0.05 ft, 0.02 ft/s, 0.1 ft/s2, 0.05 s, 1 code, 5 ms, 5 %; counts, states, switches and ticks equal";
+}

@@ -1,0 +1,273 @@
+#include "host/replay/input.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/closure.h"
+#include "common/command.h"
+#include "common/crc32.h"
+
+#define LATE_BLOCKS 20000 /* a record that is armed later than this is moved back ... */
+#define EARLY_BLOCKS 200  /* and one that is armed before this forth: the survey goes first */
+#define BLOCKS_PER_S 1000 /* whatever the board does by its block index repeats every second */
+#define SURVEY_FIRST 40   /* block of the first survey command; then one every second block */
+#define COMMANDS_PER_BLOCK 4u
+#define HOLES_NAMED 3
+#define CLOCK_INTERNAL 1  /* of the message hello */
+
+struct writer {
+    FILE *file;
+    uint32_t crc;
+};
+
+__attribute__((format(printf, 2, 3))) static void put(struct writer *writer, const char *format, ...)
+{
+    char line[2 * MR_BLOCK_BYTES_MAX + 40];
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(line, sizeof line, format, arguments);
+    va_end(arguments);
+    writer->crc = mr_crc32(writer->crc, (const uint8_t *)line, (size_t)length);
+    fputs(line, writer->file);
+}
+
+/* ---- can it be replayed? ---- */
+
+struct holes {
+    char text[200];
+    size_t length;
+    int count;
+    int64_t blocks;
+};
+
+static void add_hole(struct holes *holes, int64_t from, int64_t to)
+{
+    holes->blocks += to - from + 1;
+    if (holes->count++ < HOLES_NAMED)
+        holes->length += (size_t)snprintf(holes->text + holes->length, sizeof holes->text - holes->length,
+                                          "%sblocks %lld to %lld (%.3f s to %.3f s)", holes->count > 1 ? ", " : "",
+                                          (long long)from, (long long)to, (double)from / 1e3, (double)(to + 1) / 1e3);
+}
+
+static enum mr_status check_whole(const struct answers *recorded, const char *path, struct error *error)
+{
+    const struct store_landing *landing = &recorded->landing;
+    struct holes holes = {0};
+    if (recorded->blocks == 0)
+        return error_set(error, MR_TRUNCATED,
+                         "no block records: RUN %lld of %s; only a landing logged over serial can be replayed",
+                         (long long)landing->id, path);
+    if (landing->armed_block == STORE_NONE)
+        return error_set(error, MR_TRUNCATED,
+                         "the record begins after arming: RUN %lld of %s; log from before the board is armed to replay it",
+                         (long long)landing->id, path);
+    if (landing->clock_source > CLOCK_INTERNAL)
+        return error_set(error, MR_NOT_NOW, "recorded without PLL, nothing was measured: RUN %lld of %s; there is nothing to replay",
+                         (long long)landing->id, path);
+    if ((int64_t)recorded->block[0].index > landing->armed_block)
+        add_hole(&holes, landing->armed_block, (int64_t)recorded->block[0].index - 1);
+    for (size_t i = 1; i < recorded->blocks; i++) {
+        if (recorded->block[i].index != recorded->block[i - 1].index + 1u)
+            add_hole(&holes, (int64_t)recorded->block[i - 1].index + 1, (int64_t)recorded->block[i].index - 1);
+    }
+    if (holes.count)
+        return error_set(error, MR_TRUNCATED,
+                         "cannot be replayed, %lld blocks are lost: RUN %lld of %s, %s%s; what the board made of them is not known",
+                         (long long)holes.blocks, (long long)landing->id, path, holes.text,
+                         holes.count > HOLES_NAMED ? " and more" : "");
+    return MR_OK;
+}
+
+/* ---- commands ---- */
+
+struct commands {
+    struct {
+        int64_t block;
+        struct mr_command message;
+    } row[1024];
+    size_t count;
+    bool armed, ended;
+};
+
+static bool add_command(struct commands *commands, int64_t block, struct mr_command message)
+{
+    if (commands->count == sizeof commands->row / sizeof commands->row[0])
+        return false;
+    commands->row[commands->count].block = block;
+    commands->row[commands->count++].message = message;
+    return true;
+}
+
+/* The link that brought more answers to commands; serial when both brought as many. */
+static enum link_kind link_of_acks(const struct answers *recorded)
+{
+    size_t acks[LINK_KINDS] = {0, 0};
+    for (int link = 0; link < LINK_KINDS; link++) {
+        for (size_t i = 0; i < recorded->messages[link]; i++)
+            acks[link] += recorded->message[link][i].info->id == MR_ID_ACK;
+    }
+    return acks[LINK_CAN] > acks[LINK_SERIAL] ? LINK_CAN : LINK_SERIAL;
+}
+
+/* The argument a command must have had for what the board said to it. A mark's number came just before its answer. */
+static int32_t argument_of(const struct answers *recorded, const struct mr_ack *ack, const struct mr_mark *mark)
+{
+    if (ack->status == MR_USAGE)
+        return -1;
+    if (ack->code == MR_COMMAND_ARM)
+        return (int32_t)recorded->landing.board_landing;
+    return ack->code == MR_COMMAND_MARK ? (int32_t)mark->number : 0;
+}
+
+/* The board says who it is and what it does before it answers, so a landing that a command ends has no answer to it. */
+static bool take_commands(const struct answers *recorded, struct commands *commands)
+{
+    enum link_kind link = link_of_acks(recorded);
+    struct mr_mark mark = {0};
+    struct mr_landing last = {0};
+    bool fits = true;
+    for (size_t i = 0; i < recorded->messages[link]; i++) {
+        const struct answer *answer = &recorded->message[link][i];
+        if (answer->info->id == MR_ID_MARK)
+            mr_mark_get(&mark, answer->data, answer->info->length);
+        if (answer->info->id == MR_ID_LANDING)
+            mr_landing_get(&last, answer->data, answer->info->length);
+        if (answer->info->id != MR_ID_ACK)
+            continue;
+        struct mr_ack ack;
+        mr_ack_get(&ack, answer->data, answer->info->length);
+        if ((int64_t)ack.block < recorded->landing.armed_block)
+            continue;
+        struct mr_command message = {
+            .code = ack.code, .tag = ack.tag, .argument = argument_of(recorded, &ack, &mark)};
+        commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
+        fits = add_command(commands, ack.block, message) && fits;
+    }
+    if (last.state == 0 && last.cause == 1 && recorded->messages[link])
+        fits = add_command(commands, last.block, (struct mr_command){.code = MR_COMMAND_DISARM}) && fits;
+    return fits;
+}
+
+static enum mr_status put_commands(struct writer *writer, struct store *store, const struct answers *recorded,
+                                   struct replay_input *input, struct error *error)
+{
+    struct commands commands = {0};
+    struct store_segment *segment;
+    size_t segments;
+    enum mr_status status = store_segments(store, recorded->landing.id, &segment, &segments, error);
+    if (status != MR_OK)
+        return status;
+    for (size_t i = 0; i < segments; i++) {
+        if (isnan(segment[i].slack_in))
+            continue;
+        put(writer, "command %zu %d %lld %zu %ld\n", SURVEY_FIRST + 2 * input->surveyed, MR_COMMAND_SURVEY,
+            (long long)segment[i].segment, input->surveyed + 1, lround(segment[i].slack_in * 10000.0));
+        input->surveyed++;
+    }
+    free(segment);
+    bool fits = take_commands(recorded, &commands);
+    if (!commands.armed)
+        put(writer, "command %lld %d 0 0 %lld\n", (long long)(input->armed_block - input->shift_blocks),
+            MR_COMMAND_ARM, (long long)recorded->landing.board_landing);
+    for (size_t i = 0; i < commands.count; i++) {
+        const struct mr_command *message = &commands.row[i].message;
+        put(writer, "command %lld %u %u %u %" PRId32 "\n", (long long)(commands.row[i].block - input->shift_blocks),
+            message->code, message->index, message->tag, message->argument);
+        fits = fits && (i < COMMANDS_PER_BLOCK || commands.row[i - COMMANDS_PER_BLOCK].block != commands.row[i].block);
+    }
+    input->commands = commands.count;
+    return fits ? MR_OK
+                : error_set(error, MR_MALFORMED, "more commands than the board takes: RUN %lld of %s; the record is damaged",
+                            (long long)recorded->landing.id, store_path(store));
+}
+
+/* ---- edges ---- */
+
+/* Ticks since TIM2 began in the replay. The board time of an edge says which wrap of the counter it was in. */
+static uint64_t edge_tick(const struct store_edge *edge, const struct mr_block *first, int64_t shift_blocks)
+{
+    int64_t origin = (uint32_t)(first->tick - first->index * MR_TICKS_PER_BLOCK);
+    int64_t near_block = isnan(edge->board_us) ? (int64_t)first->index : (int64_t)(edge->board_us / 1000.0);
+    int64_t near_tick = origin + near_block * (int64_t)MR_TICKS_PER_BLOCK;
+    int64_t tick = near_tick + (int32_t)((uint32_t)edge->tick - (uint32_t)near_tick);
+    return (uint64_t)(tick - shift_blocks * (int64_t)MR_TICKS_PER_BLOCK);
+}
+
+static enum mr_status put_edges(struct writer *writer, struct store *store, const struct answers *recorded,
+                                struct replay_input *input, struct error *error)
+{
+    struct store_edge *edge;
+    enum mr_status status = store_edges(store, recorded->landing.id, &edge, &input->edges, error);
+    for (size_t i = 0; status == MR_OK && i < input->edges; i++)
+        put(writer, "edge %" PRIu64 "\n", edge_tick(&edge[i], &recorded->block[0], input->shift_blocks));
+    if (status == MR_OK)
+        free(edge);
+    return status;
+}
+
+/* ---- the file ---- */
+
+static void put_block(struct writer *writer, struct mr_block block, int64_t shift_blocks)
+{
+    uint8_t record[MR_BLOCK_BYTES_MAX];
+    char hex[2 * MR_BLOCK_BYTES_MAX + 1];
+    block.index -= (uint32_t)shift_blocks;
+    block.tick -= (uint32_t)shift_blocks * MR_TICKS_PER_BLOCK;
+    size_t length = mr_block_put(&block, record);
+    for (size_t i = 0; i < length; i++)
+        snprintf(hex + 2 * i, 3, "%02x", record[i]);
+    put(writer, "block %s\n", hex);
+}
+
+static int64_t shift_of(int64_t armed_block)
+{
+    if (armed_block < EARLY_BLOCKS)
+        return -BLOCKS_PER_S;
+    return armed_block > LATE_BLOCKS ? (armed_block - EARLY_BLOCKS) / BLOCKS_PER_S * BLOCKS_PER_S : 0;
+}
+
+static enum mr_status put_all(struct writer *writer, struct store *store, const struct answers *recorded,
+                              struct replay_input *input, struct error *error)
+{
+    const struct store_landing *landing = &recorded->landing;
+    fputs("matrig-replay 1\n", writer->file);
+    writer->crc = mr_crc32(0, (const uint8_t *)"matrig-replay 1\n", 16);
+    if (strlen(landing->board_uid) == 24)
+        put(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8, landing->board_uid + 16);
+    put(writer, "crystal %d\n", input->crystal);
+    enum mr_status status = put_commands(writer, store, recorded, input, error);
+    if (status == MR_OK)
+        status = put_edges(writer, store, recorded, input, error);
+    for (size_t i = 0; status == MR_OK && i < recorded->blocks; i++)
+        put_block(writer, recorded->block[i], input->shift_blocks);
+    fprintf(writer->file, "end %08x\n", (unsigned)writer->crc);
+    return status;
+}
+
+enum mr_status replay_input_write(struct store *store, const struct answers *recorded, const char *path,
+                                  struct replay_input *input, struct error *error)
+{
+    enum mr_status status = check_whole(recorded, store_path(store), error);
+    if (status != MR_OK)
+        return status;
+    *input = (struct replay_input){
+        .shift_blocks = shift_of(recorded->landing.armed_block),
+        .first_block = recorded->block[0].index,
+        .last_block = recorded->block[recorded->blocks - 1].index,
+        .armed_block = recorded->landing.armed_block,
+        .crystal = recorded->landing.clock_source != CLOCK_INTERNAL,
+    };
+    struct writer writer = {.file = fopen(path, "w")};
+    if (!writer.file)
+        return error_set(error, MR_IO, "cannot write: %s; check the directory for temporary files", path);
+    status = put_all(&writer, store, recorded, input, error);
+    int failed = ferror(writer.file);
+    failed |= fclose(writer.file);
+    if (status == MR_OK && failed)
+        status = error_set(error, MR_IO, "cannot write: %s; make room on the disk", path);
+    return status;
+}

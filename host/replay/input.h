@@ -1,0 +1,31 @@
+/* What a board took in during a recorded landing, put together from what it said: its block records, the edges it reported,
+ * and the commands it acknowledged. Written as a replay file for the emulated board (`matrig-replay 1`: a line for each
+ * command, edge and block; hil/replayfile.h draws it).
+ *
+ * Not recorded, and so made up: the survey is given again before arming, segment by segment; blocks before the first record
+ * repeat it. A record that begins late after the board's start is moved back by whole seconds, in which everything that the
+ * board does by the clock repeats. */
+#ifndef MATRIG_HOST_REPLAY_INPUT_H
+#define MATRIG_HOST_REPLAY_INPUT_H
+
+#include <stdbool.h>
+
+#include "host/replay/answers.h"
+
+struct replay_input {
+    int64_t shift_blocks; /* the board's block n of the replay is block n + shift of the record */
+    int64_t first_block;  /* of the record */
+    int64_t last_block;
+    int64_t armed_block;
+    size_t edges;
+    size_t commands; /* given again in the block that took them */
+    size_t surveyed; /* segments given before arming */
+    bool crystal;
+};
+
+/* Writes the file. MR_TOO_FEW: no block records, or the landing was joined late; MR_TRUNCATED: the record has holes, named
+ * with their times; MR_NOT_NOW: a board without a time base. */
+enum mr_status replay_input_write(struct store *store, const struct answers *recorded, const char *path,
+                                  struct replay_input *input, struct error *error);
+
+#endif

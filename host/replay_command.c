@@ -1,0 +1,203 @@
+/* matrig replay: a recorded landing through the firmware once more. */
+#include <dirent.h>
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "host/cli.h"
+#include "host/replay/board.h"
+#include "host/replay/diff.h"
+#include "host/replay/input.h"
+#include "host/run.h"
+
+struct replay {
+    const char *db;
+    int64_t run;
+    bool exact_asked;
+    struct replay_board board;
+    char program[PATH_MAX], elf[PATH_MAX]; /* defaults, beside this program */
+    char directory[PATH_MAX];              /* temporary; "" before it is made */
+    struct answers recorded, replayed;
+    struct replay_input input;
+    struct diff diff;
+    bool same_image;
+};
+
+static void default_paths(struct replay *replay)
+{
+    char self[PATH_MAX - 40];
+    ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    self[length > 0 ? length : 0] = '\0';
+    char *slash = strrchr(self, '/');
+    if (slash)
+        *slash = '\0';
+    snprintf(replay->program, sizeof replay->program, "%s/matrig-board", slash ? self : ".");
+    snprintf(replay->elf, sizeof replay->elf, "%s/firmware/matrig.elf", slash ? self : ".");
+    if (!replay->board.program)
+        replay->board.program = replay->program;
+    if (!replay->board.elf)
+        replay->board.elf = replay->elf;
+}
+
+static enum mr_status make_directory(struct replay *replay, struct error *error)
+{
+    const char *base = getenv("TMPDIR");
+    snprintf(replay->directory, 200, "%s/matrig-replay.XXXXXX", base && *base && strlen(base) < 150 ? base : "/tmp");
+    if (mkdtemp(replay->directory))
+        return MR_OK;
+    char made[PATH_MAX];
+    memcpy(made, replay->directory, sizeof made);
+    replay->directory[0] = '\0';
+    return error_set(error, MR_IO, "cannot make a temporary directory (%s): %s; set TMPDIR to one that can be written",
+                     strerror(errno), made);
+}
+
+static void remove_directory(const struct replay *replay)
+{
+    static const char *const names[] = {"replay.txt", "can.log", "serial.bin", "board.txt"};
+    char path[PATH_MAX + 20];
+    if (!replay->directory[0])
+        return;
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        snprintf(path, sizeof path, "%s/%s", replay->directory, names[i]);
+        unlink(path);
+    }
+    rmdir(replay->directory);
+}
+
+static enum mr_status find_losses(struct store *store, const struct replay *replay, struct diff_options *options,
+                                  struct error *error)
+{
+    struct store_gap *gap;
+    size_t gaps;
+    enum mr_status status = store_gaps(store, replay->run, &gap, &gaps, error);
+    if (status != MR_OK)
+        return status;
+    for (size_t i = 0; i < gaps; i++)
+        options->lossy[gap[i].link == LINK_SERIAL] = true;
+    free(gap);
+    return MR_OK;
+}
+
+static enum mr_status run_board(struct replay *replay, const struct cli *cli, struct error *error)
+{
+    struct store *answers = NULL;
+    int64_t run = 0;
+    replay->board.duration_s = (double)(replay->input.last_block - replay->input.shift_blocks) / 1e3 + 2.0;
+    cli_note(cli, "playing %.3f s to %s", replay->board.duration_s, replay->board.elf);
+    enum mr_status status = replay_board_run(&replay->board, replay->directory, &answers, &run, error);
+    if (status == MR_OK)
+        status = answers_load(answers, run, &replay->replayed, error);
+    store_close(answers);
+    return status;
+}
+
+static enum mr_status replay_run(struct replay *replay, struct store *store, const struct cli *cli, struct error *error)
+{
+    struct diff_options options = {0};
+    char path[PATH_MAX + 20];
+    enum mr_status status = replay_board_check(&replay->board, error);
+    if (status == MR_OK)
+        status = answers_load(store, replay->run, &replay->recorded, error);
+    if (status == MR_OK)
+        status = make_directory(replay, error);
+    snprintf(path, sizeof path, "%s/replay.txt", replay->directory);
+    if (status == MR_OK)
+        status = replay_input_write(store, &replay->recorded, path, &replay->input, error);
+    if (status == MR_OK)
+        status = find_losses(store, replay, &options, error);
+    if (status == MR_OK)
+        status = run_board(replay, cli, error);
+    if (status != MR_OK)
+        return status;
+    replay->same_image = replay->recorded.landing.image_crc == replay->replayed.landing.image_crc;
+    options.exact = replay->exact_asked || replay->same_image;
+    options.shift_blocks = replay->input.shift_blocks;
+    diff_answers(&replay->recorded, &replay->replayed, &options, &replay->diff);
+    return MR_OK;
+}
+
+static void print(const struct replay *replay)
+{
+    const struct replay_input *input = &replay->input;
+    unsigned recorded = (unsigned)replay->recorded.landing.image_crc, replayed = (unsigned)replay->replayed.landing.image_crc;
+    printf("RUN %lld: landing %lld replayed, blocks %lld to %lld, %zu edges, %zu commands, %zu segments surveyed\n",
+           (long long)replay->run, (long long)replay->recorded.landing.board_landing, (long long)input->first_block,
+           (long long)input->last_block, input->edges, input->commands, input->surveyed);
+    printf("  image         %08x%s", replayed, replay->same_image ? ", the one that recorded it\n" : "");
+    if (!replay->same_image)
+        printf(" (firmware %s); recorded by %08x (firmware %s)\n", replay->replayed.landing.firmware, recorded,
+               replay->recorded.landing.firmware);
+    if (input->shift_blocks)
+        printf("  moved         by %lld s: block %lld of the record is block %lld of the replay\n",
+               (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
+               (long long)(input->armed_block - input->shift_blocks));
+    diff_print(&replay->diff, stdout);
+}
+
+static int print_json(const struct replay *replay, int exit_code)
+{
+    const struct replay_input *input = &replay->input;
+    char recorded[12], replayed[12];
+    snprintf(recorded, sizeof recorded, "%08x", (unsigned)replay->recorded.landing.image_crc);
+    snprintf(replayed, sizeof replayed, "%08x", (unsigned)replay->replayed.landing.image_crc);
+    json_t *object = json_pack("{sssIsssssIsIsIsIsIsI}", "db", replay->db, "run", (json_int_t)replay->run, "recorded_image",
+                               recorded, "image", replayed, "first_block", (json_int_t)input->first_block, "last_block",
+                               (json_int_t)input->last_block, "shift_blocks", (json_int_t)input->shift_blocks, "edges",
+                               (json_int_t)input->edges, "commands", (json_int_t)input->commands, "segments_surveyed",
+                               (json_int_t)input->surveyed);
+    json_t *diff = diff_json(&replay->diff);
+    json_object_update(object, diff);
+    json_decref(diff);
+    return cli_print_json(object, exit_code);
+}
+
+static enum mr_status parse(struct replay *replay, int argc, char **argv, struct error *error)
+{
+    const char *words[2] = {NULL, NULL}, *speed = NULL;
+    const struct cli_option options[] = {{"--speed", &speed, NULL},
+                                         {"--elf", &replay->board.elf, NULL},
+                                         {"--board", &replay->board.program, NULL},
+                                         {"--exact", NULL, &replay->exact_asked}};
+    enum mr_status status = cli_parse(argc, argv, options, 4, words, 2, 2, "DB RUN", error);
+    if (status == MR_OK && speed && strcmp(speed, "max") != 0 && strcmp(speed, "real") != 0)
+        status = error_set(error, MR_USAGE, "no such speed: '%s'; use max or real", speed);
+    if (status == MR_OK)
+        status = run_parse(words[1], &replay->run, error);
+    replay->db = words[0];
+    replay->board.real = speed && strcmp(speed, "real") == 0;
+    return status;
+}
+
+int replay_command(int argc, char **argv, const struct cli *cli)
+{
+    struct replay *replay = calloc(1, sizeof *replay);
+    struct error error = {0};
+    struct store *store = NULL;
+    if (!replay)
+        return error_set(&error, MR_FULL, "no memory: replay; close other programs"), cli_fail(&error);
+    enum mr_status status = parse(replay, argc, argv, &error);
+    default_paths(replay);
+    if (status == MR_OK)
+        status = store_open(replay->db, STORE_OPEN, &store, &error);
+    if (status == MR_OK)
+        status = replay_run(replay, store, cli, &error);
+    store_close(store);
+    remove_directory(replay);
+    int exit_code = 0;
+    if (status != MR_OK)
+        exit_code = cli_fail(&error);
+    else if (replay->diff.differ)
+        exit_code = mr_status_exit_code(MR_LIMIT);
+    if (status == MR_OK && cli->json)
+        exit_code = print_json(replay, exit_code);
+    else if (status == MR_OK)
+        print(replay);
+    answers_free(&replay->recorded);
+    answers_free(&replay->replayed);
+    free(replay);
+    return exit_code;
+}

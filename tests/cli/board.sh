@@ -1,0 +1,95 @@
+#!/usr/bin/env bash
+# matrig-board as a program: it ends, with a line that says why, whatever the firmware or a host does; and its options.
+. "$(dirname "$0")/tap.sh"
+board=build/matrig-board
+elf=build/firmware/matrig.elf
+images=build/tests/hil/images
+trap 'kill $(jobs -p) 2>/dev/null' EXIT
+
+stopped_with() { # CODE PATTERN COMMAND...: as fails_with, with the line of statistics after the message
+    local code=$1 pattern=$2 status
+    shift 2
+    timeout 60 "$@" >"$tmp/out" 2>"$tmp/err" </dev/null
+    status=$?
+    echo "exit $status; stderr:"
+    cat "$tmp/err"
+    [ "$status" -eq "$code" ] && [ "$(wc -l <"$tmp/err")" -eq 2 ] && head -n 1 "$tmp/err" | grep -Eq -- "$pattern" &&
+        tail -n 1 "$tmp/err" | grep -q 'virtual in'
+}
+masked_loop() { stopped_with 3 'hangs: since 0\.000 s .* in wait_for_ever, interrupts masked; .*--hang' $board --elf $images/hang_masked.elf; }
+loop_below_interrupts() {
+    stopped_with 3 'hangs: since 0\.01[0-9] s .*interrupts go on.* in wait_for_flag; ' $board --elf $images/hang_loop.elf --hang 0.5
+}
+no_false_alarm() { # idle for 4 s with a limit of 50 ms, 20 times shorter than anything the firmware waits for
+    $board --elf $elf --for 4 --hang 0.05 && $board --elf $images/hang_loop.elf --for 1 --hang 0
+}
+wall_limit() { stopped_with 3 'wall-clock time ended the run at .*--wall-limit' $board --elf $elf --wall-limit 0.5; }
+blocked_file() { # a pipe that nobody reads: opening it blocks
+    mkfifo "$tmp/pipe"
+    fails_with 3 'wall-clock time came while links' $board --elf $elf --can "file:$tmp/pipe" --wall-limit 0.5
+}
+blocked_write() { # one that is open at the other end and never read: write() blocks for good
+    rm -f "$tmp/pipe" && mkfifo "$tmp/pipe"
+    sleep 30 <"$tmp/pipe" &
+    timeout 10 dd if=/dev/zero of="$tmp/pipe" bs=64K count=1 || return 1 # it is full
+    fails_with 3 'still not at an end .* blocks' $board --elf $elf --for 30 --serial "file:$tmp/pipe" --can "file:$tmp/x" \
+        --rig tests/runs/landing5.run --wall-limit 0.5
+}
+host_does_not_read() { # one that connects and then reads nothing; the board talks without a break
+    $board --elf $images/talk.elf --serial "unix:$tmp/serial.socket" --stall 0.3 --for 3000 2>"$tmp/err" &
+    local board_pid=$! host_pid status
+    for _ in $(seq 100); do [ -S "$tmp/serial.socket" ] && break; sleep 0.05; done
+    timeout 60 perl -MSocket -e '
+        socket(my $s, AF_UNIX, SOCK_STREAM, 0); connect($s, pack_sockaddr_un($ARGV[0])) or die "$!"; sleep 50' "$tmp/serial.socket" &
+    host_pid=$!
+    wait $board_pid
+    status=$?
+    kill $host_pid
+    cat "$tmp/err"
+    [ $status -eq 3 ] && grep -q 'read nothing from .* for 0.3 s; .*--stall' "$tmp/err"
+}
+paced() { # never ahead of the wall clock; how late is told, and not judged here
+    local from to
+    from=$(date +%s%N)
+    $board --elf $elf --for 3 --speed real 2>"$tmp/err" || return 1
+    to=$(date +%s%N)
+    cat "$tmp/err"
+    [ $((to - from)) -ge 3000000000 ] && grep -Eq 'at most [0-9.]+ ms late' "$tmp/err"
+}
+any_speed_same_bytes() {
+    $board --elf $elf --can "file:$tmp/max.can" --serial "file:$tmp/max.serial" --for 1 &&
+        $board --elf $elf --can "file:$tmp/real.can" --serial "file:$tmp/real.serial" --for 1 --speed real &&
+        [ -s "$tmp/max.serial" ] && cmp "$tmp/max.can" "$tmp/real.can" && cmp "$tmp/max.serial" "$tmp/real.serial"
+}
+given_twice() {
+    fails_with 2 '--for is given twice; give it once' $board --elf $elf --for 1 --for 1 &&
+        fails_with 2 '--trace is given twice' $board --trace --elf $elf --trace
+}
+same_path() {
+    ln -sf . "$tmp/link"
+    fails_with 2 '--can and --serial are both .*/x; give each its own' \
+        $board --elf $elf --can "file:$tmp/x" --serial "unix:$tmp/./link/x" --for 1 &&
+        cp tests/runs/landing1.run "$tmp/some.run" &&
+        fails_with 2 '--rig and --serial are both .*some.run' $board --elf $elf --rig "$tmp/some.run" --serial "file:$tmp/some.run" &&
+        cmp tests/runs/landing1.run "$tmp/some.run" &&
+        $board --elf $elf --can file:/dev/null --serial file:/dev/null --for 0.1
+}
+closed_stderr() { # what would be said there must not land in an output file
+    $board --elf $elf --can "file:$tmp/a.can" --serial "file:$tmp/a.serial" --for 0.2 &&
+        $board --elf $elf --can "file:$tmp/b.can" --serial "file:$tmp/b.serial" --for 0.2 <&- >&- 2>&- &&
+        [ -s "$tmp/a.serial" ] && cmp "$tmp/a.can" "$tmp/b.can" && cmp "$tmp/a.serial" "$tmp/b.serial"
+}
+
+check "an endless loop with interrupts masked ends with its place" masked_loop
+check "a loop that hangs below its interrupts too" loop_below_interrupts
+check "a firmware at work is no hang" no_false_alarm
+check "a wall-clock limit ends a run without end" wall_limit
+check "a pipe that nobody opens ends with a message" blocked_file
+check "a pipe that nobody reads ends with a message" blocked_write
+check "a host that does not read ends with a message" host_does_not_read
+check "paced by the wall clock, never ahead of it" paced
+check "any speed, same bytes" any_speed_same_bytes
+check "an option given twice is refused" given_twice
+check "one path for two things is refused" same_path
+check "a closed stderr does not write into an output" closed_stderr
+finish

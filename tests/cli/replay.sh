@@ -1,0 +1,169 @@
+#!/usr/bin/env bash
+# matrig replay: ten recorded landings say the same again; an image with one other constant is found out; what cannot be
+# replayed is refused, with its reason.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+db=$tmp/campaign.db
+trap 'kill $(jobs -p) 2>/dev/null' EXIT
+
+# vary NAME SED: landing 5 with changes, as a run file of its own with a checksum of its own.
+vary() {
+    grep -av '^end ' tests/runs/landing5.run | sed -E "$2" >"$tmp/$1.run"
+    printf 'end %s\n' "$(gzip -c "$tmp/$1.run" | tail -c 8 | head -c 4 | od -An -tx4 | tr -d ' ')" >>"$tmp/$1.run"
+}
+# record RUNFILE BOARD-OPTION...: play it and log it: the next RUN of the campaign.
+record() {
+    local run=$1
+    shift
+    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$run" "$@" \
+        2>"$tmp/board.err" &&
+        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
+}
+stored() { sqlite3 "$db" "$1"; }
+in_json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
+
+# Ten landings, each with something of its own.
+vary marks 's/^command 7\.175 .*/command 1.9 can mark 1\ncommand 2.0 serial mark 2\ncommand 2.0 serial state\ncommand 2.0 can mark 3\ncommand 2.0 can state/'
+vary refused 's/^command 7\.175 .*/command 1.2 can arm 6\ncommand 1.3 serial survey 3 0.1\ncommand 1.5 serial mark -3\ncommand 2.5 can disarm/;/^command 8\.875/d'
+vary twice 's/^command 7\.175 .*/command 1.0 can disarm\ncommand 1.1 serial arm 9/'
+vary bare '/survey/d;s/^command 0\.800 .*/command 0.05 serial arm 0/'
+vary late '/survey/d;/^command/d;s/^samples/command 21.3 can arm 77\nsamples/'
+vary close 's/^switch 5 .*/switch 5 17.5 17.5 1.7478/' # 0.6 ms after switch 3: neither can be named
+vary saturated '/^[-0-9]+ [-0-9]+ .*/s/^[-0-9]+ ([-0-9]+) ([-0-9]+) /500000 \1000 -\2000 /'
+vary unplugged '/^[-0-9]+ [-0-9]+ .*/s/^(([-0-9]+ ){8})[-0-9]+ [-0-9]+ /\1-20000 70000 /'
+vary serial 's/^(command 0\.800) can/\1 serial/'
+record_ten() {
+    record tests/runs/landing1.run --seed 11 --for 4 && record tests/runs/landing4.run --seed 12 --for 4 &&
+        record tests/runs/landing5.run --seed 13 &&
+        record "$tmp/marks.run" --seed 14 --for 4 && record "$tmp/refused.run" --seed 15 --for 3 &&
+        record "$tmp/twice.run" --seed 16 --for 3 && record "$tmp/bare.run" --seed 17 --for 3 &&
+        record "$tmp/late.run" --seed 18 --for 22 && record "$tmp/close.run" --seed 19 --for 3.5 &&
+        record "$tmp/saturated.run" --seed 20 --for 3 && record "$tmp/unplugged.run" --seed 21 --for 3 &&
+        record "$tmp/serial.run" --seed 22 --for 3 --hse 0 --hsi-ppm 4000
+    [ "$(stored 'select count(*) from landings')" = 13 ] # `twice` has two
+}
+saturation_was_recorded() { # a record with counts is longer than 75 bytes
+    [ "$(stored "select count(*) > 1000 from blocks join landings on landings.id = landing where length(record) > 76")" = 1 ]
+}
+says_the_same() { # RUN
+    $matrig --json --quiet replay "$db" "$1" >"$tmp/replay$1.json"
+    local status=$?
+    in_json "$tmp/replay$1.json" first
+    [ $status = 0 ] && [ "$(in_json "$tmp/replay$1.json" differ)" = 0 ] && [ "$(in_json "$tmp/replay$1.json" compared)" = exactly ] &&
+        [ "$(in_json "$tmp/replay$1.json" before_record)" = 0 ] && [ "$(in_json "$tmp/replay$1.json" not_recorded)" = 0 ] &&
+        # every message that was logged has been compared: blocks and frames of the landing
+        [ "$(in_json "$tmp/replay$1.json" messages)" -ge "$(stored "select (select count(*) from blocks where landing = $1) + (select count(*) from frames where landing = $1 and direction = 0) - 5")" ]
+}
+same_twice() {
+    $matrig --json --quiet replay "$db" 6 >"$tmp/again.json" && cmp "$tmp/replay6.json" "$tmp/again.json"
+}
+moved_back() { [ "$(in_json "$tmp/replay9.json" shift_blocks)" = 21000 ]; }
+
+# Another image. The constant that says when the gear rests is 1 ms more: the state changes a block later, and nothing before.
+first_is() { # FILE MESSAGE FIELD
+    in_json "$1" first
+    [ "$(in_json "$1" first.message)" = "$2" ] && [ "$(in_json "$1" first.field)" = "$3" ]
+}
+names_the_first_difference() {
+    local settling
+    $matrig --json --quiet replay "$db" 3 --elf build/tests/variant/rest.elf --exact >"$tmp/rest.json"
+    [ $? = 1 ] || return 1
+    settling=$(stored "select board_us / 1000 from events where landing = 3 and kind = 'state' and code = 3")
+    first_is "$tmp/rest.json" landing block && [ "$(in_json "$tmp/rest.json" first.recorded)" = "$settling.0" ] &&
+        [ "$(in_json "$tmp/rest.json" first.replayed)" = $((settling + 1)).0 ]
+}
+small_change_is_tolerated() { # and the output states what is
+    $matrig --quiet replay "$db" 3 --elf build/tests/variant/rest.elf >"$tmp/rest.txt" || return 1
+    grep -q 'compared  *0.002 in, 0.2 lb' "$tmp/rest.txt" && grep -q 'recorded by' "$tmp/rest.txt"
+}
+large_change_is_not() {
+    $matrig --json --quiet replay "$db" 4 --elf build/tests/variant/scale.elf >"$tmp/scale.json"
+    [ $? = 1 ] && first_is "$tmp/scale.json" board_config config_crc && # and the readings are 2 % less
+        sqlite3 :memory: "select json_extract(value, '\$.first.t_s') from json_each(json_extract(cast(readfile('$tmp/scale.json') as text), '\$.by_message')) where json_extract(value, '\$.message') = 'displacement_1_3'" | grep -q '^[0-9]'
+}
+
+bundle_says_the_same() {
+    $matrig bundle "$db" 7 -o "$tmp/bundle.db" && [ ! -e "$tmp/bundle.db-wal" ] &&
+        $matrig --json --quiet replay "$tmp/bundle.db" 1 >"$tmp/bundle.json" &&
+        cmp <(sed 's/.*"first_block"/"first_block"/' "$tmp/replay7.json") <(sed 's/.*"first_block"/"first_block"/' "$tmp/bundle.json")
+}
+bundle_is_complete() {
+    local table
+    for table in channels switches blocks frames edges zones motion gaps; do
+        [ "$(stored "select count(*) from $table where landing = 7")" = "$(sqlite3 "$tmp/bundle.db" "select count(*) from $table")" ] || return 1
+    done
+    [ "$(sqlite3 "$tmp/bundle.db" 'select count(*) from slack')" = 42 ] && [ "$(sqlite3 "$tmp/bundle.db" 'select count(*) from landings')" = 1 ] &&
+        [ "$(sqlite3 "$tmp/bundle.db" 'pragma integrity_check; pragma foreign_key_check')" = ok ] &&
+        cmp <($matrig --json export "$db" 7 --format csv -o "$tmp/a.csv" >/dev/null; grep -v '^#' "$tmp/a.csv") \
+            <($matrig --json export "$tmp/bundle.db" 1 --format csv -o "$tmp/b.csv" >/dev/null; grep -v '^#' "$tmp/b.csv")
+}
+
+# What cannot be replayed.
+broken() { # NAME SQL: a copy of the campaign with the change
+    rm -f "$tmp/$1.db"
+    sqlite3 "$db" ".backup $tmp/$1.db" && sqlite3 "$tmp/$1.db" "$2"
+}
+without_serial() {
+    $matrig --quiet log --can "file:$tmp/can.log" --db "$tmp/can.db" >/dev/null
+    broken noblocks 'delete from blocks where landing = 5' && fails_with 4 'no block records: RUN 5 of .*; only a landing logged over serial' $matrig replay "$tmp/noblocks.db" 5
+}
+with_a_hole() {
+    broken hole 'delete from blocks where landing = 5 and idx between 1200 and 1209' &&
+        fails_with 4 '10 blocks are lost: RUN 5 of .*, blocks 1200 to 1209 \(1\.200 s to 1\.210 s\)' $matrig replay "$tmp/hole.db" 5
+}
+changed_record() { # one sum of one block is another: the board says so, and so does what it makes of it
+    broken changed "update blocks set record = cast(substr(record, 1, 8) || x'0102' || substr(record, 11) as blob) where landing = 5 and idx = 1300" &&
+        $matrig --json --quiet replay "$tmp/changed.db" 5 >"$tmp/changed.json"
+    [ $? = 1 ] && first_is "$tmp/changed.json" displacement_1_3 d1_in && [ "$(in_json "$tmp/changed.json" first.t_s)" = 1.3 ]
+}
+changed_edge() { # one tick in the frame that told of it
+    broken tick "update frames set data = cast(x'00' || substr(data, 2) as blob) where id = (select min(id) from frames where landing = 5 and can_id = 144 and link = 0)" &&
+        $matrig --json --quiet replay "$tmp/tick.db" 5 >"$tmp/tick.json"
+    [ $? = 1 ] && first_is "$tmp/tick.json" edge tick && [ "$(in_json "$tmp/tick.json" differ)" = 1 ]
+}
+record_begins_at_arming() {
+    broken older 'delete from blocks where landing = 6 and idx < (select armed_block from landings where id = 6)' &&
+        $matrig --json --quiet replay "$tmp/older.db" 6 >"$tmp/older.json" || return 1
+    [ "$(in_json "$tmp/older.json" before_record)" = 5 ] && [ "$(in_json "$tmp/older.json" differ)" = 0 ]
+}
+serial_alone() {
+    broken serial 'delete from frames where link = 0' && $matrig --json --quiet replay "$tmp/serial.db" 6 >"$tmp/serial.json" || return 1
+    [ "$(in_json "$tmp/serial.json" differ)" = 0 ] && [ "$(in_json "$tmp/serial.json" messages)" -gt 200 ]
+}
+at_real_speed() { # RUN 6 is 1 s long
+    $matrig --json --quiet replay "$db" 6 --speed real >"$tmp/real.json" && cmp "$tmp/real.json" "$tmp/replay6.json"
+}
+lost_frames_are_no_difference() {
+    broken lossy "delete from frames where landing = 5 and link = 0 and id % 7 = 0;
+        insert into gaps(session, landing, link, message, channels, cause, count, from_block, to_block) values(5, 5, 0, 'frame', 'all', 'link', 9, 800, 9000)" &&
+        $matrig --json --quiet replay "$tmp/lossy.db" 5 >"$tmp/lossy.json" || return 1
+    [ "$(in_json "$tmp/lossy.json" not_recorded)" -gt 300 ] && [ "$(in_json "$tmp/lossy.json" differ)" = 0 ]
+}
+
+check "ten landings and more are recorded" record_ten
+check "one of them with saturated channels" saturation_was_recorded
+for run in $(seq 13); do
+    check "RUN $run says the same again, every field" says_the_same "$run"
+done
+check "a bundle of a landing replays as its RUN 1, and says the same" bundle_says_the_same
+check "a bundle has what belongs to the landing, and nothing else" bundle_is_complete
+check "a bundle takes no file's place" fails_with 2 'is there already: .*README.md' $matrig bundle "$db" 7 -o README.md
+check "a record that begins late is moved back by whole seconds" moved_back
+check "two replays are the same" same_twice
+check "one constant of the firmware changed: the first difference is named" names_the_first_difference
+check "another image is compared within tolerances, which are stated" small_change_is_tolerated
+check "and what is beyond them is named" large_change_is_not
+check "a changed sum in a record shows in what the board makes of it" changed_record
+check "a changed tick in a message shows as that field alone" changed_edge
+check "an older record without the blocks before arming: what rests on them is not compared" record_begins_at_arming
+check "a landing logged over serial alone says the same" serial_alone
+check "at real speed too, paced by the clock" at_real_speed
+check "a rig and a replay together are refused" fails_with 2 '--rig and --replay cannot be given together' build/matrig-board --elf build/firmware/matrig.elf --rig "$tmp/bare.run" --replay "$tmp/none"
+check "frames that the log lost are no difference" lost_frames_are_no_difference
+check "without block records it is refused" without_serial
+check "with lost blocks it is refused, naming which" with_a_hole
+check "without an image it is refused" fails_with 3 'no firmware image .*: build/none.elf; build it with make all' $matrig replay "$db" 3 --elf build/none.elf
+check "with something that is no image it is refused" fails_with 3 'gave up with exit code 4: README.md; it said: .*README.md' $matrig --quiet replay "$db" 3 --elf README.md
+check "a RUN that is not there is refused" fails_with 2 'no such landing: RUN 99' $matrig replay "$db" 99
+check "an unknown speed is refused" fails_with 2 "no such speed: 'fast'; use max or real" $matrig replay "$db" 3 --speed fast
+finish

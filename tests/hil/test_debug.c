@@ -1,0 +1,262 @@
+/* The core under a debugger: it does the same as without, holds where asked, shows and takes registers and
+ * memory. */
+#include "hil/debug.h"
+#include "hil/symbols.h"
+#include "tests/hil/bench.h"
+
+#define SRAM 0x20000000u
+#define SRAM_BYTES 0x20000u
+#define FIRMWARE "build/firmware/matrig.elf"
+
+static struct hil_board *firmware_board(void)
+{
+    struct hil_options options;
+    hil_options_default(&options);
+    struct hil_board *board = hil_board_create(&options);
+    if (hil_board_load_elf(board, FIRMWARE) != MR_OK)
+        fail_msg("%s", hil_board_reason(board));
+    return board;
+}
+
+static void assert_same(struct hil_board *a, struct hil_board *b)
+{
+    static uint8_t of_a[SRAM_BYTES], of_b[SRAM_BYTES];
+    assert_int_equal(hil_board_now_cycles(a), hil_board_now_cycles(b));
+    assert_memory_equal(hil_board_counters(a), hil_board_counters(b), sizeof(struct hil_counters));
+    hil_board_peek(a, SRAM, of_a, sizeof of_a);
+    hil_board_peek(b, SRAM, of_b, sizeof of_b);
+    assert_memory_equal(of_a, of_b, sizeof of_a);
+    for (unsigned i = 0; i <= 17; i++)
+        assert_int_equal(hil_board_register(a, i), hil_board_register(b, i));
+}
+
+/* Single steps all the way: as the board runs alone, to the last bit. */
+static void stepped_equals_run(struct hil_board *alone, struct hil_board *stepped, uint64_t from_ps,
+                               uint64_t to_ps, bool into, unsigned at_least)
+{
+    struct hil_debug debug;
+    unsigned steps = 0;
+    bench_run(alone, from_ps);
+    bench_run(stepped, from_ps);
+    hil_debug_attach(stepped, &debug);
+    debug.step_into_interrupts = into;
+    for (; hil_board_now_ps(stepped) < to_ps; steps++) {
+        hil_debug_step(stepped, 0, 0);
+        bench_run(stepped, to_ps);
+    }
+    assert_in_range(steps, at_least, UINT32_MAX);
+    hil_debug_detach(stepped);
+    bench_run(stepped, to_ps + 5 * HIL_MS_PS); /* a block it was in is finished */
+    bench_run(alone, to_ps + 5 * HIL_MS_PS);
+    assert_same(alone, stepped);
+}
+
+static void test_steps_change_nothing(void **state)
+{
+    static const char *const images[] = {"core", "serial", "canbus"};
+    (void)state;
+    for (unsigned i = 0; i < sizeof images / sizeof images[0]; i++) {
+        struct hil_board *alone = bench_board(images[i], NULL), *stepped = bench_board(images[i], NULL);
+        stepped_equals_run(alone, stepped, 0, HIL_MS_PS / 4, i != 1, 500);
+        hil_board_destroy(alone);
+        hil_board_destroy(stepped);
+    }
+    /* a loop that is always awake: an interrupt shows where its blocks end, also those it was stepped through before */
+    struct hil_board *alone = bench_board("hang_loop", NULL), *stepped = bench_board("hang_loop", NULL);
+    stepped_equals_run(alone, stepped, 11 * HIL_MS_PS, 12 * HIL_MS_PS, true, 5000);
+    hil_board_destroy(alone);
+    hil_board_destroy(stepped);
+    alone = firmware_board();
+    stepped = firmware_board();
+    stepped_equals_run(alone, stepped, 20 * HIL_MS_PS, 23 * HIL_MS_PS, true, 10000);
+    hil_board_destroy(alone);
+    hil_board_destroy(stepped);
+}
+
+static uint32_t function_at(const char *name)
+{
+    struct hil_symbols symbols;
+    char error[256];
+    assert_int_equal(hil_symbols_read(&symbols, FIRMWARE, error, sizeof error), MR_OK);
+    const struct hil_symbol *symbol = hil_symbols_named(&symbols, name);
+    assert_non_null(symbol);
+    uint32_t address = symbol->address;
+    hil_symbols_free(&symbols);
+    return address;
+}
+
+/* Breakpoints at every other halfword of a function that each scan calls, most of them inside blocks: it holds at
+ * each instruction that it comes to, and the run stays what it is. */
+static void test_breaks_change_nothing(void **state)
+{
+    const uint64_t end_ps = 40 * HIL_MS_PS;
+    struct hil_debug debug;
+    struct hil_board *alone = firmware_board(), *broken = firmware_board();
+    uint32_t address = function_at("mr_block_from_scans");
+    unsigned held = 0, at_first = 0;
+    (void)state;
+    hil_debug_attach(broken, &debug);
+    for (uint32_t i = 0; i < HIL_BREAKPOINTS; i++)
+        assert_int_equal(hil_debug_break(broken, address + 2u * i, true), MR_OK);
+    assert_int_equal(hil_debug_break(broken, address + 4u, true), MR_OK); /* is there already */
+    assert_int_equal(hil_debug_break(broken, address + 2u * HIL_BREAKPOINTS, true), MR_FULL);
+    hil_debug_run(broken);
+    for (; hil_board_now_ps(broken) < end_ps; held++) {
+        bench_run(broken, end_ps);
+        if (!hil_debug_holds(broken))
+            break;
+        assert_int_equal(debug.hold, HIL_HOLD_BREAKPOINT);
+        assert_in_range(hil_board_register(broken, 15) & ~1u, address, address + 2u * HIL_BREAKPOINTS);
+        at_first += (hil_board_register(broken, 15) & ~1u) == address;
+        hil_debug_run(broken);
+    }
+    assert_in_range(held, 1000, 1000000);
+    bench_run(alone, end_ps);
+    assert_int_equal(at_first, hil_board_counters(alone)->adc_scans[0] / 8); /* one block of eight scans each */
+    assert_same(alone, broken);
+    hil_debug_detach(broken);
+    hil_board_destroy(alone);
+    hil_board_destroy(broken);
+}
+
+/* Watched: the word at the top of the stack region that main's frame uses is written and read; the instruction told
+ * is one that stores there. */
+static void test_watchpoints(void **state)
+{
+    struct hil_debug debug;
+    struct hil_board *board = firmware_board();
+    uint32_t before, after, address = 0;
+    (void)state;
+    bench_run(board, 20 * HIL_MS_PS);
+    /* a word that changes: the first one of RAM that differs a millisecond later */
+    struct hil_board *later = hil_board_fork(board);
+    bench_run(later, 22 * HIL_MS_PS);
+    for (uint32_t at = SRAM + 0x1068u; !address && at < SRAM + 0x5800u; at += 4) {
+        if (bench_word(board, at) != bench_word(later, at))
+            address = at;
+    }
+    assert_int_not_equal(address, 0);
+    hil_debug_attach(board, &debug);
+    assert_int_equal(hil_debug_watch(board, HIL_WATCH_WRITE, address, 4, true), MR_OK);
+    before = bench_word(board, address);
+    do {
+        hil_debug_run(board);
+        bench_run(board, 22 * HIL_MS_PS);
+        after = bench_word(board, address);
+    } while (hil_debug_holds(board) && after == before);
+    assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
+    assert_in_range(debug.watch_address, address, address + 3);
+    assert_in_range(debug.watch_pc, 0x08010000u, 0x08018000u);
+    assert_int_not_equal(after, before);
+    assert_int_equal(hil_debug_watch(board, HIL_WATCH_WRITE, address, 4, false), MR_OK);
+    for (unsigned i = 0; i < HIL_WATCHPOINTS; i++)
+        assert_int_equal(hil_debug_watch(board, HIL_WATCH_READ, SRAM + 4u * i, 4, true), MR_OK);
+    assert_int_equal(hil_debug_watch(board, HIL_WATCH_READ, SRAM + 0x100u, 4, true), MR_FULL);
+    hil_debug_detach(board);
+    bench_run(board, 30 * HIL_MS_PS);
+    bench_run(later, 30 * HIL_MS_PS);
+    assert_same(board, later);
+    hil_board_destroy(board);
+    hil_board_destroy(later);
+}
+
+/* Looking at a register that reading changes (TIM2's capture clears its flag, SysTick's its own) changes nothing. */
+static void test_looking_changes_nothing(void **state)
+{
+    uint8_t bytes[4];
+    struct hil_debug debug;
+    struct hil_board *board = firmware_board();
+    (void)state;
+    bench_run(board, 20 * HIL_MS_PS + 9 * HIL_MS_PS / 10);
+    struct hil_board *alone = hil_board_fork(board);
+    hil_debug_attach(board, &debug);
+    assert_int_equal(hil_debug_read(board, 0xe000e010u, bytes, 4), MR_OK);
+    uint8_t first = bytes[2];
+    assert_int_equal(hil_debug_read(board, 0xe000e010u, bytes, 4), MR_OK);
+    assert_int_equal(bytes[2], first);
+    assert_int_equal(first & 1u, 1); /* COUNTFLAG: SysTick has come to 0 since start */
+    assert_int_equal(hil_debug_read(board, 0x40000034u, bytes, 4), MR_OK);
+    assert_int_equal(hil_debug_read(board, 0x30000000u, bytes, 4), MR_UNKNOWN);
+    assert_int_equal(hil_debug_read(board, 0x400fff00u, bytes, 4), MR_UNKNOWN);
+    assert_int_equal(hil_debug_write(board, 0x400fff00u, bytes, 4), MR_UNKNOWN);
+    hil_debug_detach(board);
+    bench_run(board, 40 * HIL_MS_PS);
+    bench_run(alone, 40 * HIL_MS_PS);
+    assert_same(board, alone);
+    hil_board_destroy(board);
+    hil_board_destroy(alone);
+}
+
+/* PC set elsewhere leaves the block: time counts what was run, and the code there runs. */
+static void test_registers(void **state)
+{
+    struct hil_debug debug;
+    struct hil_board *board = firmware_board();
+    uint32_t address = function_at("mr_block_from_scans"), other = function_at("mr_crc32");
+    (void)state;
+    hil_debug_attach(board, &debug);
+    assert_int_equal(hil_debug_break(board, address + 4u, true), MR_OK);
+    hil_debug_run(board);
+    bench_run(board, 20 * HIL_MS_PS);
+    assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), address + 4u);
+    uint64_t instructions = hil_board_counters(board)->instructions;
+    for (unsigned i = 0; i < HIL_REG_COUNT; i++) {
+        if (i == HIL_REG_PC || (i >= HIL_REG_XPSR && i < HIL_REG_D0) || i == 13)
+            continue;
+        uint64_t value = i >= HIL_REG_D0 && i < HIL_REG_FPSCR ? 0x123456789abcdef0u + i : 0x10000000u * (i % 8u);
+        hil_debug_write_register(board, i, value);
+        assert_int_equal(hil_debug_read_register(board, i), value);
+    }
+    hil_debug_write_register(board, HIL_REG_XPSR, 0xa0000000u);
+    assert_int_equal(hil_debug_read_register(board, HIL_REG_XPSR) >> 27, 0xa0000000u >> 27);
+    assert_int_equal(hil_debug_read_register(board, HIL_REG_XPSR) & 0x1ffu, 16 + 60); /* still in the handler */
+    hil_debug_write_register(board, HIL_REG_PC, other);
+    assert_in_range(hil_board_counters(board)->instructions - instructions, 1, 2);
+    assert_int_equal(hil_debug_break(board, other + 2u, true), MR_OK);
+    hil_debug_run(board);
+    bench_run(board, 21 * HIL_MS_PS);
+    assert_int_equal(hil_debug_read_register(board, HIL_REG_PC) & ~3u, (other + 2u) & ~3u);
+    hil_board_destroy(board);
+}
+
+/* BKPT holds under a debugger, and going on steps over it; without one it is a HardFault. */
+static void test_bkpt(void **state)
+{
+    static const uint16_t code[] = {0x2001, 0xbe2a, 0x3004, 0xe7fe}; /* movs r0, #1; bkpt #42; adds r0, #4; b . */
+    struct hil_debug debug, passing;
+    struct hil_board *board = firmware_board(), *alone = firmware_board();
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        struct hil_board *b = i ? alone : board;
+        assert_int_equal(hil_board_poke(b, 0x20010000u, code, sizeof code), MR_OK);
+        hil_debug_attach(b, i ? &passing : &debug);
+        hil_debug_write_register(b, HIL_REG_PC, 0x20010000u);
+        if (i)
+            hil_debug_detach(b);
+        else
+            hil_debug_run(b);
+        bench_run(b, HIL_MS_PS);
+    }
+    assert_int_equal(hil_board_counters(alone)->faults, 1);
+    assert_int_equal(debug.hold, HIL_HOLD_BKPT);
+    assert_int_equal(hil_board_counters(board)->faults, 0);
+    assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), 0x20010002u);
+    assert_int_equal(hil_debug_read_register(board, 0), 1);
+    hil_debug_run(board);
+    bench_run(board, 2 * HIL_MS_PS);
+    assert_false(hil_debug_holds(board));
+    assert_int_equal(hil_debug_read_register(board, 0), 5);
+    hil_debug_detach(board);
+    hil_board_destroy(board);
+    hil_board_destroy(alone);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_steps_change_nothing), cmocka_unit_test(test_breaks_change_nothing),
+        cmocka_unit_test(test_watchpoints),          cmocka_unit_test(test_looking_changes_nothing),
+        cmocka_unit_test(test_registers),            cmocka_unit_test(test_bkpt),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
