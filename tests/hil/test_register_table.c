@@ -197,5 +197,5 @@ int main(void)
         cmocka_unit_test(masks_do_not_overlap),
         cmocka_unit_test(the_list_is_printed),
     };
-    return cmocka_run_group_tests_name("hil/registers", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("hil/register_table", tests, NULL, NULL);
 }
