@@ -13,7 +13,7 @@
 #define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
 #define WARY_STEPS 100
 #define AT_ONCE 1e-8 /* of a step */
-#define POSITION_PART 0.05 /* tolerance on heights and displacements: rtol times this part of a mat's length */
+#define POSITION_PART 0.0005 /* tolerance on heights and displacements: rtol times this part of a mat's length */
 #define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
 
 double pass_clock_ms(void)
