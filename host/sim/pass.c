@@ -8,7 +8,7 @@
 #define FOLDED_DEG 85.0
 #define FOUND_MAX 64
 #define ROOT_STEPS 100
-#define INSIDE 4
+#define INSIDE 6
 #define ROUNDS 8
 #define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
 #define WARY_STEPS 100
@@ -144,7 +144,7 @@ static int only_slides(struct model_switch *found, int count)
     return kept;
 }
 
-/* Violations at the first of three points between the start of the last step and `to`; there the step is looked at until
+/* Violations at the first of five points between the start of the last step and `to`; there the step is looked at until
  * then. A mat may break loose and stop again, a foot touch the ground and leave it, and both passes miss it. */
 static int look_inside(struct pass *p, double to, struct model_switch *found)
 {
