@@ -9,11 +9,12 @@
 #define FOUND_MAX 64
 #define STEPS_BETWEEN_ASKING 32 /* whether to go on */
 #define ROOT_STEPS 100
-#define INSIDE 4
+#define INSIDE 6
+#define ROUNDS 8
 #define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
 #define WARY_STEPS 100
 #define AT_ONCE 1e-8 /* of a step */
-#define POSITION_PART 0.05 /* tolerance on heights and displacements: rtol times this part of a mat's length */
+#define POSITION_PART 0.0005 /* tolerance on heights and displacements: rtol times this part of a mat's length */
 #define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
 
 double pass_clock_ms(void)
@@ -147,28 +148,38 @@ static int only_slides(struct model_switch *found, int count)
     return kept;
 }
 
-/* Violations at the end of the last step, or at the first of three points within it (a mat may break loose and stop
- * again, a foot touch the ground and leave it, within a long step, and both passes miss it); the step then ends there. */
+/* Violations at the first of five points between the start of the last step and `to`; there the step is looked at until
+ * then. A mat may break loose and stop again, a foot touch the ground and leave it, and both passes miss it. */
+static int look_inside(struct pass *p, double to, struct model_switch *found)
+{
+    struct stepper *s = &p->stepper;
+    struct model *m = p->model;
+    if (s->kind->samples_shape || !s->kind->long_steps)
+        return 0;
+    for (int i = 1; i < INSIDE; i++) {
+        double t = s->t_s + (to - s->t_s) * i / INSIDE;
+        stepper_copy(s, s->z, p->z_event);
+        s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
+        int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
+        if (p->wary > 0)
+            count = only_slides(found, count);
+        if (count > 0) {
+            stepper_copy(s, p->z_event, p->z_until);
+            p->until_s = t;
+            return count;
+        }
+    }
+    return 0;
+}
+
+/* Violations within the last step or at its end. */
 static int look(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    if (!s->kind->samples_shape && s->kind->long_steps) {
-        double from = s->t_s, to = s->t_new_s;
-        for (int i = 1; i < INSIDE; i++) {
-            double t = from + (to - from) * i / INSIDE;
-            stepper_copy(s, s->z, p->z_event);
-            s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
-            int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
-            if (p->wary > 0)
-                count = only_slides(found, count);
-            if (count > 0) {
-                stepper_copy(s, p->z_event, p->z_until);
-                p->until_s = t;
-                return count;
-            }
-        }
-    }
+    int count = look_inside(p, s->t_new_s, found);
+    if (count > 0)
+        return count;
     p->until_s = s->t_new_s;
     stepper_copy(s, s->z_new, p->z_until);
     return model_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
@@ -239,7 +250,8 @@ static bool handle_events(struct pass *p, bool *event)
         p->wary--;
     if (count == 0)
         return true;
-    for (int round = 0; round < 8; round++) {
+    bool nearer = true; /* `found` is new, and nothing known before until_s */
+    for (int round = 0; round < ROUNDS; round++) {
         double first = INFINITY;
         for (int i = 0; i < count && i < FOUND_MAX; i++) {
             when[i] = first_time(p, found[i]);
@@ -248,7 +260,7 @@ static bool handle_events(struct pass *p, bool *event)
                 chosen = found[i];
             }
         }
-        if (first >= at && round > 0)
+        if (first >= at && !nearer)
             break;
         at = fmin(at, first);
         flips = 0;
@@ -257,6 +269,15 @@ static bool handle_events(struct pass *p, bool *event)
                 together[flips++] = found[i];
         }
         /* another may have come and gone before */
+        struct model_switch before[FOUND_MAX];
+        int earlier = at > s->t_s ? look_inside(p, at, before) : 0;
+        nearer = earlier > 0;
+        if (nearer && round + 1 < ROUNDS) {
+            memcpy(found, before, sizeof found);
+            count = earlier;
+            at = p->until_s;
+            continue;
+        }
         stepper_copy(s, s->z, p->z_event);
         if (at > s->t_s)
             s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
