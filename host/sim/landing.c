@@ -24,6 +24,7 @@
 #define GUARD 4      /* mats at rest that the heaving part keeps at its ends */
 #define CHUNK 8      /* mats that it grows by */
 #define PATIENCE 16  /* steps before a part may shrink */
+#define SETTLING 3   /* steps before it leaves the next mat: one for its damper, one for the grit, one more */
 #define QUIET 1e-13  /* of L for heights, of sqrt(g L) for their rates: at rest */
 
 /* Mats first..last, from 0; empty when last < first. */
@@ -37,7 +38,8 @@ struct landing {
     const struct sim_scene *scene;
     double *z; /* every mat's, all the time */
     double *accel, *u, *v, *height;
-    double *gap0_ft, *grit_lb, *reach_ft, *tension_lb; /* per joint */
+    double *gap0_ft, *grit_lb, *reach_ft; /* per joint */
+    double *tension_lb; /* per joint; between mats at rest that of the last step in which one of them moved */
     double slack_ft;
     bool gritty;
     struct part slides; /* mats that move along the runway, and one at rest on either side */
@@ -89,10 +91,14 @@ static void follow_slides(struct landing *l, const struct sim_touch *touch, int 
     bool still_last = v[2 * s->last + 1] == 0.0 && s->last > 0 && v[2 * s->last - 1] == 0.0;
     s->quiet_first = still_first ? s->quiet_first + 1 : 0;
     s->quiet_last = still_last ? s->quiet_last + 1 : 0;
-    if (s->quiet_first >= PATIENCE && s->last - s->first > 2)
+    if (s->quiet_first >= PATIENCE && s->last - s->first > 2) {
         s->first++;
-    if (s->quiet_last >= PATIENCE && s->last - s->first > 2)
+        s->quiet_first = PATIENCE - SETTLING;
+    }
+    if (s->quiet_last >= PATIENCE && s->last - s->first > 2) {
         s->last--;
+        s->quiet_last = PATIENCE - SETTLING;
+    }
 }
 
 /* Tension of a joint at opening g; the law of chain.h. */
@@ -230,15 +236,19 @@ static void follow_heaves(struct landing *l)
     }
 }
 
+/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the mats. */
+static void slide_what_heaves(struct landing *l)
+{
+    const struct model *m = &l->model;
+    if ((m->full || m->soil_normal) && l->heaves.last >= l->heaves.first)
+        take_in(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
+}
+
 static void kick_heaves(struct landing *l, double h_s)
 {
     struct model *m = &l->model;
     double *v = l->z + m->size;
     m->step_s = h_s;
-    for (int j = m->first; j <= m->last + 1; j++) {
-        if (j < l->slides.first || j > l->slides.last + 1)
-            m->given_lb[j] = 0.0; /* joints of mats that have not moved yet */
-    }
     consistent_heave(m, l->z, l->accel);
     for (int j = m->first; j <= m->last + 1; j++)
         v[2 * j] += h_s * l->accel[2 * j];
@@ -336,6 +346,7 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
         if (prunes) {
             follow_slides(l, touch, count);
             follow_heaves(l);
+            slide_what_heaves(l);
         }
         bool heaves = l->heaves.last >= l->heaves.first;
         stretch_joints(l);
