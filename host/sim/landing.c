@@ -66,8 +66,14 @@ static void take_in(struct part *part, const struct model *m, int low, int high)
     high = high > m->mats - 1 ? m->mats - 1 : high;
     if (part->last < part->first)
         *part = (struct part){low, high, 0, 0};
-    part->first = low < part->first ? low : part->first;
-    part->last = high > part->last ? high : part->last;
+    if (low < part->first) {
+        part->first = low;
+        part->quiet_first = 0;
+    }
+    if (high > part->last) {
+        part->last = high;
+        part->quiet_last = 0;
+    }
 }
 
 /* --- along the runway --- */
