@@ -22,7 +22,7 @@
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS 4 /* between looks at the angles */
 #define GUARD 4      /* mats at rest that the heaving part keeps at its ends */
-#define CHUNK 8      /* mats that it grows by */
+#define CHUNK 8      /* mats that it grows by, at least */
 #define PATIENCE 16  /* steps before a part may shrink */
 #define SETTLING 3   /* steps before it leaves the next mat: one for its damper, one for the grit, one more */
 #define QUIET 1e-13  /* of L for heights, of sqrt(g L) for their rates: at rest */
@@ -207,8 +207,9 @@ static void follow_heaves(struct landing *l)
 {
     struct model *m = &l->model;
     struct part *h = &l->heaves;
-    if (m->wheel_load_lb > 0.0 && m->span.mat >= 0 && (m->span.mat - GUARD < h->first || m->span.mat + GUARD > h->last))
-        take_in(h, m, m->span.mat - CHUNK, m->span.mat + CHUNK);
+    int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK; /* what is loaded at once: as window.c */
+    if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
+        take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
     if (h->last < h->first)
         return;
     bool first = h->first == 0, last = h->last == m->mats - 1;
@@ -217,9 +218,9 @@ static void follow_heaves(struct landing *l)
     for (int k = 0; k < GUARD && !last; k++)
         last = h->last - k >= h->first && !mat_rests(l, h->last - k);
     if (first && h->first > 0)
-        take_in(h, m, h->first - CHUNK, h->last);
+        take_in(h, m, h->first - chunk, h->last);
     if (last && h->last < m->mats - 1)
-        take_in(h, m, h->first, h->last + CHUNK);
+        take_in(h, m, h->first, h->last + chunk);
     if (++h->quiet_first >= PATIENCE) {
         h->quiet_first = 0;
         int low = h->first, high = h->last;
@@ -231,10 +232,10 @@ static void follow_heaves(struct landing *l)
         if (low > high && !loaded)
             h->last = h->first - 1;
         else if (low <= high) {
-            int from = low - CHUNK, to = high + CHUNK;
+            int from = low - chunk, to = high + chunk;
             if (loaded) {
-                from = m->span.mat - CHUNK < from ? m->span.mat - CHUNK : from;
-                to = m->span.mat + CHUNK > to ? m->span.mat + CHUNK : to;
+                from = m->span.mat - m->tail < from ? m->span.mat - m->tail : from;
+                to = m->span.mat + m->tail > to ? m->span.mat + m->tail : to;
             }
             h->first = from > h->first ? from : h->first;
             h->last = to < h->last ? to : h->last;
@@ -329,7 +330,7 @@ static void begin(struct landing *l, bool prunes)
             fabs(l->tension_lb[n + 1] - l->tension_lb[n]) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
             take_in(&l->slides, m, n - 1, n + 1);
         if (!mat_rests(l, n))
-            take_in(&l->heaves, m, n - CHUNK, n + CHUNK);
+            take_in(&l->heaves, m, n - m->tail, n + m->tail);
     }
 }
 
