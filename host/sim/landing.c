@@ -22,8 +22,9 @@
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS 4 /* between looks at the angles */
 #define GUARD 4      /* mats at rest that the heaving part keeps at its ends */
-#define CHUNK 8      /* mats that it grows by */
+#define CHUNK 8      /* mats that it grows by, at least */
 #define PATIENCE 16  /* steps before a part may shrink */
+#define SETTLING 3   /* steps before it leaves the next mat: one for its damper, one for the grit, one more */
 #define QUIET 1e-13  /* of L for heights, of sqrt(g L) for their rates: at rest */
 
 /* Mats first..last, from 0; empty when last < first. */
@@ -37,7 +38,8 @@ struct landing {
     const struct sim_scene *scene;
     double *z; /* every mat's, all the time */
     double *accel, *u, *v, *height;
-    double *gap0_ft, *grit_lb, *reach_ft, *tension_lb; /* per joint */
+    double *gap0_ft, *grit_lb, *reach_ft; /* per joint */
+    double *tension_lb; /* per joint; between mats at rest that of the last step in which one of them moved */
     double slack_ft;
     bool gritty;
     struct part slides; /* mats that move along the runway, and one at rest on either side */
@@ -64,8 +66,14 @@ static void take_in(struct part *part, const struct model *m, int low, int high)
     high = high > m->mats - 1 ? m->mats - 1 : high;
     if (part->last < part->first)
         *part = (struct part){low, high, 0, 0};
-    part->first = low < part->first ? low : part->first;
-    part->last = high > part->last ? high : part->last;
+    if (low < part->first) {
+        part->first = low;
+        part->quiet_first = 0;
+    }
+    if (high > part->last) {
+        part->last = high;
+        part->quiet_last = 0;
+    }
 }
 
 /* --- along the runway --- */
@@ -89,10 +97,14 @@ static void follow_slides(struct landing *l, const struct sim_touch *touch, int 
     bool still_last = v[2 * s->last + 1] == 0.0 && s->last > 0 && v[2 * s->last - 1] == 0.0;
     s->quiet_first = still_first ? s->quiet_first + 1 : 0;
     s->quiet_last = still_last ? s->quiet_last + 1 : 0;
-    if (s->quiet_first >= PATIENCE && s->last - s->first > 2)
+    if (s->quiet_first >= PATIENCE && s->last - s->first > 2) {
         s->first++;
-    if (s->quiet_last >= PATIENCE && s->last - s->first > 2)
+        s->quiet_first = PATIENCE - SETTLING;
+    }
+    if (s->quiet_last >= PATIENCE && s->last - s->first > 2) {
         s->last--;
+        s->quiet_last = PATIENCE - SETTLING;
+    }
 }
 
 /* Tension of a joint at opening g; the law of chain.h. */
@@ -195,8 +207,9 @@ static void follow_heaves(struct landing *l)
 {
     struct model *m = &l->model;
     struct part *h = &l->heaves;
-    if (m->wheel_load_lb > 0.0 && m->span.mat >= 0 && (m->span.mat - GUARD < h->first || m->span.mat + GUARD > h->last))
-        take_in(h, m, m->span.mat - CHUNK, m->span.mat + CHUNK);
+    int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK; /* what is loaded at once: as window.c */
+    if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
+        take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
     if (h->last < h->first)
         return;
     bool first = h->first == 0, last = h->last == m->mats - 1;
@@ -205,9 +218,9 @@ static void follow_heaves(struct landing *l)
     for (int k = 0; k < GUARD && !last; k++)
         last = h->last - k >= h->first && !mat_rests(l, h->last - k);
     if (first && h->first > 0)
-        take_in(h, m, h->first - CHUNK, h->last);
+        take_in(h, m, h->first - chunk, h->last);
     if (last && h->last < m->mats - 1)
-        take_in(h, m, h->first, h->last + CHUNK);
+        take_in(h, m, h->first, h->last + chunk);
     if (++h->quiet_first >= PATIENCE) {
         h->quiet_first = 0;
         int low = h->first, high = h->last;
@@ -219,10 +232,10 @@ static void follow_heaves(struct landing *l)
         if (low > high && !loaded)
             h->last = h->first - 1;
         else if (low <= high) {
-            int from = low - CHUNK, to = high + CHUNK;
+            int from = low - chunk, to = high + chunk;
             if (loaded) {
-                from = m->span.mat - CHUNK < from ? m->span.mat - CHUNK : from;
-                to = m->span.mat + CHUNK > to ? m->span.mat + CHUNK : to;
+                from = m->span.mat - m->tail < from ? m->span.mat - m->tail : from;
+                to = m->span.mat + m->tail > to ? m->span.mat + m->tail : to;
             }
             h->first = from > h->first ? from : h->first;
             h->last = to < h->last ? to : h->last;
@@ -230,15 +243,19 @@ static void follow_heaves(struct landing *l)
     }
 }
 
+/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the mats. */
+static void slide_what_heaves(struct landing *l)
+{
+    const struct model *m = &l->model;
+    if ((m->full || m->soil_normal) && l->heaves.last >= l->heaves.first)
+        take_in(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
+}
+
 static void kick_heaves(struct landing *l, double h_s)
 {
     struct model *m = &l->model;
     double *v = l->z + m->size;
     m->step_s = h_s;
-    for (int j = m->first; j <= m->last + 1; j++) {
-        if (j < l->slides.first || j > l->slides.last + 1)
-            m->given_lb[j] = 0.0; /* joints of mats that have not moved yet */
-    }
     consistent_heave(m, l->z, l->accel);
     for (int j = m->first; j <= m->last + 1; j++)
         v[2 * j] += h_s * l->accel[2 * j];
@@ -313,7 +330,7 @@ static void begin(struct landing *l, bool prunes)
             fabs(l->tension_lb[n + 1] - l->tension_lb[n]) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
             take_in(&l->slides, m, n - 1, n + 1);
         if (!mat_rests(l, n))
-            take_in(&l->heaves, m, n - CHUNK, n + CHUNK);
+            take_in(&l->heaves, m, n - m->tail, n + m->tail);
     }
 }
 
@@ -336,6 +353,7 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
         if (prunes) {
             follow_slides(l, touch, count);
             follow_heaves(l);
+            slide_what_heaves(l);
         }
         bool heaves = l->heaves.last >= l->heaves.first;
         stretch_joints(l);

@@ -52,6 +52,19 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
     return MR_OK;
 }
 
+/* The mass matrix carries a load to all nodes at once, by a ratio r per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|) with D on
+ * its diagonal and B beside it. 12 mats for mats like the report's; many when I is far above m L^2/4. */
+static int tail_mats(const struct model *m)
+{
+    double quarter = 0.25 * m->mass_slug, turn = m->inertia / (m->length_ft * m->length_ft);
+    double diagonal = 2.0 * (quarter + turn), beside = fabs(quarter - turn);
+    double ratio = 2.0 * beside / (diagonal + sqrt(diagonal * diagonal - 4.0 * beside * beside));
+    if (!m->consistent || !(ratio > 0.0))
+        return 1;
+    double mats = ceil(log(MODEL_TAIL) / log(ratio));
+    return mats < m->mats ? (int)mats : m->mats;
+}
+
 enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit, struct error *error)
 {
     size_t nodes = (size_t)s->mats + 1;
@@ -94,6 +107,7 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
     m->soil_normal = m->law != SIM_NONE && s->friction_normal == SIM_SOIL;
     if (check(s, grit, error) != MR_OK)
         return error->status;
+    m->tail = tail_mats(m);
     m->storage = calloc(5 * (nodes + 1), sizeof *m->storage);
     m->contact = calloc(5 * (nodes + 1), sizeof *m->contact);
     if (!m->storage || !m->contact) {

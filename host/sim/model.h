@@ -26,6 +26,7 @@
 
 #define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
 #define MODEL_ROW (2 * MODEL_BAND + 1)
+#define MODEL_TAIL 3e-8
 #define MODEL_TOUCH_FT 1e-9 /* flat mats sit at 0 up to rounding: no lift below this */
 
 enum model_switch_kind { MODEL_CONTACT, MODEL_TORSION, MODEL_SLACK, MODEL_SLIDE, MODEL_STICK, MODEL_APEX, MODEL_HOLD };
@@ -75,6 +76,7 @@ struct model {
     int first, last;
     double *rest_u_ft; /* per mat: displacement of those outside */
     double rest_y_ft;  /* height of a settled node */
+    int tail;          /* consistent: mats over which what a sudden load does to the heights falls by MODEL_TAIL */
     int quiet_steps;
     double *storage;
     double *spare;      /* size */

@@ -11,7 +11,7 @@
 #include "host/sim/kernel.h"
 
 #define GUARD 4
-#define CHUNK 8         /* mats taken in at once when the guard is reached */
+#define CHUNK 8         /* mats taken in at once when the guard is reached, at least */
 #define QUIET 1e-13     /* of L for heights, of sqrt(g L) for speeds */
 #define PATIENCE 16     /* steps between attempts to leave mats behind */
 #define WORTH_LEAVING 4 /* mats; fewer are not worth a restart */
@@ -25,6 +25,12 @@ static bool exact_push(const struct model *m)
 static bool exact_shape(const struct model *m)
 {
     return !m->consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
+}
+
+/* Mats taken in at once. In the consistent model a load is felt at once as far as the mass matrix carries it. */
+static int chunk(const struct model *m)
+{
+    return m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK;
 }
 
 static double quiet_ft(const struct model *m)
@@ -66,7 +72,7 @@ static bool touched(const struct model *m, int *low, int *high)
         *low = span->share < *low ? span->share : *low;
         *high = span->share + 1 > *high ? span->share + 1 : *high;
     }
-    int more = m->consistent ? GUARD : exact_push(m) ? 0 : 1;
+    int more = m->consistent ? (m->wheel_load_lb > 0.0 ? m->tail : GUARD) : exact_push(m) ? 0 : 1;
     *low -= more;
     *high += more;
     return true;
@@ -161,12 +167,12 @@ static void wanted(const struct model *m, const double *z, int *first, int *last
     for (int k = 0; k < GUARD && m->first > 0; k++) {
         int n = m->first + k;
         if (n <= m->last && ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
-            *first = m->first - CHUNK < *first ? m->first - CHUNK : *first;
+            *first = m->first - chunk(m) < *first ? m->first - chunk(m) : *first;
     }
     for (int k = 0; k < GUARD && m->last < m->mats - 1; k++) {
         int n = m->last - k;
         if (n >= m->first && ((!exact_push(m) && !lies_still(m, z, n)) || (!exact_shape(m) && !lies_flat(m, z, n))))
-            *last = m->last + CHUNK > *last ? m->last + CHUNK : *last;
+            *last = m->last + chunk(m) > *last ? m->last + chunk(m) : *last;
     }
 }
 
@@ -183,7 +189,7 @@ static int idle(const struct model *m, const double *z, bool at_first)
     }
     if (!at_first && m->shear != SIM_NO_SHEAR && m->lifted > 0 && m->last - count < m->apex + 1)
         count = m->last - m->apex - 1;
-    return count - (exact_push(m) && exact_shape(m) ? 1 : 2 * GUARD);
+    return count - (exact_push(m) && exact_shape(m) ? 1 : chunk(m));
 }
 
 bool model_follow(struct model *m, double *z)
@@ -230,8 +236,8 @@ void model_prune(struct model *m, double t_s, const double *z)
     if (last < 0)
         first = last = 0;
     if (!exact_push(m) || !exact_shape(m)) {
-        first -= CHUNK;
-        last += CHUNK;
+        first -= chunk(m);
+        last += chunk(m);
     }
     clip(m, &first, &last);
     m->first = first;

@@ -126,6 +126,98 @@ static void leaving_mats_out_changes_nothing(void **state)
     }
 }
 
+/* Numbers 0 to 1 that look scattered: fixed from seed to seed. */
+static double draw(uint64_t *seed)
+{
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return (double)(*seed >> 11) / 9007199254740992.0;
+}
+
+static int pick(uint64_t *seed, int count)
+{
+    return (int)(draw(seed) * count);
+}
+
+/* A landing that starts before, on or beyond the runway and rolls either way over bumps, pressed joints and slack. */
+static struct sim_scene scattered(uint64_t seed)
+{
+    struct sim_scene scene;
+    double gaps[201] = {0}, bump[5];
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CONSISTENT;
+    scene.mats = pick(&seed, 6) == 0 ? 1 + pick(&seed, 4) : 5 + pick(&seed, 195);
+    scene.profile = pick(&seed, 3) == 0 ? SIM_FULL : SIM_LOW;
+    scene.friction_normal = pick(&seed, 3) == 0 ? SIM_SOIL : SIM_WEIGHT;
+    scene.friction_law = pick(&seed, 8) == 0 ? SIM_NONE : SIM_STICK;
+    scene.wheel_load_lb = pick(&seed, 3) == 0 ? 2000.0 * draw(&seed) : 0.0;
+    scene.thrust = pick(&seed, 2) == 0 ? SIM_LINEAR : SIM_JUMP;
+    scene.slack_ft = pick(&seed, 3) == 0 ? 0.01 * draw(&seed) : 0.0;
+    scene.tad_deg = pick(&seed, 3) == 0 ? draw(&seed) : 10.0;
+    scene.left = pick(&seed, 2) == 0 ? SIM_FIXED : SIM_FREE;
+    scene.v0_ft_s = 4.0 * draw(&seed) - 2.0;
+    scene.v0_mat = 1 + pick(&seed, scene.mats);
+    if (scene.slack_ft > 0.0 && pick(&seed, 2) == 0) {
+        const double grit = 1000.0 * draw(&seed);
+        fill(&scene.grit_lb, &grit, 1);
+    }
+    for (int i = 0; i < 2; i++)
+        gaps[pick(&seed, scene.mats + 1)] = -2e-4 * draw(&seed);
+    fill(&scene.gap0_ft, gaps, (size_t)scene.mats + 1);
+    scene.bump_first = 1 + pick(&seed, scene.mats);
+    for (int i = 0; i < 5; i++)
+        bump[i] = 0.02 + 0.03 * draw(&seed);
+    int bumps = scene.mats + 2 - scene.bump_first;
+    fill(&scene.bump_ft, bump, (size_t)(bumps < 5 ? bumps : 5));
+    double x_ft = (1.2 * draw(&seed) - 0.1) * scene.mats * 2.0, end_s = 0.03 + 0.07 * draw(&seed);
+    double speed = (draw(&seed) < 0.8 ? 1.0 : -1.0) * (20.0 + 100.0 * draw(&seed)), f = 500.0 + 15000.0 * draw(&seed);
+    const struct sim_path_row rows[] = {{0.1 * end_s, x_ft, 0.0},
+                                        {0.3 * end_s, x_ft + 0.2 * speed * end_s, f},
+                                        {0.7 * end_s, x_ft + 0.5 * speed * end_s, 0.8 * f},
+                                        {end_s, x_ft + 0.6 * speed * end_s, 0.0}};
+    assert_int_equal(sim_scene_set_path(&scene, rows, 4, &error), MR_OK);
+    scene.t_end_s = end_s * (0.8 + 0.5 * draw(&seed));
+    return scene;
+}
+
+static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
+{
+    (void)state;
+    int compared = 0, lighter = 0;
+    for (uint64_t seed = 1; seed <= 100; seed++) {
+        struct sim_scene scene = scattered(seed);
+        struct sim_result results[2];
+        double stations[200];
+        for (int n = 0; n < scene.mats; n++)
+            stations[n] = n * scene.length_ft;
+        for (int whole = 0; whole < 2; whole++) {
+            struct sim_options options = {.no_prune = whole,
+                                          .sample_dt_s = scene.t_end_s / 20.0,
+                                          .station_ft = stations,
+                                          .station_count = (size_t)scene.mats};
+            memset(&error, 0, sizeof error);
+            sim_run(&scene, &options, &results[whole], &error);
+        }
+        assert_int_equal(results[0].status, results[1].status);
+        if (results[0].status == SIM_OK) {
+            const struct sim_result *a = &results[0], *b = &results[1];
+            /* what the ends of the heaving part hold back, amplified by switches of a fixed step */
+            double apart_ft = fmax(1e-9, 0.05 * fmax(b->error_u_ft, b->error_lift_ft));
+            for (size_t k = 0; k < a->sample_count * a->station_count; k++) {
+                if (!(fabs(a->sample_u_ft[k] - b->sample_u_ft[k]) <= apart_ft &&
+                      fabs(a->sample_y_ft[k] - b->sample_y_ft[k]) <= apart_ft))
+                    fail_msg("landing %d: u %g and %g, height %g and %g", (int)seed, a->sample_u_ft[k],
+                             b->sample_u_ft[k], a->sample_y_ft[k], b->sample_y_ft[k]);
+            }
+            compared++;
+            lighter += a->mats_mean < 0.9 * b->mats_mean;
+        }
+        sim_result_free(&results[0]);
+        sim_result_free(&results[1]);
+        sim_scene_free(&scene);
+    }
+    assert_true(compared >= 95 && lighter >= 25);
+}
+
 /* A bow wave on ten mats: the fixed step converges to what the solver finds that locates every switch. */
 static void it_converges_to_located_switches(void **state)
 {
@@ -187,6 +279,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_flat_landing_is_the_chains),
         cmocka_unit_test(leaving_mats_out_changes_nothing),
+        cmocka_unit_test(leaving_mats_out_of_scattered_landings_changes_nothing),
         cmocka_unit_test(it_converges_to_located_switches),
         cmocka_unit_test(what_it_cannot_do_is_refused),
     };

@@ -102,6 +102,50 @@ static void leaving_mats_out_changes_nothing(void **state)
     }
 }
 
+/* The consistent model's mass matrix carries a load to all nodes at once, far when mats are short and heavy to turn.
+ * Samples before the load comes, and after. */
+static void a_load_is_felt_as_far_as_the_mass_matrix_carries_it(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *solver;
+        double length_ft, inertia, apart_ft;
+    } cases[] = {{"event", 0.5, 2.0, 1e-13}, {"event", 0.3, 20.0, 1e-12}, {"fixed", 0.5, 2.0, 1e-13}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct sim_scene scene = long_strip(SIM_CONSISTENT, 160);
+        double stations[160];
+        scene.length_ft = cases[i].length_ft;
+        scene.inertia_slug_ft2 = cases[i].inertia;
+        scene.bump_ft.count = 0;
+        scene.t_out_s.count = 0;
+        scene.wheel_load_lb = 2000.0;
+        scene.s0_ft = 80.2 * scene.length_ft;
+        scene.t_end_s = 0.01;
+        for (int n = 0; n < 160; n++)
+            stations[n] = n * scene.length_ft;
+        struct sim_result results[2];
+        for (int whole = 0; whole < 2; whole++) {
+            struct sim_options options = {.solver = cases[i].solver,
+                                          .no_prune = whole,
+                                          .sample_dt_s = 1e-3,
+                                          .station_ft = stations,
+                                          .station_count = 160};
+            memset(&error, 0, sizeof error);
+            sim_run(&scene, &options, &results[whole], &error);
+            assert_string_equal(error.text, "");
+        }
+        double deepest = 0.0;
+        for (size_t k = 0; k < results[0].sample_count * 160; k++) {
+            assert_true(fabs(results[0].sample_y_ft[k] - results[1].sample_y_ft[k]) <= cases[i].apart_ft);
+            deepest = fmin(deepest, results[1].sample_y_ft[k]);
+        }
+        assert_true(deepest < -1e-5); /* W/(2 KV) is 8e-6 */
+        sim_result_free(&results[0]);
+        sim_result_free(&results[1]);
+        sim_scene_free(&scene);
+    }
+}
+
 /* A wave front needs N L / c; one that is frozen at the first window would not arrive. */
 static void the_window_grows_with_the_motion(void **state)
 {
@@ -160,6 +204,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(leaving_mats_out_changes_nothing),
+        cmocka_unit_test(a_load_is_felt_as_far_as_the_mass_matrix_carries_it),
         cmocka_unit_test(the_window_grows_with_the_motion),
         cmocka_unit_test(mats_beyond_the_reach_cost_nothing),
         cmocka_unit_test(a_flat_strip_stays_flat),
