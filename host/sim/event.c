@@ -223,6 +223,8 @@ static bool advance(struct stepper *s, double limit_s)
             w->h_s = h;
             w->begun = true;
             w->dense = false;
+            s->rate = w->rate[0];
+            s->rate_new = w->rate[12];
             return true;
         }
         s->rejected++;

@@ -161,6 +161,8 @@ static bool advance(struct stepper *s, double limit_s)
             s->t_new_s = last ? limit_s : s->t_s + h;
             w->h_s = h;
             w->begun = true;
+            s->rate = w->rate[0];
+            s->rate_new = w->rate[6];
             return true;
         }
         s->rejected++;

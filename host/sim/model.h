@@ -126,6 +126,11 @@ double model_margin(const struct model *model, double t_s, const double *z, stru
 /* All switches whose margin is negative, at most `room`; returns how many there are. */
 int model_violations(const struct model *model, double t_s, const double *z, struct model_switch *found, int room);
 
+/* Whether a switch may come and go within a step that has none at its ends: from states and their rates (v, p'') there.
+ * False says that no margin can reach zero, as far as cubics tell, with a factor of two. */
+bool model_may_switch(const struct model *model, double t0_s, const double *z0, const double *rate0, double t1_s,
+                      const double *z1, const double *rate1);
+
 /* Index range of p that margins of this switch read. */
 void model_reach(const struct model *model, struct model_switch s, int *low, int *high);
 

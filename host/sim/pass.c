@@ -177,7 +177,8 @@ static int look(struct pass *p, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    int count = look_inside(p, s->t_new_s, found);
+    bool may = !s->rate || model_may_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
+    int count = may ? look_inside(p, s->t_new_s, found) : 0;
     if (count > 0)
         return count;
     p->until_s = s->t_new_s;

@@ -39,6 +39,7 @@ struct stepper {
     double least_s;            /* steps below this are given up */
     double t_s, t_new_s;
     double *z, *z_new; /* 2 size values */
+    const double *rate, *rate_new; /* rates (v, p'') at both ends of the last step; NULL: not known */
     uint64_t accepted, rejected;
     void *work;
 };

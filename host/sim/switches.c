@@ -371,3 +371,131 @@ void model_sample(struct model *m, double t_s, const double *z)
     model_sample_shape(m, z);
     settle_slide(m, t_s, z);
 }
+
+/* How far a quantity can stray beyond its values at both ends of a step: twice what the cubic through values and slopes
+ * can (a slope that differs from the mean by 1 lifts it by 4/27 of the step). */
+static inline double stray(double h, double from, double to, double rate_from, double rate_to)
+{
+    double mean = (to - from) / h;
+    return 8.0 / 27.0 * h * (fabs(rate_from - mean) + fabs(rate_to - mean));
+}
+
+struct step_ends {
+    const double *z0, *z1, *r0, *r1; /* states and their rates */
+    double t0_s, t1_s, h_s;
+};
+
+/* Whether from below `limit` it can get above it. */
+static inline bool may_pass(const struct step_ends *s, double from, double to, double rate_from, double rate_to,
+                            double limit)
+{
+    return (from > to ? from : to) + stray(s->h_s, from, to, rate_from, rate_to) > limit;
+}
+
+static bool contact_may_change(const struct model *m, const struct step_ends *s, int node)
+{
+    int y = 2 * node, v = m->size + y;
+    double sign = m->contact[node] ? -1.0 : 1.0, edge = m->consistent ? 0.0 : sign * -TOUCH_FT;
+    bool height = may_pass(s, sign * s->z0[y], sign * s->z1[y], sign * s->r0[y], sign * s->r1[y], edge);
+    if (!m->consistent || (m->contact[node] ? height : !height))
+        return height;
+    double c = m->cv / m->kv; /* the soil pushes while height and force are both positive */
+    return may_pass(s, sign * (s->z0[y] + c * s->z0[v]), sign * (s->z1[y] + c * s->z1[v]),
+                    sign * (s->r0[y] + c * s->r0[v]), sign * (s->r1[y] + c * s->r1[v]), 0.0);
+}
+
+static bool apex_may_change(const struct model *m, const struct step_ends *s, int node)
+{
+    int y = 2 * node, a = 2 * m->apex;
+    return node != m->apex && may_pass(s, s->z0[a] - s->z0[y], s->z1[a] - s->z1[y], s->r0[a] - s->r0[y],
+                                       s->r1[a] - s->r1[y], 0.0);
+}
+
+static bool torsion_may_change(const struct model *m, const struct step_ends *s, int joint, double flat_ft)
+{
+    double tilt_ft = 0.0;
+    for (int n = joint - 1; n <= joint; n++) {
+        if (n < m->first || n > m->last)
+            continue;
+        double from = s->z0[2 * n + 2] - s->z0[2 * n], to = s->z1[2 * n + 2] - s->z1[2 * n];
+        tilt_ft += fmax(fabs(from), fabs(to)) +
+                   stray(s->h_s, from, to, s->r0[2 * n + 2] - s->r0[2 * n], s->r1[2 * n + 2] - s->r1[2 * n]);
+    }
+    if (!m->torsion[joint] && tilt_ft < flat_ft)
+        return false;
+    double turn[2], rate[2];
+    for (int end = 0; end < 2; end++) {
+        const double *z = end ? s->z1 : s->z0;
+        struct kernel_mat l = mat_of(m, z, joint - 1), r = mat_of(m, z, joint);
+        turn[end] = kernel_turn_rad(&l, &r);
+        rate[end] = r.w - l.w;
+    }
+    double side = m->torsion[joint];
+    if (m->torsion[joint])
+        return may_pass(s, -side * turn[0], -side * turn[1], -side * rate[0], -side * rate[1], -m->tad_rad);
+    return may_pass(s, turn[0], turn[1], rate[0], rate[1], m->tad_rad) ||
+           may_pass(s, -turn[0], -turn[1], -rate[0], -rate[1], m->tad_rad);
+}
+
+static bool slack_may_change(const struct model *m, const struct step_ends *s, int joint)
+{
+    double gap[2], rate[2];
+    for (int end = 0; end < 2; end++) {
+        const double *z = end ? s->z1 : s->z0;
+        struct kernel_mat l = mat_of(m, z, joint - 1), r = mat_of(m, z, joint);
+        gap[end] = kernel_gap_ft(m, joint, &l, &r, m->full);
+        rate[end] = r.v - l.v + (m->full ? m->half_ft * (l.w * l.s + r.w * r.s) : 0.0);
+    }
+    bool opens = may_pass(s, gap[0], gap[1], rate[0], rate[1], m->joint[joint] < 0 ? 0.0 : m->slack_ft);
+    bool closes = may_pass(s, -gap[0], -gap[1], -rate[0], -rate[1], m->joint[joint] > 0 ? -m->slack_ft : 0.0);
+    return m->joint[joint] < 0 ? opens : m->joint[joint] > 0 ? closes : opens || closes;
+}
+
+/* Change of a joint's tension with time, tilting aside. */
+static double tension_rate(const struct model *m, const double *z, const double *rate, int joint)
+{
+    int l = m->size + 2 * joint - 1, r = m->size + 2 * joint + 1;
+    bool left = joint > m->first, right = joint <= m->last;
+    if ((joint == 0 && m->left_free) || (joint == m->mats && m->right_free) ||
+        (m->slack_ft > 0.0 && m->joint[joint] == 0))
+        return 0.0;
+    return m->kl * ((right ? z[r] : 0.0) - (left ? z[l] : 0.0)) + m->cl * ((right ? rate[r] : 0.0) - (left ? rate[l] : 0.0));
+}
+
+static bool slip_may_change(const struct model *m, const struct step_ends *s, int mat)
+{
+    int v = m->size + 2 * mat + 1;
+    double side = m->slide[mat];
+    if (m->slide[mat])
+        return may_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v], 0.0);
+    if (m->soil_normal)
+        return true; /* its limit changes too */
+    double from = model_push_lb(m, s->t0_s, s->z0, mat), to = model_push_lb(m, s->t1_s, s->z1, mat);
+    double rate_from = tension_rate(m, s->z0, s->r0, mat + 1) - tension_rate(m, s->z0, s->r0, mat);
+    double rate_to = tension_rate(m, s->z1, s->r1, mat + 1) - tension_rate(m, s->z1, s->r1, mat);
+    double limit = model_limit_lb(m, s->z0, mat);
+    return may_pass(s, from, to, rate_from, rate_to, limit) || may_pass(s, -from, -to, -rate_from, -rate_to, limit);
+}
+
+bool model_may_switch(const struct model *m, double t0_s, const double *z0, const double *rate0, double t1_s,
+                      const double *z1, const double *rate1)
+{
+    const struct step_ends s = {z0, z1, rate0, rate1, t0_s, t1_s, t1_s - t0_s};
+    bool apexes = m->shear != SIM_NO_SHEAR && m->lifted > 0;
+    bool torsions = m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0);
+    double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft;
+    if (m->held >= 0)
+        return true;
+    for (int j = m->first; j <= m->last + 1; j++) {
+        if (contact_may_change(m, &s, j) || (apexes && apex_may_change(m, &s, j)) ||
+            (torsions && has_torsion(m, j) && torsion_may_change(m, &s, j, flat_ft)) ||
+            (m->slack_ft > 0.0 && slack_may_change(m, &s, j)))
+            return true;
+    }
+    int first = m->first > 0 ? m->first - 1 : 0, last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
+    for (int n = first; m->law == SIM_STICK && n <= last; n++) {
+        if (slip_may_change(m, &s, n))
+            return true;
+    }
+    return false;
+}
