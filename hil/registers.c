@@ -54,6 +54,7 @@ static const struct {
 static const char *const behaviour[] = {
     "core: cycles; an instruction takes one (silicon differs by up to two), exception entry 12, return 10",
     "core: memory protection unit, ITM, ETM, breakpoints of the FPB, lazy stacking (registers are stacked at once)",
+    "core: DIV_0_TRP; it is kept, but a division by zero gives 0",
     "core: imprecise bus faults (all are precise); late arrival of an exception during stacking",
     "DMA: FIFO, bursts, double buffers, priorities and bus load; a direct mode error cannot arise",
     "TIM: trigger and synchronisation delays of one or two timer clocks",
@@ -62,6 +63,7 @@ static const char *const behaviour[] = {
     "USART: edges on the pins; a rate more than 3 % off is garbage",
     "SPI: edges on the pins; the memory behind it is one W25Q",
     "IWDG: option for the hardware watchdog; LSI constant over a run",
+    "RCC: CCM answers without its clock too",
     "RCC: a crystal that stops without clock security stops the clock (silicon's PLL drifts); HSE bypass",
     "PWR: stop and standby, voltage detector; a dip of the supply does not reach the converters",
 };

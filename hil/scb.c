@@ -197,7 +197,7 @@ static void scs_write(struct hil_board *board, uint32_t offset, unsigned size, u
             hil_bus_refuse(board, "trapping of unaligned accesses");
         if (!(value & 0x200u))
             hil_bus_refuse(board, "stack frames without 8-byte alignment");
-        scb->ccr = value & 0x303u;
+        scb->ccr = value & 0x313u; /* DIV_0_TRP is kept, but a division by zero gives 0 either way */
         break;
     case 0xd24:
         board->state.nvic.enabled[0] = (board->state.nvic.enabled[0] & ~0x70u) | (value >> 16 & 7u) << 4;
