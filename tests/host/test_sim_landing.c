@@ -183,8 +183,9 @@ static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
 {
     (void)state;
     int compared = 0, lighter = 0;
-    for (uint64_t seed = 1; seed <= 100; seed++) {
-        struct sim_scene scene = scattered(seed);
+    for (uint64_t seed = 1; seed <= 103; seed++) {
+        /* and: soil friction lets go of a mat that nobody pushes; the wheel comes on far from what moves */
+        struct sim_scene scene = scattered(seed == 101 ? 674 : seed == 102 ? 727 : seed == 103 ? 158 : seed);
         struct sim_result results[2];
         double stations[200];
         for (int n = 0; n < scene.mats; n++)
@@ -216,6 +217,31 @@ static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
         sim_scene_free(&scene);
     }
     assert_true(compared >= 95 && lighter >= 25);
+}
+
+/* A mat at rest feels its neighbour's damper let go one step after that neighbour has stopped. */
+static void a_mat_at_rest_is_left_after_its_neighbour(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct sim_result results[2];
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CONSISTENT;
+    scene.mats = 190;
+    scene.right = SIM_FREE;
+    scene.force_lb = 206.442;
+    scene.vac_ft_s = 136.575;
+    scene.v0_ft_s = 2.88867;
+    scene.wheel_load_lb = 1179.51;
+    scene.t_end_s = 0.0152981;
+    for (int whole = 0; whole < 2; whole++)
+        results[whole] = run(&scene, (struct sim_options){.solver = "fixed", .no_prune = whole});
+    assert_true(results[0].mats_mean < 50.0 && results[0].peak_u_ft > 1e-3);
+    for (int n = 1; n <= 190; n++)
+        assert_true(fabs(results[0].u_ft[n] - results[1].u_ft[n]) <= 1e-12);
+    sim_result_free(&results[0]);
+    sim_result_free(&results[1]);
+    sim_scene_free(&scene);
 }
 
 /* A bow wave on ten mats: the fixed step converges to what the solver finds that locates every switch. */
@@ -280,6 +306,7 @@ int main(void)
         cmocka_unit_test(a_flat_landing_is_the_chains),
         cmocka_unit_test(leaving_mats_out_changes_nothing),
         cmocka_unit_test(leaving_mats_out_of_scattered_landings_changes_nothing),
+        cmocka_unit_test(a_mat_at_rest_is_left_after_its_neighbour),
         cmocka_unit_test(it_converges_to_located_switches),
         cmocka_unit_test(what_it_cannot_do_is_refused),
     };
