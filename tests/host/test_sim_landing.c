@@ -249,12 +249,13 @@ static void it_converges_to_located_switches(void **state)
 {
     (void)state;
     const double bump[] = {0.0099, 0.02, 0.0099};
-    for (int variant = 0; variant < 2; variant++) {
+    for (int variant = 0; variant < 3; variant++) {
         struct sim_scene scene;
         sim_scene_defaults(&scene);
         scene.model = SIM_CONSISTENT;
         scene.mats = 30;
-        scene.slack_ft = variant ? 0.02 : 0.0;
+        scene.slack_ft = variant == 1 ? 0.02 : 0.0;
+        scene.profile = variant == 2 ? SIM_FULL : SIM_LOW;
         fill(&scene.bump_ft, bump, 3);
         struct sim_result truth = run(&scene, (struct sim_options){.solver = "event"});
         double before_u = 0.0, before_lift = 0.0;
