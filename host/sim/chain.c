@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/sim/slip.h"
+
 #define ARRAYS 10
 #define BLOCK 4 /* mats and joints are computed in whole blocks, with padding at both ends */
 #define PADDING 8
@@ -193,15 +195,6 @@ static inline __attribute__((always_inline)) double push_lb(const struct chain *
     return chain->tension_lb[n + 1] - chain->tension_lb[n] + chain->thrust_lb[n];
 }
 
-/* Speed after h of a mat that a force beyond its Coulomb limit c throws back: it stops on the way and starts
- * again. Force x and c are constant over h. */
-static double thrown_back_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s, double mass_slug)
-{
-    double brake_lb = x_lb - copysign(c_lb, v_ft_s);
-    double left_s = h_s + v_ft_s * mass_slug / brake_lb; /* brake and speed have opposite signs */
-    return (x_lb - copysign(c_lb, x_lb)) * (left_s / mass_slug);
-}
-
 struct stops {
     int64_t all;
     int64_t thrown_back; /* of them: those whose speed is not yet right */
@@ -242,7 +235,7 @@ static unsigned stick(const struct chain *chain, double h_s, int first, int last
         bool stopped = v_ft_s != 0.0 && !(chain->v_ft_s[n] * v_ft_s > 0.0);
         if (!stopped || fabs(x_lb) <= chain->limit_lb[n])
             continue;
-        chain->v_ft_s[n] = thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s, chain->mass_slug);
+        chain->v_ft_s[n] = slip_thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s, chain->mass_slug);
         stops.thrown_back--;
     }
     return (unsigned)stops.all;

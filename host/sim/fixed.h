@@ -2,8 +2,8 @@
  *
  * Scheme: staggered (leapfrog) - speeds half a step off the positions, kicked by the forces at the present
  * openings and the thrust averaged exactly over the kick; friction exact within the kick; the joints'
- * damper acts on the last half step's speeds. Second order while nothing slips, opens or hits, between
- * first and second with friction and contacts.
+ * damper acts on the last half step's speeds, half a step late. First order with CL above 0; without it second
+ * order while nothing slips, opens or hits, and between first and second with friction and contacts.
  *
  * Checks: a step beyond the stability limit is refused. During a run the energy must stay below four times
  * what the start and the thrust have put in, which a growing oscillation breaks and a NaN cannot pass.

@@ -2,13 +2,13 @@
  *
  * A landing has tens of thousands of switches (joints that close, mats that stop), so they are sampled. Scheme:
  * staggered as the chain's (fixed.h), heights alike: speeds half a step off the positions, kicked by the forces at the
- * present positions; friction exact within the kick; dampers act on the last half step's speeds. Second order while
- * nothing switches, first order else.
+ * present positions; friction exact within the kick; the joints' dampers act on the last half step's speeds, the soil's on
+ * the next one's. Second order while nothing damps or switches, first order else.
  *
- * Two parts are integrated, each following the motion: the mats that slide, and one at rest on either side (exact: the
- * motion spreads one mat per step), and the mats that heave, and four at rest at either end. Flat mats do not heave, so a
- * flat landing without a wheel load costs what the chain costs. What the heaving part's ends hold back is below 1e-13 of
- * L; sampled switches amplify that to some 2 % of the error estimate.
+ * Two parts are integrated, each following the motion. Mats that slide, and one at rest on either side: exact, as the
+ * motion spreads one mat per step; mats that tilt under profile full or heave on soil friction count as sliding. Mats that
+ * heave, and four at rest at either end: what those hold back is below 1e-13 of L, which sampled switches amplify to some
+ * 2 % of the error estimate. Flat mats do not heave, so a flat landing without a wheel load costs what the chain costs.
  *
  * Checks: a step beyond the stability limit is refused. Every run is done twice, at the step and at double the step;
  * the error estimate is their largest difference. It must stay below a fifth of the largest movement, the lifts within

@@ -4,6 +4,14 @@
 
 #include <math.h>
 
+/* Speed after h of a mat that a force beyond its Coulomb limit throws back: it stops on the way and starts again. */
+static inline double slip_thrown_back_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s, double mass_slug)
+{
+    double brake_lb = x_lb - copysign(c_lb, v_ft_s);
+    double left_s = h_s + v_ft_s * mass_slug / brake_lb; /* brake and speed have opposite signs */
+    return (x_lb - copysign(c_lb, x_lb)) * (left_s / mass_slug);
+}
+
 /* Speed after h of a mat at v under force x and Coulomb limit c: at rest it stays while |x| <= c; one whose speed
  * reaches 0 within h is tested again there. `stops` counts those. */
 static inline __attribute__((always_inline)) double slip_speed_ft_s(double v_ft_s, double x_lb, double c_lb, double h_s,
@@ -16,10 +24,7 @@ static inline __attribute__((always_inline)) double slip_speed_ft_s(double v_ft_
     if (after_ft_s * v_ft_s > 0.0)
         return after_ft_s;
     ++*stops;
-    if (fabs(x_lb) <= c_lb)
-        return 0.0;
-    double left_s = h_s + v_ft_s * mass_slug / brake_lb; /* brake and speed have opposite signs */
-    return (x_lb - copysign(c_lb, x_lb)) * (left_s / mass_slug);
+    return fabs(x_lb) <= c_lb ? 0.0 : slip_thrown_back_ft_s(v_ft_s, x_lb, c_lb, h_s, mass_slug);
 }
 
 #endif

@@ -91,7 +91,8 @@ static void say_order(FILE *out, const struct error_study *study)
         fprintf(out, "%s's error falls as dt<sup>%.2f</sup> (%d steps, %.1e to %.1e s)", order->solver, slope->slope,
                 slope->points, slope->from, slope->to);
         if (slope->slope < nominal - 0.5)
-            fprintf(out, ", not as dt<sup>%.0f</sup>: switches inside its steps cost it its order", nominal);
+            fprintf(out, ", not as dt<sup>%.0f</sup>: %s cost it its order", nominal,
+                    nominal == 4.0 ? "switches inside its steps" : "switches inside its steps and dampers half a step late");
         fputs(". ", out);
     }
 }

@@ -183,8 +183,9 @@ static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
 {
     (void)state;
     int compared = 0, lighter = 0;
-    for (uint64_t seed = 1; seed <= 100; seed++) {
-        struct sim_scene scene = scattered(seed);
+    for (uint64_t seed = 1; seed <= 103; seed++) {
+        /* and: soil friction lets go of a mat that nobody pushes; the wheel comes on far from what moves */
+        struct sim_scene scene = scattered(seed == 101 ? 674 : seed == 102 ? 727 : seed == 103 ? 158 : seed);
         struct sim_result results[2];
         double stations[200];
         for (int n = 0; n < scene.mats; n++)
@@ -218,17 +219,43 @@ static void leaving_mats_out_of_scattered_landings_changes_nothing(void **state)
     assert_true(compared >= 95 && lighter >= 25);
 }
 
+/* A mat at rest feels its neighbour's damper let go one step after that neighbour has stopped. */
+static void a_mat_at_rest_is_left_after_its_neighbour(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct sim_result results[2];
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CONSISTENT;
+    scene.mats = 190;
+    scene.right = SIM_FREE;
+    scene.force_lb = 206.442;
+    scene.vac_ft_s = 136.575;
+    scene.v0_ft_s = 2.88867;
+    scene.wheel_load_lb = 1179.51;
+    scene.t_end_s = 0.0152981;
+    for (int whole = 0; whole < 2; whole++)
+        results[whole] = run(&scene, (struct sim_options){.solver = "fixed", .no_prune = whole});
+    assert_true(results[0].mats_mean < 50.0 && results[0].peak_u_ft > 1e-3);
+    for (int n = 1; n <= 190; n++)
+        assert_true(fabs(results[0].u_ft[n] - results[1].u_ft[n]) <= 1e-12);
+    sim_result_free(&results[0]);
+    sim_result_free(&results[1]);
+    sim_scene_free(&scene);
+}
+
 /* A bow wave on ten mats: the fixed step converges to what the solver finds that locates every switch. */
 static void it_converges_to_located_switches(void **state)
 {
     (void)state;
     const double bump[] = {0.0099, 0.02, 0.0099};
-    for (int variant = 0; variant < 2; variant++) {
+    for (int variant = 0; variant < 3; variant++) {
         struct sim_scene scene;
         sim_scene_defaults(&scene);
         scene.model = SIM_CONSISTENT;
         scene.mats = 30;
-        scene.slack_ft = variant ? 0.02 : 0.0;
+        scene.slack_ft = variant == 1 ? 0.02 : 0.0;
+        scene.profile = variant == 2 ? SIM_FULL : SIM_LOW;
         fill(&scene.bump_ft, bump, 3);
         struct sim_result truth = run(&scene, (struct sim_options){.solver = "event"});
         double before_u = 0.0, before_lift = 0.0;
@@ -280,6 +307,7 @@ int main(void)
         cmocka_unit_test(a_flat_landing_is_the_chains),
         cmocka_unit_test(leaving_mats_out_changes_nothing),
         cmocka_unit_test(leaving_mats_out_of_scattered_landings_changes_nothing),
+        cmocka_unit_test(a_mat_at_rest_is_left_after_its_neighbour),
         cmocka_unit_test(it_converges_to_located_switches),
         cmocka_unit_test(what_it_cannot_do_is_refused),
     };

@@ -16,6 +16,8 @@
 
 static struct error error;
 static const char *const solvers[] = {"event", "implicit", "cvode"};
+/* For verdicts and two digits. cvode costs most of this program's time; at 1e-6 it gives up on fig 3.6. */
+static const double rough_rtol[] = {0.0, 0.0, 1e-7};
 
 static const double bump_20[] = {0.0099, 0.0200, 0.0099};
 static const double bump_16[] = {0.0078125, 0.015625, 0.0078125};
@@ -90,7 +92,7 @@ static void the_figures_come_out(void **state)
         scene.friction = f->friction;
         scene.mats_crossed = f->mats_crossed;
         for (size_t s = 0; s < 3; s++) {
-            struct sim_result result = good(&scene, solvers[s], 0.0);
+            struct sim_result result = good(&scene, solvers[s], rough_rtol[s]);
             double lift = result.outputs[0].lift_ft;
             /* as many digits as are given: half of the last one, and 1 % (u) or 2 % (lift) */
             if (f->mat > 0)
@@ -124,11 +126,34 @@ static void full_width_mats_take_more_thrust(void **state)
         scene.ct_lb_ft_s_rad *= 8;
         scene.shear_lb *= 8;
         scene.force_lb = forces[i];
-        for (size_t s = 0; s < 2; s++) {
-            struct sim_result result = good(&scene, solvers[s], 0.0);
+        for (size_t s = 0; s < 3; s++) {
+            struct sim_result result = good(&scene, solvers[s], rough_rtol[s]);
             assert_true(result.bow_wave == (i == 0));
             if (i == 0)
                 near(result.max_lift_ft, 0.295, 0.006);
+            sim_result_free(&result);
+        }
+        sim_scene_free(&scene);
+    }
+}
+
+/* Fig 3.12: TAD decides. cvode takes 10 s for these two and says the same; not here. */
+static void free_rotation_decides(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *scene;
+        double max_lift_ft;
+        bool bow;
+    } cases[] = {{"host/scenes/rstar_fig3_12_tad10.json", 0.286, true}, {"host/scenes/rstar_fig3_12_tad1.json", 0.022, false}};
+    for (size_t i = 0; i < 2; i++) {
+        struct sim_scene scene;
+        assert_int_equal(sim_scene_load(&scene, cases[i].scene, &error), MR_OK);
+        for (size_t s = 0; s < 2; s++) {
+            struct sim_result result = good(&scene, solvers[s], 0.0);
+            near(result.u_ft[4], 0.0500, 5e-4);
+            near(result.max_lift_ft, cases[i].max_lift_ft, 0.02 * cases[i].max_lift_ft);
+            assert_true(result.bow_wave == cases[i].bow);
             sim_result_free(&result);
         }
         sim_scene_free(&scene);
@@ -140,6 +165,8 @@ static void three_solvers_agree(void **state)
     (void)state;
     const double times[] = {0.02, 0.04, 0.06}, tolerances[] = {1e-9, 1e-8, 1e-9};
     for (int i = 0; i < 8; i++) {
+        if (i == 5 || i == 6)
+            continue; /* consistent: one law with 30 mats, the other with 100 */
         struct sim_scene scene = scene_with(bump_20, 3);
         struct sim_result results[3];
         scene.mats = i & 1 ? 100 : 30;
@@ -325,6 +352,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_figures_come_out),
         cmocka_unit_test(full_width_mats_take_more_thrust),
+        cmocka_unit_test(free_rotation_decides),
         cmocka_unit_test(three_solvers_agree),
         cmocka_unit_test(a_step_too_long_is_unstable),
         cmocka_unit_test(estimates_follow_the_error),
