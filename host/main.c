@@ -80,7 +80,8 @@ static const struct command commands[] = {
      "  --n N          prototype length / model length; else 7\n"
      "  --keep density the 1/7 model's rule: forces by n^3 (the default)\n"
      "  --keep modulus the pilot model's rule: forces by n^2\n"
-     "  -o F           where to write the scene; else standard output\n"},
+     "  -o F           where to write the scene; else standard output\n"
+     "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"},
     {"params", params_command, "READINGS [-o F]", "readings of simple tests to scene parameters",
      "  READINGS       JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
      "                 {\"readings\": [...], \"error\": E}, with standard errors\n"
@@ -89,7 +90,8 @@ static const struct command commands[] = {
      "                 hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
      "                 pull        pull_lb, weight_lb: f\n"
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
-     "  -o F           write the parameters as the beginning of a scene\n"},
+     "  -o F           write the parameters as the beginning of a scene\n"
+     "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"},
 };
 
 #define COMMAND_COUNT (sizeof commands / sizeof commands[0])

@@ -3,12 +3,17 @@
 #include <errno.h>
 #include <stdbool.h>
 #include <string.h>
+#include <sys/stat.h>
 
-/* A landing cannot be repeated: an output never takes the place of a database. */
+/* A landing cannot be repeated: an output never takes the place of a database. Only a regular file can be one; reading
+ * from a pipe or a terminal would wait for ever. */
 static bool is_database(const char *path)
 {
     static const char magic[16] = "SQLite format 3";
     char begins[sizeof magic] = {0};
+    struct stat kind;
+    if (stat(path, &kind) != 0 || !S_ISREG(kind.st_mode))
+        return false;
     FILE *file = fopen(path, "r");
     if (!file)
         return false;
@@ -21,6 +26,10 @@ FILE *output_open(const char *path, struct error *error)
 {
     if (!path)
         return stdout;
+    if (strcmp(path, "-") == 0) {
+        error_set(error, MR_USAGE, "not a file: -; give a path (/dev/stdout is standard output)");
+        return NULL;
+    }
     if (is_database(path)) {
         error_set(error, MR_USAGE, "would overwrite a database: %s; give another file for the output", path);
         return NULL;

@@ -34,6 +34,23 @@ static void add(struct reader *reader, const char *key, const char *unit, const 
     reader->parameters[reader->count++] = (struct parameter){key, unit, from, estimate};
 }
 
+static bool is_reading(const json_t *value)
+{
+    const json_t *list = json_object_get(value, "readings"), *error = json_object_get(value, "error"), *entry;
+    size_t i;
+    if (json_is_number(value))
+        return true;
+    if (!json_is_object(value) || (error && !json_is_number(error)))
+        return false;
+    json_array_foreach(list, i, entry)
+    {
+        if (!json_is_number(entry))
+            return false;
+    }
+    return json_array_size(list) > 0 ? json_array_size(list) <= READINGS_MAX
+                                     : json_is_number(json_object_get(value, "value"));
+}
+
 /* A reading: a number (taken as exact), or {"value", "error"}, or {"readings": [...], "error"}. Must be above
  * 0. */
 static enum mr_status take(struct reader *reader, const char *group, const char *name,
@@ -47,19 +64,24 @@ static enum mr_status take(struct reader *reader, const char *group, const char 
     if (!value)
         return error_set(reader->error, MR_MALFORMED, "reading missing: %s: %s; give %s", reader->path, group,
                          name);
+    if (!is_reading(value))
+        return error_set(reader->error, MR_MALFORMED,
+                         "no reading: %s: %s.%s; give a number, {\"value\": V, \"error\": E} or {\"readings\": [at most %d numbers]}",
+                         reader->path, group, name, READINGS_MAX);
+    if (!(each >= 0.0))
+        return error_set(reader->error, MR_MALFORMED, "reading out of range: %s: %s.%s has error %g; give 0 or more",
+                         reader->path, group, name, each);
     if (json_is_number(value))
         readings[0] = json_number_value(value);
-    else if (list && json_array_size(list) > 0 && json_array_size(list) <= READINGS_MAX)
+    else if (list)
         for (count = 0; count < json_array_size(list); count++)
             readings[count] = json_number_value(json_array_get(list, count));
     else
         readings[0] = json_number_value(json_object_get(value, "value"));
     for (size_t i = 0; i < count; i++) {
-        if (!(readings[i] > 0.0) || !(each >= 0.0))
-            return error_set(
-                reader->error, MR_MALFORMED,
-                "reading out of range: %s: %s.%s is %g; give a number above 0 (and an error from 0)",
-                reader->path, group, name, readings[i]);
+        if (!(readings[i] > 0.0))
+            return error_set(reader->error, MR_MALFORMED, "reading out of range: %s: %s.%s is %g; give a number above 0",
+                             reader->path, group, name, readings[i]);
     }
     *estimate = params_mean(readings, count, each);
     return MR_OK;
@@ -208,7 +230,10 @@ static enum mr_status check_names(struct reader *reader)
         }
         if (key[0] == '_')
             continue;
-        if (!group || !json_is_object(value))
+        if (group && !json_is_object(value))
+            return error_set(reader->error, MR_MALFORMED, "wrong type: %s: %s; give an object with%s", reader->path, key,
+                             group->names);
+        if (!group)
             return error_set(reader->error, MR_MALFORMED,
                              "unknown test: %s: \"%s\"; tests are inertia, tension, hinge, pull, deflection",
                              reader->path, key);
@@ -218,8 +243,7 @@ static enum mr_status check_names(struct reader *reader)
             snprintf(padded, sizeof padded, " %s ", name);
             if (name[0] != '_' && !strstr(group->names, padded))
                 return error_set(reader->error, MR_MALFORMED,
-                                 "unknown reading: %s: %s: \"%s\"; readings are%s", reader->path, key, name,
-                                 group->names);
+                                 "unknown reading: %s: %s: \"%s\"; it has%s", reader->path, key, name, group->names);
         }
     }
     return MR_OK;
@@ -232,6 +256,12 @@ static enum mr_status read_all(struct reader *reader)
     for (size_t i = 0; i < GROUPS; i++) {
         if (json_object_get(reader->root, groups[i].name) && groups[i].read(reader) != MR_OK)
             return reader->error->status;
+    }
+    for (size_t i = 0; i < reader->count; i++) {
+        const struct parameter *p = &reader->parameters[i];
+        if (!isfinite(p->estimate.value) || !isfinite(p->estimate.error))
+            return error_set(reader->error, MR_NUMERICS, "beyond all numbers: %s: %s (%s); check the readings",
+                             reader->path, p->key, p->from);
     }
     if (reader->count == 0)
         return error_set(reader->error, MR_MALFORMED, "no readings: %s; see matrig params --help",
@@ -299,9 +329,11 @@ int params_command(int argc, char **argv, const struct cli *cli)
     fclose(file);
     struct reader reader = {.path = words[0], .root = root, .error = &error};
     int code;
-    if (!json_is_object(root))
+    if (!root)
         error_set(&error, MR_MALFORMED, "no JSON object: %s: line %d column %d: %s; see matrig params --help",
-                  words[0], where.line, where.column, root ? "not an object" : where.text);
+                  words[0], where.line, where.column, where.text);
+    else if (!json_is_object(root))
+        error_set(&error, MR_MALFORMED, "no JSON object: %s: it begins with [; see matrig params --help", words[0]);
     else
         read_all(&reader);
     code = error.status != MR_OK ? cli_fail(&error) : show(&reader, output_path, cli);

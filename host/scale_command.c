@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/similitude.h"
 #include "host/cli.h"
@@ -129,6 +130,11 @@ static enum mr_status read_value(const char *word, struct value *value, struct e
     memcpy(name, word, (size_t)(equals - word));
     name[equals - word] = '\0';
     value->quantity = mr_quantity_find(name);
+    for (size_t i = 0; !value->quantity && i < mr_quantity_count; i++) {
+        if (strcasecmp(name, mr_quantities[i].symbol) == 0 || strcasecmp(name, mr_quantities[i].name) == 0)
+            return error_set(error, MR_USAGE, "unknown quantity: '%s'; '%s' is %s; matrig scale lists the names", name,
+                             mr_quantities[i].symbol, mr_quantities[i].name);
+    }
     if (!value->quantity)
         return error_set(error, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names", name);
     return cli_number(equals + 1, name, -1e30, 1e30, &value->from, error);
@@ -335,5 +341,9 @@ int scale_command(int argc, char **argv, const struct cli *cli)
         return print_ratios(&request, cli);
     if (request.count == 1 && !strchr(request.words[0], '='))
         return scale_scene(&request, cli);
+    if (request.output_path) {
+        error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out", request.output_path);
+        return cli_fail(&error);
+    }
     return scale_values(&request, cli);
 }

@@ -166,8 +166,11 @@ static json_t *result_json(const struct sim_scene *scene, const struct sim_resul
     json_object_set_new(object, "error_estimate",
                         json_pack("{s:o,s:o}", "u_ft", estimate_json(result, result->error_u_ft), "lift_ft",
                                   estimate_json(result, result->error_lift_ft)));
-    json_object_set_new(object, "max_lift_ft", cli_json_number(result->max_lift_ft, 12));
-    json_object_set_new(object, "bow_wave", json_boolean(result->bow_wave));
+    /* A run that failed has no verdict; one that was interrupted can only say that there is a wave already. */
+    bool seen = result->status == SIM_OK || result->status == SIM_INTERRUPTED;
+    bool verdict = result->status == SIM_OK || (seen && result->bow_wave);
+    json_object_set_new(object, "max_lift_ft", seen ? cli_json_number(result->max_lift_ft, 12) : json_null());
+    json_object_set_new(object, "bow_wave", verdict ? json_boolean(result->bow_wave) : json_null());
     json_object_set_new(object, "outputs", outputs_json(scene, result));
     json_object_set_new(object, "active", active_json(result));
     return object;
@@ -206,7 +209,7 @@ static void print_outputs(const struct sim_scene *scene, const struct sim_result
     bool all = scene->u_mats.count == 0 && scene->mats > 12;
     for (size_t k = 0; k < result->output_count; k++) {
         const struct sim_output *output = &result->outputs[k];
-        printf("  at %g s, movement in %s:\n", output->t_s, name);
+        printf("  at %g s, movement, %s:\n", output->t_s, name);
         for (size_t i = 0; i < shown_count(scene); i++) {
             int mat = shown_mat(scene, i);
             if (!all || (mat - 1) % ((scene->mats + 11) / 12) == 0)

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "host/sim/scene.h"
 #include "host/sim/scene_keys.h"
@@ -46,9 +47,32 @@ static enum mr_status read_file(const char *path, char **text, size_t *length, s
     return error->status;
 }
 
-static enum mr_status wrong_type(const char *path, const char *key, const char *wanted, struct error *error)
+static const char *type_name(const json_t *value)
 {
-    return error_set(error, MR_MALFORMED, "wrong type: %s: %s; give %s", path, key, wanted);
+    switch (json_typeof(value)) {
+    case JSON_OBJECT:
+        return "an object";
+    case JSON_ARRAY:
+        return "a list";
+    case JSON_STRING:
+        return "text";
+    case JSON_INTEGER:
+        return "a number";
+    case JSON_REAL:
+        return "a number with a point or exponent";
+    case JSON_TRUE:
+    case JSON_FALSE:
+        return "true or false";
+    case JSON_NULL:
+        break;
+    }
+    return "null";
+}
+
+static enum mr_status wrong_type(const char *path, const char *key, const json_t *value, const char *wanted,
+                                 struct error *error)
+{
+    return error_set(error, MR_MALFORMED, "wrong type: %s: %s is %s; give %s", path, key, type_name(value), wanted);
 }
 
 static enum mr_status read_choice(void *field, const struct sim_key *key, const char *path,
@@ -126,12 +150,12 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     switch (key->kind) {
     case SIM_KEY_TEXT:
         if (!json_is_string(value))
-            return wrong_type(path, key->name, "text", error);
+            return wrong_type(path, key->name, value, "text", error);
         snprintf(field, sizeof scene->name, "%s", json_string_value(value));
         return MR_OK;
     case SIM_KEY_REAL:
         if (!json_is_number(value))
-            return wrong_type(path, key->name, "a number", error);
+            return wrong_type(path, key->name, value, "a number", error);
         if (key->offset == offsetof(struct sim_scene, t_dwell_s) && json_number_value(value) < 0.0)
             return error_set(error, MR_MALFORMED, "value out of range: %s: t_dwell is %g; give 0 or more",
                              path, json_number_value(value));
@@ -139,7 +163,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
         return MR_OK;
     case SIM_KEY_INTEGER:
         if (!json_is_integer(value))
-            return wrong_type(path, key->name, "a whole number", error);
+            return wrong_type(path, key->name, value, "a whole number", error);
         if (llabs(json_integer_value(value)) > 10ll * SIM_MATS_MAX)
             return error_set(error, MR_MALFORMED, "value out of range: %s: %s is %lld; give %g to %g", path,
                              key->name, (long long)json_integer_value(value), key->low, key->high);
@@ -153,16 +177,16 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
             return sim_scene_set_list(field, &one, 1, error);
         }
         if (!json_is_array(value))
-            return wrong_type(path, key->name, "a number, or a list with one per joint", error);
+            return wrong_type(path, key->name, value, "a number, or a list with one per joint", error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_LIST:
     case SIM_KEY_MATS:
         if (!json_is_array(value))
-            return wrong_type(path, key->name, "a list of numbers", error);
+            return wrong_type(path, key->name, value, "a list of numbers", error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_PATH:
         if (!json_is_array(value))
-            return wrong_type(path, key->name, "a list of rows [t_s, x_ft, F_lb]", error);
+            return wrong_type(path, key->name, value, "a list of rows [t_s, x_ft, F_lb]", error);
         return read_path(scene, path, value, error);
     }
     return MR_OK;
@@ -185,6 +209,19 @@ static enum mr_status check_written_lengths(const struct sim_scene *scene, const
     return MR_OK;
 }
 
+/* Keys are written as the report writes them, so capitals count: name the one that was meant. */
+static enum mr_status unknown_key(const char *path, const char *name, struct error *error)
+{
+    for (size_t i = 0; i < sim_key_count; i++) {
+        if (strcasecmp(name, sim_keys[i].name) == 0)
+            return error_set(error, MR_MALFORMED, "unknown key: %s: \"%s\"; write \"%s\", or _%s for a comment", path,
+                             name, sim_keys[i].name, name);
+    }
+    return error_set(error, MR_MALFORMED,
+                     "unknown key: %s: \"%s\"; correct it (host/sim/README.md lists the keys), or write _%s for a comment",
+                     path, name, name);
+}
+
 static enum mr_status read_object(struct sim_scene *scene, const char *path, json_t *root,
                                   struct error *error)
 {
@@ -199,9 +236,7 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
             continue; /* a comment */
         const struct sim_key *key = sim_key_find(name);
         if (!key)
-            return error_set(error, MR_MALFORMED,
-                             "unknown key: %s: \"%s\"; correct it, or write _%s for a comment", path, name,
-                             name);
+            return unknown_key(path, name, error);
         enum mr_status status = read_key(scene, key, path, value, error);
         if (status != MR_OK)
             return status;

@@ -23,15 +23,17 @@ pi_stays() {
 }
 check "pi terms are the same on both sides" pi_stays
 
-there_and_back() { # the first moments only: later a last digit decides which joint just closes
-    sed 's/"t_dwell": 1,/"tend": 0.2,/; /"u_mats"/d' host/scenes/model_runway.json >"$tmp/scene.json"
-    $m scale "$tmp/scene.json" -o "$tmp/big.json" && $m scale "$tmp/big.json" --to model -o "$tmp/small.json" &&
-        $m --json sim "$tmp/scene.json" >"$tmp/a" && $m --json sim "$tmp/small.json" >"$tmp/b" || return 1
-    grep -o '"max_lift_ft.*"active"' "$tmp/a" | grep -o '[0-9.e-]*' | awk '{printf "%.6f\n", $1}' >"$tmp/a6"
-    grep -o '"max_lift_ft.*"active"' "$tmp/b" | grep -o '[0-9.e-]*' | awk '{printf "%.6f\n", $1}' >"$tmp/b6"
-    cmp "$tmp/a6" "$tmp/b6"
+# there_and_back SCENE FT: movements differ by at most FT. On the runway rounding decides whether single joints' grit gives
+# way: its own error estimate is the measure.
+there_and_back() {
+    $m scale "$1" -o "$tmp/big.json" && $m scale "$tmp/big.json" --to model -o "$tmp/small.json" || return 1
+    for f in "$1" "$tmp/small.json"; do
+        $m --json sim "$f" | grep -o '"outputs".*"active"' | grep -o '"[0-9]*":[0-9.e-]*' | cut -d: -f2 >"$tmp/$(basename "$f").u"
+    done
+    paste "$tmp/$(basename "$1").u" "$tmp/small.json.u" |
+        awk -v within="$2" '{ d = $1 - $2; if (NF != 2 || d * d > within * within) bad++ } END { print NR, bad; exit bad || NR < 5 }'
 }
-check "a scene scaled up and down again runs the same" there_and_back
+check "a scene scaled up and down again runs the same" there_and_back host/scenes/rstar_fig3_8_soft.json 1e-9
 
 scaled_run() {
     cat >"$tmp/block.json" <<'J'
@@ -43,9 +45,15 @@ J
     echo "$big $small"
     awk -v a="$big" -v b="$small" 'BEGIN { r = a / b / 7; exit !(a > 0 && r > 0.99999 && r < 1.00001) }'
 }
+check "and a runway" there_and_back host/scenes/model_runway.json 8e-4
 check "a scaled scene moves 1/7 as far" scaled_run
 
 check "no such quantity" fails_with 2 "unknown quantity: 'speed'" $m scale speed=3
+check "a symbol in the wrong case" fails_with 2 "'W' is weight" $m scale w=3
+check "a file for nothing" fails_with 2 "nothing to write" $m scale W=1 -o "$tmp/nothing"
+to_pipe() { timeout 20 $m scale "$tmp/block.json" -o /dev/stdout | grep -q '"mats"\|"N"'; }
+check "an output that is a pipe" to_pipe
+check "an output called -" fails_with 2 "not a file: -" $m scale "$tmp/block.json" -o -
 check "not a number" fails_with 2 "not a number: 'x'" $m scale weight=x
 check "no such side" fails_with 2 "unknown side: 'up'" $m scale weight=1 --to up
 check "no such scene" fails_with 3 "none.json" $m scale "$tmp/none.json"

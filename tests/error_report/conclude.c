@@ -168,8 +168,8 @@ static void slope_cell(FILE *out, const struct error_slope *slope)
 
 void write_tables(FILE *out, const struct error_study *study)
 {
-    const char *const cheap_heads[] = {"least ms for", "1e-3 ft", "1e-5 ft", "5e-6 ft", "1e-7 ft", NULL};
-    const char *const order_heads[] = {"solver", "error ~", "p of u", study->lifts ? "p of lift" : "", NULL};
+    const char *const cheap_heads[] = {study->lifts ? "least ms for an error of lift of" : "least ms for an error of u of", "1e-3 ft", "1e-5 ft", "5e-6 ft", "1e-7 ft", NULL};
+    const char *const order_heads[] = {"solver", "error ~", "p of u", study->lifts ? "p of lift" : NULL, NULL};
     const char *const run_heads[] = {"solver", "rtol or dt", "steps", "rhs", "ms", "err u, ft",
                                      study->lifts ? "err lift, ft" : "rms of u, ft", "status", NULL};
     static const char *const powers[] = {"dt^p", "rtol^p", "rhs^-p"};

@@ -22,7 +22,9 @@ static const char head[] =
     "</style></head><body>\n<h1>Error against run time</h1>\n"
     "<p>Each solver over tolerances or steps, single passes, against a reference that two different methods agree on. "
     "Errors are the largest over all mats at 64 even times and t_out, of lift also over the run. A run's time is "
-    "processor time, the least of up to five. A fixed step is judged by the worst of itself and its two neighbours, a factor &radic;2 away.</p>\n";
+    "processor time, the least of up to five. A fixed step is judged by the worst of itself and its two neighbours, a factor &radic;2 away. "
+    "The second table of a scene has the slopes p that were observed, with the range and scatter of the runs they come from: "
+    "error ~ rtol^p, dt^p, or rhs^-p (rhs: evaluations of the right-hand side).</p>\n";
 
 static enum mr_status one_scene(FILE *out, const char *path, struct error *error)
 {

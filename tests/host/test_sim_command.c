@@ -126,6 +126,8 @@ static void an_unstable_run_says_where(void **state)
     assert_string_equal(json_string_value(json_object_get(object, "status")), "unstable");
     assert_int_equal(json_integer_value(json_object_get(object, "mat")), 1);
     assert_int_equal(json_array_size(json_object_get(object, "outputs")), 0);
+    assert_true(json_is_null(json_object_get(object, "bow_wave"))); /* no answer is not "no bow wave" */
+    assert_true(json_is_null(json_object_get(object, "max_lift_ft")));
     json_decref(object);
     assert_int_equal(SIM(TEXT, "host/scenes/wave.json", "--dt=1e-3"), 5);
     one_error_line("stability limit");

@@ -103,16 +103,17 @@ static void unknown_keys_are_named(void **state)
 static void wrong_types_are_named(void **state)
 {
     (void)state;
-    refused("{\"KL\": \"8e6\"}", MR_MALFORMED, "KL; give a number");
-    refused("{\"N\": 3.5}", MR_MALFORMED, "N; give a whole number");
-    refused("{\"N\": true}", MR_MALFORMED, "N; give a whole number");
-    refused("{\"name\": 1}", MR_MALFORMED, "name; give text");
+    refused("{\"KL\": \"8e6\"}", MR_MALFORMED, "KL is text; give a number");
+    refused("{\"kl\": 8e6}", MR_MALFORMED, "write \"KL\"");
+    refused("{\"N\": 3.5}", MR_MALFORMED, "N is a number with a point or exponent; give a whole number");
+    refused("{\"N\": true}", MR_MALFORMED, "N is true or false; give a whole number");
+    refused("{\"name\": 1}", MR_MALFORMED, "name is a number; give text");
     refused("{\"left\": 1}", MR_MALFORMED, "left; give one of free, fixed");
     refused("{\"left\": \"loose\"}", MR_MALFORMED, "left is \"loose\"; give one of free, fixed");
-    refused("{\"bump\": 1}", MR_MALFORMED, "bump; give a list");
+    refused("{\"bump\": 1}", MR_MALFORMED, "bump is a number; give a list");
     refused("{\"bump\": [1, null]}", MR_MALFORMED, "bump[1]");
-    refused("{\"gap0\": \"x\"}", MR_MALFORMED, "gap0; give a number, or a list");
-    refused("{\"path\": 5}", MR_MALFORMED, "path; give a list of rows");
+    refused("{\"gap0\": \"x\"}", MR_MALFORMED, "gap0 is text; give a number, or a list");
+    refused("{\"path\": 5}", MR_MALFORMED, "path is a number; give a list of rows");
     refused("{\"path\": [[0, 1, 2], [1, 2]]}", MR_MALFORMED, "path row 1");
     refused("{\"path\": [[0, 1, 2], 7]}", MR_MALFORMED, "path row 1");
     refused("[1, 2]", MR_MALFORMED, "no JSON object");
