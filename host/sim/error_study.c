@@ -22,7 +22,8 @@
 #define TABLE_STEPS_PER_MAT 700 /* these per mat */
 #define EXPLICIT_REACH 6.0 /* steps of `event` are at most about this over the fastest rate */
 #define RK4_REAL 2.785     /* where the negative real axis leaves the classical method's stability region */
-#define RK4_RUNGS 15       /* below the limit, a factor sqrt 2 apart */
+#define RK4_RUNGS 24       /* below the limit: */
+#define RK4_CLOSE 15       /* a fifth of an octave apart, close enough to see which of them hit by luck, then half of one */
 #define RK4_FIRST 0.97     /* of the limit */
 #define MAT_STEPS 6e7      /* steps times mats of the longest fixed-step run */
 static const double beyond[] = {1.12, 1.05}; /* of the limit */
@@ -260,6 +261,11 @@ static enum mr_status over_tolerances(struct error_study *study, const struct er
     return MR_OK;
 }
 
+static double octaves(int rung)
+{
+    return rung < RK4_CLOSE ? 0.2 * rung : 0.2 * RK4_CLOSE + 0.5 * (rung - RK4_CLOSE);
+}
+
 static enum mr_status over_steps(struct error_study *study, const struct error_reference *reference,
                                  const struct sim_scene *scene, struct error *error)
 {
@@ -276,7 +282,7 @@ static enum mr_status over_steps(struct error_study *study, const struct error_r
             return error->status;
     }
     for (int k = 0; k < RK4_RUNGS; k++) {
-        const struct pass_request request = {&stepper_rk4, 0.0, first_s * pow(2.0, -0.5 * k), UINT64_MAX, 0};
+        const struct pass_request request = {&stepper_rk4, 0.0, first_s * pow(2.0, -octaves(k)), UINT64_MAX, 0};
         if (request.dt_s < least_s) {
             error_note(study, "rk4: steps below %.3g s left out", least_s);
             break;
