@@ -137,18 +137,24 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass, c
 }
 
 /* Compare two complete passes; false when they contradict each other. */
-static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b,
+static bool agree(const struct model *m, const struct pass_outcome *a, const struct pass_outcome *b, double rtol,
                   struct sim_result *result, struct sim_difference *where)
 {
+    double least_ft = rtol * m->length_ft; /* two passes can agree more closely than either is right */
     double threshold = planar_bow_threshold_ft(m->scene);
     *where = sim_record_difference(&a->record, &b->record);
     result->error_u_ft = where->u_ft;
     result->error_lift_ft = fmax(sim_record_lift_difference(&a->record, &b->record), fabs(a->max_lift_ft - b->max_lift_ft));
     double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
     double lift = fmin(a->max_lift_ft, b->max_lift_ft);
-    return result->error_u_ft <= DISAGREEMENT * peak + 1e-9 * m->length_ft &&
-           result->error_lift_ft <= DISAGREEMENT * lift + 0.01 * threshold &&
-           (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
+    bool same = result->error_u_ft <= DISAGREEMENT * peak + 1e-9 * m->length_ft &&
+                result->error_lift_ft <= DISAGREEMENT * lift + 0.01 * threshold &&
+                (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
+    if (peak > 0.0)
+        result->error_u_ft = fmax(result->error_u_ft, least_ft);
+    if (lift > 0.0)
+        result->error_lift_ft = fmax(result->error_lift_ft, least_ft);
+    return same;
 }
 
 /* Run coarse and fine; the answer is `coarse` when coarse_answers. */
@@ -176,7 +182,7 @@ static enum mr_status run_pair(struct model *m, const struct sim_options *option
             if (failed) {
                 refuse(result, failed->status, failed->mat, failed->t_s);
                 *contradicted = fine.status == SIM_OK;
-            } else if (!agree(m, &coarse, &fine, result, &where)) {
+            } else if (!agree(m, &coarse, &fine, request.kind->fixed ? 0.0 : request.rtol, result, &where)) {
                 refuse(result, SIM_UNSTABLE, where.mat, where.t_s);
                 *contradicted = true;
             }

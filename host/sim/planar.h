@@ -3,7 +3,8 @@
  * Every scene is run twice. A solver that chooses its step: at its tolerance, and at 30 times that; the answer is the
  * finer one. A fixed step: at dt and at dt/2; the answer is the one at dt when dt was given, else the finer. The error
  * estimate is the largest difference of the two, over all mats at 64 even times and t_out for u, over the same and the
- * run's largest lift for lift. They have to agree within a fifth (of the largest movement, of the lift) and on whether
+ * run's largest lift for lift; never less than the tolerance times L for what moves at all. They have to agree within a
+ * fifth (of the largest movement, of the lift) and on whether
  * there is a bow wave; else a chosen tolerance is tightened a hundredfold, twice at most, and then, or when the step or
  * tolerance was given, the run is `unstable`. A fixed step beyond the stability limit of the equations with every node
  * on the ground is refused before it runs: what it would return can look right. */

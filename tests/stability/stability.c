@@ -66,7 +66,7 @@ static bool run_all(const struct plan *plan, struct shared *shared)
 }
 
 struct summary {
-    size_t scenes, not_run, compared[STUDY_METHODS], contradicted, verdicts, unconfirmed, crashed, fold_disputed;
+    size_t scenes, not_run, compared[STUDY_METHODS], contradicted, alone, verdicts, unconfirmed, crashed, fold_disputed;
     size_t ends[3][STUDY_ENDS]; /* of auto: all, of event, of implicit */
     size_t rescued[STUDY_METHODS]; /* auto did not answer, this one did */
     double worst_u, worst_lift, slowest_s, total_s;
@@ -109,6 +109,13 @@ static void add(struct summary *s, size_t index, const struct sim_scene *scene, 
             continue;
         struct study_difference d = study_compare(scene, first, &answers[i]);
         s->compared[i]++;
+        if (answers[i].alone) {
+            s->alone++;
+            printf("ALONE %zu: %s against auto (%s) and event: u %.3g ft (stated %.3g), lift %.3g ft (stated %.3g)\n", index,
+                   study_method_names[i], first->solver, d.u_ft, answers[i].error_u_ft, d.lift_ft,
+                   answers[i].error_lift_ft);
+            continue;
+        }
         s->bins_u[bin(d.ratio_u)]++;
         s->bins_lift[bin(d.ratio_lift)]++;
         confirmed = true;
@@ -195,7 +202,8 @@ static void print_summary(const struct summary *s)
     for (int i = STUDY_AUTO + 1; i < STUDY_METHODS; i++)
         printf("  %s %zu", study_method_names[i], s->rescued[i]);
     printf("; of folds: %zu\n", s->fold_disputed);
-    printf("contradicted: %zu (bow wave or not: %zu); crashed: %zu\n", s->contradicted, s->verdicts, s->crashed);
+    printf("contradicted: %zu (bow wave or not: %zu); cvode alone against auto and event: %zu; crashed: %zu\n",
+           s->contradicted, s->verdicts, s->alone, s->crashed);
 }
 
 static bool tabulate(const struct plan *plan, const struct shared *shared, struct summary *summary)

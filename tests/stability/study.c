@@ -16,6 +16,7 @@
 #define EVENT_STEPS 30000.0
 #define EXPLICIT_REACH 6.0
 #define REFERENCE_EVERY 3
+#define UMPIRE_S 20.0 /* for event, where two others contradict each other */
 
 const char *const study_method_names[STUDY_METHODS] = {"auto", "event", "implicit", "cvode", "reference"};
 const char *const study_end_names[STUDY_ENDS] = {"ok",      "unstable", "folded", "step_underflow",
@@ -180,6 +181,12 @@ void study_scene(const struct sim_scene *scene, size_t index, const struct study
             agreed = !study_compare(scene, first, &answers[method]).contradicts;
         else if (first->end == STUDY_FOLDED)
             agreed = answers[method].end == STUDY_FOLDED;
+    }
+    struct study_answer *cvode = &answers[STUDY_CVODE];
+    if (first->end == STUDY_OK && cvode->end == STUDY_OK && !agreed && answers[STUDY_EVENT].end == STUDY_NOT_RUN) {
+        run(scene, STUDY_EVENT, UMPIRE_S, first->rate, answers);
+        cvode->alone = answers[STUDY_EVENT].end == STUDY_OK &&
+                       !study_compare(scene, first, &answers[STUDY_EVENT]).contradicts;
     }
     if (index % REFERENCE_EVERY == 0 && first->end == STUDY_OK && scene->friction_law != SIM_SIGN &&
         first->rate * scene->t_end_s / REFERENCE_REACH < REFERENCE_STEPS)

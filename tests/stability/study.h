@@ -30,6 +30,7 @@ struct study_answer {
     uint64_t steps, events;
     double error_u_ft, error_lift_ft, peak_u_ft, max_lift_ft;
     bool bow_wave;
+    bool alone; /* contradicts auto, which the remaining solver confirms */
     double u_ft[DRAW_OUTPUTS][STUDY_MATS + 1]; /* by mat, from 1 */
     double lift_ft[DRAW_OUTPUTS];
 };
@@ -47,7 +48,7 @@ struct study_limits {
 };
 
 /* Run `methods` of a scene as needed: auto; then others until one answers and agrees (all, when one contradicts or when
- * auto does not answer); then, for every third scene, the reference of
+ * auto does not answer; when event was thought too slow it is given UMPIRE_S then, to say which of the two is alone); then, for every third scene, the reference of
  * tests/sim_reference when it is quick enough. `answers` has to be memory
  * shared between processes. */
 void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
