@@ -18,7 +18,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libc6-dev
+	libsundials-dev libserialport-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3
 
 common_src := $(wildcard common/*.c)
@@ -37,9 +37,10 @@ common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
 host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
-# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig.
+# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later:
+# only matrig and the tests of host link it, never matrig-board.
 HIL_LIBS := -lunicorn -lm
-HOST_LIBS := -lsqlite3 -ljansson -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
+HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
 	-lsundials_sunlinsolband -lm
 
 firmware := $(B)/firmware/matrig.elf
