@@ -20,6 +20,8 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libsundials-dev libserialport-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3
+# And to test real Linux links, in a guest.
+LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -67,6 +69,10 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 test: $(B)/.test-packages all $(tests) $(test_images) $(B)/tests/runs/synthesise $(B)/tests/figures/figures ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
+.PHONY: test-linux
+test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN and serial, in a QEMU guest: frames sent, received, lost
+	@tests/linux/run.sh
+
 .PHONY: bench
 bench: $(B)/.test-packages all ## timings, as ratios within one run
 	@tests/bench.sh
@@ -107,6 +113,8 @@ $(B)/.demo-packages:
 	$(call install_packages,$(DEMO_PACKAGES))
 $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
+$(B)/.linux-packages: $(B)/.test-packages
+	$(call install_packages,$(LINUX_PACKAGES))
 
 # --- host side ---
 $(B)/host/%.o: %.c | $(B)/.demo-packages
@@ -165,6 +173,8 @@ $(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(figures_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/linux/bridge: $(B)/tests/linux/bridge.o $(B)/host/hil/canbits.o
+	$(CC) $^ -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
 	$(CC) $^ -ljansson -lm -o $@
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
