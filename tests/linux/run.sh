@@ -54,7 +54,8 @@ make_root() {
     local program
     root=$dir/root
     rm -rf $root
-    mkdir -p $root/{bin,dev,proc,sys,tmp,data} $root/lib/modules
+    mkdir -p $root/{bin,dev,proc,sys,tmp,data,etc} $root/lib/modules
+    printf '%s\n' 'root:x:0:0::/tmp:/bin/sh' 'user:x:1000:1000::/tmp:/bin/sh' >$root/etc/passwd
     cp "$(command -v busybox)" $root/bin/busybox
     export PATH=$PATH:/usr/sbin:/sbin
     for program in build/matrig build/tests/linux/bridge ip sqlite3 candump cansend cangen canplayer canbusload slcanpty; do
@@ -74,10 +75,9 @@ make_root() {
 board() { # N: which links
     local can="unix:$sockets/can$1" serial="unix:$sockets/serial$1" more=()
     case $1 in
-    1) ;;                                # both links
-    2) serial=none ;;                    # CAN alone
-    3) can=none more=(--speed real) ;;   # a USB port that is plugged in while the board runs
-    4) can=none ;;                       # a 16550
+    1) ;;                              # both links
+    2) can=none ;;                     # a 16550
+    3) can=none more=(--speed real) ;; # a USB port that is plugged in while the board runs
     esac
     timeout $limit_s build/matrig-board --elf build/firmware/matrig.elf --can "$can" --serial "$serial" \
         --rig tests/runs/landing5.run --for 3600 "${more[@]}" 2>>$dir/board$1.log &
@@ -98,10 +98,9 @@ guest() { # NAME OPTION...: runs /NAME.sh in it; its console on stdout
 }
 socket() { echo "socket,id=$1,path=$sockets/$1,reconnect=1"; }
 links_guest() {
-    guest links -chardev "$(socket serial4)" -serial chardev:serial4 \
+    guest links -chardev "$(socket serial2)" -serial chardev:serial2 \
         -device virtio-serial-pci \
         -chardev "$(socket can1)" -device virtserialport,nr=1,chardev=can1 \
-        -chardev "$(socket can2)" -device virtserialport,nr=2,chardev=can2 \
         -device qemu-xhci,id=usb \
         -chardev "$(socket serial1)" -device usb-serial,bus=usb.0,port=1,chardev=serial1,serial=board,always-plugged=on \
         -chardev "$(socket serial3)" -device usb-serial,bus=usb.0,port=2,chardev=serial3,serial=plugged \
