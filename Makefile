@@ -18,9 +18,11 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libc6-dev
+	libsundials-dev libserialport-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash
+# And to test real Linux links, in a guest.
+LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -41,9 +43,10 @@ common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
 host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
-# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig.
+# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later:
+# only matrig and the tests of host link it, never matrig-board.
 HIL_LIBS := -lunicorn -lm
-HOST_LIBS := -lsqlite3 -ljansson -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
+HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
 	-lsundials_sunlinsolband -lm
 
 firmware := $(B)/firmware/matrig.elf
@@ -72,6 +75,10 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 .PHONY: test
 test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_programs) ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
+
+.PHONY: test-linux
+test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN and serial, in a QEMU guest: frames sent, received, lost
+	@tests/linux/run.sh
 
 .PHONY: bench
 bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
@@ -123,6 +130,8 @@ $(B)/.demo-packages:
 	$(call install_packages,$(DEMO_PACKAGES))
 $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
+$(B)/.linux-packages: $(B)/.test-packages
+	$(call install_packages,$(LINUX_PACKAGES))
 
 # --- host side ---
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
@@ -219,6 +228,8 @@ $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/linux/bridge: $(B)/tests/linux/bridge.o $(B)/host/hil/canbits.o
+	$(CC) $^ -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
 	$(CC) $^ -ljansson -lm -o $@
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages

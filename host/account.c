@@ -76,7 +76,9 @@ void account_serial_frame(struct account *account, uint16_t seq, int64_t block)
     if (account->seq_known && jump > 0 && jump < SEQ_JUMP_MAX) {
         account->counts.lost += jump;
         account->lost_since_block = true;
-        add_gap(account, make_gap(account, "frame", "all", "link", jump, account->frame_block, block));
+        add_gap(account, make_gap(account, "frame", "all", account->other_cause ? account->other_cause : "link", jump,
+                                  account->frame_block, block));
+        account->other_cause = NULL;
     }
     account->frame_block = block;
     account->seq_known = true;
@@ -98,21 +100,55 @@ static void settle_suspects(struct account *account, bool believed)
     account->suspect_count = 0;
 }
 
+void account_trouble(struct account *account, enum link_trouble trouble, int64_t count)
+{
+    if (trouble == LINK_QUEUE_LOST)
+        account->queue_lost += count;
+    else if (trouble == LINK_BUS_OFF)
+        account->other_cause = "bus-off";
+    else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_GARBLED || trouble == LINK_UART_OVERRUN) &&
+             !account->other_cause)
+        account->other_cause = "adapter";
+    else if (trouble == LINK_AWAY)
+        account->other_cause = "away";
+}
+
+/* Frames are lost between two can_health: in the queue, as far as it counted them, the rest by what else the link
+ * saw. */
+static void add_loss(struct account *account, int64_t lost, int64_t block)
+{
+    int64_t in_queue = account->queue_lost < lost ? account->queue_lost : lost;
+    const char *cause = account->other_cause ? account->other_cause : "link";
+    account->counts.lost += lost;
+    if (in_queue > 0)
+        add_gap(account, make_gap(account, "frame", "all", "queue", in_queue, account->sent_block, block));
+    if (lost > in_queue)
+        add_gap(account, make_gap(account, "frame", "all", cause, lost - in_queue, account->sent_block, block));
+}
+
 void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block)
 {
     if (account->sent_known) {
         /* This frame has been counted as received but is not yet in its own `sent`. */
         int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) - (account->received_since - 1);
         settle_suspects(account, lost > 0);
-        if (lost > 0 && lost < (int64_t)UINT32_MAX / 2) {
-            account->counts.lost += lost;
-            add_gap(account, make_gap(account, "frame", "all", "link", lost, account->sent_block, block));
-        }
+        if (lost > 0 && lost < (int64_t)UINT32_MAX / 2)
+            add_loss(account, lost, block);
     } else {
-        if (account->before_first < 0)
-            account->before_first = (int64_t)health->sent - (account->received_since - 1);
+        /* What the queue lost so far was sent before, but not before logging began. */
+        if (account->before_first < 0) {
+            int64_t before = (int64_t)health->sent - (account->received_since - 1);
+            int64_t lost = account->queue_lost < before ? account->queue_lost : before;
+            account->before_first = before - lost;
+            if (lost > 0)
+                add_loss(account, lost, block);
+        } else if (account->queue_lost > 0) { /* the board began again, and its counter with it */
+            add_loss(account, account->queue_lost, block);
+        }
         settle_suspects(account, false);
     }
+    account->queue_lost = 0;
+    account->other_cause = NULL;
     account->sent_known = true;
     account->sent = health->sent;
     account->sent_block = block;
@@ -165,6 +201,17 @@ void account_block(struct account *account, uint32_t index)
 
 void account_end(struct account *account)
 {
+    /* Frames that steps miss are among those the queue lost. */
+    int64_t in_queue = account->queue_lost - account->suspect_count;
+    if (in_queue > 0) {
+        account->counts.lost += in_queue;
+        add_gap(account, make_gap(account, "frame", "all", "queue", in_queue, account->sent_block, STORE_NONE));
+    } else if (account->suspect_count == 0 && account->other_cause && account->kind == LINK_CAN) {
+        add_gap(account, make_gap(account, "frame", "all", account->other_cause, STORE_NONE, account->sent_block,
+                                  STORE_NONE));
+    }
     account->counts.lost += account->suspect_count;
     settle_suspects(account, true);
+    account->queue_lost = 0;
+    account->other_cause = NULL;
 }

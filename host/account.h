@@ -6,6 +6,10 @@
  * recorded, which tells whose frames are missing. A step alone proves nothing; it is believed when the next
  * can_health confirms that frames are lost, or when none comes any more.
  *
+ * Where frames were lost, as far as the link saw it: queue (the receive queue of this computer), adapter (its
+ * buffers or its serial line), bus-off; else link. A trouble alone proves no loss on CAN; it names the cause of one
+ * that is found, or stands for it when nothing can be counted any more.
+ *
  * What the board itself dropped it says in can_health and serial_health; that is counted apart. Pure; gaps
  * found wait in `gap` until they are taken. */
 #ifndef MATRIG_HOST_ACCOUNT_H
@@ -39,6 +43,9 @@ struct account {
     int64_t suspect_count;               /* frames that steps say are missing since the last can_health */
     int64_t step_block[ACCOUNT_STEPPED]; /* last block of each; -1: none */
 
+    int64_t queue_lost;      /* frames that the receive queue lost since the last can_health */
+    const char *other_cause; /* of losses since it, by what the link saw; NULL: nothing */
+
     bool dropped_known;
     uint16_t dropped;
     int64_t dropped_block;
@@ -62,6 +69,9 @@ void account_can_health(struct account *account, const struct mr_can_health *hea
 void account_dropped(struct account *account, uint16_t dropped, int64_t block);
 void account_step(struct account *account, uint16_t id, int64_t block);
 void account_block(struct account *account, uint32_t index);
+
+/* The link saw a trouble `count` times. */
+void account_trouble(struct account *account, enum link_trouble trouble, int64_t count);
 
 /* The link ended, or fell silent for good: what is only suspected so far is taken as lost. */
 void account_end(struct account *account);

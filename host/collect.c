@@ -178,7 +178,7 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
 
     /* Somebody else on the bus: kept, not understood. */
     bool command = info && info->direction == MR_DIRECTION_HOST;
-    if (!command)
+    if (!command && !(frame->id & LINK_ID_ERROR))
         side->account.counts.foreign++;
     struct store_frame raw = {.direction = command,
                               .seq = STORE_NONE,
@@ -259,6 +259,55 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
     return MR_OK;
 }
 
+/* One event for each trouble, with how often it happened since the last one. */
+static enum mr_status record_troubles(struct collector *collector, struct side *side, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    if (!side->any_pending)
+        return MR_OK;
+    for (unsigned i = 0; i < LINK_TROUBLES && status == MR_OK; i++) {
+        struct store_event event = {.session = collector->session,
+                                    .boot = side->boot,
+                                    .run = side->pending_run,
+                                    .board_us = side->pending_us,
+                                    .host_us = (int64_t)link_now_us(),
+                                    .kind = store_trouble_kind(side->kind),
+                                    .code = i,
+                                    .detail = (int64_t)side->pending[i],
+                                    .value = (int64_t)side->told[i],
+                                    .links = 1 << side->kind};
+        if (side->pending[i] > 0)
+            status = store_event_put(collector->store, &event, error);
+        side->pending[i] = 0;
+    }
+    side->any_pending = false;
+    return status;
+}
+
+enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
+                                  const struct link_counters *counters, struct error *error)
+{
+    struct side *side = &collector->side[kind];
+    int64_t run = side->current ? side->current->row.id : STORE_NONE;
+    enum mr_status status = MR_OK;
+    if (side->any_pending && side->pending_run != run)
+        status = record_troubles(collector, side, error);
+    for (unsigned i = 0; i < LINK_TROUBLES && status == MR_OK; i++) {
+        uint64_t more = counters->trouble[i] - side->told[i];
+        if (more == 0)
+            continue;
+        if (!side->any_pending) {
+            side->any_pending = true;
+            side->pending_run = run;
+            side->pending_us = side->time.known ? timebase_now_us(&side->time) : STORE_NONE;
+        }
+        side->told[i] = counters->trouble[i];
+        side->pending[i] += more;
+        account_trouble(&side->account, (enum link_trouble)i, (int64_t)more);
+    }
+    return status;
+}
+
 enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error)
 {
     struct side *side = &collector->side[kind];
@@ -305,9 +354,11 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
 {
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        if (collector->side[kind].spec)
-            status = store_link_put(collector->store, collector->session, kind,
-                                    &collector->side[kind].account.counts, error);
+        struct side *side = &collector->side[kind];
+        if (side->spec)
+            status = store_link_put(collector->store, collector->session, kind, &side->account.counts, error);
+        if (status == MR_OK)
+            status = record_troubles(collector, side, error);
     }
     return status;
 }

@@ -25,13 +25,17 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
                                struct error *error);
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
                                uint64_t host_us, struct error *error);
+/* What a link has counted so far, troubles above all: those that are new are accounted, and recorded at the next
+ * collector_put_counts. Call it before what came after them goes in. */
+enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
+                                  const struct link_counters *counters, struct error *error);
 /* A link ended. MR_TRUNCATED: inside a serial frame. */
 enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error);
 /* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end", "time",
  * "signal" ... */
 enum mr_status collector_end(struct collector *collector, const char *ended_by, struct error *error);
 
-/* Write the session's counts so far. */
+/* Write the session's counts and troubles so far. */
 enum mr_status collector_put_counts(struct collector *collector, struct error *error);
 
 /* RUN of a landing that has ended since the last call; 0: none. */

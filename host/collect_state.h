@@ -37,6 +37,11 @@ struct side {
     struct mr_deframer deframer;
     struct mr_zone zone;
     struct mr_motion motion;
+    uint64_t told[LINK_TROUBLES];    /* what the link has counted */
+    uint64_t pending[LINK_TROUBLES]; /* and is not recorded yet: in landing pending_run, from pending_us on */
+    int64_t pending_run;
+    int64_t pending_us; /* board time */
+    bool any_pending;
 };
 
 struct collector {

@@ -12,10 +12,13 @@
 #include "host/analyse/summary.h"
 #include "host/cli.h"
 #include "host/collect.h"
+#include "host/link/can_error.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
 #define COMMIT_US 40000u
 #define PROGRESS_US 200000u
+#define SERVICE_US 250000u /* links are looked after at least this often */
+#define NOTE_US 1000000u /* the same trouble is told once a second */
 #define FRAMES_PER_TURN 1024
 #define BYTES_PER_TURN 16384
 
@@ -26,6 +29,9 @@ struct logger {
     bool open[LINK_KINDS];
     bool more[LINK_KINDS]; /* not drained: poll need not see what waits inside the link */
     struct collector *collector;
+    uint64_t troubles[LINK_KINDS];              /* of the link's, taken */
+    uint64_t noted[LINK_KINDS][LINK_TROUBLES];  /* of them, seen by the user */
+    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
     bool in_transaction;
     uint64_t begun_us;
     uint64_t shown_us;
@@ -82,6 +88,64 @@ static enum mr_status end_link(struct logger *logger, enum link_kind kind, struc
     return status;
 }
 
+/* Tells the user of troubles that are new, `text` (may be NULL) in place of their own. */
+static void note_troubles(struct logger *logger, enum link_kind kind, const char *text)
+{
+    const struct link_counters *counters = link_counters(logger->link[kind]);
+    uint64_t now_us = monotonic_us();
+    bool told = false;
+    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
+        uint64_t more = counters->trouble[i] - logger->noted[kind][i];
+        bool lately = logger->noted_us[kind][i] != 0 && now_us - logger->noted_us[kind][i] < NOTE_US;
+        if (more == 0 || lately)
+            continue;
+        if (!logger->cli->quiet && cli_terminal())
+            fputs("\r\033[K", stderr); /* over the progress */
+        logger->noted[kind][i] = counters->trouble[i];
+        logger->noted_us[kind][i] = now_us;
+        if (!text)
+            cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[kind]), link_trouble_text(i),
+                     (unsigned long long)more);
+        else if (!told)
+            cli_note(logger->cli, "%s: %s", link_spec(logger->link[kind]), text);
+        told = true;
+    }
+}
+
+/* What the link saw since the last time: recorded, and told. `frame` is the error frame that tells it, if any. */
+static enum mr_status take_troubles(struct logger *logger, enum link_kind kind, const struct link_frame *frame,
+                                    struct error *error)
+{
+    const struct link_counters *counters = link_counters(logger->link[kind]);
+    char text[CAN_ERROR_TEXT_MAX];
+    if (counters->troubles == logger->troubles[kind])
+        return MR_OK;
+    logger->troubles[kind] = counters->troubles;
+    bool error_frame = frame && frame->id & LINK_ID_ERROR;
+    if (error_frame)
+        can_error_text(frame, text);
+    note_troubles(logger, kind, error_frame ? text : NULL);
+    enum mr_status status = ensure_transaction(logger, error);
+    return status == MR_OK ? collector_troubles(logger->collector, kind, counters, error) : status;
+}
+
+/* Keeps the links in order: a device that went away comes back, or ends its link. */
+static enum mr_status service_links(struct logger *logger, struct error *error)
+{
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        struct error reason = {0};
+        if (!logger->open[kind])
+            continue;
+        enum mr_status serviced = link_service(logger->link[kind], &reason);
+        enum mr_status status = take_troubles(logger, (enum link_kind)kind, NULL, error);
+        if (status == MR_OK && serviced != MR_OK && serviced != MR_TOO_FEW)
+            status = end_link(logger, (enum link_kind)kind, &reason, error);
+        if (status != MR_OK)
+            return status;
+    }
+    return MR_OK;
+}
+
 static enum mr_status receive_can(struct logger *logger, struct error *error)
 {
     struct link_frame frame;
@@ -94,6 +158,8 @@ static enum mr_status receive_can(struct logger *logger, struct error *error)
         if (status != MR_OK)
             return end_link(logger, LINK_CAN, &reason, error);
         status = ensure_transaction(logger, error);
+        if (status == MR_OK)
+            status = take_troubles(logger, LINK_CAN, &frame, error);
         if (status == MR_OK)
             status = collector_frame(logger->collector, &frame, error);
         if (status != MR_OK)
@@ -169,8 +235,8 @@ static enum mr_status wait_for_news(const struct logger *logger, int signals, ui
     uint64_t until_us = deadline_us;
     if (logger->in_transaction && logger->begun_us + COMMIT_US < until_us)
         until_us = logger->begun_us + COMMIT_US;
-    if (until_us > now_us + 1000000u)
-        until_us = now_us + 1000000u;
+    if (until_us > now_us + SERVICE_US)
+        until_us = now_us + SERVICE_US;
     int wait_ms = until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         polled[kind] =
@@ -204,7 +270,9 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
     while (!logger->ended_by) {
         bool ready[LINK_KINDS] = {false, false};
         bool signalled = false;
-        enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled, error);
+        enum mr_status status = service_links(logger, error);
+        if (status == MR_OK)
+            status = wait_for_news(logger, signals, deadline_us, ready, &signalled, error);
         if (status == MR_OK)
             keep_in_step(logger, ready);
         if (status == MR_OK && ready[LINK_CAN])
@@ -247,6 +315,34 @@ static enum mr_status check_heard(const struct logger *logger, const char *can, 
                      can ? can : "", and, serial ? serial : "");
 }
 
+static void troubles_of(const struct link *link, int64_t trouble[LINK_TROUBLES])
+{
+    for (unsigned i = 0; i < LINK_TROUBLES; i++)
+        trouble[i] = (int64_t)link_counters(link)->trouble[i];
+}
+
+static json_t *troubles_json(const struct link *link)
+{
+    int64_t trouble[LINK_TROUBLES];
+    troubles_of(link, trouble);
+    return summary_troubles_json(trouble);
+}
+
+/* Troubles of the whole session, in landings and outside. */
+static void show_troubles(const struct logger *logger)
+{
+    for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++) {
+        int64_t trouble[LINK_TROUBLES];
+        char line[400];
+        if (!logger->link[kind] || link_counters(logger->link[kind])->troubles == 0)
+            continue;
+        troubles_of(logger->link[kind], trouble);
+        summary_troubles(trouble, line, sizeof line);
+        printf("%s link in this session: %s\n", summary_link_name(kind), line);
+    }
+    fflush(stdout);
+}
+
 static json_t *log_json(const struct logger *logger, const char *db, const struct error *error)
 {
     struct collector_progress p;
@@ -256,9 +352,10 @@ static json_t *log_json(const struct logger *logger, const char *db, const struc
         const struct store_link_counts *c = &p.counts[kind];
         if (logger->link[kind])
             json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsIsI}", "received", (json_int_t)c->received, "lost",
+                                json_pack("{sIsIsIsIsIso}", "received", (json_int_t)c->received, "lost",
                                           (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
-                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign));
+                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "troubles",
+                                          troubles_json(logger->link[kind])));
     }
     if (logger->link[LINK_CAN] && p.before_first >= 0)
         json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));
@@ -284,6 +381,7 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     if (ensure_transaction(logger, &late) == MR_OK &&
         collector_end(logger->collector, logger->ended_by, &late) == MR_OK && commit(logger, &late) == MR_OK)
         show_finished(logger, &late);
+    show_troubles(logger);
     show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);

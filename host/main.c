@@ -24,8 +24,12 @@ static const struct command commands[] = {
      "LINK is one of\n"
      "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
      "  file:PATH      a recorded candump log (CAN) or recorded bytes (serial)\n"
-     "  can:IFACE, slcan:TTY[:BAUD], serial:TTY[:BAUD]\n"
-     "                 hardware; these come with a later version\n"},
+     "  can:IFACE      a CAN interface of this computer (SocketCAN), up, at 1 Mbit/s\n"
+     "  slcan:TTY[:BAUD]\n"
+     "                 a LAWICEL adapter on a serial port, for CAN\n"
+     "  serial:TTY[:BAUD]\n"
+     "                 a serial port, 8N1, 2000000 baud unless given\n"
+     "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"

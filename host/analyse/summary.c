@@ -14,6 +14,20 @@ const char *summary_link_name(int link)
     return link == LINK_CAN ? "CAN" : "serial";
 }
 
+static enum mr_status load_troubles(struct store *store, int64_t run, int kind, struct summary_link *link,
+                                    struct error *error)
+{
+    struct store_trouble *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_troubles(store, run, kind, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
+            link->trouble[rows[i].code] = rows[i].count;
+    }
+    free(rows);
+    return status;
+}
+
 static enum mr_status load_links(struct store *store, struct summary *summary, struct error *error)
 {
     int64_t run = summary->measured.landing.id;
@@ -27,13 +41,15 @@ static enum mr_status load_links(struct store *store, struct summary *summary, s
         if (status == MR_OK && kind == LINK_SERIAL)
             status = store_blocks_count(store, run, &blocks, error);
         link->received += blocks;
+        if (status == MR_OK)
+            status = load_troubles(store, run, kind, link, error);
     }
     for (size_t i = 0; i < summary->gaps; i++) {
         const struct store_gap *gap = &summary->gap[i];
         if (gap->link < 0 || gap->link >= LINK_KINDS)
             continue;
         struct summary_link *link = &summary->link[gap->link];
-        if (strcmp(gap->cause, "silence") == 0)
+        if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
             link->silent = true;
         else if (strcmp(gap->message, "frame") == 0)
             *(strcmp(gap->cause, "board") == 0 ? &link->dropped : &link->lost) += gap->count;
@@ -83,6 +99,47 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
         snprintf(out + length, size - (size_t)length, "; %zu edges not named", measured->edges - seen);
 }
 
+void summary_troubles(const int64_t *trouble, char *out, size_t size)
+{
+    size_t used = 0;
+    out[0] = '\0';
+    for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
+        if (trouble[i] > 0)
+            used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "", link_trouble_text(i),
+                                     (long long)trouble[i]);
+    }
+}
+
+json_t *summary_troubles_json(const int64_t *trouble)
+{
+    json_t *object = json_object();
+    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
+        if (trouble[i] > 0)
+            json_object_set_new(object, link_trouble_text(i), json_integer((json_int_t)trouble[i]));
+    }
+    return object;
+}
+
+/* Why frames that a gap counts are not there. */
+static const char *gap_reason(const char *cause)
+{
+    static const struct {
+        const char *cause;
+        const char *text;
+    } reasons[] = {
+        {"board", "not sent by the board"},
+        {"queue", "lost in this computer's receive queue"},
+        {"adapter", "lost in the adapter"},
+        {"bus-off", "lost while the adapter was off the bus"},
+        {"away", "lost while the link was away"},
+    };
+    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
+        if (strcmp(cause, reasons[i].cause) == 0)
+            return reasons[i].text;
+    }
+    return "lost";
+}
+
 void summary_gap(const struct store_gap *gap, char *out, size_t size)
 {
     char count[40] = "", range[60] = "";
@@ -95,7 +152,7 @@ void summary_gap(const struct store_gap *gap, char *out, size_t size)
         snprintf(out, size, "%s silent%s", summary_link_name(gap->link), range);
     else
         snprintf(out, size, "%s %s%s %s (%s)%s", summary_link_name(gap->link), count, gap->message,
-                 strcmp(gap->cause, "board") == 0 ? "not sent by the board" : "lost", gap->channels, range);
+                 gap_reason(gap->cause), gap->channels, range);
 }
 
 /* ---- text ---- */
@@ -207,6 +264,11 @@ static void print_links(const struct summary *summary, FILE *out)
             fprintf(out, "%lld frames received, %lld lost, %lld not sent by the board%s\n",
                     (long long)link->received, (long long)link->lost, (long long)link->dropped,
                     link->silent ? "; silent in part: more may be lost" : "");
+        char line[400], label[20];
+        summary_troubles(link->trouble, line, sizeof line);
+        snprintf(label, sizeof label, "%s link", summary_link_name(kind));
+        if (line[0])
+            fprintf(out, "  %-13s %s\n", label, line);
     }
     const struct measured_check *check = &summary->measured.check;
     if (check->compared)
@@ -329,9 +391,10 @@ static json_t *links_json(const struct summary *summary)
         const struct summary_link *link = &summary->link[kind];
         if (link->used)
             json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsb}", "received", (json_int_t)link->received, "lost",
+                                json_pack("{sIsIsIsbso}", "received", (json_int_t)link->received, "lost",
                                           (json_int_t)link->lost, "dropped", (json_int_t)link->dropped,
-                                          "silent", link->silent));
+                                          "silent", link->silent, "troubles",
+                                          summary_troubles_json(link->trouble)));
     }
     return links;
 }

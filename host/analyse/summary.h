@@ -18,6 +18,7 @@ struct summary_link {
     int64_t received; /* frames in the landing */
     int64_t lost;     /* frames the board sent and nobody received */
     int64_t dropped;  /* frames the board says it could not queue */
+    int64_t trouble[LINK_TROUBLES]; /* what the link itself saw */
     bool silent;      /* the link fell silent in the landing, or never spoke: losses cannot be counted */
 };
 
@@ -44,5 +45,9 @@ void summary_switches(const struct measured *measured, char *out, size_t size);
 /* One line for a gap: "serial lost 12 frames between block 400 and 412". */
 void summary_gap(const struct store_gap *gap, char *out, size_t size);
 const char *summary_link_name(int link);
+/* "bus off 1, no acknowledgement 12" of LINK_TROUBLES counts; "" when all are 0. */
+void summary_troubles(const int64_t *trouble, char *out, size_t size);
+/* The same as an object: {"bus off": 1, ...}. The caller owns it. */
+json_t *summary_troubles_json(const int64_t *trouble);
 
 #endif

@@ -86,4 +86,11 @@ static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t 
     return error_set(error, MR_NOT_NOW, "a recorded file takes no commands: %s; use a live link", link->spec);
 }
 
-const struct link_ops link_file_ops = {"file:", file_open, file_receive_frame, file_send};
+const struct link_ops link_file_ops = {
+    .prefix = "file:",
+    .form = "file:PATH",
+    .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
+    .open = file_open,
+    .receive_frame = file_receive_frame,
+    .send = file_send,
+};

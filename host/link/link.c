@@ -7,10 +7,16 @@
 #include <unistd.h>
 
 #include "common/wire.h"
+#include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops};
-static const char *const later[] = {"can:", "slcan:", "serial:"};
+#define FORMS "unix:PATH, file:PATH, can:IFACE, slcan:TTY[:BAUD] or serial:TTY[:BAUD]"
+#define RETRY_US 250000u
+#define AWAY_MAX_US 10000000u
+#define SERVICE_US 1000000u
+
+static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_can_ops, &link_serial_ops,
+                                               &link_slcan_ops};
 
 static bool starts_with(const char *text, const char *prefix)
 {
@@ -26,20 +32,33 @@ static const struct link_ops *find_kind(const char *spec)
     return NULL;
 }
 
+static const char *path_of(const struct link_ops *ops, const char *spec)
+{
+    return spec + strlen(ops->prefix);
+}
+
+/* Give back what the device holds; the link itself stays. */
+static void release(struct link *link)
+{
+    if (link->ops->close)
+        link->ops->close(link);
+    else if (link->fd >= 0)
+        close(link->fd);
+    link->fd = -1;
+}
+
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link, struct error *error)
 {
-    for (size_t i = 0; i < sizeof later / sizeof later[0]; i++) {
-        if (starts_with(spec, later[i]))
-            return error_set(error, MR_USAGE,
-                             "%s links come with a later version: %s; use unix:PATH or file:PATH", later[i],
-                             spec);
-    }
     const struct link_ops *ops = find_kind(spec);
     if (!ops)
-        return error_set(error, MR_USAGE, "not a link: '%s'; write unix:PATH or file:PATH", spec);
-    const char *path = spec + strlen(ops->prefix);
+        return error_set(error, MR_USAGE, "not a link: '%s'; write " FORMS, spec);
+    const char *path = path_of(ops, spec);
     if (!*path)
-        return error_set(error, MR_USAGE, "link without a path: '%s'; write %sPATH", spec, ops->prefix);
+        return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, ops->form);
+    if (!(ops->kinds & 1u << kind))
+        return error_set(error, MR_USAGE, "%s carries no %s: %s; give it as %s", ops->form,
+                         kind == LINK_CAN ? "CAN frames" : "serial bytes", spec,
+                         kind == LINK_CAN ? "--serial" : "--can");
 
     struct link *made = calloc(1, sizeof *made);
     char *copy = strdup(spec);
@@ -65,8 +84,7 @@ void link_close(struct link *link)
 {
     if (!link)
         return;
-    if (link->fd >= 0)
-        close(link->fd);
+    release(link);
     free(link->spec);
     free(link);
 }
@@ -93,6 +111,78 @@ uint64_t link_now_us(void)
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
+uint64_t link_monotonic_us(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
+}
+
+void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
+{
+    link->counters.trouble[trouble] += count;
+    link->counters.troubles += count;
+}
+
+/* The device went away: keep why, give it back, and wait for it. */
+static void go_away(struct link *link, const struct error *why)
+{
+    release(link);
+    link->away = *why;
+    link->away_since_us = link_monotonic_us();
+    link->retry_us = link->away_since_us + RETRY_US;
+    link->start = link->end = 0;
+    link_trouble(link, LINK_AWAY, 1);
+}
+
+static enum mr_status come_back(struct link *link, uint64_t now_us, struct error *error)
+{
+    struct error why = {0};
+    if (now_us < link->retry_us)
+        return MR_TOO_FEW;
+    link->retry_us = now_us + RETRY_US;
+    if (link->ops->open(link, path_of(link->ops, link->spec), &why) == MR_OK) {
+        link->away = (struct error){0};
+        link_trouble(link, LINK_BACK, 1);
+        return MR_OK;
+    }
+    release(link);
+    if (now_us - link->away_since_us < AWAY_MAX_US)
+        return MR_TOO_FEW;
+    return error_set(error, link->away.status, "%s (waited %u s for it)", link->away.text,
+                     AWAY_MAX_US / 1000000u);
+}
+
+enum mr_status link_service(struct link *link, struct error *error)
+{
+    uint64_t now_us = link_monotonic_us();
+    if (link->away.status != MR_OK)
+        return come_back(link, now_us, error);
+    if (link->ops->service && now_us >= link->service_us) {
+        link->service_us = now_us + SERVICE_US;
+        link->ops->service(link);
+    }
+    return MR_OK;
+}
+
+/* What receiving found, for the caller: a device that broke is away, and that is no error yet. */
+static enum mr_status received(struct link *link, enum mr_status status, const struct error *found,
+                               struct error *error)
+{
+    if (status == MR_IO && link->ops->comes_back) {
+        go_away(link, found);
+        return MR_TOO_FEW;
+    }
+    if (status != MR_OK && status != MR_TOO_FEW && status != MR_CLOSED)
+        error_set(error, status, "%s", found->text);
+    return status;
+}
+
+static ssize_t read_some(struct link *link, uint8_t *bytes, size_t size)
+{
+    return link->ops->read ? link->ops->read(link, bytes, size) : read(link->fd, bytes, size);
+}
+
 enum mr_status link_fill(struct link *link, struct error *error)
 {
     if (link->start > 0) {
@@ -100,7 +190,7 @@ enum mr_status link_fill(struct link *link, struct error *error)
         link->end -= link->start;
         link->start = 0;
     }
-    ssize_t count = read(link->fd, link->buffer + link->end, sizeof link->buffer - link->end);
+    ssize_t count = read_some(link, link->buffer + link->end, sizeof link->buffer - link->end);
     if (count > 0) {
         link->end += (size_t)count;
         link->read_us = link_now_us();
@@ -112,25 +202,43 @@ enum mr_status link_fill(struct link *link, struct error *error)
         return MR_CLOSED;
     if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)
         return MR_TOO_FEW;
+    if (errno == ENODEV)
+        return error_set(error, MR_IO, "the device is gone: %s; plug it in again", link->spec);
     return error_set(error, MR_IO, "cannot read (%s): %s; check the device or file", strerror(errno),
                      link->spec);
 }
 
+static void count_troubles(struct link *link, uint32_t troubles)
+{
+    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
+        if (troubles & 1u << i)
+            link_trouble(link, (enum link_trouble)i, 1);
+    }
+}
+
 enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
 {
-    enum mr_status status = link->ops->receive_frame(link, frame, error);
-    if (status == MR_OK)
+    struct error found = {0};
+    if (link->away.status != MR_OK)
+        return MR_TOO_FEW;
+    enum mr_status status = link->ops->receive_frame(link, frame, &found);
+    if (status == MR_OK && frame->id & LINK_ID_ERROR)
+        count_troubles(link, can_error_troubles(frame));
+    else if (status == MR_OK)
         link->counters.received++;
-    return status;
+    return received(link, status, &found, error);
 }
 
 enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,
                                   uint64_t *host_us, struct error *error)
 {
+    if (link->away.status != MR_OK)
+        return MR_TOO_FEW;
     if (link->start == link->end) {
-        enum mr_status status = link_fill(link, error);
+        struct error found = {0};
+        enum mr_status status = link_fill(link, &found);
         if (status != MR_OK)
-            return status;
+            return received(link, status, &found, error);
     }
     size_t count = link->end - link->start;
     if (count > size)
@@ -146,6 +254,8 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error)
 {
     uint8_t bytes[16] = {0};
+    if (link->away.status != MR_OK)
+        return error_set(error, MR_NOT_NOW, "the device is away: %s; plug it in again", link->spec);
     mr_put_u32(bytes, frame->id);
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
@@ -157,6 +267,8 @@ enum mr_status link_send_frame(struct link *link, const struct link_frame *frame
 
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
 {
+    if (link->away.status != MR_OK)
+        return error_set(error, MR_NOT_NOW, "the device is away: %s; plug it in again", link->spec);
     enum mr_status status = link->ops->send(link, bytes, length, error);
     if (status == MR_OK)
         link->counters.sent += length;

@@ -4,11 +4,13 @@
  *
  * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
  * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for
- * serial, from a file or a pipe. The other three are hardware and come with a later version: they are refused
- * by name.
+ * serial, from a file or a pipe. can: is a CAN interface of the Linux kernel, slcan: a LAWICEL adapter on a
+ * serial port (host/link/slcan.h), serial: a serial port, 8N1, 2000000 baud unless given.
  *
  * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW: bytes may
- * wait inside the link where poll does not see them. */
+ * wait inside the link where poll does not see them. Call link_service at least once a second: a device that went
+ * away (unplugged, interface down) is opened again when it comes back within 10 s; meanwhile link_fd is -1 and
+ * receiving gives MR_TOO_FEW. */
 #ifndef MATRIG_HOST_LINK_LINK_H
 #define MATRIG_HOST_LINK_LINK_H
 
@@ -17,6 +19,7 @@
 #include <stdint.h>
 
 #include "host/error.h"
+#include "host/link/trouble.h"
 
 enum link_kind { LINK_CAN, LINK_SERIAL };
 #define LINK_KINDS 2
@@ -37,11 +40,13 @@ struct link_frame {
 struct link_counters {
     uint64_t received; /* frames or bytes */
     uint64_t sent;
+    uint64_t trouble[LINK_TROUBLES];
+    uint64_t troubles; /* all of them; when it has not changed, none has */
 };
 
 struct link;
 
-/* Open a link. The caller closes it. Waits at most 5 s for a unix: socket to appear.
+/* Open a link. The caller closes it. Waits at most 5 s for a unix: socket to appear, 3 s for an slcan: adapter.
  * MR_USAGE: not a LINK, or of a kind that this version or this use does not have; MR_IO, MR_TIMEOUT: does not
  * open. */
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link, struct error *error);
@@ -51,9 +56,13 @@ int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);
 const struct link_counters *link_counters(const struct link *link);
 
-/* The next CAN frame. MR_OK; MR_TOO_FEW: none now; MR_CLOSED: the end, nothing is missing; else `error` says:
+/* The next CAN frame; LINK_ID_ERROR marks what the adapter says about the bus. MR_OK; MR_TOO_FEW: none now; MR_CLOSED: the end, nothing is missing; else `error` says:
  * MR_TRUNCATED: the end is inside a frame; MR_MALFORMED: no frame (file: names the line); MR_IO. */
 enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, struct error *error);
+
+/* What must be done now and then: status of the adapter, counters of the driver, a device that went away. MR_OK;
+ * MR_TOO_FEW: the device is away, wait; else it stays away, and `error` says which and why. */
+enum mr_status link_service(struct link *link, struct error *error);
 
 /* Up to `size` serial bytes, `*length` of them. Status as above; truncation is the deframer's to see. */
 enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,

@@ -2,16 +2,28 @@
 #ifndef MATRIG_HOST_LINK_LINK_OPS_H
 #define MATRIG_HOST_LINK_LINK_OPS_H
 
+#include <sys/types.h>
+
 #include "host/link/link.h"
 
 struct link_ops {
     const char *prefix; /* "unix:" */
+    const char *form;   /* "unix:PATH" */
+    unsigned kinds;     /* 1 << enum link_kind of each that it carries */
+    bool comes_back;    /* a device: when it goes away, wait for it */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
     enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame, struct error *error);
     enum mr_status (*send)(struct link *link, const uint8_t *bytes, size_t length, struct error *error);
+    /* Those below may be NULL. */
+    ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size); /* as read(2); NULL: read(2) of fd */
+    void (*service)(struct link *link);                              /* about once a second */
+    void (*close)(struct link *link);                                /* NULL: close(2) of fd */
 };
 
 #define LINK_BUFFER 65536u
+
+struct tty;
+struct slcan;
 
 struct link {
     const struct link_ops *ops;
@@ -24,12 +36,29 @@ struct link {
     size_t end;
     uint64_t read_us;   /* when the newest of them was read */
     unsigned long line; /* file: lines given on */
+
+    struct error away;         /* why the device is away; MR_OK: it is there */
+    uint64_t away_since_us;    /* these three monotonic */
+    uint64_t retry_us;
+    uint64_t service_us;
+    uint32_t queue_lost; /* can: the kernel's counter */
+    struct tty *tty;     /* serial:, slcan: */
+    struct slcan *slcan; /* slcan: */
 };
 
 extern const struct link_ops link_unix_ops;
 extern const struct link_ops link_file_ops;
+extern const struct link_ops link_can_ops;
+extern const struct link_ops link_serial_ops;
+extern const struct link_ops link_slcan_ops;
 
 /* Read more into the buffer. MR_OK: there is more; MR_TOO_FEW: none now; MR_CLOSED: end of file; MR_IO. */
 enum mr_status link_fill(struct link *link, struct error *error);
+
+/* Count a trouble. */
+void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count);
+
+/* For deadlines: never jumps. */
+uint64_t link_monotonic_us(void);
 
 #endif

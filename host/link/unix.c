@@ -90,4 +90,11 @@ static enum mr_status unix_send(struct link *link, const uint8_t *bytes, size_t 
     return MR_OK;
 }
 
-const struct link_ops link_unix_ops = {"unix:", unix_open, unix_receive_frame, unix_send};
+const struct link_ops link_unix_ops = {
+    .prefix = "unix:",
+    .form = "unix:PATH",
+    .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
+    .open = unix_open,
+    .receive_frame = unix_receive_frame,
+    .send = unix_send,
+};

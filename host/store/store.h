@@ -172,7 +172,7 @@ struct store_event {
     int64_t run;
     int64_t board_us;
     int64_t host_us;
-    const char *kind; /* state, mark, ack, fault, restart, joined */
+    const char *kind; /* state, mark, ack, fault, restart, joined; troubles of a link: can-link, serial-link */
     int64_t code;
     int64_t detail;
     int64_t value;
@@ -237,13 +237,24 @@ enum mr_status store_faults(struct store *store, const struct store_landing *lan
  * such a file. */
 enum mr_status store_bundle(struct store *store, int64_t run, const char *path, struct error *error);
 
+/* Troubles that the links themselves saw in a landing (enum link_trouble), summed. */
+struct store_trouble {
+    int64_t code;
+    int64_t count;
+};
+enum mr_status store_troubles(struct store *store, int64_t run, int link, struct store_trouble **rows,
+                              size_t *count, struct error *error);
+/* The kind of their events: code is the trouble, detail how often it happened since the event before, value how
+ * often in the session so far. */
+const char *store_trouble_kind(int link);
+
 /* Lost data. message "frame" counts frames of the link; a message's name says which of them, where that is
  * known. */
 struct store_gap {
     int link;
     char message[24];
     char channels[24]; /* "d1-d3", "all" */
-    char cause[16];    /* link, board, acquisition, silence */
+    char cause[16];    /* link, queue, adapter, bus-off, away, board, acquisition, silence */
     int64_t count;     /* STORE_NONE: not known */
     int64_t from_block;
     int64_t to_block;

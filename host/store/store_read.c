@@ -232,6 +232,28 @@ enum mr_status store_faults(struct store *store, const struct store_landing *lan
     return status;
 }
 
+static void trouble_row(sqlite3_stmt *s, void *to)
+{
+    *(struct store_trouble *)to = (struct store_trouble){store_integer(s, 0), store_integer(s, 1)};
+}
+
+enum mr_status store_troubles(struct store *store, int64_t run, int link, struct store_trouble **rows,
+                              size_t *count, struct error *error)
+{
+    sqlite3_stmt *statement;
+    void *made;
+    enum mr_status status =
+        store_query(store, error, &statement, STORE_TROUBLES, store_trouble_kind(link), run);
+    status = read_rows(store, statement, status, sizeof **rows, trouble_row, &made, count, error);
+    *rows = made;
+    return status;
+}
+
+const char *store_trouble_kind(int link)
+{
+    return link == 0 ? "can-link" : "serial-link";
+}
+
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result, bool *found,
                                 struct error *error)
 {

@@ -52,7 +52,8 @@
     X(FRAMES, "ii",                                                                                          \
       "SELECT direction, seq, board_us, host_us, can_id, data FROM frames WHERE landing=? AND link=?"        \
       " ORDER BY id")                                                                                        \
-    X(FRAMES_COUNT, "ii", "SELECT count(*) FROM frames WHERE landing=? AND link=?")                          \
+    X(FRAMES_COUNT, "ii",                                                                                    \
+      "SELECT count(*) FROM frames WHERE landing=? AND link=? AND can_id & 0x20000000 = 0")                  \
     X(EDGE_PUT, "iiiirri",                                                                                   \
       "INSERT INTO edges VALUES(?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"        \
       " board_us=coalesce(board_us, excluded.board_us)")                                                     \
@@ -100,6 +101,8 @@
       "SELECT code, detail, max(value), board_us FROM events WHERE kind='fault' AND session=?"               \
       " AND boot=? AND id<=coalesce((SELECT max(id) FROM events WHERE landing=?), 0) GROUP BY code ORDER "   \
       "BY code")                                                                                             \
+    X(TROUBLES, "ti",                                                                                        \
+      "SELECT code, sum(detail) FROM events WHERE kind=? AND landing=? GROUP BY code ORDER BY code")         \
     X(GAP_PUT, "iiitttiii",                                                                                  \
       "INSERT INTO gaps(session, landing, link, message, channels, cause, count, from_block, to_block)"      \
       " VALUES(?,?,?,?,?,?,?,?,?)")                                                                          \

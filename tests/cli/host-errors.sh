@@ -19,9 +19,12 @@ check "log with a stray word" fails_with 2 "one word too many: 'now'" $matrig lo
 check "time that is no number" fails_with 2 "'soon' for --for" $matrig log --can file:x --db "$tmp/x.db" --for soon
 check "time out of range" fails_with 2 "out of range: 0 for --for" $matrig log --can file:x --db "$tmp/x.db" --for 0
 check "not a link" fails_with 2 "not a link: 'tty'" $matrig log --serial tty --db "$tmp/x.db"
-check "can: comes later" fails_with 2 "can: links come with a later version: can:can0" $matrig log --can can:can0 --db "$tmp/x.db"
-check "slcan: comes later" fails_with 2 "later version" $matrig log --can slcan:/dev/ttyACM0:115200 --db "$tmp/x.db"
-check "serial: comes later" fails_with 2 "later version" $matrig log --serial serial:/dev/ttyS0 --db "$tmp/x.db"
+check "can: without such an interface, or without CAN" fails_with 3 "CAN.*can:no_such_can; " $matrig log --can can:no_such_can --db "$tmp/x.db"
+check "slcan: without such a port" fails_with 3 "no serial port .*slcan:/dev/no-such-port:115200; there " $matrig log --can slcan:/dev/no-such-port:115200 --db "$tmp/x.db"
+check "serial: without such a port" fails_with 3 "no serial port .*serial:/dev/no-such-port; there " $matrig log --serial serial:/dev/no-such-port --db "$tmp/x.db"
+check "serial: with a wrong rate" fails_with 2 "not a baud rate: .7." $matrig log --serial serial:/dev/ttyS0:7 --db "$tmp/x.db"
+check "a file is no serial port" fails_with 3 "not a serial device" $matrig log --serial serial:/dev/null --db "$tmp/x.db"
+check "can: carries no serial bytes" fails_with 2 "carries no serial bytes: can:can0; give it as --can" $matrig log --serial can:can0 --db "$tmp/x.db"
 check "compare without RUN" fails_with 2 "compare needs DB RUN" $matrig compare x.db
 check "RUN that is no number" fails_with 2 "not a RUN: 'last'" $matrig compare x.db last
 check "RUN 0" fails_with 2 "not a RUN: '0'" $matrig export x.db 0 --format csv

@@ -199,9 +199,89 @@ static void time_unwraps(void **state)
     assert_false(timebase_block(&time, 64600));
 }
 
+/* Frames 1 to 99 and can_health 100 arrive; of the 99 after it 9 are lost, and the queue owns up to 5. */
+static void losses_have_their_causes(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 99, 100, 0, 1000);
+    account_trouble(&account, LINK_QUEUE_LOST, 5);
+    account_trouble(&account, LINK_RX_OVERFLOW, 1);
+    can_interval(&account, 90, 200, 0, 2000);
+    assert_int_equal(account.counts.lost, 9);
+    assert_int_equal(account.gaps, 2);
+    assert_string_equal(account.gap[0].cause, "queue");
+    assert_int_equal(account.gap[0].count, 5);
+    assert_int_equal(account.gap[0].from_block, 1000);
+    assert_int_equal(account.gap[0].to_block, 2000);
+    assert_string_equal(account.gap[1].cause, "adapter");
+    assert_int_equal(account.gap[1].count, 4);
+    /* The next loss has no known cause; what the queue lost of others' frames is no loss of the board's. */
+    can_interval(&account, 98, 300, 0, 3000);
+    assert_int_equal(account.counts.lost, 10);
+    assert_string_equal(account.gap[2].cause, "link");
+    account_trouble(&account, LINK_QUEUE_LOST, 50);
+    can_interval(&account, 99, 400, 0, 4000);
+    assert_int_equal(account.counts.lost, 10);
+    assert_int_equal(account.gaps, 3);
+    account_trouble(&account, LINK_BUS_OFF, 1);
+    account_trouble(&account, LINK_GARBLED, 1);
+    can_interval(&account, 0, 500, 0, 5000);
+    assert_int_equal(account.counts.lost, 109);
+    assert_string_equal(account.gap[3].cause, "bus-off");
+}
+
+/* When no can_health comes any more, what the link saw stands for the loss. */
+static void troubles_at_the_end(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 10, 11, 0, 1000);
+    account_trouble(&account, LINK_QUEUE_LOST, 7);
+    account_end(&account);
+    assert_int_equal(account.counts.lost, 7);
+    assert_int_equal(account.gaps, 1);
+    assert_string_equal(account.gap[0].cause, "queue");
+    assert_int_equal(account.gap[0].count, 7);
+
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 10, 11, 0, 1000);
+    account_trouble(&account, LINK_BUS_OFF, 1);
+    account_end(&account);
+    assert_int_equal(account.counts.lost, 0);
+    assert_int_equal(account.gaps, 1);
+    assert_string_equal(account.gap[0].cause, "bus-off");
+    assert_int_equal(account.gap[0].count, STORE_NONE); /* nobody knows how many */
+    assert_int_equal(account.gap[0].from_block, 1000);
+
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 10, 11, 0, 1000);
+    account_trouble(&account, LINK_ARBITRATION_LOST, 1); /* part of every busy bus */
+    account_end(&account);
+    assert_int_equal(account.gaps, 0);
+}
+
+/* The queue loses frames before the first can_health: they are lost, not sent before logging began. */
+static void queue_losses_while_joining(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    account_trouble(&account, LINK_QUEUE_LOST, 20);
+    can_interval(&account, 30, 1050, 0, 500); /* 1050 before it: 30 came, 20 lost, 1000 earlier */
+    assert_int_equal(account.before_first, 1000);
+    assert_int_equal(account.counts.lost, 20);
+    assert_string_equal(account.gap[0].cause, "queue");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(losses_have_their_causes),
+        cmocka_unit_test(troubles_at_the_end),
+        cmocka_unit_test(queue_losses_while_joining),
         cmocka_unit_test(serial_sequence),
         cmocka_unit_test(serial_drops_are_the_boards),
         cmocka_unit_test(blocks_lost_on_the_way_or_never_sent),

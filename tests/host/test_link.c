@@ -5,6 +5,7 @@
 
 #include "host/link/candump.h"
 #include "host/link/link.h"
+#include "host/link/tty.h"
 #include "tests/host/scratch.h"
 
 static void refused_specs(void **state)
@@ -19,9 +20,15 @@ static void refused_specs(void **state)
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
         {"file:", MR_USAGE, "without a path"},
-        {"can:can0", MR_USAGE, "later version"},
-        {"slcan:/dev/ttyACM0:921600", MR_USAGE, "later version"},
-        {"serial:/dev/ttyUSB0", MR_USAGE, "later version"},
+        {"can:", MR_USAGE, "write can:IFACE"},
+        {"can:no_such_can", MR_IO, "can:no_such_can"}, /* whether the kernel has CAN or not */
+        {"serial:/dev/ttyUSB0", MR_USAGE, "carries no CAN frames: serial:/dev/ttyUSB0; give it as --serial"},
+        {"slcan:", MR_USAGE, "write slcan:TTY[:BAUD]"},
+        {"slcan::115200", MR_USAGE, "no serial port: ':115200'"},
+        {"slcan:/dev/ttyACM0:", MR_USAGE, "not a baud rate: ''"},
+        {"slcan:/dev/ttyACM0:49", MR_USAGE, "not a baud rate: '49'"},
+        {"slcan:/dev/no-such-port:921600", MR_IO, "no serial port (No such file or directory): slcan:/dev/no-such-port"},
+        {"slcan:/dev/null", MR_IO, "not a serial device"},
         {"file:build/test-tmp/no/such/file", MR_IO, "no/such/file"},
         {"file:build", MR_IO, "directory"},
     };
@@ -34,6 +41,38 @@ static void refused_specs(void **state)
         assert_error(&error, cases[i].status, cases[i].names);
         assert_null(link);
     }
+}
+
+/* What is written for a serial port, and its parts. */
+static void serial_ports_and_rates(void **state)
+{
+    static const struct {
+        const char *text, *path;
+        int baud;
+    } cases[] = {
+        {"/dev/ttyUSB0", "/dev/ttyUSB0", 2000000},
+        {"/dev/ttyUSB0:115200", "/dev/ttyUSB0", 115200},
+        {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 2000000},
+        {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0:921600", "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", 921600},
+    };
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        char path[TTY_PATH_MAX];
+        int baud;
+        struct error error = {0};
+        assert_int_equal(tty_parse(cases[i].text, "serial:TTY[:BAUD]", path, &baud, &error), MR_OK);
+        assert_string_equal(path, cases[i].path);
+        assert_int_equal(baud, cases[i].baud);
+    }
+}
+
+static void bytes_are_no_frames(void **state)
+{
+    struct link *link = NULL;
+    struct error error = {0};
+    (void)state;
+    assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
+    assert_error(&error, MR_USAGE, "can:IFACE carries no serial bytes: can:can0; give it as --can");
 }
 
 static void socket_path_too_long(void **state)
@@ -293,6 +332,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(refused_specs),
+        cmocka_unit_test(serial_ports_and_rates),
+        cmocka_unit_test(bytes_are_no_frames),
         cmocka_unit_test(socket_path_too_long),
         cmocka_unit_test(candump_lines),
         cmocka_unit_test(refused_candump_lines),

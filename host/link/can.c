@@ -1,0 +1,212 @@
+/* can:IFACE, a CAN interface of the Linux kernel (SocketCAN). See man 4 can, and can.rst of the kernel.
+ *
+ * There is no receive filter: what others say on the bus is kept too, and a frame that a filter took away could
+ * not be told from a lost one. */
+#include <errno.h>
+#include <fcntl.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <linux/sock_diag.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "common/wire.h"
+#include "host/link/link_ops.h"
+
+/* A full bus of 1 Mbit/s brings up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes of queue: this
+ * is more than half a second even when the kernel counts each twice. */
+#define QUEUE_BYTES (8 * 1024 * 1024)
+#define SEND_WAIT_MS 1000
+
+_Static_assert(LINK_ID_EXTENDED == CAN_EFF_FLAG && LINK_ID_REMOTE == CAN_RTR_FLAG && LINK_ID_ERROR == CAN_ERR_FLAG,
+               "identifiers are SocketCAN's");
+
+static bool is_can(int fd, const char *name, short *flags)
+{
+    struct ifreq request = {0};
+    snprintf(request.ifr_name, sizeof request.ifr_name, "%s", name);
+    if (ioctl(fd, SIOCGIFHWADDR, &request) != 0 || request.ifr_hwaddr.sa_family != ARPHRD_CAN)
+        return false;
+    if (ioctl(fd, SIOCGIFFLAGS, &request) == 0)
+        *flags = request.ifr_flags;
+    return true;
+}
+
+/* "there are can0, vcan0" or "there is none". */
+static void list_interfaces(int fd, char *out, size_t size)
+{
+    struct if_nameindex *all = if_nameindex();
+    size_t used = 0;
+    short flags;
+    out[0] = '\0';
+    for (struct if_nameindex *i = all; i && i->if_index; i++) {
+        if (is_can(fd, i->if_name, &flags) && used < size)
+            used += (size_t)snprintf(out + used, size - used, "%s%s", used ? ", " : "there are ", i->if_name);
+    }
+    if (used == 0)
+        snprintf(out, size, "there is none");
+    if (all)
+        if_freenameindex(all);
+}
+
+static enum mr_status check_interface(struct link *link, const char *name, struct error *error)
+{
+    short flags = 0;
+    char known[200];
+    if (strlen(name) >= IFNAMSIZ)
+        return error_set(error, MR_USAGE, "interface name too long: %s; at most %d characters", link->spec,
+                         IFNAMSIZ - 1);
+    if (!is_can(link->fd, name, &flags)) {
+        list_interfaces(link->fd, known, sizeof known);
+        return error_set(error, MR_IO, "no such CAN interface: %s; %s (ip link shows them)", link->spec, known);
+    }
+    if (!(flags & IFF_UP))
+        return error_set(error, MR_IO,
+                         "the interface is down: %s; run: ip link set %s up type can bitrate 1000000", link->spec,
+                         name);
+    return MR_OK;
+}
+
+/* As large as allowed: beyond net.core.rmem_max only with CAP_NET_ADMIN. */
+static void enlarge_queue(int fd)
+{
+    int bytes = QUEUE_BYTES;
+    if (setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0)
+        setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+}
+
+static enum mr_status set_up(struct link *link, struct error *error)
+{
+    can_err_mask_t errors = CAN_ERR_MASK;
+    int on = 1;
+    enlarge_queue(link->fd);
+    if (setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 ||
+        setsockopt(link->fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
+        setsockopt(link->fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0)
+        return error_set(error, MR_IO, "cannot set up the socket (%s): %s; use a newer kernel", strerror(errno),
+                         link->spec);
+    link->queue_lost = 0;
+    return MR_OK;
+}
+
+static enum mr_status can_open(struct link *link, const char *name, struct error *error)
+{
+    link->fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
+    if (link->fd < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
+        return error_set(error, MR_IO,
+                         "this kernel has no CAN: %s; run modprobe can-raw as root, or use a kernel with CONFIG_CAN",
+                         link->spec);
+    if (link->fd < 0)
+        return error_set(error, MR_IO, "no CAN socket (%s): %s; check the limits of this system", strerror(errno),
+                         link->spec);
+    enum mr_status status = check_interface(link, name, error);
+    if (status == MR_OK)
+        status = set_up(link, error);
+    if (status != MR_OK)
+        return status;
+    struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = (int)if_nametoindex(name)};
+    if (bind(link->fd, (struct sockaddr *)&address, sizeof address) != 0)
+        return error_set(error, MR_IO, "cannot use the interface (%s): %s; see ip link", strerror(errno),
+                         link->spec);
+    return MR_OK;
+}
+
+/* Time of reception by the kernel, and how many frames the socket's queue has lost so far (a counter of 32 bits
+ * that wraps; it comes with every frame once it is not 0). */
+static void take_control(struct link *link, struct msghdr *message, struct link_frame *frame)
+{
+    frame->host_us = 0;
+    for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
+        if (c->cmsg_level != SOL_SOCKET)
+            continue;
+        if (c->cmsg_type == SO_TIMESTAMPNS) {
+            struct timespec at;
+            memcpy(&at, CMSG_DATA(c), sizeof at);
+            frame->host_us = (uint64_t)at.tv_sec * 1000000u + (uint64_t)at.tv_nsec / 1000u;
+        } else if (c->cmsg_type == SO_RXQ_OVFL) {
+            uint32_t lost;
+            memcpy(&lost, CMSG_DATA(c), sizeof lost);
+            link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(lost - link->queue_lost));
+            link->queue_lost = lost;
+        }
+    }
+    if (frame->host_us == 0)
+        frame->host_us = link_now_us();
+}
+
+static enum mr_status can_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
+{
+    struct can_frame raw;
+    char control[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
+    struct iovec part = {.iov_base = &raw, .iov_len = sizeof raw};
+    struct msghdr message = {
+        .msg_iov = &part, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};
+    ssize_t count = recvmsg(link->fd, &message, 0);
+    if (count < 0 && (errno == EAGAIN || errno == EINTR || errno == ENOBUFS))
+        return MR_TOO_FEW;
+    if (count < 0)
+        return error_set(error, MR_IO, "the CAN interface went away (%s): %s; see ip link, and plug it in",
+                         strerror(errno), link->spec);
+    if ((size_t)count != sizeof raw || raw.can_dlc > sizeof frame->data)
+        return error_set(error, MR_MALFORMED, "no CAN frame of 8 bytes or less: %s; is it a CAN FD bus?",
+                         link->spec);
+    take_control(link, &message, frame);
+    frame->id = raw.can_id;
+    frame->length = raw.can_dlc;
+    memset(frame->data, 0, sizeof frame->data);
+    memcpy(frame->data, raw.data, raw.can_dlc);
+    return MR_OK;
+}
+
+static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+{
+    struct can_frame raw = {.can_id = mr_get_u32(&bytes), .can_dlc = *bytes};
+    struct pollfd ready = {.fd = link->fd, .events = POLLOUT};
+    uint64_t until_us = link_monotonic_us() + SEND_WAIT_MS * 1000u;
+    (void)length;
+    memcpy(raw.data, bytes + 4, sizeof raw.data);
+    while (write(link->fd, &raw, sizeof raw) != (ssize_t)sizeof raw) {
+        if (errno != EAGAIN && errno != EINTR && errno != ENOBUFS)
+            return error_set(error, MR_IO, "cannot send (%s): %s; see ip -details link show", strerror(errno),
+                             link->spec);
+        if (link_monotonic_us() > until_us)
+            return error_set(error, MR_TIMEOUT,
+                             "the bus takes nothing: %s; is the board on, and the bus terminated?", link->spec);
+        /* A full transmit queue of the interface (ENOBUFS) is not something poll waits for. */
+        poll(&ready, 1, errno == ENOBUFS ? 0 : 10);
+        poll(NULL, 0, 1);
+    }
+    return MR_OK;
+}
+
+/* Frames lost when nothing came after them. Asked only when the queue is empty: else they would be told before what
+ * was received before them. */
+static void can_service(struct link *link)
+{
+    uint32_t info[SK_MEMINFO_VARS];
+    socklen_t length = sizeof info;
+    struct pollfd state = {.fd = link->fd, .events = POLLIN};
+    if (poll(&state, 1, 0) != 0 || getsockopt(link->fd, SOL_SOCKET, SO_MEMINFO, info, &length) != 0 ||
+        length < (SK_MEMINFO_DROPS + 1) * sizeof info[0])
+        return;
+    link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(info[SK_MEMINFO_DROPS] - link->queue_lost));
+    link->queue_lost = info[SK_MEMINFO_DROPS];
+}
+
+const struct link_ops link_can_ops = {
+    .prefix = "can:",
+    .form = "can:IFACE",
+    .kinds = 1u << LINK_CAN,
+    .comes_back = true,
+    .open = can_open,
+    .receive_frame = can_receive_frame,
+    .send = can_send,
+    .service = can_service,
+};

@@ -1,0 +1,53 @@
+/* serial:TTY[:BAUD], a serial port of this computer. */
+#include <string.h>
+
+#include "host/link/link_ops.h"
+#include "host/link/tty.h"
+
+static enum mr_status serial_open(struct link *link, const char *text, struct error *error)
+{
+    char path[TTY_PATH_MAX];
+    int baud;
+    enum mr_status status = tty_parse(text, link->ops->form, path, &baud, error);
+    if (status == MR_OK)
+        status = tty_open(link->spec, path, baud, &link->tty, error);
+    if (status == MR_OK)
+        link->fd = tty_fd(link->tty);
+    return status;
+}
+
+static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
+{
+    return tty_read(link->tty, bytes, size);
+}
+
+static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+{
+    return tty_write(link->tty, bytes, length, error);
+}
+
+static void serial_service(struct link *link)
+{
+    unsigned overruns, line_errors;
+    tty_news(link->tty, &overruns, &line_errors);
+    link_trouble(link, LINK_UART_OVERRUN, overruns);
+    link_trouble(link, LINK_UART_LINE, line_errors);
+}
+
+static void serial_close(struct link *link)
+{
+    tty_close(link->tty);
+    link->tty = NULL;
+}
+
+const struct link_ops link_serial_ops = {
+    .prefix = "serial:",
+    .form = "serial:TTY[:BAUD]",
+    .kinds = 1u << LINK_SERIAL,
+    .comes_back = true,
+    .open = serial_open,
+    .send = serial_send,
+    .read = serial_read,
+    .service = serial_service,
+    .close = serial_close,
+};

@@ -1,0 +1,196 @@
+#include "host/link/tty.h"
+
+#include <errno.h>
+#include <libserialport.h>
+#include <linux/serial.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+
+#define WRITE_WAIT_MS 1000u
+#define BAUD_MAX 20000000
+/* A UART that is further off loses bytes. */
+#define BAUD_TOLERANCE_PERCENT 2
+
+struct tty {
+    struct sp_port *port;
+    const char *spec;
+    int fd;
+    struct serial_icounter_struct counted;
+    int counts; /* the driver counts */
+};
+
+enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_MAX], int *baud,
+                         struct error *error)
+{
+    const char *colon = strrchr(text, ':');
+    size_t length = strlen(text);
+    *baud = TTY_BAUD_DEFAULT;
+    if (colon && strspn(colon + 1, "0123456789") == strlen(colon + 1)) {
+        char *end;
+        long value = strtol(colon + 1, &end, 10);
+        if (end == colon + 1 || value < 50 || value > BAUD_MAX)
+            return error_set(error, MR_USAGE, "not a baud rate: '%s' of '%s'; write %s, 50 to %d baud", colon + 1,
+                             text, form, BAUD_MAX);
+        *baud = (int)value;
+        length = (size_t)(colon - text);
+    }
+    if (length == 0 || length >= TTY_PATH_MAX)
+        return error_set(error, MR_USAGE, "no serial port: '%s'; write %s", text, form);
+    memcpy(path, text, length);
+    path[length] = '\0';
+    return MR_OK;
+}
+
+/* "there are /dev/ttyS0, /dev/ttyUSB0" or "there is none". */
+static void list_ports(char *out, size_t size)
+{
+    struct sp_port **ports = NULL;
+    size_t used = 0;
+    out[0] = '\0';
+    if (sp_list_ports(&ports) == SP_OK) {
+        for (size_t i = 0; ports[i] && used < size; i++)
+            used += (size_t)snprintf(out + used, size - used, "%s%s", used ? ", " : "there are ",
+                                     sp_get_port_name(ports[i]));
+        sp_free_port_list(ports);
+    }
+    if (used == 0)
+        snprintf(out, size, "there is none");
+}
+
+static enum mr_status no_port(const char *spec, const char *why, struct error *error)
+{
+    char known[300];
+    list_ports(known, sizeof known);
+    return error_set(error, MR_IO, "no serial port (%s): %s; %s", why, spec, known);
+}
+
+static enum mr_status open_failed(const char *spec, struct error *error)
+{
+    int reason = sp_last_error_code();
+    if (reason == EACCES || reason == EPERM)
+        return error_set(error, MR_IO, "no right to open the serial port: %s; join its group (often dialout)", spec);
+    if (reason == EBUSY)
+        return error_set(error, MR_IO, "another program has the serial port: %s; end it first", spec);
+    return no_port(spec, strerror(reason), error);
+}
+
+static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
+{
+    struct sp_port_config *config = NULL;
+    int took = 0;
+    if (sp_set_baudrate(tty->port, baud) != SP_OK || sp_set_bits(tty->port, 8) != SP_OK ||
+        sp_set_parity(tty->port, SP_PARITY_NONE) != SP_OK || sp_set_stopbits(tty->port, 1) != SP_OK ||
+        sp_set_flowcontrol(tty->port, SP_FLOWCONTROL_NONE) != SP_OK)
+        return error_set(error, MR_IO, "the serial port does not take %d baud, 8N1 (%s): %s; give another rate",
+                         baud, strerror(sp_last_error_code()), tty->spec);
+    /* A driver that cannot do a rate takes another one and does not say so. */
+    if (sp_new_config(&config) == SP_OK) {
+        if (sp_get_config(tty->port, config) != SP_OK || sp_get_config_baudrate(config, &took) != SP_OK)
+            took = 0;
+        sp_free_config(config);
+    }
+    if (took > 0 && abs(took - baud) > baud / 100 * BAUD_TOLERANCE_PERCENT)
+        return error_set(error, MR_IO, "the serial port does not do %d baud, it took %d: %s; give another rate",
+                         baud, took, tty->spec);
+    return MR_OK;
+}
+
+/* Others are kept out twice: TIOCEXCL stops every program but root's, the lock stops another matrig. */
+static enum mr_status take_alone(struct tty *tty, struct error *error)
+{
+    if (flock(tty->fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return error_set(error, MR_IO, "another program has the serial port: %s; end it first", tty->spec);
+    ioctl(tty->fd, TIOCEXCL);
+    return MR_OK;
+}
+
+enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty, struct error *error)
+{
+    char real[4096]; /* PATH_MAX; libserialport does not follow the links of /dev/serial */
+    if (!realpath(path, real))
+        return no_port(spec, strerror(errno), error);
+    struct tty *made = calloc(1, sizeof *made);
+    if (!made)
+        return error_set(error, MR_FULL, "no memory: link %s; close other programs", spec);
+    made->spec = spec;
+    enum mr_status status = MR_OK;
+    if (sp_get_port_by_name(real, &made->port) != SP_OK)
+        status = no_port(spec, "not a serial device", error);
+    else if (sp_open(made->port, SP_MODE_READ_WRITE) != SP_OK) {
+        status = open_failed(spec, error);
+        sp_free_port(made->port);
+        made->port = NULL;
+    } else if (sp_get_port_handle(made->port, &made->fd) != SP_OK)
+        status = error_set(error, MR_IO, "no descriptor of the serial port: %s; try again", spec);
+    if (status == MR_OK)
+        status = take_alone(made, error);
+    if (status == MR_OK)
+        status = set_line(made, baud, error);
+    if (status != MR_OK) {
+        tty_close(made);
+        return status;
+    }
+    made->counts = ioctl(made->fd, TIOCGICOUNT, &made->counted) == 0;
+    *tty = made;
+    return MR_OK;
+}
+
+void tty_close(struct tty *tty)
+{
+    if (!tty)
+        return;
+    if (tty->port) {
+        if (tty->fd > 0)
+            ioctl(tty->fd, TIOCNXCL);
+        sp_close(tty->port);
+        sp_free_port(tty->port);
+    }
+    free(tty);
+}
+
+int tty_fd(const struct tty *tty)
+{
+    return tty->fd;
+}
+
+ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
+{
+    enum sp_return count = sp_nonblocking_read(tty->port, bytes, size);
+    if (count > 0)
+        return (ssize_t)count;
+    /* A port that hung up reads as empty, and stays readable. */
+    struct pollfd state = {.fd = tty->fd, .events = POLLIN};
+    if (count < 0 || (poll(&state, 1, 0) > 0 && state.revents & (POLLHUP | POLLERR | POLLNVAL))) {
+        errno = ENODEV;
+        return -1;
+    }
+    errno = EAGAIN;
+    return -1;
+}
+
+enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, struct error *error)
+{
+    enum sp_return count = sp_blocking_write(tty->port, bytes, length, WRITE_WAIT_MS);
+    if (count < 0)
+        return error_set(error, MR_IO, "cannot send (%s): %s; is it still plugged in?",
+                         strerror(sp_last_error_code()), tty->spec);
+    if ((size_t)count < length)
+        return error_set(error, MR_TIMEOUT, "the serial port takes nothing: %s; is the cable in?", tty->spec);
+    return MR_OK;
+}
+
+void tty_news(struct tty *tty, unsigned *overruns, unsigned *line_errors)
+{
+    struct serial_icounter_struct now = {0}, *before = &tty->counted;
+    *overruns = *line_errors = 0;
+    if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
+        return;
+    *overruns = (unsigned)(now.overrun - before->overrun) + (unsigned)(now.buf_overrun - before->buf_overrun);
+    *line_errors = (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) +
+                   (unsigned)(now.brk - before->brk);
+    *before = now;
+}

@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# What a link itself sees - CAN error frames here - is recorded and told; and which program links which library.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+
+build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial none \
+    --rig tests/runs/landing5.run 2>"$tmp/board.err"
+# Before the landing one error frame, in its middle bus off with 50 frames lost and the restart, then no
+# acknowledgement twice.
+awk 'function fault(id, data) { print $1, "can0", id "#" data }
+     NR == 20 { fault("20000004", "0004000000000000") }
+     NR == 12000 { fault("20000040", "0000000000000000") }
+     NR >= 12000 && NR < 12050 { next }
+     NR == 12050 { fault("20000100", "0000000000000000") }
+     NR == 15000 || NR == 15001 { fault("200000A8", "0000001900000000") }
+     { print }' "$tmp/all.can" >"$tmp/faults.can"
+log() { $matrig log --can "file:$tmp/faults.can" --db "$tmp/faults.db" >"$tmp/faults.txt" 2>"$tmp/faults.err"; }
+db() { sqlite3 "$tmp/faults.db" "$1"; }
+
+told() {
+    cat "$tmp/faults.err"
+    grep -q "^matrig: file:.*faults.can: bus off$" "$tmp/faults.err" &&
+        grep -q "^matrig: .*: restarted after bus off$" "$tmp/faults.err" &&
+        grep -q "^matrig: .*: no acknowledgement; protocol error; .*; bus error$" "$tmp/faults.err"
+}
+summary_says() {
+    cat "$tmp/faults.txt"
+    grep -q "^  CAN link      bus off 1, restarted after bus off 1, no acknowledgement 2, protocol error 2, bus error 2$" "$tmp/faults.txt" &&
+        grep -q "^  gap           CAN 50 frame lost while the adapter was off the bus (all)" "$tmp/faults.txt" &&
+        grep -q "^CAN link in this session: bus off 1, restarted after bus off 1, error warning 1, " "$tmp/faults.txt"
+}
+recorded() {
+    echo "$(db "select code, detail from events where kind = 'can-link' order by id")"
+    [ "$(db "select sum(detail) from events where kind = 'can-link' and code = 5 and landing = 1")" = 2 ] &&
+        [ "$(db "select count(*) from frames where can_id & 0x20000000")" = 5 ] &&
+        [ "$(db "select outside from links")" = 0 ] && [ "$(db "select lost from links")" = 50 ] &&
+        [ "$(db "select received from links")" = $(($(wc -l <"$tmp/all.can") - 50)) ]
+}
+in_json() {
+    $matrig --json --quiet log --can "file:$tmp/faults.can" --db "$tmp/json.db" >"$tmp/faults.json"
+    grep -qF '"troubles":{"bus off":1,"restarted after bus off":1,"error warning":1,"no acknowledgement":2,' "$tmp/faults.json"
+}
+needs() { readelf -d "$1" | sed -n 's/.*(NEEDED).*\[\(lib[a-z]*\).*/\1/p'; }
+libraries_apart() {
+    needs $matrig; needs build/matrig-board
+    needs $matrig | grep -qx libserialport && ! needs $matrig | grep -q libunicorn &&
+        needs build/matrig-board | grep -qx libunicorn && ! needs build/matrig-board | grep -q libserialport
+}
+
+check "a log with error frames is logged" log
+check "each is told at once, in words" told
+check "landing and session name them, and why frames are lost" summary_says
+check "the campaign has them, and the counts are right" recorded
+check "the JSON has them" in_json
+check "libserialport only in matrig, Unicorn only in matrig-board" libraries_apart
+finish
