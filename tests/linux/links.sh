@@ -240,7 +240,14 @@ check "a USB port that is unplugged and plugged in again goes on" usb_back
 seen=$(db usb "select count(*) from frames")
 check "and the board's frames come again" wait_for 20 sh -c "[ \"\$(sqlite3 usb.db 'select count(*) from frames')\" -gt $((seen + 20)) ]"
 echo "# host: stop board 3"
-gone() { wait_for 30 sh -c "! kill -0 $logger"; wait $logger; status=$?; cat usb.err; [ $status -eq 3 ] && says "the device is gone: serial:$plugged; plug it in again \(waited 10 s for it\)" usb.err; }
+gone() {
+    local status
+    wait_for 30 sh -c "! kill -0 $logger" || kill -KILL $logger
+    wait $logger
+    status=$?
+    cat usb.err
+    [ $status -eq 3 ] && says "the device is gone: serial:$plugged; plug it in again \(waited 10 s for it\)" usb.err
+}
 check "one that stays away ends the log with one clear error" gone
 
 echo "1..$tests"
