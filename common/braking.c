@@ -4,9 +4,9 @@
 #include <string.h>
 
 #define N MR_BRAKING_UNKNOWNS
-#define ROUNDS 20
-#define DELAY_LEAST_S (-0.05) /* nonsense, but the search may pass there */
-#define DELAY_MOST_S 0.3
+#define ROUNDS 10
+#define DELAY_LEAST_S (-0.5) /* nonsense, but the search may pass there */
+#define DELAY_MOST_S 0.5
 
 /* Station and its derivatives by the unknowns at a time. */
 struct at {
@@ -127,13 +127,12 @@ static enum mr_status guess(const struct mr_gate *gates, size_t count, struct mr
         const struct mr_gate *first = &used[0], *second = &used[on_track - 1];
         fit->speed_ft_s = (second->station_ft - first->station_ft) / (second->t_s - first->t_s);
         fit->touchdown_s = first->t_s + (fit->touchdown_ft - first->station_ft) / fit->speed_ft_s;
-    } else if (mr_gates_at_station(&parabola, fit->touchdown_ft, &there) == MR_OK) {
-        fit->speed_ft_s = there.speed_ft_s.value;
-        fit->touchdown_s = there.t_s;
-    } else { /* too far back for the search: along its tangent */
+    } else { /* back from the first gate beyond at that deceleration */
         mr_gates_at(&parabola, used[skip].t_s, &there);
-        fit->speed_ft_s = there.speed_ft_s.value;
-        fit->touchdown_s = used[skip].t_s - (used[skip].station_ft - fit->touchdown_ft) / fit->speed_ft_s;
+        double back_ft = used[skip].station_ft - fit->touchdown_ft, speed_ft_s = there.speed_ft_s.value;
+        double square = speed_ft_s * speed_ft_s + 2.0 * fit->deceleration_ft_s2 * back_ft;
+        fit->speed_ft_s = square > 0.0 ? sqrt(square) : speed_ft_s;
+        fit->touchdown_s = used[skip].t_s - 2.0 * back_ft / (fit->speed_ft_s + speed_ft_s);
     }
     fit->delay_s = MR_BRAKE_DELAY_S;
     fit->shape = MR_BRAKE_SHAPE;
@@ -261,26 +260,17 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
     return most;
 }
 
-enum mr_status mr_braking_fit_alien(const struct mr_gate *gates, size_t count, double touchdown_ft,
-                                    double position_error_ft, uint32_t left_out, struct mr_braking *fit)
+enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count, double position_error_ft,
+                                    struct mr_braking *fit)
 {
-    struct mr_braking less;
-    enum mr_status status = mr_braking_fit(gates, count, touchdown_ft, position_error_ft, left_out, fit);
-    if (status != MR_OK || mr_braking_holds(fit))
-        return status;
-    less = *fit;
-    /* Two degrees must be left to tell which gate it was. */
-    for (size_t out = 0; out <= count / 5 && less.freedom >= 2; out++) {
-        size_t worst = 0;
-        if (find_worst(&less, gates, count, position_error_ft, &worst) < MR_GATE_ALIEN * MR_GATE_ALIEN ||
-            mr_braking_fit(gates, count, touchdown_ft, position_error_ft, less.left_out | 1u << worst, &less) != MR_OK)
-            return MR_OK;
-        if (mr_braking_holds(&less)) {
-            *fit = less;
-            return MR_OK;
-        }
-    }
-    return MR_OK;
+    size_t worst = 0, out = 0;
+    for (size_t g = 0; g < count; g++)
+        out += !uses(fit, g);
+    if (out > count / 5 || fit->freedom < 2 ||
+        find_worst(fit, gates, count, position_error_ft, &worst) < MR_GATE_ALIEN * MR_GATE_ALIEN)
+        return MR_LIMIT;
+    double touchdown_ft = fit->touchdown_ft;
+    return mr_braking_fit(gates, count, touchdown_ft, position_error_ft, fit->left_out | 1u << worst, fit);
 }
 
 double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gate)

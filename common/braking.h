@@ -9,10 +9,9 @@
  * it is never estimated here, so intervals are normal, 1.96 standard errors for 95 %.
  *
  * Whether the model holds is asked by chi-square (1 in 1000 of the landings that are as it says fail). A gate that alone
- * makes it fail by more than MR_GATE_ALIEN standard errors is left out, the worst first.
+ * makes it fail by more than MR_GATE_ALIEN standard errors can be left out, the worst first.
  *
- * Pure, no heap, double precision with + - * / and square roots only: host and board agree to the last bit. A fit takes
- * about 10,000 operations with 24 gates. */
+ * Pure, no heap, double precision with + - * / and square roots only: host and board agree to the last bit. */
 #ifndef MATRIG_COMMON_BRAKING_H
 #define MATRIG_COMMON_BRAKING_H
 
@@ -51,10 +50,11 @@ struct mr_braking {
 enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double touchdown_ft, double position_error_ft,
                               uint32_t left_out, struct mr_braking *fit);
 
-/* As mr_braking_fit, leaving out up to a fifth of the gates where that makes the model hold. If it does not, the fit is
- * that of all gates but `left_out`. */
-enum mr_status mr_braking_fit_alien(const struct mr_gate *gates, size_t count, double touchdown_ft,
-                                    double position_error_ft, uint32_t left_out, struct mr_braking *fit);
+/* Leave out the worst gate, the one that chi-square would lose most without, and fit again: at most a fifth of the gates, and
+ * two degrees of freedom must be left to tell which it was. MR_OK; MR_LIMIT: none contradicts the others that much, or no
+ * more can be left out; else as mr_braking_fit. `fit` is kept when MR_LIMIT. */
+enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count, double position_error_ft,
+                                    struct mr_braking *fit);
 
 /* Chi-square does not contradict the model. */
 bool mr_braking_holds(const struct mr_braking *fit);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/braking.h"
+#include "common/final_fit.h"
 
 #define TERMS (MR_GATES_ORDER_MAX + 1)
 
@@ -326,27 +327,18 @@ static void note_aliens(const struct mr_braking *fit, const struct mr_gate *gate
     }
 }
 
-/* Touchdown where braking was not even: as far from it as it was. */
+/* Touchdown where braking was even nowhere. */
 static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track, double touchdown_ft,
                                      double position_error_ft, struct mr_gates_summary *summary)
 {
     struct mr_gates_fit fit;
     struct mr_motion_estimate touchdown;
     enum mr_status status;
-    size_t used = count - on_track < MR_GATES_END ? count - on_track : MR_GATES_END;
 
-    for (; used >= 3; used -= used > 5 ? 3 : 1) {
-        struct mr_braking braking;
-        if (mr_braking_fit_alien(gates, on_track + used, touchdown_ft, position_error_ft, 0, &braking) == MR_OK &&
-            mr_braking_holds(&braking)) {
-            note_aliens(&braking, gates, on_track + used, summary);
-            return mr_braking_summarise(&braking, summary);
-        }
-    }
     if (on_track >= 2) {
         status = mr_gates_fit(gates, on_track, 1, position_error_ft, &fit);
     } else {
-        used = count - on_track < MR_GATES_END ? count - on_track : MR_GATES_END;
+        size_t used = count - on_track < MR_GATES_END ? count - on_track : MR_GATES_END;
         status = mr_gates_fit_best(gates + on_track, used, position_error_ft, &fit);
     }
     if (status == MR_OK)
@@ -425,39 +417,129 @@ static void find_mean(struct mr_gates_summary *summary)
     summary->mean_deceleration_ft_s2.error = summary->mean_deceleration_ft_s2.value * relative;
 }
 
+void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, size_t count, double touchdown_ft,
+                        double position_error_ft)
+{
+    memset(work, 0, sizeof *work);
+    work->gates = gates;
+    work->count = count;
+    work->touchdown_ft = touchdown_ft;
+    work->position_error_ft = position_error_ft;
+    while (work->on_track < count && gates[work->on_track].station_ft < touchdown_ft)
+        work->on_track++;
+    work->used = count - work->on_track;
+    work->summary.count = (unsigned)count;
+    work->summary.before_touchdown = (unsigned)work->on_track;
+    if (count < 3 || work->used == 0)
+        work->status = MR_TOO_FEW;
+    for (size_t i = 1; i < count; i++) {
+        if (!(gates[i].t_s > gates[i - 1].t_s))
+            work->status = MR_MALFORMED;
+    }
+    if (work->status != MR_OK)
+        work->stage = MR_FINAL_OVER;
+}
+
+static void end(struct mr_final_fit *work, enum mr_status status)
+{
+    work->status = status;
+    work->stage = MR_FINAL_OVER;
+}
+
+/* One fit of even braking to the gates on the track and `used` beyond it. MR_OK: it holds; MR_TOO_FEW: ask again, with the
+ * worst gate left out; MR_LIMIT: not even. */
+static enum mr_status try_even(struct mr_final_fit *work)
+{
+    size_t count = work->on_track + work->used;
+    enum mr_status status;
+    if (!work->fitted)
+        status = mr_braking_fit(work->gates, count, work->touchdown_ft, work->position_error_ft, 0, &work->braking);
+    else
+        status = mr_braking_leave_out(work->gates, count, work->position_error_ft, &work->braking);
+    if (status != MR_OK)
+        return MR_LIMIT;
+    work->fitted = true;
+    return mr_braking_holds(&work->braking) ? MR_OK : MR_TOO_FEW;
+}
+
+/* All gates; few of them have no other fit, however well it holds. */
+static void fit_whole(struct mr_final_fit *work)
+{
+    struct mr_gates_summary *summary = &work->summary;
+    enum mr_status status = try_even(work);
+    if (status == MR_TOO_FEW)
+        return;
+    if (status == MR_OK) {
+        summary->even = true;
+        note_aliens(&work->braking, work->gates, work->count, summary);
+        summary->used_for_stop = work->braking.freedom + 3;
+        end(work, mr_braking_summarise(&work->braking, summary));
+    } else if (work->used < 4) {
+        status = mr_braking_fit(work->gates, work->count, work->touchdown_ft, work->position_error_ft, 0, &work->braking);
+        summary->used_for_stop = (unsigned)work->count;
+        if (status == MR_OK)
+            status = mr_braking_summarise(&work->braking, summary);
+        if (status == MR_OK && !mr_braking_holds(&work->braking))
+            widen(&work->braking, summary);
+        end(work, status);
+    } else {
+        work->stage = MR_FINAL_START;
+        work->fitted = false;
+        if (work->used > MR_GATES_END)
+            work->used = MR_GATES_END;
+    }
+}
+
+static void fit_start(struct mr_final_fit *work)
+{
+    enum mr_status status = try_even(work);
+    if (status == MR_TOO_FEW)
+        return;
+    if (status == MR_LIMIT && work->used > 3) {
+        work->fitted = false;
+        work->used -= work->used > 5 ? 3 : 1;
+        return;
+    }
+    if (status == MR_OK) {
+        note_aliens(&work->braking, work->gates, work->on_track + work->used, &work->summary);
+        status = mr_braking_summarise(&work->braking, &work->summary);
+    } else {
+        status = find_touchdown(work->gates, work->count, work->on_track, work->touchdown_ft, work->position_error_ft,
+                                &work->summary);
+    }
+    work->stage = MR_FINAL_REST;
+    if (status != MR_OK)
+        end(work, status);
+}
+
+bool mr_final_fit_step(struct mr_final_fit *work)
+{
+    switch (work->stage) {
+    case MR_FINAL_WHOLE:
+        fit_whole(work);
+        break;
+    case MR_FINAL_START:
+        fit_start(work);
+        break;
+    case MR_FINAL_REST:
+        end(work, find_rest(work->gates + work->on_track, work->count - work->on_track, work->position_error_ft,
+                            &work->summary));
+        if (work->status == MR_OK)
+            find_mean(&work->summary);
+        break;
+    case MR_FINAL_OVER:
+        break;
+    }
+    return work->stage != MR_FINAL_OVER;
+}
+
 enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
                                   double position_error_ft, struct mr_gates_summary *summary)
 {
-    struct mr_braking braking;
-    size_t on_track = 0;
-    memset(summary, 0, sizeof *summary);
-    while (on_track < count && gates[on_track].station_ft < touchdown_ft)
-        on_track++;
-    summary->count = (unsigned)count;
-    summary->before_touchdown = (unsigned)on_track;
-    if (count < 3 || count == on_track)
-        return MR_TOO_FEW;
-    for (size_t i = 1; i < count; i++) {
-        if (!(gates[i].t_s > gates[i - 1].t_s))
-            return MR_MALFORMED;
+    struct mr_final_fit work;
+    mr_final_fit_start(&work, gates, count, touchdown_ft, position_error_ft);
+    while (mr_final_fit_step(&work)) {
     }
-    enum mr_status status = mr_braking_fit_alien(gates, count, touchdown_ft, position_error_ft, 0, &braking);
-    bool few = count - on_track < 4;
-    if (status == MR_OK && (few || mr_braking_holds(&braking))) {
-        summary->even = mr_braking_holds(&braking);
-        note_aliens(&braking, gates, count, summary);
-        summary->used_for_stop = braking.freedom + 3;
-        status = mr_braking_summarise(&braking, summary);
-        if (!summary->even)
-            widen(&braking, summary);
-        return status;
-    }
-    if (few)
-        return status;
-    status = find_touchdown(gates, count, on_track, touchdown_ft, position_error_ft, summary);
-    if (status == MR_OK)
-        status = find_rest(gates + on_track, count - on_track, position_error_ft, summary);
-    if (status == MR_OK)
-        find_mean(summary);
-    return status;
+    *summary = work.summary;
+    return work.status;
 }

@@ -36,6 +36,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     landing->opened = 0;
     landing->gates_on_track = 0;
     landing->motion_known = false;
+    landing->fitting = false;
     landing->summary_known = false;
     change(landing, LANDING_ARMED, LANDING_BY_COMMAND, block);
     return MR_OK;
@@ -169,12 +170,24 @@ static uint32_t blocks_to_rest(const struct landing *landing)
     return LANDING_NO_EDGE_BLOCKS;
 }
 
-static void summarise(struct landing *landing, uint32_t index)
+static void start_fit(struct landing *landing)
+{
+    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates, (double)config.touchdown_ft,
+                       (double)config.switch_error_ft);
+    landing->fitting = true;
+    landing->summary_known = false;
+}
+
+/* One step of the final fit, and what it found when it is over. */
+static void go_on_fitting(struct landing *landing, uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
-    landing->news.no_fit = mr_gates_summarise(passage->gate, passage->gates, (double)config.touchdown_ft,
-                                              (double)config.switch_error_ft, &landing->summary);
-    landing->summary_known = landing->news.no_fit == MR_OK;
+    if (mr_final_fit_step(&landing->fit))
+        return;
+    landing->fitting = false;
+    landing->summary = landing->fit.summary;
+    landing->news.no_fit = landing->fit.status;
+    landing->summary_known = landing->fit.status == MR_OK;
     landing->news.summary = landing->summary_known;
     for (unsigned g = 0; landing->summary_known && g < passage->gates; g++) {
         double late_s = landing->summary.late_s[g];
@@ -202,13 +215,15 @@ struct landing_news landing_block(struct landing *landing, uint32_t index, uint3
         else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
             change(landing, LANDING_SETTLING, LANDING_BY_LIMIT, index);
         if (landing->state == LANDING_SETTLING)
-            summarise(landing, index);
+            start_fit(landing);
     } else if (landing->state == LANDING_SETTLING && index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
         change(landing, LANDING_DONE, LANDING_BY_SETTLED, index);
     } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
                index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
         forget_passage(landing); /* it rolled past a board that was not armed, or back onto a landing that is done */
     }
+    if (landing->fitting && landing->state == LANDING_SETTLING && index % LANDING_FIT_BLOCKS == 0)
+        go_on_fitting(landing, index);
     landing->news.state = landing->state != before;
     return landing->news;
 }

@@ -19,6 +19,7 @@
 #include <stdint.h>
 
 #include "common/catalogue.h"
+#include "common/final_fit.h"
 #include "common/gates.h"
 #include "common/passage.h"
 #include "common/switches.h"
@@ -29,6 +30,7 @@
 #define LANDING_LIMIT_BLOCKS 20000u
 #define LANDING_SETTLE_BLOCKS 2000u
 #define LANDING_REST_BLOCKS 500u      /* after the predicted stop */
+#define LANDING_FIT_BLOCKS 16u        /* between two steps of the final fit: blocks that waited meanwhile are taken */
 #define LANDING_NO_EDGE_BLOCKS 3000u  /* without one the gear is at rest, whatever was predicted */
 
 enum landing_state { LANDING_IDLE, LANDING_ARMED, LANDING_LANDING, LANDING_SETTLING, LANDING_DONE };
@@ -68,6 +70,8 @@ struct landing {
     unsigned gates_on_track; /* of the passage's, before the touchdown station */
     struct mr_motion_estimate motion; /* at the last gate */
     bool motion_known;
+    struct mr_final_fit fit;     /* of the landing that settles, or did */
+    bool fitting;
     struct mr_gates_summary summary;
     bool summary_known;
 };

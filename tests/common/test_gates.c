@@ -70,8 +70,6 @@ static void a_late_switch_is_left_out(void **state)
         size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
         gates[late].t_s += 3e-3;
         assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-        printf("# LATE %zu: alien %x even %d v %f +- %f\n", late, summary.alien, summary.even, summary.touchdown_speed_ft_s.value, summary.touchdown_speed_ft_s.error);
-        continue;
         assert_int_equal(summary.alien, 1u << late);
         assert_near(summary.late_s[late], 3e-3, 3e-4);
         assert_near(summary.touchdown_speed_ft_s.value, 28.0, 0.028);
