@@ -159,6 +159,7 @@ static void known_before(double value, double error, double now, unsigned unknow
 static void equations(const struct mr_gate *gates, size_t count, double position_error_ft, struct mr_braking *fit,
                       double matrix[N][N], double right[N])
 {
+    double weight = 1.0 / position_error_ft;
     memset(matrix, 0, N * sizeof matrix[0]);
     memset(right, 0, N * sizeof right[0]);
     fit->chi_square = 0.0;
@@ -169,13 +170,13 @@ static void equations(const struct mr_gate *gates, size_t count, double position
         if (!uses(fit, g))
             continue;
         motion_at(fit, gates[g].t_s, &at);
-        double residual = (gates[g].station_ft - at.station_ft) / position_error_ft;
+        double residual = (gates[g].station_ft - at.station_ft) * weight;
         fit->chi_square += residual * residual;
         for (unsigned i = 0; i < N; i++) {
-            double slope = at.slope[i] / position_error_ft;
-            right[i] += slope * residual;
+            at.slope[i] *= weight;
+            right[i] += at.slope[i] * residual;
             for (unsigned k = 0; k <= i; k++)
-                matrix[i][k] += slope * (at.slope[k] / position_error_ft);
+                matrix[i][k] += at.slope[i] * at.slope[k];
         }
     }
 }
