@@ -207,6 +207,8 @@ struct store_result {
 };
 enum mr_status store_edge_put(struct store *store, int64_t run, const struct store_edge *edge,
                               struct error *error);
+/* The board found that an edge it told of is no gate of the landing: its row loses its switch; the event keeps it. */
+enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count, struct error *error);
 enum mr_status store_event_put(struct store *store, const struct store_event *event, struct error *error);
 enum mr_status store_motion_put(struct store *store, int64_t run, const struct store_motion *motion,
                                 struct error *error);

@@ -56,6 +56,7 @@
     X(EDGE_PUT, "iiiirri",                                                                                   \
       "INSERT INTO edges VALUES(?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"        \
       " board_us=coalesce(board_us, excluded.board_us)")                                                     \
+    X(EDGE_REFUSE, "ii", "UPDATE edges SET position=0 WHERE landing=? AND count=?")                          \
     X(EVENT_PUT, "iiiiitiiii",                                                                               \
       "INSERT INTO events(session, boot, landing, board_us, host_us, kind, code, detail, value, links)"      \
       " VALUES(?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"                   \
