@@ -235,6 +235,11 @@ struct store_fault {
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
 
+/* What the board found wrong with switches in the landing: code is the reason (common/switches.h), detail the switch, 0 when
+ * not known, count how many times. */
+enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
+                                   struct error *error);
+
 /* Copies one landing, with all that belongs to it, into a new campaign database at `path`, as its RUN 1. MR_USAGE: there is
  * such a file. */
 enum mr_status store_bundle(struct store *store, int64_t run, const char *path, struct error *error);

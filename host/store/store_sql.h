@@ -101,6 +101,9 @@
       "SELECT code, detail, max(value), board_us FROM events WHERE kind='fault' AND session=?"               \
       " AND boot=? AND id<=coalesce((SELECT max(id) FROM events WHERE landing=?), 0) GROUP BY code ORDER "   \
       "BY code")                                                                                             \
+    X(SWITCH_EVENTS, "i",                                                                                    \
+      "SELECT code, detail, count(*), min(board_us) FROM events WHERE kind='switch' AND landing=?"           \
+      " GROUP BY code, detail ORDER BY detail, code")                                                        \
     X(GAP_PUT, "iiitttiii",                                                                                  \
       "INSERT INTO gaps(session, landing, link, message, channels, cause, count, from_block, to_block)"      \
       " VALUES(?,?,?,?,?,?,?,?,?)")                                                                          \
