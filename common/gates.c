@@ -4,11 +4,21 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "common/braking.h"
+#include "common/final_fit.h"
+
 #define TERMS (MR_GATES_ORDER_MAX + 1)
 
-/* Chi-square that chance exceeds once in 100, for 1 to 5 degrees of freedom. */
-static const double chi_square_1_percent[] = {6.635, 9.210, 11.345, 13.277, 15.086};
-_Static_assert(sizeof chi_square_1_percent / sizeof chi_square_1_percent[0] >= MR_GATES_END - 3, "a row per fit");
+/* Quantile 0.975 of Student's t for 1 to 10 degrees of freedom. */
+static const double student_975[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+
+double mr_gates_student(unsigned freedom)
+{
+    unsigned known = sizeof student_975 / sizeof student_975[0];
+    if (freedom == 0)
+        return student_975[0] / 1.96;
+    return freedom <= known ? student_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
+}
 
 /* Chebyshev polynomials T_0..T_order of scaled time and their first two derivatives by time, in 1, 1/s, 1/s^2. */
 struct basis {
@@ -134,7 +144,9 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     }
     fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
 
-    double deviation = fit->residual_ft > position_error_ft ? fit->residual_ft : position_error_ft;
+    double deviation = position_error_ft;
+    if (count > terms && squares > mr_chi_square((unsigned)count - terms, MR_ONE_IN_100) * deviation * deviation)
+        deviation = fit->residual_ft * mr_gates_student((unsigned)count - terms);
     for (unsigned column = 0; column < terms; column++) {
         double unit[TERMS] = {0};
         unit[column] = deviation * deviation;
@@ -161,7 +173,7 @@ enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count, doub
         if (mr_gates_fit(gates, count, order, position_error_ft, &higher) != MR_OK)
             break;
         double gain = (sum_of_squares(fit) - sum_of_squares(&higher)) / (position_error_ft * position_error_ft);
-        if (gain > chi_square_1_percent[order - fit->order - 1])
+        if (gain > mr_chi_square(order - fit->order, MR_ONE_IN_100))
             *fit = higher;
     }
     return MR_OK;
@@ -180,6 +192,38 @@ void mr_gates_at(const struct mr_gates_fit *fit, double t_s, struct mr_motion_es
             (struct mr_estimate){-dot(fit, basis.curvature), error_of(fit, basis.curvature)};
 }
 
+static bool parabola_holds(const struct mr_gates_fit *fit, double position_error_ft)
+{
+    unsigned freedom = fit->count - 3;
+    return freedom == 0 ||
+           sum_of_squares(fit) <= mr_chi_square(freedom, MR_ONE_IN_100) * position_error_ft * position_error_ft;
+}
+
+/* One of the last gates without which all the others lie on a parabola; MR_LIMIT: there is none. */
+static enum mr_status fit_without_one(const struct mr_gate *gates, size_t count, double position_error_ft,
+                                      struct mr_gates_fit *best, size_t *alien)
+{
+    double least = -1.0;
+    for (size_t out = 0; out < count && count > 5; out++) {
+        struct mr_gate rest[MR_GATES_END];
+        struct mr_gates_fit fit;
+        struct mr_motion_estimate there;
+        memcpy(rest, gates, out * sizeof gates[0]);
+        memcpy(rest + out, gates + out + 1, (count - out - 1) * sizeof gates[0]);
+        if (mr_gates_fit(rest, count - 1, 2, position_error_ft, &fit) != MR_OK || !parabola_holds(&fit, position_error_ft))
+            continue;
+        mr_gates_at(&fit, gates[out].t_s, &there);
+        double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
+        if (off_ft > MR_GATE_ALIEN * root_sum_square(position_error_ft, there.position_ft.error) &&
+            (least < 0.0 || fit.residual_ft < least)) {
+            least = fit.residual_ft;
+            *best = fit;
+            *alien = out;
+        }
+    }
+    return least < 0.0 ? MR_LIMIT : MR_OK;
+}
+
 enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
                             struct mr_motion_estimate *motion)
 {
@@ -188,6 +232,9 @@ enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double po
     if (used < 2)
         return MR_TOO_FEW;
     enum mr_status status = mr_gates_fit(gates + (count - used), used, used > 2 ? 2 : 1, position_error_ft, &fit);
+    size_t alien = 0;
+    if (status == MR_OK && used == MR_GATES_LOCAL && !parabola_holds(&fit, position_error_ft))
+        (void)fit_without_one(gates + (count - used), used, position_error_ft, &fit, &alien);
     if (status == MR_OK)
         mr_gates_at(&fit, gates[count - 1].t_s, motion);
     return status;
@@ -269,6 +316,18 @@ static bool find_stop(const struct mr_gates_fit *fit, struct mr_estimate *t_s, s
     return true;
 }
 
+static void note_aliens(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
+                        struct mr_gates_summary *summary)
+{
+    for (size_t g = 0; g < count; g++) {
+        if (!(fit->left_out & ~summary->alien & 1u << g))
+            continue;
+        summary->alien |= 1u << g;
+        summary->late_s[g] = mr_braking_late_s(fit, &gates[g]);
+    }
+}
+
+/* Touchdown where braking was even nowhere. */
 static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, size_t on_track, double touchdown_ft,
                                      double position_error_ft, struct mr_gates_summary *summary)
 {
@@ -289,6 +348,12 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
     summary->touchdown_speed_ft_s = touchdown.speed_ft_s;
     summary->touchdown_t_s =
         (struct mr_estimate){touchdown.t_s, touchdown.position_ft.error / touchdown.speed_ft_s.value};
+    double braked_ft_s2 = touchdown.deceleration_ft_s2.value;
+    if (on_track < 2 && braked_ft_s2 > 0.0) { /* the polynomial brakes from touchdown on, the gear a delay later */
+        summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
+        summary->touchdown_speed_ft_s.error =
+            root_sum_square(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
+    }
     return MR_OK;
 }
 
@@ -298,15 +363,26 @@ static enum mr_status find_rest(const struct mr_gate *gates, size_t count, doubl
     struct mr_gates_fit fit;
     struct mr_estimate cubic_s, cubic_ft;
     size_t used = count < MR_GATES_END ? count : MR_GATES_END;
+    size_t alien = 0;
+    enum mr_status status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &fit);
 
-    for (;; used--) {
-        enum mr_status status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &fit);
-        if (status != MR_OK)
-            return status;
-        double chi_square = sum_of_squares(&fit) / (position_error_ft * position_error_ft);
-        if (used <= 4 || chi_square <= chi_square_1_percent[used - 4])
-            break;
+    if (status == MR_OK && !parabola_holds(&fit, position_error_ft) &&
+        fit_without_one(gates + (count - used), used, position_error_ft, &fit, &alien) == MR_OK) {
+        struct mr_motion_estimate there;
+        size_t g = summary->before_touchdown + count - used + alien;
+        mr_gates_at(&fit, gates[count - used + alien].t_s, &there);
+        summary->alien |= 1u << g;
+        summary->late_s[g] =
+            (there.position_ft.value - gates[count - used + alien].station_ft) / there.speed_ft_s.value;
+        used--;
+    } else {
+        while (status == MR_OK && used > 4 && !parabola_holds(&fit, position_error_ft)) {
+            used--;
+            status = mr_gates_fit(gates + (count - used), used, 2, position_error_ft, &fit);
+        }
     }
+    if (status != MR_OK)
+        return status;
     if (!find_stop(&fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
     summary->used_for_stop = (unsigned)used;
@@ -321,28 +397,149 @@ static enum mr_status find_rest(const struct mr_gate *gates, size_t count, doubl
     return MR_OK;
 }
 
-enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
-                                  double position_error_ft, struct mr_gates_summary *summary)
+/* Even braking that is not quite: its residuals say how far. */
+static void widen(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
-    size_t on_track = 0;
-    memset(summary, 0, sizeof *summary);
-    while (on_track < count && gates[on_track].station_ft < touchdown_ft)
-        on_track++;
-    if (count - on_track < 3)
-        return MR_TOO_FEW;
-    enum mr_status status = find_touchdown(gates, count, on_track, touchdown_ft, position_error_ft, summary);
-    if (status == MR_OK)
-        status = find_rest(gates + on_track, count - on_track, position_error_ft, summary);
-    if (status != MR_OK)
-        return status;
+    double factor = sqrt(fit->chi_square / (double)fit->freedom) * mr_gates_student(fit->freedom);
+    struct mr_estimate *const estimate[] = {&summary->touchdown_speed_ft_s, &summary->touchdown_t_s, &summary->stop_t_s,
+                                            &summary->stop_station_ft, &summary->mean_deceleration_ft_s2};
+    for (size_t i = 0; i < sizeof estimate / sizeof estimate[0]; i++)
+        estimate[i]->error *= factor;
+}
 
+static void find_mean(struct mr_gates_summary *summary)
+{
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
     double duration_s = summary->stop_t_s.value - summary->touchdown_t_s.value;
     double time_error_s = root_sum_square(summary->stop_t_s.error, summary->touchdown_t_s.error);
     double relative = root_sum_square(summary->touchdown_speed_ft_s.error / speed_ft_s, time_error_s / duration_s);
     summary->mean_deceleration_ft_s2.value = speed_ft_s / duration_s;
     summary->mean_deceleration_ft_s2.error = summary->mean_deceleration_ft_s2.value * relative;
-    summary->count = (unsigned)count;
-    summary->before_touchdown = (unsigned)on_track;
-    return MR_OK;
+}
+
+void mr_final_fit_start(struct mr_final_fit *work, const struct mr_gate *gates, size_t count, double touchdown_ft,
+                        double position_error_ft)
+{
+    memset(work, 0, sizeof *work);
+    work->gates = gates;
+    work->count = count;
+    work->touchdown_ft = touchdown_ft;
+    work->position_error_ft = position_error_ft;
+    while (work->on_track < count && gates[work->on_track].station_ft < touchdown_ft)
+        work->on_track++;
+    work->used = count - work->on_track;
+    work->summary.count = (unsigned)count;
+    work->summary.before_touchdown = (unsigned)work->on_track;
+    if (count < 3 || work->used == 0)
+        work->status = MR_TOO_FEW;
+    for (size_t i = 1; i < count; i++) {
+        if (!(gates[i].t_s > gates[i - 1].t_s))
+            work->status = MR_MALFORMED;
+    }
+    if (work->status != MR_OK)
+        work->stage = MR_FINAL_OVER;
+}
+
+static void end(struct mr_final_fit *work, enum mr_status status)
+{
+    work->status = status;
+    work->stage = MR_FINAL_OVER;
+}
+
+/* One fit of even braking to the gates on the track and `used` beyond it. MR_OK: it holds; MR_TOO_FEW: ask again, with the
+ * worst gate left out; MR_LIMIT: not even. */
+static enum mr_status try_even(struct mr_final_fit *work)
+{
+    size_t count = work->on_track + work->used;
+    enum mr_status status;
+    if (!work->fitted)
+        status = mr_braking_fit(work->gates, count, work->touchdown_ft, work->position_error_ft, 0, &work->braking);
+    else
+        status = mr_braking_leave_out(work->gates, count, work->position_error_ft, &work->braking);
+    if (status != MR_OK)
+        return MR_LIMIT;
+    work->fitted = true;
+    return mr_braking_holds(&work->braking) ? MR_OK : MR_TOO_FEW;
+}
+
+/* All gates; few of them have no other fit, however well it holds. */
+static void fit_whole(struct mr_final_fit *work)
+{
+    struct mr_gates_summary *summary = &work->summary;
+    enum mr_status status = try_even(work);
+    if (status == MR_TOO_FEW)
+        return;
+    if (status == MR_OK) {
+        summary->even = true;
+        note_aliens(&work->braking, work->gates, work->count, summary);
+        summary->used_for_stop = work->braking.freedom + 3;
+        end(work, mr_braking_summarise(&work->braking, summary));
+    } else if (work->used < 4) {
+        status = mr_braking_fit(work->gates, work->count, work->touchdown_ft, work->position_error_ft, 0, &work->braking);
+        summary->used_for_stop = (unsigned)work->count;
+        if (status == MR_OK)
+            status = mr_braking_summarise(&work->braking, summary);
+        if (status == MR_OK && !mr_braking_holds(&work->braking))
+            widen(&work->braking, summary);
+        end(work, status);
+    } else {
+        work->stage = MR_FINAL_START;
+        work->fitted = false;
+        if (work->used > MR_GATES_END)
+            work->used = MR_GATES_END;
+    }
+}
+
+static void fit_start(struct mr_final_fit *work)
+{
+    enum mr_status status = try_even(work);
+    if (status == MR_TOO_FEW)
+        return;
+    if (status == MR_LIMIT && work->used > 3) {
+        work->fitted = false;
+        work->used -= work->used > 5 ? 3 : 1;
+        return;
+    }
+    if (status == MR_OK) {
+        note_aliens(&work->braking, work->gates, work->on_track + work->used, &work->summary);
+        status = mr_braking_summarise(&work->braking, &work->summary);
+    } else {
+        status = find_touchdown(work->gates, work->count, work->on_track, work->touchdown_ft, work->position_error_ft,
+                                &work->summary);
+    }
+    work->stage = MR_FINAL_REST;
+    if (status != MR_OK)
+        end(work, status);
+}
+
+bool mr_final_fit_step(struct mr_final_fit *work)
+{
+    switch (work->stage) {
+    case MR_FINAL_WHOLE:
+        fit_whole(work);
+        break;
+    case MR_FINAL_START:
+        fit_start(work);
+        break;
+    case MR_FINAL_REST:
+        end(work, find_rest(work->gates + work->on_track, work->count - work->on_track, work->position_error_ft,
+                            &work->summary));
+        if (work->status == MR_OK)
+            find_mean(&work->summary);
+        break;
+    case MR_FINAL_OVER:
+        break;
+    }
+    return work->stage != MR_FINAL_OVER;
+}
+
+enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
+                                  double position_error_ft, struct mr_gates_summary *summary)
+{
+    struct mr_final_fit work;
+    mr_final_fit_start(&work, gates, count, touchdown_ft, position_error_ft);
+    while (mr_final_fit_step(&work)) {
+    }
+    *summary = work.summary;
+    return work.status;
 }

@@ -3,16 +3,19 @@
  *
  * Model: station x(t) is a polynomial in time; switch i opened at t_i exactly (the capture is good to 12 ns), its position
  * is known with independent errors of standard deviation `position_error_ft`. Least squares in a time scaled to [-1, 1]
- * with Chebyshev polynomials gives the coefficients and their covariance C = s^2 (A'A)^-1, where s is position_error_ft,
- * or the residual standard deviation if that is larger: a shape the polynomial does not fit widens every error. Standard
- * errors of derived quantities are first-order: grad' C grad.
+ * with Chebyshev polynomials gives the coefficients and their covariance C = s^2 (A'A)^-1, where s is position_error_ft.
+ * When the residuals contradict that (chi-square, 1 in 100), the polynomial is not the shape: s is then the residual
+ * standard deviation, widened by Student's t of its degrees of freedom over 1.96. So 1.96 stated errors are a 95 % interval
+ * always, whether the scale was known or estimated. Errors of derived quantities are first-order: grad' C grad.
  *
  * Double precision throughout: an edge comes a few times a second, so software doubles cost the board nothing, and host
  * and board agree to the last bit. Pure functions, no heap. */
 #ifndef MATRIG_COMMON_GATES_H
 #define MATRIG_COMMON_GATES_H
 
+#include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "common/status.h"
 
@@ -60,7 +63,8 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
 enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count, double position_error_ft,
                                  struct mr_gates_fit *fit);
 
-/* The online estimate: the last MR_GATES_LOCAL gates or fewer, quadratic (line with two), evaluated at the last gate. */
+/* The online estimate: the last MR_GATES_LOCAL gates or fewer, quadratic (line with two), evaluated at the last gate.
+ * With all of them, one that alone keeps the others off a parabola is left out. */
 enum mr_status mr_gates_now(const struct mr_gate *gates, size_t count, double position_error_ft,
                             struct mr_motion_estimate *motion);
 
@@ -77,22 +81,31 @@ struct mr_gates_summary {
     struct mr_estimate stop_t_s;              /* when the speed reaches 0 */
     struct mr_estimate stop_station_ft;
     struct mr_estimate mean_deceleration_ft_s2; /* touchdown speed / (stop time - touchdown time) */
-    unsigned used_for_stop;                   /* of the last gates */
+    unsigned used_for_stop;                   /* of the last gates; of all of them where braking is even */
     unsigned count;                           /* gates, all of them */
     unsigned before_touchdown;                /* of them on the track */
+    bool even;                                /* the brake held one deceleration (common/braking.h) */
+    uint32_t alien;                           /* bit g: gate g opened at another time than the rest allows, left out */
+    double late_s[MR_GATES_MAX];              /* how late it did, s; negative: early; of aliens only */
 };
+
+/* Factor from a standard error whose scale was estimated with so many degrees of freedom to one for 1.96 of which the
+ * 95 % interval holds: Student's t, 0.975, over 1.96. 1 to 30 and beyond. */
+double mr_gates_student(unsigned freedom);
 
 /* Final fit of a landing; the touchdown station is taken as given.
  *
- * Touchdown: while the gear still rides the track its speed is constant (report 2.4), so two or more gates before the
- * touchdown station give its speed there directly. With fewer, the first MR_GATES_END gates beyond it are fitted
- * (mr_gates_fit_best) and carried back; braking that takes time to rise then reads high by half its rise times the
- * deceleration, which the error cannot know.
+ * Even braking (common/braking.h) first, by all gates; those that alone contradict the others are alien and left out. Where
+ * it does not hold, the ends are taken apart:
+ * Touchdown: even braking through as many of the first MR_GATES_END gates beyond touchdown as it describes, with those on
+ * the track. Where it describes none, two gates on the track give the speed, which is constant there (report 2.4), or else
+ * a polynomial is carried back (mr_gates_fit_best) and corrected for the delay of the brake.
  * Stop: constant deceleration from the last gates on: a parabola through as many of the last MR_GATES_END as it describes
  * (chi-square, 1 in 100), at least 4, carried on to rest. Where all 8 do not lie on one, braking changes and may go on to:
- * the error then includes how far a cubic disagrees, because what lies beyond the last gate is extrapolated.
- * Errors of position enter every part; MR_OK; MR_TOO_FEW: fewer than 3 gates beyond touchdown; MR_NUMERICS: no touchdown
- * or no stop in the fit; MR_MALFORMED: times not rising. */
+ * the error then includes how far a cubic disagrees, because what lies beyond the last gate is extrapolated. A gate without
+ * which all the others lie on one is alien.
+ * Errors of position enter every part; MR_OK; MR_TOO_FEW: fewer than 3 gates, or none beyond touchdown; MR_NUMERICS: no
+ * touchdown or no stop in the fit; MR_MALFORMED: times not rising. */
 enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, double touchdown_ft,
                                   double position_error_ft, struct mr_gates_summary *summary);
 

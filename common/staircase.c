@@ -37,31 +37,57 @@ static bool steady(const struct side *side)
     return side->most - side->least < 2.0f * MR_STAIRCASE_TOLERANCE_CODES;
 }
 
+/* Blocks remembered, and how many of them lie after an edge. */
+static uint32_t known_blocks(const struct mr_staircase *staircase)
+{
+    return staircase->count < MR_STAIRCASE_HISTORY ? staircase->count : MR_STAIRCASE_HISTORY;
+}
+
+static uint32_t place(const struct mr_staircase *staircase, uint32_t age)
+{
+    return (staircase->count - 1 - age) % MR_STAIRCASE_HISTORY;
+}
+
+bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes)
+{
+    struct side before = {0};
+    for (uint32_t age = 0; age < known_blocks(staircase) && before.count < MR_STAIRCASE_SIDE; age++) {
+        uint32_t at = place(staircase, age);
+        if ((int32_t)(staircase->tick[at] + MR_TICKS_PER_BLOCK - edge_tick) <= 0)
+            take(&before, staircase->code[at]);
+    }
+    if (before.count == 0 || !steady(&before))
+        return false;
+    *codes = before.sum / (float)before.count;
+    return true;
+}
+
+enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes)
+{
+    struct side after = {0};
+    uint32_t count = 0;
+    while (count < known_blocks(staircase) &&
+           (int32_t)(staircase->tick[place(staircase, count)] - edge_tick) >= (int32_t)MR_STAIRCASE_SETTLE_TICKS)
+        count++;
+    if (count < MR_STAIRCASE_SIDE)
+        return MR_TOO_FEW;
+    for (uint32_t age = count - MR_STAIRCASE_SIDE; age < count; age++) /* the earliest of them */
+        take(&after, staircase->code[place(staircase, age)]);
+    if (!steady(&after))
+        return MR_NUMERICS;
+    *codes = after.sum / (float)after.count;
+    return MR_OK;
+}
+
 enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick, float *step_codes)
 {
-    struct side before = {0}, after = {0};
-    unsigned after_count = 0;
-    uint32_t known = staircase->count < MR_STAIRCASE_HISTORY ? staircase->count : MR_STAIRCASE_HISTORY;
-
-    /* From the newest block back: first those after the edge (the earliest four count), then those before it. */
-    for (uint32_t age = 0; age < known && before.count < MR_STAIRCASE_SIDE; age++) {
-        uint32_t at = (staircase->count - 1 - age) % MR_STAIRCASE_HISTORY;
-        int32_t after_edge = (int32_t)(staircase->tick[at] - edge_tick);
-        if (after_edge >= (int32_t)MR_STAIRCASE_SETTLE_TICKS) {
-            after_count++;
-        } else if (after_edge + (int32_t)MR_TICKS_PER_BLOCK <= 0) {
-            take(&before, staircase->code[at]);
-        }
-    }
-    if (after_count < MR_STAIRCASE_SIDE)
-        return MR_TOO_FEW;
-    if (before.count == 0)
+    float before, after;
+    enum mr_status status = mr_staircase_after(staircase, edge_tick, &after);
+    if (status != MR_OK)
+        return status;
+    if (!mr_staircase_before(staircase, edge_tick, &before))
         return MR_NUMERICS;
-    for (uint32_t age = after_count - MR_STAIRCASE_SIDE; age < after_count; age++)
-        take(&after, staircase->code[(staircase->count - 1 - age) % MR_STAIRCASE_HISTORY]);
-    if (!steady(&before) || !steady(&after))
-        return MR_NUMERICS;
-    *step_codes = after.sum / (float)after.count - before.sum / (float)before.count;
+    *step_codes = after - before;
     return MR_OK;
 }
 

@@ -6,6 +6,7 @@
 #ifndef MATRIG_COMMON_STAIRCASE_H
 #define MATRIG_COMMON_STAIRCASE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "common/status.h"
@@ -30,6 +31,12 @@ void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
  * MR_NUMERICS: no block before it is remembered, or the level on one side is not steady (another edge is too near), so
  * that the step would be of no switch or, worse, of a wrong one. */
 enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick, float *step_codes);
+
+/* Level before an edge, in codes; false: not known or not steady. To be asked when the edge comes: it is forgotten. */
+bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes);
+
+/* Level after an edge. Errors as mr_staircase_step. */
+enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes);
 
 /* Position (from 1) of the switch not yet in `opened` (bit p-1) whose step is nearest, 0 when none is within
  * MR_STAIRCASE_TOLERANCE_CODES. `count` at most 32. */

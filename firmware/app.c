@@ -213,6 +213,14 @@ static void follow_baseline(struct app *app, unsigned row)
     app->baseline_blocks = 0;
 }
 
+/* The group that was being summed ends with something that may move the mat. */
+static void forget_partial_baseline(struct app *app)
+{
+    app->baseline_blocks = 0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        app->baseline_sum_in[i] = 0.0f;
+}
+
 static void seek_zone(struct app *app, const struct mr_block *block)
 {
     float station_ft[MR_TRANSDUCERS];
@@ -230,7 +238,7 @@ static void seek_zone(struct app *app, const struct mr_block *block)
                                                .speed_ft_s = wheel.speed_ft_s,
                                                .deceleration_ft_s2 = wheel.deceleration_ft_s2},
                     &zone, NULL);
-    bool warning = zone.mats >= MR_CLOSURE_WARNING_MATS;
+    bool warning = zone.mats >= MR_CLOSURE_WARNING_MATS && landing_may_warn(&app->landing, block->index);
     bool changed = warning != app->warning;
     warn(app, warning);
     if (changed || block->index % APP_ZONE_SEND_BLOCKS == 0)
@@ -240,8 +248,12 @@ static void seek_zone(struct app *app, const struct mr_block *block)
 static void tell_landing(struct app *app, const struct landing_news *news, uint32_t index)
 {
     const struct landing *landing = &app->landing;
-    for (unsigned i = landing->resolved - news->edges; i < landing->resolved; i++)
-        telemetry_edge(&app->telemetry, &landing->edge[i], i + 1);
+    for (unsigned i = 0; i < news->edges; i++)
+        telemetry_edge(&app->telemetry, &landing->edge[i]);
+    for (unsigned i = 0; i < news->events; i++)
+        telemetry_switch(&app->telemetry, &landing->event[i]);
+    if (news->pushed)
+        telemetry_pushback(&app->telemetry, landing, index);
     if (news->motion)
         telemetry_motion(&app->telemetry, &landing->motion, index);
     if (news->summary)
@@ -254,8 +266,8 @@ static void tell_landing(struct app *app, const struct landing_news *news, uint3
 
 static void take_block(struct app *app, const struct mr_block *block)
 {
-    uint32_t edge_ticks[LANDING_EDGES];
-    size_t edges = board_edges_take(block->tick + EDGE_WINDOW_TICKS, edge_ticks, LANDING_EDGES);
+    uint32_t edge_ticks[MR_SWITCHES_WAITING];
+    size_t edges = board_edges_take(block->tick + EDGE_WINDOW_TICKS, edge_ticks, MR_SWITCHES_WAITING);
     float staircase_code = (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
     unsigned row = block->index % 4;
     bool was_recording = landing_recording(&app->landing);
@@ -270,8 +282,10 @@ static void take_block(struct app *app, const struct mr_block *block)
         telemetry_block(&app->telemetry, block);
     tell_landing(app, &news, block->index);
     if (recording) {
-        if (app->landing.state == LANDING_ARMED)
+        if (landing_quiet(&app->landing, block->index))
             follow_baseline(app, row);
+        else
+            forget_partial_baseline(app);
         if (block->index % APP_ZONE_BLOCKS == 0)
             seek_zone(app, block);
     } else if (was_recording) {

@@ -51,4 +51,6 @@ const struct config config = {
     },
     .touchdown_ft = 3.0f,
     .switch_error_ft = 0.02f / 12.0f * 0.57735f, /* uniform within 0.02 in: half width over the root of 3 */
+    .wheel_ahead_ft = 0.0f,
+    .wheel = CONFIG_WHEEL_MAIN,
 };

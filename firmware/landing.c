@@ -5,8 +5,6 @@
 #include "common/block.h"
 #include "common/wire.h"
 
-#define S_PER_TICK (1.0 / 84.0e6)
-
 static void change(struct landing *landing, enum landing_state state, enum landing_cause cause, uint32_t block)
 {
     landing->state = state;
@@ -17,7 +15,15 @@ static void change(struct landing *landing, enum landing_state state, enum landi
 void landing_start(struct landing *landing)
 {
     memset(landing, 0, sizeof *landing);
-    mr_staircase_init(&landing->staircase);
+    mr_switches_start(&landing->switches);
+    mr_passage_start(&landing->passage);
+}
+
+static void forget_passage(struct landing *landing)
+{
+    mr_switches_close(&landing->switches);
+    mr_passage_clear(&landing->passage);
+    landing->edges_in_row = 0;
 }
 
 enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t block)
@@ -25,12 +31,12 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     if (landing->state != LANDING_IDLE && landing->state != LANDING_DONE)
         return MR_NOT_NOW;
     landing->number = number ? number : (uint16_t)(landing->number + 1);
+    forget_passage(landing);
     landing->edges = 0;
-    landing->resolved = 0;
     landing->opened = 0;
-    landing->gates = 0;
     landing->gates_on_track = 0;
     landing->motion_known = false;
+    landing->fitting = false;
     landing->summary_known = false;
     change(landing, LANDING_ARMED, LANDING_BY_COMMAND, block);
     return MR_OK;
@@ -38,6 +44,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
 
 void landing_disarm(struct landing *landing, uint32_t block)
 {
+    forget_passage(landing);
     change(landing, LANDING_IDLE, LANDING_BY_COMMAND, block);
 }
 
@@ -47,60 +54,111 @@ bool landing_recording(const struct landing *landing)
            landing->state == LANDING_SETTLING;
 }
 
-/* False: an edge too many or too late, ignored. */
-static bool take_edge(struct landing *landing, uint32_t tick, uint32_t block)
+bool landing_quiet(const struct landing *landing, uint32_t block)
 {
-    if (landing->edges == LANDING_EDGES ||
-        (landing->edges && block - landing->first_block >= LANDING_LIMIT_BLOCKS))
-        return false;
-    landing->edge[landing->edges++] = (struct landing_edge){.tick = tick, .step_codes = MR_NAN};
-    if (landing->edges == 1)
-        landing->first_block = block;
-    landing->last_edge_block = block;
-    return true;
+    return landing->state == LANDING_ARMED && !mr_passage_unclear(&landing->passage, block);
 }
 
-static void add_gate(struct landing *landing, const struct landing_edge *edge)
+bool landing_may_warn(const struct landing *landing, uint32_t block)
 {
-    uint32_t since_first = edge->tick - landing->edge[0].tick;
-    landing->gate[landing->gates++] = (struct mr_gate){
-        .t_s = (double)since_first * S_PER_TICK,
-        .station_ft = (double)config.gate[edge->position - 1].station_ft,
-    };
+    return landing_recording(landing) && !mr_passage_unclear(&landing->passage, block);
+}
+
+static void put_event(struct landing *landing, uint8_t count, uint8_t position, enum mr_switch_reason reason,
+                      float late_ms, uint32_t block)
+{
+    if (landing_recording(landing) && landing->news.events < LANDING_EVENTS)
+        landing->event[landing->news.events++] = (struct mr_switch_event){
+            .count = count, .position = position, .reason = (uint8_t)reason, .late_ms = late_ms, .block16 = (uint16_t)block};
+}
+
+static void put_notes(struct landing *landing, uint32_t block)
+{
+    const struct mr_passage *passage = &landing->passage;
+    for (unsigned i = 0; i < passage->notes; i++) {
+        const struct mr_passage_note *note = &passage->note[i];
+        put_event(landing, note->number, note->position, (enum mr_switch_reason)note->reason, MR_NAN, block);
+    }
+}
+
+static void estimate(struct landing *landing)
+{
+    const struct mr_passage *passage = &landing->passage;
     /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it replace them. */
-    if (config.gate[edge->position - 1].station_ft < config.touchdown_ft)
-        landing->gates_on_track = landing->gates;
-    unsigned skip = landing->gates >= landing->gates_on_track + 2 ? landing->gates_on_track : 0;
-    landing->motion_known = mr_gates_now(landing->gate + skip, landing->gates - skip,
-                                         (double)config.switch_error_ft, &landing->motion) == MR_OK;
+    landing->gates_on_track = 0;
+    while (landing->gates_on_track < passage->gates &&
+           passage->gate[landing->gates_on_track].station_ft < (double)config.touchdown_ft)
+        landing->gates_on_track++;
+    unsigned skip = passage->gates >= landing->gates_on_track + 2 ? landing->gates_on_track : 0;
+    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip, (double)config.switch_error_ft,
+                                         &landing->motion) == MR_OK;
 }
 
-/* Names the edges whose levels on both sides are known by now. Returns how many were settled, named or not. */
-static unsigned resolve_edges(struct landing *landing)
+/* A named edge: of a landing, of a model that is pushed, or of neither. */
+static void take_named(struct landing *landing, const struct mr_switch_edge *edge, uint8_t number, uint32_t index)
 {
-    uint16_t steps_codes[CONFIG_SWITCHES];
-    unsigned before = landing->resolved;
+    float station_ft[CONFIG_SWITCHES];
+    struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
+    for (unsigned i = 0; i < CONFIG_SWITCHES; i++)
+        station_ft[i] = config_gate_ft(i);
+    struct mr_passage_edge passed = {.tick = edge->tick, .block = index, .position = edge->position, .number = number,
+                                     .station_ft = (double)station_ft[edge->position - 1]};
+    struct mr_passage_news news = mr_passage_edge(&landing->passage, &passed, (double)wheel.speed_ft_s, station_ft,
+                                                  CONFIG_SWITCHES);
+    put_notes(landing, index);
+    landing->news.pushed |= news.pushed;
+    if (!landing_recording(landing) || !news.gate)
+        return;
+    estimate(landing);
+    landing->news.motion = landing->motion_known;
+    landing->last_gate_block = index;
+    if (news.started)
+        landing->first_block = index;
+    if (landing->state != LANDING_LANDING)
+        change(landing, LANDING_LANDING, LANDING_BY_EDGE, index);
+}
 
+static void take_answer(struct landing *landing, const struct mr_switch_edge *edge, uint32_t index)
+{
+    /* In a landing a switch opens once, but the model may be pushed over it again and again. */
+    bool rolling = landing->passage.state == MR_PASSAGE_ROLLING &&
+                   !((double)landing_wheel_at(landing, edge->tick).speed_ft_s < MR_PASSAGE_LEAST_FT_S);
+    bool counts = edge->position &&
+                  (edge->reason == MR_SWITCH_GOOD || (edge->reason == MR_SWITCH_DOUBLE && !rolling));
+    if (landing->passage.state == MR_PASSAGE_ROLLING && landing_recording(landing) &&
+        index - landing->first_block >= LANDING_LIMIT_BLOCKS)
+        counts = false;
+    if (landing->edges < UINT8_MAX)
+        landing->edges++;
+    uint8_t number = (uint8_t)landing->edges;
+    if (landing_recording(landing) && landing->news.edges < MR_SWITCHES_WAITING)
+        landing->edge[landing->news.edges++] =
+            (struct mr_edge){.tick = edge->tick, .position = counts ? edge->position : 0, .count = number,
+                             .step_codes = edge->step_codes < 0.0f ? 0.0f : edge->step_codes};
+    if (edge->reason != MR_SWITCH_GOOD)
+        put_event(landing, number, edge->position, (enum mr_switch_reason)edge->reason, MR_NAN, index);
+    if (counts)
+        take_named(landing, edge, number, index);
+}
+
+static void take_edges(struct landing *landing, uint32_t index, const uint32_t *edge_ticks, unsigned edge_count)
+{
+    struct mr_switch_edge edge;
+    uint16_t steps_codes[CONFIG_SWITCHES];
     for (unsigned i = 0; i < CONFIG_SWITCHES; i++)
         steps_codes[i] = config.gate[i].step_codes;
-    while (landing->resolved < landing->edges) {
-        struct landing_edge *edge = &landing->edge[landing->resolved];
-        enum mr_status status = mr_staircase_step(&landing->staircase, edge->tick, &edge->step_codes);
-        if (status == MR_TOO_FEW)
-            break;
-        if (status == MR_OK)
-            edge->position =
-                (uint8_t)mr_staircase_name(edge->step_codes, steps_codes, CONFIG_SWITCHES, landing->opened);
-        landing->resolved++;
-        if (edge->position) {
-            landing->opened |= 1u << (edge->position - 1);
-            add_gate(landing, edge);
-        }
+    if (edge_count == 0 && index - landing->edge_block >= MR_PASSAGE_QUIET_BLOCKS)
+        landing->edges_in_row = 0;
+    for (unsigned i = 0; i < edge_count; i++) {
+        if (landing->edges_in_row < LANDING_EDGES && mr_switches_add(&landing->switches, edge_ticks[i]))
+            landing->edges_in_row++;
+        landing->edge_block = index;
     }
-    return landing->resolved - before;
+    while (mr_switches_next(&landing->switches, steps_codes, CONFIG_SWITCHES, &edge))
+        take_answer(landing, &edge, index);
 }
 
-/* Blocks from the last edge until the gear is taken to be at rest. */
+/* Blocks from the last gate until the gear is taken to be at rest. */
 static uint32_t blocks_to_rest(const struct landing *landing)
 {
     double deceleration_ft_s2 = landing->motion.deceleration_ft_s2.value;
@@ -112,59 +170,76 @@ static uint32_t blocks_to_rest(const struct landing *landing)
     return LANDING_NO_EDGE_BLOCKS;
 }
 
-static enum mr_status summarise(struct landing *landing)
+static void start_fit(struct landing *landing)
 {
-    enum mr_status status = mr_gates_summarise(landing->gate, landing->gates, (double)config.touchdown_ft,
-                                               (double)config.switch_error_ft, &landing->summary);
-    landing->summary_known = status == MR_OK;
-    return status;
+    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates, (double)config.touchdown_ft,
+                       (double)config.switch_error_ft);
+    landing->fitting = true;
+    landing->summary_known = false;
+}
+
+/* One step of the final fit, and what it found when it is over. */
+static void go_on_fitting(struct landing *landing, uint32_t index)
+{
+    const struct mr_passage *passage = &landing->passage;
+    if (mr_final_fit_step(&landing->fit))
+        return;
+    landing->fitting = false;
+    landing->summary = landing->fit.summary;
+    landing->news.no_fit = landing->fit.status;
+    landing->summary_known = landing->fit.status == MR_OK;
+    landing->news.summary = landing->summary_known;
+    for (unsigned g = 0; landing->summary_known && g < passage->gates; g++) {
+        double late_s = landing->summary.late_s[g];
+        if (landing->summary.alien & 1u << g)
+            put_event(landing, passage->source[g].number, passage->source[g].position,
+                      late_s > 0.0 ? MR_SWITCH_LATE : MR_SWITCH_EARLY, (float)(1000.0 * late_s), index);
+    }
 }
 
 struct landing_news landing_block(struct landing *landing, uint32_t index, uint32_t tick, float staircase_code,
                                   const uint32_t *edge_ticks, unsigned edge_count)
 {
-    struct landing_news news = {0};
     enum landing_state before = landing->state;
+    landing->news = (struct landing_news){0};
 
-    mr_staircase_add(&landing->staircase, tick, staircase_code);
-    if (!landing_recording(landing))
-        return news;
-
-    for (unsigned i = 0; i < edge_count; i++) {
-        if (take_edge(landing, edge_ticks[i], index) && landing->state != LANDING_LANDING)
-            change(landing, LANDING_LANDING, LANDING_BY_EDGE, index);
+    mr_switches_level(&landing->switches, tick, staircase_code);
+    take_edges(landing, index, edge_ticks, edge_count);
+    if (mr_passage_block(&landing->passage, index)) {
+        put_notes(landing, index);
+        mr_switches_close(&landing->switches);
     }
-    unsigned gates_before = landing->gates;
-    news.edges = resolve_edges(landing);
-    news.motion = landing->gates > gates_before && landing->motion_known;
-
     if (landing->state == LANDING_LANDING) {
-        if (index - landing->last_edge_block >= blocks_to_rest(landing))
+        if (index - landing->last_gate_block >= blocks_to_rest(landing))
             change(landing, LANDING_SETTLING, LANDING_BY_STOP, index);
         else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
             change(landing, LANDING_SETTLING, LANDING_BY_LIMIT, index);
-        if (landing->state == LANDING_SETTLING) {
-            news.no_fit = summarise(landing);
-            news.summary = landing->summary_known;
-        }
+        if (landing->state == LANDING_SETTLING)
+            start_fit(landing);
     } else if (landing->state == LANDING_SETTLING && index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
         change(landing, LANDING_DONE, LANDING_BY_SETTLED, index);
+    } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&
+               index - landing->passage.quiet_since_block >= LANDING_NO_EDGE_BLOCKS) {
+        forget_passage(landing); /* it rolled past a board that was not armed, or back onto a landing that is done */
     }
-    news.state = landing->state != before;
-    return news;
+    if (landing->fitting && landing->state == LANDING_SETTLING && index % LANDING_FIT_BLOCKS == 0)
+        go_on_fitting(landing, index);
+    landing->news.state = landing->state != before;
+    return landing->news;
 }
 
 struct landing_wheel landing_wheel_at(const struct landing *landing, uint32_t tick)
 {
     struct landing_wheel wheel = {MR_NAN, MR_NAN, MR_NAN};
-    if (!landing->gates)
+    const struct mr_passage *passage = &landing->passage;
+    if (!passage->gates || passage->state != MR_PASSAGE_ROLLING)
         return wheel;
-    const struct mr_gate *last = &landing->gate[landing->gates - 1];
+    const struct mr_gate *last = &passage->gate[passage->gates - 1];
     wheel.station_ft = (float)last->station_ft;
     if (!landing->motion_known)
         return wheel;
 
-    double since_s = (double)(uint32_t)(tick - landing->edge[0].tick) * S_PER_TICK - last->t_s;
+    double since_s = (double)(uint32_t)(tick - passage->source[0].tick) * MR_S_PER_TICK - last->t_s;
     double speed_ft_s = landing->motion.speed_ft_s.value;
     double deceleration_ft_s2 = landing->motion.deceleration_ft_s2.value;
     if (__builtin_isnan(deceleration_ft_s2))

@@ -1,11 +1,15 @@
-/* One landing: its states, the edges, and the motion of the gear that follows from them.
+/* One landing: its states, and the motion of the gear that follows from the edges.
  *
- *     idle -> armed (command) -> landing (first edge) -> settling (gear at rest) -> done (mat at rest) -> idle (command)
+ *     idle -> armed (command) -> landing (two edges in a row at 2 ft/s or more) -> settling (gear at rest)
+ *          -> done (mat at rest) -> idle (command)
  *
  * The gear counts as at rest half a second after the time at which the last estimate says it stops, or three seconds after
- * the last edge; an edge while settling returns to landing. Settling lasts two seconds: the mat practically ceases to move
- * as the gear passes (report 2.7.2). No landing lasts longer than LANDING_LIMIT_BLOCKS and settling: edges beyond it, or
- * beyond LANDING_EDGES, are ignored.
+ * the last gate; a gate while settling returns to landing. Settling lasts two seconds: the mat practically ceases to move as
+ * the gear passes (report 2.7.2). No landing lasts longer than LANDING_LIMIT_BLOCKS and settling. The model pushed back, at
+ * any time, is counted and told, and changes no state (common/passage.h).
+ *
+ * Edges are told while armed, landing or settling, LANDING_EDGES between two pauses of 30 s at most: a contact that chatters
+ * does not fill the links.
  *
  * Pure but for the configuration: blocks and edges in, state out. */
 #ifndef MATRIG_FIRMWARE_LANDING_H
@@ -14,28 +18,34 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/catalogue.h"
+#include "common/final_fit.h"
 #include "common/gates.h"
-#include "common/staircase.h"
+#include "common/passage.h"
+#include "common/switches.h"
 #include "firmware/config.h"
 
-#define LANDING_EDGES 32u
+#define LANDING_EDGES 96u
+#define LANDING_EVENTS 80u            /* told of one block; the queues of the links hold them */
 #define LANDING_LIMIT_BLOCKS 20000u
 #define LANDING_SETTLE_BLOCKS 2000u
 #define LANDING_REST_BLOCKS 500u      /* after the predicted stop */
+#define LANDING_FIT_BLOCKS 16u        /* between two steps of the final fit: blocks that waited meanwhile are taken */
 #define LANDING_NO_EDGE_BLOCKS 3000u  /* without one the gear is at rest, whatever was predicted */
-
-_Static_assert(LANDING_EDGES == MR_GATES_MAX, "every edge can become a gate");
 
 enum landing_state { LANDING_IDLE, LANDING_ARMED, LANDING_LANDING, LANDING_SETTLING, LANDING_DONE };
 enum landing_cause {
     LANDING_BY_NOTHING, LANDING_BY_COMMAND, LANDING_BY_EDGE, LANDING_BY_STOP, LANDING_BY_SETTLED, LANDING_BY_LIMIT,
 };
 
-struct landing_edge {
-    uint32_t tick;
-    float step_codes; /* NaN until known */
-    uint8_t position; /* 0: not named */
-    bool resolved;    /* the staircase has been asked to the end */
+/* What a block changed, for telemetry. */
+struct landing_news {
+    bool state;
+    bool summary;
+    bool motion;
+    bool pushed;
+    enum mr_status no_fit;  /* why a landing that ended has no summary; MR_OK: it has, or none ended */
+    unsigned edges, events; /* of landing.edge and landing.event */
 };
 
 struct landing {
@@ -43,31 +53,27 @@ struct landing {
     enum landing_cause cause;
     uint16_t number;
     uint32_t changed_block; /* of the last change of state */
-    uint32_t first_block;   /* of the first edge */
-    uint32_t last_edge_block;
+    uint32_t first_block;   /* in which the landing was known to be one */
+    uint32_t last_gate_block;
 
-    struct mr_staircase staircase;
-    struct landing_edge edge[LANDING_EDGES];
-    unsigned edges;    /* captured */
-    unsigned resolved; /* of them, from the oldest on */
-    uint32_t opened;   /* bit p-1: switch p has opened */
+    struct mr_switches switches;
+    struct mr_passage passage;
+    unsigned edges;      /* since arming; not more than 255 are told apart */
+    unsigned edges_in_row; /* without a pause */
+    uint32_t edge_block; /* of the last one */
+    uint32_t opened;     /* by gates: bit p-1 */
 
-    struct mr_gate gate[LANDING_EDGES]; /* named edges in order, seconds since the first edge */
-    unsigned gates;
-    unsigned gates_on_track; /* of them, before the touchdown station */
+    struct mr_edge edge[MR_SWITCHES_WAITING]; /* to be told of this block */
+    struct mr_switch_event event[LANDING_EVENTS];
+    struct landing_news news;
+
+    unsigned gates_on_track; /* of the passage's, before the touchdown station */
     struct mr_motion_estimate motion; /* at the last gate */
     bool motion_known;
+    struct mr_final_fit fit;     /* of the landing that settles, or did */
+    bool fitting;
     struct mr_gates_summary summary;
     bool summary_known;
-};
-
-/* What a block changed, for telemetry. */
-struct landing_news {
-    bool state;
-    bool summary;
-    enum mr_status no_fit; /* why a landing that ended has no summary; MR_OK: it has, or none ended */
-    unsigned edges;  /* edges resolved now; they end at landing.resolved */
-    bool motion;
 };
 
 void landing_start(struct landing *landing);
@@ -81,6 +87,10 @@ struct landing_news landing_block(struct landing *landing, uint32_t index, uint3
 
 /* Data of this state are kept: armed, landing, settling. */
 bool landing_recording(const struct landing *landing);
+/* Armed, and nothing rolls or is pushed: the mat at rest is the zero. */
+bool landing_quiet(const struct landing *landing, uint32_t block);
+/* What the mat does now is the gear's doing, or may be: not that of a model pushed back. */
+bool landing_may_warn(const struct landing *landing, uint32_t block);
 
 struct landing_wheel {
     float station_ft; /* NaN: not known */

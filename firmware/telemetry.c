@@ -79,7 +79,7 @@ static struct mr_channel_zero channel_zero_message(unsigned i)
 static struct mr_switch_place switch_message(unsigned i)
 {
     return (struct mr_switch_place){.position = (uint8_t)(i + 1), .step_codes = config.gate[i].step_codes,
-                                    .station_ft = config.gate[i].station_ft};
+                                    .station_ft = config_gate_ft(i)};
 }
 
 static uint32_t config_crc(void)
@@ -97,7 +97,9 @@ static uint32_t config_crc(void)
         crc = mr_crc32(crc, payload, mr_switch_place_put(&place, payload));
     }
     struct mr_site site = {.touchdown_ft = config.touchdown_ft, .switch_error_ft = config.switch_error_ft};
-    return mr_crc32(crc, payload, mr_site_put(&site, payload));
+    struct mr_wheel wheel = {.ahead_ft = config.wheel_ahead_ft, .wheel = config.wheel};
+    crc = mr_crc32(crc, payload, mr_site_put(&site, payload));
+    return mr_crc32(crc, payload, mr_wheel_put(&wheel, payload));
 }
 
 void telemetry_start(struct telemetry *telemetry)
@@ -122,6 +124,7 @@ static void send_hello(struct telemetry *telemetry, const struct landing *landin
          .switches = CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_CLOSURE_WARNING_MATS);
     SEND(both, telemetry, site, SITE, .touchdown_ft = config.touchdown_ft,
          .switch_error_ft = config.switch_error_ft);
+    SEND(both, telemetry, wheel, WHEEL, .ahead_ft = config.wheel_ahead_ft, .wheel = config.wheel);
 }
 
 static void send_item(struct telemetry *telemetry, const float *slack_in)
@@ -252,10 +255,23 @@ void telemetry_state(struct telemetry *telemetry, const struct landing *landing)
          .landing = landing->number, .block = landing->changed_block);
 }
 
-void telemetry_edge(struct telemetry *telemetry, const struct landing_edge *edge, unsigned number)
+void telemetry_edge(struct telemetry *telemetry, const struct mr_edge *edge)
 {
-    SEND(both, telemetry, edge, EDGE, .tick = edge->tick, .position = edge->position, .count = (uint8_t)number,
-         .step_codes = edge->step_codes);
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_EDGE, payload, mr_edge_put(edge, payload));
+}
+
+void telemetry_switch(struct telemetry *telemetry, const struct mr_switch_event *event)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_SWITCH_EVENT, payload, mr_switch_event_put(event, payload));
+}
+
+void telemetry_pushback(struct telemetry *telemetry, const struct landing *landing, uint32_t index)
+{
+    const struct mr_passage *passage = &landing->passage;
+    SEND(both, telemetry, pushback, PUSHBACK, .count = passage->pushbacks, .position = passage->pushed_position,
+         .state = (uint8_t)landing->state, .speed_ft_s = (float)passage->pushed_ft_s, .block16 = (uint16_t)index);
 }
 
 /* Standard error of a quantity that goes with the clock's error, once (speed) or twice (deceleration). The internal oscillator

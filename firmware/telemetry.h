@@ -43,7 +43,9 @@ void telemetry_block(struct telemetry *telemetry, const struct mr_block *block);
 void telemetry_displacements(struct telemetry *telemetry, const float value_in[MR_TRANSDUCERS], uint32_t index);
 void telemetry_tensions(struct telemetry *telemetry, const float value_lb[MR_GAGES], uint32_t index);
 void telemetry_state(struct telemetry *telemetry, const struct landing *landing);
-void telemetry_edge(struct telemetry *telemetry, const struct landing_edge *edge, unsigned number);
+void telemetry_edge(struct telemetry *telemetry, const struct mr_edge *edge);
+void telemetry_switch(struct telemetry *telemetry, const struct mr_switch_event *event);
+void telemetry_pushback(struct telemetry *telemetry, const struct landing *landing, uint32_t index);
 void telemetry_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index);
 void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary);
 void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *zone, float wheel_ft, bool warning,

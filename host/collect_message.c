@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/switches.h"
 #include "host/collect_state.h"
 
 #define MISSING ((double)NAN)
@@ -184,6 +185,28 @@ static enum mr_status edge(struct collector *collector, struct side *side, const
                              .board_us = timebase_tick_us(&side->time, message->tick),
                              .links = link_bit(side)};
     return store_edge_put(collector->store, slot->row.id, &row, error);
+}
+
+/* What the board found wrong with a switch is an event; an edge that it took back is no gate for the host either. One that only
+ * the final fit left out stays: the host's own fit finds it. */
+static enum mr_status switch_event(struct collector *collector, struct side *side,
+                                   const struct mr_switch_event *message, uint64_t host_us, struct error *error)
+{
+    int64_t block = timebase_unwrap(&side->time, message->block16);
+    enum mr_status status = put_event(collector, side, "switch", block < 0 ? 0 : block, message->reason,
+                                      message->position, message->count, host_us, error);
+    bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER && isnan(message->late_ms);
+    if (status == MR_OK && side->current && refused)
+        status = store_edge_refuse(collector->store, side->current->row.id, message->count, error);
+    return status;
+}
+
+static enum mr_status pushback(struct collector *collector, struct side *side, const struct mr_pushback *message,
+                               uint64_t host_us, struct error *error)
+{
+    int64_t block = timebase_unwrap(&side->time, message->block16);
+    return put_event(collector, side, "pushback", block < 0 ? 0 : block, message->position, message->state,
+                     message->count, host_us, error);
 }
 
 /* Motion and its errors are two messages with the same block; the first is stored at once, the second
@@ -369,6 +392,16 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
     case MR_ID_EDGE: {
         GET(edge);
         status = edge(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_SWITCH_EVENT: {
+        GET(switch_event);
+        status = switch_event(collector, side, &m, host_us, error);
+        break;
+    }
+    case MR_ID_PUSHBACK: {
+        GET(pushback);
+        status = pushback(collector, side, &m, host_us, error);
         break;
     }
     case MR_ID_MOTION: {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/fault.h"
+#include "common/switches.h"
 #include "host/cli.h"
 #include "host/collect.h"
 #include "host/units.h"
@@ -70,6 +71,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults, error);
     if (status == MR_OK)
+        status = store_switch_events(store, run, &summary->switch_event, &summary->switch_events, error);
+    if (status == MR_OK)
         status = store_result_get(store, run, &summary->result, &summary->result_known, error);
     return status;
 }
@@ -80,6 +83,7 @@ void summary_free(struct summary *summary)
     zones_free(&summary->zones);
     free(summary->gap);
     free(summary->fault);
+    free(summary->switch_event);
 }
 
 void summary_switches(const struct measured *measured, char *out, size_t size)
@@ -140,6 +144,16 @@ static const char *gap_reason(const char *cause)
     return "lost";
 }
 
+void summary_switch_event(const struct store_fault *event, char *out, size_t size)
+{
+    char times[32] = "", which[32] = "edge";
+    if (event->count > 1)
+        snprintf(times, sizeof times, ", %lld times", (long long)event->count);
+    if (event->detail > 0)
+        snprintf(which, sizeof which, "switch %lld", (long long)event->detail);
+    snprintf(out, size, "%s: %s%s", which, mr_switch_reason_text((unsigned)event->code), times);
+}
+
 void summary_gap(const struct store_gap *gap, char *out, size_t size)
 {
     char count[40] = "", range[60] = "";
@@ -173,6 +187,11 @@ static void print_motion(const struct summary *summary, bool si, FILE *out)
     char switches[200];
     summary_switches(measured, switches, sizeof switches);
     fprintf(out, "  %-13s %s\n", "switches", switches);
+    for (size_t i = 0; i < summary->switch_events; i++) {
+        char line[160];
+        summary_switch_event(&summary->switch_event[i], line, sizeof line);
+        fprintf(out, "  %-13s %s\n", "", line);
+    }
     if (measured->fit_status == MR_TRUNCATED) {
         print_estimate(out, "touchdown", fit->touchdown_speed_ft_s, unit_of(UNIT_SPEED, si), 3);
         fprintf(out, "\n  %-13s not known: the record ends while the gear moves\n", "stop");
@@ -453,6 +472,15 @@ json_t *summary_json(const struct summary *summary, bool si)
                                                 "detail", (json_int_t)summary->fault[i].detail, "count",
                                                 (json_int_t)summary->fault[i].count));
     json_object_set_new(object, "faults", faults);
+    json_t *events = json_array();
+    for (size_t i = 0; i < summary->switch_events; i++) {
+        const struct store_fault *event = &summary->switch_event[i];
+        json_array_append_new(events, json_pack("{sIsIsssI}", "switch", (json_int_t)event->detail, "reason",
+                                                (json_int_t)event->code, "text",
+                                                mr_switch_reason_text((unsigned)event->code), "count",
+                                                (json_int_t)event->count));
+    }
+    json_object_set_new(object, "switch_events", events);
     const struct measured_check *check = &measured->check;
     json_object_set_new(object, "cross_check",
                         json_pack("{sIsI}", "compared", (json_int_t)check->compared, "different",

@@ -31,6 +31,8 @@ struct summary {
     size_t gaps;
     struct store_fault *fault;
     size_t faults;
+    struct store_fault *switch_event; /* what the board found wrong with switches */
+    size_t switch_events;
     struct store_result result; /* the board's own fit */
     bool result_known;
 };
@@ -42,6 +44,8 @@ void summary_print(const struct summary *summary, bool si, FILE *out);
 json_t *summary_json(const struct summary *summary, bool si);
 /* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
 void summary_switches(const struct measured *measured, char *out, size_t size);
+/* "switch 7 did not open though the gear passed it", with how many times where more than once. */
+void summary_switch_event(const struct store_fault *event, char *out, size_t size);
 /* One line for a gap: "serial lost 12 frames between block 400 and 412". */
 void summary_gap(const struct store_gap *gap, char *out, size_t size);
 const char *summary_link_name(int link);

@@ -206,7 +206,9 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
             only_one(c, b, replayed_at, false);
             new.at++;
         } else if (paired) {
-            if (reaches_back(info->id) && at < c->first_block + reaches_back(info->id))
+            if (has_own_block(info) && at > c->end_block) /* CAN told of it when its record was still on its way on serial */
+                c->diff->after_record++;
+            else if (reaches_back(info->id) && at < c->first_block + reaches_back(info->id))
                 c->diff->before_record++;
             else
                 compare_pair(c, a, b);
@@ -358,6 +360,8 @@ void diff_print(const struct diff *diff, FILE *out)
                 (long long)row->pairs, (long long)row->differ, (long long)row->only_recorded, (long long)row->only_replayed,
                 text);
     }
+    if (diff->after_record)
+        fprintf(out, "  not compared  %lld messages of blocks after the last record\n", (long long)diff->after_record);
     if (diff->before_record)
         fprintf(out, "  not compared  %lld messages that rest on blocks before the record\n", (long long)diff->before_record);
     if (diff->not_recorded)

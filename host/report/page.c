@@ -171,6 +171,10 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
     }
     summary_switches(measured, text, sizeof text);
     html_fact(out, "switches", "%s", text);
+    for (size_t i = 0; i < summary->switch_events; i++) {
+        summary_switch_event(&summary->switch_event[i], text, sizeof text);
+        html_fact(out, "damage", "%s", text);
+    }
     html_fact(out, "readings from", "%s", sources[measured->source]);
     html_fact(out, "state", "%s", collector_state_text((unsigned)row->state));
     html_fact(out, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");

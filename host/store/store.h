@@ -207,6 +207,8 @@ struct store_result {
 };
 enum mr_status store_edge_put(struct store *store, int64_t run, const struct store_edge *edge,
                               struct error *error);
+/* The board found that an edge it told of is no gate of the landing: its row loses its switch; the event keeps it. */
+enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count, struct error *error);
 enum mr_status store_event_put(struct store *store, const struct store_event *event, struct error *error);
 enum mr_status store_motion_put(struct store *store, int64_t run, const struct store_motion *motion,
                                 struct error *error);
@@ -232,6 +234,11 @@ struct store_fault {
 };
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
+
+/* What the board found wrong with switches in the landing: code is the reason (common/switches.h), detail the switch, 0 when
+ * not known, count how many times. */
+enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
+                                   struct error *error);
 
 /* Copies one landing, with all that belongs to it, into a new campaign database at `path`, as its RUN 1. MR_USAGE: there is
  * such a file. */

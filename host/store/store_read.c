@@ -249,6 +249,17 @@ enum mr_status store_troubles(struct store *store, int64_t run, int link, struct
     return status;
 }
 
+enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
+                                   struct error *error)
+{
+    sqlite3_stmt *statement;
+    void *made;
+    enum mr_status status = store_query(store, error, &statement, STORE_SWITCH_EVENTS, run);
+    status = read_rows(store, statement, status, sizeof **rows, fault_row, &made, count, error);
+    *rows = made;
+    return status;
+}
+
 const char *store_trouble_kind(int link)
 {
     return link == 0 ? "can-link" : "serial-link";

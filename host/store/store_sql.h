@@ -57,6 +57,7 @@
     X(EDGE_PUT, "iiiirri",                                                                                   \
       "INSERT INTO edges VALUES(?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"        \
       " board_us=coalesce(board_us, excluded.board_us)")                                                     \
+    X(EDGE_REFUSE, "ii", "UPDATE edges SET position=0 WHERE landing=? AND count=?")                          \
     X(EVENT_PUT, "iiiiitiiii",                                                                               \
       "INSERT INTO events(session, boot, landing, board_us, host_us, kind, code, detail, value, links)"      \
       " VALUES(?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"                   \
@@ -103,6 +104,9 @@
       "BY code")                                                                                             \
     X(TROUBLES, "ti",                                                                                        \
       "SELECT code, sum(detail) FROM events WHERE kind=? AND landing=? GROUP BY code ORDER BY code")         \
+    X(SWITCH_EVENTS, "i",                                                                                    \
+      "SELECT code, detail, count(*), min(board_us) FROM events WHERE kind='switch' AND landing=?"           \
+      " GROUP BY code, detail ORDER BY detail, code")                                                        \
     X(GAP_PUT, "iiitttiii",                                                                                  \
       "INSERT INTO gaps(session, landing, link, message, channels, cause, count, from_block, to_block)"      \
       " VALUES(?,?,?,?,?,?,?,?,?)")                                                                          \

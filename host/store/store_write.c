@@ -87,6 +87,11 @@ enum mr_status store_edge_put(struct store *store, int64_t run, const struct sto
                      edge->step_codes, edge->board_us, edge->links);
 }
 
+enum mr_status store_edge_refuse(struct store *store, int64_t run, int64_t count, struct error *error)
+{
+    return store_run(store, error, STORE_EDGE_REFUSE, run, count);
+}
+
 enum mr_status store_event_put(struct store *store, const struct store_event *event, struct error *error)
 {
     return store_run(store, error, STORE_EVENT_PUT, event->session, event->boot, event->run, event->board_us,

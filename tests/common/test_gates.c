@@ -8,43 +8,72 @@
 
 #define SWITCH_ERROR_FT (0.02 / 12.0 / 1.7320508)
 
-/* Gates of a gear that decelerates uniformly: t = (v - sqrt(v^2 - 2 a d)) / a for distance d from touchdown. */
+#define DELAY_S 0.025
+/* A brake that rises evenly within 2 d leaves the gear a (d^2 / 3) / 2 further back than one that comes at d at once. */
+#define SHAPE (1.0 / 3.0)
+
+/* Gates of a gear whose brake has risen evenly 50 ms after touchdown: with D the distance that remains to be braked at once,
+ * t = d + (v - sqrt(v^2 - 2 a D)) / a. */
 static size_t uniform_gates(double touchdown_ft, double speed_ft_s, double deceleration_ft_s2, struct mr_gate *gates)
 {
     size_t count = 0;
     for (unsigned i = 0; i < 24; i++) {
         double station_ft = -2.5 + 5.0 * i;
         double d = station_ft - touchdown_ft;
-        double left = speed_ft_s * speed_ft_s - 2.0 * deceleration_ft_s2 * d;
+        double braked = d - speed_ft_s * DELAY_S + 0.5 * deceleration_ft_s2 * SHAPE * DELAY_S * DELAY_S;
+        double left = speed_ft_s * speed_ft_s - 2.0 * deceleration_ft_s2 * braked;
         if (left < 0.0)
             break;
-        double t_s = d < 0.0 ? d / speed_ft_s : (speed_ft_s - sqrt(left)) / deceleration_ft_s2;
+        double t_s = d < 0.0 ? d / speed_ft_s : DELAY_S + (speed_ft_s - sqrt(left)) / deceleration_ft_s2;
         gates[count++] = (struct mr_gate){.t_s = 10.0 + t_s, .station_ft = station_ft};
     }
     return count;
 }
 
-static void uniform_deceleration_is_recovered_exactly(void **state)
+static void uniform_deceleration_is_recovered(void **state)
 {
     (void)state;
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary summary;
     size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
+    /* 25 ms later than with a brake that comes at once */
+    const double stop_s = 17.0 + DELAY_S, stop_ft = 3.0 + 98.0 + 28.0 * DELAY_S - 2.0 * SHAPE * DELAY_S * DELAY_S;
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-    assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-8);
-    assert_near(summary.touchdown_t_s.value, 10.0, 1e-8);
-    assert_near(summary.mean_deceleration_ft_s2.value, 4.0, 1e-8);
-    assert_near(summary.stop_t_s.value, 17.0, 1e-7);
-    assert_near(summary.stop_station_ft.value, 3.0 + 28.0 * 28.0 / 8.0, 1e-7); /* v^2 / 2a = 98 ft */
+    assert_true(summary.even);
+    assert_int_equal(summary.alien, 0);
+    /* The shape of the rise is not told by the gates: it costs less than a fifth of the error. */
+    assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-3);
+    assert_near(summary.touchdown_t_s.value, 10.0, 1e-5);
+    assert_near(summary.mean_deceleration_ft_s2.value, 28.0 / (stop_s - 10.0), 2e-4);
+    assert_near(summary.stop_t_s.value, stop_s, 2e-4);
+    assert_near(summary.stop_station_ft.value, stop_ft, 5e-4);
     assert_int_equal(summary.before_touchdown, 2); /* the switches at -2.5 and 2.5 ft */
-    assert_near(summary.touchdown_speed_ft_s.error, 28.0 * 1.4142136 * SWITCH_ERROR_FT / 5.0, 1e-5);
+    assert_int_equal(summary.used_for_stop, count);
+    /* better than the track alone, 28 * 1.41 s / 5 ft, but not by magic: the delay is not known well */
+    double track = 28.0 * 1.4142136 * SWITCH_ERROR_FT / 5.0;
+    assert_true(summary.touchdown_speed_ft_s.error < track && summary.touchdown_speed_ft_s.error > 0.3 * track);
 
-    /* Without those the braked part is carried back: right here, where braking is there at once. */
+    /* Without those the braked part is carried back: then the delay as known beforehand counts, 12 ms of 4 ft/s2. */
     assert_int_equal(mr_gates_summarise(gates + 2, count - 2, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
     assert_int_equal(summary.before_touchdown, 0);
-    assert_near(summary.touchdown_speed_ft_s.value, 28.0, 1e-8);
-    assert_near(summary.touchdown_t_s.value, 10.0, 1e-8);
-    assert_int_equal(summary.used_for_stop, 8);
+    assert_near(summary.touchdown_speed_ft_s.value, 28.0, 2e-3);
+    assert_near(summary.touchdown_speed_ft_s.error, 0.012 * 4.0, 0.2 * 0.012 * 4.0);
+}
+
+/* One switch opens 3 ms late: named, its lateness told, the rest as good as before. */
+static void a_late_switch_is_left_out(void **state)
+{
+    (void)state;
+    for (size_t late = 0; late < 18; late++) {
+        struct mr_gate gates[MR_GATES_MAX];
+        struct mr_gates_summary summary;
+        size_t count = uniform_gates(3.0, 28.0, 4.0, gates);
+        gates[late].t_s += 3e-3;
+        assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+        assert_int_equal(summary.alien, 1u << late);
+        assert_near(summary.late_s[late], 3e-3, 3e-4);
+        assert_near(summary.touchdown_speed_ft_s.value, 28.0, 0.028);
+    }
 }
 
 /* Standard errors against the textbook: for n equally spaced times, unit apart, a straight line's slope has the variance
@@ -76,41 +105,27 @@ static double uniform(void)
     return (double)(lcg_state >> 8) / 16777216.0;
 }
 
-/* 2000 landings with switches misplaced by up to 0.02 in: the stated 95 % interval must hold in 95 % of them; the binomial
- * spread of 2000 is 0.5 %, so 93.5 to 96.5 % is three of it. */
-static void stated_intervals_hold(void **state)
+/* The online estimate at the last switch, 2000 times with switches misplaced by up to 0.02 in: the stated 95 % interval must
+ * hold in 95 % of them; the binomial spread of 2000 is 0.5 %, so 93.5 to 96.5 % is three of it. test_landings has the rest. */
+static void the_online_intervals_hold(void **state)
 {
     (void)state;
-    unsigned speed_inside = 0, deceleration_inside = 0, online_inside = 0, carried_inside = 0;
+    unsigned inside = 0;
     const unsigned landings = 2000;
     lcg_state = 1970;
     for (unsigned n = 0; n < landings; n++) {
         struct mr_gate gates[MR_GATES_MAX];
-        struct mr_gates_summary summary, carried;
         struct mr_motion_estimate now;
         double v = 20.0 + 26.0 * uniform(), a = 4.0 + 8.0 * uniform();
         size_t count = uniform_gates(3.0, v, a, gates);
-        double true_ft = gates[count - 1].station_ft;
+        double true_s = gates[count - 1].t_s - 10.0;
         for (size_t i = 0; i < count; i++)
             gates[i].station_ft += (2.0 * uniform() - 1.0) * 0.02 / 12.0;
-        assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-        assert_int_equal(mr_gates_now(gates, count, SWITCH_ERROR_FT, &now), MR_OK);
-        assert_int_equal(mr_gates_summarise(gates + 2, count - 2, 3.0, SWITCH_ERROR_FT, &carried), MR_OK);
-        carried_inside += fabs(carried.touchdown_speed_ft_s.value - v) < 1.96 * carried.touchdown_speed_ft_s.error;
-        double true_speed = sqrt(v * v - 2.0 * a * (true_ft - 3.0));
-        speed_inside += fabs(summary.touchdown_speed_ft_s.value - v) < 1.96 * summary.touchdown_speed_ft_s.error;
-        online_inside += fabs(now.speed_ft_s.value - true_speed) < 1.96 * now.speed_ft_s.error;
-        deceleration_inside += fabs(summary.mean_deceleration_ft_s2.value - a) <
-                               1.96 * summary.mean_deceleration_ft_s2.error;
+        assert_int_equal(mr_gates_now(gates + 2, count - 2, SWITCH_ERROR_FT, &now), MR_OK);
+        inside += (unsigned)(fabs(now.speed_ft_s.value - (v - a * (true_s - DELAY_S))) < 1.96 * now.speed_ft_s.error);
     }
-    printf("# of %u: touchdown speed %.1f %%, carried back %.1f %%, online speed %.1f %%, deceleration %.1f %%\n", landings,
-           100.0 * speed_inside / landings, 100.0 * carried_inside / landings, 100.0 * online_inside / landings,
-           100.0 * deceleration_inside / landings);
-    /* The online estimate widens with its own residual, so it errs on the wide side; the stop's extrapolation too. */
-    assert_in_range(speed_inside, 1870, 1960);
-    assert_in_range(carried_inside, 1870, 1960);
-    assert_in_range(online_inside, 1870, 2000);
-    assert_in_range(deceleration_inside, 1870, 2000);
+    printf("# of %u: online speed %.1f %%\n", landings, 100.0 * inside / landings);
+    assert_in_range(inside, 1870, 1930);
 }
 
 /* The error of the speed at a given station against the definition: move each switch a little, fit again, see how much that
@@ -126,7 +141,8 @@ static void the_error_at_a_station_is_that_of_moved_switches(void **state)
     size_t count = uniform_gates(3.0, 28.0, 4.0, gates) - 2;
     assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
     assert_int_equal(mr_gates_at_station(&fit, station_ft, &there), MR_OK);
-    assert_near(there.speed_ft_s.value, sqrt(28.0 * 28.0 - 8.0 * 87.0), 1e-7);
+    double braked_ft = 87.0 - 28.0 * DELAY_S + 2.0 * SHAPE * DELAY_S * DELAY_S;
+    assert_near(there.speed_ft_s.value, sqrt(28.0 * 28.0 - 8.0 * braked_ft), 1e-7);
     for (size_t i = 0; i < count; i++) {
         gates[2 + i].station_ft += h_ft;
         assert_int_equal(mr_gates_fit(gates + 2, count, 2, SWITCH_ERROR_FT, &fit), MR_OK);
@@ -145,22 +161,24 @@ static void a_changing_deceleration_is_followed(void **state)
     struct mr_gate gates[MR_GATES_MAX];
     struct mr_gates_summary summary;
     size_t count = 0;
-    /* a = 6.6 + 0.5 t: v = 35.5 - 6.6 t - 0.25 t^2, x = 3 + 35.5 t - 3.3 t^2 - t^3 / 12; Newton for each station */
+    /* From 25 ms on, b later: a = 6.6 + 0.5 b, v = 35.5 - 6.6 b - 0.25 b^2, x = 3 + 35.5 t - 3.3 b^2 - b^3 / 12; Newton for
+     * each station */
     for (unsigned i = 0; i < 24; i++) {
         double station_ft = 7.5 + 5.0 * i, t = 0.1;
         for (int k = 0; k < 50; k++) {
-            double v = 35.5 - 6.6 * t - 0.25 * t * t;
+            double b = t - DELAY_S, v = 35.5 - 6.6 * b - 0.25 * b * b;
             if (v < 0.5)
                 break;
-            t -= (3.0 + 35.5 * t - 3.3 * t * t - t * t * t / 12.0 - station_ft) / v;
+            t -= (3.0 + 35.5 * t - 3.3 * b * b - b * b * b / 12.0 - station_ft) / v;
         }
-        if (fabs(3.0 + 35.5 * t - 3.3 * t * t - t * t * t / 12.0 - station_ft) > 1e-9)
+        double b = t - DELAY_S;
+        if (fabs(3.0 + 35.5 * t - 3.3 * b * b - b * b * b / 12.0 - station_ft) > 1e-9)
             break;
         gates[count++] = (struct mr_gate){.t_s = t, .station_ft = station_ft};
     }
     assert_true(count > 14);
     assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
-    double stop_s = (-6.6 + sqrt(6.6 * 6.6 + 4.0 * 0.25 * 35.5)) / 0.5;
+    double stop_s = DELAY_S + (-6.6 + sqrt(6.6 * 6.6 + 4.0 * 0.25 * 35.5)) / 0.5;
     assert_in_range(summary.used_for_stop, 4, 7); /* eight are not described by a parabola */
     assert_near(summary.touchdown_speed_ft_s.value, 35.5, 0.002 * 35.5);
     assert_near(summary.mean_deceleration_ft_s2.value, 35.5 / stop_s, 0.02 * 35.5 / stop_s);
@@ -178,7 +196,8 @@ static void too_little_is_refused(void **state)
     assert_int_equal(mr_gates_now(gates, 1, SWITCH_ERROR_FT, &motion), MR_TOO_FEW);
     assert_int_equal(mr_gates_now(gates, 2, SWITCH_ERROR_FT, &motion), MR_OK);
     assert_true(isnan(motion.deceleration_ft_s2.value));
-    assert_int_equal(mr_gates_summarise(gates, 4, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
+    assert_int_equal(mr_gates_summarise(gates, 2, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
+    assert_int_equal(mr_gates_summarise(gates + 2, 2, 3.0, SWITCH_ERROR_FT, &summary), MR_TOO_FEW);
     gates[2].t_s = gates[1].t_s;
     assert_int_equal(mr_gates_fit(gates, 4, 2, SWITCH_ERROR_FT, &fit), MR_MALFORMED);
 }
@@ -234,9 +253,10 @@ static void a_step_is_read_next_to_its_edge(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uniform_deceleration_is_recovered_exactly),
+        cmocka_unit_test(uniform_deceleration_is_recovered),
+        cmocka_unit_test(a_late_switch_is_left_out),
         cmocka_unit_test(errors_are_the_textbook_ones),
-        cmocka_unit_test(stated_intervals_hold),
+        cmocka_unit_test(the_online_intervals_hold),
         cmocka_unit_test(the_error_at_a_station_is_that_of_moved_switches),
         cmocka_unit_test(a_changing_deceleration_is_followed),
         cmocka_unit_test(too_little_is_refused),

@@ -1,0 +1,200 @@
+#include "common/passage.h"
+
+#include <string.h>
+
+#define UNCLEAR_BLOCKS 3000u       /* 5 ft at 2 ft/s take 2.5 s */
+#define REVERSE_MOST_FT_S 20.0     /* nobody pushes faster: then a switch was late */
+#define FASTER 1.25                /* than it came in, no gear gets, nor */
+#define FASTER_FT_S 3.0            /* by more than this besides */
+
+void mr_passage_start(struct mr_passage *passage)
+{
+    memset(passage, 0, sizeof *passage);
+}
+
+void mr_passage_clear(struct mr_passage *passage)
+{
+    passage->state = MR_PASSAGE_NONE;
+    passage->held_count = 0;
+    passage->gates = 0;
+    passage->notes = 0;
+    passage->pushing = false;
+}
+
+static void note(struct mr_passage *passage, const struct mr_passage_edge *edge, enum mr_switch_reason reason)
+{
+    if (passage->notes < MR_PASSAGE_NOTES)
+        passage->note[passage->notes++] =
+            (struct mr_passage_note){.number = edge->number, .position = edge->position, .reason = (uint8_t)reason};
+}
+
+/* Mean speed from one edge to a later one; the tick of the later may be less by a wrap. */
+static double speed_between(const struct mr_passage_edge *from, const struct mr_passage_edge *to)
+{
+    double since_s = (double)(uint32_t)(to->tick - from->tick) * MR_S_PER_TICK;
+    return (to->station_ft - from->station_ft) / (since_s > 1e-6 ? since_s : 1e-6);
+}
+
+static bool rolls(double speed_ft_s)
+{
+    return speed_ft_s >= MR_PASSAGE_LEAST_FT_S && speed_ft_s <= MR_PASSAGE_MOST_FT_S;
+}
+
+static void note_missing(struct mr_passage *passage, double from_ft, double to_ft, const float *stations_ft,
+                         unsigned switches)
+{
+    for (unsigned i = 0; i < switches; i++) {
+        double station_ft = (double)stations_ft[i];
+        struct mr_passage_edge missing = {.position = (uint8_t)(i + 1)};
+        if (station_ft > from_ft && station_ft < to_ft)
+            note(passage, &missing, MR_SWITCH_MISSING);
+    }
+}
+
+static void add_gate(struct mr_passage *passage, const struct mr_passage_edge *edge)
+{
+    uint32_t first_tick = passage->gates ? passage->source[0].tick : edge->tick;
+    passage->source[passage->gates] = *edge;
+    passage->gate[passage->gates++] =
+        (struct mr_gate){.t_s = (double)(uint32_t)(edge->tick - first_tick) * MR_S_PER_TICK, .station_ft = edge->station_ft};
+}
+
+static void give_up_held(struct mr_passage *passage, enum mr_switch_reason reason)
+{
+    for (unsigned i = 0; i < passage->held_count; i++)
+        note(passage, &passage->held[i], reason);
+    passage->held_count = 0;
+}
+
+static void hold(struct mr_passage *passage, const struct mr_passage_edge *edge)
+{
+    if (passage->held_count == MR_PASSAGE_HELD) {
+        note(passage, &passage->held[0], MR_SWITCH_OUT_OF_ORDER);
+        passage->held_count--;
+        memmove(passage->held, passage->held + 1, passage->held_count * sizeof passage->held[0]);
+    }
+    passage->held[passage->held_count++] = *edge;
+}
+
+static void start_rolling(struct mr_passage *passage, unsigned first, const struct mr_passage_edge *edge,
+                          const float *stations_ft, unsigned switches)
+{
+    struct mr_passage_edge from = passage->held[first];
+    for (unsigned i = 0; i < passage->held_count; i++) {
+        if (i != first)
+            note(passage, &passage->held[i], MR_SWITCH_OUT_OF_ORDER);
+    }
+    passage->held_count = 0;
+    passage->state = MR_PASSAGE_ROLLING;
+    passage->entry_ft_s = speed_between(&from, edge);
+    add_gate(passage, &from);
+    add_gate(passage, edge);
+    note_missing(passage, -1e9, from.station_ft, stations_ft, switches);
+    note_missing(passage, from.station_ft, edge->station_ft, stations_ft, switches);
+}
+
+static bool push(struct mr_passage *passage, const struct mr_passage_edge *edge, double speed_ft_s)
+{
+    bool first = !passage->pushing;
+    passage->pushing = true;
+    enum mr_switch_reason reason = speed_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW;
+    passage->pushed_ft_s = speed_ft_s;
+    passage->pushed_position = edge->position;
+    if (first && passage->pushbacks < UINT16_MAX)
+        passage->pushbacks++;
+    give_up_held(passage, reason);
+    if (passage->state != MR_PASSAGE_ROLLING)
+        passage->state = MR_PASSAGE_PUSHED;
+    return first;
+}
+
+/* Not yet known what passes. */
+static struct mr_passage_news take_first(struct mr_passage *passage, const struct mr_passage_edge *edge,
+                                         const float *stations_ft, unsigned switches)
+{
+    struct mr_passage_news news = {0};
+    for (unsigned i = passage->held_count; i-- > 0;) {
+        if (rolls(speed_between(&passage->held[i], edge))) {
+            start_rolling(passage, i, edge, stations_ft, switches);
+            news.started = news.gate = true;
+            return news;
+        }
+    }
+    if (passage->held_count) {
+        double speed_ft_s = speed_between(&passage->held[passage->held_count - 1], edge);
+        if (speed_ft_s > -REVERSE_MOST_FT_S && speed_ft_s < MR_PASSAGE_LEAST_FT_S)
+            news.pushed = push(passage, edge, speed_ft_s);
+    } else if (passage->state == MR_PASSAGE_NONE) {
+        passage->state = MR_PASSAGE_HELD_UP;
+    }
+    hold(passage, edge);
+    return news;
+}
+
+/* One of the first two may have been late, so that how fast it came in is known with the third. */
+static bool fits(const struct mr_passage *passage, double speed_ft_s)
+{
+    return passage->gates < 3 ? rolls(speed_ft_s)
+                              : speed_ft_s >= MR_PASSAGE_LEAST_FT_S &&
+                                    speed_ft_s <= FASTER * passage->entry_ft_s + FASTER_FT_S;
+}
+
+static struct mr_passage_news take_rolling(struct mr_passage *passage, const struct mr_passage_edge *edge,
+                                           double speed_ft_s, const float *stations_ft, unsigned switches)
+{
+    struct mr_passage_news news = {0};
+    const struct mr_passage_edge *last = &passage->source[passage->gates - 1];
+    double since_ft_s = speed_between(last, edge);
+    bool at_rest = speed_ft_s < MR_PASSAGE_LEAST_FT_S;
+    if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_LEAST_FT_S) || (since_ft_s < 0.0 && at_rest)) {
+        news.pushed = push(passage, edge, since_ft_s);
+        note(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
+    } else if (fits(passage, since_ft_s)) {
+        if (passage->gates == MR_GATES_MAX)
+            return news;
+        note_missing(passage, last->station_ft, edge->station_ft, stations_ft, switches);
+        add_gate(passage, edge);
+        if (passage->gates == 3)
+            passage->entry_ft_s = speed_between(&passage->source[0], edge);
+        news.gate = true;
+    } else if (passage->gates > 2 && since_ft_s > 0.0 &&
+               fits(passage, speed_between(&passage->source[passage->gates - 2], edge))) {
+        note(passage, last, MR_SWITCH_LATE);
+        passage->gates--;
+        add_gate(passage, edge);
+        news.gate = true;
+    } else {
+        note(passage, edge, MR_SWITCH_OUT_OF_ORDER);
+    }
+    return news;
+}
+
+struct mr_passage_news mr_passage_edge(struct mr_passage *passage, const struct mr_passage_edge *edge, double speed_ft_s,
+                                       const float *stations_ft, unsigned switches)
+{
+    passage->notes = 0;
+    passage->quiet_since_block = edge->block;
+    return passage->state == MR_PASSAGE_ROLLING ? take_rolling(passage, edge, speed_ft_s, stations_ft, switches)
+                                                : take_first(passage, edge, stations_ft, switches);
+}
+
+bool mr_passage_block(struct mr_passage *passage, uint32_t block)
+{
+    passage->notes = 0;
+    if (block - passage->quiet_since_block < MR_PASSAGE_QUIET_BLOCKS)
+        return false;
+    passage->pushing = false;
+    if (passage->state == MR_PASSAGE_NONE || passage->state == MR_PASSAGE_ROLLING)
+        return false;
+    give_up_held(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_ALONE
+                          : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
+                                                              : MR_SWITCH_SLOW);
+    passage->state = MR_PASSAGE_NONE;
+    return true;
+}
+
+bool mr_passage_unclear(const struct mr_passage *passage, uint32_t block)
+{
+    return passage->state == MR_PASSAGE_PUSHED ||
+           (passage->state == MR_PASSAGE_HELD_UP && block - passage->quiet_since_block < UNCLEAR_BLOCKS);
+}

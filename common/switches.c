@@ -1,0 +1,163 @@
+#include "common/switches.h"
+
+#include <string.h>
+
+#include "common/wire.h"
+
+const char *mr_switch_reason_text(unsigned reason)
+{
+    switch (reason) {
+#define MR_SWITCH_REASON_CASE(NAME, number, text) case number: return text;
+        MR_SWITCH_REASON_TABLE(MR_SWITCH_REASON_CASE)
+#undef MR_SWITCH_REASON_CASE
+    default: return "unknown reason";
+    }
+}
+
+void mr_switches_start(struct mr_switches *switches)
+{
+    memset(switches, 0, sizeof *switches);
+    mr_staircase_init(&switches->staircase);
+}
+
+void mr_switches_close(struct mr_switches *switches)
+{
+    switches->count = 0;
+    switches->opened = 0;
+    switches->named = 0;
+    switches->answered = false;
+    switches->left_known = false;
+}
+
+void mr_switches_level(struct mr_switches *switches, uint32_t tick, float code)
+{
+    mr_staircase_add(&switches->staircase, tick, code);
+}
+
+bool mr_switches_add(struct mr_switches *switches, uint32_t tick)
+{
+    if (switches->count == MR_SWITCHES_WAITING)
+        return false;
+    struct mr_switch_edge *edge = &switches->waiting[switches->count++];
+    *edge = (struct mr_switch_edge){.tick = tick, .step_codes = MR_NAN};
+    edge->level_known = mr_staircase_before(&switches->staircase, tick, &edge->level_codes);
+    return true;
+}
+
+static bool no_step(float step_codes)
+{
+    return step_codes < MR_STAIRCASE_TOLERANCE_CODES && step_codes > -MR_STAIRCASE_TOLERANCE_CODES;
+}
+
+static bool follows(const struct mr_switches *switches, uint32_t tick, uint32_t within_ticks)
+{
+    return switches->answered && tick - switches->answered_tick < within_ticks;
+}
+
+static void name(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count, float step_codes,
+                 struct mr_switch_edge *edge)
+{
+    edge->step_codes = step_codes;
+    if (no_step(step_codes)) {
+        edge->reason = follows(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS) ? MR_SWITCH_BOUNCE : MR_SWITCH_NO_STEP;
+        return;
+    }
+    edge->position = (uint8_t)mr_staircase_name(step_codes, steps_codes, count, 0);
+    if (!edge->position) {
+        edge->reason = MR_SWITCH_OTHER_STEP;
+    } else if (switches->opened & 1u << (edge->position - 1)) {
+        bool bounced = edge->position == switches->named && edge->tick - switches->named_tick < MR_SWITCH_REOPEN_TICKS;
+        edge->reason = bounced ? MR_SWITCH_BOUNCE : MR_SWITCH_DOUBLE;
+    }
+}
+
+/* Edges from the oldest on of which each is near the next. */
+static unsigned cluster(const struct mr_switches *switches)
+{
+    unsigned n = 1;
+    while (n < switches->count && switches->waiting[n].tick - switches->waiting[n - 1].tick < MR_SWITCH_BOUNCE_TICKS)
+        n++;
+    return n;
+}
+
+/* Several edges, or a level that does not hold still: the step of all the edges near the oldest, when they are over. A contact
+ * that bounces every 2 ms is half open in each block, which looks steady: no step within them is to be trusted. Only where all
+ * of them together are no switch the oldest may be one by itself. False: not yet. */
+static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count, float own_step)
+{
+    unsigned n = cluster(switches);
+    struct mr_switch_edge *first = &switches->waiting[0], *last = &switches->waiting[n - 1];
+    const struct mr_staircase *staircase = &switches->staircase;
+    uint32_t now = staircase->tick[(staircase->count - 1) % MR_STAIRCASE_HISTORY];
+    float after;
+    if (n < MR_SWITCHES_WAITING && (int32_t)(now - last->tick) < (int32_t)MR_SWITCH_BOUNCE_TICKS)
+        return false;
+    enum mr_status status = mr_staircase_after(staircase, last->tick, &after);
+    if (!first->level_known && switches->left_known && follows(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
+        first->level_known = true;
+        first->level_codes = switches->left_codes;
+    }
+    if (status == MR_OK && first->level_known)
+        name(switches, steps_codes, count, after - first->level_codes, first);
+    bool one = first->position && first->reason == MR_SWITCH_GOOD;
+    if (!one && own_step == own_step && n > 1) {
+        struct mr_switch_edge alone = *first;
+        alone.position = 0;
+        alone.reason = MR_SWITCH_GOOD;
+        name(switches, steps_codes, count, own_step, &alone);
+        if (alone.position && alone.reason == MR_SWITCH_GOOD) {
+            *first = alone;
+            return true;
+        }
+    }
+    bool none = first->reason == MR_SWITCH_BOUNCE || first->reason == MR_SWITCH_NO_STEP;
+    if (!one && !none) {
+        first->position = 0;
+        first->reason = MR_SWITCH_TOO_NEAR;
+    }
+    for (unsigned i = 1; i < n; i++) {
+        switches->waiting[i].decided = true;
+        switches->waiting[i].reason = one || none ? MR_SWITCH_BOUNCE : MR_SWITCH_TOO_NEAR;
+        switches->waiting[i].position = one ? first->position : 0;
+    }
+    return true;
+}
+
+static void answer(struct mr_switches *switches, struct mr_switch_edge *edge)
+{
+    *edge = switches->waiting[0];
+    switches->count--;
+    memmove(switches->waiting, switches->waiting + 1, switches->count * sizeof switches->waiting[0]);
+    /* A bounce leaves the level that the edge before it did. */
+    if (edge->reason != MR_SWITCH_BOUNCE) {
+        switches->left_known = edge->level_known && edge->step_codes == edge->step_codes;
+        switches->left_codes = edge->level_codes + edge->step_codes;
+    }
+    switches->answered = true;
+    switches->answered_tick = edge->tick;
+    if (edge->position && edge->reason != MR_SWITCH_BOUNCE) {
+        switches->opened |= 1u << (edge->position - 1);
+        switches->named = edge->position;
+        switches->named_tick = edge->tick;
+    }
+}
+
+bool mr_switches_next(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
+                      struct mr_switch_edge *edge)
+{
+    if (!switches->count)
+        return false;
+    struct mr_switch_edge *oldest = &switches->waiting[0];
+    if (!oldest->decided) {
+        float step_codes = MR_NAN;
+        enum mr_status status = mr_staircase_step(&switches->staircase, oldest->tick, &step_codes);
+        if (status == MR_TOO_FEW)
+            return false;
+        if (status == MR_OK && cluster(switches) == 1)
+            name(switches, steps_codes, count, step_codes, oldest);
+        else if (!decide_cluster(switches, steps_codes, count, status == MR_OK ? step_codes : MR_NAN))
+            return false;
+    }
+    answer(switches, edge);
+    return true;
+}
