@@ -824,11 +824,19 @@ static int find_record(const struct blackbox *box, uint16_t record)
     return -1;
 }
 
+enum mr_status blackbox_at_rest(const struct blackbox *box)
+{
+    if (box->state == BLACKBOX_SCANNING || box->state == BLACKBOX_CLOSING || box->freeing >= 0)
+        return MR_WAIT;
+    return box->state == BLACKBOX_ROLLING && !box->armed ? MR_OK : MR_NOT_NOW;
+}
+
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
 {
     int place = find_record(box, record);
-    if (box->state != BLACKBOX_ROLLING || box->armed || box->freeing >= 0)
-        return MR_NOT_NOW;
+    enum mr_status status = blackbox_at_rest(box);
+    if (status != MR_OK)
+        return status;
     if (place < 0)
         return MR_UNKNOWN;
     if (box->reading == place)
@@ -840,8 +848,9 @@ enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page)
 {
     int place = find_record(box, record);
-    if (box->state != BLACKBOX_ROLLING || box->armed || box->freeing >= 0)
-        return MR_NOT_NOW;
+    enum mr_status status = blackbox_at_rest(box);
+    if (status != MR_OK)
+        return status;
     if (place < 0)
         return MR_UNKNOWN;
     /* Every sector holds at most PAGES of them, so page n is in the record's sector n / PAGES or behind it. */

@@ -128,7 +128,10 @@ void blackbox_trigger(struct blackbox *box, uint32_t block);
 /* The landing is over, or was broken off. Nothing happens when none was triggered. */
 void blackbox_finish(struct blackbox *box);
 
-/* MR_OK; MR_UNKNOWN: no such record; MR_NOT_NOW: a landing is armed or going on, or memory missing. */
+/* Whether records can be listed, read and freed. MR_WAIT: soon, it is looking through its memory, closing a record or freeing one;
+ * MR_NOT_NOW: a landing is armed or going on, or there is no memory. */
+enum mr_status blackbox_at_rest(const struct blackbox *box);
+/* MR_OK; MR_UNKNOWN: no such record; MR_WAIT, MR_NOT_NOW: see above. */
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record);
 /* Read a record out from page `page` on. Status as above. */
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page);

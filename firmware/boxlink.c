@@ -14,13 +14,15 @@ enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct t
                             const struct mr_command *command)
 {
     uint32_t argument = (uint32_t)command->argument;
+    enum mr_status status = blackbox_at_rest(box);
     if (command->argument < 0)
         return MR_USAGE;
     switch (command->code) {
     case MR_COMMAND_BOX_LIST:
         boxlink_tell_state(box, telemetry);
-        *link = (struct boxlink){.listing = true};
-        return MR_OK;
+        if (status != MR_WAIT)
+            *link = (struct boxlink){.listing = true};
+        return status == MR_WAIT ? MR_WAIT : MR_OK;
     case MR_COMMAND_BOX_READ:
         return blackbox_read(box, (uint16_t)(argument >> PAGE_BITS), argument & ((1u << PAGE_BITS) - 1u));
     case MR_COMMAND_BOX_FREE:

@@ -316,7 +316,7 @@ static void fill(unsigned least)
     uint32_t trigger[BLACKBOX_RECORDS];
     while (blackbox_ready(&box) == MR_OK && landings < BLACKBOX_RECORDS) {
         trigger[landings] = index_now;
-        land((uint16_t)(100 + landings), 0, 10000 - (white ? 440 : 1100)); /* 10 s with what was before */
+        land((uint16_t)(100 + landings), 0, 10000 - (white ? 440 : 950)); /* 10 s with what was before */
         landings++;
         play(1600); /* the ring has a past again */
     }
@@ -336,7 +336,7 @@ static void fill(unsigned least)
         assert_int_equal(record->landing, 100 + record->record - 1);
         assert_true(record->blocks >= 9800);
     }
-    check_whole((uint16_t)landings, (uint16_t)(100 + landings - 1), 10000 - (white ? 440 : 1100), trigger[landings - 1]);
+    check_whole((uint16_t)landings, (uint16_t)(100 + landings - 1), 10000 - (white ? 440 : 950), trigger[landings - 1]);
     /* free the third: its space comes back, all others stay */
     uint16_t third = 3;
     unsigned ready = box.ready;
