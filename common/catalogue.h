@@ -39,6 +39,8 @@ typedef int32_t mr_i32;
 #define REAL(name, type, field, per_unit, unit, text)
 #define FLOAT(name, field, unit, text)
 
+#define MR_BOX_PART_BYTES 134u
+
 enum mr_message_id {
 #define MESSAGE(name, NAME, id, direction, text) MR_ID_##NAME = (id),
 #define END(name, NAME)
@@ -46,6 +48,8 @@ enum mr_message_id {
 #undef MESSAGE
 #undef END
     MR_ID_BLOCK = 0x300, /* serial only: a block record (common/block.h), longer than a CAN frame */
+    /* serial only: half a page of the black box (common/boxpage.h): record u16 | page u16 | half u8 | reserved u8 | 128 bytes */
+    MR_ID_BOX_PART = 0x301,
 };
 
 #define MESSAGE(name, NAME, id, direction, text)                                  \

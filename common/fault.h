@@ -28,7 +28,10 @@
     X(HARD_FAULT,        20, "a processor fault reset the board")                                            \
     X(REFERENCE,         21, "the reference channel is out of range: displacements and tensions missing")   \
     X(IDENTITY_MISSING,  22, "the chip's unique identity cannot be read")                                          \
-    X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones [minus status]")
+    X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones [minus status]")   \
+    X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since start]")           \
+    X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 read, 4 mark]")      \
+    X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 message]")
 
 enum mr_fault_code {
 #define MR_FAULT_ENUM(NAME, number, text) MR_FAULT_##NAME = (number),

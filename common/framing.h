@@ -1,7 +1,7 @@
 /* Serial framing: a frame is  COBS( seq u16 | type u16 | payload | CRC-32 u32 )  0x00.
  *
  *     seq      counts frames of one sender, wraps; a jump says how many were lost
- *     type     MR_ID_... of the catalogue (its low 11 bits), or MR_ID_BLOCK
+ *     type     MR_ID_... of the catalogue (its low 11 bits), or MR_ID_BLOCK, MR_ID_BOX_PART
  *     payload  0 to MR_FRAME_PAYLOAD_MAX bytes
  *     CRC-32   of everything before it (common/crc32.h)
  *
@@ -16,7 +16,7 @@
 
 #include "common/status.h"
 
-#define MR_FRAME_PAYLOAD_MAX 128u
+#define MR_FRAME_PAYLOAD_MAX 136u
 #define MR_FRAME_OVERHEAD 8u /* seq, type, CRC */
 /* One COBS length byte (the content never reaches 254 bytes) and the final zero. */
 #define MR_FRAME_MAX (MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD + 2u)

@@ -25,7 +25,8 @@
     X(MR_UNKNOWN,          -14,   2,   "unknown name or number")                     \
     X(MR_FULL,             -15,   3,   "no room left")                               \
     X(MR_UNMODELLED,       -16,   3,   "the emulated board does not model this")     \
-    X(MR_HALTED,           -17,   3,   "the processor cannot go on")
+    X(MR_HALTED,           -17,   3,   "the processor cannot go on")                 \
+    X(MR_WAIT,             -18,   3,   "not ready yet: try again later")
 
 enum mr_status {
 #define MR_STATUS_ENUM(name, value, exit_code, text) name = (value),

@@ -42,7 +42,9 @@ void app_start(struct app *app)
     for (unsigned i = 0; i < 4; i++)
         miss_block(app, i);
     forget_baseline(app);
+    blackbox_start(&app->box);
     telemetry_start(&app->telemetry);
+    app->telemetry.box = &app->box;
     telemetry_burst(&app->telemetry, &app->landing);
     board_warn(false);
 }
@@ -61,9 +63,15 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
         return MR_USAGE;
-    enum mr_status status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
+    enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW : blackbox_ready(&app->box);
+    if (status == MR_WAIT || status == MR_FULL)
+        boxlink_tell_state(&app->box, &app->telemetry);
+    if (status != MR_OK)
+        return status;
+    status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
         forget_baseline(app);
+        boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);
@@ -121,6 +129,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     enum mr_status status = mr_command_get(&command, payload, length);
     if (status != MR_OK)
         return status;
+    blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     switch (command.code) {
     case MR_COMMAND_STATE:
         telemetry_state(&app->telemetry, &app->landing);
@@ -144,7 +153,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         status = enter_rom(app);
         break;
     default:
-        status = MR_UNKNOWN;
+        status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
         break;
     }
     telemetry_ack(&app->telemetry, &(struct mr_ack){.code = command.code, .status = (int8_t)status,
@@ -271,6 +280,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     float staircase_code = (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
     unsigned row = block->index % 4;
     bool was_recording = landing_recording(&app->landing);
+    bool was_armed = app->landing.state == LANDING_ARMED;
 
     health_set_block(block->index);
     read_channels(app, block);
@@ -281,6 +291,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
     tell_landing(app, &news, block->index);
+    boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording) {
         if (landing_quiet(&app->landing, block->index))
             follow_baseline(app, row);
@@ -329,6 +340,7 @@ bool app_poll(struct app *app)
         app->next_index = block.index + 1;
         any = true;
     }
+    blackbox_poll(&app->box, app->next_index);
     if (any)
         app->ticks_without_block = 0;
     return any;

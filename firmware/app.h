@@ -3,6 +3,7 @@
 #define MATRIG_FIRMWARE_APP_H
 
 #include "common/framing.h"
+#include "firmware/boxlink.h"
 #include "firmware/landing.h"
 #include "firmware/telemetry.h"
 
@@ -39,6 +40,9 @@ struct app {
     bool warning;
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
+
+    struct boxlink boxlink;
+    struct blackbox box;
 };
 
 void app_start(struct app *app);

@@ -47,8 +47,20 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
 }
 
+/* Edges, motion, states, results, marks, acknowledgements and faults. */
+static bool belongs_to_record(uint16_t id)
+{
+    return id == MR_ID_FAULT || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
+}
+
 static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
 {
+    if (telemetry->to_box) {
+        blackbox_configure(telemetry->box, id, payload, length);
+        return;
+    }
+    if (telemetry->box && belongs_to_record(id))
+        blackbox_note(telemetry->box, id, payload, length);
     send_can(telemetry, id, payload, length);
     send_serial(telemetry, id, payload, length);
 }
@@ -327,4 +339,48 @@ void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack)
 {
     uint8_t payload[MR_MESSAGE_MAX];
     send_both(telemetry, MR_ID_ACK, payload, mr_ack_put(ack, payload));
+}
+
+void telemetry_store_configuration(struct telemetry *telemetry, const struct landing *landing, const float *slack_in)
+{
+    unsigned item = telemetry->item;
+    telemetry->to_box = telemetry->box != NULL;
+    if (!telemetry->to_box)
+        return;
+    send_hello(telemetry, landing);
+    for (telemetry->item = 0; telemetry->item < FIRST_SEGMENT;)
+        send_item(telemetry, slack_in);
+    for (unsigned segment = 0; segment < MR_SEGMENTS; segment++) {
+        telemetry->item = FIRST_SEGMENT + segment;
+        if (!__builtin_isnan(slack_in[segment]))
+            send_item(telemetry, slack_in);
+    }
+    telemetry->item = item;
+    telemetry->to_box = false;
+}
+
+void telemetry_box(struct telemetry *telemetry, const struct mr_box_state *state, const struct mr_box_space *space)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_BOX_STATE, payload, mr_box_state_put(state, payload));
+    send_both(telemetry, MR_ID_BOX_SPACE, payload, mr_box_space_put(space, payload));
+}
+
+void telemetry_box_record(struct telemetry *telemetry, const struct mr_box_record *record, const struct mr_box_span *span)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_BOX_RECORD, payload, mr_box_record_put(record, payload));
+    if (record->record)
+        send_both(telemetry, MR_ID_BOX_SPAN, payload, mr_box_span_put(span, payload));
+}
+
+void telemetry_box_end(struct telemetry *telemetry, const struct mr_box_end *end)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_BOX_END, payload, mr_box_end_put(end, payload));
+}
+
+void telemetry_box_part(struct telemetry *telemetry, const uint8_t *payload, size_t length)
+{
+    send_serial(telemetry, MR_ID_BOX_PART, payload, length);
 }

@@ -11,6 +11,7 @@
 #include "common/block.h"
 #include "common/catalogue.h"
 #include "common/closure.h"
+#include "firmware/blackbox.h"
 #include "firmware/board.h"
 #include "firmware/landing.h"
 
@@ -29,6 +30,9 @@ struct telemetry {
 
     unsigned item;       /* of the configuration, next to go out */
     unsigned burst_left; /* items to send at one per block */
+
+    struct blackbox *box; /* keeps what a landing's record needs; NULL: none */
+    bool to_box;          /* what is said now goes to the box alone */
 };
 
 void telemetry_start(struct telemetry *telemetry);
@@ -52,5 +56,13 @@ void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *z
                     uint32_t index);
 void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark);
 void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack);
+
+/* The whole configuration, hello and site included, into the box's record of a landing that was armed. */
+void telemetry_store_configuration(struct telemetry *telemetry, const struct landing *landing, const float *slack_in);
+void telemetry_box(struct telemetry *telemetry, const struct mr_box_state *state, const struct mr_box_space *space);
+/* The span is not sent for record 0, the end of the list. */
+void telemetry_box_record(struct telemetry *telemetry, const struct mr_box_record *record, const struct mr_box_span *span);
+void telemetry_box_end(struct telemetry *telemetry, const struct mr_box_end *end);
+void telemetry_box_part(struct telemetry *telemetry, const uint8_t *payload, size_t length);
 
 #endif

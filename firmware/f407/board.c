@@ -64,6 +64,7 @@ void board_start(void)
     /* No scans on the raw oscillator: neither their times nor the settling would be what the rest relies on. */
     if (clock != BOARD_CLOCK_RAW && dma1 && dma2 && capture_start())
         scan_start();
+    nor_start(dma1);
     start_supervision(clock);
     watchdog_start();
 }

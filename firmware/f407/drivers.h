@@ -18,6 +18,8 @@ bool scan_ready(void); /* a block can be taken */
 /* capture.c: TIM2 and its DMA; before scan_start, whose timer starts both. False: TIM2 does not answer. */
 bool capture_start(void);
 void can_start(void);
+/* nor.c: SPI2 and the black box's memory; missing when DMA1 does not answer. */
+void nor_start(bool dma_works);
 /* uart.c: polled when its DMA controller does not answer; `raw_clock`: APB2 runs at 16 MHz, not 84. */
 void uart_start(bool dma_works, bool raw_clock);
 /* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */

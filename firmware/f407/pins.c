@@ -28,7 +28,7 @@ static void pull_up(struct gpio_regs *port, unsigned pin)
 void pins_start(void)
 {
     RCC->AHB1ENR |= RCC_AHB1ENR_GPIO_A_TO_F | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
-    RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM4 | RCC_APB1ENR_CAN1;
+    RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM4 | RCC_APB1ENR_SPI2 | RCC_APB1ENR_CAN1;
     RCC->APB2ENR |= RCC_APB2ENR_USART1 | RCC_APB2ENR_ADC1 | RCC_APB2ENR_ADC3;
     (void)RCC->APB2ENR;
 
@@ -40,6 +40,11 @@ void pins_start(void)
     set_function(GPIOA, 10, 7);  /* USART1_RX */
     pull_up(GPIOA, 10);
     set_function(GPIOA, 15, 1);  /* TIM2_CH1, switch edges */
+    GPIOB->BSRR = 1u << 12;      /* the memory is not selected */
+    set_mode(GPIOB, 12, 1);
+    set_function(GPIOB, 13, 5);  /* SPI2_SCK */
+    set_function(GPIOB, 14, 5);  /* SPI2_MISO */
+    set_function(GPIOB, 15, 5);  /* SPI2_MOSI */
     set_function(GPIOD, 0, 9);   /* CAN1_RX */
     set_function(GPIOD, 1, 9);   /* CAN1_TX */
     pull_up(GPIOD, 0);

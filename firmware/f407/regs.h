@@ -31,6 +31,7 @@ struct rcc_regs {
 #define RCC_AHB1ENR_DMA2 (1u << 22)
 #define RCC_APB1ENR_TIM2 (1u << 0)
 #define RCC_APB1ENR_TIM4 (1u << 2)
+#define RCC_APB1ENR_SPI2 (1u << 14)
 #define RCC_APB1ENR_CAN1 (1u << 25)
 #define RCC_APB1ENR_PWR (1u << 28)
 #define RCC_APB2ENR_USART1 (1u << 4)
@@ -167,6 +168,19 @@ struct usart_regs {
 #define USART_CR3_DMAR (1u << 6)
 #define USART_CR3_DMAT (1u << 7)
 
+/* RM0090 28.5 */
+struct spi_regs {
+    reg32 CR1, CR2, SR, DR;
+};
+#define SPI2 ((struct spi_regs *)0x40003800u)
+#define SPI_CR1_MSTR (1u << 2)
+#define SPI_CR1_SPE (1u << 6)
+#define SPI_CR1_SSI (1u << 8)
+#define SPI_CR1_SSM (1u << 9)
+#define SPI_CR2_RXDMAEN (1u << 0)
+#define SPI_CR2_TXDMAEN (1u << 1)
+#define SPI_SR_RXNE (1u << 0)
+
 /* RM0090 21.4 */
 struct iwdg_regs {
     reg32 KR, PR, RLR, SR;
@@ -192,6 +206,7 @@ struct iwdg_regs {
 #define SCB_CPACR (*(reg32 *)0xe000ed88u)
 
 enum irq_number {
+    IRQ_DMA1_STREAM3 = 14,
     IRQ_ADC = 18,
     IRQ_CAN1_TX = 19,
     IRQ_CAN1_RX0 = 20,

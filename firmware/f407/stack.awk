@@ -29,7 +29,7 @@ END {
     if (failed) exit 1
     total = report("thread", "reset")
     total += FRAME + worst("supervision", "systick_irq")
-    total += FRAME + worst("serial", "dma2_stream7_irq")
+    total += FRAME + worst("serial", "dma2_stream7_irq dma1_stream3_irq")
     total += FRAME + worst("CAN", "can1_tx_irq can1_rx0_irq")
     total += FRAME + worst("scan", "dma2_stream4_irq adc_irq")
     total += FRAME + worst("fault", "processor_fault bus_fault_at")

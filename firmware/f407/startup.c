@@ -15,6 +15,7 @@ void systick_irq(void);
 void adc_irq(void);
 void can1_tx_irq(void);
 void can1_rx0_irq(void);
+void dma1_stream3_irq(void);
 void dma2_stream4_irq(void);
 void dma2_stream7_irq(void);
 
@@ -48,6 +49,7 @@ __attribute__((section(".vectors"), used)) static const struct {
         [1 - 1] = reset,
         [5 - 1] = bus_fault,
         [15 - 1] = systick_irq,
+        [16 + IRQ_DMA1_STREAM3 - 1] = dma1_stream3_irq,
         [16 + IRQ_ADC - 1] = adc_irq,
         [16 + IRQ_CAN1_TX - 1] = can1_tx_irq,
         [16 + IRQ_CAN1_RX0 - 1] = can1_rx0_irq,

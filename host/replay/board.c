@@ -143,6 +143,10 @@ static enum mr_status collect(struct collector *collector, struct link *const li
         if (status == MR_CLOSED && error->status == MR_OK) {
             open[can ? LINK_CAN : LINK_SERIAL] = false;
             status = collector_link_end(collector, can ? LINK_CAN : LINK_SERIAL, error);
+            if (status == MR_TRUNCATED) { /* the run ends at its time, whatever is on the line then */
+                *error = (struct error){0};
+                status = MR_OK;
+            }
         }
     }
     free(bytes);

@@ -25,6 +25,22 @@ static const struct {
     {"can_health.rec", FIELD_CIRCUMSTANCE},
     {"serial_health.dropped", FIELD_CIRCUMSTANCE},
     {"serial_health.bad", FIELD_CIRCUMSTANCE},
+    {"box_state.state", FIELD_CIRCUMSTANCE},
+    {"box_state.records", FIELD_CIRCUMSTANCE},
+    {"box_state.ready", FIELD_CIRCUMSTANCE},
+    {"box_state.wait_s", FIELD_CIRCUMSTANCE},
+    {"box_state.reserve", FIELD_CIRCUMSTANCE},
+    {"box_space.sectors", FIELD_CIRCUMSTANCE},
+    {"box_space.dirty", FIELD_CIRCUMSTANCE},
+    {"box_space.bad", FIELD_CIRCUMSTANCE},
+    {"box_space.wear", FIELD_CIRCUMSTANCE},
+    {"box_record.record", FIELD_CIRCUMSTANCE},
+    {"box_record.landing", FIELD_CIRCUMSTANCE},
+    {"box_record.pages", FIELD_CIRCUMSTANCE},
+    {"box_record.complete", FIELD_CIRCUMSTANCE},
+    {"box_span.first_block", FIELD_CIRCUMSTANCE},
+    {"box_span.blocks", FIELD_CIRCUMSTANCE},
+    {"box_span.lost", FIELD_CIRCUMSTANCE},
 };
 
 /* An image that computes a little otherwise: ten times the resolution of the message, or what the estimate's own error

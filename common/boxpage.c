@@ -1,0 +1,94 @@
+#include "common/boxpage.h"
+
+#include <string.h>
+
+#include "common/crc32.h"
+#include "common/wire.h"
+
+#define CRC_AT (MR_BOXPAGE - 4u)
+
+static uint32_t page_crc(const uint8_t page[MR_BOXPAGE])
+{
+    uint8_t kind = page[MR_BOXPAGE_KIND] | MR_BOXPAGE_LIVE;
+    uint32_t crc = mr_crc32(0, page, MR_BOXPAGE_KIND);
+    crc = mr_crc32(crc, &kind, 1);
+    return mr_crc32(crc, page + MR_BOXPAGE_FIRST, CRC_AT - MR_BOXPAGE_FIRST);
+}
+
+void mr_boxpage_seal(uint8_t page[MR_BOXPAGE], uint32_t seq, uint16_t record)
+{
+    mr_put_u16(mr_put_u32(page, seq), record);
+    page[MR_BOXPAGE_KIND] |= MR_BOXPAGE_LIVE;
+    mr_put_u32(page + CRC_AT, page_crc(page));
+}
+
+enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_header *header)
+{
+    const uint8_t *p = page;
+    const uint8_t *crc = page + CRC_AT;
+    size_t i = 0;
+    while (i < MR_BOXPAGE && page[i] == 0xff)
+        i++;
+    if (i == MR_BOXPAGE)
+        return MR_TOO_FEW;
+    if (mr_get_u32(&crc) != page_crc(page))
+        return MR_CRC;
+    header->seq = mr_get_u32(&p);
+    header->record = mr_get_u16(&p);
+    uint8_t kind = mr_get_u8(&p);
+    header->kind = kind & (uint8_t)~MR_BOXPAGE_LIVE;
+    header->freed = !(kind & MR_BOXPAGE_LIVE);
+    header->first = mr_get_u8(&p);
+    return header->kind >= MR_BOXPAGE_START && header->kind <= MR_BOXPAGE_END ? MR_OK : MR_CRC;
+}
+
+static uint8_t *begin(uint8_t page[MR_BOXPAGE], enum mr_boxpage_kind kind)
+{
+    memset(page, 0xff, MR_BOXPAGE);
+    page[MR_BOXPAGE_KIND] = (uint8_t)(MR_BOXPAGE_LIVE | kind);
+    return page + MR_BOXPAGE_HEADER;
+}
+
+void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start *start)
+{
+    uint8_t *p = begin(page, MR_BOXPAGE_START);
+    p = mr_put_u16(mr_put_u16(p, start->layout), start->landing);
+    p = mr_put_u32(mr_put_u32(p, start->armed_block), start->trigger_block);
+    for (unsigned i = 0; i < 3; i++)
+        p = mr_put_u32(p, start->uid[i]);
+    p = mr_put_u32(mr_put_u32(p, start->image_crc), start->config_crc);
+    for (unsigned i = 0; i < 3; i++)
+        p = mr_put_u8(p, start->firmware[i]);
+    mr_put_u8(p, start->clock_source);
+}
+
+void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_start *start)
+{
+    const uint8_t *p = page + MR_BOXPAGE_HEADER;
+    start->layout = mr_get_u16(&p);
+    start->landing = mr_get_u16(&p);
+    start->armed_block = mr_get_u32(&p);
+    start->trigger_block = mr_get_u32(&p);
+    for (unsigned i = 0; i < 3; i++)
+        start->uid[i] = mr_get_u32(&p);
+    start->image_crc = mr_get_u32(&p);
+    start->config_crc = mr_get_u32(&p);
+    for (unsigned i = 0; i < 3; i++)
+        start->firmware[i] = mr_get_u8(&p);
+    start->clock_source = mr_get_u8(&p);
+}
+
+void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end)
+{
+    uint8_t *p = begin(page, MR_BOXPAGE_END);
+    mr_put_u32(mr_put_u32(mr_put_u32(mr_put_u32(p, end->first_block), end->blocks), end->lost), end->notes_lost);
+}
+
+void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end)
+{
+    const uint8_t *p = page + MR_BOXPAGE_HEADER;
+    end->first_block = mr_get_u32(&p);
+    end->blocks = mr_get_u32(&p);
+    end->lost = mr_get_u32(&p);
+    end->notes_lost = mr_get_u32(&p);
+}

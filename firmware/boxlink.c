@@ -1,0 +1,118 @@
+#include "firmware/boxlink.h"
+
+#include <string.h>
+
+#include "common/command.h"
+#include "common/wire.h"
+#include "firmware/version.h"
+
+#define PAGE_BITS 15u /* of the argument of box-read */
+#define STATE_BLOCKS 1000u
+#define STATE_PHASE 313u
+
+enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
+                            const struct mr_command *command)
+{
+    uint32_t argument = (uint32_t)command->argument;
+    enum mr_status status = blackbox_at_rest(box);
+    if (command->argument < 0)
+        return MR_USAGE;
+    switch (command->code) {
+    case MR_COMMAND_BOX_LIST:
+        boxlink_tell_state(box, telemetry);
+        if (status != MR_WAIT)
+            *link = (struct boxlink){.listing = true};
+        return status == MR_WAIT ? MR_WAIT : MR_OK;
+    case MR_COMMAND_BOX_READ:
+        return blackbox_read(box, (uint16_t)(argument >> PAGE_BITS), argument & ((1u << PAGE_BITS) - 1u));
+    case MR_COMMAND_BOX_FREE:
+        return argument > UINT16_MAX ? MR_USAGE : blackbox_free(box, (uint16_t)argument);
+    default:
+        return MR_UNKNOWN;
+    }
+}
+
+void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct landing *landing, const float *slack_in)
+{
+    const struct board_identity *identity = &telemetry->identity;
+    struct mr_boxpage_start start = {
+        .layout = MR_LAYOUT,
+        .landing = landing->number,
+        .armed_block = landing->changed_block,
+        .image_crc = identity->image_crc,
+        .config_crc = telemetry->config_crc,
+        .firmware = {FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH},
+        .clock_source = identity->clock_source,
+    };
+    memcpy(start.uid, identity->uid, sizeof start.uid);
+    blackbox_arm(box, &start);
+    telemetry_store_configuration(telemetry, landing, slack_in);
+}
+
+void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry)
+{
+    unsigned records = 0;
+    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
+        records += blackbox_record(box, i) != NULL;
+    telemetry_box(telemetry,
+                  &(struct mr_box_state){.state = (uint8_t)box->state, .records = (uint8_t)records, .ready = (uint16_t)box->ready,
+                                         .wait_s = blackbox_wait_s(box), .reserve = BLACKBOX_RESERVE},
+                  &(struct mr_box_space){.sectors = NOR_SECTORS, .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
+                                         .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR)});
+}
+
+static uint16_t at_most_u16(uint32_t value)
+{
+    return value > UINT16_MAX ? UINT16_MAX : (uint16_t)value;
+}
+
+/* One record a block. */
+static void list(struct boxlink *link, const struct blackbox *box, struct telemetry *telemetry)
+{
+    const struct blackbox_record *record = NULL;
+    while (link->next < BLACKBOX_RECORDS && !record)
+        record = blackbox_record(box, link->next++);
+    struct mr_box_record message = {0};
+    struct mr_box_span span = {0};
+    if (record) {
+        message = (struct mr_box_record){.record = record->record, .landing = record->landing,
+                                         .pages = at_most_u16(record->next_seq - record->first_seq),
+                                         .complete = record->complete};
+        span = (struct mr_box_span){.first_block = record->first_block, .blocks = at_most_u16(record->blocks),
+                                    .lost = at_most_u16(record->lost)};
+    }
+    telemetry_box_record(telemetry, &message, &span);
+    link->listing = record != NULL;
+}
+
+/* Half a page a block: 146 kB/s of the 200 that serial carries. */
+static void read_out(struct blackbox *box, struct telemetry *telemetry)
+{
+    uint8_t payload[MR_BOX_PART_BYTES];
+    uint16_t record, page;
+    uint8_t part = 0;
+    const uint8_t *bytes = NULL;
+    enum blackbox_part what = blackbox_take_part(box, &record, &page, &part, &bytes);
+    if (what == BLACKBOX_LAST_READ) {
+        telemetry_box_end(telemetry, &(struct mr_box_end){.record = record, .pages = page});
+    } else if (what == BLACKBOX_A_PART) {
+        uint8_t *p = mr_put_u8(mr_put_u8(mr_put_u16(mr_put_u16(payload, record), page), part), 0);
+        memcpy(p, bytes, BLACKBOX_PART);
+        telemetry_box_part(telemetry, payload, sizeof payload);
+    }
+}
+
+void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry, const struct landing *landing,
+                   const struct mr_block *block, bool was_armed)
+{
+    blackbox_block(box, block);
+    if (was_armed && landing->state == LANDING_LANDING)
+        blackbox_trigger(box, block->index);
+    if (!landing_recording(landing) && box->armed)
+        blackbox_finish(box);
+    if (block->index % STATE_BLOCKS == STATE_PHASE)
+        boxlink_tell_state(box, telemetry);
+    if (link->listing)
+        list(link, box, telemetry);
+    read_out(box, telemetry);
+}

@@ -1,0 +1,238 @@
+/* nor.h on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1 stream 3 receives, stream 4 sends.
+ * RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV 8.2 (commands), 9.6 (times).
+ *
+ * Commands and addresses, a dozen bytes at most, go out polled: 0.4 us a byte. Data of a page go by DMA, 0.1 ms. While a page is being
+ * programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each stretch looks at it; during an erase, which is
+ * only while idle, the main loop looks. */
+#include "firmware/f407/drivers.h"
+#include "firmware/nor.h"
+
+#define RX_STREAM 3u
+#define TX_STREAM 4u
+#define SELECT_PIN 12u
+#define POLLED_MAX 12u
+#define BYTE_POLLS 200u       /* a byte takes 64 cycles */
+#define STATUS_STRETCH 512u   /* bytes of status: 195 us */
+#define TICKS_PER_MS 84000u   /* TIM2 */
+#define TRANSFER_MS 5u        /* 260 bytes take 0.1 ms */
+#define PROGRAM_MS 45u        /* 3 ms at most; a page that fails keeps busy for longer */
+#define ERASE_MS 6000u        /* 400 ms at most, likewise */
+#define POLLS_MAX 8000000u    /* of any operation, should TIM2 stand still */
+
+enum { WRITE_ENABLE = 0x06, STATUS = 0x05, PROGRAM = 0x02, READ = 0x03, ERASE = 0x20, IDENTITY = 0x9f, WAKE = 0xab };
+#define STATUS_BUSY 1u
+#define MANUFACTURER 0xefu
+#define CAPACITY 0x18u        /* 2^24 bytes */
+
+static volatile enum phase { ABSENT, STARTING, IDLE, READING, SENDING, PROGRAMMING, ERASING } phase;
+static volatile bool failed;
+static uint32_t since_tick, polls;
+static volatile uint8_t sink;         /* what comes in while a page goes out; the newest status */
+static const uint8_t filler = 0xff;
+
+static void select(bool on)
+{
+    GPIOB->BSRR = 1u << (on ? SELECT_PIN + 16u : SELECT_PIN);
+}
+
+static uint8_t exchange(uint8_t out)
+{
+    SPI2->DR = out;
+    for (unsigned n = 0; n < BYTE_POLLS; n++) {
+        if (SPI2->SR & SPI_SR_RXNE)
+            return (uint8_t)SPI2->DR;
+    }
+    return 0xff;
+}
+
+static void send_command(uint8_t command, uint32_t address)
+{
+    select(true);
+    exchange(command);
+    exchange((uint8_t)(address >> 16));
+    exchange((uint8_t)(address >> 8));
+    exchange((uint8_t)address);
+}
+
+static uint8_t read_status(void)
+{
+    select(true);
+    exchange(STATUS);
+    uint8_t status = exchange(filler);
+    select(false);
+    return status;
+}
+
+static void enable_writing(void)
+{
+    select(true);
+    exchange(WRITE_ENABLE);
+    select(false);
+}
+
+static void begin_phase(enum phase next)
+{
+    failed = false;
+    polls = 0;
+    since_tick = TIM2->CNT;
+    phase = next;
+}
+
+/* `in` NULL: into the sink; `out` NULL: filler. */
+static void begin_dma(uint8_t *in, const uint8_t *out, uint32_t count)
+{
+    struct dma_stream_regs *rx = &DMA1->stream[RX_STREAM], *tx = &DMA1->stream[TX_STREAM];
+    DMA1->IFCR[0] = DMA_FLAGS_ALL << dma_flag_shift(RX_STREAM);
+    DMA1->IFCR[1] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
+    rx->PAR = (uint32_t)(uintptr_t)&SPI2->DR;
+    rx->M0AR = in ? (uint32_t)(uintptr_t)in : (uint32_t)(uintptr_t)&sink;
+    rx->NDTR = count;
+    rx->CR = DMA_CR_CHANNEL(0) | (in ? DMA_CR_MINC : 0) | DMA_CR_TCIE | DMA_CR_TEIE | DMA_CR_EN;
+    tx->PAR = (uint32_t)(uintptr_t)&SPI2->DR;
+    tx->M0AR = out ? (uint32_t)(uintptr_t)out : (uint32_t)(uintptr_t)&filler;
+    tx->NDTR = count;
+    tx->CR = DMA_CR_CHANNEL(0) | (out ? DMA_CR_MINC : 0) | DMA_CR_MEM_TO_PERIPHERAL | DMA_CR_EN;
+    SPI2->CR2 = SPI_CR2_RXDMAEN | SPI_CR2_TXDMAEN;
+}
+
+static bool takes_longer_than(uint32_t ms)
+{
+    return TIM2->CNT - since_tick > ms * TICKS_PER_MS;
+}
+
+static void end_program(bool fails)
+{
+    select(false);
+    failed = fails;
+    phase = IDLE;
+}
+
+void dma1_stream3_irq(void);
+void dma1_stream3_irq(void)
+{
+    uint32_t flags = DMA1->ISR[0] >> dma_flag_shift(RX_STREAM) & DMA_FLAGS_ALL;
+    DMA1->IFCR[0] = DMA_FLAGS_ALL << dma_flag_shift(RX_STREAM);
+    SPI2->CR2 = 0;
+    if (flags & DMA_FLAG_TEIF) { /* the bus refused a store: this board's wiring, not the chip's state */
+        select(false);
+        phase = ABSENT;
+    } else if (phase == READING) {
+        select(false);
+        phase = IDLE;
+    } else if (phase == SENDING) {
+        select(false); /* which begins it */
+        phase = PROGRAMMING;
+        select(true);
+        exchange(STATUS);
+        begin_dma(NULL, NULL, STATUS_STRETCH);
+    } else if (phase == PROGRAMMING) {
+        if (!(sink & STATUS_BUSY))
+            end_program(false);
+        else if (takes_longer_than(PROGRAM_MS))
+            end_program(true);
+        else
+            begin_dma(NULL, NULL, STATUS_STRETCH);
+    }
+}
+
+static void identify(void)
+{
+    select(true);
+    exchange(IDENTITY);
+    uint8_t manufacturer = exchange(filler);
+    (void)exchange(filler); /* 0x40 or 0x70, by ordering code */
+    uint8_t capacity = exchange(filler);
+    select(false);
+    phase = manufacturer == MANUFACTURER && capacity == CAPACITY ? IDLE : ABSENT;
+}
+
+/* The chip may still be busy with what it did before a reset; nothing there reads as ones. */
+static void look_for_chip(void)
+{
+    uint8_t status = read_status();
+    if (status == 0xff || takes_longer_than(ERASE_MS))
+        phase = ABSENT;
+    else if (!(status & STATUS_BUSY))
+        identify();
+}
+
+void nor_start(bool dma_works)
+{
+    if (!dma_works)
+        return;
+    SPI2->CR1 = SPI_CR1_MSTR | SPI_CR1_SSM | SPI_CR1_SSI;
+    SPI2->CR1 |= SPI_CR1_SPE;
+    irq_enable(IRQ_DMA1_STREAM3, PRIORITY_SERIAL);
+    select(true);
+    exchange(WAKE);
+    select(false);
+    begin_phase(STARTING);
+    look_for_chip();
+}
+
+/* A transfer that never ends is no fault of the chip. */
+static void give_up_transfer(void)
+{
+    uint32_t mask = irq_mask();
+    DMA1->stream[RX_STREAM].CR = 0;
+    DMA1->stream[TX_STREAM].CR = 0;
+    SPI2->CR2 = 0;
+    select(false);
+    phase = ABSENT;
+    irq_restore(mask);
+}
+
+enum nor_status nor_poll(void)
+{
+    polls++;
+    switch (phase) {
+    case ABSENT:
+        return NOR_MISSING;
+    case STARTING:
+        look_for_chip();
+        return phase == ABSENT ? NOR_MISSING : NOR_BUSY;
+    case IDLE:
+        return failed ? NOR_FAILED : NOR_IDLE;
+    case ERASING:
+        if (!(read_status() & STATUS_BUSY))
+            phase = IDLE;
+        else if (takes_longer_than(ERASE_MS) || polls > POLLS_MAX)
+            end_program(true);
+        return NOR_BUSY; /* the end is seen by the next poll */
+    default:
+        /* A page at most is under way; beyond that only a page that is being programmed */
+        if (takes_longer_than(PROGRAM_MS + TRANSFER_MS) || polls > POLLS_MAX)
+            give_up_transfer();
+        return NOR_BUSY;
+    }
+}
+
+void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
+{
+    begin_phase(READING);
+    send_command(READ, address);
+    if (length > POLLED_MAX) {
+        begin_dma(bytes, NULL, (uint32_t)length);
+        return;
+    }
+    for (size_t i = 0; i < length; i++)
+        bytes[i] = exchange(filler);
+    select(false);
+    phase = IDLE;
+}
+
+void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
+{
+    enable_writing();
+    begin_phase(SENDING);
+    send_command(PROGRAM, address);
+    begin_dma(NULL, page, NOR_PAGE);
+}
+
+void nor_begin_erase(uint32_t address)
+{
+    enable_writing();
+    send_command(ERASE, address);
+    select(false);
+    begin_phase(ERASING);
+}

@@ -1,0 +1,194 @@
+/* matrig board: the black box of a board: what it holds, reading a record out, giving its space back. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/boxfill.h"
+#include "host/boxtalk.h"
+#include "host/cli.h"
+#include "host/run.h"
+
+struct request {
+    const struct cli *cli;
+    const char *serial, *file, *db;
+    int64_t run;
+};
+
+static const char *state_text(unsigned state)
+{
+    static const char *const text[] = {"no memory", "being looked through", "ready", "recording", "closing a record", "failed"};
+    return state < sizeof text / sizeof text[0] ? text[state] : "unknown";
+}
+
+static json_t *record_json(const struct boxtalk_record *r)
+{
+    return json_pack("{sisisisbsIsisi}", "record", r->record.record, "landing", r->record.landing, "pages", r->record.pages,
+                     "complete", r->record.complete, "first_block", (json_int_t)r->span.first_block, "blocks", r->span.blocks,
+                     "lost", r->span.lost);
+}
+
+static int list(const struct request *request, const struct boxtalk *talk)
+{
+    if (request->cli->json) {
+        json_t *records = json_array();
+        for (size_t i = 0; i < talk->count; i++)
+            json_array_append_new(records, record_json(&talk->records[i]));
+        return cli_print_json(json_pack("{sssisisosisisoso}", "state", state_text(talk->state.state), "ready_sectors",
+                                        talk->state.ready, "reserve_sectors", talk->state.reserve, "wait_s",
+                                        cli_json_number((double)talk->state.wait_s, 4), "dirty_sectors", talk->space.dirty,
+                                        "bad_sectors", talk->space.bad, "wear",
+                                        cli_json_number((double)talk->space.wear, 4), "records", records), 0);
+    }
+    printf("black box: %s, %u of %u sectors erased (a landing needs %u), %u to be erased, %u bad, %.2f erases each\n",
+           state_text(talk->state.state), talk->state.ready, talk->space.sectors, talk->state.reserve, talk->space.dirty,
+           talk->space.bad, (double)talk->space.wear);
+    for (size_t i = 0; i < talk->count; i++) {
+        const struct boxtalk_record *r = &talk->records[i];
+        printf("record %u: landing %u, %u pages, ", r->record.record, r->record.landing, r->record.pages);
+        if (r->record.complete)
+            printf("%.3f s, %u blocks lost\n", (double)r->span.blocks / 1000.0, r->span.lost);
+        else
+            printf("not closed: the power went\n");
+    }
+    return 0;
+}
+
+/* Pages of the same record that an earlier, broken off reading left in the file. */
+static void take_file(const char *path, uint16_t record, uint8_t (*pages)[MR_BOXPAGE], uint8_t *present, size_t count)
+{
+    FILE *file = path ? fopen(path, "rb") : NULL;
+    for (size_t i = 0; file && i < count && fread(pages[i], MR_BOXPAGE, 1, file) == 1; i++) {
+        struct mr_boxpage_header header;
+        present[i] = mr_boxpage_check(pages[i], &header) == MR_OK && header.record == record;
+    }
+    if (file)
+        fclose(file);
+    for (size_t i = 0; i < count; i++) {
+        if (!present[i])
+            memset(pages[i], 0xff, MR_BOXPAGE);
+    }
+}
+
+static enum mr_status write_file(const char *path, uint8_t (*pages)[MR_BOXPAGE], size_t count, struct error *error)
+{
+    FILE *file = fopen(path, "wb");
+    bool written = file && fwrite(pages, MR_BOXPAGE, count, file) == count;
+    if ((file && fclose(file) != 0) || !written)
+        return error_set(error, MR_IO, "cannot be written: %s; is there room, and may you?", path);
+    return MR_OK;
+}
+
+static int tell_read(const struct request *request, const struct boxtalk_record *r, size_t absent, const struct boxfill *filled)
+{
+    if (request->cli->json) {
+        json_t *object = record_json(r);
+        json_object_set_new(object, "absent_pages", json_integer((json_int_t)absent));
+        if (request->file)
+            json_object_set_new(object, "file", json_string(request->file));
+        if (request->db)
+            json_object_update_new(object, json_pack("{sssIsbsIsIsI}", "db", request->db, "run", (json_int_t)filled->run, "new_landing",
+                                                     filled->made, "filled_blocks", (json_int_t)filled->filled_blocks,
+                                                     "filled_edges", (json_int_t)filled->filled_edges, "absent_blocks",
+                                                     (json_int_t)filled->absent_blocks));
+        return cli_print_json(object, absent ? 1 : 0);
+    }
+    printf("record %u: landing %u, %u pages, %zu could not be read\n", r->record.record, r->record.landing, r->record.pages, absent);
+    if (request->db)
+        printf("RUN %lld%s: %lld blocks and %lld edges filled from the black box, %lld blocks absent there too\n",
+               (long long)filled->run, filled->made ? " (new)" : "", (long long)filled->filled_blocks,
+               (long long)filled->filled_edges, (long long)filled->absent_blocks);
+    return absent ? 1 : 0;
+}
+
+static int read_record(const struct request *request, struct boxtalk *talk, uint16_t number, struct error *error)
+{
+    const struct boxtalk_record *r = NULL;
+    struct boxfill filled = {0};
+    for (size_t i = 0; i < talk->count; i++) {
+        if (talk->records[i].record.record == number)
+            r = &talk->records[i];
+    }
+    if (!r) {
+        error_set(error, MR_UNKNOWN, "no record %u in the black box: %s; see matrig board list", number, request->serial);
+        return cli_fail(error);
+    }
+    size_t count = r->record.pages, absent = 0;
+    uint8_t(*pages)[MR_BOXPAGE] = calloc(count + 1, MR_BOXPAGE);
+    uint8_t *present = calloc(count + 1, 1);
+    if (!pages || !present)
+        abort();
+    take_file(request->file, number, pages, present, count);
+    struct error broken = {0};
+    enum mr_status status = boxtalk_read(talk, r, pages, present, &broken);
+    for (size_t i = 0; i < count; i++)
+        absent += !present[i];
+    if (request->file) /* also what came before the link broke: the next call goes on from there */
+        status = write_file(request->file, pages, count, error) == MR_OK ? status : error->status;
+    if (broken.status != MR_OK)
+        *error = broken;
+    struct store *store = NULL;
+    if (status == MR_OK && request->db)
+        status = store_open(request->db, STORE_CREATE, &store, error);
+    if (status == MR_OK && request->db)
+        status = boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages, present, count, &filled, error);
+    store_close(store);
+    free(pages);
+    free(present);
+    return status == MR_OK ? tell_read(request, r, absent, &filled) : cli_fail(error);
+}
+
+static int talk_to_board(const struct request *request, const char *verb, uint16_t number, struct error *error)
+{
+    struct link *link = NULL;
+    struct boxtalk *talk = calloc(1, sizeof *talk);
+    int exit_code;
+    if (!talk)
+        abort();
+    enum mr_status status = link_open(request->serial, LINK_SERIAL, &link, error);
+    if (status == MR_OK)
+        status = boxtalk_begin(talk, link, error);
+    if (status == MR_OK)
+        status = strcmp(verb, "free") == 0 ? boxtalk_free(talk, number, error) : boxtalk_list(talk, error);
+    if (status != MR_OK)
+        exit_code = cli_fail(error);
+    else if (strcmp(verb, "read") == 0)
+        exit_code = read_record(request, talk, number, error);
+    else if (strcmp(verb, "list") == 0)
+        exit_code = list(request, talk);
+    else
+        exit_code = request->cli->json ? cli_print_json(json_pack("{si}", "freed", number), 0) : 0;
+    link_close(link);
+    free(talk);
+    return exit_code;
+}
+
+int board_command(int argc, char **argv, const struct cli *cli)
+{
+    struct request request = {.cli = cli};
+    const char *run = NULL, *words[2] = {NULL, NULL};
+    const struct cli_option options[] = {
+        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL}};
+    struct error error = {0};
+    double number = 0.0;
+    enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 2, "list|read N|free N", &error);
+    bool is_list = status == MR_OK && strcmp(words[0], "list") == 0;
+    bool is_read = status == MR_OK && strcmp(words[0], "read") == 0;
+    if (status == MR_OK && !is_list && !is_read && strcmp(words[0], "free") != 0)
+        status = error_set(&error, MR_USAGE, "not list, read or free: '%s'; see matrig board --help", words[0]);
+    if (status == MR_OK && is_list == (words[1] != NULL))
+        status = error_set(&error, MR_USAGE, is_list ? "list takes no number: '%s'; see matrig board --help"
+                                                     : "which record? matrig board %s needs its number, see matrig board list",
+                           is_list ? words[1] : words[0]);
+    if (status == MR_OK && words[1])
+        status = cli_number(words[1], "the record", 1, 65535, &number, &error);
+    if (status == MR_OK && !request.serial)
+        status = error_set(&error, MR_USAGE, "no link: matrig board needs --serial LINK; see matrig board --help");
+    if (status == MR_OK && is_read && !request.file && !request.db)
+        status = error_set(&error, MR_USAGE, "nowhere to put it: matrig board read needs --db DB or -o FILE");
+    if (status == MR_OK && !is_read && (request.file || request.db || run))
+        status = error_set(&error, MR_USAGE, "-o, --db and --run are read's: matrig board %s", words[0]);
+    if (status == MR_OK && run)
+        status = run_parse(run, &request.run, &error);
+    return status == MR_OK ? talk_to_board(&request, words[0], (uint16_t)number, &error) : cli_fail(&error);
+}

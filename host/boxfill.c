@@ -1,0 +1,223 @@
+#include "host/boxfill.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/boxread.h"
+#include "common/catalogue.h"
+#include "host/link/link.h"
+
+struct known {
+    uint32_t *index; /* of the blocks the database has, ascending */
+    size_t count, room;
+};
+
+static enum mr_status know_block(void *context, const uint8_t *record, size_t length)
+{
+    struct known *known = context;
+    struct mr_block block;
+    if (mr_block_get(&block, record, length) != MR_OK)
+        return MR_OK;
+    if (known->count == known->room) {
+        known->room = known->room ? 2 * known->room : 16384;
+        known->index = realloc(known->index, known->room * sizeof *known->index);
+        if (!known->index)
+            abort();
+    }
+    known->index[known->count++] = block.index;
+    return MR_OK;
+}
+
+static int compare_index(const void *a, const void *b)
+{
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static bool knows(const struct known *known, uint32_t index)
+{
+    return known->count && bsearch(&index, known->index, known->count, sizeof index, compare_index);
+}
+
+static enum mr_status find_landing(struct store *store, const struct mr_boxpage_start *start, const char *uid, int64_t *run,
+                                   struct error *error)
+{
+    struct store_landing *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_landings(store, &rows, &count, error);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        if (rows[i].board_landing == start->landing && strcmp(rows[i].board_uid, uid) == 0 &&
+            (rows[i].armed_block == STORE_NONE || rows[i].armed_block == (int64_t)start->armed_block))
+            *run = rows[i].id;
+    }
+    free(rows);
+    return status;
+}
+
+static enum mr_status make_landing(struct store *store, int64_t session, const struct mr_boxpage_start *start, const char *uid,
+                                   int64_t *run, struct error *error)
+{
+    struct store_landing landing = {
+        .session = session, .board_landing = start->landing, .armed_block = start->armed_block,
+        .armed_us = (int64_t)link_now_us(), .state = 4, .image_crc = start->image_crc, .config_crc = start->config_crc,
+        .clock_source = start->clock_source, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN,
+    };
+    snprintf(landing.board_uid, sizeof landing.board_uid, "%s", uid);
+    snprintf(landing.firmware, sizeof landing.firmware, "%u.%u.%u", start->firmware[0], start->firmware[1], start->firmware[2]);
+    enum mr_status status = store_landing_add(store, &landing, error);
+    *run = landing.id;
+    return status;
+}
+
+/* A message of the configuration, for a landing that the database did not have. */
+static enum mr_status configure(struct store *store, int64_t run, const struct mr_record *record, struct mr_channel *channel,
+                                struct error *error)
+{
+    struct mr_channel_zero zero;
+    struct mr_switch_place place;
+    struct mr_slack slack;
+    struct mr_site site;
+    struct store_landing landing;
+    const uint8_t *bytes = record->payload;
+    enum mr_status status = MR_OK;
+    switch (record->id) {
+    case MR_ID_CHANNEL:
+        (void)mr_channel_get(channel, bytes, record->length);
+        break;
+    case MR_ID_CHANNEL_ZERO:
+        if (mr_channel_zero_get(&zero, bytes, record->length) == MR_OK && zero.index == channel->index) {
+            struct mr_channel_config config = {.kind = channel->kind, .number = zero.number, .band = zero.band,
+                                               .station_ft = channel->station_ft, .unit_per_code = channel->unit_per_code,
+                                               .zero_code = zero.zero_code};
+            status = store_channel_put(store, run, zero.index, &config, error);
+        }
+        break;
+    case MR_ID_SWITCH_PLACE:
+        if (mr_switch_place_get(&place, bytes, record->length) == MR_OK)
+            status = store_switch_put(store, run, &(struct store_switch){place.position, place.step_codes, (double)place.station_ft},
+                                      error);
+        break;
+    case MR_ID_SLACK:
+        if (mr_slack_get(&slack, bytes, record->length) == MR_OK)
+            status = store_segment_put(store, run, &(struct store_segment){slack.segment, slack.joints, (double)slack.slack_in,
+                                                                           (double)slack.start_ft, (double)slack.end_ft}, error);
+        break;
+    case MR_ID_SITE:
+        if (mr_site_get(&site, bytes, record->length) != MR_OK)
+            break;
+        status = store_landing_get(store, run, &landing, error);
+        landing.touchdown_ft = (double)site.touchdown_ft;
+        landing.switch_error_ft = (double)site.switch_error_ft;
+        if (status == MR_OK)
+            status = store_landing_put(store, &landing, error);
+        break;
+    default:
+        break;
+    }
+    return status;
+}
+
+static enum mr_status fill_edge(struct store *store, int64_t run, const struct mr_record *record, const struct mr_block *block,
+                                struct boxfill *result, struct error *error)
+{
+    struct mr_edge edge;
+    struct store_edge *rows = NULL;
+    size_t count = 0;
+    if (mr_edge_get(&edge, record->payload, record->length) != MR_OK)
+        return MR_OK;
+    enum mr_status status = store_edges(store, run, &rows, &count, error);
+    bool there = false;
+    for (size_t i = 0; i < count; i++)
+        there |= rows[i].count == edge.count;
+    free(rows);
+    if (status != MR_OK || there)
+        return status;
+    result->filled_edges++;
+    double since_us = (double)(int32_t)(edge.tick - block->tick) / 84.0; /* within a few blocks of the edge */
+    return store_edge_put(store, run, &(struct store_edge){.count = edge.count, .position = edge.position, .tick = edge.tick,
+                                                           .step_codes = (double)edge.step_codes,
+                                                           .board_us = 1000.0 * (double)block->index + since_us,
+                                                           .links = BOXFILL_LINK}, error);
+}
+
+static enum mr_status fill_block(struct store *store, int64_t session, int64_t run, const struct known *known,
+                                 const struct mr_block *block, struct boxfill *result, struct error *error)
+{
+    uint8_t bytes[MR_BLOCK_BYTES_MAX];
+    result->blocks++;
+    if (knows(known, block->index))
+        return MR_OK;
+    result->filled_blocks++;
+    return store_block_put(store, session, 0, run, block->index, (int64_t)link_now_us(), bytes, mr_block_put(block, bytes), error);
+}
+
+static enum mr_status fill(struct store *store, int64_t session, const struct known *known, struct mr_boxread *reader,
+                           struct boxfill *result, struct error *error)
+{
+    struct mr_record record;
+    struct mr_block newest = {0};
+    struct mr_channel channel = {0};
+    uint32_t first = 0;
+    enum mr_status status = MR_OK;
+    while (status == MR_OK && mr_boxread_next(reader, &record) == MR_OK) {
+        if (record.kind == MR_RECORD_BLOCK) {
+            if (!result->blocks)
+                first = record.block.index;
+            newest = record.block;
+            status = fill_block(store, session, result->run, known, &newest, result, error);
+        } else if (record.id == MR_ID_EDGE) {
+            status = fill_edge(store, result->run, &record, &newest, result, error);
+        } else if (result->made) {
+            status = configure(store, result->run, &record, &channel, error);
+        }
+    }
+    if (result->blocks)
+        result->absent_blocks = (int64_t)(newest.index - first) + 1 - result->blocks;
+    return status;
+}
+
+enum mr_status boxfill(struct store *store, const char *link, int64_t run, const uint8_t (*pages)[MR_BOXPAGE],
+                       const uint8_t *present, size_t count, struct boxfill *result, struct error *error)
+{
+    struct mr_boxpage_header header = {0};
+    struct mr_boxpage_start start;
+    struct mr_boxread reader;
+    struct known known = {0};
+    struct store_session session = {.started_us = (int64_t)link_now_us(), .serial_link = link};
+    char uid[25];
+    if (!count || !present[0] || mr_boxpage_check(pages[0], &header) != MR_OK || header.kind != MR_BOXPAGE_START)
+        return error_set(error, MR_MALFORMED, "the record's first page is missing: %s; which landing it is, is not known", link);
+    mr_boxpage_get_start(pages[0], &start);
+    if (start.layout != MR_LAYOUT)
+        return error_set(error, MR_VERSION, "recorded in layout %u, this matrig has layout %u: %s; use the matrig of that firmware",
+                         start.layout, MR_LAYOUT, link);
+    snprintf(uid, sizeof uid, "%08X%08X%08X", start.uid[0], start.uid[1], start.uid[2]);
+    *result = (struct boxfill){.run = run};
+    enum mr_status status = run ? MR_OK : find_landing(store, &start, uid, &result->run, error);
+    if (status == MR_OK)
+        status = store_begin(store, error);
+    if (status == MR_OK)
+        status = store_session_add(store, &session, error);
+    result->made = status == MR_OK && !result->run;
+    if (result->made)
+        status = make_landing(store, session.id, &start, uid, &result->run, error);
+    if (status == MR_OK)
+        status = store_blocks_each(store, result->run, know_block, &known, error);
+    mr_boxread_begin(&reader, pages[0], present, count);
+    if (status == MR_OK)
+        status = fill(store, session.id, &known, &reader, result, error);
+    if (status == MR_OK)
+        status = store_event_put(store, &(struct store_event){.session = session.id, .run = result->run, .kind = "blackbox",
+                                                              .board_us = 1000 * (int64_t)start.trigger_block,
+                                                              .host_us = (int64_t)link_now_us(), .code = header.record,
+                                                              .detail = result->filled_blocks, .value = result->absent_blocks,
+                                                              .links = BOXFILL_LINK}, error);
+    if (status == MR_OK)
+        status = store_session_end(store, session.id, (int64_t)link_now_us(), "black box", error);
+    if (status == MR_OK)
+        status = store_commit(store, error);
+    free(known.index);
+    return status;
+}

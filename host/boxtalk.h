@@ -1,0 +1,50 @@
+/* Talking to a board's black box over serial: its records, one of them page by page, freeing. */
+#ifndef MATRIG_HOST_BOXTALK_H
+#define MATRIG_HOST_BOXTALK_H
+
+#include "common/boxpage.h"
+#include "common/catalogue.h"
+#include "common/framing.h"
+#include "host/link/link.h"
+
+#define BOXTALK_RECORDS 256u
+
+struct boxtalk_record {
+    struct mr_box_record record;
+    struct mr_box_span span;
+};
+
+struct boxtalk {
+    struct link *link;
+    struct mr_deframer deframer;
+    uint16_t seq, tag;
+    bool hello, acknowledged;
+    struct mr_ack ack;
+    bool state_known, space_known;
+    struct mr_box_state state;
+    struct mr_box_space space;
+    struct boxtalk_record records[BOXTALK_RECORDS];
+    size_t count;
+    bool listed;
+    /* being read out */
+    uint16_t reading;
+    uint8_t (*pages)[MR_BOXPAGE];
+    uint8_t *present;
+    size_t page_count, parts;
+    uint8_t half[MR_BOXPAGE / 2];
+    uint32_t half_page; /* whose first half stands in `half` */
+    bool ended;
+};
+
+/* The link is the caller's. Waits until the board says hello, which it does once a second. MR_TIMEOUT; MR_VERSION: a board of another
+ * layout. */
+enum mr_status boxtalk_begin(struct boxtalk *talk, struct link *link, struct error *error);
+/* Fills state, space and records. MR_TIMEOUT, or what the board answered. */
+enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error);
+/* Pages of a listed record; those `present` are not asked for again, those that cannot be read stay absent. Both arrays have room
+ * for record.pages. */
+enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record, uint8_t (*pages)[MR_BOXPAGE],
+                            uint8_t *present, struct error *error);
+enum mr_status boxtalk_free(struct boxtalk *talk, uint16_t record, struct error *error);
+
+#endif
