@@ -48,7 +48,7 @@ static void motion_at(const struct mr_braking *fit, double t_s, struct at *at)
         since_s > 2.0 * fit->delay_s ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s : 0.0;
 }
 
-static bool factor(double matrix[N][N])
+static bool factor_normal(double matrix[N][N])
 {
     for (unsigned i = 0; i < N; i++) {
         for (unsigned k = 0; k <= i; k++) {
@@ -66,7 +66,7 @@ static bool factor(double matrix[N][N])
     return true;
 }
 
-static void solve(double lower[N][N], double x[N])
+static void solve_normal(double lower[N][N], double x[N])
 {
     for (unsigned i = 0; i < N; i++) {
         for (unsigned k = 0; k < i; k++)
@@ -80,7 +80,7 @@ static void solve(double lower[N][N], double x[N])
     }
 }
 
-static double variance_of(const struct mr_braking *fit, const double *gradient)
+static double variance_by(const struct mr_braking *fit, const double *gradient)
 {
     double variance = 0.0;
     for (unsigned i = 0; i < N; i++) {
@@ -90,9 +90,9 @@ static double variance_of(const struct mr_braking *fit, const double *gradient)
     return variance > 0.0 ? variance : 0.0;
 }
 
-static double error_of(const struct mr_braking *fit, const double *gradient)
+static double standard_error(const struct mr_braking *fit, const double *gradient)
 {
-    return sqrt(variance_of(fit, gradient));
+    return sqrt(variance_by(fit, gradient));
 }
 
 static bool uses(const struct mr_braking *fit, size_t gate)
@@ -200,9 +200,9 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
         equations(gates, count, position_error_ft, fit, matrix, step);
         if (round == ROUNDS) /* as near as it gets: gates that contradict each other, and chi-square says so */
             break;
-        if (!factor(matrix))
+        if (!factor_normal(matrix))
             return MR_NUMERICS;
-        solve(matrix, step);
+        solve_normal(matrix, step);
         fit->touchdown_s += step[MR_BRAKING_TIME];
         fit->speed_ft_s += step[MR_BRAKING_SPEED];
         fit->deceleration_ft_s2 += step[MR_BRAKING_DECELERATION];
@@ -217,12 +217,12 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
             break;
     }
     equations(gates, count, position_error_ft, fit, matrix, step);
-    if (!factor(matrix))
+    if (!factor_normal(matrix))
         return MR_NUMERICS;
     for (unsigned column = 0; column < N; column++) {
         double unit[N] = {0};
         unit[column] = 1.0;
-        solve(matrix, unit);
+        solve_normal(matrix, unit);
         for (unsigned row = 0; row < N; row++)
             fit->covariance[row][column] = unit[row];
     }
@@ -252,7 +252,7 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
             continue;
         motion_at(fit, gates[g].t_s, &at);
         double residual = (gates[g].station_ft - at.station_ft) / position_error_ft;
-        double own = 1.0 - variance_of(fit, at.slope) / (position_error_ft * position_error_ft);
+        double own = 1.0 - variance_by(fit, at.slope) / (position_error_ft * position_error_ft);
         if (own > 1e-6 && residual * residual / own > most) {
             most = residual * residual / own;
             *worst = g;
@@ -294,11 +294,11 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
     const double of_station[N] = {0.0, after_s, -0.5 * v * v / (a * a) - 0.5 * k * d * d, v - k * a * d, -0.5 * a * d * d};
     const double of_mean[N] = {0.0, 1.0 / after_s - v / (a * after_s * after_s), v * v / (a * a * after_s * after_s),
                                -v / (after_s * after_s), 0.0};
-    summary->touchdown_speed_ft_s = (struct mr_estimate){v, error_of(fit, of_speed)};
-    summary->touchdown_t_s = (struct mr_estimate){fit->touchdown_s, error_of(fit, of_touchdown)};
-    summary->stop_t_s = (struct mr_estimate){fit->touchdown_s + after_s, error_of(fit, of_stop)};
+    summary->touchdown_speed_ft_s = (struct mr_estimate){v, standard_error(fit, of_speed)};
+    summary->touchdown_t_s = (struct mr_estimate){fit->touchdown_s, standard_error(fit, of_touchdown)};
+    summary->stop_t_s = (struct mr_estimate){fit->touchdown_s + after_s, standard_error(fit, of_stop)};
     summary->stop_station_ft =
-        (struct mr_estimate){fit->touchdown_ft + v * d + 0.5 * v * v / a - 0.5 * k * a * d * d, error_of(fit, of_station)};
-    summary->mean_deceleration_ft_s2 = (struct mr_estimate){v / after_s, error_of(fit, of_mean)};
+        (struct mr_estimate){fit->touchdown_ft + v * d + 0.5 * v * v / a - 0.5 * k * a * d * d, standard_error(fit, of_station)};
+    summary->mean_deceleration_ft_s2 = (struct mr_estimate){v / after_s, standard_error(fit, of_mean)};
     return MR_OK;
 }
