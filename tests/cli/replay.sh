@@ -126,7 +126,9 @@ changed_edge() { # one tick in the frame that told of it
 record_begins_at_arming() {
     broken older 'delete from blocks where landing = 6 and idx < (select armed_block from landings where id = 6)' &&
         $matrig --json --quiet replay "$tmp/older.db" 6 >"$tmp/older.json" || return 1
-    [ "$(in_json "$tmp/older.json" before_record)" = 5 ] && [ "$(in_json "$tmp/older.json" differ)" = 0 ]
+    # displacements (3 messages) of an even block rest on one before it, tensions (5) of every fourth, from 1 on, on three
+    local rests=(8 5 3 5)
+    [ "$(in_json "$tmp/older.json" before_record)" = "${rests[$(stored 'select armed_block % 4 from landings where id = 6')]}" ] && [ "$(in_json "$tmp/older.json" differ)" = 0 ]
 }
 serial_alone() {
     broken serial 'delete from frames where link = 0' && $matrig --json --quiet replay "$tmp/serial.db" 6 >"$tmp/serial.json" || return 1
@@ -136,7 +138,8 @@ at_real_speed() { # RUN 6 is 1 s long
     $matrig --json --quiet replay "$db" 6 --speed real >"$tmp/real.json" && cmp "$tmp/real.json" "$tmp/replay6.json"
 }
 lost_frames_are_no_difference() {
-    broken lossy "delete from frames where landing = 5 and link = 0 and id % 7 = 0;
+    # not of the answer to arming itself: what tells its block must be there
+    broken lossy "delete from frames where landing = 5 and link = 0 and id % 7 = 0 and id > (select min(id) + 100 from frames where landing = 5 and link = 0);
         insert into gaps(session, landing, link, message, channels, cause, count, from_block, to_block) values(5, 5, 0, 'frame', 'all', 'link', 9, 800, 9000)" &&
         $matrig --json --quiet replay "$tmp/lossy.db" 5 >"$tmp/lossy.json" || return 1
     [ "$(in_json "$tmp/lossy.json" not_recorded)" -gt 300 ] && [ "$(in_json "$tmp/lossy.json" differ)" = 0 ]
