@@ -141,7 +141,8 @@ at_real_speed() { # RUN 6 is 1 s long
     $matrig --json --quiet replay "$db" 6 --speed real >"$tmp/real.json" && cmp "$tmp/real.json" "$tmp/replay6.json"
 }
 lost_frames_are_no_difference() {
-    broken lossy "delete from frames where landing = 5 and link = 0 and id % 7 = 0;
+    # not of the answer to arming itself: what tells its block must be there
+    broken lossy "delete from frames where landing = 5 and link = 0 and id % 7 = 0 and id > (select min(id) + 100 from frames where landing = 5 and link = 0);
         insert into gaps(session, landing, link, message, channels, cause, count, from_block, to_block) values(5, 5, 0, 'frame', 'all', 'link', 9, 800, 9000)" &&
         $matrig --json --quiet replay "$tmp/lossy.db" 5 >"$tmp/lossy.json" || return 1
     [ "$(in_json "$tmp/lossy.json" not_recorded)" -gt 300 ] && [ "$(in_json "$tmp/lossy.json" differ)" = 0 ]
