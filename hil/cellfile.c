@@ -1,8 +1,11 @@
 #include "hil/cellfile.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "hil/machine.h"
 #include "hil/wire_link.h"
@@ -15,10 +18,39 @@ static enum mr_status fail(struct hil_board *board, enum mr_status status, const
     return status;
 }
 
+/* What no memory holds: an Intel HEX, a run file, a note. UTF-8 has no 0xff; erased cells are that. */
+static bool is_text(const uint8_t *bytes, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        if (bytes[i] == 0xff || bytes[i] == 0x7f || !bytes[i] || (bytes[i] < ' ' && !strchr("\t\n\r", bytes[i])))
+            return false;
+    }
+    return n > 0;
+}
+
+/* Can the file take the place of `path` at the end? Said before the run, not after it. */
+static enum mr_status check_place(struct hil_board *board, const char *path)
+{
+    char folder[PATH_MAX];
+    struct stat st;
+    const char *slash = strrchr(path, '/');
+    if (stat(path, &st) == 0 && !S_ISREG(st.st_mode))
+        return fail(board, MR_USAGE, path, "no regular file, and one would take its place; give another");
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1, slash ? path : ".");
+    if (access(folder, W_OK | X_OK) == 0)
+        return MR_OK;
+    snprintf(board->reason, sizeof board->reason, "%s: cannot write there at the end: %s; give another path", path,
+             strerror(errno));
+    return MR_IO;
+}
+
 /* Up to `room` bytes of a file; *n 0 and MR_OK when there is none. */
 static enum mr_status read_file(struct hil_board *board, const char *path, uint8_t *bytes, size_t room, size_t *n)
 {
     *n = 0;
+    enum mr_status status = check_place(board, path);
+    if (status != MR_OK)
+        return status;
     if (hil_is_precious(path))
         return fail(board, MR_MALFORMED, path, "a database or a program, to be overwritten; give another");
     FILE *file = fopen(path, "rb");
@@ -28,26 +60,31 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
     bool failed = ferror(file) != 0, more = fgetc(file) != EOF;
     fclose(file);
     if (failed)
-        return fail(board, MR_IO, path, "cannot be read");
+        return fail(board, MR_IO, path, "cannot be read; give another");
     if (more)
-        return fail(board, MR_MALFORMED, path, "larger than the memory it is to fill");
+        return fail(board, MR_MALFORMED, path, "larger than the memory it is to fill; give another");
+    if (is_text(bytes, *n))
+        return fail(board, MR_MALFORMED, path, "a text, to be overwritten; give a .bin, or a path where nothing is");
     return MR_OK;
 }
 
 static enum mr_status write_file(struct hil_board *board, const char *path, const uint8_t *bytes, size_t n)
 {
-    char beside[4096];
+    char resolved[PATH_MAX], beside[PATH_MAX];
+    const char *told = path;
+    if (realpath(path, resolved)) /* what a symbolic link names is replaced, not the link */
+        path = resolved;
     if ((size_t)snprintf(beside, sizeof beside, "%s.new", path) >= sizeof beside)
-        return fail(board, MR_IO, path, "path too long");
+        return fail(board, MR_IO, told, "path too long; give a shorter one");
     FILE *file = fopen(beside, "wb");
     if (!file)
-        return fail(board, MR_IO, path, strerror(errno));
+        return fail(board, MR_IO, told, strerror(errno));
     bool good = fwrite(bytes, 1, n, file) == n;
     good = fclose(file) == 0 && good;
     if (good && rename(beside, path) == 0)
         return MR_OK;
     remove(beside);
-    return fail(board, MR_IO, path, "cannot be written");
+    return fail(board, MR_IO, told, "cannot be written; make room or give another");
 }
 
 static uint8_t *must_allocate(size_t n)
@@ -77,7 +114,7 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
     enum mr_status status = read_file(board, path, bytes, HIL_FLASH_SIZE + OPTION_BYTES, &n);
     if (status == MR_OK && n > HIL_FLASH_SIZE
         && (n != HIL_FLASH_SIZE + OPTION_BYTES || !take_options(board, bytes + HIL_FLASH_SIZE)))
-        status = fail(board, MR_MALFORMED, path, "no flash file: what follows the first MiB is no option bytes");
+        status = fail(board, MR_MALFORMED, path, "no flash file: what follows the first MiB is no option bytes; give another");
     if (status == MR_OK && n)
         memcpy(board->memory->flash, bytes, HIL_FLASH_SIZE);
     if (status == MR_OK)

@@ -14,6 +14,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "hil/wire_link.h"
+
 #define POLL_MS 50
 #define SEND_MS 10000
 #define MEMORY_MAX (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, as hex */
@@ -595,6 +597,10 @@ static enum mr_status listen_on_path(struct hil_gdb *gdb, const char *path, char
     strcpy(address.sun_path, path);
     if (lstat(path, &st) == 0 && !S_ISSOCK(st.st_mode)) {
         snprintf(error, size, "--gdb: %s is there and no socket; remove it or give another path", path);
+        return MR_IO;
+    }
+    if (hil_socket_is_live(&address)) {
+        snprintf(error, size, "--gdb: another program listens at %s; end it or give another path", path);
         return MR_IO;
     }
     unlink(path);

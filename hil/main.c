@@ -210,7 +210,8 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
     return ok ? MR_OK : MR_USAGE;
 }
 
-static bool takes_no_value(const char *name) { return strcmp(name, "--trace") == 0 || strcmp(name, "--boot0") == 0; }
+static bool takes_no_value(const char *name) { return strcmp(name, "--trace") == 0 || strcmp(name, "--boot0") == 0 ||
+                                                     strcmp(name, "--alignment") == 0; }
 
 /* The option at argv[i] is there a second time. */
 static bool is_repeated(char **argv, int i)
@@ -400,9 +401,10 @@ static void summarise(const struct session *session, double took_s)
 static bool canonical(const char *text, char *out)
 {
     char folder[PATH_MAX], resolved[PATH_MAX];
-    const char *path = !text || strcmp(text, "none") == 0     ? NULL
+    const char *path = !text || strcmp(text, "none") == 0 ? NULL
                        : strncmp(text, "unix:", 5) == 0 || strncmp(text, "file:", 5) == 0 ? text + 5
-                                                                                         : text;
+                       : strncmp(text, "pty:", 4) == 0                                    ? text + 4
+                                                                                          : text;
     if (!path || strlen(path) >= sizeof folder)
         return false;
     if (realpath(path, out))
@@ -414,25 +416,38 @@ static bool canonical(const char *text, char *out)
     return snprintf(out, PATH_MAX, "%s/%s", resolved, slash ? slash + 1 : path) < PATH_MAX;
 }
 
-/* What is written must not be what is read or written elsewhere; devices may be. */
+/* By name, or as two names of one file. */
+static bool same_file(const char *a, const char *b)
+{
+    struct stat one, other;
+    return strcmp(a, b) == 0 || (stat(a, &one) == 0 && stat(b, &other) == 0 && one.st_dev == other.st_dev &&
+                                 one.st_ino == other.st_ino);
+}
+
+/* What is written must not be what is read or written elsewhere; devices may be. A record takes the place of no
+ * campaign. */
 static enum mr_status check_paths(const struct arguments *a)
 {
     const struct {
         const char *option, *text;
-    } given[] = {{"--elf", a->elf}, {"--rig", a->rig}, {"--faults", a->faults}, {"--can", a->can},
-                 {"--serial", a->serial}, {"--vcd", a->vcd}, {"--profile", a->profile}, {"--flash", a->flash},
-                 {"--nor", a->nor}};
-    enum { READ_ONLY = 3, GIVEN = sizeof given / sizeof given[0] };
+    } given[] = {{"--elf", a->elf}, {"--rig", a->rig}, {"--replay", a->replay}, {"--faults", a->faults}, {"--can", a->can},
+                 {"--serial", a->serial}, {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? a->gdb : NULL},
+                 {"--vcd", a->vcd}, {"--profile", a->profile}, {"--flash", a->flash}, {"--nor", a->nor}};
+    enum { READ_ONLY = 4, GIVEN = sizeof given / sizeof given[0] };
     char path[GIVEN][PATH_MAX];
     for (unsigned i = 0; i < GIVEN; i++) {
         struct stat st;
         if (!canonical(given[i].text, path[i]) || (stat(path[i], &st) == 0 && S_ISCHR(st.st_mode)))
             path[i][0] = '\0';
         for (unsigned k = 0; i >= READ_ONLY && k < i; k++) {
-            if (path[i][0] && strcmp(path[i], path[k]) == 0) {
+            if (path[i][0] && path[k][0] && same_file(path[i], path[k])) {
                 complain("%s and %s are both %s; give each its own", given[k].option, given[i].option, path[i]);
                 return MR_USAGE;
             }
+        }
+        if ((given[i].text == a->vcd || given[i].text == a->profile) && path[i][0] && hil_is_precious(path[i])) {
+            complain("%s would overwrite a database or a program: %s; give another file", given[i].option, path[i]);
+            return MR_USAGE;
         }
     }
     return MR_OK;

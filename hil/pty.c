@@ -34,11 +34,14 @@ static bool open_once(int fd)
 
 enum mr_status hil_pty_open(const char *path, uint32_t baud, int *fd, char *error, size_t size)
 {
+    static const char left[] = "/dev/pts/";
     struct stat st;
+    char target[sizeof left] = "";
     *fd = -1;
     if (lstat(path, &st) == 0) {
-        if (!S_ISLNK(st.st_mode)) {
-            snprintf(error, size, "--serial: %s is there and no symbolic link; remove it or give another path", path);
+        if (readlink(path, target, sizeof left - 1) < 0 || strcmp(target, left) != 0) {
+            snprintf(error, size, "--serial: %s is there and no link to a pseudo-terminal; remove it or give another path",
+                     path);
             return MR_IO;
         }
         unlink(path); /* left by an earlier run */
@@ -47,7 +50,7 @@ enum mr_status hil_pty_open(const char *path, uint32_t baud, int *fd, char *erro
     if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw(*fd, baud) && open_once(*fd)
         && symlink(ptsname(*fd), path) == 0)
         return MR_OK;
-    snprintf(error, size, "--serial: cannot make a pseudo-terminal at %s: %s", path, strerror(errno));
+    snprintf(error, size, "--serial: cannot make a pseudo-terminal at %s: %s; give another path", path, strerror(errno));
     if (*fd >= 0)
         close(*fd);
     *fd = -1;

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "hil/machine.h"
 
@@ -288,8 +289,10 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const cha
     enum mr_status status = write_header(vcd, board, functions, symbols, error, size);
     board->vcd = vcd;
     if (status != MR_OK) {
+        struct stat st;
         hil_vcd_close(board, NULL, 0);
-        remove(path);
+        if (lstat(path, &st) == 0 && S_ISREG(st.st_mode)) /* never a device */
+            remove(path);
         return status;
     }
     hil_cpu_forget_code(board); /* blocks already met may be marked now */

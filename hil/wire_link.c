@@ -36,6 +36,16 @@ static const char *noun(const struct hil_link *link)
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
 
+/* A connection of the wrong type reaches nobody, and the refusal tells whether anybody is there. */
+bool hil_socket_is_live(const struct sockaddr_un *address)
+{
+    int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    bool live = fd >= 0 && connect(fd, (const struct sockaddr *)address, sizeof *address) != 0 && errno == EPROTOTYPE;
+    if (fd >= 0)
+        close(fd);
+    return live;
+}
+
 static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
@@ -51,6 +61,10 @@ static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
         if (!S_ISSOCK(st.st_mode)) {
             snprintf(error, size, "%s: %s is there and no socket; remove it or give another path",
                      noun(link), link->path);
+            return MR_IO;
+        }
+        if (hil_socket_is_live(&address)) {
+            snprintf(error, size, "%s: another program listens at %s; end it or give another path", noun(link), link->path);
             return MR_IO;
         }
         unlink(link->path); /* left by an earlier run */

@@ -15,6 +15,8 @@
 #include "common/status.h"
 #include "hil/board.h"
 
+struct sockaddr_un;
+
 enum hil_link_kind { HIL_LINK_CAN, HIL_LINK_SERIAL };
 enum hil_link_type { HIL_LINK_NONE, HIL_LINK_UNIX, HIL_LINK_FILE, HIL_LINK_PTY };
 
@@ -36,6 +38,8 @@ struct hil_link {
 
 /* Is it a file that must not be overwritten by mistake: a campaign (SQLite) or a program (ELF)? */
 bool hil_is_precious(const char *path);
+/* Does a program listen at this socket? It does not notice. */
+bool hil_socket_is_live(const struct sockaddr_un *address);
 /* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` says why. */
 enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
                              size_t size);

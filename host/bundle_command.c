@@ -1,4 +1,6 @@
 /* matrig bundle: one landing as a campaign of its own. */
+#include <string.h>
+
 #include "host/cli.h"
 #include "host/run.h"
 #include "host/store/store.h"
@@ -13,6 +15,8 @@ int bundle_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = cli_parse(argc, argv, options, 1, words, 2, 2, "DB RUN", &error);
     if (status == MR_OK && !path)
         status = error_set(&error, MR_USAGE, "nowhere to write: matrig bundle needs -o F; see matrig bundle --help");
+    if (status == MR_OK && strcmp(path, "-") == 0)
+        status = error_set(&error, MR_USAGE, "not a file: -; a bundle is a database, give it a path");
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)

@@ -54,8 +54,8 @@ static const struct command commands[] = {
     {"bundle", bundle_command, "DB RUN -o F", "one landing as a campaign of its own, to pass on",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"},
-    {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--exact]",
-     "a recorded landing through the firmware again: does it say the same?",
+    {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--board F] [--exact]",
+     "a recorded landing through the firmware again, and whether it says the same",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --speed S      max (the default), or real: by the wall clock\n"
      "  --elf F        firmware image; else firmware/matrig.elf beside matrig\n"

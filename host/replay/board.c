@@ -114,6 +114,8 @@ static enum mr_status play(const struct replay_board *board, const struct paths 
     if (WEXITSTATUS(status) != 0)
         return error_set(error, MR_IO, "the emulated board gave up with exit code %d: %s; it said: %s",
                          WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
+    if (access(paths->can, R_OK) != 0 || access(paths->serial, R_OK) != 0)
+        return error_set(error, MR_IO, "the emulated board wrote no answers: %s; is it matrig-board?", board->program);
     return MR_OK;
 }
 
@@ -185,6 +187,11 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
         status = store_open(":memory:", STORE_CREATE, &store, error);
     if (status == MR_OK)
         status = take_answers(&paths, store, error);
+    if (status == MR_TRUNCATED) { /* the board ended well, so its file does not end inside a frame: it never held any */
+        error->status = MR_OK;
+        status = error_set(error, MR_TRUNCATED, "the board's answers are not matrig's: %s; it is another firmware",
+                           board->elf);
+    }
     if (status == MR_OK)
         status = store_landings(store, &landings, &count, error);
     if (status == MR_OK && count == 0)

@@ -74,6 +74,44 @@ same_path() {
         cmp tests/runs/landing1.run "$tmp/some.run" &&
         $board --elf $elf --can file:/dev/null --serial file:/dev/null --for 0.1
 }
+same_file() { # an input under two names, and records over what cannot be made again
+    cp tests/runs/landing1.run "$tmp/one.run" && ln -f "$tmp/one.run" "$tmp/other.run" &&
+        printf 'SQLite format 3\0 and so on' >"$tmp/campaign.db" && cp "$tmp/campaign.db" "$tmp/campaign.copy" &&
+        fails_with 2 '--rig and --vcd are both' $board --elf $elf --rig "$tmp/one.run" --vcd "$tmp/other.run" &&
+        fails_with 2 '--replay and --vcd are both' $board --elf $elf --replay "$tmp/one.run" --vcd "$tmp/one.run" &&
+        fails_with 2 '--can and --gdb are both' $board --elf $elf --can "unix:$tmp/s" --gdb "unix:$tmp/s" &&
+        fails_with 2 '--profile would overwrite a database' $board --elf $elf --profile "$tmp/campaign.db" &&
+        fails_with 2 '--vcd would overwrite a database' $board --elf $elf --vcd "$tmp/campaign.db" &&
+        cmp tests/runs/landing1.run "$tmp/one.run" && cmp "$tmp/campaign.db" "$tmp/campaign.copy"
+}
+memory_files() { # what is no memory file is not replaced by one, and where none can be written is said before the run
+    local option
+    cp README.md "$tmp/text" && mkfifo "$tmp/fifo" && ln -sf kept "$tmp/kept.link" && printf '\xff' >"$tmp/kept" || return 1
+    for option in --flash --nor; do
+        fails_with 4 'text: a text, to be overwritten; give' $board --elf $elf $option "$tmp/text" --for 0.1 &&
+            fails_with 2 'fifo: no regular file' $board --elf $elf $option "$tmp/fifo" --for 0.1 &&
+            fails_with 3 'no/where: cannot write there at the end' $board --elf $elf $option "$tmp/no/where" --for 0.1 || return 1
+    done
+    $board --elf $elf --flash "$tmp/kept.link" --for 0.1 && [ -L "$tmp/kept.link" ] && [ "$(stat -c %s "$tmp/kept")" = 1048576 ] &&
+        cmp README.md "$tmp/text" && [ -p "$tmp/fifo" ]
+}
+listened_on() { # a second board does not take the first one's socket from it
+    local first status=0
+    $board --elf $elf --can "unix:$tmp/taken" --for 0.1 2>"$tmp/first" &
+    first=$!
+    for _ in $(seq 100); do [ -S "$tmp/taken" ] && break; sleep 0.05; done
+    fails_with 3 '--can: another program listens at .*taken; end it' $board --elf $elf --can "unix:$tmp/taken" --for 0.1 &&
+        fails_with 3 '--gdb: another program listens at' $board --elf $elf --gdb "unix:$tmp/taken" --for 0.1 || status=1
+    kill -9 $first && ! wait $first && [ $status -eq 0 ] && [ -S "$tmp/taken" ] || return 1
+    $board --elf $elf --can "unix:$tmp/taken" --for 0.1 --wall-limit 0.5 2>"$tmp/err" # what a dead one left is taken
+    cat "$tmp/err"
+    grep -q 'is there a host' "$tmp/err"
+}
+foreign_link() { # a symbolic link is replaced only when an earlier pty: left it
+    ln -sf one.run "$tmp/tty"
+    fails_with 3 'tty is there and no link to a pseudo-terminal' $board --elf $elf --serial "pty:$tmp/tty" --for 0.1 &&
+        [ "$(readlink "$tmp/tty")" = one.run ]
+}
 closed_stderr() { # what would be said there must not land in an output file
     $board --elf $elf --can "file:$tmp/a.can" --serial "file:$tmp/a.serial" --for 0.2 &&
         $board --elf $elf --can "file:$tmp/b.can" --serial "file:$tmp/b.serial" --for 0.2 <&- >&- 2>&- &&
@@ -91,5 +129,9 @@ check "paced by the wall clock, never ahead of it" paced
 check "any speed, same bytes" any_speed_same_bytes
 check "an option given twice is refused" given_twice
 check "one path for two things is refused" same_path
+check "one file under two names, or a campaign, is not overwritten" same_file
+check "a file that is no memory's is not replaced by one" memory_files
+check "a socket that a live program listens at is left to it" listened_on
+check "a symbolic link to something else is left alone" foreign_link
 check "a closed stderr does not write into an output" closed_stderr
 finish
