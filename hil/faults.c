@@ -352,6 +352,16 @@ enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fa
     return status;
 }
 
+void hil_faults_tell_rest(const struct hil_board *board)
+{
+    const struct hil_faults *faults = &board->state.faults;
+    for (unsigned i = 0; i < faults->count && board->options.log; i++) {
+        if (!faults->over[i])
+            fprintf(board->options.log, "fault of line %u did not happen: the run ended before it\n",
+                    faults->fault[i].file_line);
+    }
+}
+
 /* --- lines --- */
 
 bool hil_faults_take(struct hil_board *board, enum hil_line line, enum hil_line_fault kind, const char *what,

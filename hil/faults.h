@@ -154,6 +154,8 @@ void hil_faults_late_event(struct hil_board *board, uint64_t at);
 void hil_faults_flash_operation(struct hil_board *board);
 void hil_faults_nor_operation(struct hil_board *board);
 void hil_faults_can_sent(struct hil_board *board, uint64_t frames);
+/* At the end of a run: names each fault that did not come to happen, in a line to hil_options.log. */
+void hil_faults_tell_rest(const struct hil_board *board);
 /* Does the next unit on this line suffer this? Counts it down and tells it; `what` names the unit. */
 bool hil_faults_take(struct hil_board *board, enum hil_line line, enum hil_line_fault kind, const char *what,
                      uint32_t number);

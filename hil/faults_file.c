@@ -43,7 +43,8 @@ __attribute__((format(printf, 3, 4))) static enum mr_status refuse(const struct 
     return status;
 }
 
-static const char *peek(const struct reader *r) { return r->next < r->words ? r->word[r->next] : ""; }
+/* At the end of a line what no word can be, for it has spaces. */
+static const char *peek(const struct reader *r) { return r->next < r->words ? r->word[r->next] : "end of line"; }
 
 static bool take(struct reader *r, const char *word)
 {
@@ -89,10 +90,10 @@ static int one_of(struct reader *r, const char *const *list, unsigned n)
 static bool duration(struct reader *r, double unit_ps, uint64_t *t_ps)
 {
     double value;
-    if (!number(r, 0.0, SECONDS_MAX * 1e12 / unit_ps, &value))
+    if (!number(r, 1.0 / unit_ps, SECONDS_MAX * 1e12 / unit_ps, &value)) /* from 1 ps */
         return false;
     *t_ps = (uint64_t)(value * unit_ps + 0.5);
-    return *t_ps > 0;
+    return true;
 }
 
 static enum mr_status read_trigger(struct reader *r, struct hil_fault *f)
@@ -136,7 +137,7 @@ static enum mr_status read_flip(struct reader *r, struct hil_fault *f)
             *plus = '\0';
             offset = strtoull(plus + 1, &end, 0);
         }
-        if (!*name || (plus && (!isdigit((unsigned char)plus[1]) || *end || offset > 0xffffff)))
+        if (r->next == r->words || !*name || (plus && (!isdigit((unsigned char)plus[1]) || *end || offset > 0xffffff)))
             return refuse(r, MR_MALFORMED, "`%s` is no place: 0x20001234, SYMBOL or SYMBOL+OFFSET", peek(r));
         enum mr_status status = r->elf ? hil_elf_symbol(r->elf, name, &base) : MR_UNKNOWN;
         if (status != MR_OK)

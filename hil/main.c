@@ -604,6 +604,7 @@ static enum mr_status run(const struct arguments *a, struct session *session, co
     status = play(session, duration_s);
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
+    hil_faults_tell_rest(session->board);
     summarise(session, took_s);
     if (status == MR_OK)
         status = closed;

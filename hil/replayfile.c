@@ -25,7 +25,8 @@ __attribute__((format(printf, 3, 4)))
 static enum mr_status refuse(const struct reader *r, enum mr_status status, const char *format, ...)
 {
     va_list arguments;
-    int n = snprintf(r->error, r->error_size, "%s:%u: ", r->path, r->number);
+    int n = r->number ? snprintf(r->error, r->error_size, "%s:%u: ", r->path, r->number)
+                      : snprintf(r->error, r->error_size, "%s: ", r->path);
     va_start(arguments, format);
     if (n > 0 && (size_t)n < r->error_size)
         vsnprintf(r->error + n, r->error_size - (size_t)n, format, arguments);
@@ -189,7 +190,7 @@ static enum mr_status parse(struct reader *r, FILE *file)
         line[length - 1] = '\n';
         crc = mr_crc32(crc, (const uint8_t *)line, length);
     }
-    return ferror(file) ? refuse(r, MR_IO, "cannot be read: %s", strerror(errno))
+    return ferror(file) ? refuse(r, MR_IO, "cannot be read: %s; give a file that matrig replay wrote", strerror(errno))
                         : refuse(r, MR_TRUNCATED, "the file ends without its `end` line");
 }
 

@@ -5,6 +5,7 @@
 
 #include "common/fault.h"
 #include "common/wire.h"
+#include "host/collect_state.h"
 #include "host/replay/diff_field.h"
 
 /* A message without a block of its own is placed by the newest block its link had brought; frames of one block can change
@@ -21,6 +22,7 @@ struct comparing {
     int64_t first_block, end_block; /* of the record; messages beyond it have nothing to be compared with */
     double queued_recorded, queued_replayed; /* of the first message; NaN: none yet */
     bool links_faultless;
+    bool broken_off; /* the record ends before its landing does: one link may have gone on without the other */
 };
 
 static void note(struct comparing *c, struct difference difference)
@@ -201,6 +203,11 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
         if (!a && !b)
             return;
         int64_t at = a ? a->block : INT64_MAX / 2, replayed_at = b ? b->block + new.shift : INT64_MAX / 2;
+        if (c->broken_off && a && at > c->end_block) {
+            c->diff->after_record++;
+            old.at++;
+            continue;
+        }
         bool paired = a && b && at - replayed_at <= slack && replayed_at - at <= slack;
         if (paired && c->options->lossy[link] && !same_subject(a, b)) {
             only_one(c, b, replayed_at, false);
@@ -316,6 +323,7 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     *diff = (struct diff){.exact = options->exact};
     c.first_block = recorded->block[0].index;
     c.end_block = recorded->block[recorded->blocks - 1].index;
+    c.broken_off = recorded->landing.state != STATE_DONE;
     c.links_faultless = !mentions_link_faults(recorded) && !mentions_link_faults(replayed);
     begin_row(&c, "block", LINK_SERIAL);
     compare_blocks(&c);
@@ -364,6 +372,9 @@ void diff_print(const struct diff *diff, FILE *out)
         fprintf(out, "  not compared  %lld messages of blocks after the last record\n", (long long)diff->after_record);
     if (diff->before_record)
         fprintf(out, "  not compared  %lld messages that rest on blocks before the record\n", (long long)diff->before_record);
+    if (diff->after_record)
+        fprintf(out, "  not compared  %lld messages later than the last block: the record breaks off there\n",
+                (long long)diff->after_record);
     if (diff->not_recorded)
         fprintf(out, "  not recorded  %lld messages of the replay: the log lost frames\n", (long long)diff->not_recorded);
     fprintf(out, "  result        %lld of %lld fields differ, in %lld messages\n", (long long)diff->differ,
@@ -393,8 +404,8 @@ json_t *diff_json(const struct diff *diff)
         json_object_set_new(object, "first", differs ? difference_json(&row->first) : json_null());
         json_array_append_new(rows, object);
     }
-    return json_pack("{sssIsIsIsIsIsoso}", "compared", diff->exact ? "exactly" : field_tolerances_text(), "messages",
+    return json_pack("{sssIsIsIsIsIsIsoso}", "compared", diff->exact ? "exactly" : field_tolerances_text(), "messages",
                      (json_int_t)diff->messages, "fields", (json_int_t)diff->fields, "differ", (json_int_t)diff->differ,
-                     "before_record", (json_int_t)diff->before_record, "not_recorded", (json_int_t)diff->not_recorded,
+                     "before_record", (json_int_t)diff->before_record, "after_record", (json_int_t)diff->after_record, "not_recorded", (json_int_t)diff->not_recorded,
                      "first", diff->found ? difference_json(&diff->first) : json_null(), "by_message", rows);
 }

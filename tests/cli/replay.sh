@@ -53,8 +53,9 @@ says_the_same() { # RUN
     in_json "$tmp/replay$1.json" first
     [ $status = 0 ] && [ "$(in_json "$tmp/replay$1.json" differ)" = 0 ] && [ "$(in_json "$tmp/replay$1.json" compared)" = exactly ] &&
         [ "$(in_json "$tmp/replay$1.json" before_record)" = 0 ] && [ "$(in_json "$tmp/replay$1.json" not_recorded)" = 0 ] &&
-        # every message that was logged has been compared: blocks and frames of the landing
-        [ "$(in_json "$tmp/replay$1.json" messages)" -ge "$(stored "select (select count(*) from blocks where landing = $1) + (select count(*) from frames where landing = $1 and direction = 0) - 5")" ]
+        # every message that was logged has been compared, but for the last block's: blocks and frames of the landing
+        [ "$(in_json "$tmp/replay$1.json" after_record)" -le 6 ] &&
+        [ $(($(in_json "$tmp/replay$1.json" messages) + $(in_json "$tmp/replay$1.json" after_record))) -ge "$(stored "select (select count(*) from blocks where landing = $1) + (select count(*) from frames where landing = $1 and direction = 0) - 5")" ]
 }
 same_twice() {
     $matrig --json --quiet replay "$db" 6 >"$tmp/again.json" && cmp "$tmp/replay6.json" "$tmp/again.json"
@@ -133,6 +134,12 @@ record_begins_at_arming() {
     before=$(((armed % 2 == 0 ? 3 : 0) + (armed % 4 != 2 ? 5 : 0)))
     [ "$(in_json "$tmp/older.json" before_record)" = $before ] && [ "$(in_json "$tmp/older.json" differ)" = 0 ]
 }
+record_breaks_off() { # as when the host is killed: CAN has more than serial, and the landing is not over
+    broken short 'delete from blocks where landing = 5 and idx > 2000' &&
+        $matrig --json --quiet replay "$tmp/short.db" 5 >"$tmp/short.json" || return 1
+    [ "$(in_json "$tmp/short.json" after_record)" -gt 100 ] && [ "$(in_json "$tmp/short.json" differ)" = 0 ] &&
+        [ "$(in_json "$tmp/short.json" fields)" -gt 50000 ]
+}
 serial_alone() {
     broken serial 'delete from frames where link = 0' && $matrig --json --quiet replay "$tmp/serial.db" 6 >"$tmp/serial.json" || return 1
     [ "$(in_json "$tmp/serial.json" differ)" = 0 ] && [ "$(in_json "$tmp/serial.json" messages)" -gt 200 ]
@@ -164,6 +171,7 @@ check "and what is beyond them is named" large_change_is_not
 check "a changed sum in a record shows in what the board makes of it" changed_record
 check "a changed tick in a message shows as that field alone" changed_edge
 check "an older record without the blocks before arming: what rests on them is not compared" record_begins_at_arming
+check "a record that breaks off is compared as far as its blocks go" record_breaks_off
 check "a landing logged over serial alone says the same" serial_alone
 check "at real speed too, paced by the clock" at_real_speed
 check "a rig and a replay together are refused" fails_with 2 '--rig and --replay cannot be given together' build/matrig-board --elf build/firmware/matrig.elf --rig "$tmp/bare.run" --replay "$tmp/none"
