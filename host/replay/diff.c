@@ -372,9 +372,6 @@ void diff_print(const struct diff *diff, FILE *out)
         fprintf(out, "  not compared  %lld messages of blocks after the last record\n", (long long)diff->after_record);
     if (diff->before_record)
         fprintf(out, "  not compared  %lld messages that rest on blocks before the record\n", (long long)diff->before_record);
-    if (diff->after_record)
-        fprintf(out, "  not compared  %lld messages later than the last block: the record breaks off there\n",
-                (long long)diff->after_record);
     if (diff->not_recorded)
         fprintf(out, "  not recorded  %lld messages of the replay: the log lost frames\n", (long long)diff->not_recorded);
     fprintf(out, "  result        %lld of %lld fields differ, in %lld messages\n", (long long)diff->differ,
