@@ -146,7 +146,7 @@ static void test_watchpoints(void **state)
     } while (hil_debug_holds(board) && after == before);
     assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
     assert_in_range(debug.watch_address, address, address + 3);
-    assert_in_range(debug.watch_pc, 0x08010000u, 0x08018000u);
+    assert_in_range(debug.watch_pc, 0x08010000u, 0x08040000u);
     assert_int_not_equal(after, before);
     assert_int_equal(hil_debug_watch(board, HIL_WATCH_WRITE, address, 4, false), MR_OK);
     for (unsigned i = 0; i < HIL_WATCHPOINTS; i++)
