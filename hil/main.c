@@ -382,9 +382,10 @@ static void summarise(const struct session *session, double took_s)
 {
     const struct hil_counters *c = hil_board_counters(session->board);
     double virtual_s = (double)hil_board_now_ps(session->board) * 1e-12;
-    char pace[64] = "";
+    char pace[96] = "";
     if (session->real)
-        snprintf(pace, sizeof pace, ", at most %.1f ms late", 1e3 * session->pace.late_s);
+        snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second", 1e3 * session->pace.late_s,
+                 1e3 * session->pace.late_started_s);
     fprintf(stderr,
             "matrig-board: %.3f s virtual in %.3f s wall (%.1f x%s), %llu instructions, CAN %llu out %llu in, "
             "serial %llu bytes out %llu in, dropped %llu frames %llu bytes, resets %llu, faults %llu\n",

@@ -32,6 +32,8 @@ void hil_pace_done(struct hil_pace *pace, uint64_t t_ps)
     double late_s = hil_wall_s() - pace->began_s - (double)t_ps * 1e-12;
     if (late_s > pace->late_s)
         pace->late_s = late_s;
+    if (late_s > pace->late_started_s && (double)t_ps * 1e-12 > HIL_PACE_START_S)
+        pace->late_started_s = late_s;
 }
 
 static void on_alarm(int number)

@@ -10,9 +10,12 @@ double hil_wall_s(void);
 
 /* Virtual time tied to the wall clock. A piece of virtual time is run when the wall clock has passed its end,
  * so nothing leaves the board early; how late the end was, at worst, is kept. */
+#define HIL_PACE_START_S 1.0
+
 struct hil_pace {
     double began_s; /* wall clock at virtual time 0 */
     double late_s;  /* of the latest piece so far */
+    double late_started_s; /* of those after HIL_PACE_START_S: at power-on the emulator translates and the board scans */
 };
 
 /* Wait until the wall clock shows virtual time t_ps; `*stop` ends it. */
