@@ -405,7 +405,6 @@ static enum mr_status start_march(struct landing *l, struct march *march, const 
 static enum mr_status answer(struct landing *l, struct march *fine, const struct march *coarse,
                              struct sim_result *result, struct error *error)
 {
-    size_t mats = (size_t)l->model.mats;
     result->dt_s = fine->h_s;
     result->checked_dt_s = coarse->h_s;
     result->pass_ms = fine->ms;
@@ -414,20 +413,7 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
     result->events = fine->events;
     result->mats_max = fine->mats_max;
     result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
-    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
-        return MR_OK;
-    struct sim_difference peak = sim_record_peak(&fine->record);
-    result->peak_u_ft = peak.u_ft;
-    result->peak_mat = peak.mat;
-    result->speed_end_ft_s = fine->speed_end_ft_s;
-    result->max_lift_ft = fine->max_lift_ft;
-    result->bow_wave = fine->max_lift_ft > planar_bow_threshold_ft(l->scene);
-    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
-    if (!result->u_ft || !result->gap_ft)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
-    planar_final(&l->model, l->z, result);
-    return sim_record_deliver(&fine->record, result, error);
+    return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result, error);
 }
 
 /* Whether two marches say the same; fills the estimates. */

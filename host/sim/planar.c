@@ -90,7 +90,7 @@ static void refuse(struct sim_result *result, enum sim_status status, int mat, d
     result->t_s = t_s;
 }
 
-void planar_final(const struct model *m, const double *z, struct sim_result *result)
+static void final_shape(const struct model *m, const double *z, struct sim_result *result)
 {
     for (int n = 1; n <= m->mats; n++)
         result->u_ft[n] = z[2 * n - 1];
@@ -109,10 +109,29 @@ void planar_final(const struct model *m, const double *z, struct sim_result *res
     }
 }
 
+enum mr_status planar_deliver(const struct model *m, const double *z, struct sim_record *record, double max_lift_ft,
+                              double speed_end_ft_s, struct sim_result *result, struct error *error)
+{
+    size_t mats = (size_t)m->mats;
+    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
+        return MR_OK;
+    struct sim_difference peak = sim_record_peak(record);
+    result->peak_u_ft = peak.u_ft;
+    result->peak_mat = peak.mat;
+    result->speed_end_ft_s = speed_end_ft_s;
+    result->max_lift_ft = max_lift_ft;
+    result->bow_wave = max_lift_ft > planar_bow_threshold_ft(m->scene);
+    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
+    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
+    if (!result->u_ft || !result->gap_ft)
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
+    final_shape(m, z, result);
+    return sim_record_deliver(record, result, error);
+}
+
 static enum mr_status answer(const struct model *m, struct pass_outcome *pass, const struct pass_outcome *other,
                              struct sim_result *result, struct error *error)
 {
-    size_t mats = (size_t)m->mats;
     result->pass_ms = pass->ms;
     result->steps = pass->steps;
     result->events = pass->events;
@@ -120,20 +139,7 @@ static enum mr_status answer(const struct model *m, struct pass_outcome *pass, c
     result->checked_dt_s = other->longest_s;
     result->mats_max = pass->mats_max;
     result->mats_mean = pass->mats_mean;
-    if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
-        return MR_OK;
-    struct sim_difference peak = sim_record_peak(&pass->record);
-    result->peak_u_ft = peak.u_ft;
-    result->peak_mat = peak.mat;
-    result->speed_end_ft_s = pass->speed_end_ft_s;
-    result->max_lift_ft = pass->max_lift_ft;
-    result->bow_wave = pass->max_lift_ft > planar_bow_threshold_ft(m->scene);
-    result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
-    result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
-    if (!result->u_ft || !result->gap_ft)
-        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
-    planar_final(m, pass->z, result);
-    return sim_record_deliver(&pass->record, result, error);
+    return planar_deliver(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result, error);
 }
 
 /* Compare two complete passes; false when they contradict each other. */

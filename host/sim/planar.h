@@ -12,6 +12,7 @@
 #define MATRIG_HOST_SIM_PLANAR_H
 
 #include "host/sim/model.h"
+#include "host/sim/record.h"
 #include "host/sim/sim.h"
 
 /* Whether sim_run has a solver of this name for planar models ("auto" included). */
@@ -20,8 +21,10 @@ bool planar_has_solver(const char *name);
 /* A lift beyond this is a bow wave: twice the bump's height, or 0.05 ft if that is more. */
 double planar_bow_threshold_ft(const struct sim_scene *scene);
 
-/* Displacements and openings at the end, into arrays that exist. */
-void planar_final(const struct model *model, const double *z, struct sim_result *result);
+/* What a run has come to, whatever moved it: peaks, bow wave, displacements and openings at the end (state z), and the
+ * record, which the result owns then. MR_FULL when memory is short. */
+enum mr_status planar_deliver(const struct model *model, const double *z, struct sim_record *record, double max_lift_ft,
+                              double speed_end_ft_s, struct sim_result *result, struct error *error);
 
 /* Run a checked scene. MR_OK: look at result->status. The caller frees the result in every case. */
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
