@@ -201,11 +201,9 @@ static bool advance(struct stepper *s, double limit_s)
         stepper_rates(s, s->t_s, s->z, w->rate[0]);
     }
     for (;;) {
-        double h = s->h_s;
-        bool last = s->t_s + 1.01 * h >= limit_s;
-        if (last)
-            h = limit_s - s->t_s;
-        if (!(s->h_s >= s->least_s))
+        double h;
+        bool last;
+        if (!stepper_try(s, limit_s, &h, &last))
             return false;
         for (int i = 1; i < 12; i++) {
             combine(s, i, h, w->at);

@@ -196,11 +196,9 @@ static bool advance(struct stepper *s, double limit_s)
     if (!linearise(s))
         return false;
     for (;;) {
-        double h = s->h_s;
-        bool last = s->t_s + 1.01 * h >= limit_s;
-        if (last)
-            h = limit_s - s->t_s;
-        if (!(s->h_s >= s->least_s))
+        double h;
+        bool last;
+        if (!stepper_try(s, limit_s, &h, &last))
             return false;
         double error = stages(s, h) ? error_of(s) : (double)NAN;
         if (error <= 1.0) {

@@ -61,7 +61,6 @@ struct model {
     signed char *slide;   /* per mat: -1, 0 (stuck), 1; law stick only */
     signed char *lift;    /* per mat: sign of the lift shear */
     int lifted;           /* nodes out of contact */
-    int engaged;          /* joints with torsion */
     int apex;             /* node; meant only while lifted > 0 */
 
     /* Report model: the lift shear of a mat acts only while its right end is off the ground, and may press it down

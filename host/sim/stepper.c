@@ -13,6 +13,13 @@ const struct stepper_kind *stepper_find(const char *name)
     return NULL;
 }
 
+bool stepper_try(const struct stepper *s, double limit_s, double *h_s, bool *last)
+{
+    *last = s->t_s + 1.01 * s->h_s >= limit_s;
+    *h_s = *last ? limit_s - s->t_s : s->h_s;
+    return s->h_s >= s->least_s;
+}
+
 void stepper_copy(const struct stepper *s, const double *from, double *to)
 {
     int low = stepper_low(s), high = stepper_high(s);

@@ -60,6 +60,10 @@ static inline int stepper_high(const struct stepper *s)
     return 2 * s->model->last + 3;
 }
 
+/* The step to try now: h_s, or up to the limit when that is no more than 1 % further (`last`). False: h_s has become
+ * too small. */
+bool stepper_try(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
+
 /* The state of the mats that the model integrates. */
 void stepper_copy(const struct stepper *stepper, const double *from, double *to);
 

@@ -241,9 +241,6 @@ static void settle_shape(struct model *m, const double *z)
 {
     settle_lift(m, z);
     settle_held(m);
-    m->engaged = 0;
-    for (int j = m->first; j <= m->last + 1; j++)
-        m->engaged += m->torsion[j] != 0;
 }
 
 static void settle_slide(struct model *m, double t_s, const double *z)
