@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "common/block.h"
+#include "common/config.h"
 
 #define MR_REFERENCE_CODE 3103.0f   /* 2.500 V of 3.300 V, 4096 codes */
 #define MR_REFERENCE_SPAN 0.02f     /* relative; beyond it nothing measured against it is valid */
@@ -33,15 +34,6 @@ enum mr_validity {
     MR_INVALID_SATURATED = 2, /* at least one code of the block at an end of the converter */
     MR_INVALID_OPEN = 3,      /* common mode out of range: broken or shorted lead */
     MR_INVALID_REFERENCE = 4, /* the reference channel is out of range */
-};
-
-struct mr_channel_config {
-    uint8_t kind;         /* enum mr_channel_kind */
-    uint8_t number;       /* of the transducer or gage, from 1 */
-    uint8_t band;         /* of a gage, from 1; 0: none */
-    float station_ft;     /* NaN: none */
-    float unit_per_code;  /* inches or pounds per code */
-    float zero_code;      /* reading at zero */
 };
 
 struct mr_reading {

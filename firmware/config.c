@@ -1,5 +1,8 @@
 #include "firmware/config.h"
 
+#include "common/channels.h"
+#include "common/closure.h"
+
 /* Transducers: 0.5 V/in with full excitation, half-difference demodulation: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in.
  * Their mechanical zero is set at 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */
 #define IN_PER_CODE (3.3f / 4096.0f / 0.5f)
@@ -9,14 +12,28 @@
 #define LB_PER_CODE (3.3f / 4096.0f / 0.005f)
 #define TENSION_ZERO_CODE (0.400f * 4096.0f / 3.3f)
 
-#define TRANSDUCER(n, station) {MR_KIND_DISPLACEMENT, n, 0, station, IN_PER_CODE, DISPLACEMENT_ZERO_CODE}
-#define GAGE(n, band, station) {MR_KIND_TENSION, n, band, station, LB_PER_CODE, TENSION_ZERO_CODE}
+#define TRANSDUCER(n, station)                                                                                            \
+    {.kind = MR_KIND_DISPLACEMENT, .number = n, .station_ft = station, .unit_per_code = IN_PER_CODE,                       \
+     .zero_code = DISPLACEMENT_ZERO_CODE}
+#define GAGE(n, on_band, station)                                                                                         \
+    {.kind = MR_KIND_TENSION, .number = n, .band = on_band, .station_ft = station, .unit_per_code = LB_PER_CODE,           \
+     .zero_code = TENSION_ZERO_CODE}
 
 /* Every 5 ft; the first two are on the track before touchdown (negative: before the runway's edge) and give its speed.
  * Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along the runway differ by 56 codes or more. */
 #define SWITCH(p) {-2.5f + 5.0f * (float)((p) - 1), 64 + 8 * (7 * ((p) - 1) % 24)}
 
-const struct config config = {
+struct mr_config config = {
+    .site = {{
+        .name = "rig",
+        .mats = 420,
+        .mat_length_ft = MR_MAT_LENGTH_FT,
+        .touchdown_ft = 3.0f,
+        .switch_error_ft = 0.02f / 12.0f * 0.57735f, /* uniform within 0.02 in: half width over the root of 3 */
+        .wheel = MR_WHEEL_MAIN,
+        .black_box = 1,
+        .camera_station_ft = __builtin_nanf(""),
+    }},
     .channel = {
         TRANSDUCER(1, 40.0f),
         TRANSDUCER(2, 50.0f),
@@ -40,8 +57,8 @@ const struct config config = {
         GAGE(12, 2, 65.0f),
         GAGE(13, 2, 75.0f),
         GAGE(14, 2, 85.0f),
-        {MR_KIND_STAIRCASE, 0, 0, __builtin_nanf(""), 1.0f, 0.0f},
-        {MR_KIND_REFERENCE, 0, 0, __builtin_nanf(""), 1.0f, 0.0f},
+        {.kind = MR_KIND_STAIRCASE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f},
+        {.kind = MR_KIND_REFERENCE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f},
     },
     .gate = {
         SWITCH(1), SWITCH(2), SWITCH(3), SWITCH(4), SWITCH(5), SWITCH(6),
@@ -49,8 +66,4 @@ const struct config config = {
         SWITCH(13), SWITCH(14), SWITCH(15), SWITCH(16), SWITCH(17), SWITCH(18),
         SWITCH(19), SWITCH(20), SWITCH(21), SWITCH(22), SWITCH(23), SWITCH(24),
     },
-    .touchdown_ft = 3.0f,
-    .switch_error_ft = 0.02f / 12.0f * 0.57735f, /* uniform within 0.02 in: half width over the root of 3 */
-    .wheel_ahead_ft = 0.0f,
-    .wheel = CONFIG_WHEEL_MAIN,
 };

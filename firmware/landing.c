@@ -87,24 +87,24 @@ static void estimate(struct landing *landing)
     /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it replace them. */
     landing->gates_on_track = 0;
     while (landing->gates_on_track < passage->gates &&
-           passage->gate[landing->gates_on_track].station_ft < (double)config.touchdown_ft)
+           passage->gate[landing->gates_on_track].station_ft < (double)config.site[0].touchdown_ft)
         landing->gates_on_track++;
     unsigned skip = passage->gates >= landing->gates_on_track + 2 ? landing->gates_on_track : 0;
-    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip, (double)config.switch_error_ft,
+    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip, (double)config.site[0].switch_error_ft,
                                          &landing->motion) == MR_OK;
 }
 
 /* A named edge: of a landing, of a model that is pushed, or of neither. */
 static void take_named(struct landing *landing, const struct mr_switch_edge *edge, uint8_t number, uint32_t index)
 {
-    float station_ft[CONFIG_SWITCHES];
+    float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
-    for (unsigned i = 0; i < CONFIG_SWITCHES; i++)
+    for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
         station_ft[i] = config_gate_ft(i);
     struct mr_passage_edge passed = {.tick = edge->tick, .block = index, .position = edge->position, .number = number,
                                      .station_ft = (double)station_ft[edge->position - 1]};
     struct mr_passage_news news = mr_passage_edge(&landing->passage, &passed, (double)wheel.speed_ft_s, station_ft,
-                                                  CONFIG_SWITCHES);
+                                                  MR_CONFIG_SWITCHES);
     put_notes(landing, index);
     landing->news.pushed |= news.pushed;
     if (!landing_recording(landing) || !news.gate)
@@ -144,8 +144,8 @@ static void take_answer(struct landing *landing, const struct mr_switch_edge *ed
 static void take_edges(struct landing *landing, uint32_t index, const uint32_t *edge_ticks, unsigned edge_count)
 {
     struct mr_switch_edge edge;
-    uint16_t steps_codes[CONFIG_SWITCHES];
-    for (unsigned i = 0; i < CONFIG_SWITCHES; i++)
+    uint16_t steps_codes[MR_CONFIG_SWITCHES];
+    for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
         steps_codes[i] = config.gate[i].step_codes;
     if (edge_count == 0 && index - landing->edge_block >= MR_PASSAGE_QUIET_BLOCKS)
         landing->edges_in_row = 0;
@@ -154,7 +154,7 @@ static void take_edges(struct landing *landing, uint32_t index, const uint32_t *
             landing->edges_in_row++;
         landing->edge_block = index;
     }
-    while (mr_switches_next(&landing->switches, steps_codes, CONFIG_SWITCHES, &edge))
+    while (mr_switches_next(&landing->switches, steps_codes, MR_CONFIG_SWITCHES, &edge))
         take_answer(landing, &edge, index);
 }
 
@@ -172,8 +172,8 @@ static uint32_t blocks_to_rest(const struct landing *landing)
 
 static void start_fit(struct landing *landing)
 {
-    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates, (double)config.touchdown_ft,
-                       (double)config.switch_error_ft);
+    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates, (double)config.site[0].touchdown_ft,
+                       (double)config.site[0].switch_error_ft);
     landing->fitting = true;
     landing->summary_known = false;
 }

@@ -11,7 +11,7 @@
 
 /* The configuration as a round of items: channels (two messages each), switches, survey segments. */
 #define FIRST_SWITCH MR_CHANNELS
-#define FIRST_SEGMENT (FIRST_SWITCH + CONFIG_SWITCHES)
+#define FIRST_SEGMENT (FIRST_SWITCH + MR_CONFIG_SWITCHES)
 #define ITEMS (FIRST_SEGMENT + MR_SEGMENTS)
 #define BLOCKS_PER_ITEM 40u /* a round takes 3.6 s */
 #define CLOCK_ERROR 0.01    /* relative, of the internal oscillator */
@@ -104,12 +104,12 @@ static uint32_t config_crc(void)
         crc = mr_crc32(crc, payload, mr_channel_put(&channel, payload));
         crc = mr_crc32(crc, payload, mr_channel_zero_put(&zero, payload));
     }
-    for (unsigned i = 0; i < CONFIG_SWITCHES; i++) {
+    for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++) {
         struct mr_switch_place place = switch_message(i);
         crc = mr_crc32(crc, payload, mr_switch_place_put(&place, payload));
     }
-    struct mr_site site = {.touchdown_ft = config.touchdown_ft, .switch_error_ft = config.switch_error_ft};
-    struct mr_wheel wheel = {.ahead_ft = config.wheel_ahead_ft, .wheel = config.wheel};
+    struct mr_site site = {.touchdown_ft = config.site[0].touchdown_ft, .switch_error_ft = config.site[0].switch_error_ft};
+    struct mr_wheel wheel = {.ahead_ft = config.site[0].wheel_ahead_ft, .wheel = config.site[0].wheel};
     crc = mr_crc32(crc, payload, mr_site_put(&site, payload));
     return mr_crc32(crc, payload, mr_wheel_put(&wheel, payload));
 }
@@ -133,10 +133,10 @@ static void send_hello(struct telemetry *telemetry, const struct landing *landin
     SEND(both, telemetry, board_uid, BOARD_UID, .uid0 = identity->uid[0], .uid1 = identity->uid[1]);
     SEND(both, telemetry, board_image, BOARD_IMAGE, .uid2 = identity->uid[2], .image_crc = identity->image_crc);
     SEND(both, telemetry, board_config, BOARD_CONFIG, .config_crc = telemetry->config_crc, .channels = MR_CHANNELS,
-         .switches = CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_CLOSURE_WARNING_MATS);
-    SEND(both, telemetry, site, SITE, .touchdown_ft = config.touchdown_ft,
-         .switch_error_ft = config.switch_error_ft);
-    SEND(both, telemetry, wheel, WHEEL, .ahead_ft = config.wheel_ahead_ft, .wheel = config.wheel);
+         .switches = MR_CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_CLOSURE_WARNING_MATS);
+    SEND(both, telemetry, site, SITE, .touchdown_ft = config.site[0].touchdown_ft,
+         .switch_error_ft = config.site[0].switch_error_ft);
+    SEND(both, telemetry, wheel, WHEEL, .ahead_ft = config.site[0].wheel_ahead_ft, .wheel = config.site[0].wheel);
 }
 
 static void send_item(struct telemetry *telemetry, const float *slack_in)

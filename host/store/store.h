@@ -19,7 +19,7 @@
 #include "common/closure.h"
 #include "host/error.h"
 
-#define STORE_VERSION 1              /* of the tables: PRAGMA user_version */
+#define STORE_VERSION 2              /* of the tables: PRAGMA user_version */
 #define STORE_APPLICATION 0x4d545247 /* "MTRG": PRAGMA application_id */
 #define STORE_NONE INT64_MIN
 #define STORE_SWITCHES_MAX 64u
