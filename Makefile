@@ -12,7 +12,7 @@ ARM ?= arm-none-eabi-
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wundef -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror
 # No fused multiply-add on any side: host and board must round alike. No errno from sqrt: it is one instruction.
 COMMON_FLAGS := -std=c11 -O2 -g $(WARNINGS) -ffp-contract=off -fno-math-errno -I. -MMD -MP
-HOST_FLAGS := $(COMMON_FLAGS) -D_GNU_SOURCE
+HOST_FLAGS := $(COMMON_FLAGS) -D_GNU_SOURCE $(COVERAGE)
 ARM_CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdata-sections
 
@@ -21,6 +21,7 @@ DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsql
 	libsundials-dev libserialport-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash
+COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 
@@ -84,6 +85,14 @@ test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN a
 bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
+.PHONY: coverage
+coverage: $(B)/.coverage-packages ## branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
+	@$(MAKE) -s B=$(B)/coverage CC="$(CC) --coverage" COVERAGE=-O0 coverage-programs
+	@tests/coverage.sh $(B)/coverage
+
+.PHONY: coverage-programs
+coverage-programs: $(call tests_of,common) $(call tests_of,firmware)
+
 .PHONY: runs
 runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and compare them with those in tests/runs
 	@mkdir -p $(B)/runs
@@ -132,6 +141,8 @@ $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
 $(B)/.linux-packages: $(B)/.test-packages
 	$(call install_packages,$(LINUX_PACKAGES))
+$(B)/.coverage-packages: $(B)/.test-packages
+	$(call install_packages,$(COVERAGE_PACKAGES))
 
 # --- host side ---
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
