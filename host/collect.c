@@ -145,6 +145,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         account_can_frame(&side->account);
     else
         account_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
+    account_message(&side->account, info->id);
 
     struct store_frame frame = {.seq = seq,
                                 .board_us = board_time(side, info, payload),
@@ -204,6 +205,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         timebase_clock(&side->time, block.index, block.tick);
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+    account_message(&side->account, MR_ID_BLOCK);
     if (side->current)
         account_block(&side->account, block.index);
     if (status == MR_OK)
@@ -223,6 +225,7 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
     const struct mr_message_info *info = mr_message_find(frame->type);
     if (!info || info->length != frame->length) {
         account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+        account_message(&side->account, frame->type); /* a part of the black box, or nothing known */
         side->account.counts.foreign++;
         struct store_frame raw = {.seq = frame->seq,
                                   .board_us = board_time(side, NULL, NULL),
@@ -357,6 +360,11 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
         struct side *side = &collector->side[kind];
         if (side->spec)
             status = store_link_put(collector->store, collector->session, kind, &side->account.counts, error);
+        for (unsigned place = 0; place < MR_PLACES && status == MR_OK; place++) {
+            if (side->account.missing_of[place])
+                status = store_missing_put(collector->store, collector->session, kind, mr_message_text(place),
+                                           side->account.missing_of[place], error);
+        }
         if (status == MR_OK)
             status = record_troubles(collector, side, error);
     }
@@ -387,6 +395,7 @@ void collector_progress(const struct collector *collector, struct collector_prog
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;
+        memcpy(progress->missing[kind], side->account.missing_of, sizeof progress->missing[kind]);
         if (collect_newest_block(side) > progress->block)
             progress->block = collect_newest_block(side);
         if (side->current && side->current->row.id > progress->run) {
