@@ -114,6 +114,11 @@ stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, ever
 	@mkdir -p $(B)/stability
 	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
 
+.PHONY: soak
+soak: $(B)/tests/soak/soak $(firmware) ## HOURS=1 SEED=1: virtual time with random faults; sent = received + declared lost, per message
+	@mkdir -p $(B)/soak
+	$(B)/tests/soak/soak $(or $(HOURS),1) $(or $(SEED),1) $(B)/soak | tee $(B)/soak/summary.txt
+
 .PHONY: clean
 clean: ## remove build/
 	rm -rf $(B)
@@ -239,6 +244,9 @@ $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
+# The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
+$(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)
+	$(CC) $^ $(HIL_LIBS) -o $@
 $(B)/tests/linux/bridge: $(B)/tests/linux/bridge.o $(B)/host/hil/canbits.o
 	$(CC) $^ -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))

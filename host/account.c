@@ -30,7 +30,7 @@ void account_start(struct account *account, enum link_kind kind)
     account_break(account);
 }
 
-void account_restart(struct account *account)
+void account_restart(struct account *account, bool whole)
 {
     account->seq_known = false;
     account->sent_known = false;
@@ -38,7 +38,7 @@ void account_restart(struct account *account)
     account->suspects = 0;
     account->suspect_count = 0;
     account->received_since = 0;
-    account->whole = true;
+    account->whole = whole;
     memset(account->received_of, 0, sizeof account->received_of);
     memset(account->count_known, 0, sizeof account->count_known);
     account_break(account);

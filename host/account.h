@@ -65,8 +65,8 @@ struct account {
 };
 
 void account_start(struct account *account, enum link_kind kind);
-/* The board began again: its counters too. */
-void account_restart(struct account *account);
+/* The board began again: its counters too. `whole`: at the frame to come, so that nothing it sends is missed. */
+void account_restart(struct account *account, bool whole);
 /* A landing begins or ends on this link: no steps and no block numbers are expected across it. */
 void account_break(struct account *account);
 

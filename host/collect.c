@@ -57,13 +57,14 @@ const char *collector_state_text(unsigned state)
     return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
 }
 
-static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us,
+/* `whole`: the frame to come is the board's first. */
+static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us, bool whole,
                               struct error *error)
 {
     collect_leave(side);
     side->boot++;
     side->time = (struct timebase){0};
-    account_restart(&side->account);
+    account_restart(&side->account, whole);
     memset(collector->fault_count, 0, sizeof collector->fault_count);
     struct store_event event = {.session = collector->session,
                                 .boot = side->boot,
@@ -138,7 +139,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
 {
     enum mr_status status = MR_OK;
     if (take_time(side, info, payload)) {
-        status = restart(collector, side, host_us, error);
+        status = restart(collector, side, host_us, false, error);
         take_time(side, info, payload);
     }
     if (side->kind == LINK_CAN)
@@ -201,7 +202,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         return MR_OK;
     }
     if (timebase_clock(&side->time, block.index, block.tick)) {
-        status = restart(collector, side, host_us, error);
+        status = restart(collector, side, host_us, false, error);
         timebase_clock(&side->time, block.index, block.tick);
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
@@ -238,7 +239,7 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
     /* A board that begins again says hello in its frame number 0. */
     if (info->id == MR_ID_HELLO && frame->seq == 0 && side->account.seq_known &&
         side->account.seq_next != 0) {
-        enum mr_status status = restart(collector, side, host_us, error);
+        enum mr_status status = restart(collector, side, host_us, true, error);
         if (status != MR_OK)
             return status;
     }
