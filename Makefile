@@ -114,6 +114,10 @@ stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, ever
 	@mkdir -p $(B)/stability
 	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
 
+.PHONY: budget
+budget: all ## what each task of the firmware costs in a landing, on the emulated board: build/budget/budget.txt
+	@tests/budget.sh
+
 .PHONY: soak
 soak: $(B)/tests/soak/soak $(firmware) ## HOURS=1 SEED=1: virtual time with random faults; sent = received + declared lost, per message
 	@mkdir -p $(B)/soak
