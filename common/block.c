@@ -1,36 +1,88 @@
 #include "common/block.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "common/wire.h"
 
-static void count_saturation(struct mr_block *block, unsigned channel, uint16_t code)
+/* Two codes at a time, one in each half of a word: 8 codes of 12 bits add up to 15 bits, so nothing carries over. */
+#define BOTH(code) ((uint32_t)(code) * 0x00010001u)
+#define CODES 4096u
+
+/* The codes of two neighbouring channels in one scan. */
+static inline uint32_t pair_at(const uint16_t *code)
 {
-    if (code <= MR_CODE_LOW)
-        block->low[channel]++;
-    else if (code >= MR_CODE_HIGH)
-        block->high[channel]++;
+    uint32_t pair;
+    __builtin_memcpy(&pair, code, sizeof pair);
+    return pair;
+}
+
+static inline void put_pair(uint16_t *sums, uint32_t pair)
+{
+    __builtin_memcpy(sums, &pair, sizeof pair);
+}
+
+/* The bit of value CODES is set in a half whose code is saturated. A half that borrows from its neighbour is saturated itself: a word
+ * has such a bit when, and only when, one of its codes is. */
+static inline uint32_t extremes(uint32_t pair)
+{
+    return (pair - BOTH(MR_CODE_LOW + 1u)) | (pair + BOTH(CODES - MR_CODE_HIGH));
+}
+
+static inline bool any_saturated(uint32_t extreme)
+{
+    return (extreme & BOTH(CODES)) != 0;
+}
+
+static void count_saturation(struct mr_block *block, unsigned channel, const uint16_t *code, unsigned stride)
+{
+    for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++, code += stride) {
+        if (*code <= MR_CODE_LOW)
+            block->low[channel]++;
+        else if (*code >= MR_CODE_HIGH)
+            block->high[channel]++;
+    }
+}
+
+static inline void count_pair(struct mr_block *block, unsigned channel, const uint16_t *code, unsigned stride)
+{
+    count_saturation(block, channel, code, stride);
+    count_saturation(block, channel + 1, code + 1, stride);
 }
 
 void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                          uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
                          uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS])
 {
-    memset(block, 0, sizeof *block);
     block->index = index;
     block->tick = tick;
-    for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
-        uint16_t *polarity = scan % 2 == 0 ? block->plus : block->minus;
-        for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-            uint16_t code = transducers[scan][i];
-            polarity[i] = (uint16_t)(polarity[i] + code);
-            count_saturation(block, i, code);
+    __builtin_memset(block->low, 0, sizeof block->low);
+    __builtin_memset(block->high, 0, sizeof block->high);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i += 2) {
+        uint32_t plus = 0, minus = 0, extreme = 0;
+#pragma GCC unroll 4
+        for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
+            uint32_t forward = pair_at(&transducers[scan][i]), reversed = pair_at(&transducers[scan + 1][i]);
+            plus += forward;
+            minus += reversed;
+            extreme |= extremes(forward) | extremes(reversed);
         }
-        for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++) {
-            uint16_t code = adc1[scan][i];
-            block->sum[i] = (uint16_t)(block->sum[i] + code);
-            count_saturation(block, MR_TRANSDUCERS + i, code);
+        put_pair(&block->plus[i], plus);
+        put_pair(&block->minus[i], minus);
+        if (any_saturated(extreme))
+            count_pair(block, i, &transducers[0][i], MR_TRANSDUCERS);
+    }
+    for (unsigned i = 0; i < MR_ADC1_CHANNELS; i += 2) {
+        uint32_t sum = 0, extreme = 0;
+#pragma GCC unroll 8
+        for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
+            uint32_t pair = pair_at(&adc1[scan][i]);
+            sum += pair;
+            extreme |= extremes(pair);
         }
+        put_pair(&block->sum[i], sum);
+        if (any_saturated(extreme))
+            count_pair(block, MR_TRANSDUCERS + i, &adc1[0][i], MR_ADC1_CHANNELS);
     }
 }
 

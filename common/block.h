@@ -25,7 +25,8 @@
 #define MR_ADC1_STAIRCASE 14u /* place in converter 1's scan */
 #define MR_ADC1_REFERENCE 15u
 #define MR_CHANNELS (MR_TRANSDUCERS + MR_ADC1_CHANNELS)
-#define MR_BLOCK_BYTES_MIN (8u + 2u * (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS) + 3u)
+#define MR_BLOCK_SUMS (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS)
+#define MR_BLOCK_BYTES_MIN (8u + 2u * MR_BLOCK_SUMS + 3u)
 #define MR_BLOCK_BYTES_MAX (MR_BLOCK_BYTES_MIN + MR_CHANNELS)
 
 #define MR_TICKS_PER_BLOCK 84000u /* TIM2 at 84 MHz */
@@ -35,15 +36,20 @@
 struct mr_block {
     uint32_t index;                     /* blocks since the scans began; a jump is a loss */
     uint32_t tick;                      /* TIM2 at the first trigger of the block, 1/84 us */
-    uint16_t plus[MR_TRANSDUCERS];      /* sum of 4 codes, excitation forward */
-    uint16_t minus[MR_TRANSDUCERS];     /* sum of 4 codes, excitation reversed */
-    uint16_t sum[MR_ADC1_CHANNELS];     /* sum of 8 codes */
+    union {
+        struct {
+            uint16_t plus[MR_TRANSDUCERS];  /* sum of 4 codes, excitation forward */
+            uint16_t minus[MR_TRANSDUCERS]; /* sum of 4 codes, excitation reversed */
+            uint16_t sum[MR_ADC1_CHANNELS]; /* sum of 8 codes */
+        };
+        uint16_t sums[MR_BLOCK_SUMS];   /* the same one after the other */
+    };
     uint8_t low[MR_CHANNELS];           /* saturated codes, 0..8 */
     uint8_t high[MR_CHANNELS];
 };
 
-/* Sum 8 scans. `transducers` and `adc1` are the converters' results in scan order; even scans of the block were taken with
- * the excitation forward. */
+/* Sum 8 scans. `transducers` and `adc1` are the converters' results in scan order, of 12 bits; even scans of the block were taken
+ * with the excitation forward. */
 void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                          uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
                          uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS]);

@@ -24,11 +24,12 @@
 #include "common/block.h"
 #include "common/status.h"
 
-#define MR_PACK_SUMS (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS)
+#define MR_PACK_SUMS MR_BLOCK_SUMS
 #define MR_PACK_PLAIN_BITS (2u + 16u * 14u + 16u * 15u)
 #define MR_PACK_TAG_BITS 2u
-/* The longest record: a wide block after a saturation of every channel. */
-#define MR_PACK_BYTES_MAX ((5u + 16u * MR_PACK_SUMS + 5u + 24u + 8u * MR_CHANNELS + 7u) / 8u)
+/* The longest that is tried: a packed block of nothing but escapes after a saturation of every channel. In whole words, for it is
+ * written by words. */
+#define MR_PACK_BYTES_MAX ((5u + 24u + 8u * MR_CHANNELS + 2u + 24u * MR_PACK_SUMS + 31u) / 32u * 4u)
 
 /* What both sides remember between blocks. Zero it, or mr_pack_forget, to begin. */
 struct mr_pack {
@@ -38,13 +39,14 @@ struct mr_pack {
     uint16_t value[MR_PACK_SUMS]; /* of the block before */
     uint32_t mean16[MR_PACK_SUMS]; /* 16 times the running mean */
     uint8_t low[MR_CHANNELS], high[MR_CHANNELS];
+    bool wide;       /* the block before was: a difference to it may have more than 16 bits */
 };
 
 void mr_pack_forget(struct mr_pack *pack);
 /* The block can be packed without a key. */
 bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block);
 
-/* Each returns the number of bits it put into `out`; bits beyond them in the last byte are 0. */
+/* Each returns the number of bits it put into `out`; bits beyond them in the last word are 0. */
 size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX]);
 /* A block that follows; its saturation first where that changed. */
 size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX]);

@@ -49,7 +49,8 @@ struct blackbox_record {
 
 struct blackbox_writer {
     uint8_t *page;
-    unsigned bit; /* of the payload */
+    unsigned bit;  /* of the payload */
+    uint32_t held; /* the bits of a word that is not whole yet: they are not in the page */
 };
 
 struct blackbox {

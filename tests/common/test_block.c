@@ -49,6 +49,31 @@ static void saturation_is_counted_per_channel(void **state)
     assert_int_equal(block.high[MR_TRANSDUCERS + 15], 0);
 }
 
+/* Each code from the ends of the converter in each place of the scans, beside codes of its neighbours that are just not saturated. */
+static void one_saturated_code_is_found_wherever_it_is(void **state)
+{
+    (void)state;
+    static const uint16_t ends[] = {0, 7, 8, 9, 10, 4085, 4086, 4087, 4088, 4095};
+    struct mr_block block;
+    for (unsigned place = 0; place < MR_SCANS_PER_BLOCK * MR_CHANNELS; place++) {
+        unsigned scan = place / MR_CHANNELS, channel = place % MR_CHANNELS;
+        for (unsigned i = 0; i < COUNT_OF(ends); i++) {
+            for (unsigned n = 0; n < MR_SCANS_PER_BLOCK; n++) {
+                for (unsigned c = 0; c < MR_TRANSDUCERS; c++)
+                    transducers[n][c] = n % 2 ? 4086 : 9;
+                for (unsigned c = 0; c < MR_ADC1_CHANNELS; c++)
+                    adc1[n][c] = (n + c) % 3 ? 9 : 4086;
+            }
+            *(channel < MR_TRANSDUCERS ? &transducers[scan][channel] : &adc1[scan][channel - MR_TRANSDUCERS]) = ends[i];
+            mr_block_from_scans(&block, 0, 0, transducers, adc1);
+            for (unsigned c = 0; c < MR_CHANNELS; c++) {
+                assert_int_equal(block.low[c], c == channel && ends[i] <= 8);
+                assert_int_equal(block.high[c], c == channel && ends[i] >= 4087);
+            }
+        }
+    }
+}
+
 static void record_has_the_layout_of_the_header(void **state)
 {
     (void)state;
@@ -144,7 +169,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sums_are_those_worked_out_by_hand), cmocka_unit_test(saturation_is_counted_per_channel),
-        cmocka_unit_test(record_has_the_layout_of_the_header), cmocka_unit_test(damaged_records_are_refused),
+        cmocka_unit_test(one_saturated_code_is_found_wherever_it_is), cmocka_unit_test(record_has_the_layout_of_the_header), cmocka_unit_test(damaged_records_are_refused),
         cmocka_unit_test(readings_follow_from_volts), cmocka_unit_test(what_cannot_be_true_is_not_a_value),
     };
     return cmocka_run_group_tests_name("common/block", tests, NULL, NULL);

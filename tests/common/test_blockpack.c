@@ -35,7 +35,7 @@ static void a_key_and_a_still_block_by_hand(void **state)
         assert_int_equal((at + mr_pack_padding(at, bits)) % 8, 0);
 }
 
-enum look { STILL, QUIET, WHITE, WIDE, SATURATED, STEPS, LOOKS };
+enum look { STILL, QUIET, WHITE, WIDE, ONE_WIDE, SATURATED, STEPS, LOOKS };
 
 static void make(struct mr_block *block, const struct mr_block *before, enum look look)
 {
@@ -44,11 +44,11 @@ static void make(struct mr_block *block, const struct mr_block *before, enum loo
         uint16_t *value = i < 8 ? &block->plus[i] : i < 16 ? &block->minus[i - 8] : &block->sum[i - 16];
         uint32_t codes = i < 16 ? 4 : 8;
         *value = (uint16_t)(codes * 2000 + i);
-        if (look == QUIET)
+        if (look == QUIET || look == ONE_WIDE)
             *value = (uint16_t)(*value + draw(20));
         if (look == WHITE || look == SATURATED)
             *value = (uint16_t)draw(codes * 4095 + 1);
-        if (look == WIDE)
+        if (look == WIDE || (look == ONE_WIDE && i == 31 && draw(2)))
             *value = (uint16_t)draw(65536);
         if (look == STEPS)
             *value = (uint16_t)(draw(2) * codes * 4095);
