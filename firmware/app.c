@@ -59,6 +59,30 @@ static void tell_blocks_before(struct app *app)
         telemetry_block(&app->telemetry, &app->newest[first % APP_BLOCKS_BEFORE]);
 }
 
+static void read_channels(struct app *app, const struct mr_block *block)
+{
+    unsigned row = block->index % 4;
+    float ratio = mr_channels_ratio(block);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        app->displacement_in[row][i] = mr_channel_read(&config.channel[i], block, i, ratio).value;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        app->tension_lb[row][i] =
+            mr_channel_read(&config.channel[MR_TRANSDUCERS + i], block, MR_TRANSDUCERS + i, ratio).value;
+}
+
+/* While nothing is recorded only those blocks are read whose means are told: the last 2 at phase 0, the last 4 at phase 1. */
+static bool is_told_while_idle(uint32_t index)
+{
+    return (index + 2) % APP_IDLE_BLOCKS < 4;
+}
+
+/* The first means after arming reach back. Blocks that are missing are so in the histories already, and no mean goes beyond them. */
+static void read_blocks_before(struct app *app)
+{
+    for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
+        read_channels(app, &app->newest[(app->next_index - age) % APP_BLOCKS_BEFORE]);
+}
+
 static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
@@ -71,6 +95,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
         forget_baseline(app);
+        read_blocks_before(app);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -195,19 +220,6 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
     }
 }
 
-static void read_channels(struct app *app, const struct mr_block *block)
-{
-    unsigned row = block->index % 4;
-    float ratio = mr_channels_ratio(block);
-    if (__builtin_isnan(ratio))
-        health_count(MR_FAULT_REFERENCE, 0);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->displacement_in[row][i] = mr_channel_read(&config.channel[i], block, i, ratio).value;
-    for (unsigned i = 0; i < MR_GAGES; i++)
-        app->tension_lb[row][i] =
-            mr_channel_read(&config.channel[MR_TRANSDUCERS + i], block, MR_TRANSDUCERS + i, ratio).value;
-}
-
 /* While armed, the mean of each full group of blocks becomes the zero: the newest one before the first edge stands. */
 static void follow_baseline(struct app *app, unsigned row)
 {
@@ -283,11 +295,14 @@ static void take_block(struct app *app, const struct mr_block *block)
     bool was_armed = app->landing.state == LANDING_ARMED;
 
     health_set_block(block->index);
-    read_channels(app, block);
+    if (__builtin_isnan(mr_channels_ratio(block)))
+        health_count(MR_FAULT_REFERENCE, 0);
     struct landing_news news =
         landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
 
+    if (recording || is_told_while_idle(block->index))
+        read_channels(app, block);
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
     tell_landing(app, &news, block->index);

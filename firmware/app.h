@@ -28,7 +28,7 @@ struct app {
     uint32_t blocks_in_row;                    /* up to the newest, without a gap */
 
     /* Readings of the newest block and of the three before it, NaN for one that was lost; a decimated message is the mean of
-     * the last 2 or 4. */
+     * the last 2 or 4. Old ones where no mean is told. */
     float displacement_in[4][MR_TRANSDUCERS];
     float tension_lb[4][MR_GAGES];
 
