@@ -54,6 +54,14 @@ void hil_adc_reset(struct hil_board *board)
     update_irq(board);
 }
 
+static unsigned ones_of(uint64_t z)
+{
+    z -= z >> 1 & 0x5555555555555555ull;
+    z = (z & 0x3333333333333333ull) + (z >> 2 & 0x3333333333333333ull);
+    z = (z + (z >> 4)) & 0x0f0f0f0f0f0f0f0full;
+    return (unsigned)(z * 0x0101010101010101ull >> 56);
+}
+
 /* Two LSB rms, cheap and the same everywhere: the number of ones among 64 random bits (binomial, sigma 4)
  * in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 + 1/48; tails beyond four sigma are
  * slightly thinner than Gaussian. Random bits: Steele, Lea and Flood's SplitMix64 (2014), a counter
@@ -65,7 +73,7 @@ static double noise_lsb(struct hil_adc *a)
     z = (z ^ z >> 27) * 0x94d049bb133111ebull;
     z ^= z >> 31;
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
-    return 0.5 * (double)(__builtin_popcountll(z) - 32) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
+    return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
 
 static uint16_t convert(struct hil_board *board, unsigned unit, unsigned channel, uint64_t at)

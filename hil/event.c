@@ -53,10 +53,8 @@ static void find_next(struct hil_board *board)
 {
     struct hil_events *events = &board->state.events;
     uint64_t next = HIL_NEVER;
-    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
-        if (events->at_cycle[i] < next)
-            next = events->at_cycle[i];
-    }
+    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) /* without a branch: which one it is changes each time */
+        next = events->at_cycle[i] < next ? events->at_cycle[i] : next;
     events->next_cycle = next;
     if (next < board->limit_cycle)
         board->limit_cycle = next;
