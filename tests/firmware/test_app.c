@@ -87,6 +87,28 @@ static void a_reading_is_whole_or_missing(void **state)
     assert_int_equal(health.blocks_lost, 4);
 }
 
+/* Each block moved by 0.004 in: the first messages after arming, at any phase of the idle ones, are means of the newest two. */
+static void the_first_means_after_arming_reach_back(void **state)
+{
+    for (unsigned before = 96; before < 108; before++) {
+        struct mr_displacement_1_3 d;
+        start(state);
+        for (unsigned n = 0; n < before + 6; n++) {
+            moved_in[0] = 0.004f * (float)index_now;
+            if (n == before)
+                command("arm 1");
+            fake.sent_count = 0;
+            play(1);
+            bool told = n >= before ? n % 2 == 0 : n % 100 == 0;
+            assert_int_equal(count_frames(MR_ID_DISPLACEMENT_1_3), told);
+            if (!told || n < 2)
+                continue;
+            GET_LAST(displacement_1_3, DISPLACEMENT_1_3, &d);
+            assert_near(d.d1_in, 0.004 * ((double)n - 0.5), 0.0006);
+        }
+    }
+}
+
 static void commands_are_answered_with_the_reason(void **state)
 {
     (void)state;
@@ -372,7 +394,7 @@ int main(void)
         TEST(rates_are_those_of_the_design),
         TEST(readings_are_in_inches_and_pounds),
         TEST(a_reading_is_whole_or_missing),
-        TEST(commands_are_answered_with_the_reason),
+        TEST(the_first_means_after_arming_reach_back), TEST(commands_are_answered_with_the_reason),
         TEST(the_boot_rom_is_entered_when_idle),
         TEST(a_flood_of_commands_is_taken_in_portions),
         TEST(a_full_queue_drops_and_counts),
