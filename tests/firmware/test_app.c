@@ -87,7 +87,7 @@ static void a_reading_is_whole_or_missing(void **state)
     assert_int_equal(health.blocks_lost, 4);
 }
 
-/* Each block moved by 0.004 in: the first messages after arming, at any phase of the idle ones, are means of the newest two. */
+/* Each block moved by 0.004 in and pulled by 1 lb: the first messages after arming, at any phase of the idle ones, are means of the newest two. */
 static void the_first_means_after_arming_reach_back(void **state)
 {
     for (unsigned before = 96; before < 108; before++) {
@@ -95,12 +95,18 @@ static void the_first_means_after_arming_reach_back(void **state)
         start(state);
         for (unsigned n = 0; n < before + 6; n++) {
             moved_in[0] = 0.004f * (float)index_now;
+            pulled_lb = (float)index_now;
             if (n == before)
                 command("arm 1");
             fake.sent_count = 0;
             play(1);
             bool told = n >= before ? n % 2 == 0 : n % 100 == 0;
             assert_int_equal(count_frames(MR_ID_DISPLACEMENT_1_3), told);
+            if (n == 101 && before > n) {
+                struct mr_tension_13_14 t;
+                GET_LAST(tension_13_14, TENSION_13_14, &t);
+                assert_near(t.t14_lb, 113.0 + 98.0 + 1.5, 0.05); /* the mean of 98 to 101 */
+            }
             if (!told || n < 2)
                 continue;
             GET_LAST(displacement_1_3, DISPLACEMENT_1_3, &d);
