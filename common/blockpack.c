@@ -5,15 +5,47 @@
 #include "common/bits.h"
 
 enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
-enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING };
+enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
 #define OTHER(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
 #define OTHER_BITS 5u
 #define ESCAPE 8u        /* zeroes that say: 16 bits follow */
 #define MEAN_START 128u  /* a mean of 8: the sum of 8 codes with 2 LSB of noise differs by that */
 
-static unsigned plain_bits(unsigned i)
+/* The sums that are there, one after the other: `four` of 4 codes each, then the rest, of 8. */
+struct sums {
+    const uint16_t *value;
+    unsigned four, count;
+    uint16_t some[MR_PACK_SUMS];
+};
+
+static unsigned plain_bits(const struct sums *sums, unsigned i)
 {
-    return i < 2 * MR_TRANSDUCERS ? 14u : 15u;
+    return i < sums->four ? 14u : 15u;
+}
+
+static void count_sums(struct sums *sums, uint32_t absent)
+{
+    sums->four = 2u * (MR_TRANSDUCERS - (unsigned)__builtin_popcount(absent & MR_BITS_TRANSDUCERS));
+    sums->count = MR_PACK_SUMS - (unsigned)__builtin_popcount(mr_block_absent_sums(absent));
+}
+
+static void gather(struct sums *sums, const struct mr_block *block)
+{
+    sums->value = block->sums;
+    sums->four = 2u * MR_TRANSDUCERS;
+    sums->count = MR_PACK_SUMS;
+    if (!block->absent)
+        return;
+    count_sums(sums, block->absent);
+    uint32_t absent = mr_block_absent_sums(block->absent);
+    uint16_t *to = sums->some;
+    sums->value = to;
+    for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
+        if (!(absent >> i & 1u))
+            *to++ = block->sums[i];
+    }
+    if (sums->count % 2)
+        *to = 0; /* they are looked at by pairs */
 }
 
 static unsigned parameter(const struct mr_pack *pack, unsigned i)
@@ -36,7 +68,7 @@ void mr_pack_forget(struct mr_pack *pack)
 
 bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block)
 {
-    return pack->keyed && block->index == pack->index && block->tick == pack->tick;
+    return pack->keyed && block->index == pack->index && block->tick == pack->tick && block->absent == pack->absent;
 }
 
 size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX])
@@ -46,9 +78,14 @@ size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block, uint8_t o
     pack->keyed = true;
     pack->index = block->index;
     pack->tick = block->tick;
+    pack->absent = block->absent;
     mr_bits_put(&w, OTHER(OTHER_KEY), OTHER_BITS);
     mr_bits_put32(&w, block->index);
     mr_bits_put32(&w, block->tick);
+    if (block->absent) {
+        mr_bits_put(&w, OTHER(OTHER_ABSENT), OTHER_BITS);
+        mr_bits_put(&w, block->absent, 24);
+    }
     return mr_bits_end(&w, out);
 }
 
@@ -78,12 +115,12 @@ static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct
 }
 
 /* All sums as differences. Returns the bits. */
-static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value)
+static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value, unsigned count)
 {
     struct mr_bits w = *to; /* kept in registers */
     mr_bits_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
 #pragma GCC unroll 4
-    for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
+    for (unsigned i = 0; i < count; i++) {
         int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
         uint32_t z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         unsigned k = parameter(pack, i);
@@ -103,15 +140,15 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
 }
 
 /* Some sum has more bits than a 12-bit converter's codes give: two are looked at at a time. */
-static bool is_wide(const uint16_t *value)
+static bool is_wide(const struct sums *sums)
 {
     uint32_t of_four = 0, of_eight = 0, pair;
-    for (unsigned i = 0; i < 2 * MR_TRANSDUCERS; i += 2) {
-        __builtin_memcpy(&pair, value + i, sizeof pair);
+    for (unsigned i = 0; i < sums->four; i += 2) {
+        __builtin_memcpy(&pair, sums->value + i, sizeof pair);
         of_four |= pair;
     }
-    for (unsigned i = 2 * MR_TRANSDUCERS; i < MR_PACK_SUMS; i += 2) {
-        __builtin_memcpy(&pair, value + i, sizeof pair);
+    for (unsigned i = sums->four; i < sums->count; i += 2) {
+        __builtin_memcpy(&pair, sums->value + i, sizeof pair);
         of_eight |= pair;
     }
     return ((of_four & 0xc000c000u) | (of_eight & 0x80008000u)) != 0;
@@ -124,17 +161,19 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block, uint8_t
 
     /* Nearly every block packs well, so that is tried first, and written over when it does not. */
     struct mr_bits before = w;
-    size_t packed = put_packed(&w, pack, block->sums);
-    bool wide_now = is_wide(block->sums), wide = wide_now || pack->wide;
-    pack->wide = wide_now || pack->wide;
-    if (wide || packed >= MR_PACK_PLAIN_BITS) {
+    struct sums sums;
+    gather(&sums, block);
+    size_t packed = put_packed(&w, pack, sums.value, sums.count);
+    bool wide_now = is_wide(&sums), wide = wide_now || pack->wide;
+    pack->wide = wide_now;
+    if (wide || packed >= MR_PACK_TAG_BITS + 15u * sums.count - sums.four) {
         w = before;
         if (wide)
             mr_bits_put(&w, OTHER(OTHER_WIDE), OTHER_BITS);
         else
             mr_bits_put(&w, TAG_PLAIN, MR_PACK_TAG_BITS);
-        for (unsigned i = 0; i < MR_PACK_SUMS; i++)
-            mr_bits_put(&w, block->sums[i], wide ? 16u : plain_bits(i));
+        for (unsigned i = 0; i < sums.count; i++)
+            mr_bits_put(&w, sums.value[i], wide ? 16u : plain_bits(&sums, i));
     }
     pack->index++;
     pack->tick += MR_TICKS_PER_BLOCK;
@@ -192,17 +231,22 @@ static uint32_t get_rice(struct reader *r, unsigned k)
 
 static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, struct mr_block *block)
 {
-    *block = (struct mr_block){.index = pack->index++, .tick = pack->tick};
+    uint32_t absent = mr_block_absent_sums(pack->absent);
+    struct sums sums;
+    count_sums(&sums, pack->absent);
+    *block = (struct mr_block){.index = pack->index++, .tick = pack->tick, .absent = pack->absent};
     pack->tick += MR_TICKS_PER_BLOCK;
-    for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
-        uint16_t *value = &block->sums[i];
+    for (unsigned i = 0, place = 0; i < sums.count; i++, place++) {
+        while (absent >> place & 1u)
+            place++;
+        uint16_t *value = &block->sums[place];
         uint32_t z;
         if (tag == TAG_PACKED) {
             z = get_rice(r, parameter(pack, i));
             int32_t d = (int32_t)(z >> 1) ^ -(int32_t)(z & 1u);
             *value = (uint16_t)((int32_t)pack->value[i] + d);
         } else {
-            *value = (uint16_t)get(r, tag == TAG_PLAIN ? plain_bits(i) : 16u);
+            *value = (uint16_t)get(r, tag == TAG_PLAIN ? plain_bits(&sums, i) : 16u);
             int32_t d = (int32_t)*value - (int32_t)pack->value[i];
             z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         }
@@ -250,6 +294,9 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
             return MR_MALFORMED;
         get_block(r, pack, TAG_OTHER, &record->block);
         return MR_OK;
+    case OTHER_ABSENT:
+        pack->absent = get(r, 24);
+        return pack->keyed && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
     case OTHER_PADDING:
         r->at = (r->at + 7) / 8 * 8;
         return MR_OK;

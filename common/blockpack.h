@@ -6,10 +6,11 @@
  *        12-bit converter can give exceeds MR_PACK_PLAIN_BITS
  *     2  other, with three more bits:  0 message (id 11 bits, length 4 bits, bytes)   1 key (index u32, tick u32)
  *        2 saturation (mask of 24 bits, a byte low << 4 | high per set bit)   3 wide block (32 sums of 16 bits)
- *        4 padding to the next byte
+ *        4 padding to the next byte              5 absent channels (mask of 24 bits), right behind a key
  *     3  end: nothing follows in this page
  * Tags 0, 1 and wide say a block whose index is one more than the last and whose tick is MR_TICKS_PER_BLOCK later; a key says
- * index and tick of the block that follows it, and forgets all that came before. Saturation holds until the next one.
+ * index and tick of the block that follows it, and forgets all that came before. Saturation holds until the next one. The sums of
+ * channels that are absent are left out of blocks of every kind.
  *
  * Golomb-Rice: a difference d becomes z = 2 d, or -2 d - 1 when negative; q = z >> k as q zeroes and a one, then the k low bits of z.
  * Eight zeroes instead: z follows in 16 bits. k = floor(log2(mean)), with mean a running mean of z over 16 blocks. Rice and
@@ -36,7 +37,8 @@ struct mr_pack {
     bool keyed;      /* index and tick are known */
     uint32_t index;  /* of the block to come */
     uint32_t tick;
-    uint16_t value[MR_PACK_SUMS]; /* of the block before */
+    uint32_t absent;
+    uint16_t value[MR_PACK_SUMS]; /* of the block before, those that are there one after the other */
     uint32_t mean16[MR_PACK_SUMS]; /* 16 times the running mean */
     uint8_t low[MR_CHANNELS], high[MR_CHANNELS];
     bool wide;       /* the block before was: a difference to it may have more than 16 bits */

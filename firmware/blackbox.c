@@ -773,6 +773,14 @@ void blackbox_start(struct blackbox *box)
     }
 }
 
+void blackbox_leave_out(struct blackbox *box)
+{
+    memset(box, 0, sizeof *box);
+    box->left_out = true;
+    box->freeing = -1;
+    box->reading = -1;
+}
+
 void blackbox_poll(struct blackbox *box, uint32_t now_ms)
 {
     box->now_ms = now_ms;
