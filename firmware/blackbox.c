@@ -26,7 +26,7 @@ enum job {
     JOB_READ,
 };
 
-#define STEPS 128u        /* of the memory in one poll: at start reads of a dozen bytes, 6 us each; a page takes two polls or more */
+#define STEPS 128u        /* of the memory in one poll; a read takes two polls or more */
 #define SCAN_TRIES 32u    /* each page of a sector twice */
 #define VERIFY_TRIES 2u
 #define READ_TRIES 4u
