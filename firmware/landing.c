@@ -42,6 +42,11 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     return MR_OK;
 }
 
+void landing_reconfigure(struct landing *landing)
+{
+    forget_passage(landing);
+}
+
 void landing_disarm(struct landing *landing, uint32_t block)
 {
     forget_passage(landing);
