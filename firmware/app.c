@@ -198,12 +198,14 @@ static void take_commands(struct app *app)
     struct board_can_frame can;
     uint8_t bytes[APP_SERIAL_BYTES];
 
+    app->configstore.by_serial = false;
     for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
             (void)obey(app, can.data, can.length);
         else if (can.id == MR_ID_CONFIG_WORD)
             configstore_word(&app->configstore, &app->telemetry, can.data, can.length, landing_recording(&app->landing));
     }
+    app->configstore.by_serial = true;
     size_t count = board_serial_receive(bytes, sizeof bytes);
     for (size_t i = 0; i < count; i++) {
         struct mr_frame frame;

@@ -182,6 +182,7 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool l
     mr_config_encode(&config, store->image);
     store->staging = false;
     store->telling = true;
+    store->tell_serial = store->by_serial;
     store->tell_next = word;
     return MR_OK;
 }
@@ -193,7 +194,7 @@ void configstore_block(struct configstore *store, struct telemetry *telemetry, b
     for (unsigned i = 0; store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK; i++) {
         struct mr_config_image word = {.offset = (uint16_t)store->tell_next, .words = MR_CONFIG_WORDS,
                                        .value = word_at(store->image, store->tell_next)};
-        telemetry_send(telemetry, MR_ID_CONFIG_IMAGE, payload, mr_config_image_put(&word, payload));
+        telemetry_answer(telemetry, store->tell_serial, MR_ID_CONFIG_IMAGE, payload, mr_config_image_put(&word, payload));
         store->telling = ++store->tell_next < MR_CONFIG_WORDS;
     }
 }

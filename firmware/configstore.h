@@ -2,7 +2,8 @@
  *
  *     host: config_word ...     into the staging area; config_staged tells how far it has come
  *     host: config-apply CRC    it is looked at (common/config.h), refused with a reason, or stored and in force
- *     host: config-read WORD    the configuration in force, as config_image messages from that word on
+ *     host: config-read WORD    the configuration in force, as config_image messages from that word on, on
+ *                               the link that asked
  *
  * A change goes to the copy that is not in force: erased, then written from its second word on, the first word last: only with that is
  * it one. Whenever the power goes, the copy in force is whole, and after the last word both are; at start the one of
@@ -33,7 +34,8 @@ struct configstore {
     bool staging;
     uint16_t tag;                   /* of the words that are staged */
     unsigned words;                 /* of them */
-    bool telling;
+    bool by_serial;                 /* the link that the last command came by */
+    bool telling, tell_serial;
     unsigned tell_next;
 };
 

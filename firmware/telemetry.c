@@ -75,6 +75,14 @@ void telemetry_send(struct telemetry *telemetry, uint16_t id, const uint8_t *pay
     send_both(telemetry, id, payload, length);
 }
 
+void telemetry_answer(struct telemetry *telemetry, bool serial, uint16_t id, const uint8_t *payload, size_t length)
+{
+    if (serial)
+        send_serial(telemetry, id, payload, length);
+    else
+        send_can(telemetry, id, payload, length);
+}
+
 /* Build a message of the catalogue on the spot and send it: SEND(both, telemetry, mark, MARK, .number = 1). */
 #define SEND(way, telemetry, name, NAME, ...)                             \
     do {                                                                  \
