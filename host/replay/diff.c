@@ -123,8 +123,6 @@ static void compare_pair(struct comparing *c, const struct answer *a, const stru
  * have been on their way. */
 static bool follows_from_record(const struct answer *answer, int64_t first_block)
 {
-    if (answer->info->id >= MR_ID_CONFIG_REFUSED && answer->info->id <= MR_ID_CONFIG_STAGED)
-        return false; /* talk about the configuration, not of the landing */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)
@@ -164,7 +162,8 @@ static const struct answer *next(struct walk *walk, const struct mr_message_info
 
 static void only_one(struct comparing *c, const struct answer *answer, int64_t block, bool recorded)
 {
-    if ((has_own_block(answer->info) && block < c->first_block) || (!recorded && block > c->end_block))
+    /* The record may end between two messages of its last block. */
+    if ((has_own_block(answer->info) && block < c->first_block) || (!recorded && block >= c->end_block))
         return;
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
         return; /* the end itself may be that much earlier or later */
