@@ -67,6 +67,9 @@ static void start_converter(struct adc_regs *adc, const uint8_t *input, unsigned
 
 static void start_conversions(void)
 {
+    /* A scan under way would put its rest into the new streams. */
+    ADC1->CR2 = 0;
+    ADC3->CR2 = 0;
     start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * MR_ADC1_CHANNELS,
                  DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE);
     start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * MR_TRANSDUCERS, 0);
