@@ -56,16 +56,24 @@ const struct mr_config_group mr_config_groups[] = {
 
 _Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUPS, "a row for each group");
 
+/* What is in the name, without its end. */
+static uint32_t add_name(uint32_t crc, const char *name)
+{
+    for (; *name; name++)
+        crc = mr_crc32(crc, (const uint8_t *)name, 1);
+    return crc;
+}
+
 uint32_t mr_config_layout(void)
 {
     uint32_t crc = 0;
     for (unsigned g = 0; g < MR_CONFIG_GROUPS; g++) {
         const struct mr_config_group *group = &mr_config_groups[g];
-        crc = mr_crc32(crc, (const uint8_t *)group->name, strlen(group->name));
+        crc = add_name(crc, group->name);
         crc = mr_crc32(crc, &group->count, 1);
         for (unsigned f = 0; f < group->field_count; f++) {
             const struct mr_config_field *field = &group->fields[f];
-            crc = mr_crc32(crc, (const uint8_t *)field->name, strlen(field->name));
+            crc = add_name(crc, field->name);
             crc = mr_crc32(crc, (const uint8_t[]){field->type, field->count}, 2);
         }
     }
