@@ -105,7 +105,7 @@ static void take_named(struct landing *landing, const struct mr_switch_edge *edg
     float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        station_ft[i] = config_gate_ft(i);
+        station_ft[i] = config.gate[i].step_codes ? config_gate_ft(i) : MR_NAN; /* one that is not fitted is not missing */
     struct mr_passage_edge passed = {.tick = edge->tick, .block = index, .position = edge->position, .number = number,
                                      .station_ft = (double)station_ft[edge->position - 1]};
     struct mr_passage_news news = mr_passage_edge(&landing->passage, &passed, (double)wheel.speed_ft_s, station_ft,

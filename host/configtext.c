@@ -183,8 +183,10 @@ static void write_legend(FILE *file, unsigned group)
         const struct words *w = &words[group][f];
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
         bool day = is_day(field);
-        fprintf(file, "#     %-18s %s%s%s%s\n", field->name, day ? "" : w->unit, w->unit[0] && !day ? ": " : "", w->text,
-                day ? " (YYYY-MM-DD or never)" : "");
+        if (day) /* as it is written here, not as it is stored */
+            fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name, (int)strcspn(w->text, ",;"), w->text);
+        else
+            fprintf(file, "#     %-18s %s%s%s\n", field->name, w->unit, w->unit[0] ? ": " : "", w->text);
     }
 }
 

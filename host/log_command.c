@@ -21,6 +21,7 @@
 #define PROGRESS_US 200000u
 #define SERVICE_US 250000u /* links are looked after at least this often */
 #define ASK_US 1000000u  /* between two requests for the configuration */
+#define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 #define FRAMES_PER_TURN 1024
 #define BYTES_PER_TURN 16384
@@ -39,6 +40,7 @@ struct logger {
     uint64_t begun_us;
     uint64_t shown_us;
     uint64_t asked_us;       /* for the configuration; 0: not, or a landing came in between */
+    unsigned asks;           /* since the beginning or the last landing */
     bool mute[LINK_KINDS];   /* nothing can be sent on it */
     const char *ended_by;    /* NULL: going on */
     struct error link_error; /* the first link that broke; logging went on with the other */
@@ -224,13 +226,14 @@ static void ask_for_configuration(struct logger *logger)
     if (!collector_lacks_configuration(logger->collector)) {
         struct collector_progress p;
         collector_progress(logger->collector, &p);
-        if (p.run)
-            logger->asked_us = 0; /* what it was telling ended with the arming: ask at once when it is done */
+        if (p.run) /* what it was telling ended with the arming: ask at once when it is done */
+            logger->asked_us = logger->asks = 0;
         return;
     }
-    if (logger->asked_us && now_us - logger->asked_us < ASK_US)
+    if (logger->asks == ASKS || (logger->asked_us && now_us - logger->asked_us < ASK_US))
         return;
     logger->asked_us = now_us;
+    logger->asks++;
     can.length = (uint8_t)mr_command_put(&command, can.data);
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         struct error reason = {0};

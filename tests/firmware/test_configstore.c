@@ -204,6 +204,44 @@ static void readings_are_by_the_new_one(void **state)
     assert_near(d.d1_in, 1.0, 0.002);
 }
 
+static unsigned missing_told(unsigned position)
+{
+    unsigned count = 0;
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_switch_event event;
+        if (fake.sent[i].id == MR_ID_SWITCH_EVENT && mr_switch_event_get(&event, fake.sent[i].data, 8) == MR_OK)
+            count += event.position == position && event.reason == MR_SWITCH_MISSING;
+    }
+    return count;
+}
+
+/* Switch 5 is not fitted, 7 is and does not open: only that one is missing. At 30 ft/s, a switch each 5 ft from -2.5 ft on. */
+static void what_is_not_fitted_is_not_missing(void **state)
+{
+    (void)state;
+    struct mr_config wanted = next_one();
+    wanted.gate[4].step_codes = 0;
+    assert_int_equal(change_to(&wanted, false), MR_OK);
+    play(300);
+    command("arm 1");
+    play(100);
+    forget_input();
+    double begin_s = (double)index_now * 1e-3 + 0.1;
+    for (unsigned next = 1; next <= 10;) {
+        double t_s = begin_s + 5.0 * (next - 1) / 30.0;
+        if (next == 5 || next == 7) {
+            next++;
+        } else if (t_s < (double)index_now * 1e-3) {
+            pass_switch(next++, t_s);
+        }
+        play_block();
+    }
+    play(100);
+    assert_true(count_frames(MR_ID_MOTION) >= 5);
+    assert_int_equal(missing_told(5), 0);
+    assert_int_equal(missing_told(7), 1);
+}
+
 static void a_refusal_says_why_and_changes_nothing(void **state)
 {
     (void)state;
@@ -468,6 +506,7 @@ int main(void)
         cmocka_unit_test_setup(a_change_holds, fresh),
         cmocka_unit_test_setup(what_it_is_comes_back, fresh),
         cmocka_unit_test_setup(readings_are_by_the_new_one, fresh),
+        cmocka_unit_test_setup(what_is_not_fitted_is_not_missing, fresh),
         cmocka_unit_test_setup(a_refusal_says_why_and_changes_nothing, fresh),
         cmocka_unit_test_setup(what_did_not_come_whole_is_refused, fresh),
         cmocka_unit_test_setup(it_is_locked_from_arm_to_done, fresh),
