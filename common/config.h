@@ -1,8 +1,25 @@
-/* Configuration of the instrument: site, channels with their calibration, switches, bands. Fields, units and limits: config.def. */
+/* Configuration of the instrument: site, channels with their calibration, switches, bands. Fields, units and limits: config.def.
+ *
+ * Stored form, of MR_CONFIG_IMAGE bytes, little-endian, the same in flash, on the links and in the database:
+ *
+ *      0  "MRCF"
+ *      4  format u16 (MR_CONFIG_FORMAT) | 0 u16
+ *      8  length u32, of all of it
+ *     12  layout u32: CRC-32 of the names, types and counts of all fields (mr_config_layout)
+ *     16  revision u32, that of site
+ *     20  every field, in the order of the table; TEXT as it is
+ *      .  0 to 3 bytes of 0: the length is a multiple of 4
+ *     -4  CRC-32 of everything before it: by this number a configuration is known everywhere
+ *
+ * A configuration has exactly one stored form. Pure functions, no state. */
 #ifndef MATRIG_COMMON_CONFIG_H
 #define MATRIG_COMMON_CONFIG_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "common/status.h"
 
 #define MR_CONFIG_SWITCHES 24u
 #define MR_CONFIG_BANDS 4u
@@ -17,6 +34,7 @@ enum mr_config_wheel { MR_WHEEL_MAIN = 0, MR_WHEEL_NOSE = 1, MR_WHEEL_OTHER = 2 
 #define GROUP(name, count) struct mr_##name##_config {
 #define INTEGER(group, type, field, least, most, unit, text) MR_CONFIG_##type field;
 #define REAL(group, field, least, most, unit, text) float field;
+#define OPTIONAL REAL
 #define REALS(group, field, count, least, most, unit, text) float field[count];
 #define TEXT(group, field, size, text) char field[size];
 #define END(name) };
@@ -24,6 +42,7 @@ enum mr_config_wheel { MR_WHEEL_MAIN = 0, MR_WHEEL_NOSE = 1, MR_WHEEL_OTHER = 2 
 #undef GROUP
 #undef INTEGER
 #undef REAL
+#undef OPTIONAL
 #undef REALS
 #undef TEXT
 #undef END
@@ -32,6 +51,7 @@ struct mr_config {
 #define GROUP(name, count) struct mr_##name##_config name[count];
 #define INTEGER(group, type, field, least, most, unit, text)
 #define REAL(group, field, least, most, unit, text)
+#define OPTIONAL REAL
 #define REALS(group, field, count, least, most, unit, text)
 #define TEXT(group, field, size, text)
 #define END(name)
@@ -39,9 +59,149 @@ struct mr_config {
 #undef GROUP
 #undef INTEGER
 #undef REAL
+#undef OPTIONAL
 #undef REALS
 #undef TEXT
 #undef END
 };
+
+/* Numbers of groups (MR_GROUP_site) and of the fields of each (MR_FIELD_site_name), from 0. */
+enum mr_config_group_number {
+#define GROUP(name, count) MR_GROUP_##name,
+#define INTEGER(group, type, field, least, most, unit, text)
+#define REAL(group, field, least, most, unit, text)
+#define OPTIONAL REAL
+#define REALS(group, field, count, least, most, unit, text)
+#define TEXT(group, field, size, text)
+#define END(name)
+#include "common/config.def"
+#undef GROUP
+#undef INTEGER
+#undef REAL
+#undef OPTIONAL
+#undef REALS
+#undef TEXT
+#undef END
+    MR_CONFIG_GROUPS
+};
+#define GROUP(name, count) enum mr_config_##name##_field {
+#define INTEGER(group, type, field, least, most, unit, text) MR_FIELD_##group##_##field,
+#define REAL(group, field, least, most, unit, text) MR_FIELD_##group##_##field,
+#define OPTIONAL REAL
+#define REALS(group, field, count, least, most, unit, text) MR_FIELD_##group##_##field,
+#define TEXT(group, field, size, text) MR_FIELD_##group##_##field,
+#define END(name) MR_FIELDS_##name };
+#include "common/config.def"
+#undef GROUP
+#undef INTEGER
+#undef REAL
+#undef OPTIONAL
+#undef REALS
+#undef TEXT
+#undef END
+
+/* Bytes of the fields: the sum over the table. */
+enum {
+    MR_CONFIG_FIELD_BYTES = 0
+#define SIZE_u8 1u
+#define SIZE_u16 2u
+#define SIZE_u32 4u
+#define GROUP(name, count) + (count) * (0u
+#define INTEGER(group, type, field, least, most, unit, text) + SIZE_##type
+#define REAL(group, field, least, most, unit, text) + 4u
+#define OPTIONAL REAL
+#define REALS(group, field, count, least, most, unit, text) + 4u * (count)
+#define TEXT(group, field, size, text) + (size)
+#define END(name) )
+#include "common/config.def"
+#undef GROUP
+#undef INTEGER
+#undef REAL
+#undef OPTIONAL
+#undef REALS
+#undef TEXT
+#undef END
+#undef SIZE_u8
+#undef SIZE_u16
+#undef SIZE_u32
+};
+
+#define MR_CONFIG_FORMAT 1u
+#define MR_CONFIG_HEADER 20u
+#define MR_CONFIG_IMAGE ((MR_CONFIG_HEADER + (unsigned)MR_CONFIG_FIELD_BYTES + 3u) / 4u * 4u + 4u)
+#define MR_CONFIG_WORDS (MR_CONFIG_IMAGE / 4u)
+
+enum mr_config_type { MR_CONFIG_TYPE_u8, MR_CONFIG_TYPE_u16, MR_CONFIG_TYPE_u32, MR_CONFIG_TYPE_REAL, MR_CONFIG_TYPE_OPTIONAL,
+                      MR_CONFIG_TYPE_TEXT };
+
+struct mr_config_field {
+    const char *name;
+    uint8_t type;      /* enum mr_config_type */
+    uint8_t count;     /* elements; of a text: bytes */
+    uint16_t offset;   /* in the struct of its group */
+    uint32_t least, most; /* of integers */
+    float low, high;   /* of reals */
+};
+
+struct mr_config_group {
+    const char *name;
+    uint8_t count;       /* members */
+    uint8_t field_count;
+    uint16_t offset, size; /* of the first in struct mr_config; of one */
+    const struct mr_config_field *fields;
+};
+
+/* MR_CONFIG_GROUPS of them. Static storage. */
+extern const struct mr_config_group mr_config_groups[];
+
+uint32_t mr_config_layout(void);
+/* Writes MR_CONFIG_IMAGE bytes; returns their CRC-32, which stands in the last four. */
+uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image);
+/* Is it a whole configuration of this table? MR_OK; MR_MALFORMED: none; MR_TRUNCATED: `length` bytes are not all of it; MR_CRC;
+ * MR_VERSION: intact, but of another format or table. Says nothing of what is in it: mr_config_check does. */
+enum mr_status mr_config_examine(const uint8_t *image, size_t length);
+/* mr_config_examine, and when it is MR_OK the configuration; else `config` stays as it is. */
+enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_config *config);
+/* Swap the fields of a whole image and of `config`: what the image says is in `config` and the other way round; doing it twice
+ * changes nothing. The image's revision and CRC are not kept up. */
+void mr_config_exchange(uint8_t *image, struct mr_config *config);
+
+/* What makes a configuration unusable. `other`: see the rule. */
+#define MR_CONFIG_RULE_TABLE(X)                                                                                          \
+    X(TOO_SMALL,    1, "below its least value")                                                                          \
+    X(TOO_LARGE,    2, "above its greatest value")                                                                       \
+    X(NOT_A_NUMBER, 3, "not a number")                                                                                   \
+    X(NOT_TEXT,     4, "printable ASCII, filled up with 0, is wanted")                                                   \
+    X(NOT_ABOVE,    5, "must be more than another field [other: its number in the group]")                               \
+    X(NOT_RISING,   6, "must be more than the one before it [other: which, from 0]")                                     \
+    X(SUM,          7, "the zero and all steps up to this one exceed the converter")                                     \
+    X(ALIKE,        8, "steps of two switches cannot be told apart [other: the switch, from 0]")                         \
+    X(ZERO,         9, "must not be 0 where something is fitted")                                                        \
+    X(TAKEN,       10, "the number is another's of the same kind [other: its channel, from 0]")                          \
+    X(PLACE,       11, "no channel for that kind")                                                                       \
+    X(NO_BAND,     12, "there is no such band: its pretension is 0")                                                     \
+    X(ONE_POINT,   13, "a linearisation has two points or more, or none")                                                \
+    X(NO_STATION,  14, "a station is needed")                                                                            \
+    X(REVISION,    15, "not one more than the revision in force: somebody else changed it")
+
+enum mr_config_rule {
+    MR_RULE_NONE = 0,
+#define MR_CONFIG_RULE_ENUM(NAME, number, text) MR_RULE_##NAME = (number),
+    MR_CONFIG_RULE_TABLE(MR_CONFIG_RULE_ENUM)
+#undef MR_CONFIG_RULE_ENUM
+    MR_RULE_COUNT
+};
+
+struct mr_config_reason {
+    uint8_t group, index, field, element; /* numbers from 0 */
+    uint8_t rule, other;
+};
+
+/* Steps of the staircase must be so far from 0 and from each other: twice the tolerance of naming one. */
+#define MR_CONFIG_STEP_CODES 8u
+
+/* MR_OK, or MR_LIMIT: `reason` says where the first thing that is wrong is, and what. Limits of all fields first, then what fields
+ * must be to each other. */
+enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason);
 
 #endif

@@ -46,9 +46,17 @@ void app_configured(struct app *app)
         blackbox_start(&app->box);
 }
 
+static void tell_configuration(struct app *app)
+{
+    app->telemetry.config_crc = app->configstore.crc;
+    app->telemetry.config_state = configstore_state(&app->configstore);
+    telemetry_burst(&app->telemetry, &app->landing);
+}
+
 void app_start(struct app *app)
 {
     memset(app, 0, sizeof *app);
+    configstore_start(&app->configstore);
     landing_start(&app->landing);
     mr_deframer_init(&app->deframer);
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
@@ -56,7 +64,7 @@ void app_start(struct app *app)
     app_configured(app);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
-    telemetry_burst(&app->telemetry, &app->landing);
+    tell_configuration(app);
     board_warn(false);
 }
 
@@ -168,6 +176,20 @@ static enum mr_status enter_rom(struct app *app)
     return MR_OK;
 }
 
+/* Nothing that was read, passed or summed under the old configuration goes on under the new one. */
+static enum mr_status apply_configuration(struct app *app, const struct mr_command *command)
+{
+    bool locked = landing_recording(&app->landing);
+    enum mr_status status = configstore_apply(&app->configstore, &app->telemetry, (uint32_t)command->argument, locked);
+    if (status == MR_OK) {
+        landing_reconfigure(&app->landing);
+        app_configured(app);
+    }
+    if (status == MR_OK || status == MR_IO)
+        tell_configuration(app);
+    return status;
+}
+
 /* MR_OK: answered, whatever the answer; else it was no command. */
 static enum mr_status obey(struct app *app, const uint8_t *payload, size_t length)
 {
@@ -198,6 +220,12 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     case MR_COMMAND_BOOTROM:
         status = enter_rom(app);
         break;
+    case MR_COMMAND_CONFIG_APPLY:
+        status = apply_configuration(app, &command);
+        break;
+    case MR_COMMAND_CONFIG_READ:
+        status = configstore_read(&app->configstore, (uint32_t)command.argument, landing_recording(&app->landing));
+        break;
     default:
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
         break;
@@ -212,16 +240,22 @@ static void take_commands(struct app *app)
     struct board_can_frame can;
     uint8_t bytes[APP_SERIAL_BYTES];
 
+    app->configstore.by_serial = false;
     for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
             (void)obey(app, can.data, can.length);
+        else if (can.id == MR_ID_CONFIG_WORD)
+            configstore_word(&app->configstore, &app->telemetry, can.data, can.length, landing_recording(&app->landing));
     }
+    app->configstore.by_serial = true;
     size_t count = board_serial_receive(bytes, sizeof bytes);
     for (size_t i = 0; i < count; i++) {
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&app->deframer, bytes[i], &frame);
         if (status == MR_OK && frame.type == MR_ID_COMMAND)
             status = obey(app, frame.payload, frame.length);
+        else if (status == MR_OK && frame.type == MR_ID_CONFIG_WORD)
+            configstore_word(&app->configstore, &app->telemetry, frame.payload, frame.length, landing_recording(&app->landing));
         if (status != MR_OK && status != MR_TOO_FEW) {
             if (app->telemetry.serial_bad < UINT16_MAX)
                 app->telemetry.serial_bad++;
@@ -348,6 +382,7 @@ static void take_block(struct app *app, const struct mr_block *block)
         mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
         telemetry_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
     }
+    configstore_block(&app->configstore, &app->telemetry, recording);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
 }
 

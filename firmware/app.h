@@ -4,6 +4,7 @@
 
 #include "common/framing.h"
 #include "firmware/boxlink.h"
+#include "firmware/configstore.h"
 #include "firmware/landing.h"
 #include "firmware/telemetry.h"
 
@@ -42,6 +43,7 @@ struct app {
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 
+    struct configstore configstore;
     struct boxlink boxlink;
     struct blackbox box;
 };

@@ -66,6 +66,7 @@ struct mr_config config = {
         SWITCH(13), SWITCH(14), SWITCH(15), SWITCH(16), SWITCH(17), SWITCH(18),
         SWITCH(19), SWITCH(20), SWITCH(21), SWITCH(22), SWITCH(23), SWITCH(24),
     },
+    .band = {{.pretension_lb = 100.0f}, {.pretension_lb = 100.0f}}, /* report 5.1 */
 };
 
 uint32_t config_fitted(void)

@@ -42,6 +42,11 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     return MR_OK;
 }
 
+void landing_reconfigure(struct landing *landing)
+{
+    forget_passage(landing);
+}
+
 void landing_disarm(struct landing *landing, uint32_t block)
 {
     forget_passage(landing);
@@ -100,7 +105,7 @@ static void take_named(struct landing *landing, const struct mr_switch_edge *edg
     float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        station_ft[i] = config_gate_ft(i);
+        station_ft[i] = config.gate[i].step_codes ? config_gate_ft(i) : MR_NAN; /* one that is not fitted is not missing */
     struct mr_passage_edge passed = {.tick = edge->tick, .block = index, .position = edge->position, .number = number,
                                      .station_ft = (double)station_ft[edge->position - 1]};
     struct mr_passage_news news = mr_passage_edge(&landing->passage, &passed, (double)wheel.speed_ft_s, station_ft,

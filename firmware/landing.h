@@ -79,6 +79,8 @@ struct landing {
 void landing_start(struct landing *landing);
 /* MR_OK, or MR_NOT_NOW. `number` 0: one more than the last. */
 enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t block);
+/* Idle or done, and the configuration has changed: what is under way by the old one is forgotten. */
+void landing_reconfigure(struct landing *landing);
 void landing_disarm(struct landing *landing, uint32_t block);
 
 /* One block: its index, first tick, the mean code of the staircase, and the edges up to it. */

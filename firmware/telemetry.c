@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "common/crc32.h"
 #include "common/framing.h"
 #include "common/wire.h"
 #include "firmware/config.h"
@@ -72,6 +71,19 @@ static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *p
     send_serial(telemetry, id, payload, length);
 }
 
+void telemetry_send(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+{
+    send_both(telemetry, id, payload, length);
+}
+
+void telemetry_answer(struct telemetry *telemetry, bool serial, uint16_t id, const uint8_t *payload, size_t length)
+{
+    if (serial)
+        send_serial(telemetry, id, payload, length);
+    else
+        send_can(telemetry, id, payload, length);
+}
+
 /* Build a message of the catalogue on the spot and send it: SEND(both, telemetry, mark, MARK, .number = 1). */
 #define SEND(way, telemetry, name, NAME, ...)                             \
     do {                                                                  \
@@ -101,31 +113,10 @@ static struct mr_switch_place switch_message(unsigned i)
                                     .station_ft = config_gate_ft(i)};
 }
 
-static uint32_t config_crc(void)
-{
-    uint32_t crc = 0;
-    uint8_t payload[MR_MESSAGE_MAX];
-    for (unsigned i = 0; i < MR_CHANNELS; i++) {
-        struct mr_channel channel = channel_message(i);
-        struct mr_channel_zero zero = channel_zero_message(i);
-        crc = mr_crc32(crc, payload, mr_channel_put(&channel, payload));
-        crc = mr_crc32(crc, payload, mr_channel_zero_put(&zero, payload));
-    }
-    for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++) {
-        struct mr_switch_place place = switch_message(i);
-        crc = mr_crc32(crc, payload, mr_switch_place_put(&place, payload));
-    }
-    struct mr_site site = {.touchdown_ft = config.site[0].touchdown_ft, .switch_error_ft = config.site[0].switch_error_ft};
-    struct mr_wheel wheel = {.ahead_ft = config.site[0].wheel_ahead_ft, .wheel = config.site[0].wheel};
-    crc = mr_crc32(crc, payload, mr_site_put(&site, payload));
-    return mr_crc32(crc, payload, mr_wheel_put(&wheel, payload));
-}
-
 void telemetry_start(struct telemetry *telemetry)
 {
     memset(telemetry, 0, sizeof *telemetry);
     board_identify(&telemetry->identity);
-    telemetry->config_crc = config_crc();
     telemetry->can_silent = telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL;
     if (telemetry->can_silent)
         health_count(MR_FAULT_CAN_SILENT, 0);
@@ -141,6 +132,11 @@ static void send_hello(struct telemetry *telemetry, const struct landing *landin
     SEND(both, telemetry, board_image, BOARD_IMAGE, .uid2 = identity->uid[2], .image_crc = identity->image_crc);
     SEND(both, telemetry, board_config, BOARD_CONFIG, .config_crc = telemetry->config_crc, .channels = MR_CHANNELS,
          .switches = MR_CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_CLOSURE_WARNING_MATS);
+    if (!telemetry->to_box) {
+        const struct mr_config_state *stored = &telemetry->config_state;
+        SEND(both, telemetry, config_state, CONFIG_STATE, .revision = stored->revision, .source = stored->source,
+             .copy_a = stored->copy_a, .copy_b = stored->copy_b);
+    }
     SEND(both, telemetry, site, SITE, .touchdown_ft = config.site[0].touchdown_ft,
          .switch_error_ft = config.site[0].switch_error_ft);
     SEND(both, telemetry, wheel, WHEEL, .ahead_ft = config.site[0].wheel_ahead_ft, .wheel = config.site[0].wheel);

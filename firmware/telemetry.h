@@ -18,6 +18,7 @@
 struct telemetry {
     struct board_identity identity;
     uint32_t config_crc;
+    struct mr_config_state config_state;
     bool can_silent;
 
     uint16_t serial_seq;
@@ -39,6 +40,11 @@ struct telemetry {
 };
 
 void telemetry_start(struct telemetry *telemetry);
+
+/* A message of another part, on both links. */
+void telemetry_send(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length);
+/* On one of them. */
+void telemetry_answer(struct telemetry *telemetry, bool serial, uint16_t id, const uint8_t *payload, size_t length);
 
 /* The regular messages of one block: clock, health, faults, state, hello, configuration. Sent even without blocks. */
 void telemetry_regular(struct telemetry *telemetry, const struct landing *landing, const float *slack_in,

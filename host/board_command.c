@@ -171,6 +171,10 @@ int board_command(int argc, char **argv, const struct cli *cli)
         {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL}};
     struct error error = {0};
     double number = 0.0;
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "config") == 0)
+            return config_command(argc, argv, cli);
+    }
     enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 2, "list|read N|free N", &error);
     bool is_list = status == MR_OK && strcmp(words[0], "list") == 0;
     bool is_read = status == MR_OK && strcmp(words[0], "read") == 0;

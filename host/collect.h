@@ -39,6 +39,9 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
 /* Write the session's counts and troubles so far. */
 enum mr_status collector_put_counts(struct collector *collector, struct error *error);
 
+/* The board has said by which configuration it works, that one is not in the database, and it may be asked for it. */
+bool collector_lacks_configuration(const struct collector *collector);
+
 /* RUN of a landing that has ended since the last call; 0: none. */
 int64_t collector_take_finished(struct collector *collector);
 

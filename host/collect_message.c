@@ -357,6 +357,11 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
         collector->identity.config_crc = m.config_crc;
         break;
     }
+    case MR_ID_CONFIG_IMAGE: {
+        GET(config_image);
+        status = collect_config_word(collector, side, &m, error);
+        break;
+    }
     case MR_ID_SITE: {
         GET(site);
         collector->identity.touchdown_ft = (double)m.touchdown_ft;

@@ -42,6 +42,8 @@ struct side {
     int64_t pending_run;
     int64_t pending_us; /* board time */
     bool any_pending;
+    uint8_t config_image[MR_CONFIG_IMAGE]; /* as the board tells it, word by word */
+    uint8_t config_present[MR_CONFIG_WORDS];
 };
 
 struct collector {
@@ -64,11 +66,16 @@ struct collector {
     bool segment_known[MR_SEGMENTS];
     struct store_segment segment[MR_SEGMENTS];
     uint16_t fault_count[MR_FAULT_COUNT];
+    bool config_kept;         /* a whole configuration is in the database: */
+    uint32_t config_kept_crc;
 };
 
 /* Does what a message of the catalogue says. */
 enum mr_status collect_message(struct collector *collector, struct side *side, uint16_t id,
                                const uint8_t *payload, size_t length, uint64_t host_us, struct error *error);
+/* A word of the board's configuration; the last one writes it. */
+enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
+                                   struct error *error);
 /* Writes all that is known of the configuration for a landing that begins. */
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
                                            struct error *error);

@@ -9,6 +9,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "common/command.h"
+#include "common/framing.h"
 #include "host/analyse/summary.h"
 #include "host/cli.h"
 #include "host/collect.h"
@@ -18,6 +20,8 @@
 #define COMMIT_US 40000u
 #define PROGRESS_US 200000u
 #define SERVICE_US 250000u /* links are looked after at least this often */
+#define ASK_US 1000000u  /* between two requests for the configuration */
+#define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 #define FRAMES_PER_TURN 1024
 #define BYTES_PER_TURN 16384
@@ -35,6 +39,9 @@ struct logger {
     bool in_transaction;
     uint64_t begun_us;
     uint64_t shown_us;
+    uint64_t asked_us;       /* for the configuration; 0: not, or a landing came in between */
+    unsigned asks;           /* since the beginning or the last landing */
+    bool mute[LINK_KINDS];   /* nothing can be sent on it */
     const char *ended_by;    /* NULL: going on */
     struct error link_error; /* the first link that broke; logging went on with the other */
     json_t *landings;
@@ -209,6 +216,39 @@ static enum mr_status show_finished(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
+/* Asks the board for its configuration, over serial when it can be. A link that does not take it, such as a file, is asked once. */
+static void ask_for_configuration(struct logger *logger)
+{
+    struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
+    struct link_frame can = {.id = MR_ID_COMMAND};
+    uint8_t bytes[MR_FRAME_MAX];
+    uint64_t now_us = monotonic_us();
+    if (!collector_lacks_configuration(logger->collector)) {
+        struct collector_progress p;
+        collector_progress(logger->collector, &p);
+        if (p.run) /* what it was telling ended with the arming: ask at once when it is done */
+            logger->asked_us = logger->asks = 0;
+        return;
+    }
+    if (logger->asks == ASKS || (logger->asked_us && now_us - logger->asked_us < ASK_US))
+        return;
+    logger->asked_us = now_us;
+    logger->asks++;
+    can.length = (uint8_t)mr_command_put(&command, can.data);
+    for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
+        struct error reason = {0};
+        if (!logger->open[kind] || logger->mute[kind])
+            continue;
+        enum mr_status status =
+            kind == LINK_CAN ? link_send_frame(logger->link[kind], &can, &reason)
+                             : link_send_bytes(logger->link[kind], bytes,
+                                               mr_frame_encode(0, MR_ID_COMMAND, can.data, can.length, bytes), &reason);
+        logger->mute[kind] = status != MR_OK;
+        if (status == MR_OK)
+            return;
+    }
+}
+
 static void show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_terminal() || (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
@@ -285,6 +325,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
             status = show_finished(logger, error);
         if (status != MR_OK)
             return status;
+        ask_for_configuration(logger);
         show_progress(logger, false);
         if (signalled)
             logger->ended_by = "signal"; /* it stays blocked and pending: the end is on its way */
@@ -442,11 +483,13 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
 int log_command(int argc, char **argv, const struct cli *cli)
 {
     const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL;
+    bool listen = false;
     const struct cli_option options[] = {
-        {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL}};
+        {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL},
+        {"--listen", NULL, &listen}};
     struct error error = {0};
     double for_s = (double)INFINITY;
-    enum mr_status status = cli_parse(argc, argv, options, 4, NULL, 0, 0, "", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 5, NULL, 0, 0, "", &error);
     if (status == MR_OK && !can && !serial)
         status =
             error_set(&error, MR_USAGE,
@@ -467,7 +510,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {.cli = cli, .landings = json_array()};
+    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}};
     status = open_all(&logger, can, serial, db, &error);
     if (status == MR_OK)
         status = run(&logger, signals, can, serial, for_s, &error);

@@ -15,11 +15,12 @@ struct command {
 };
 
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--listen]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
      "  --for S        stop after S seconds; else at the end of the links, or on Ctrl-C\n"
+     "  --listen       send nothing: do not ask the board for its configuration\n"
      "\n"
      "LINK is one of\n"
      "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
@@ -30,14 +31,17 @@ static const struct command commands[] = {
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
-    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N",
-     "what a board's black box holds; read it out, free it",
+    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N | config get|set|check",
+     "what a board's black box holds; its configuration",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  list           its records, and how much room there is\n"
      "  read N         record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
      "                 the same command with -o goes on where it was. Exit 1 when a page cannot be read\n"
-     "  free N         give its space back; nothing is ever overwritten that was not freed\n"},
+     "  free N         give its space back; nothing is ever overwritten that was not freed\n"
+     "  config get     the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial\n"
+     "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done\n"
+     "  config check F check F alone, without a board\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"

@@ -8,10 +8,13 @@
 #include <unistd.h>
 
 #include "host/cli.h"
+#include "host/configtext.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
 #include "host/replay/input.h"
 #include "host/run.h"
+
+#define CONFIG_COPY_A 0x8000u /* where it is in flash */
 
 struct replay {
     const char *db;
@@ -57,7 +60,7 @@ static enum mr_status make_directory(struct replay *replay, struct error *error)
 
 static void remove_directory(const struct replay *replay)
 {
-    static const char *const names[] = {"replay.txt", "can.log", "serial.bin", "board.txt"};
+    static const char *const names[] = {"replay.txt", "can.log", "serial.bin", "board.txt", "flash.bin"};
     char path[PATH_MAX + 20];
     if (!replay->directory[0])
         return;
@@ -95,6 +98,32 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
     return status;
 }
 
+/* The configuration that the landing was recorded under goes with it, into copy A of the board's flash. What is built in belongs to
+ * the image. Where the database does not hold it, the difference shows in config_crc. */
+static enum mr_status give_configuration(struct replay *replay, struct store *store, struct error *error)
+{
+    static struct mr_config config;
+    static uint8_t flash[CONFIG_COPY_A + MR_CONFIG_IMAGE];
+    char path[PATH_MAX + 20];
+    char *text = NULL;
+    int64_t crc = replay->recorded.landing.config_crc;
+    enum mr_status status = crc == STORE_NONE ? MR_OK : store_configuration_get(store, (uint32_t)crc, &text, error);
+    if (status == MR_OK && text)
+        status = configtext_read(text, replay->db, &config, error);
+    replay->board.flash = status == MR_OK && text && config.site[0].revision > 0;
+    free(text);
+    if (!replay->board.flash)
+        return status;
+    memset(flash, 0xff, sizeof flash);
+    mr_config_encode(&config, flash + CONFIG_COPY_A);
+    snprintf(path, sizeof path, "%s/flash.bin", replay->directory);
+    FILE *file = fopen(path, "wb");
+    bool written = file && fwrite(flash, sizeof flash, 1, file) == 1;
+    if ((file && fclose(file) != 0) || !written)
+        return error_set(error, MR_IO, "cannot be written: %s; is there room?", path);
+    return MR_OK;
+}
+
 static enum mr_status replay_run(struct replay *replay, struct store *store, const struct cli *cli, struct error *error)
 {
     struct diff_options options = {0};
@@ -107,6 +136,8 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     snprintf(path, sizeof path, "%s/replay.txt", replay->directory);
     if (status == MR_OK)
         status = replay_input_write(store, &replay->recorded, path, &replay->input, error);
+    if (status == MR_OK)
+        status = give_configuration(replay, store, error);
     if (status == MR_OK)
         status = find_losses(store, replay, &options, error);
     if (status == MR_OK)

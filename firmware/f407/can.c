@@ -36,7 +36,7 @@ void can_start(void)
     CAN1->FS1R = 1u;  /* 32 bits */
     CAN1->FFA1R = 0;  /* to FIFO 0 */
     CAN1->filter[0][0] = (uint32_t)MR_ID_COMMAND << 21;
-    CAN1->filter[0][1] = (uint32_t)MR_ID_COMMAND << 21;
+    CAN1->filter[0][1] = (uint32_t)MR_ID_CONFIG_WORD << 21;
     CAN1->FA1R = 1u;
     CAN1->FMR &= ~CAN_FMR_FINIT;
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;

@@ -25,6 +25,10 @@ void uart_start(bool dma_works, bool raw_clock);
 /* watchdog.c: half a second at nominal LSI, 0.34 to 0.94 s over its range. */
 void watchdog_start(void);
 void watchdog_feed(void);
+/* How many counts of LSI / 32 it waits from now on; feeds it. A 16 KiB sector's erase takes 0.5 s: 1500 are 1.02 s at least. */
+#define WATCHDOG_USUAL 500u
+#define WATCHDOG_FLASH 1500u
+void watchdog_patience(uint32_t counts);
 /* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything else. */
 void rom_if_asked(void);
 /* fault.c: counts what a processor fault before this reset left behind. */

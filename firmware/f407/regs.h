@@ -48,6 +48,18 @@ struct rcc_regs {
 /* RM0090 3.9: flash interface; 5.4: power control */
 #define FLASH_ACR (*(reg32 *)0x40023c00u)
 #define FLASH_ACR_168MHZ (5u | 1u << 8 | 1u << 9 | 1u << 10) /* 5 wait states, prefetch, both caches */
+#define FLASH_ACR_DCEN (1u << 10)
+#define FLASH_ACR_DCRST (1u << 12)
+#define FLASH_KEYR (*(reg32 *)0x40023c04u)
+#define FLASH_SR (*(reg32 *)0x40023c0cu)
+#define FLASH_SR_ERRORS 0xf2u /* PGSERR, PGPERR, PGAERR, WRPERR, OPERR; a one clears it */
+#define FLASH_SR_BSY (1u << 16)
+#define FLASH_CR (*(reg32 *)0x40023c10u)
+#define FLASH_CR_PG (1u << 0)
+#define FLASH_CR_SER (1u << 1)
+#define FLASH_CR_PSIZE_32 (2u << 8)
+#define FLASH_CR_STRT (1u << 16)
+#define FLASH_CR_LOCK (1u << 31)
 #define PWR_CR (*(reg32 *)0x40007000u)
 #define PWR_CR_VOS (1u << 14)
 

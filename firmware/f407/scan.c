@@ -79,6 +79,9 @@ static void start_converter(struct adc_regs *adc, const uint8_t *input, const ui
 
 static void start_conversions(void)
 {
+    /* A scan under way would put its rest into the new streams. */
+    ADC1->CR2 = 0;
+    ADC3->CR2 = 0;
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
     bool adc3_is_last = scan.transducers > scan.others;
     start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * scan.others, adc3_is_last ? 0 : tell);

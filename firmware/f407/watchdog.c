@@ -11,7 +11,13 @@ void watchdog_start(void)
     IWDG->KR = KEY_START;
     IWDG->KR = KEY_UNLOCK;
     IWDG->PR = 3u; /* / 32 */
-    IWDG->RLR = 500u;
+    watchdog_patience(WATCHDOG_USUAL);
+}
+
+void watchdog_patience(uint32_t counts)
+{
+    IWDG->KR = KEY_UNLOCK;
+    IWDG->RLR = counts;
     for (unsigned polls = 0; IWDG->SR && polls < UPDATE_POLLS; polls++) {
     }
     IWDG->KR = KEY_FEED;

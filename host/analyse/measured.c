@@ -54,7 +54,12 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
                           const struct store_switch *places, size_t place_count)
 {
     measured->edges = edge_count;
-    measured->switches = place_count;
+    for (size_t p = 0; p < place_count; p++) {
+        if (places[p].step_codes == 0)
+            continue;
+        measured->fitted |= 1ull << (places[p].position - 1);
+        measured->switches++;
+    }
     for (size_t e = 0; e < edge_count; e++) {
         for (size_t p = 0; p < place_count; p++) {
             uint64_t bit = 1ull << (places[p].position - 1);

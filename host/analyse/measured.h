@@ -56,7 +56,8 @@ struct measured {
     struct mr_gate gate[MR_GATES_MAX]; /* named edges in order; t_s as above */
     size_t gates;
     size_t edges;                    /* captured, named or not */
-    size_t switches;                 /* in the board's table */
+    size_t switches;                 /* in the board's table, and fitted */
+    uint64_t fitted;                 /* which: bit p-1: switch p */
     uint64_t seen;                   /* bit p-1: switch p */
     enum mr_status fit_status;       /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends
                                         while the gear moves, so only the touchdown of the summary is known */

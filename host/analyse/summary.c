@@ -93,8 +93,8 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
     int length = all ? snprintf(out, size, "all %zu seen", seen)
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
     const char *before = ", missing ";
-    for (size_t p = 0; p < measured->switches && p < 64 && length > 0 && (size_t)length < size; p++) {
-        if (measured->seen & 1ull << p)
+    for (size_t p = 0; p < 64 && length > 0 && (size_t)length < size; p++) {
+        if (!(measured->fitted & ~measured->seen & 1ull << p))
             continue;
         length += snprintf(out + length, size - (size_t)length, "%s%zu", before, p + 1);
         before = ", ";

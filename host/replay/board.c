@@ -21,7 +21,7 @@
 #define FRAMES_PER_TURN 1024
 
 struct paths {
-    char replay[300], can[300], serial[300], told[300];
+    char replay[300], can[300], serial[300], told[300], flash[300];
     char can_spec[320], serial_spec[320];
 };
 
@@ -31,6 +31,7 @@ static void name_paths(struct paths *paths, const char *directory)
     snprintf(paths->can, sizeof paths->can, "%s/can.log", directory);
     snprintf(paths->serial, sizeof paths->serial, "%s/serial.bin", directory);
     snprintf(paths->told, sizeof paths->told, "%s/board.txt", directory);
+    snprintf(paths->flash, sizeof paths->flash, "%s/flash.bin", directory);
     snprintf(paths->can_spec, sizeof paths->can_spec, "file:%s", paths->can);
     snprintf(paths->serial_spec, sizeof paths->serial_spec, "file:%s", paths->serial);
 }
@@ -39,7 +40,7 @@ static void name_paths(struct paths *paths, const char *directory)
 static void become_board(const struct replay_board *board, const struct paths *paths)
 {
     const char *const words[] = {board->program, "--elf", board->elf, "--can", paths->can_spec, "--serial",
-                                 paths->serial_spec, "--replay", paths->replay, "--speed", board->real ? "real" : "max", NULL};
+                                 paths->serial_spec, "--replay", paths->replay, "--speed", board->real ? "real" : "max", board->flash ? "--flash" : NULL, paths->flash, NULL};
     int told = open(paths->told, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     int nothing = open("/dev/null", O_RDWR);
     prctl(PR_SET_PDEATHSIG, SIGTERM);

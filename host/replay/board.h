@@ -11,6 +11,7 @@ struct replay_board {
     const char *program; /* matrig-board */
     const char *elf;
     bool real;           /* paced by the wall clock */
+    bool flash;          /* flash.bin is in the directory: what the board's flash holds beside the image */
     double duration_s;   /* of virtual time, about: bounds the wait */
 };
 

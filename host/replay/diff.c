@@ -162,7 +162,8 @@ static const struct answer *next(struct walk *walk, const struct mr_message_info
 
 static void only_one(struct comparing *c, const struct answer *answer, int64_t block, bool recorded)
 {
-    if ((has_own_block(answer->info) && block < c->first_block) || (!recorded && block > c->end_block))
+    /* The record may end between two messages of its last block. */
+    if ((has_own_block(answer->info) && block < c->first_block) || (!recorded && block >= c->end_block))
         return;
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
         return; /* the end itself may be that much earlier or later */

@@ -53,7 +53,7 @@ static const struct {
 };
 
 /* Messages that say what the links, the clock or the chip did: they come and go with the circumstances. */
-static const char *const circumstances[] = {"message_count"};
+static const char *const circumstances[] = {"message_count", "config_refused", "config_image", "config_state", "config_staged"};
 
 bool field_circumstance(const struct mr_message_info *info)
 {

@@ -15,6 +15,7 @@ const char store_schema[] =
     " boot INTEGER NOT NULL, board_landing INTEGER NOT NULL, armed_block INTEGER, armed_us INTEGER NOT NULL,"
     " state INTEGER NOT NULL, board_uid TEXT, firmware TEXT, image_crc INTEGER, config_crc INTEGER,"
     " clock_source INTEGER, touchdown_ft REAL, switch_error_ft REAL);"
+    "CREATE TABLE configurations(crc INTEGER PRIMARY KEY, text TEXT NOT NULL);" /* landings.config_crc is one of them, when read */
     "CREATE TABLE channels(landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, kind "
     "INTEGER NOT NULL,"
     " number INTEGER, band INTEGER, station_ft REAL, unit_per_code REAL, zero_code REAL, PRIMARY "

@@ -102,6 +102,11 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
 enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
                               struct error *error);
 
+/* A whole configuration as text (host/configtext.h), by the CRC that landings name. One that is there already stays as it is. */
+enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text, struct error *error);
+/* *text: NULL: it was never read; else the caller frees it. */
+enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text, struct error *error);
+
 /* Configuration of a landing as the board reported it. */
 struct store_switch {
     int64_t position;

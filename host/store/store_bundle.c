@@ -28,6 +28,8 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
         return "survey IN (SELECT id FROM main.surveys WHERE landing=?1)";
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
+    if (strcmp(table, "configurations") == 0)
+        return "crc=(SELECT config_crc FROM main.landings WHERE id=?1)";
     return has_landing ? "landing=?1" : has_session ? "session=?2" : "0";
 }
 

@@ -31,6 +31,8 @@
     X(LANDINGS, "",                                                                                          \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
       " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft FROM landings ORDER BY id")       \
+    X(CONFIGURATION_PUT, "it", "INSERT OR IGNORE INTO configurations VALUES(?,?)")                           \
+    X(CONFIGURATION_GET, "i", "SELECT text FROM configurations WHERE crc=?")                                 \
     X(SURVEY_ADD, "i", "INSERT OR IGNORE INTO surveys(landing, source) VALUES(?, 'board')")                  \
     X(CHANNEL_PUT, "iiiiirrr", "INSERT OR REPLACE INTO channels VALUES(?,?,?,?,?,?,?,?)")                    \
     X(SWITCH_PUT, "iiir", "INSERT OR REPLACE INTO switches VALUES(?,?,?,?)")                                 \

@@ -12,7 +12,7 @@ over_sockets() {
     timeout 120 build/matrig-board --elf $elf --can "unix:$sockets/can" --serial "unix:$sockets/serial" --rig $run \
         --speed "$1" --for "$3" 2>"$2.board" &
     board=$!
-    timeout 120 build/matrig --json --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$2" >"$2.json" 2>"$2.err"
+    timeout 120 build/matrig --json --quiet log --listen --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$2" >"$2.json" 2>"$2.err"
     status=$?
     wait $board || status=$?
     cat "$2.board" "$2.err"

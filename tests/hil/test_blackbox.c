@@ -176,6 +176,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
         ear_until(ear, now_s);
     }
     ear_until(ear, now_s + 0.2);
+    ear->heard[EAR_SERIAL][MR_ID_EDGE] = 0; /* those before the cut */
     ear->listens = true;
     ear_command(ear, EAR_SERIAL, MR_COMMAND_BOX_LIST, 0, 7);
     ear_until(ear, now_s + 0.22);

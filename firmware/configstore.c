@@ -1,0 +1,200 @@
+#include "firmware/configstore.h"
+
+#include <string.h>
+
+#include "common/wire.h"
+#include "firmware/health.h"
+
+#define BOTH_COPIES 3u /* detail of the fault */
+
+static bool is_blank(const uint8_t *bytes)
+{
+    for (unsigned i = 0; i < MR_CONFIG_IMAGE; i++) {
+        if (bytes[i] != 0xff)
+            return false;
+    }
+    return true;
+}
+
+static uint32_t word_at(const uint8_t *image, unsigned word)
+{
+    const uint8_t *p = image + 4u * word;
+    return mr_get_u32(&p);
+}
+
+static uint32_t revision_of(unsigned copy)
+{
+    return word_at(flash_copy(copy), 4);
+}
+
+/* Intact is not enough: what an older firmware took for sound may not be so for this one. */
+static uint8_t look_at_copy(unsigned copy)
+{
+    const uint8_t *bytes = flash_copy(copy);
+    return is_blank(bytes) ? CONFIGSTORE_BLANK : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
+}
+
+/* Takes a copy into force; false, and nothing changed, when it is not sound. */
+static bool take_copy(struct configstore *store, unsigned copy)
+{
+    struct mr_config_reason reason;
+    memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE);
+    mr_config_exchange(store->image, &config);
+    if (mr_config_check(&config, &reason) != MR_OK) {
+        mr_config_exchange(store->image, &config);
+        store->copy[copy] = (uint8_t)-MR_LIMIT;
+        return false;
+    }
+    store->source = copy ? CONFIGSTORE_COPY_B : CONFIGSTORE_COPY_A;
+    store->crc = word_at(flash_copy(copy), MR_CONFIG_WORDS - 1);
+    return true;
+}
+
+static bool is_damaged(uint8_t copy)
+{
+    return copy != (uint8_t)MR_OK && copy != CONFIGSTORE_BLANK;
+}
+
+void configstore_start(struct configstore *store)
+{
+    memset(store, 0, sizeof *store);
+    for (unsigned copy = 0; copy < FLASH_COPIES; copy++)
+        store->copy[copy] = look_at_copy(copy);
+    bool both = store->copy[0] == MR_OK && store->copy[1] == MR_OK;
+    unsigned first = both ? revision_of(1) > revision_of(0) : store->copy[0] != MR_OK;
+    for (unsigned i = 0; i < FLASH_COPIES && store->source == CONFIGSTORE_BUILT_IN; i++) {
+        if (store->copy[(first + i) % FLASH_COPIES] == MR_OK)
+            take_copy(store, (first + i) % FLASH_COPIES);
+    }
+    if (store->source == CONFIGSTORE_BUILT_IN)
+        store->crc = mr_config_encode(&config, store->image);
+    unsigned damaged = (is_damaged(store->copy[0]) ? 1u : 0u) | (is_damaged(store->copy[1]) ? 2u : 0u);
+    if (damaged)
+        health_count(MR_FAULT_CONFIG, (uint8_t)(store->source == CONFIGSTORE_BUILT_IN ? BOTH_COPIES : damaged));
+}
+
+struct mr_config_state configstore_state(const struct configstore *store)
+{
+    return (struct mr_config_state){.revision = config.site[0].revision, .source = (uint8_t)store->source,
+                                    .copy_a = store->copy[0], .copy_b = store->copy[1]};
+}
+
+static bool is_received(const struct configstore *store, unsigned word)
+{
+    return store->received[word / 8u] >> (word % 8u) & 1u;
+}
+
+static void tell_staged(const struct configstore *store, struct telemetry *telemetry, uint16_t tag, bool locked)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    struct mr_config_staged staged = {.tag = tag, .words = (uint16_t)store->words, .locked = locked};
+    while (staged.missing < MR_CONFIG_WORDS && is_received(store, staged.missing))
+        staged.missing++;
+    telemetry_send(telemetry, MR_ID_CONFIG_STAGED, payload, mr_config_staged_put(&staged, payload));
+}
+
+void configstore_word(struct configstore *store, struct telemetry *telemetry, const uint8_t *payload, size_t length, bool locked)
+{
+    struct mr_config_word word;
+    if (mr_config_word_get(&word, payload, length) != MR_OK || word.offset >= MR_CONFIG_WORDS)
+        return;
+    if (!locked && (!store->staging || word.tag != store->tag)) {
+        memset(store->received, 0, sizeof store->received);
+        store->words = 0;
+        store->tag = word.tag;
+        store->staging = true;
+        store->telling = false;
+    }
+    if (!locked) {
+        if (!is_received(store, word.offset))
+            store->words++;
+        mr_put_u32(store->image + 4u * word.offset, word.value);
+        store->received[word.offset / 8u] = (uint8_t)(store->received[word.offset / 8u] | 1u << (word.offset % 8u));
+    }
+    if (word.offset % CONFIGSTORE_STAGED_WORDS == CONFIGSTORE_STAGED_WORDS - 1 || word.offset == MR_CONFIG_WORDS - 1)
+        tell_staged(store, telemetry, word.tag, locked);
+}
+
+/* MR_OK, or MR_LIMIT with the reason. `config` and the image are as before. */
+static enum mr_status check_staged(struct configstore *store, struct mr_config_reason *reason)
+{
+    uint32_t revision = config.site[0].revision;
+    mr_config_exchange(store->image, &config);
+    enum mr_status status = mr_config_check(&config, reason);
+    if (status == MR_OK && config.site[0].revision != revision + 1u) {
+        *reason = (struct mr_config_reason){.group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};
+        status = MR_LIMIT;
+    }
+    mr_config_exchange(store->image, &config);
+    return status;
+}
+
+/* Into a copy that is not in force, the first word last. */
+static bool write_copy(const struct configstore *store, unsigned copy)
+{
+    flash_begin();
+    bool written = flash_erase(copy);
+    for (unsigned i = 1; written && i <= MR_CONFIG_WORDS; i++) {
+        unsigned word = i % MR_CONFIG_WORDS;
+        written = flash_program(copy, 4u * word, word_at(store->image, word));
+    }
+    flash_end();
+    return written && memcmp(flash_copy(copy), store->image, MR_CONFIG_IMAGE) == 0;
+}
+
+enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry, uint32_t crc, bool locked)
+{
+    struct mr_config_reason r;
+    uint8_t payload[MR_MESSAGE_MAX];
+    unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
+    if (locked)
+        return MR_NOT_NOW;
+    if (!store->staging || store->words != MR_CONFIG_WORDS)
+        return MR_TOO_FEW;
+    enum mr_status status = mr_config_examine(store->image, MR_CONFIG_IMAGE);
+    if (status == MR_OK && word_at(store->image, MR_CONFIG_WORDS - 1) != crc)
+        status = MR_CRC;
+    if (status != MR_OK)
+        return status;
+    if (check_staged(store, &r) != MR_OK) {
+        struct mr_config_refused refused = {.group = r.group, .index = r.index, .field = r.field, .element = r.element,
+                                            .rule = r.rule, .other = r.other};
+        telemetry_send(telemetry, MR_ID_CONFIG_REFUSED, payload, mr_config_refused_put(&refused, payload));
+        return MR_LIMIT;
+    }
+    bool written = write_copy(store, copy);
+    store->copy[copy] = look_at_copy(copy);
+    if (!written) {
+        health_count(MR_FAULT_CONFIG, (uint8_t)(copy + 1));
+        return MR_IO;
+    }
+    store->staging = false;
+    take_copy(store, copy);
+    return MR_OK;
+}
+
+enum mr_status configstore_read(struct configstore *store, uint32_t word, bool locked)
+{
+    if (locked)
+        return MR_NOT_NOW;
+    if (word >= MR_CONFIG_WORDS)
+        return MR_USAGE;
+    mr_config_encode(&config, store->image);
+    store->staging = false;
+    store->telling = true;
+    store->tell_serial = store->by_serial;
+    store->tell_next = word;
+    return MR_OK;
+}
+
+void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    store->telling = store->telling && !locked;
+    for (unsigned i = 0; store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK; i++) {
+        struct mr_config_image word = {.offset = (uint16_t)store->tell_next, .words = MR_CONFIG_WORDS,
+                                       .value = word_at(store->image, store->tell_next)};
+        telemetry_answer(telemetry, store->tell_serial, MR_ID_CONFIG_IMAGE, payload, mr_config_image_put(&word, payload));
+        store->telling = ++store->tell_next < MR_CONFIG_WORDS;
+    }
+}

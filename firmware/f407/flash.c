@@ -1,0 +1,81 @@
+/* flash.h on the STM32F407: sectors 2 and 3, words of 32 bits (2.7 to 3.6 V). RM0090 3.6 and 3.9.
+ *
+ * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it meanwhile: its time is trebled from
+ * begin to end. Interrupts are off: their handlers are in the flash that stands still. */
+#include "firmware/flash.h"
+
+#include "firmware/f407/drivers.h"
+
+#define COPY_A 0x08008000u
+#define SECTOR_A 2u
+#define KEY1 0x45670123u
+#define KEY2 0xcdef89abu
+#define POLLS 12000000u /* about 1 s, should the loop run from the cache; the loop stands still with the flash otherwise */
+
+static uint32_t interrupts;
+
+const uint8_t *flash_copy(unsigned copy)
+{
+    return (const uint8_t *)(COPY_A + copy * FLASH_COPY_BYTES);
+}
+
+/* What was read of the sectors before they changed must not be read from the cache. RM0090 3.5.2: reset it while it is off. */
+static void forget_data_cache(void)
+{
+    FLASH_ACR &= ~FLASH_ACR_DCEN;
+    FLASH_ACR |= FLASH_ACR_DCRST;
+    FLASH_ACR &= ~FLASH_ACR_DCRST;
+    FLASH_ACR |= FLASH_ACR_DCEN;
+}
+
+void flash_begin(void)
+{
+    interrupts = irq_mask();
+    watchdog_patience(WATCHDOG_FLASH);
+    if (FLASH_CR & FLASH_CR_LOCK) {
+        FLASH_KEYR = KEY1;
+        FLASH_KEYR = KEY2;
+    }
+    FLASH_SR = FLASH_SR_ERRORS;
+}
+
+void flash_end(void)
+{
+    FLASH_CR = FLASH_CR_LOCK;
+    forget_data_cache();
+    watchdog_patience(WATCHDOG_USUAL);
+    board_scans_restart();
+    irq_restore(interrupts);
+}
+
+static bool is_done(void)
+{
+    uint32_t polls = POLLS;
+    while ((FLASH_SR & FLASH_SR_BSY) && --polls) {
+    }
+    uint32_t status = FLASH_SR;
+    FLASH_SR = FLASH_SR_ERRORS;
+    return !(status & (FLASH_SR_BSY | FLASH_SR_ERRORS));
+}
+
+bool flash_erase(unsigned copy)
+{
+    watchdog_feed();
+    FLASH_CR = FLASH_CR_PSIZE_32 | FLASH_CR_SER | (SECTOR_A + copy) << 3;
+    FLASH_CR |= FLASH_CR_STRT;
+    bool done = is_done();
+    FLASH_CR = FLASH_CR_PSIZE_32;
+    forget_data_cache();
+    return done;
+}
+
+bool flash_program(unsigned copy, uint32_t offset, uint32_t word)
+{
+    watchdog_feed();
+    FLASH_CR = FLASH_CR_PSIZE_32 | FLASH_CR_PG;
+    *(volatile uint32_t *)(COPY_A + copy * FLASH_COPY_BYTES + offset) = word;
+    __asm volatile("dsb" ::: "memory");
+    bool done = is_done();
+    FLASH_CR = FLASH_CR_PSIZE_32;
+    return done;
+}

@@ -1,0 +1,331 @@
+/* The configuration: its stored form against an independent reader, damage, every limit and every rule. */
+#include <math.h>
+#include <stdio.h>
+#include <zlib.h>
+
+#include "tests/cmocka_all.h"
+#include "tests/common/sound_config.h"
+
+static uint8_t image[MR_CONFIG_IMAGE];
+
+/* --- an independent reader of the stored form --- */
+static const uint8_t *at;
+static uint32_t number(unsigned bytes)
+{
+    uint32_t value = 0;
+    for (unsigned i = 0; i < bytes; i++)
+        value += (uint32_t)at[i] * (1u << (8u * i));
+    at += bytes;
+    return value;
+}
+
+static void is_real(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, 4);
+    assert_int_equal(number(4), bits);
+}
+
+static void stored_form_is_the_table(void **state)
+{
+    (void)state;
+    const struct mr_config c = sound_config();
+    memset(image, 0xa5, sizeof image);
+    uint32_t crc = mr_config_encode(&c, image);
+    assert_memory_equal(image, "MRCF\1\0\0\0", 8);
+    assert_memory_equal(image + 20, "rig \"A\" \\ #1\0\0\0\0\7\0\0\0\xa4\1", 22); /* name, revision, 420 mats */
+    at = image + 8;
+    assert_int_equal(number(4), MR_CONFIG_IMAGE);
+    number(4);
+    assert_int_equal(number(4), 7);
+#define BYTES_u8 1
+#define BYTES_u16 2
+#define BYTES_u32 4
+#define GROUP(name, count) for (unsigned i = 0; i < (count); i++) { const struct mr_##name##_config *m = &c.name[i]; (void)m;
+#define INTEGER(group, type, field, least, most, unit, text) assert_int_equal(number(BYTES_##type), m->field);
+#define REAL(group, field, least, most, unit, text) is_real(m->field);
+#define OPTIONAL REAL
+#define REALS(group, field, count, least, most, unit, text) for (unsigned k = 0; k < (count); k++) is_real(m->field[k]);
+#define TEXT(group, field, size, text) assert_memory_equal(at, m->field, size); at += (size);
+#define END(name) }
+#include "common/config.def"
+#undef GROUP
+#undef INTEGER
+#undef REAL
+#undef OPTIONAL
+#undef REALS
+#undef TEXT
+#undef END
+    while ((at - image) % 4)
+        assert_int_equal(number(1), 0);
+    assert_int_equal(number(4), crc);
+    assert_int_equal(at - image, MR_CONFIG_IMAGE);
+    assert_int_equal(crc, crc32(0, image, MR_CONFIG_IMAGE - 4));
+}
+
+/* Whatever the fields hold, through the stored form and back. */
+static void it_comes_back(void **state)
+{
+    (void)state;
+    static struct mr_config c, back;
+    static uint8_t again[MR_CONFIG_IMAGE];
+    uint32_t random = 1;
+    for (int round = 0; round < 200; round++) {
+        for (size_t i = 0; i < sizeof c; i++) {
+            random = random * 1664525u + 1013904223u;
+            ((uint8_t *)&c)[i] = (uint8_t)(random >> 24);
+        }
+        mr_config_encode(&c, image);
+        memset(&back, 0, sizeof back);
+        assert_int_equal(mr_config_decode(image, sizeof image, &back), MR_OK);
+        mr_config_encode(&back, again);
+        assert_memory_equal(again, image, sizeof image);
+        assert_int_equal(back.gate[23].step_codes, c.gate[23].step_codes);
+        assert_memory_equal(&back.band, &c.band, sizeof c.band);
+    }
+}
+
+static void exchanging_twice_changes_nothing(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config(), other = c;
+    static uint8_t kept[MR_CONFIG_IMAGE], of_other[MR_CONFIG_IMAGE];
+    other.site[0].touchdown_ft = 9.0f;
+    other.gate[23].step_codes = 1;
+    mr_config_encode(&other, kept);
+    memcpy(image, kept, sizeof image);
+    mr_config_exchange(image, &c);
+    assert_int_equal(c.gate[23].step_codes, 1);
+    assert_near(c.site[0].touchdown_ft, 9.0, 0.0);
+    mr_config_encode(&c, of_other);
+    assert_memory_equal(of_other, kept, sizeof kept);
+    mr_config_exchange(image, &c);
+    assert_memory_equal(image, kept, sizeof image);
+    struct mr_config sound = sound_config();
+    assert_memory_equal(&c, &sound, sizeof c);
+}
+
+static void every_wrong_bit_is_noticed(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config(), kept;
+    mr_config_encode(&c, image);
+    for (unsigned bit = 0; bit < 8 * MR_CONFIG_IMAGE; bit++) {
+        image[bit / 8] ^= (uint8_t)(1u << bit % 8);
+        if (mr_config_examine(image, sizeof image) == MR_OK)
+            fail_msg("bit %u of byte %u is wrong and nobody sees it", bit % 8, bit / 8);
+        image[bit / 8] ^= (uint8_t)(1u << bit % 8);
+    }
+    image[100] ^= 1;
+    memset(&kept, 0x55, sizeof kept);
+    c = kept;
+    assert_int_equal(mr_config_decode(image, sizeof image, &c), MR_CRC);
+    assert_memory_equal(&c, &kept, sizeof c);
+}
+
+static void seal(uint8_t *bytes, unsigned length)
+{
+    uint32_t crc = (uint32_t)crc32(0, bytes, length - 4);
+    for (unsigned i = 0; i < 4; i++)
+        bytes[length - 4 + i] = (uint8_t)(crc >> 8 * i);
+}
+
+static void what_is_wrong_has_a_name(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config();
+    static uint8_t longer[MR_CONFIG_IMAGE + 8];
+    mr_config_encode(&c, image);
+    assert_int_equal(mr_config_examine(image, MR_CONFIG_IMAGE - 1), MR_TRUNCATED);
+    assert_int_equal(mr_config_examine(image, 10), MR_TRUNCATED);
+    image[0] = 'X';
+    assert_int_equal(mr_config_examine(image, sizeof image), MR_MALFORMED);
+    for (unsigned byte = 4; byte < 16; byte += byte == 4 ? 2 : byte == 6 ? 6 : 1) { /* another format, reserved bits, another table */
+        mr_config_encode(&c, image);
+        image[byte] ^= 2;
+        seal(image, MR_CONFIG_IMAGE);
+        assert_int_equal(mr_config_examine(image, sizeof image), MR_VERSION);
+    }
+    mr_config_encode(&c, longer); /* a later version's, with a field more: whole, but not ours */
+    longer[8] = (uint8_t)(sizeof longer & 0xff);
+    longer[9] = (uint8_t)(sizeof longer >> 8);
+    seal(longer, sizeof longer);
+    assert_int_equal(mr_config_examine(longer, sizeof longer), MR_VERSION);
+    assert_int_equal(mr_config_examine(longer, sizeof longer - 4), MR_TRUNCATED);
+}
+
+/* --- limits and rules --- */
+static void is_refused(const struct mr_config *c, unsigned group, unsigned index, unsigned field, unsigned element, unsigned rule)
+{
+    struct mr_config_reason r = {0};
+    assert_int_equal(mr_config_check(c, &r), MR_LIMIT);
+    if (r.group != group || r.index != index || r.field != field || r.element != element || r.rule != rule)
+        fail_msg("%s[%u].%s[%u] rule %u is told, %s[%u].%s[%u] rule %u is wrong", mr_config_groups[r.group].name, r.index,
+                 mr_config_groups[r.group].fields[r.field].name, r.element, r.rule, mr_config_groups[group].name, index,
+                 mr_config_groups[group].fields[field].name, element, rule);
+}
+
+static struct mr_config broken;
+
+static void refuse_integer(void *field, unsigned size, uint64_t least, uint64_t most, unsigned g, unsigned i, unsigned f)
+{
+    uint64_t greatest = (1ull << (8 * size)) - 1;
+    uint32_t kept, wrong = (uint32_t)(most + 1);
+    memcpy(&kept, field, size);
+    if (most < greatest) {
+        memcpy(field, &wrong, size);
+        is_refused(&broken, g, i, f, 0, MR_RULE_TOO_LARGE);
+    }
+    wrong = (uint32_t)(least - 1);
+    if (least > 0) {
+        memcpy(field, &wrong, size);
+        is_refused(&broken, g, i, f, 0, MR_RULE_TOO_SMALL);
+    }
+    memcpy(field, &kept, size);
+}
+
+static void refuse_real(float *field, float least, float most, bool optional, unsigned g, unsigned i, unsigned f, unsigned e)
+{
+    float kept = *field;
+    uint32_t other_nan = 0x7fc00001u;
+    *field = nextafterf(most, INFINITY);
+    is_refused(&broken, g, i, f, e, MR_RULE_TOO_LARGE);
+    *field = INFINITY;
+    is_refused(&broken, g, i, f, e, MR_RULE_TOO_LARGE);
+    *field = nextafterf(least, -INFINITY);
+    is_refused(&broken, g, i, f, e, MR_RULE_TOO_SMALL);
+    *field = NAN;
+    if (!optional)
+        is_refused(&broken, g, i, f, e, MR_RULE_NOT_A_NUMBER);
+    memcpy(field, &other_nan, 4);
+    is_refused(&broken, g, i, f, e, MR_RULE_NOT_A_NUMBER);
+    *field = kept;
+}
+
+static void refuse_text(char *text, unsigned size, unsigned g, unsigned i, unsigned f)
+{
+    char kept[64];
+    memcpy(kept, text, size);
+    memset(text, 'a', size);
+    text[size / 2] = '\0'; /* not the end */
+    is_refused(&broken, g, i, f, 0, MR_RULE_NOT_TEXT);
+    const char unprintable[] = {'\n', '\x7f', '\x1f', (char)0xe9};
+    for (unsigned k = 0; k < sizeof unprintable; k++) {
+        memset(text, 0, size);
+        text[0] = unprintable[k];
+        is_refused(&broken, g, i, f, 0, MR_RULE_NOT_TEXT);
+    }
+    memcpy(text, kept, size);
+}
+
+static void every_limit_is_refused_with_its_reason(void **state)
+{
+    (void)state;
+    struct mr_config_reason reason;
+    broken = sound_config();
+    assert_int_equal(mr_config_check(&broken, &reason), MR_OK);
+    unsigned g = 0, f = 0, limits = 0;
+#define GROUP(name, count) for (unsigned i = 0; i < (count); i++) { struct mr_##name##_config *m = &broken.name[i]; f = 0;
+#define INTEGER(group, type, field, least, most, unit, text) \
+    refuse_integer(&m->field, sizeof m->field, least, most, g, i, f++); limits++;
+#define REAL(group, field, least, most, unit, text) refuse_real(&m->field, (float)(least), (float)(most), false, g, i, f++, 0); limits++;
+#define OPTIONAL(group, field, least, most, unit, text) refuse_real(&m->field, (float)(least), (float)(most), true, g, i, f++, 0); limits++;
+#define REALS(group, field, count, least, most, unit, text)   \
+    for (unsigned k = 0; k < (count); k++)                    \
+        refuse_real(&m->field[k], (float)(least), (float)(most), false, g, i, f, k); \
+    f++; limits++;
+#define TEXT(group, field, size, text) refuse_text(m->field, size, g, i, f++); limits++;
+#define END(name) } g++;
+#include "common/config.def"
+#undef GROUP
+#undef INTEGER
+#undef REAL
+#undef OPTIONAL
+#undef REALS
+#undef TEXT
+#undef END
+    assert_int_equal(mr_config_check(&broken, &reason), MR_OK); /* all was put back */
+    assert_true(limits > 500);
+}
+
+/* One thing after another is made wrong in a sound configuration. */
+#define WRONG(change, name, i, which, e, rule_)                                                                             \
+    do {                                                                                                                    \
+        struct mr_config c = sound_config();                                                                                \
+        change;                                                                                                             \
+        is_refused(&c, MR_GROUP_##name, i, MR_FIELD_##name##_##which, e, MR_RULE_##rule_);                                   \
+    } while (0)
+#define RIGHT(change)                                                                                                       \
+    do {                                                                                                                    \
+        struct mr_config c = sound_config();                                                                                \
+        struct mr_config_reason reason_;                                                                                    \
+        change;                                                                                                             \
+        assert_int_equal(mr_config_check(&c, &reason_), MR_OK);                                                             \
+        assert_int_equal(reason_.rule, MR_RULE_NONE);                                                                       \
+    } while (0)
+
+static void switches_rise_and_differ(void **state)
+{
+    (void)state;
+    WRONG(c.gate[9].station_ft = c.gate[8].station_ft, gate, 9, station_ft, 0, NOT_RISING);
+    WRONG(c.gate[6].station_ft = c.gate[4].station_ft, gate, 6, station_ft, 0, NOT_RISING); /* number 5 is not fitted */
+    RIGHT(c.gate[5].station_ft = -999.0f);
+    WRONG(c.gate[7].step_codes = (uint16_t)(c.gate[2].step_codes + 7), gate, 7, step_codes, 0, ALIKE);
+    WRONG(c.gate[0].step_codes = 7, gate, 0, step_codes, 0, TOO_SMALL); /* no step at all, to the staircase */
+    WRONG(for (int i = 0; i < 24; i++) c.gate[i].step_codes = 100, gate, 1, step_codes, 0, ALIKE);
+    /* 64 + 8 i: all 24 are 24 * 64 + 8 * 276 = 3744, less the absent one's 64 + 8 * 11 = 152: 3592; 503 are left */
+    RIGHT(c.channel[22].zero_code = 503.0f);
+    WRONG(c.channel[22].zero_code = 503.5f, gate, 23, step_codes, 0, SUM);
+}
+
+static void channels_go_with_their_place(void **state)
+{
+    (void)state;
+    WRONG(c.channel[8].kind = MR_KIND_DISPLACEMENT, channel, 8, kind, 0, PLACE);
+    WRONG(c.channel[7].kind = MR_KIND_TENSION, channel, 7, kind, 0, PLACE);
+    WRONG(c.channel[22].kind = MR_KIND_REFERENCE, channel, 22, kind, 0, PLACE);
+    WRONG(c.channel[22].kind = MR_KIND_NONE, channel, 22, kind, 0, PLACE);
+    WRONG(c.channel[23].kind = MR_KIND_NONE, channel, 23, kind, 0, PLACE);
+    RIGHT(memset(c.gate, 0, sizeof c.gate); c.channel[22].kind = MR_KIND_NONE);
+    WRONG(c.channel[4].number = 2, channel, 4, number, 0, TAKEN);
+    WRONG(c.channel[20].number = 0, channel, 20, number, 0, ZERO);
+    RIGHT(c.channel[1].kind = MR_KIND_NONE; c.channel[4].number = 2);
+    WRONG(c.channel[11].unit_per_code = 0.0f, channel, 11, unit_per_code, 0, ZERO);
+    RIGHT(c.channel[11].kind = MR_KIND_NONE; c.channel[11].unit_per_code = 0.0f);
+    WRONG(c.channel[5].station_ft = NAN, channel, 5, station_ft, 0, NO_STATION);
+    WRONG(c.channel[5].station_ft = c.channel[2].station_ft, channel, 5, station_ft, 0, NOT_RISING);
+    WRONG(c.channel[12].band = 3, channel, 12, band, 0, NO_BAND);
+    RIGHT(c.channel[12].band = 0);
+    WRONG(c.band[0].yield_lb = 100.0f, band, 0, yield_lb, 0, NOT_ABOVE);
+}
+
+static void calibrations_make_sense(void **state)
+{
+    (void)state;
+    WRONG(c.channel[0].high = c.channel[0].low, channel, 0, high, 0, NOT_ABOVE);
+    RIGHT(c.channel[0].high = 0.0f; c.channel[0].low = 0.0f); /* none given */
+    WRONG(c.channel[3].points = 1, channel, 3, points, 0, ONE_POINT);
+    WRONG(c.channel[3].point_reading[2] = 0.1f, channel, 3, point_reading, 2, NOT_RISING);
+    WRONG(c.channel[3].point_value[1] = -2.01f, channel, 3, point_value, 1, NOT_RISING);
+    WRONG(c.channel[3].points = 4, channel, 3, point_reading, 3, NOT_RISING);
+    RIGHT(c.channel[3].points = 2; c.channel[3].point_reading[2] = -5.0f);
+    WRONG(c.channel[6].expires_day = c.channel[6].calibrated_day, channel, 6, expires_day, 0, NOT_ABOVE);
+    WRONG(c.channel[6].calibrated_day = 0, channel, 6, calibrated_day, 0, ZERO);
+    RIGHT(c.channel[6].expires_day = 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(stored_form_is_the_table),
+        cmocka_unit_test(it_comes_back),
+        cmocka_unit_test(exchanging_twice_changes_nothing),
+        cmocka_unit_test(every_wrong_bit_is_noticed),
+        cmocka_unit_test(what_is_wrong_has_a_name),
+        cmocka_unit_test(every_limit_is_refused_with_its_reason),
+        cmocka_unit_test(switches_rise_and_differ),
+        cmocka_unit_test(channels_go_with_their_place),
+        cmocka_unit_test(calibrations_make_sense),
+    };
+    return cmocka_run_group_tests_name("common/config", tests, NULL, NULL);
+}

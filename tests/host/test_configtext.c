@@ -1,0 +1,186 @@
+/* The configuration as text: bit for bit there and back, whatever the values; days against the C library's calendar. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "host/configtext.h"
+#include "tests/cmocka_all.h"
+#include "tests/common/sound_config.h"
+
+static uint8_t image[MR_CONFIG_IMAGE], again[MR_CONFIG_IMAGE];
+
+static void comes_back(const struct mr_config *c)
+{
+    struct mr_config back;
+    struct error error = {0};
+    char *text = configtext_write(c);
+    if (configtext_read(text, "text", &back, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    mr_config_encode(c, image);
+    mr_config_encode(&back, again);
+    assert_memory_equal(again, image, sizeof image);
+    free(text);
+}
+
+static uint32_t random_state = 1;
+static uint32_t draw(void)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return random_state >> 8 ^ random_state << 16;
+}
+
+/* Any bits that are a number within the limits, tiny and negative zero among them. */
+static float draw_real(float low, float high)
+{
+    for (;;) {
+        uint32_t bits = draw() ^ draw() << 13;
+        float value;
+        memcpy(&value, &bits, 4);
+        if (value >= low && value <= high)
+            return value;
+    }
+}
+
+static void reals_come_back_bit_for_bit(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config();
+    comes_back(&c);
+    for (int round = 0; round < 200; round++) {
+        c.site[0].touchdown_ft = draw_real(-100.0f, 1000.0f);
+        c.site[0].camera_station_ft = round % 3 ? draw_real(-100.0f, 1000.0f) : MR_NAN;
+        for (unsigned i = 0; i < MR_CHANNELS; i++) {
+            c.channel[i].unit_per_code = draw_real(1e-30f, 1000.0f);
+            c.channel[i].zero_error = draw_real(0.0f, 1000.0f);
+            c.channel[i].rate_limit_per_s = draw_real(0.0f, 1e6f);
+            for (unsigned k = 3; k < MR_CONFIG_POINTS; k++)
+                c.channel[i].point_value[k] = draw_real(-10000.0f, 10000.0f);
+        }
+        comes_back(&c);
+    }
+    c.site[0].touchdown_ft = -0.0f;
+    c.site[0].revision = UINT32_MAX;
+    comes_back(&c);
+}
+
+static void texts_come_back(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config();
+    for (int first = ' '; first <= '~'; first++) {
+        memset(c.site[0].name, 0, sizeof c.site[0].name);
+        c.site[0].name[0] = (char)first;
+        c.site[0].name[1] = '\\';
+        c.site[0].name[2] = (char)first;
+        comes_back(&c);
+    }
+    memset(c.site[0].name, '"', sizeof c.site[0].name);
+    comes_back(&c);
+    memset(c.site[0].name, 0, sizeof c.site[0].name);
+    comes_back(&c);
+}
+
+/* Every day up to the limit is written as the C library has it. */
+static void days_are_those_of_the_calendar(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config();
+    for (unsigned i = 0; i < MR_CHANNELS; i++)
+        c.channel[i].expires_day = 0;
+    for (uint32_t day = 1; day <= 100000; day += 24u) {
+        char expected[80];
+        for (unsigned i = 0; i < MR_CHANNELS; i++)
+            c.channel[i].calibrated_day = day + i > 100000 ? 100000 : day + i;
+        char *text = configtext_write(&c);
+        for (unsigned i = 0; i < MR_CHANNELS; i++) {
+            time_t t = (time_t)c.channel[i].calibrated_day * 86400;
+            struct tm tm;
+            gmtime_r(&t, &tm);
+            snprintf(expected, sizeof expected, "channel[%u].calibrated_day = %04d-%02d-%02d\n", i + 1, tm.tm_year + 1900, tm.tm_mon + 1,
+                     tm.tm_mday);
+            if (!strstr(text, expected))
+                fail_msg("not written: %s", expected);
+        }
+        free(text);
+        if (day < 1000 || day > 99900)
+            comes_back(&c);
+    }
+}
+
+static void order_and_blanks_do_not_matter(void **state)
+{
+    (void)state;
+    struct mr_config c = sound_config(), back;
+    struct error error = {0};
+    char *text = configtext_write(&c), *turned = NULL, *line[2000], *rest = NULL;
+    size_t size, lines = 0;
+    FILE *out = open_memstream(&turned, &size);
+    for (char *p = strtok_r(text, "\n", &rest); p; p = strtok_r(NULL, "\n", &rest))
+        line[lines++] = p;
+    while (lines-- > 0)
+        fprintf(out, "  \t%s   # tail \"'=\r\n\n", line[lines]);
+    fclose(out);
+    assert_int_equal(configtext_read(turned, "turned", &back, &error), MR_OK);
+    assert_int_equal(mr_config_encode(&back, again), mr_config_encode(&c, image));
+    free(text);
+    free(turned);
+}
+
+static void is_said(struct mr_config_reason reason, const char *expected)
+{
+    struct mr_config c = sound_config();
+    char text[500];
+    configtext_reason(&c, &reason, text, sizeof text);
+    if (!strstr(text, expected))
+        fail_msg("said: %s\nexpected: %s", text, expected);
+}
+
+/* What a board refuses, in words; also what it has no words for. */
+static void a_reason_is_said_in_words(void **state)
+{
+    (void)state;
+    is_said((struct mr_config_reason){.group = MR_GROUP_gate, .index = 7, .field = MR_FIELD_gate_station_ft, .rule = MR_RULE_NOT_RISING},
+            "gate[8].station_ft is 32.5, gate[1].station_ft is -2.5: it must be more");
+    is_said((struct mr_config_reason){.group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION},
+            "site.revision is 7: not one more than the revision in force");
+    is_said((struct mr_config_reason){.group = MR_GROUP_channel, .index = 3, .field = MR_FIELD_channel_point_value, .element = 2,
+                                      .rule = MR_RULE_NOT_RISING, .other = 1}, "value 3 of channel[4].point_value is -2.00999999 0.1");
+    is_said((struct mr_config_reason){.group = MR_GROUP_gate, .index = 3, .field = MR_FIELD_gate_step_codes, .rule = MR_RULE_ALIKE, .other = 2},
+            "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be told apart; steps must be 8 codes or more apart");
+    is_said((struct mr_config_reason){.group = 200, .index = 1, .field = 2, .rule = 77}, "group 200, index 1, field 2: unknown rule");
+    is_said((struct mr_config_reason){.group = MR_GROUP_site, .index = 1}, "group 0, index 1");
+    is_said((struct mr_config_reason){.group = MR_GROUP_gate, .field = 1, .rule = MR_RULE_ALIKE, .other = 99}, "steps of two switches");
+}
+
+static unsigned changes;
+static void count_change(void *context, const char *field, const char *old, const char *new)
+{
+    (void)context;
+    changes++;
+    assert_string_equal(field, "band[4].yield_lb");
+    assert_string_equal(old, "0");
+    assert_string_equal(new, "12.5");
+}
+
+static void differences_are_named(void **state)
+{
+    (void)state;
+    struct mr_config a = sound_config(), b = a;
+    b.band[3].yield_lb = 12.5f;
+    assert_int_equal(configtext_compare(&a, &a, count_change, NULL), 0);
+    assert_int_equal(configtext_compare(&a, &b, count_change, NULL), 1);
+    assert_int_equal(changes, 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(reals_come_back_bit_for_bit),
+        cmocka_unit_test(texts_come_back),
+        cmocka_unit_test(days_are_those_of_the_calendar),
+        cmocka_unit_test(order_and_blanks_do_not_matter),
+        cmocka_unit_test(a_reason_is_said_in_words),
+        cmocka_unit_test(differences_are_named),
+    };
+    return cmocka_run_group_tests_name("host/configtext", tests, NULL, NULL);
+}
