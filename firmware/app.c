@@ -36,6 +36,7 @@ void app_start(struct app *app)
 {
     memset(app, 0, sizeof *app);
     landing_start(&app->landing);
+    channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         app->slack_in[i] = MR_NAN;
@@ -71,6 +72,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
         forget_baseline(app);
+        channels_arm(&app->channels, app->next_index);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -202,10 +204,9 @@ static void read_channels(struct app *app, const struct mr_block *block)
     if (__builtin_isnan(ratio))
         health_count(MR_FAULT_REFERENCE, 0);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->displacement_in[row][i] = mr_channel_read(&config.channel[i], block, i, ratio).value;
+        app->displacement_in[row][i] = channels_read(&app->channels, block, i, ratio);
     for (unsigned i = 0; i < MR_GAGES; i++)
-        app->tension_lb[row][i] =
-            mr_channel_read(&config.channel[MR_TRANSDUCERS + i], block, MR_TRANSDUCERS + i, ratio).value;
+        app->tension_lb[row][i] = channels_read(&app->channels, block, MR_TRANSDUCERS + i, ratio);
 }
 
 /* While armed, the mean of each full group of blocks becomes the zero: the newest one before the first edge stands. */
@@ -290,6 +291,8 @@ static void take_block(struct app *app, const struct mr_block *block)
 
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
+    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline_in,
+                  app->tension_lb[row]);
     tell_landing(app, &news, block->index);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording) {

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "common/channels.h"
 #include "common/crc32.h"
 #include "common/framing.h"
 #include "common/wire.h"
@@ -9,11 +10,14 @@
 #include "firmware/health.h"
 #include "firmware/version.h"
 
-/* The configuration as a round of items: channels (two messages each), switches, survey segments. */
+/* The configuration as a round of items: channels (two messages each), switches, survey segments, calibrations (two values each;
+ * tables only as far as they are in use). */
 #define FIRST_SWITCH MR_CHANNELS
 #define FIRST_SEGMENT (FIRST_SWITCH + MR_CONFIG_SWITCHES)
-#define ITEMS (FIRST_SEGMENT + MR_SEGMENTS)
-#define BLOCKS_PER_ITEM 40u /* a round takes 3.6 s */
+#define FIRST_CALIBRATION (FIRST_SEGMENT + MR_SEGMENTS)
+#define PARTS_PER_CALIBRATION (MR_CALIBRATION_ITEMS / 2)
+#define ITEMS (FIRST_CALIBRATION + MR_CHANNELS * PARTS_PER_CALIBRATION)
+#define BLOCKS_PER_ITEM 40u /* a round takes 7.3 s */
 #define CLOCK_ERROR 0.01    /* relative, of the internal oscillator */
 
 #define BLOCKS_PER_COUNT 50u
@@ -53,10 +57,10 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
 }
 
-/* Edges, motion, states, results, marks, acknowledgements and faults. */
+/* Edges, motion, states, results, marks, acknowledgements, what channels are worth, and faults. */
 static bool belongs_to_record(uint16_t id)
 {
-    return id == MR_ID_FAULT || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
+    return id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT || id == MR_ID_CHANNEL_QUALITY || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
 }
 
 static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
@@ -100,6 +104,20 @@ static struct mr_switch_place switch_message(unsigned i)
                                     .station_ft = config_gate_ft(i)};
 }
 
+static unsigned calibration_items(const struct mr_channel_config *channel)
+{
+    unsigned points = channel->points < MR_CONFIG_POINTS ? channel->points : MR_CONFIG_POINTS;
+    if (channel->kind == MR_KIND_REFERENCE)
+        return MR_CALIBRATION_GAIN_ERROR + 1;
+    return mr_channel_measures(channel) ? MR_CALIBRATION_TABLE + 2 * points : 0;
+}
+
+static struct mr_calibration calibration_message(unsigned i, unsigned item)
+{
+    return (struct mr_calibration){.index = (uint8_t)i, .item = (uint8_t)item,
+                                   .value = mr_channel_item(&config.channel[i], item)};
+}
+
 static uint32_t config_crc(void)
 {
     uint32_t crc = 0;
@@ -109,6 +127,10 @@ static uint32_t config_crc(void)
         struct mr_channel_zero zero = channel_zero_message(i);
         crc = mr_crc32(crc, payload, mr_channel_put(&channel, payload));
         crc = mr_crc32(crc, payload, mr_channel_zero_put(&zero, payload));
+        for (unsigned item = 0; item < calibration_items(&config.channel[i]); item++) {
+            struct mr_calibration calibration = calibration_message(i, item);
+            crc = mr_crc32(crc, payload, mr_calibration_put(&calibration, payload));
+        }
     }
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++) {
         struct mr_switch_place place = switch_message(i);
@@ -145,6 +167,18 @@ static void send_hello(struct telemetry *telemetry, const struct landing *landin
     SEND(both, telemetry, wheel, WHEEL, .ahead_ft = config.site[0].wheel_ahead_ft, .wheel = config.site[0].wheel);
 }
 
+/* The one after an item that has anything to say; 0 after the last. */
+static unsigned next_item(unsigned item)
+{
+    for (item++; item < ITEMS; item++) {
+        unsigned part = item - FIRST_CALIBRATION;
+        if (item < FIRST_CALIBRATION ||
+            2 * (part % PARTS_PER_CALIBRATION) < calibration_items(&config.channel[part / PARTS_PER_CALIBRATION]))
+            return item;
+    }
+    return 0;
+}
+
 static void send_item(struct telemetry *telemetry, const float *slack_in)
 {
     unsigned item = telemetry->item;
@@ -157,13 +191,20 @@ static void send_item(struct telemetry *telemetry, const float *slack_in)
     } else if (item < FIRST_SEGMENT) {
         struct mr_switch_place place = switch_message(item - FIRST_SWITCH);
         send_both(telemetry, MR_ID_SWITCH_PLACE, payload, mr_switch_place_put(&place, payload));
+    } else if (item >= FIRST_CALIBRATION) {
+        unsigned channel = (item - FIRST_CALIBRATION) / PARTS_PER_CALIBRATION;
+        unsigned first = 2 * ((item - FIRST_CALIBRATION) % PARTS_PER_CALIBRATION);
+        for (unsigned i = first; i < first + 2 && i < calibration_items(&config.channel[channel]); i++) {
+            struct mr_calibration calibration = calibration_message(channel, i);
+            send_both(telemetry, MR_ID_CALIBRATION, payload, mr_calibration_put(&calibration, payload));
+        }
     } else {
         unsigned segment = item - FIRST_SEGMENT;
         SEND(both, telemetry, slack, SLACK, .segment = (uint8_t)segment, .joints = MR_MATS_PER_SEGMENT,
              .slack_in = slack_in[segment], .start_ft = MR_SEGMENT_LENGTH_FT * (float)segment,
              .end_ft = MR_SEGMENT_LENGTH_FT * (float)(segment + 1));
     }
-    telemetry->item = (item + 1) % ITEMS;
+    telemetry->item = next_item(item);
 }
 
 static void send_faults(struct telemetry *telemetry, bool all)
@@ -229,9 +270,9 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
         send_hello(telemetry, landing);
     if (index % 1000 == 713)
         telemetry_state(telemetry, landing);
-    if (telemetry->burst_left) {
-        telemetry->burst_left--;
+    if (telemetry->bursting) {
         send_item(telemetry, slack_in);
+        telemetry->bursting = telemetry->item != 0;
     } else if (index % BLOCKS_PER_ITEM == 7) {
         send_item(telemetry, slack_in);
     }
@@ -240,7 +281,7 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
 void telemetry_burst(struct telemetry *telemetry, const struct landing *landing)
 {
     telemetry->item = 0;
-    telemetry->burst_left = ITEMS;
+    telemetry->bursting = true;
     send_hello(telemetry, landing);
 }
 
@@ -347,6 +388,18 @@ void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *z
          .inferred_percent = (uint8_t)(zone->inferred * 100.0f + 0.5f), .block16 = (uint16_t)index);
 }
 
+void telemetry_channel_event(struct telemetry *telemetry, const struct mr_channel_event *event)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_CHANNEL_EVENT, payload, mr_channel_event_put(event, payload));
+}
+
+void telemetry_channel_quality(struct telemetry *telemetry, const struct mr_channel_quality *quality)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_CHANNEL_QUALITY, payload, mr_channel_quality_put(quality, payload));
+}
+
 void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark)
 {
     uint8_t payload[MR_MESSAGE_MAX];
@@ -373,6 +426,8 @@ void telemetry_store_configuration(struct telemetry *telemetry, const struct lan
         if (!__builtin_isnan(slack_in[segment]))
             send_item(telemetry, slack_in);
     }
+    for (telemetry->item = next_item(FIRST_CALIBRATION - 1); telemetry->item != 0;)
+        send_item(telemetry, slack_in);
     telemetry->item = item;
     telemetry->to_box = false;
 }

@@ -93,7 +93,7 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
             "tension as read\n",
             MEASURED_BASELINE_BLOCKS / 1000.0);
     fputs("# validity: one character per channel in the order of the columns: ", out);
-    for (unsigned validity = MR_VALID; validity <= MR_INVALID_REFERENCE; validity++)
+    for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
     fputs("n not valid, L block lost; an empty cell is missing\n", out);
     fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
