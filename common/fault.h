@@ -32,7 +32,7 @@
     X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since start]")           \
     X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 read, 4 mark]")      \
     X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 message]") \
-    X(CHANNEL,           31, "a channel is not valid: channel_event says why [channel]")
+    X(CHANNEL,           31, "a channel is not valid: channel_event says why [channel, from 0]")
 
 enum mr_fault_code {
 #define MR_FAULT_ENUM(NAME, number, text) MR_FAULT_##NAME = (number),

@@ -7,8 +7,8 @@
 #define BLOCK_S 0.001f
 /* What counts of one second difference at most, in variances so far, and beside them a code: a jump is no noise. */
 #define NOISE_MOST 36.0f
-#define NOISE_FREE_BLOCKS 32u
-#define BLOCKS_PER_LOOK 8u /* a channel's neighbours are looked at so often; the channels take turns */
+#define NOISE_FREE 8u
+#define TURNS 8u /* blocks until it is a channel's turn again: noise in three of them, its neighbours in the third */
 
 static float size_of(float x)
 {
@@ -52,6 +52,7 @@ void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *conf
         struct mr_watch_channel *channel = &watch->channel[c];
         channel->last = channel->before_last = channel->good = channel->anchor = channel->rest_noise = MR_NAN;
         find_neighbours(channel, config, c);
+        channel->anchor_up_is = channel->anchor_down_is = MR_WATCH_NOBODY;
     }
 }
 
@@ -70,26 +71,25 @@ void mr_watch_end(struct mr_watch *watch)
 float mr_watch_noise(const struct mr_watch *watch, unsigned c)
 {
     const struct mr_watch_channel *channel = &watch->channel[c];
-    return channel->noise_blocks ? __builtin_sqrtf(channel->variance) : MR_NAN;
+    return channel->noise_count ? __builtin_sqrtf(channel->variance) : MR_NAN;
 }
 
-static void follow_noise(struct mr_watch_channel *channel, float value, float unit, uint32_t index)
+/* Three readings of eight: the first two are kept, the third makes a second difference. */
+static void follow_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
 {
-    if (index != channel->last_block + 1)
-        channel->last = channel->before_last = MR_NAN;
     float second = value - 2.0f * channel->last + channel->before_last;
-    if (!__builtin_isnan(second)) {
-        float square = second * second * (1.0f / 6.0f);
-        float most = NOISE_MOST * channel->variance + unit * unit;
-        float news = (square < most || channel->noise_blocks < NOISE_FREE_BLOCKS ? square : most) - channel->variance;
-        if (channel->noise_blocks == MR_WATCH_NOISE_BLOCKS)
-            channel->variance += news * (1.0f / (float)MR_WATCH_NOISE_BLOCKS);
-        else
-            channel->variance += news / (float)++channel->noise_blocks;
-    }
-    channel->before_last = channel->last;
+    channel->before_last = turn == 0 ? MR_NAN : channel->last;
     channel->last = value;
-    channel->last_block = index;
+    if (turn < 2 || __builtin_isnan(second))
+        return;
+    float square = second * second * (1.0f / 6.0f);
+    float most = NOISE_MOST * channel->variance + unit * unit;
+    if (square > most && channel->noise_count >= NOISE_FREE)
+        square = most;
+    if (channel->noise_count == MR_WATCH_NOISE_COUNT)
+        channel->variance += (square - channel->variance) * (1.0f / (float)MR_WATCH_NOISE_COUNT);
+    else
+        channel->variance += (square - channel->variance) / (float)++channel->noise_count;
 }
 
 /* ---- rate ---- */
@@ -106,21 +106,41 @@ static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_c
 
 /* ---- stuck ---- */
 
+/* The nearest channel on a side that is valid, from `next` on. */
+static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
+{
+    while (next != MR_WATCH_NOBODY && (watch->channel[next].seen != MR_VALID || watch->channel[next].stuck))
+        next = upfield ? watch->channel[next].up : watch->channel[next].down;
+    return next;
+}
+
+static float reading_of(const struct mr_watch *watch, uint8_t c)
+{
+    return c == MR_WATCH_NOBODY ? MR_NAN : watch->channel[c].last;
+}
+
 static void drop_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value, uint32_t index)
 {
     channel->anchor = value;
-    channel->anchor_up = channel->up == MR_WATCH_NOBODY ? MR_NAN : watch->channel[channel->up].last;
-    channel->anchor_down = channel->down == MR_WATCH_NOBODY ? MR_NAN : watch->channel[channel->down].last;
     channel->anchor_block = index;
+    channel->anchor_up_is = nearest_valid(watch, channel->up, true);
+    channel->anchor_down_is = nearest_valid(watch, channel->down, false);
+    channel->anchor_up = reading_of(watch, channel->anchor_up_is);
+    channel->anchor_down = reading_of(watch, channel->anchor_down_is);
     channel->stuck = false;
+}
+
+/* Both neighbours of the anchor can still be compared with it. */
+static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
+{
+    return !__builtin_isnan(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) &&
+           !__builtin_isnan(reading_of(watch, channel->anchor_down_is) - channel->anchor_down);
 }
 
 static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch_channel *channel, float by)
 {
-    if (channel->up == MR_WATCH_NOBODY || channel->down == MR_WATCH_NOBODY)
-        return false;
-    return size_of(watch->channel[channel->up].last - channel->anchor_up) > by &&
-           size_of(watch->channel[channel->down].last - channel->anchor_down) > by;
+    return size_of(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) > by &&
+           size_of(reading_of(watch, channel->anchor_down_is) - channel->anchor_down) > by;
 }
 
 static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
@@ -131,28 +151,21 @@ static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *
     if (noise_band > band)
         band = noise_band;
     bool holds = size_of(value - channel->anchor) <= band;
-    bool anchored = !__builtin_isnan(channel->anchor_up) && !__builtin_isnan(channel->anchor_down);
-    if (!holds || (!anchored && !channel->stuck))
+    if (!holds || (!channel->stuck && !is_anchored(watch, channel)))
         drop_anchor(watch, channel, value, index);
     else if (neighbours_moved(watch, channel, moves(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
         channel->stuck = true;
 }
 
-/* Codes, not values: those follow the reference's noise too. */
-static void look_at_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config,
-                          const struct mr_reading *reading, uint32_t index)
+/* The codes have not changed for long; not the values: those follow the reference's noise too. */
+static void look_at_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config, float value, uint32_t index)
 {
-    if (reading->code != channel->code)
-        channel->constant = 0;
-    else if (channel->constant < UINT16_MAX)
-        channel->constant++;
-    if (channel->constant == MR_STUCK_CONSTANT_BLOCKS &&
-        channel->rest_noise > MR_STUCK_NOISE_CODES * size_of(config->unit_per_code)) {
-        channel->anchor = reading->value;
-        channel->anchor_block = index - MR_STUCK_CONSTANT_BLOCKS;
-        channel->anchor_up = channel->anchor_down = MR_NAN;
-        channel->stuck = true;
-    }
+    if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * size_of(config->unit_per_code)))
+        return;
+    channel->anchor = value;
+    channel->anchor_block = index - MR_STUCK_CONSTANT_BLOCKS;
+    channel->anchor_up = channel->anchor_down = MR_NAN;
+    channel->stuck = true;
 }
 
 /* ---- what is told ---- */
@@ -188,28 +201,46 @@ bool mr_watch_take(struct mr_watch *watch, unsigned c, uint32_t index, struct mr
     return true;
 }
 
+static void judge(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c, uint32_t index,
+                  struct mr_reading *reading)
+{
+    struct mr_watch_channel *channel = &watch->channel[c];
+    unsigned turn = (index + c) % TURNS;
+    if (turn < 3)
+        follow_noise(channel, reading->value, config->unit_per_code, turn);
+    if (reading->code != channel->code)
+        channel->constant = 0;
+    else if (channel->constant < UINT16_MAX)
+        channel->constant++;
+    if (reading->validity != MR_VALID)
+        return;
+    if (index - watch->begin_block >= MR_WATCH_REST_BLOCKS) {
+        if (__builtin_isnan(channel->rest_noise))
+            channel->rest_noise = mr_watch_noise(watch, c);
+        if (channel->constant == MR_STUCK_CONSTANT_BLOCKS)
+            look_at_noise(channel, config, reading->value, index);
+        if (turn == 2 || channel->stuck)
+            look_at_neighbours(watch, channel, config, reading->value, index);
+    }
+    if (too_fast(channel, config, reading->value, index))
+        reading->validity = MR_INVALID_RATE;
+    else if (channel->stuck)
+        reading->validity = MR_INVALID_STUCK;
+    else
+        return;
+    reading->value = MR_NAN;
+}
+
 void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c, uint32_t index,
                       struct mr_reading *reading)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
     if (!mr_channel_measures(config))
         return;
-    if (watch->recording) {
-        follow_noise(channel, reading->value, config->unit_per_code, index);
-        if (index - watch->begin_block >= MR_WATCH_REST_BLOCKS && reading->validity == MR_VALID) {
-            if (__builtin_isnan(channel->rest_noise))
-                channel->rest_noise = mr_watch_noise(watch, c);
-            look_at_noise(channel, config, reading, index);
-            if (index % BLOCKS_PER_LOOK == c % BLOCKS_PER_LOOK || channel->stuck)
-                look_at_neighbours(watch, channel, config, reading->value, index);
-        }
-        if (reading->validity == MR_VALID && too_fast(channel, config, reading->value, index))
-            reading->validity = MR_INVALID_RATE;
-        else if (reading->validity == MR_VALID && channel->stuck)
-            reading->validity = MR_INVALID_STUCK;
-        if (reading->validity != MR_VALID)
-            reading->value = MR_NAN;
-    }
+    if (watch->recording)
+        judge(watch, config, c, index, reading);
     channel->code = reading->code;
-    follow_validity(watch, c, reading->validity, index);
+    bool news = reading->validity != channel->seen || reading->validity != channel->told || channel->run == 0;
+    if (news || reading->validity != MR_VALID)
+        follow_validity(watch, c, reading->validity, index);
 }

@@ -1,8 +1,8 @@
 /* Watch over the channels while a landing is recorded: what one block alone cannot tell.
  *
  * Noise. Second differences of three readings in a row: a movement that is smooth over 2 ms drops out, white noise of standard
- * deviation s gives 6 s^2 (von Neumann, Ann. Math. Stat. 12, 1941, for first differences). A running mean over some
- * MR_WATCH_NOISE_BLOCKS, in which a jump counts as six standard deviations at most.
+ * deviation s gives 6 s^2 (von Neumann, Ann. Math. Stat. 12, 1941, for first differences). One each 8 blocks;
+ * a running mean over MR_WATCH_NOISE_COUNT of them, half a second, in which a jump counts as six standard deviations at most.
  *
  * Rate. A reading that lies further from the last good one than rate_limit_per_s allows in the time between them is not valid
  * (RATE). The allowance grows with time, so a true step is believed at last; a spike never is.
@@ -11,8 +11,10 @@
  * standard deviations of its noise). When both its neighbours - the next stations up- and downfield, of a gage on the same band -
  * have moved on by MR_STUCK_MOVE_* meanwhile, a mat between them cannot have stood still: the joints of a closing mat follow from
  * upfield, those of an opening one from downfield. In the standard series a healthy channel's neighbours moved at most 0.010 in
- * (3.5 lb) while it stayed inside its band. The channel is STUCK from the anchor on, until it leaves the band. The first and the
- * last station have one neighbour only and are not judged so; nor is one whose neighbour is not valid.
+ * (3.5 lb) while it stayed inside its band. The channel is STUCK from the anchor on, until it leaves the band. A neighbour
+ * that is not valid is passed over for the next. The first and the last station have neighbours on one side only and are not
+ * judged so. Nor is a channel that stops when the wheel is past the neighbour upfield already: that has come to rest, and so may
+ * the mat between have.
  * Also stuck is a channel whose codes no longer change at all, MR_STUCK_CONSTANT_BLOCKS in a row, although they did at rest after
  * arming (a real converter's noise does not end). A channel without noise is healthy when it is quiet.
  *
@@ -29,7 +31,7 @@
 #include "common/channels.h"
 
 #define MR_WATCHED (MR_TRANSDUCERS + MR_GAGES)
-#define MR_WATCH_NOISE_BLOCKS 256u
+#define MR_WATCH_NOISE_COUNT 64u
 #define MR_WATCH_REST_BLOCKS 512u /* a landing is armed before the gear comes: so long it is at rest, and nothing is stuck */
 #define MR_WATCH_SETTLE 10u
 #define MR_WATCH_SETTLE_VALID 100u
@@ -44,8 +46,7 @@
 #define MR_WATCH_NOBODY 255u
 
 struct mr_watch_channel {
-    float last, before_last; /* readings; NaN: none, or there was a gap */
-    uint32_t last_block;
+    float last, before_last; /* readings of its turn, at most 8 blocks old; NaN: none */
     float code;              /* newest, whatever its validity */
     float variance;          /* of one reading */
     float rest_noise;        /* MR_WATCH_REST_BLOCKS after the begin; NaN: not yet */
@@ -56,9 +57,10 @@ struct mr_watch_channel {
     uint32_t told_block;     /* of the last change told */
     uint32_t since_block;    /* the run below began */
     uint16_t invalid;        /* readings that were not valid; stays at 65535 */
-    uint16_t noise_blocks;   /* in the mean; stays at MR_WATCH_NOISE_BLOCKS */
+    uint16_t noise_count;    /* second differences in the mean; stays at MR_WATCH_NOISE_COUNT */
     uint16_t constant;       /* readings in a row without any change */
     uint8_t up, down;        /* neighbours; MR_WATCH_NOBODY: none */
+    uint8_t anchor_up_is, anchor_down_is; /* the nearest that were valid when the anchor was dropped; likewise */
     uint8_t told, seen, run; /* validity told; of the newest reading; readings in a row like it */
     bool stuck, ever_told;
 };

@@ -68,20 +68,15 @@ static void tell_quality(const struct channels *channels, struct telemetry *tele
 void channels_tell(struct channels *channels, struct telemetry *telemetry, const struct landing *landing, uint32_t index,
                    const float *displacement_in, const float *baseline_in, const float *tension_lb)
 {
-    bool ended = !landing_recording(landing);
     struct mr_watch *watch = &channels->watch;
     for (unsigned c = 0; watch->changed && c < MR_WATCHED; c++)
         tell_change(channels, telemetry, c, index);
-    if (!watch->recording)
-        return;
-    unsigned turn = index % 1000 / QUALITY_EVERY;
-    for (unsigned c = 0; c < MR_WATCHED; c++) {
-        if (!ended && (turn != c || index % QUALITY_EVERY != QUALITY_PHASE))
-            continue;
-        bool moves = c < MR_TRANSDUCERS;
-        tell_quality(channels, telemetry, c, index, moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],
-                     moves ? baseline_in[c] : MR_NAN);
-    }
-    if (ended)
+    if (watch->recording && !landing_recording(landing))
         mr_watch_end(watch);
+    unsigned c = index % 1000 / QUALITY_EVERY;
+    if (!watch->recording || index % QUALITY_EVERY != QUALITY_PHASE || c >= MR_WATCHED)
+        return;
+    bool moves = c < MR_TRANSDUCERS;
+    tell_quality(channels, telemetry, c, index, moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],
+                 moves ? baseline_in[c] : MR_NAN);
 }

@@ -261,10 +261,21 @@ static double error_of(const struct measured *measured, const struct measured_ch
     return (double)mr_reading_error(&channel->config, &c);
 }
 
-/* The mean around a sample of one half of the values: every second one. NaN: none is valid. */
-static double half_mean(const struct measured *measured, const struct measured_channel *channel, size_t sample, size_t parity)
+/* Samples to each side in the means of which a peak is looked for, and, inside it, is taken from: a step at the edge of the first
+ * is none in the second. Two values of each half at least. */
+static size_t search_reach(const struct measured_channel *channel)
 {
-    size_t half = MEASURED_WINDOW / 2;
+    return channel->stride > MEASURED_WINDOW / 4 ? 2 * channel->stride : MEASURED_WINDOW / 2;
+}
+static size_t peak_reach(const struct measured_channel *channel)
+{
+    return search_reach(channel) - channel->stride;
+}
+
+/* The mean around a sample of one half of the values: every second one. NaN: none is valid. */
+static double half_mean(const struct measured *measured, const struct measured_channel *channel, size_t sample, size_t half,
+                        size_t parity)
+{
     size_t from = sample > half ? sample - half : 0;
     size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
     double sum = 0.0;
@@ -286,10 +297,10 @@ static double extreme(const struct measured *measured, const struct measured_cha
     for (size_t parity = 0; parity < 2; parity++) {
         double most = (double)NAN, other = (double)NAN;
         for (size_t i = from; i < measured->samples; i++) {
-            double value = sign * half_mean(measured, channel, i, parity);
+            double value = sign * half_mean(measured, channel, i, search_reach(channel), parity);
             if (isnan(value) || value <= most)
                 continue;
-            double there = half_mean(measured, channel, i, 1 - parity);
+            double there = half_mean(measured, channel, i, peak_reach(channel), 1 - parity);
             if (isnan(there))
                 continue;
             most = value;
@@ -310,8 +321,9 @@ static void find_extremes(const struct measured *measured, struct measured_chann
     if (measured->samples > MEASURED_END_BLOCKS)
         channel->end = measured_smooth(measured, channel, measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                        MEASURED_END_BLOCKS / 2);
-    channel->high_error = error_of(measured, channel, channel->high, MEASURED_WINDOW);
-    channel->low_error = error_of(measured, channel, channel->low, MEASURED_WINDOW);
+    double samples = 2.0 * (double)peak_reach(channel) + 1.0;
+    channel->high_error = error_of(measured, channel, channel->high, samples);
+    channel->low_error = error_of(measured, channel, channel->low, samples);
     channel->error = up ? channel->high_error : channel->low_error;
     channel->end_error = error_of(measured, channel, channel->end, MEASURED_END_BLOCKS);
 }

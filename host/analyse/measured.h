@@ -16,7 +16,7 @@
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS 500
-#define MEASURED_WINDOW 11 /* blocks of the moving mean that peaks are taken from */
+#define MEASURED_WINDOW 11 /* blocks of the moving mean in which peaks are looked for */
 #define MEASURED_END_BLOCKS 200 /* mean over these is where a channel ended */
 #define MEASURED_LOST 255       /* validity: the block never came */
 #define MEASURED_NOT_VALID 254  /* validity: not valid, and CAN does not say why */

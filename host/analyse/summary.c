@@ -170,14 +170,16 @@ bool summary_channel_event(const struct summary *summary, size_t i, bool si, cha
         return false;
     const struct mr_channel_config *config = &measured->channel[event->detail].config;
     const struct unit *station = unit_of(UNIT_STATION, si);
+    bool bridge = config->kind == MR_KIND_TENSION;
     char until[40] = " on";
     for (size_t later = summary->channel_events; later-- > i + 1;) {
         if (summary->channel_event[later].detail == event->detail)
             snprintf(until, sizeof until, " to %.3f s", event_time_s(measured, &summary->channel_event[later]));
     }
-    snprintf(out, size, "%s %u (%.1f %s): %s, from %.3f s%s", config->kind == MR_KIND_TENSION ? "gage" : "transducer",
+    snprintf(out, size, "%s %u (%.1f %s): %s, from %.3f s%s", bridge ? "gage" : "transducer",
              config->number, (double)config->station_ft * station->factor, station->text,
-             mr_validity_text((unsigned)event->code), event_time_s(measured, event), until);
+             bridge && event->code == MR_INVALID_OPEN ? "bridge open" : mr_validity_text((unsigned)event->code),
+             event_time_s(measured, event), until);
     return true;
 }
 
