@@ -244,8 +244,7 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
     channel->rest = count;
 }
 
-/* Standard error of the mean of `samples` samples. */
-static double error_of(const struct measured *measured, const struct measured_channel *channel, double value, double samples)
+double measured_error(const struct measured *measured, const struct measured_channel *channel, double value, double samples)
 {
     bool movement = channel->config.kind == MR_KIND_DISPLACEMENT;
     double stride = (double)channel->stride;
@@ -322,13 +321,13 @@ static void find_extremes(const struct measured *measured, struct measured_chann
         channel->end = measured_smooth(measured, channel, measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                        MEASURED_END_BLOCKS / 2);
     double samples = 2.0 * (double)peak_reach(channel) + 1.0;
-    channel->high_error = error_of(measured, channel, channel->high, samples);
-    channel->low_error = error_of(measured, channel, channel->low, samples);
+    channel->high_error = measured_error(measured, channel, channel->high, samples);
+    channel->low_error = measured_error(measured, channel, channel->low, samples);
     channel->error = up ? channel->high_error : channel->low_error;
-    channel->end_error = error_of(measured, channel, channel->end, MEASURED_END_BLOCKS);
+    channel->end_error = measured_error(measured, channel, channel->end, MEASURED_END_BLOCKS);
 }
 
-static void find_facts(struct measured *measured)
+void measured_find_facts(struct measured *measured)
 {
     size_t edge = first_edge_sample(measured);
     size_t from = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
@@ -385,7 +384,7 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
     if (status != MR_OK)
         return status;
     fit_gear(measured);
-    find_facts(measured);
+    measured_find_facts(measured);
     return MR_OK;
 }
 

@@ -80,6 +80,10 @@ double measured_value(const struct measured_channel *channel, size_t sample);
 /* Mean of the valid values within `half` samples of `sample`; NaN when none is. */
 double measured_smooth(const struct measured *measured, const struct measured_channel *channel, size_t sample,
                        size_t half);
+/* Standard error (common/measure.h) of the mean of `samples` samples, `value`, as measured_value has it. */
+double measured_error(const struct measured *measured, const struct measured_channel *channel, double value, double samples);
+/* Baseline, noise, extremes and their errors of every channel, from the series and the first gate: what measured_load does last. */
+void measured_find_facts(struct measured *measured);
 /* Station and speed of the lead wheel at a time; NaN before touchdown or without a fit, at rest after the
  * stop. */
 double measured_station_ft(const struct measured *measured, double t_s);
