@@ -1,5 +1,8 @@
 #include "common/channels.h"
 
+#include <stddef.h>
+#include <string.h>
+
 #include "common/wire.h"
 
 #define CODES_PER_SUM ((float)MR_SCANS_PER_BLOCK)
@@ -14,50 +17,122 @@ float mr_channels_ratio(const struct mr_block *block)
     return MR_REFERENCE_CODE / code;
 }
 
+static float size_of(float x)
+{
+    return x < 0.0f ? -x : x;
+}
+
+static uint8_t ends_reached(const struct mr_block *block, unsigned channel)
+{
+    if (block->low[channel] == MR_SCANS_PER_BLOCK)
+        return MR_INVALID_OPEN;
+    if (block->high[channel] == MR_SCANS_PER_BLOCK)
+        return MR_INVALID_SHORT;
+    return block->low[channel] || block->high[channel] ? MR_INVALID_SATURATED : MR_VALID;
+}
+
+/* Common mode and amplitude: is the transducer connected and excited? */
+static uint8_t wiring(const struct mr_channel_config *config, float common_mode, float code)
+{
+    if (common_mode < MR_COMMON_MODE_LOW || common_mode > MR_COMMON_MODE_HIGH)
+        return size_of(code) < MR_FLOATING_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORT;
+    if (size_of(code) < MR_UNEXCITED_CODES && size_of(config->zero_code) >= MR_ZERO_OFF_CODES)
+        return MR_INVALID_EXCITATION;
+    return MR_VALID;
+}
+
+float mr_channel_linearise(const struct mr_channel_config *config, float straight)
+{
+    unsigned last = config->points < MR_CONFIG_POINTS ? config->points : MR_CONFIG_POINTS;
+    if (last < 2)
+        return straight;
+    unsigned to = 1;
+    while (to < last - 1 && straight > config->point_reading[to])
+        to++;
+    float from_reading = config->point_reading[to - 1], from_value = config->point_value[to - 1];
+    float slope = (config->point_value[to] - from_value) / (config->point_reading[to] - from_reading);
+    return from_value + slope * (straight - from_reading);
+}
+
 struct mr_reading mr_channel_read(const struct mr_channel_config *config, const struct mr_block *block,
                                   unsigned channel, float ratio)
 {
-    struct mr_reading reading = {MR_NAN, MR_INVALID_NOT_FITTED};
-    float code;
+    struct mr_reading reading = {MR_NAN, MR_NAN, MR_INVALID_NOT_FITTED};
 
     if (config->kind == MR_KIND_NONE)
         return reading;
+    reading.validity = ends_reached(block, channel);
     if (channel < MR_TRANSDUCERS) {
         float plus = (float)block->plus[channel];
         float minus = (float)block->minus[channel];
-        float common_mode = (plus + minus) / CODES_PER_SUM;
-        code = (plus - minus) / CODES_PER_SUM;
-        if (common_mode < MR_COMMON_MODE_LOW || common_mode > MR_COMMON_MODE_HIGH) {
-            reading.validity = MR_INVALID_OPEN;
-            return reading;
-        }
+        reading.code = (plus - minus) / CODES_PER_SUM;
+        if (reading.validity == MR_VALID)
+            reading.validity = wiring(config, (plus + minus) / CODES_PER_SUM, reading.code);
     } else {
-        code = (float)block->sum[channel - MR_TRANSDUCERS] / CODES_PER_SUM;
+        reading.code = (float)block->sum[channel - MR_TRANSDUCERS] / CODES_PER_SUM;
     }
-    if (block->low[channel] || block->high[channel]) {
-        reading.validity = MR_INVALID_SATURATED;
+    if (reading.validity != MR_VALID)
         return reading;
-    }
-    if (config->kind == MR_KIND_DISPLACEMENT || config->kind == MR_KIND_TENSION) {
+    float value = reading.code;
+    if (mr_channel_measures(config)) {
         if (__builtin_isnan(ratio)) {
             reading.validity = MR_INVALID_REFERENCE;
             return reading;
         }
-        code = (code - config->zero_code) * config->unit_per_code * ratio;
+        value = mr_channel_linearise(config, (reading.code * ratio - config->zero_code) * config->unit_per_code);
+        if (config->low < config->high && !(value >= config->low && value <= config->high)) {
+            reading.validity = MR_INVALID_RANGE;
+            return reading;
+        }
     }
-    reading.value = code;
-    reading.validity = MR_VALID;
+    reading.value = value;
     return reading;
+}
+
+/* Where an item lies in the struct; 0: it is none of the reals. */
+static size_t offset_of(unsigned item)
+{
+    static const size_t single[] = {
+        [MR_CALIBRATION_GAIN_ERROR] = offsetof(struct mr_channel_config, gain_error),
+        [MR_CALIBRATION_ZERO_ERROR] = offsetof(struct mr_channel_config, zero_error),
+        [MR_CALIBRATION_LINEARITY_ERROR] = offsetof(struct mr_channel_config, linearity_error),
+        [MR_CALIBRATION_DRIFT_ERROR] = offsetof(struct mr_channel_config, drift_error_per_h),
+        [MR_CALIBRATION_LOW] = offsetof(struct mr_channel_config, low),
+        [MR_CALIBRATION_HIGH] = offsetof(struct mr_channel_config, high),
+        [MR_CALIBRATION_RATE_LIMIT] = offsetof(struct mr_channel_config, rate_limit_per_s),
+        [MR_CALIBRATION_POINTS] = 0,
+    };
+    if (item < MR_CALIBRATION_TABLE)
+        return single[item];
+    if (item >= MR_CALIBRATION_ITEMS)
+        return 0;
+    size_t table = (item - MR_CALIBRATION_TABLE) % 2 ? offsetof(struct mr_channel_config, point_value)
+                                                     : offsetof(struct mr_channel_config, point_reading);
+    return table + (item - MR_CALIBRATION_TABLE) / 2 * sizeof(float);
+}
+
+float mr_channel_item(const struct mr_channel_config *config, unsigned item)
+{
+    size_t offset = offset_of(item);
+    float value = item == MR_CALIBRATION_POINTS ? (float)config->points : MR_NAN;
+    if (offset)
+        memcpy(&value, (const uint8_t *)config + offset, sizeof value);
+    return value;
+}
+
+void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float value)
+{
+    size_t offset = offset_of(item);
+    if (offset)
+        memcpy((uint8_t *)config + offset, &value, sizeof value);
+    else if (item == MR_CALIBRATION_POINTS && value >= 0.0f && value <= (float)MR_CONFIG_POINTS)
+        config->points = (uint8_t)value;
 }
 
 const char *mr_validity_text(unsigned validity)
 {
-    switch (validity) {
-    case MR_VALID: return "valid";
-    case MR_INVALID_NOT_FITTED: return "not fitted";
-    case MR_INVALID_SATURATED: return "saturated";
-    case MR_INVALID_OPEN: return "open or shorted";
-    case MR_INVALID_REFERENCE: return "reference";
-    default: return "unknown";
-    }
+    static const char *const text[MR_VALIDITIES] = {
+        "valid", "not fitted", "saturated", "signal lead open", "reference", "shorted to a supply", "faster than it can move",
+        "stuck", "out of its range", "not excited"};
+    return validity < MR_VALIDITIES ? text[validity] : "unknown";
 }

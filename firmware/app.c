@@ -58,6 +58,7 @@ void app_start(struct app *app)
     memset(app, 0, sizeof *app);
     configstore_start(&app->configstore);
     landing_start(&app->landing);
+    channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         app->slack_in[i] = MR_NAN;
@@ -90,12 +91,12 @@ static void read_channels(struct app *app, const struct mr_block *block)
     float ratio = mr_channels_ratio(block);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         if (is_fitted(app, i))
-            app->displacement_in[row][i] = mr_channel_read(&config.channel[i], block, i, ratio).value;
+            app->displacement_in[row][i] = channels_read(&app->channels, block, i, ratio);
     }
     for (unsigned i = 0; i < MR_GAGES; i++) {
         unsigned channel = MR_TRANSDUCERS + i;
         if (is_fitted(app, channel))
-            app->tension_lb[row][i] = mr_channel_read(&config.channel[channel], block, channel, ratio).value;
+            app->tension_lb[row][i] = channels_read(&app->channels, block, channel, ratio);
     }
 }
 
@@ -125,6 +126,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     if (status == MR_OK) {
         forget_baseline(app);
         read_blocks_before(app);
+        channels_arm(&app->channels, app->next_index);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -360,6 +362,8 @@ static void take_block(struct app *app, const struct mr_block *block)
         read_channels(app, block);
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
+    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline_in,
+                  app->tension_lb[row]);
     tell_landing(app, &news, block->index);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording) {

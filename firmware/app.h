@@ -4,6 +4,7 @@
 
 #include "common/framing.h"
 #include "firmware/boxlink.h"
+#include "firmware/channels.h"
 #include "firmware/configstore.h"
 #include "firmware/landing.h"
 #include "firmware/telemetry.h"
@@ -38,6 +39,7 @@ struct app {
     unsigned baseline_blocks;
     float baseline_in[MR_TRANSDUCERS]; /* NaN until APP_BASELINE_BLOCKS have passed since arming */
 
+    struct channels channels;
     float slack_in[MR_SEGMENTS];       /* NaN: not surveyed */
     bool warning;
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */

@@ -9,11 +9,14 @@
 #include "firmware/health.h"
 #include "firmware/version.h"
 
-/* The configuration as a round of items: channels (two messages each), switches, survey segments. */
+/* The configuration as a round of items: channels (two messages each), switches, survey segments, calibrations (two values each;
+ * tables only as far as they are in use). */
 #define FIRST_SWITCH MR_CHANNELS
 #define FIRST_SEGMENT (FIRST_SWITCH + MR_CONFIG_SWITCHES)
-#define ITEMS (FIRST_SEGMENT + MR_SEGMENTS)
-#define BLOCKS_PER_ITEM 40u /* a round takes 3.6 s */
+#define FIRST_CALIBRATION (FIRST_SEGMENT + MR_SEGMENTS)
+#define PARTS_PER_CALIBRATION (MR_CALIBRATION_ITEMS / 2)
+#define ITEMS (FIRST_CALIBRATION + MR_CHANNELS * PARTS_PER_CALIBRATION)
+#define BLOCKS_PER_ITEM 40u /* a round takes 7.3 s */
 #define CLOCK_ERROR 0.01    /* relative, of the internal oscillator */
 
 #define BLOCKS_PER_COUNT 50u
@@ -53,10 +56,10 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
 }
 
-/* Edges, motion, states, results, marks, acknowledgements and faults. */
+/* Edges, motion, states, results, marks, acknowledgements, what channels are worth, and faults. */
 static bool belongs_to_record(uint16_t id)
 {
-    return id == MR_ID_FAULT || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
+    return id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT || id == MR_ID_CHANNEL_QUALITY || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
 }
 
 static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
@@ -113,6 +116,20 @@ static struct mr_switch_place switch_message(unsigned i)
                                     .station_ft = config_gate_ft(i)};
 }
 
+static unsigned calibration_items(const struct mr_channel_config *channel)
+{
+    unsigned points = channel->points < MR_CONFIG_POINTS ? channel->points : MR_CONFIG_POINTS;
+    if (channel->kind == MR_KIND_REFERENCE)
+        return MR_CALIBRATION_GAIN_ERROR + 1;
+    return mr_channel_measures(channel) ? MR_CALIBRATION_TABLE + 2 * points : 0;
+}
+
+static struct mr_calibration calibration_message(unsigned i, unsigned item)
+{
+    return (struct mr_calibration){.index = (uint8_t)i, .item = (uint8_t)item,
+                                   .value = mr_channel_item(&config.channel[i], item)};
+}
+
 void telemetry_start(struct telemetry *telemetry)
 {
     memset(telemetry, 0, sizeof *telemetry);
@@ -150,10 +167,22 @@ static bool is_not_fitted(unsigned item)
     return item < FIRST_SEGMENT && config.gate[item - FIRST_SWITCH].step_codes == 0;
 }
 
+/* The one after an item that has anything to say; 0 after the last. */
+static unsigned next_item(unsigned item)
+{
+    for (item++; item < ITEMS; item++) {
+        unsigned part = item - FIRST_CALIBRATION;
+        if (item < FIRST_CALIBRATION ||
+            2 * (part % PARTS_PER_CALIBRATION) < calibration_items(&config.channel[part / PARTS_PER_CALIBRATION]))
+            return item;
+    }
+    return 0;
+}
+
 static void skip_what_is_not_fitted(struct telemetry *telemetry)
 {
     for (unsigned n = 0; n < ITEMS && is_not_fitted(telemetry->item); n++)
-        telemetry->item = (telemetry->item + 1) % ITEMS;
+        telemetry->item = next_item(telemetry->item);
 }
 
 static void send_item(struct telemetry *telemetry, const float *slack_in)
@@ -169,13 +198,20 @@ static void send_item(struct telemetry *telemetry, const float *slack_in)
     } else if (item < FIRST_SEGMENT) {
         struct mr_switch_place place = switch_message(item - FIRST_SWITCH);
         send_both(telemetry, MR_ID_SWITCH_PLACE, payload, mr_switch_place_put(&place, payload));
+    } else if (item >= FIRST_CALIBRATION) {
+        unsigned channel = (item - FIRST_CALIBRATION) / PARTS_PER_CALIBRATION;
+        unsigned first = 2 * ((item - FIRST_CALIBRATION) % PARTS_PER_CALIBRATION);
+        for (unsigned i = first; i < first + 2 && i < calibration_items(&config.channel[channel]); i++) {
+            struct mr_calibration calibration = calibration_message(channel, i);
+            send_both(telemetry, MR_ID_CALIBRATION, payload, mr_calibration_put(&calibration, payload));
+        }
     } else {
         unsigned segment = item - FIRST_SEGMENT;
         SEND(both, telemetry, slack, SLACK, .segment = (uint8_t)segment, .joints = MR_MATS_PER_SEGMENT,
              .slack_in = slack_in[segment], .start_ft = MR_SEGMENT_LENGTH_FT * (float)segment,
              .end_ft = MR_SEGMENT_LENGTH_FT * (float)(segment + 1));
     }
-    telemetry->item = (item + 1) % ITEMS;
+    telemetry->item = next_item(item);
 }
 
 static void send_faults(struct telemetry *telemetry, bool all)
@@ -241,9 +277,9 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
         send_hello(telemetry, landing);
     if (index % 1000 == 713)
         telemetry_state(telemetry, landing);
-    if (telemetry->burst_left) {
-        telemetry->burst_left--;
+    if (telemetry->bursting) {
         send_item(telemetry, slack_in);
+        telemetry->bursting = telemetry->item != 0;
     } else if (index % BLOCKS_PER_ITEM == 7) {
         skip_what_is_not_fitted(telemetry);
         send_item(telemetry, slack_in);
@@ -253,7 +289,7 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
 void telemetry_burst(struct telemetry *telemetry, const struct landing *landing)
 {
     telemetry->item = 0;
-    telemetry->burst_left = ITEMS;
+    telemetry->bursting = true;
     send_hello(telemetry, landing);
 }
 
@@ -374,6 +410,18 @@ void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *z
          .inferred_percent = (uint8_t)(zone->inferred * 100.0f + 0.5f), .block16 = (uint16_t)index);
 }
 
+void telemetry_channel_event(struct telemetry *telemetry, const struct mr_channel_event *event)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_CHANNEL_EVENT, payload, mr_channel_event_put(event, payload));
+}
+
+void telemetry_channel_quality(struct telemetry *telemetry, const struct mr_channel_quality *quality)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_CHANNEL_QUALITY, payload, mr_channel_quality_put(quality, payload));
+}
+
 void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark)
 {
     uint8_t payload[MR_MESSAGE_MAX];
@@ -403,6 +451,8 @@ void telemetry_store_configuration(struct telemetry *telemetry, const struct lan
         if (!__builtin_isnan(slack_in[segment]))
             send_item(telemetry, slack_in);
     }
+    for (telemetry->item = next_item(FIRST_CALIBRATION - 1); telemetry->item != 0;)
+        send_item(telemetry, slack_in);
     telemetry->item = item;
     telemetry->to_box = false;
 }

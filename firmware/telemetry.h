@@ -33,7 +33,7 @@ struct telemetry {
     unsigned count_place;        /* whose count is told next */
 
     unsigned item;       /* of the configuration, next to go out */
-    unsigned burst_left; /* items to send at one per block */
+    bool bursting;       /* one item per block, up to the last */
 
     struct blackbox *box; /* keeps what a landing's record needs; NULL: none */
     bool to_box;          /* what is said now goes to the box alone */
@@ -64,6 +64,8 @@ void telemetry_motion(struct telemetry *telemetry, const struct mr_motion_estima
 void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary);
 void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *zone, float wheel_ft, bool warning,
                     uint32_t index);
+void telemetry_channel_event(struct telemetry *telemetry, const struct mr_channel_event *event);
+void telemetry_channel_quality(struct telemetry *telemetry, const struct mr_channel_quality *quality);
 void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark);
 void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack);
 

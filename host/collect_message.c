@@ -119,6 +119,29 @@ static enum mr_status channel_zero(struct collector *collector, const struct sid
     return put_channel(collector, side->current, message->index, error);
 }
 
+static enum mr_status put_calibration(struct collector *collector, const struct slot *slot, unsigned index, unsigned item,
+                                      struct error *error)
+{
+    if (!slot || !(collector->items_known[index] >> item & 1u))
+        return MR_OK;
+    return store_calibration_put(collector->store, slot->row.id, index, item,
+                                 (double)mr_channel_item(&collector->channel[index], item), error);
+}
+
+static enum mr_status calibration(struct collector *collector, const struct side *side,
+                                  const struct mr_calibration *message, struct error *error)
+{
+    if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEMS)
+        return MR_OK;
+    struct mr_channel_config *known = &collector->channel[message->index];
+    uint32_t bit = 1u << message->item;
+    if (collector->items_known[message->index] & bit && mr_channel_item(known, message->item) == message->value)
+        return MR_OK;
+    mr_channel_item_set(known, message->item, message->value);
+    collector->items_known[message->index] |= bit;
+    return put_calibration(collector, side->current, message->index, message->item, error);
+}
+
 static enum mr_status switch_place(struct collector *collector, const struct side *side,
                                    const struct mr_switch_place *message, struct error *error)
 {
@@ -157,6 +180,8 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_CHANNELS && status == MR_OK; i++)
         status = put_channel(collector, slot, i, error);
+    for (unsigned i = 0; i < MR_CHANNELS * MR_CALIBRATION_ITEMS && status == MR_OK; i++)
+        status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEMS, i % MR_CALIBRATION_ITEMS, error);
     for (unsigned i = 0; i < STORE_SWITCHES_MAX && status == MR_OK; i++) {
         if (collector->switch_known[i])
             status = store_switch_put(collector->store, slot->row.id, &collector->place[i], error);
@@ -199,6 +224,14 @@ static enum mr_status switch_event(struct collector *collector, struct side *sid
     if (status == MR_OK && side->current && refused)
         status = store_edge_refuse(collector->store, side->current->row.id, message->count, error);
     return status;
+}
+
+/* The channel is the row's value too: what is unique about an event does not include its detail. */
+static enum mr_status channel_event(struct collector *collector, struct side *side, const struct mr_channel_event *message,
+                                    uint64_t host_us, struct error *error)
+{
+    return put_event(collector, side, "channel", message->block, message->validity, message->index, message->index, host_us,
+                     error);
 }
 
 static enum mr_status pushback(struct collector *collector, struct side *side, const struct mr_pushback *message,
@@ -379,6 +412,11 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
         status = channel_zero(collector, side, &m, error);
         break;
     }
+    case MR_ID_CALIBRATION: {
+        GET(calibration);
+        status = calibration(collector, side, &m, error);
+        break;
+    }
     case MR_ID_SWITCH_PLACE: {
         GET(switch_place);
         status = switch_place(collector, side, &m, error);
@@ -407,6 +445,17 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
     case MR_ID_PUSHBACK: {
         GET(pushback);
         status = pushback(collector, side, &m, host_us, error);
+        break;
+    }
+    case MR_ID_CHANNEL_EVENT: {
+        GET(channel_event);
+        status = channel_event(collector, side, &m, host_us, error);
+        break;
+    }
+    case MR_ID_CHANNEL_QUALITY: {
+        GET(channel_quality);
+        if (side->current)
+            status = store_quality_put(collector->store, side->current->row.id, &m, error);
         break;
     }
     case MR_ID_MOTION: {

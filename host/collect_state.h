@@ -61,6 +61,7 @@ struct collector {
     bool channel_known[MR_CHANNELS];
     bool zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
+    uint32_t items_known[MR_CHANNELS]; /* bit: enum mr_calibration_item */
     bool switch_known[STORE_SWITCHES_MAX];
     struct store_switch place[STORE_SWITCHES_MAX];
     bool segment_known[MR_SEGMENTS];

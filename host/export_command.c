@@ -93,12 +93,29 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
             "tension as read\n",
             MEASURED_BASELINE_BLOCKS / 1000.0);
     fputs("# validity: one character per channel in the order of the columns: ", out);
-    for (unsigned validity = MR_VALID; validity <= MR_INVALID_REFERENCE; validity++)
+    for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
     fputs("n not valid, L block lost; an empty cell is missing\n", out);
     fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
             unit_of(UNIT_SPEED, si)->text, unit_of(UNIT_DISPLACEMENT, si)->text,
             unit_of(UNIT_TENSION, si)->text);
+}
+
+/* What a reading is worth (common/measure.h), for each channel: of one reading at its peak, and of the peak itself. */
+static void csv_errors(const struct measured *measured, const struct measured_channel **channels, size_t count, bool si,
+                       FILE *out)
+{
+    fputs("# standard error of one reading at the peak, and of the peak (noise averaged):", out);
+    for (size_t c = 0; c < count; c++) {
+        const struct measured_channel *channel = channels[c];
+        bool moves = channel->config.kind == MR_KIND_DISPLACEMENT;
+        double factor = unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, si)->factor;
+        double single = measured_error(measured, channel, channel->peak, 1.0);
+        if (!isnan(single))
+            fprintf(out, " %c%u %.*f %.*f", moves ? 'd' : 't', channel->config.number, moves ? 5 : 3, single * factor,
+                    moves ? 5 : 3, channel->error * factor);
+    }
+    fputc('\n', out);
 }
 
 static void csv_cell(FILE *out, double value, int digits)
@@ -143,6 +160,7 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
     if (status == MR_OK) {
         size_t count = csv_channels(&measured, channels);
         csv_provenance(&measured, cli->si, out);
+        csv_errors(&measured, channels, count, cli->si, out);
         fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
                 unit_of(UNIT_SPEED, cli->si)->suffix);
         for (size_t c = 0; c < count; c++) {

@@ -15,7 +15,7 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
     function task(file, name) {
         if (file !~ /(firmware|common)\//) return "library"
         if (file ~ /f407\/(scan|capture)\.c$/ || name ~ /^(mr_block_from_(scans|some)|sum_columns|count_saturation)$/) return "sampling"
-        if (file ~ /common\/(channels|measure)\.c$/) return "demodulation"
+        if (file ~ /(common|firmware)\/(channels|measure|watch)\.c$/) return "demodulation"
         if (file ~ /(blackbox|recorder|slowlog|boxlink|nor)\.c$/ || file ~ /common\/(blockpack|boxpage)\.c$/) return "storage"
         if (file ~ /(telemetry|can|uart)\.c$/ || file ~ /common\/(catalogue|framing|block|crc32)\.c$/) return "telemetry"
         if (file ~ /firmware\/landing\.c$/ || file ~ /common\/(gates|braking|passage|switches|staircase)\.c$/) return "speed"

@@ -4,9 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/measure.h"
 #include "host/analyse/measured_series.h"
 
 #define CLOCK_TOLERANCE 0.01    /* the internal oscillator's, taken as a standard error */
+#define BLOCKS_PER_H 3600000.0
 #define SAMPLE_MIDDLE_MS 0.4375 /* mean of 8 scans, 125 us apart, from the beginning of the block */
 
 double measured_time_s(const struct measured *measured, size_t sample)
@@ -244,27 +246,93 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
                 ((double)channel->raw[i] - channel->baseline) * ((double)channel->raw[i] - channel->baseline);
     }
     channel->noise = count > 1 ? sqrt(squares / (double)(count - 1)) : (double)NAN;
-    double excess = 1.0 + MEASURED_EXCESS * MEASURED_EXCESS;
-    channel->error = channel->noise * sqrt(excess / MEASURED_WINDOW + (count ? 1.0 / (double)count : 0.0));
-    channel->end_error =
-        channel->noise * sqrt(1.0 / MEASURED_END_BLOCKS + (count ? 1.0 / (double)count : 0.0));
+    channel->rest = count;
+}
+
+double measured_error(const struct measured *measured, const struct measured_channel *channel, double value, double samples)
+{
+    bool movement = channel->config.kind == MR_KIND_DISPLACEMENT;
+    double stride = (double)channel->stride;
+    struct mr_error_case c = {
+        .value = (float)value,
+        .noise = (float)channel->noise,
+        .averaged = (float)fmax(samples / stride, 1.0),
+        .baseline_blocks = movement ? (float)fmax((double)channel->rest / stride, 1.0) : 0.0f,
+        /* Since power on: when the zero was taken before is in zero_error. A landing is over before its baseline drifts. */
+        .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_H),
+        .reference_error = measured->channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].config.gain_error,
+    };
+    return (double)mr_reading_error(&channel->config, &c);
+}
+
+/* Samples to each side in the means of which a peak is looked for, and, inside it, is taken from: a step at the edge of the first
+ * is none in the second. Two values of each half at least. */
+static size_t search_reach(const struct measured_channel *channel)
+{
+    return channel->stride > MEASURED_WINDOW / 4 ? 2 * channel->stride : MEASURED_WINDOW / 2;
+}
+static size_t peak_reach(const struct measured_channel *channel)
+{
+    return search_reach(channel) - channel->stride;
+}
+
+/* The mean around a sample of one half of the values: every second one. NaN: none is valid. */
+static double half_mean(const struct measured *measured, const struct measured_channel *channel, size_t sample, size_t half,
+                        size_t parity)
+{
+    size_t from = sample > half ? sample - half : 0;
+    size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
+    double sum = 0.0;
+    size_t count = 0;
+    for (size_t i = from; i <= to; i++) {
+        double value = measured_value(channel, i);
+        if (i / channel->stride % 2 != parity || isnan(value))
+            continue;
+        sum += value;
+        count++;
+    }
+    return count ? sum / (double)count : (double)NAN;
+}
+
+/* The extreme on the side of `sign`: found in one half, taken from the other. */
+static double extreme(const struct measured *measured, const struct measured_channel *channel, size_t from, double sign)
+{
+    double sum = 0.0;
+    for (size_t parity = 0; parity < 2; parity++) {
+        double most = (double)NAN, other = (double)NAN;
+        for (size_t i = from; i < measured->samples; i++) {
+            double value = sign * half_mean(measured, channel, i, search_reach(channel), parity);
+            if (isnan(value) || value <= most)
+                continue;
+            double there = half_mean(measured, channel, i, peak_reach(channel), 1 - parity);
+            if (isnan(there))
+                continue;
+            most = value;
+            other = there;
+        }
+        sum += other;
+    }
+    return sum / 2.0;
 }
 
 static void find_extremes(const struct measured *measured, struct measured_channel *channel, size_t from)
 {
-    channel->high = channel->low = channel->peak = channel->end = (double)NAN;
-    for (size_t i = from; i < measured->samples; i++) {
-        double value = measured_smooth(measured, channel, i, MEASURED_WINDOW / 2);
-        channel->high = fmax(channel->high, value); /* fmax and fmin pass over NaN */
-        channel->low = fmin(channel->low, value);
-    }
-    channel->peak = fabs(channel->high) >= fabs(channel->low) ? channel->high : channel->low;
+    channel->high = extreme(measured, channel, from, 1.0);
+    channel->low = extreme(measured, channel, from, -1.0);
+    bool up = fabs(channel->high) >= fabs(channel->low);
+    channel->peak = up ? channel->high : channel->low;
+    channel->end = (double)NAN;
     if (measured->samples > MEASURED_END_BLOCKS)
         channel->end = measured_smooth(measured, channel, measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                        MEASURED_END_BLOCKS / 2);
+    double samples = 2.0 * (double)peak_reach(channel) + 1.0;
+    channel->high_error = measured_error(measured, channel, channel->high, samples);
+    channel->low_error = measured_error(measured, channel, channel->low, samples);
+    channel->error = up ? channel->high_error : channel->low_error;
+    channel->end_error = measured_error(measured, channel, channel->end, MEASURED_END_BLOCKS);
 }
 
-static void find_facts(struct measured *measured)
+void measured_find_facts(struct measured *measured)
 {
     size_t edge = first_edge_sample(measured);
     size_t from = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
@@ -321,7 +389,7 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
     if (status != MR_OK)
         return status;
     fit_gear(measured);
-    find_facts(measured);
+    measured_find_facts(measured);
     return MR_OK;
 }
 

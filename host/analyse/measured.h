@@ -5,7 +5,10 @@
  * computed here from the block records with the board's own calibration; without block records (no serial
  * link) they come from the CAN messages, each filling the 2 or 4 blocks it is the mean of. A displacement is
  * relative to its mean over the half second before the first edge; a tension is absolute. What is missing or
- * not valid is NaN. */
+ * not valid is NaN. A channel that stuck is not valid from where it stopped moving on, which is before anybody could know.
+ *
+ * A peak is looked for in every second reading and taken from the others, both ways round: the largest of many noisy means
+ * lies above the truth, but the noise of the others knows nothing of it. Standard errors are those of common/measure.h. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_H
 #define MATRIG_HOST_ANALYSE_MEASURED_H
 
@@ -13,10 +16,7 @@
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS 500
-#define MEASURED_WINDOW 11 /* blocks of the moving mean that peaks are taken from */
-/* The largest of many noisy means lies above the truth: by about this many of their standard deviations when
- * some tens of independent ones are compared. It counts as an error of every peak. */
-#define MEASURED_EXCESS 2.5
+#define MEASURED_WINDOW 11 /* blocks of the moving mean in which peaks are looked for */
 #define MEASURED_END_BLOCKS 200 /* mean over these is where a channel ended */
 #define MEASURED_LOST 255       /* validity: the block never came */
 #define MEASURED_NOT_VALID 254  /* validity: not valid, and CAN does not say why */
@@ -30,12 +30,14 @@ struct measured_channel {
     size_t valid;      /* samples with MR_VALID */
     double baseline;   /* mean before the first edge; NaN: none */
     double noise;      /* standard deviation of one sample there */
+    size_t rest;       /* samples in the baseline */
+    size_t stride;     /* samples that have one value: 1; from CAN as many as a message is the mean of */
     /* Of the value (raw, less the baseline for displacements), from the first edge on: */
     double high, low; /* extremes of the moving mean */
     double peak;      /* high or low, whichever is larger in size */
     double end;
-    double error; /* standard error of peak, high, low: noise of moving mean and baseline, and its excess */
-    double end_error;
+    double error; /* standard error of the peak */
+    double high_error, low_error, end_error;
 };
 
 /* CAN messages against the block records they were computed from. */
@@ -79,6 +81,10 @@ double measured_value(const struct measured_channel *channel, size_t sample);
 /* Mean of the valid values within `half` samples of `sample`; NaN when none is. */
 double measured_smooth(const struct measured *measured, const struct measured_channel *channel, size_t sample,
                        size_t half);
+/* Standard error (common/measure.h) of the mean of `samples` samples, `value`, as measured_value has it. */
+double measured_error(const struct measured *measured, const struct measured_channel *channel, double value, double samples);
+/* Baseline, noise, extremes and their errors of every channel, from the series and the first gate: what measured_load does last. */
+void measured_find_facts(struct measured *measured);
 /* Station and speed of the lead wheel at a time; NaN before touchdown or without a fit, at rest after the
  * stop. */
 double measured_station_ft(const struct measured *measured, double t_s);

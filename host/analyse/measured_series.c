@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/catalogue.h"
+#include "common/watch.h"
 #include "common/wire.h"
 #include "host/link/link.h"
 
@@ -38,6 +39,7 @@ static enum mr_status make_series(struct measured *measured, int64_t first_block
         struct measured_channel *channel = &measured->channel[c];
         channel->raw = malloc(samples * sizeof *channel->raw);
         channel->validity = malloc(samples);
+        channel->stride = 1;
         if (!channel->raw || !channel->validity)
             return error_set(error, MR_FULL, "no memory: RUN %lld with %zu samples; close other programs",
                              (long long)measured->landing.id, samples);
@@ -61,6 +63,70 @@ static enum mr_status check_span(const struct measured *measured, int64_t first,
                      (long long)measured->landing.id, (long long)first, (long long)last);
 }
 
+static void begin_watch(struct mr_watch *watch, const struct measured *measured, uint32_t index)
+{
+    struct mr_channel_config config[MR_CHANNELS];
+    for (unsigned c = 0; c < MR_CHANNELS; c++)
+        config[c] = measured->channel[c].config;
+    mr_watch_begin(watch, config, index);
+}
+
+/* As the board does it. A channel that turns out to be stuck has been so since its anchor: those readings lose their validity
+ * here and, when they have been held against the board's messages, their value (blank_stuck). */
+static void read_block(struct measured *measured, struct mr_watch *watch, const struct mr_block *block)
+{
+    size_t i = (size_t)((int64_t)block->index - measured->first_block);
+    float ratio = mr_channels_ratio(block);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        struct measured_channel *channel = &measured->channel[c];
+        struct mr_reading reading = mr_channel_read(&channel->config, block, c, ratio);
+        if (c < MR_WATCHED)
+            mr_watch_reading(watch, &channel->config, c, block->index, &reading);
+        channel->raw[i] = reading.value;
+        channel->validity[i] = reading.validity;
+        if (reading.validity != MR_INVALID_STUCK)
+            continue;
+        for (size_t k = i; k-- > 0 && (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
+                           channel->validity[k] != MR_INVALID_STUCK;) {
+            if (channel->validity[k] == MR_VALID)
+                channel->validity[k] = MR_INVALID_STUCK;
+        }
+    }
+}
+
+static void blank_stuck(struct measured *measured)
+{
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        for (size_t i = 0; i < measured->samples; i++) {
+            if (measured->channel[c].validity[i] == MR_INVALID_STUCK)
+                measured->channel[c].raw[i] = MR_NAN;
+        }
+    }
+}
+
+/* CAN alone: what the board said of a channel that stuck, up to what it said of it next. */
+static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured, struct error *error)
+{
+    struct store_fault *event = NULL;
+    size_t count = 0;
+    enum mr_status status = store_channel_events(store, measured->landing.id, &event, &count, error);
+    for (size_t e = 0; e < count && status == MR_OK; e++) {
+        if (event[e].code != MR_INVALID_STUCK || event[e].detail < 0 || event[e].detail >= (int64_t)MR_WATCHED)
+            continue;
+        int64_t until = measured->first_block + (int64_t)measured->samples;
+        for (size_t later = count; later-- > e + 1;)
+            until = event[later].detail == event[e].detail ? event[later].board_us / 1000 : until;
+        for (int64_t block = event[e].board_us / 1000; block < until; block++) {
+            int64_t i = block - measured->first_block;
+            uint8_t *validity = measured->channel[event[e].detail].validity;
+            if (i >= 0 && i < (int64_t)measured->samples && validity[i] != MEASURED_LOST)
+                validity[i] = MR_INVALID_STUCK;
+        }
+    }
+    free(event);
+    return status;
+}
+
 static enum mr_status series_from_blocks(struct measured *measured, const struct block_list *list,
                                          struct error *error)
 {
@@ -71,16 +137,12 @@ static enum mr_status series_from_blocks(struct measured *measured, const struct
         status = make_series(measured, first, (size_t)(last - first) + 1, error);
     if (status != MR_OK)
         return status;
+    struct mr_watch watch = {0};
     for (size_t b = 0; b < list->count; b++) {
         const struct mr_block *block = &list->block[b];
-        size_t i = (size_t)((int64_t)block->index - first);
-        float ratio = mr_channels_ratio(block);
-        for (unsigned c = 0; c < MR_CHANNELS; c++) {
-            struct measured_channel *channel = &measured->channel[c];
-            struct mr_reading reading = mr_channel_read(&channel->config, block, c, ratio);
-            channel->raw[i] = reading.value;
-            channel->validity[i] = reading.validity;
-        }
+        if (!watch.recording && (int64_t)block->index >= measured->landing.armed_block)
+            begin_watch(&watch, measured, block->index);
+        read_block(measured, &watch, block);
     }
     measured->source = MEASURED_SERIAL;
     return MR_OK;
@@ -152,6 +214,7 @@ static enum mr_status fill_from_message(void *context, const struct store_frame 
             int64_t i = newest - (int64_t)age;
             if (i < 0 || i >= (int64_t)measured->samples)
                 continue;
+            measured->channel[c].stride = message->blocks;
             measured->channel[c].raw[i] = value;
             measured->channel[c].validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
         }
@@ -225,7 +288,11 @@ enum mr_status measured_load_series(struct store *store, struct measured *measur
             status = store_frames_each(store, run, LINK_CAN, check_against_message, measured, error);
     } else if (status == MR_OK) {
         status = series_from_messages(store, measured, error);
+        if (status == MR_OK)
+            status = take_stuck_from_events(store, measured, error);
     }
+    if (status == MR_OK && measured->source != MEASURED_NOTHING)
+        blank_stuck(measured);
     free(list.block);
     return status;
 }

@@ -73,6 +73,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = store_switch_events(store, run, &summary->switch_event, &summary->switch_events, error);
     if (status == MR_OK)
+        status = store_channel_events(store, run, &summary->channel_event, &summary->channel_events, error);
+    if (status == MR_OK)
         status = store_result_get(store, run, &summary->result, &summary->result_known, error);
     return status;
 }
@@ -84,6 +86,7 @@ void summary_free(struct summary *summary)
     free(summary->gap);
     free(summary->fault);
     free(summary->switch_event);
+    free(summary->channel_event);
 }
 
 void summary_switches(const struct measured *measured, char *out, size_t size)
@@ -154,6 +157,32 @@ void summary_switch_event(const struct store_fault *event, char *out, size_t siz
     snprintf(out, size, "%s: %s%s", which, mr_switch_reason_text((unsigned)event->code), times);
 }
 
+static double event_time_s(const struct measured *measured, const struct store_fault *event)
+{
+    return (double)(event->board_us - measured->t0_us) / 1e6;
+}
+
+bool summary_channel_event(const struct summary *summary, size_t i, bool si, char *out, size_t size)
+{
+    const struct measured *measured = &summary->measured;
+    const struct store_fault *event = &summary->channel_event[i];
+    if (event->code == MR_VALID || event->detail < 0 || event->detail >= (int64_t)MR_CHANNELS)
+        return false;
+    const struct mr_channel_config *config = &measured->channel[event->detail].config;
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    bool bridge = config->kind == MR_KIND_TENSION;
+    char until[40] = " on";
+    for (size_t later = summary->channel_events; later-- > i + 1;) {
+        if (summary->channel_event[later].detail == event->detail)
+            snprintf(until, sizeof until, " to %.3f s", event_time_s(measured, &summary->channel_event[later]));
+    }
+    snprintf(out, size, "%s %u (%.1f %s): %s, from %.3f s%s", bridge ? "gage" : "transducer",
+             config->number, (double)config->station_ft * station->factor, station->text,
+             bridge && event->code == MR_INVALID_OPEN ? "bridge open" : mr_validity_text((unsigned)event->code),
+             event_time_s(measured, event), until);
+    return true;
+}
+
 void summary_gap(const struct store_gap *gap, char *out, size_t size)
 {
     char count[40] = "", range[60] = "";
@@ -218,6 +247,18 @@ static bool has_any(const struct measured *measured, enum mr_channel_kind kind)
     return false;
 }
 
+static void print_damage(const struct summary *summary, bool si, FILE *out)
+{
+    const char *label = "channels";
+    for (size_t i = 0; i < summary->channel_events; i++) {
+        char line[160];
+        if (!summary_channel_event(summary, i, si, line, sizeof line))
+            continue;
+        fprintf(out, "  %-13s %s\n", label, line);
+        label = "";
+    }
+}
+
 static void print_channels(const struct measured *measured, bool si, FILE *out)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
@@ -240,7 +281,7 @@ static void print_channels(const struct measured *measured, bool si, FILE *out)
                     channel->error * length->factor, unit_tidy(channel->end * length->factor, 1e-4));
     }
     if (has_any(measured, MR_KIND_TENSION))
-        fprintf(out, "  least tension by gage, %s (before the landing)\n", force->text);
+        fprintf(out, "  least tension by gage, %s +- standard error (before the landing)\n", force->text);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_TENSION)
@@ -250,7 +291,8 @@ static void print_channels(const struct measured *measured, bool si, FILE *out)
         if (isnan(channel->low) || isnan(channel->baseline))
             fprintf(out, "not valid\n");
         else
-            fprintf(out, "%7.1f (%.1f)\n", channel->low * force->factor, channel->baseline * force->factor);
+            fprintf(out, "%7.1f +- %.1f (%.1f)\n", channel->low * force->factor, channel->low_error * force->factor,
+                    channel->baseline * force->factor);
     }
 }
 
@@ -332,6 +374,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
             landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc);
     fprintf(out, "  %-13s %s\n", "readings", sources[summary->measured.source]);
     print_motion(summary, si, out);
+    print_damage(summary, si, out);
     if (summary->measured.source != MEASURED_NOTHING)
         print_channels(&summary->measured, si, out);
     print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
@@ -379,6 +422,8 @@ static json_t *channels_json(const struct measured *measured, enum mr_channel_ki
         set_value(row, "most", unit, channel->high);
         set_value(row, "end", unit, channel->end);
         set_value(row, "error", unit, channel->error);
+        set_value(row, "least_error", unit, channel->low_error);
+        set_value(row, "most_error", unit, channel->high_error);
         set_value(row, "end_error", unit, channel->end_error);
         set_value(row, "before", unit, channel->baseline);
         json_object_set_new(
@@ -444,6 +489,19 @@ static json_t *gaps_json(const struct summary *summary)
     return gaps;
 }
 
+static json_t *channel_events_json(const struct summary *summary)
+{
+    json_t *events = json_array();
+    for (size_t i = 0; i < summary->channel_events; i++) {
+        const struct store_fault *event = &summary->channel_event[i];
+        json_t *row = json_pack("{sIsIss}", "channel", (json_int_t)event->detail, "validity", (json_int_t)event->code, "text",
+                                mr_validity_text((unsigned)event->code));
+        json_object_set_new(row, "t_s", cli_json_number(event_time_s(&summary->measured, event), 9));
+        json_array_append_new(events, row);
+    }
+    return events;
+}
+
 json_t *summary_json(const struct summary *summary, bool si)
 {
     static const char *const sources[] = {"none", "serial", "can"};
@@ -492,6 +550,7 @@ json_t *summary_json(const struct summary *summary, bool si)
                                                 (json_int_t)event->count));
     }
     json_object_set_new(object, "switch_events", events);
+    json_object_set_new(object, "channel_events", channel_events_json(summary));
     const struct measured_check *check = &measured->check;
     json_object_set_new(object, "cross_check",
                         json_pack("{sIsI}", "compared", (json_int_t)check->compared, "different",

@@ -33,6 +33,8 @@ struct summary {
     size_t faults;
     struct store_fault *switch_event; /* what the board found wrong with switches */
     size_t switch_events;
+    struct store_fault *channel_event; /* and what of channels, in order of time */
+    size_t channel_events;
     struct store_result result; /* the board's own fit */
     bool result_known;
 };
@@ -46,6 +48,9 @@ json_t *summary_json(const struct summary *summary, bool si);
 void summary_switches(const struct measured *measured, char *out, size_t size);
 /* "switch 7 did not open though the gear passed it", with how many times where more than once. */
 void summary_switch_event(const struct store_fault *event, char *out, size_t size);
+/* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s"; false: event `i` says that a channel is valid again,
+ * which the line of what was wrong with it says already. */
+bool summary_channel_event(const struct summary *summary, size_t i, bool si, char *out, size_t size);
 /* One line for a gap: "serial lost 12 frames between block 400 and 412". */
 void summary_gap(const struct store_gap *gap, char *out, size_t size);
 const char *summary_link_name(int link);

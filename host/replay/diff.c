@@ -179,14 +179,15 @@ static void only_one(struct comparing *c, const struct answer *answer, int64_t b
         c->row->only_replayed++;
 }
 
-/* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command. */
+/* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command, and of what is said of it. */
 static bool same_subject(const struct answer *a, const struct answer *b)
 {
     static const char *const subjects[] = {"index", "position", "segment", "count", "tag", "code"};
     const char *first = a->info->fields[0].name;
     for (size_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
         if (strcmp(first, subjects[i]) == 0)
-            return value_of(a, first) == value_of(b, first);
+            return value_of(a, first) == value_of(b, first) &&
+                   (strcmp(a->info->fields[1].name, "item") != 0 || value_of(a, "item") == value_of(b, "item"));
     }
     return true;
 }
@@ -290,6 +291,14 @@ static void compare_blocks(struct comparing *c)
 
 /* ---- all ---- */
 
+static int64_t faults_of_circumstances(const struct answers *answers, int link)
+{
+    int64_t count = 0;
+    for (size_t i = 0; i < answers->messages[link]; i++)
+        count += answers->message[link][i].info->id == MR_ID_FAULT && !follows_from_record(&answers->message[link][i], 0);
+    return count;
+}
+
 static bool mentions_link_faults(const struct answers *answers)
 {
     for (int link = 0; link < LINK_KINDS; link++) {
@@ -346,6 +355,8 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
                 diff->circumstances += count_of(recorded, link, &info[i]);
                 continue;
             }
+            if (info[i].id == MR_ID_FAULT)
+                diff->circumstances += faults_of_circumstances(recorded, link);
             begin_row(&c, info[i].name, link);
             compare_messages(&c, link, &info[i]);
             end_row(&c);

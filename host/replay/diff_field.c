@@ -25,6 +25,7 @@ static const struct {
     {"can_health.rec", FIELD_CIRCUMSTANCE},
     {"serial_health.dropped", FIELD_CIRCUMSTANCE},
     {"serial_health.bad", FIELD_CIRCUMSTANCE},
+    {"channel_quality.error_codes", FIELD_CIRCUMSTANCE}, /* it grows with the hours since power on */
     {"box_state.state", FIELD_CIRCUMSTANCE},
     {"box_state.records", FIELD_CIRCUMSTANCE},
     {"box_state.ready", FIELD_CIRCUMSTANCE},

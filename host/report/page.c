@@ -175,6 +175,10 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
         summary_switch_event(&summary->switch_event[i], text, sizeof text);
         html_fact(out, "damage", "%s", text);
     }
+    for (size_t i = 0; i < summary->channel_events; i++) {
+        if (summary_channel_event(summary, i, si, text, sizeof text))
+            html_fact(out, "damage", "%s", text);
+    }
     html_fact(out, "readings from", "%s", sources[measured->source]);
     html_fact(out, "state", "%s", collector_state_text((unsigned)row->state));
     html_fact(out, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
@@ -272,8 +276,8 @@ static void gage_table(FILE *out, const struct measured *measured, bool si)
         html_cell(out, "%u", channel->config.band);
         html_number(out, (double)channel->config.station_ft * unit_of(UNIT_STATION, si)->factor, 1);
         html_number(out, channel->baseline * force, 1);
-        html_estimate(out, channel->low * force, channel->error * force, 2);
-        html_estimate(out, channel->high * force, channel->error * force, 2);
+        html_estimate(out, channel->low * force, channel->low_error * force, 2);
+        html_estimate(out, channel->high * force, channel->high_error * force, 2);
         html_number(out, channel->end * force, 1);
         html_cell(out, "%.1f %%",
                   measured->samples ? 100.0 * (double)channel->valid / (double)measured->samples : 0.0);

@@ -21,6 +21,11 @@ const char store_schema[] =
     " number INTEGER, band INTEGER, station_ft REAL, unit_per_code REAL, zero_code REAL, PRIMARY "
     "KEY(landing, idx))"
     " WITHOUT ROWID;"
+    /* item: enum mr_calibration_item */
+    "CREATE TABLE calibration(landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, item "
+    "INTEGER NOT NULL, value REAL, PRIMARY KEY(landing, idx, item)) WITHOUT ROWID;"
+    "CREATE TABLE quality(landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, validity "
+    "INTEGER, noise_codes REAL, error_codes REAL, invalid INTEGER, PRIMARY KEY(landing, idx)) WITHOUT ROWID;"
     "CREATE TABLE switches(landing INTEGER NOT NULL REFERENCES landings(id), position INTEGER NOT NULL,"
     " step_codes INTEGER, station_ft REAL, PRIMARY KEY(landing, position)) WITHOUT ROWID;"
     "CREATE TABLE surveys(id INTEGER PRIMARY KEY, landing INTEGER UNIQUE REFERENCES landings(id), source "

@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "common/block.h"
+#include "common/catalogue.h"
 #include "common/channels.h"
 #include "common/closure.h"
 #include "host/error.h"
@@ -122,12 +123,18 @@ struct store_segment {
 };
 enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
                                  const struct mr_channel_config *channel, struct error *error);
+/* One value of a channel's calibration: item is an enum mr_calibration_item. */
+enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item, double value,
+                                     struct error *error);
+/* What the board last said a channel is worth. */
+enum mr_status store_quality_put(struct store *store, int64_t run, const struct mr_channel_quality *quality,
+                                 struct error *error);
 enum mr_status store_switch_put(struct store *store, int64_t run, const struct store_switch *place,
                                 struct error *error);
 enum mr_status store_segment_put(struct store *store, int64_t run, const struct store_segment *segment,
                                  struct error *error);
 /* `channels` has MR_CHANNELS places; those not reported have kind MR_KIND_NONE. `*found`: how many were
- * reported. */
+ * reported. Calibration included. */
 enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
                               size_t *found, struct error *error);
 enum mr_status store_switches(struct store *store, int64_t run, struct store_switch **rows, size_t *count,
@@ -181,7 +188,7 @@ struct store_event {
     int64_t run;
     int64_t board_us;
     int64_t host_us;
-    const char *kind; /* state, mark, ack, fault, restart, joined; troubles of a link: can-link, serial-link */
+    const char *kind; /* state, mark, ack, fault, switch, channel, restart, joined; troubles of a link: can-link, serial-link */
     int64_t code;
     int64_t detail;
     int64_t value;
@@ -248,6 +255,11 @@ enum mr_status store_faults(struct store *store, const struct store_landing *lan
  * not known, count how many times. */
 enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
                                    struct error *error);
+
+/* What the board found of channels in the landing, in order of time: code is the validity (common/channels.h), detail the channel,
+ * board_us since when. */
+enum mr_status store_channel_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
+                                    struct error *error);
 
 /* Copies one landing, with all that belongs to it, into a new campaign database at `path`, as its RUN 1. MR_USAGE: there is
  * such a file. */

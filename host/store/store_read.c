@@ -139,6 +139,19 @@ enum mr_status store_link_get(struct store *store, int64_t session, int link,
     return MR_OK;
 }
 
+static enum mr_status read_calibration(struct store *store, int64_t run, struct mr_channel_config *channels,
+                                       struct error *error)
+{
+    sqlite3_stmt *s;
+    enum mr_status status = store_query(store, error, &s, STORE_CALIBRATION, run);
+    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
+        int64_t index = store_integer(s, 0), item = store_integer(s, 1);
+        if (index >= 0 && index < (int64_t)MR_CHANNELS && item >= 0 && item < MR_CALIBRATION_ITEMS)
+            mr_channel_item_set(&channels[index], (unsigned)item, (float)store_real(s, 2));
+    }
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
 enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
                               size_t *found, struct error *error)
 {
@@ -160,7 +173,7 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
         };
         (*found)++;
     }
-    return status == MR_TOO_FEW ? MR_OK : status;
+    return status == MR_TOO_FEW ? read_calibration(store, run, channels, error) : status;
 }
 
 static void store_switches_row(sqlite3_stmt *s, void *to)
@@ -255,6 +268,17 @@ enum mr_status store_switch_events(struct store *store, int64_t run, struct stor
     sqlite3_stmt *statement;
     void *made;
     enum mr_status status = store_query(store, error, &statement, STORE_SWITCH_EVENTS, run);
+    status = read_rows(store, statement, status, sizeof **rows, fault_row, &made, count, error);
+    *rows = made;
+    return status;
+}
+
+enum mr_status store_channel_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
+                                    struct error *error)
+{
+    sqlite3_stmt *statement;
+    void *made;
+    enum mr_status status = store_query(store, error, &statement, STORE_CHANNEL_EVENTS, run);
     status = read_rows(store, statement, status, sizeof **rows, fault_row, &made, count, error);
     *rows = made;
     return status;

@@ -35,6 +35,12 @@
     X(CONFIGURATION_GET, "i", "SELECT text FROM configurations WHERE crc=?")                                 \
     X(SURVEY_ADD, "i", "INSERT OR IGNORE INTO surveys(landing, source) VALUES(?, 'board')")                  \
     X(CHANNEL_PUT, "iiiiirrr", "INSERT OR REPLACE INTO channels VALUES(?,?,?,?,?,?,?,?)")                    \
+    X(CALIBRATION_PUT, "iiir", "INSERT OR REPLACE INTO calibration VALUES(?,?,?,?)")                         \
+    X(CALIBRATION, "i", "SELECT idx, item, value FROM calibration WHERE landing=? ORDER BY idx, item")       \
+    X(QUALITY_PUT, "iiirri", "INSERT OR REPLACE INTO quality VALUES(?,?,?,?,?,?)")                           \
+    X(CHANNEL_EVENTS, "i",                                                                                   \
+      "SELECT code, detail, 1, board_us FROM events WHERE kind='channel' AND landing=?"                      \
+      " ORDER BY board_us, id")                                                                              \
     X(SWITCH_PUT, "iiir", "INSERT OR REPLACE INTO switches VALUES(?,?,?,?)")                                 \
     X(SEGMENT_PUT, "iiirrr",                                                                                 \
       "INSERT OR REPLACE INTO slack VALUES((SELECT id FROM surveys WHERE landing=?),?,?,?,?,?)")             \

@@ -57,6 +57,19 @@ enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index
                      (double)channel->zero_code);
 }
 
+enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item, double value,
+                                     struct error *error)
+{
+    return store_run(store, error, STORE_CALIBRATION_PUT, run, index, item, value);
+}
+
+enum mr_status store_quality_put(struct store *store, int64_t run, const struct mr_channel_quality *quality,
+                                 struct error *error)
+{
+    return store_run(store, error, STORE_QUALITY_PUT, run, INT(quality->index), INT(quality->validity),
+                     (double)quality->noise_codes, (double)quality->error_codes, INT(quality->invalid));
+}
+
 enum mr_status store_switch_put(struct store *store, int64_t run, const struct store_switch *place,
                                 struct error *error)
 {

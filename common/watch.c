@@ -1,0 +1,246 @@
+#include "common/watch.h"
+
+#include <string.h>
+
+#include "common/wire.h"
+
+#define BLOCK_S 0.001f
+/* What counts of one second difference at most, in variances so far, and beside them a code: a jump is no noise. */
+#define NOISE_MOST 36.0f
+#define NOISE_FREE 8u
+#define TURNS 8u /* blocks until it is a channel's turn again: noise in three of them, its neighbours in the third */
+
+static float size_of(float x)
+{
+    return x < 0.0f ? -x : x;
+}
+
+static bool moves(const struct mr_channel_config *config)
+{
+    return config->kind == MR_KIND_DISPLACEMENT;
+}
+
+/* ---- beginning ---- */
+
+static bool on_one_line(const struct mr_channel_config *a, const struct mr_channel_config *b)
+{
+    return mr_channel_measures(a) && a->kind == b->kind && a->band == b->band;
+}
+
+static void find_neighbours(struct mr_watch_channel *channel, const struct mr_channel_config *config, unsigned c)
+{
+    channel->up = channel->down = MR_WATCH_NOBODY;
+    for (unsigned other = 0; other < MR_WATCHED; other++) {
+        float station_ft = config[other].station_ft;
+        if (!on_one_line(&config[c], &config[other]))
+            continue;
+        if (station_ft < config[c].station_ft &&
+            (channel->up == MR_WATCH_NOBODY || station_ft > config[channel->up].station_ft))
+            channel->up = (uint8_t)other;
+        if (station_ft > config[c].station_ft &&
+            (channel->down == MR_WATCH_NOBODY || station_ft < config[channel->down].station_ft))
+            channel->down = (uint8_t)other;
+    }
+}
+
+void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *config, uint32_t index)
+{
+    memset(watch, 0, sizeof *watch);
+    watch->begin_block = index;
+    watch->recording = true;
+    for (unsigned c = 0; c < MR_WATCHED; c++) {
+        struct mr_watch_channel *channel = &watch->channel[c];
+        channel->last = channel->before_last = channel->good = channel->anchor = channel->rest_noise = MR_NAN;
+        find_neighbours(channel, config, c);
+        channel->anchor_up_is = channel->anchor_down_is = MR_WATCH_NOBODY;
+    }
+}
+
+void mr_watch_end(struct mr_watch *watch)
+{
+    watch->recording = false;
+    for (unsigned c = 0; c < MR_WATCHED; c++) {
+        struct mr_watch_channel *channel = &watch->channel[c];
+        if (channel->told == MR_INVALID_RATE || channel->told == MR_INVALID_STUCK)
+            channel->told = MR_VALID; /* not judged between landings: nothing to tell */
+    }
+}
+
+/* ---- noise ---- */
+
+float mr_watch_noise(const struct mr_watch *watch, unsigned c)
+{
+    const struct mr_watch_channel *channel = &watch->channel[c];
+    return channel->noise_count ? __builtin_sqrtf(channel->variance) : MR_NAN;
+}
+
+/* Three readings of eight: the first two are kept, the third makes a second difference. */
+static void follow_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
+{
+    float second = value - 2.0f * channel->last + channel->before_last;
+    channel->before_last = turn == 0 ? MR_NAN : channel->last;
+    channel->last = value;
+    if (turn < 2 || __builtin_isnan(second))
+        return;
+    float square = second * second * (1.0f / 6.0f);
+    float most = NOISE_MOST * channel->variance + unit * unit;
+    if (square > most && channel->noise_count >= NOISE_FREE)
+        square = most;
+    if (channel->noise_count == MR_WATCH_NOISE_COUNT)
+        channel->variance += (square - channel->variance) * (1.0f / (float)MR_WATCH_NOISE_COUNT);
+    else
+        channel->variance += (square - channel->variance) / (float)++channel->noise_count;
+}
+
+/* ---- rate ---- */
+
+static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_config *config, float value, uint32_t index)
+{
+    float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
+    if (config->rate_limit_per_s > 0.0f && size_of(value - channel->good) > allowed)
+        return true; /* not when there is no good one yet: NaN is not greater */
+    channel->good = value;
+    channel->good_block = index;
+    return false;
+}
+
+/* ---- stuck ---- */
+
+/* The nearest channel on a side that is valid, from `next` on. */
+static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
+{
+    while (next != MR_WATCH_NOBODY && (watch->channel[next].seen != MR_VALID || watch->channel[next].stuck))
+        next = upfield ? watch->channel[next].up : watch->channel[next].down;
+    return next;
+}
+
+static float reading_of(const struct mr_watch *watch, uint8_t c)
+{
+    return c == MR_WATCH_NOBODY ? MR_NAN : watch->channel[c].last;
+}
+
+static void drop_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value, uint32_t index)
+{
+    channel->anchor = value;
+    channel->anchor_block = index;
+    channel->anchor_up_is = nearest_valid(watch, channel->up, true);
+    channel->anchor_down_is = nearest_valid(watch, channel->down, false);
+    channel->anchor_up = reading_of(watch, channel->anchor_up_is);
+    channel->anchor_down = reading_of(watch, channel->anchor_down_is);
+    channel->stuck = false;
+}
+
+/* Both neighbours of the anchor can still be compared with it. */
+static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
+{
+    return !__builtin_isnan(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) &&
+           !__builtin_isnan(reading_of(watch, channel->anchor_down_is) - channel->anchor_down);
+}
+
+static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch_channel *channel, float by)
+{
+    return size_of(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) > by &&
+           size_of(reading_of(watch, channel->anchor_down_is) - channel->anchor_down) > by;
+}
+
+static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
+                               const struct mr_channel_config *config, float value, uint32_t index)
+{
+    float band = moves(config) ? MR_STUCK_BAND_IN : MR_STUCK_BAND_LB;
+    float noise_band = MR_STUCK_NOISES * channel->rest_noise;
+    if (noise_band > band)
+        band = noise_band;
+    bool holds = size_of(value - channel->anchor) <= band;
+    if (!holds || (!channel->stuck && !is_anchored(watch, channel)))
+        drop_anchor(watch, channel, value, index);
+    else if (neighbours_moved(watch, channel, moves(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
+        channel->stuck = true;
+}
+
+/* The codes have not changed for long; not the values: those follow the reference's noise too. */
+static void look_at_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config, float value, uint32_t index)
+{
+    if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * size_of(config->unit_per_code)))
+        return;
+    channel->anchor = value;
+    channel->anchor_block = index - MR_STUCK_CONSTANT_BLOCKS;
+    channel->anchor_up = channel->anchor_down = MR_NAN;
+    channel->stuck = true;
+}
+
+/* ---- what is told ---- */
+
+static void follow_validity(struct mr_watch *watch, unsigned c, uint8_t validity, uint32_t index)
+{
+    struct mr_watch_channel *channel = &watch->channel[c];
+    if (validity != MR_VALID && channel->invalid < UINT16_MAX)
+        channel->invalid++;
+    if (validity != channel->seen || channel->run == 0) {
+        channel->seen = validity;
+        channel->since_block = validity == MR_INVALID_STUCK ? channel->anchor_block : index;
+        channel->run = 0;
+    }
+    if (channel->run < UINT8_MAX)
+        channel->run++;
+    unsigned enough = validity == MR_INVALID_RATE ? 1 : validity == MR_VALID ? MR_WATCH_SETTLE_VALID : MR_WATCH_SETTLE;
+    bool paused = channel->ever_told && index - channel->told_block < MR_WATCH_PAUSE_BLOCKS;
+    if (validity != channel->told && channel->run >= enough && !paused)
+        watch->changed |= 1u << c;
+}
+
+bool mr_watch_take(struct mr_watch *watch, unsigned c, uint32_t index, struct mr_watch_news *news)
+{
+    struct mr_watch_channel *channel = &watch->channel[c];
+    if (!(watch->changed >> c & 1u))
+        return false;
+    watch->changed &= ~(1u << c);
+    channel->told = channel->seen;
+    channel->told_block = index;
+    channel->ever_told = true;
+    *news = (struct mr_watch_news){.validity = channel->seen, .block = channel->since_block};
+    return true;
+}
+
+static void judge(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c, uint32_t index,
+                  struct mr_reading *reading)
+{
+    struct mr_watch_channel *channel = &watch->channel[c];
+    unsigned turn = (index + c) % TURNS;
+    if (turn < 3)
+        follow_noise(channel, reading->value, config->unit_per_code, turn);
+    if (reading->code != channel->code)
+        channel->constant = 0;
+    else if (channel->constant < UINT16_MAX)
+        channel->constant++;
+    if (reading->validity != MR_VALID)
+        return;
+    if (index - watch->begin_block >= MR_WATCH_REST_BLOCKS) {
+        if (__builtin_isnan(channel->rest_noise))
+            channel->rest_noise = mr_watch_noise(watch, c);
+        if (channel->constant == MR_STUCK_CONSTANT_BLOCKS)
+            look_at_noise(channel, config, reading->value, index);
+        if (turn == 2 || channel->stuck)
+            look_at_neighbours(watch, channel, config, reading->value, index);
+    }
+    if (too_fast(channel, config, reading->value, index))
+        reading->validity = MR_INVALID_RATE;
+    else if (channel->stuck)
+        reading->validity = MR_INVALID_STUCK;
+    else
+        return;
+    reading->value = MR_NAN;
+}
+
+void mr_watch_reading(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c, uint32_t index,
+                      struct mr_reading *reading)
+{
+    struct mr_watch_channel *channel = &watch->channel[c];
+    if (!mr_channel_measures(config))
+        return;
+    if (watch->recording)
+        judge(watch, config, c, index, reading);
+    channel->code = reading->code;
+    bool news = reading->validity != channel->seen || reading->validity != channel->told || channel->run == 0;
+    if (news || reading->validity != MR_VALID)
+        follow_validity(watch, c, reading->validity, index);
+}

@@ -1,0 +1,82 @@
+#include "firmware/channels.h"
+
+#include <string.h>
+
+#include "common/measure.h"
+#include "common/wire.h"
+#include "firmware/app.h"
+#include "firmware/config.h"
+#include "firmware/health.h"
+
+#define BLOCKS_PER_H 3600000.0f
+#define QUALITY_PHASE 14u /* of each 40 blocks: between the regular messages */
+#define QUALITY_EVERY 40u
+
+void channels_start(struct channels *channels)
+{
+    memset(channels, 0, sizeof *channels);
+}
+
+void channels_arm(struct channels *channels, uint32_t index)
+{
+    mr_watch_begin(&channels->watch, config.channel, index);
+}
+
+float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel, float ratio)
+{
+    struct mr_reading reading = mr_channel_read(&config.channel[channel], block, channel, ratio);
+    mr_watch_reading(&channels->watch, &config.channel[channel], channel, block->index, &reading);
+    return reading.value;
+}
+
+static void tell_change(struct channels *channels, struct telemetry *telemetry, unsigned c, uint32_t index)
+{
+    struct mr_watch_news news;
+    if (!mr_watch_take(&channels->watch, c, index, &news))
+        return;
+    if (news.validity != MR_VALID)
+        health_count(MR_FAULT_CHANNEL, (uint8_t)c);
+    telemetry_channel_event(telemetry, &(struct mr_channel_event){.index = (uint8_t)c, .validity = news.validity,
+                                                                  .code = channels->watch.channel[c].code,
+                                                                  .block = news.block});
+}
+
+static void tell_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c, uint32_t index, float value,
+                         float baseline)
+{
+    const struct mr_channel_config *channel = &config.channel[c];
+    const struct mr_watch_channel *watched = &channels->watch.channel[c];
+    if (!mr_channel_measures(channel))
+        return;
+    bool movement = !__builtin_isnan(baseline);
+    struct mr_error_case c_now = {
+        .value = movement ? value - baseline : value,
+        .noise = mr_watch_noise(&channels->watch, c),
+        .averaged = 1.0f,
+        .baseline_blocks = movement ? (float)APP_BASELINE_BLOCKS : 0.0f,
+        .hours = movement ? 0.0f : (float)(index - channels->zero_block) / BLOCKS_PER_H,
+        .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,
+    };
+    float unit = channel->unit_per_code < 0.0f ? -channel->unit_per_code : channel->unit_per_code;
+    telemetry_channel_quality(telemetry, &(struct mr_channel_quality){
+                                             .index = (uint8_t)c, .validity = watched->told,
+                                             .noise_codes = c_now.noise / unit,
+                                             .error_codes = mr_reading_error(channel, &c_now) / unit,
+                                             .invalid = watched->invalid});
+}
+
+void channels_tell(struct channels *channels, struct telemetry *telemetry, const struct landing *landing, uint32_t index,
+                   const float *displacement_in, const float *baseline_in, const float *tension_lb)
+{
+    struct mr_watch *watch = &channels->watch;
+    for (unsigned c = 0; watch->changed && c < MR_WATCHED; c++)
+        tell_change(channels, telemetry, c, index);
+    if (watch->recording && !landing_recording(landing))
+        mr_watch_end(watch);
+    unsigned c = index % 1000 / QUALITY_EVERY;
+    if (!watch->recording || index % QUALITY_EVERY != QUALITY_PHASE || c >= MR_WATCHED)
+        return;
+    bool moves = c < MR_TRANSDUCERS;
+    tell_quality(channels, telemetry, c, index, moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],
+                 moves ? baseline_in[c] : MR_NAN);
+}
