@@ -210,6 +210,8 @@ static void look_at_step(struct mr_bands *bands, unsigned number, uint32_t block
     float step_lb[MR_GAGES], trend_lb[MR_GAGES];
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
+        if (past(bands, g, 6) < band->slack_lb || past(bands, g, 0) < band->slack_lb)
+            return; /* C.5 holds while all is in tension: what a slack band does as it tightens is sudden too */
         trend_lb[i] = 0.5f * (past(bands, g, 4) - past(bands, g, 6) + past(bands, g, 0) - past(bands, g, 2));
         step_lb[i] = past(bands, g, 2) - past(bands, g, 4) - trend_lb[i];
     }

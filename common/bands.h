@@ -35,7 +35,8 @@
  *   overload   T_max = T_0 + R/2 <= A f_y (before C.9) failed: a gage at or above band.yield_lb. Value: the tension.
  *
  * A change counts as sudden when it happens within two steps of 4 ms and is three times what the two steps before and after it
- * brought: what the gear does, 1.6 lb in 8 ms at most in tests/runs, does not. tests/common/test_bands.c has the rates at which
+ * brought: what the gear does, 1.5 lb in 8 ms at most in tests/runs, does not. While a gage of the band is slack none is named:
+ * C.5 holds for a band in tension. tests/common/test_bands.c has the rates at which
  * damage to a chain of segments, rivets and friction is named right, or only as a step.
  *
  * Single precision, no library calls, no heap, no globals. About 250 instructions a block on the board. */
