@@ -267,6 +267,8 @@ static void step_band(struct mr_bands *bands, unsigned number, const float *tens
 {
     struct mr_band *band = &bands->band[number];
     bool sudden = false;
+    if (quiet) /* whatever moved before was no landing */
+        band->least = band->most = (struct mr_band_extreme){.lb = MR_NAN};
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         float lb = tension_lb[g];
@@ -379,7 +381,7 @@ static float extreme_error(const struct mr_bands *bands, const struct mr_band_ex
     return __builtin_sqrtf(error_lb * error_lb + noise_lb * noise_lb);
 }
 
-void mr_bands_figures(const struct mr_bands *bands, unsigned number, float hours, struct mr_band_figures *figures)
+void mr_bands_figures(const struct mr_bands *bands, unsigned number, struct mr_band_figures *figures)
 {
     const struct mr_band *band = &bands->band[number];
     float before_variance = 0.0f, change_variance = 0.0f, low_lb = MR_NAN, high_lb = MR_NAN;
@@ -392,11 +394,10 @@ void mr_bands_figures(const struct mr_bands *bands, unsigned number, float hours
             continue;
         float noise = bands->before_noise_lb[g] * bands->before_noise_lb[g] / (float)MR_BANDS_GROUP;
         float error_lb = mr_bands_error(gage, before_lb), gain_lb = gage->gain_error * change_lb;
-        float drift_lb = __builtin_isnan(hours) ? 0.0f : gage->drift_error_per_h * hours;
         figures->gages++;
         figures->before_lb += before_lb;
         figures->change_lb += change_lb;
-        before_variance += error_lb * error_lb + drift_lb * drift_lb + noise;
+        before_variance += error_lb * error_lb + noise;
         change_variance += gain_lb * gain_lb + 2.0f * noise;
         low_lb = before_lb >= low_lb ? low_lb : before_lb;
         high_lb = before_lb <= high_lb ? high_lb : before_lb;

@@ -142,9 +142,8 @@ unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES],
 /* The landing is over; the figures stay. */
 void mr_bands_end(struct mr_bands *bands);
 
-/* Figures of band 0 to MR_CONFIG_BANDS - 1; NaN what is not known. `hours`: since the zero was taken; NaN: not known,
- * drift is left out. */
-void mr_bands_figures(const struct mr_bands *bands, unsigned band, float hours, struct mr_band_figures *figures);
+/* Figures of band 0 to MR_CONFIG_BANDS - 1; NaN what is not known. */
+void mr_bands_figures(const struct mr_bands *bands, unsigned band, struct mr_band_figures *figures);
 
 /* Least, mean and most of a band's valid gages now; returns how many there are. NaN with none. */
 unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES], unsigned band, float *least_lb,

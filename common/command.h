@@ -14,6 +14,8 @@
     X(MARK,         4,  "mark",    0, 1,     "mark this moment; argument: a number")                    \
     X(SURVEY,       5,  "survey",  1, 10000, "index: segment from 0; argument: its slack, 0.0001 in")    \
     X(BOOTROM,      6,  "bootrom", 0, 1,     "restart into the boot ROM, for flashing; not from arm to done") \
+    X(ZERO,         9, "zero",    0, 1,     "mean of 256 blocks is the zero: 0 all, 1 transducers, 2 gages; refused when one moves; idle. Index n from 1: the argument's bits, IEEE 754, are the zero of channel n - 1") \
+    X(SHUNT,       10, "shunt",   0, 1,     "shunt calibration of the gages, 0.9 s; idle")                \
     X(BOX_LIST,    16, "box-list", 0, 1,     "tell the records of the black box; idle")                 \
     X(BOX_READ,    17, "box-read", 0, 1,     "read one out over serial; argument: its number * 32768 + page to begin at; idle") \
     X(BOX_FREE,    18, "box-free", 0, 1,     "give a record's space back; argument: its number; idle")

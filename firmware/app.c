@@ -7,6 +7,7 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/zero.h"
 
 /* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
  * first trigger, every edge up to there has been stored, however busy the processor was. */
@@ -42,6 +43,8 @@ void app_start(struct app *app)
     for (unsigned i = 0; i < 4; i++)
         miss_block(app, i);
     forget_baseline(app);
+    zero_start();
+    calibrate_start(&app->calibrate);
     blackbox_start(&app->box);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
@@ -63,6 +66,8 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
         return MR_USAGE;
+    if (calibrate_busy(&app->calibrate))
+        return MR_WAIT;
     enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW : blackbox_ready(&app->box);
     if (status == MR_WAIT || status == MR_FULL)
         boxlink_tell_state(&app->box, &app->telemetry);
@@ -71,6 +76,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
         forget_baseline(app);
+        bandwatch_arm(&app->bandwatch);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -139,6 +145,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         status = arm(app, &command);
         break;
     case MR_COMMAND_DISARM:
+        bandwatch_end(&app->bandwatch, &app->telemetry);
         landing_disarm(&app->landing, app->next_index);
         end_warning(app, app->next_index);
         telemetry_state(&app->telemetry, &app->landing);
@@ -151,6 +158,12 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_BOOTROM:
         status = enter_rom(app);
+        break;
+    case MR_COMMAND_ZERO:
+    case MR_COMMAND_SHUNT:
+        status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing, &command, app->next_index);
+        if (status == MR_OK && calibrate_busy(&app->calibrate))
+            return MR_OK; /* answered when it is over */
         break;
     default:
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
@@ -290,6 +303,8 @@ static void take_block(struct app *app, const struct mr_block *block)
 
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
+    if (news.state && app->landing.state == LANDING_DONE)
+        bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
     tell_landing(app, &news, block->index);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording) {
@@ -311,7 +326,9 @@ static void take_block(struct app *app, const struct mr_block *block)
         float mean_lb[MR_GAGES];
         mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
         telemetry_tensions(&app->telemetry, mean_lb, block->index);
+        bandwatch_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
+    calibrate_block(&app->calibrate, &app->telemetry, &app->landing, block);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
 }
 
@@ -353,6 +370,7 @@ void app_supervise(struct app *app)
     app->ticks_without_block++;
     if (app->ticks_without_block % TICKS_PER_S == STALL_TICKS) {
         health_count(MR_FAULT_SCAN_STALL, 0);
+        calibrate_abort(&app->calibrate, &app->telemetry, app->next_index);
         board_scans_restart();
     }
     if (app->ticks_without_block >= STALL_TICKS)

@@ -3,7 +3,9 @@
 #define MATRIG_FIRMWARE_APP_H
 
 #include "common/framing.h"
+#include "firmware/bandwatch.h"
 #include "firmware/boxlink.h"
+#include "firmware/calibrate.h"
 #include "firmware/landing.h"
 #include "firmware/telemetry.h"
 
@@ -41,6 +43,8 @@ struct app {
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 
+    struct bandwatch bandwatch;
+    struct calibrate calibrate;
     struct boxlink boxlink;
     struct blackbox box;
 };

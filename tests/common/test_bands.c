@@ -72,7 +72,7 @@ static void figures_are_those_of_appendix_c(void **state)
         play((const double[]){135.0 - 0.64 * s, 75.0 + 0.48 * s}, 2, 1, false, 60.0);
     play(left, 2, 200, false, 60.0);
     mr_bands_end(&bands);
-    mr_bands_figures(&bands, 0, NAN, &figures);
+    mr_bands_figures(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_int_equal(figures.gages, 2);
     assert_near(figures.before_lb, 100.0, 1e-4);
@@ -88,7 +88,7 @@ static void figures_are_those_of_appendix_c(void **state)
     assert_near(figures.change_error_lb, 0.0158114, 1e-4);
     assert_near(figures.least_error_lb, sqrt(0.25 + 0.75 * 0.75), 1e-4);
     assert_near(figures.most_error_lb, sqrt(0.25 + 1.35 * 1.35), 1e-4);
-    mr_bands_figures(&bands, 1, NAN, &figures);
+    mr_bands_figures(&bands, 1, &figures);
     assert_int_equal(figures.gages, 0);
     assert_true(isnan(figures.before_lb) && isnan(figures.least.lb) && isnan(figures.change_lb));
 }
@@ -228,7 +228,7 @@ static void a_gage_without_a_reading_takes_no_part(void **state)
     play((const double[]){100.0, NAN, 104.0}, 3, 150, true, NAN);
     play((const double[]){101.0, NAN, 103.0}, 3, 150, false, 50.0);
     mr_bands_end(&bands);
-    mr_bands_figures(&bands, 0, NAN, &figures);
+    mr_bands_figures(&bands, 0, &figures);
     assert_int_equal(finds, 0);
     assert_int_equal(figures.gages, 2);
     assert_near(figures.before_lb, 102.0, 1e-4);
@@ -278,7 +278,7 @@ static void the_recorded_landings_raise_nothing(void **state)
             keep(mr_bands_step(&bands, tension_lb, quiet, quiet ? NAN : 0.0f, (uint32_t)k + 3u));
         }
         mr_bands_end(&bands);
-        mr_bands_figures(&bands, 0, NAN, &figures);
+        mr_bands_figures(&bands, 0, &figures);
         printf("# landing %d: band 1 %.1f lb before, least %.1f at gage %u, most %.1f at gage %u, after %.1f\n", landings[l],
                (double)figures.before_lb, (double)figures.least.lb, figures.least.gage, (double)figures.most.lb,
                figures.most.gage, (double)figures.after_lb);

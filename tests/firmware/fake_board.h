@@ -25,7 +25,7 @@ struct fake_board {
 
     bool can_full, serial_full; /* refuse everything */
     struct board_can_errors can_errors;
-    bool warning;
+    bool warning, shunted;
     unsigned restarts;
     unsigned rom_entries;
     uint8_t clock_source;
