@@ -20,18 +20,12 @@ void bandwatch_arm(struct bandwatch *watch)
     watch->wheel_known = false;
 }
 
-/* A time that is not known must not be told as one: the host takes its time base from what it hears. */
-static uint16_t block_of(const struct bandwatch *watch, const struct mr_band_extreme *extreme)
-{
-    return (uint16_t)(extreme->gage ? extreme->block : watch->newest_block);
-}
-
 static void tell_findings(const struct mr_bands *bands, struct telemetry *telemetry)
 {
     for (unsigned i = 0; i < bands->findings; i++) {
         const struct mr_band_finding *finding = &bands->finding[i];
         TELL(band_event, BAND_EVENT, .band = finding->band, .gage = finding->gage, .reason = finding->reason,
-             .other = finding->other, .value_lb = finding->value_lb, .block16 = (uint16_t)finding->block);
+             .other = finding->other, .value_lb = finding->value_lb, .at_block16 = (uint16_t)finding->block);
     }
 }
 
@@ -64,7 +58,6 @@ void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry, co
                         const float tension_lb[MR_GAGES], const struct mr_block *block)
 {
     bool recording = landing_recording(landing);
-    watch->newest_block = block->index;
     if (block->index % (recording ? STATE_BLOCKS : STATE_IDLE_BLOCKS) == 1)
         tell_state(telemetry, tension_lb);
     if (!recording || !watch->bands.active)
@@ -89,9 +82,9 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
         TELL(band_before, BAND_BEFORE, .band = band, .gages = (uint8_t)f.gages, .before_lb = f.before_lb,
              .error_lb = f.before_error_lb, .spread_lb = f.spread_lb);
         TELL(band_least, BAND_LEAST, .band = band, .gage = f.least.gage, .tension_lb = f.least.lb,
-             .error_lb = f.least_error_lb, .block16 = block_of(watch, &f.least));
+             .error_lb = f.least_error_lb, .at_block16 = (uint16_t)f.least.block);
         TELL(band_most, BAND_MOST, .band = band, .gage = f.most.gage, .tension_lb = f.most.lb, .error_lb = f.most_error_lb,
-             .block16 = block_of(watch, &f.most));
+             .at_block16 = (uint16_t)f.most.block);
         TELL(band_after, BAND_AFTER, .band = band, .gages = (uint8_t)f.gages, .after_lb = f.after_lb,
              .change_lb = f.change_lb, .error_lb = f.change_error_lb);
     }

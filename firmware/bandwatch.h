@@ -13,7 +13,6 @@ struct bandwatch {
     struct landing_wheel wheel; /* at wheel_block */
     uint32_t wheel_block;
     bool wheel_known;           /* looked for since arming */
-    uint32_t newest_block;
 };
 
 void bandwatch_arm(struct bandwatch *watch);

@@ -306,7 +306,7 @@ static void a_band_that_gives_way_is_told_with_its_figures(void **state)
     assert_int_equal(event.gage, 10);
     assert_int_equal(event.reason, MR_BAND_SLIP);
     assert_near(event.value_lb, 20.0, 0.1);
-    assert_in_range(event.block16, 1796, 1805); /* 1101 blocks before arming and 700 after */
+    assert_in_range(event.at_block16, 1796, 1805); /* 1101 blocks before arming and 700 after */
     fake.sent_count = 0;
     command("disarm");
     play_gages(1);
