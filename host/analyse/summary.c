@@ -74,6 +74,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
         status = store_switch_events(store, run, &summary->switch_event, &summary->switch_events, error);
     if (status == MR_OK)
         status = store_result_get(store, run, &summary->result, &summary->result_known, error);
+    if (status == MR_OK)
+        status = bands_load(store, &summary->measured, &summary->bands, error);
     return status;
 }
 
@@ -81,6 +83,7 @@ void summary_free(struct summary *summary)
 {
     measured_free(&summary->measured);
     zones_free(&summary->zones);
+    bands_free(&summary->bands);
     free(summary->gap);
     free(summary->fault);
     free(summary->switch_event);
@@ -323,6 +326,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     print_motion(summary, si, out);
     if (summary->measured.source != MEASURED_NOTHING)
         print_channels(&summary->measured, si, out);
+    bands_print(&summary->bands, &summary->measured, si, out);
     print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
     print_links(summary, out);
 }
@@ -462,6 +466,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     }
     json_object_set_new(object, "displacements", channels_json(measured, MR_KIND_DISPLACEMENT, si));
     json_object_set_new(object, "tensions", channels_json(measured, MR_KIND_TENSION, si));
+    bands_json(&summary->bands, measured, si, object);
     json_object_set_new(object, "zone", zone_json(&summary->zones.warning, si));
     json_object_set_new(object, "links", links_json(summary));
     json_object_set_new(object, "gaps", gaps_json(summary));
