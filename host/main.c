@@ -38,6 +38,17 @@ static const struct command commands[] = {
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
      "                 the same command with -o goes on where it was. Exit 1 when a page cannot be read\n"
      "  free N         give its space back; nothing is ever overwritten that was not freed\n"},
+    {"gages", gages_command, "zero [1|2] --serial LINK | shunt --serial LINK | bridge --excitation V --gain G ...",
+     "zero and shunt calibration; pounds per code of a bridge",
+     "  zero [1|2]     mean of a quarter of a second is the zero of all channels, of the transducers (1) or the gages (2), until\n"
+     "                 reset. None is taken when one moves, is not valid, or is a gage under tension: exit 1\n"
+     "  shunt          shunt calibration of the gages, a second; exit 1 when one is not good. matrig log on the board's CAN\n"
+     "                 keeps it: the calibrations before and after a landing give its drift\n"
+     "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle, or done with a landing\n"
+     "  bridge         what channel.unit_per_code and channel.shunt_lb should be, from\n"
+     "    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
+     "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
+     "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"

@@ -3,6 +3,8 @@
 # between two shunt calibrations, a band that gives way.
 . "$(dirname "$0")/tap.sh"
 matrig=build/matrig
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'rm -rf "$sockets"' EXIT
 
 # seal NAME: end a run file on its checksum.
 seal() {
@@ -71,7 +73,36 @@ bundled() {
     $matrig --quiet bundle "$tmp/shunts.db" 1 -o "$tmp/bundle.db" >/dev/null &&
         [ "$(sqlite3 "$tmp/bundle.db" 'select (select count(*) from bands), (select count(*) from shunts)')" = '2|28' ]
 }
+# with_board ARGUMENTS...: matrig against a board that idles, gage 5 with a gain 3 % high and an offset of 5 lb; its exit code
+with_board() {
+    local board status
+    printf 'matrig-faults 1\nat 0.001 gage 5 drift 1.03 5\n' >"$tmp/idle.faults"
+    timeout 60 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --faults "$tmp/idle.faults" --for 60 2>"$tmp/board.err" &
+    board=$!
+    timeout 60 $matrig "$@"
+    status=$?
+    kill -INT $board 2>/dev/null
+    wait $board 2>/dev/null
+    return $status
+}
+shunt_by_hand() {
+    with_board gages shunt --serial "unix:$sockets/serial" >"$tmp/shunt.txt"
+    [ $? = 1 ] && cat "$tmp/shunt.txt" && [ "$(grep -c 'good$' "$tmp/shunt.txt")" = 13 ] && grep -Eq '^ +5 +41\.[12][0-9]+ +40\.00 .*wrong$' "$tmp/shunt.txt"
+}
+zero_by_hand() {
+    with_board --json gages zero 2 --serial "unix:$sockets/serial" >"$tmp/zero.json" && cat "$tmp/zero.json" &&
+        [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/zero.json') as text), '\$.good'), json_array_length(cast(readfile('$tmp/zero.json') as text), '\$.zeros')")" = '1|14' ]
+}
+bridge_physics() { # 5 mV/lb, 0.16113 lb per code, as the rig has it: 5 V * 2 * 2.6/4 / (29e6 * 0.0075) * 167.3
+    $matrig gages bridge --excitation 5 --gain 167.3 --gage-factor 2 --area 0.0075 --arms 2.6 | grep -q '^0.1611[0-9]* lb per code, 5 mV per lb'
+}
 
+check "a shunt calibration by hand names the wrong gage and exits 1" shunt_by_hand
+check "a zero by hand is taken" zero_by_hand
+check "a bridge's physics gives its pounds per code" bridge_physics
+check "what is missing of a bridge is named" fails_with 2 "the amplifier's gain is missing: matrig gages bridge needs --gain" $matrig gages bridge --excitation 5
+check "gages without a link are refused" fails_with 2 'no link: matrig gages shunt needs --serial LINK' $matrig gages shunt
+check "an option of the bridge is refused elsewhere" fails_with 2 "--gain is bridge's: matrig gages zero" $matrig gages zero --gain 3 --serial unix:none
 check "shunt calibrations before and after a landing are in the campaign, the wrong gage named" shunts_are_stored
 check "a gain that drifted between them is reported" drift_is_reported
 check "least and most tension of both bands are those of the run file, with no finding" figures_are_the_truth
