@@ -192,14 +192,14 @@ static void end_phase(struct calibrate *calibrate)
     }
 }
 
-/* Noise of a mean over 256 blocks against one over 512; and what the configuration says of the gain. */
+/* Noise of a mean over 256 blocks against one over 512. What the calibration says of the gain's error does not excuse it: the
+ * shunt is there to tell. */
 static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, float span_lb)
 {
     const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];
     float noise = calibrate->noise_lb[g] * calibrate->noise_lb[g] * 1.5f / (float)CALIBRATE_BLOCKS;
-    float gain = channel->gain_error * channel->shunt_lb;
     float allowed_lb = SPAN_OFF * channel->shunt_lb;
-    float error_lb = SURE * __builtin_sqrtf(noise + gain * gain);
+    float error_lb = SURE * __builtin_sqrtf(noise);
     if (calibrate->bad >> (MR_TRANSDUCERS + g) & 1u)
         return NOT_VALID;
     if (calibrate->moved >> g & 1u)
