@@ -54,6 +54,7 @@ static bool takes_part(const struct calibrate *calibrate, unsigned channel)
 
 /* ---- means of a phase ---- */
 
+/* The code that the zero stands against in common/channels.h: without the ratio there, so without it here. */
 static float code_of(const struct mr_block *block, unsigned channel)
 {
     float sum = channel < MR_TRANSDUCERS ? (float)block->plus[channel] - (float)block->minus[channel]

@@ -11,6 +11,7 @@
 static double tension_lb[MR_GAGES], gain[MR_GAGES];
 static double wobble_lb; /* of gage 3, in each second half of 256 blocks */
 static bool broken;      /* gage 4 saturates */
+static double scale;     /* of the converter: all codes, the reference's too */
 
 static void play_gages(unsigned blocks)
 {
@@ -28,11 +29,11 @@ static void play_gages(unsigned blocks)
             double lb = gain[i] * (tension_lb[i] + (fake.shunted ? 40.0 : 0.0));
             if (i == 2 && index_now % 256 >= 128)
                 lb += wobble_lb;
-            block->sum[i] = (uint16_t)lround(8.0 * (0.4 * 4096.0 / 3.3 + lb * CODES_PER_LB));
+            block->sum[i] = (uint16_t)lround(8.0 * scale * (0.4 * 4096.0 / 3.3 + lb * CODES_PER_LB));
         }
         block->high[MR_TRANSDUCERS + 3] = broken;
         block->sum[MR_ADC1_STAIRCASE] = 8u * 62u;
-        block->sum[MR_ADC1_REFERENCE] = 8u * 3103u;
+        block->sum[MR_ADC1_REFERENCE] = (uint16_t)lround(scale * 8.0 * 3103.0);
         fake.block_ready = true;
         assert_true(app_poll(&app));
         index_now++;
@@ -49,6 +50,7 @@ static int start_rig(void **state)
     }
     wobble_lb = 0.0;
     broken = false;
+    scale = 1.0;
     return 0;
 }
 
@@ -227,6 +229,24 @@ static void a_zero_is_in_force_and_told_and_the_configured_one_kept(void **state
     assert_false(zero_is_measured(1));
 }
 
+/* A converter whose scale is 1 % off: the zero is what it reads there, and pounds are pounds still. */
+static void a_zero_holds_whatever_the_converters_scale(void **state)
+{
+    (void)state;
+    struct mr_tension_1_3 t;
+    scale = 0.99;
+    tension_lb[0] = 4.0;
+    command("zero 2");
+    play_gages(400);
+    assert_int_equal(last_ack().status, MR_OK);
+    GET_LAST(tension_1_3, TENSION_1_3, &t);
+    assert_near(t.t1_lb, 0.0, 0.03);
+    tension_lb[0] = 54.0;
+    play_gages(200);
+    GET_LAST(tension_1_3, TENSION_1_3, &t);
+    assert_near(t.t1_lb, 50.0, 0.05);
+}
+
 static unsigned verdict_of_zero(unsigned index)
 {
     unsigned verdict = 99;
@@ -328,6 +348,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(neither_goes_on_in_a_landing_nor_beside_the_other, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(scans_that_stop_end_it_with_the_relay_off, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_is_in_force_and_told_and_the_configured_one_kept, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_zero_holds_whatever_the_converters_scale, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_of_what_moves_fails_or_is_under_tension_is_refused, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_can_be_given, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_band_that_gives_way_is_told_with_its_figures, start_rig, end_rig),
