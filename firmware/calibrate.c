@@ -69,17 +69,18 @@ static void add_block(struct calibrate *calibrate, const struct mr_block *block)
         struct calibrate_mean *mean = &calibrate->mean[c];
         if (!takes_part(calibrate, c))
             continue;
-        if (mr_channel_read(&config.channel[c], block, c, ratio).validity != MR_VALID) {
+        struct mr_reading reading = mr_channel_read(&config.channel[c], block, c, ratio);
+        if (reading.validity != MR_VALID) {
             calibrate->bad |= 1u << c;
             continue;
         }
-        float code = code_of(block, c);
+        float value = calibrate->command == MR_COMMAND_SHUNT ? reading.value : code_of(block, c);
         if (calibrate->count == 0)
-            *mean = (struct calibrate_mean){.origin = code};
-        code -= mean->origin;
-        mean->sum += code;
-        mean->square += code * code;
-        mean->first_half += calibrate->count < HALF ? code : 0.0f;
+            *mean = (struct calibrate_mean){.origin = value};
+        value -= mean->origin;
+        mean->sum += value;
+        mean->square += value * value;
+        mean->first_half += calibrate->count < HALF ? value : 0.0f;
     }
     calibrate->count++;
 }
@@ -173,18 +174,17 @@ static void begin_phase(struct calibrate *calibrate, unsigned phase, uint32_t ne
 static void end_phase(struct calibrate *calibrate)
 {
     for (unsigned g = 0; g < MR_GAGES; g++) {
-        const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];
         const struct calibrate_mean *mean = &calibrate->mean[MR_TRANSDUCERS + g];
-        float lb = (mean_of(mean) - channel->zero_code) * channel->unit_per_code, unit = magnitude(channel->unit_per_code);
+        float lb = mean_of(mean);
         if (!has_shunt(g))
             continue;
-        if (spread_of(mean) * unit > MOVES_LB)
+        if (spread_of(mean) > MOVES_LB)
             calibrate->moved |= 1u << g;
         if (calibrate->phase == PHASE_ON) {
             calibrate->on_lb[g] = lb;
         } else if (calibrate->phase == PHASE_REST) {
             calibrate->rest_lb[g] = lb;
-            calibrate->noise_lb[g] = deviation_of(mean) * unit;
+            calibrate->noise_lb[g] = deviation_of(mean);
         } else {
             if (magnitude(lb - calibrate->rest_lb[g]) > MOVES_LB)
                 calibrate->moved |= 1u << g;

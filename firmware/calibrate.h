@@ -20,7 +20,7 @@
 #define CALIBRATE_BLOCKS 256u
 #define CALIBRATE_SETTLE_BLOCKS 64u
 
-/* Of one channel, in codes, over the blocks of a phase. */
+/* Of one channel over the blocks of a phase: codes for a zero, pounds for a shunt. */
 struct calibrate_mean {
     float origin, sum, square, first_half;
 };

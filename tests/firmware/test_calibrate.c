@@ -245,6 +245,10 @@ static void a_zero_holds_whatever_the_converters_scale(void **state)
     play_gages(200);
     GET_LAST(tension_1_3, TENSION_1_3, &t);
     assert_near(t.t1_lb, 50.0, 0.05);
+    command("shunt");
+    play_gages(1000);
+    assert_int_equal(last_ack().status, MR_OK);
+    assert_near(result_of(1).span_lb, 40.0, 0.03);
 }
 
 static unsigned verdict_of_zero(unsigned index)
