@@ -7,6 +7,7 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/zero.h"
 
 /* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
  * first trigger, every edge up to there has been stored, however busy the processor was. */
@@ -34,6 +35,7 @@ static void forget_baseline(struct app *app)
 
 void app_configured(struct app *app)
 {
+    zero_start();
     app->fitted = config_fitted();
     board_scans_configure(app->fitted);
     for (unsigned i = 0; i < 4; i++)
@@ -62,6 +64,7 @@ void app_start(struct app *app)
     mr_deframer_init(&app->deframer);
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         app->slack_in[i] = MR_NAN;
+    calibrate_start(&app->calibrate);
     app_configured(app);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
@@ -117,6 +120,8 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
         return MR_USAGE;
+    if (calibrate_busy(&app->calibrate))
+        return MR_WAIT;
     enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW : blackbox_ready(&app->box);
     if (status == MR_WAIT || status == MR_FULL)
         boxlink_tell_state(&app->box, &app->telemetry);
@@ -127,6 +132,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         forget_baseline(app);
         read_blocks_before(app);
         channels_arm(&app->channels, app->next_index);
+        bandwatch_arm(&app->bandwatch);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -182,6 +188,8 @@ static enum mr_status enter_rom(struct app *app)
 static enum mr_status apply_configuration(struct app *app, const struct mr_command *command)
 {
     bool locked = landing_recording(&app->landing);
+    if (calibrate_busy(&app->calibrate))
+        return MR_WAIT;
     enum mr_status status = configstore_apply(&app->configstore, &app->telemetry, (uint32_t)command->argument, locked);
     if (status == MR_OK) {
         landing_reconfigure(&app->landing);
@@ -209,6 +217,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         status = arm(app, &command);
         break;
     case MR_COMMAND_DISARM:
+        bandwatch_end(&app->bandwatch, &app->telemetry);
         landing_disarm(&app->landing, app->next_index);
         end_warning(app, app->next_index);
         telemetry_state(&app->telemetry, &app->landing);
@@ -227,6 +236,12 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_CONFIG_READ:
         status = configstore_read(&app->configstore, (uint32_t)command.argument, landing_recording(&app->landing));
+        break;
+    case MR_COMMAND_ZERO:
+    case MR_COMMAND_SHUNT:
+        status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing, &command, app->next_index);
+        if (status == MR_OK && calibrate_busy(&app->calibrate))
+            return MR_OK; /* answered when it is over */
         break;
     default:
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
@@ -364,6 +379,8 @@ static void take_block(struct app *app, const struct mr_block *block)
         telemetry_block(&app->telemetry, block);
     channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline_in,
                   app->tension_lb[row]);
+    if (news.state && app->landing.state == LANDING_DONE)
+        bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
     tell_landing(app, &news, block->index);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording) {
@@ -385,7 +402,9 @@ static void take_block(struct app *app, const struct mr_block *block)
         float mean_lb[MR_GAGES];
         mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
         telemetry_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
+        bandwatch_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
+    calibrate_block(&app->calibrate, &app->telemetry, &app->landing, block);
     configstore_block(&app->configstore, &app->telemetry, recording);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
 }
@@ -428,6 +447,7 @@ void app_supervise(struct app *app)
     app->ticks_without_block++;
     if (app->ticks_without_block % TICKS_PER_S == STALL_TICKS) {
         health_count(MR_FAULT_SCAN_STALL, 0);
+        calibrate_abort(&app->calibrate, &app->telemetry, app->next_index);
         board_scans_restart();
     }
     if (app->ticks_without_block >= STALL_TICKS)

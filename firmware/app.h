@@ -3,7 +3,9 @@
 #define MATRIG_FIRMWARE_APP_H
 
 #include "common/framing.h"
+#include "firmware/bandwatch.h"
 #include "firmware/boxlink.h"
+#include "firmware/calibrate.h"
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
 #include "firmware/landing.h"
@@ -46,6 +48,8 @@ struct app {
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 
     struct configstore configstore;
+    struct bandwatch bandwatch;
+    struct calibrate calibrate;
     struct boxlink boxlink;
     struct blackbox box;
 };

@@ -57,6 +57,8 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity);
 
 /* Warning lamp and horn. The output is fail-safe: a dead board warns. */
 void board_warn(bool warning);
+/* Shunt resistors across an arm of every strain bridge; off after reset. */
+void board_shunt(bool on);
 void board_watchdog_feed(void);
 
 /* Restart into the chip's boot ROM. Does not return on the board. */

@@ -30,9 +30,10 @@
 #define TRANSDUCER(n, station)                                                                                            \
     {.kind = MR_KIND_DISPLACEMENT, .number = n, .station_ft = station, .unit_per_code = IN_PER_CODE,                       \
      .zero_code = DISPLACEMENT_ZERO_CODE, TRANSDUCER_ERRORS}
+/* The shunt of a bridge stands for 40 lb of tension. */
 #define GAGE(n, on_band, station)                                                                                         \
     {.kind = MR_KIND_TENSION, .number = n, .band = on_band, .station_ft = station, .unit_per_code = LB_PER_CODE,           \
-     .zero_code = TENSION_ZERO_CODE, BRIDGE_ERRORS}
+     .zero_code = TENSION_ZERO_CODE, BRIDGE_ERRORS, .gage_factor = 2.0f, .shunt_lb = 40.0f}
 
 /* Every 5 ft; the first two are on the track before touchdown (negative: before the runway's edge) and give its speed.
  * Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along the runway differ by 56 codes or more. */
@@ -81,7 +82,10 @@ struct mr_config config = {
         SWITCH(13), SWITCH(14), SWITCH(15), SWITCH(16), SWITCH(17), SWITCH(18),
         SWITCH(19), SWITCH(20), SWITCH(21), SWITCH(22), SWITCH(23), SWITCH(24),
     },
-    .band = {{.pretension_lb = 100.0f}, {.pretension_lb = 100.0f}}, /* report 5.1 */
+    .band = { /* 3/8 x 0.020 in of mild steel yields at 33 ksi: 247 lb */
+        {.pretension_lb = 100.0f, .yield_lb = 240.0f},
+        {.pretension_lb = 100.0f, .yield_lb = 240.0f},
+    },
 };
 
 uint32_t config_fitted(void)

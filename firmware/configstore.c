@@ -4,6 +4,7 @@
 
 #include "common/wire.h"
 #include "firmware/health.h"
+#include "firmware/zero.h"
 
 #define BOTH_COPIES 3u /* detail of the fault */
 
@@ -179,7 +180,9 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool l
         return MR_NOT_NOW;
     if (word >= MR_CONFIG_WORDS)
         return MR_USAGE;
+    zero_exchange(); /* what is configured, not what was measured since */
     mr_config_encode(&config, store->image);
+    zero_exchange();
     store->staging = false;
     store->telling = true;
     store->tell_serial = store->by_serial;

@@ -8,6 +8,7 @@
 #include "firmware/config.h"
 #include "firmware/health.h"
 #include "firmware/version.h"
+#include "firmware/zero.h"
 
 /* The configuration as a round of items: channels (two messages each), switches, survey segments, calibrations (two values each;
  * tables only as far as they are in use). */
@@ -56,10 +57,11 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
 }
 
-/* Edges, motion, states, results, marks, acknowledgements, what channels are worth, and faults. */
+/* Edges, motion, states, results, marks, acknowledgements, what channels are worth, what befell a band, and faults. */
 static bool belongs_to_record(uint16_t id)
 {
-    return id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT || id == MR_ID_CHANNEL_QUALITY || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
+    return id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT || id == MR_ID_CHANNEL_QUALITY || id == MR_ID_BAND_EVENT ||
+           (id >= MR_ID_BAND_BEFORE && id <= MR_ID_BAND_AFTER) || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
 }
 
 static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
@@ -107,7 +109,7 @@ static struct mr_channel_zero channel_zero_message(unsigned i)
 {
     const struct mr_channel_config *channel = &config.channel[i];
     return (struct mr_channel_zero){.index = (uint8_t)i, .number = channel->number, .band = channel->band,
-                                    .zero_code = channel->zero_code};
+                                    .measured = zero_is_measured(i), .zero_code = channel->zero_code};
 }
 
 static struct mr_switch_place switch_message(unsigned i)
@@ -291,6 +293,11 @@ void telemetry_burst(struct telemetry *telemetry, const struct landing *landing)
     telemetry->item = 0;
     telemetry->bursting = true;
     send_hello(telemetry, landing);
+}
+
+void telemetry_put(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+{
+    send_both(telemetry, id, payload, length);
 }
 
 void telemetry_block(struct telemetry *telemetry, const struct mr_block *block)

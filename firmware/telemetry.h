@@ -52,6 +52,8 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
 /* Send the whole configuration, one item per block from the next one on, hello first. */
 void telemetry_burst(struct telemetry *telemetry, const struct landing *landing);
 
+/* A message that another file has put together, on both links. */
+void telemetry_put(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length);
 void telemetry_block(struct telemetry *telemetry, const struct mr_block *block);
 /* `fitted`: bit i, transducer or gage i is there. Messages without any that is are not sent. */
 void telemetry_displacements(struct telemetry *telemetry, const float value_in[MR_TRANSDUCERS], uint32_t fitted, uint32_t index);

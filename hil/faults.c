@@ -244,6 +244,11 @@ static void act(struct hil_board *board, const struct hil_fault *fault)
     case HIL_FAULT_NOR:
         fail_nor(board, fault);
         break;
+    case HIL_FAULT_DRIFT:
+        tell(board, fault->file_line, "gage %u drifts: gain %g, offset %g lb", (unsigned)fault->index + 1u, fault->gain,
+             fault->offset_lb);
+        hil_rig_drift(board, fault->index, fault->gain, fault->offset_lb);
+        break;
     }
 }
 
@@ -297,6 +302,9 @@ static const char *wrong_argument(const struct hil_board *board, const struct hi
                    ? "a bounce needs a switch, 1 to 255 times, at least 2 us apart" : NULL;
     case HIL_FAULT_NOR:
         return f->choice > HIL_NOR_FAIL_ERASE ? "no such fault of the NOR" : NULL;
+    case HIL_FAULT_DRIFT:
+        return f->index >= HIL_RUN_GAGES || !(f->gain > 0.0 && f->gain <= 10.0) || !(fabs(f->offset_lb) <= 1000.0)
+                   ? "a drift needs a gage, a gain above 0 and an offset within 1000 lb" : NULL;
     case HIL_FAULT_POWER_CUT:
     case HIL_FAULT_BROWN_OUT:
         return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;

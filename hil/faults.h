@@ -29,6 +29,7 @@
  *                               KIND: drop, repeat, corrupt, delay (by T, default 1000); serial in: framing, noise
  *     transducer K FAIL         FAIL: stick (the quantity holds), high, low (amplifier at a rail), open (lead broken:
  *     gage K FAIL               0 V), mend
+ *     gage K drift GAIN LB      its bridge and amplifier: gain (1: as it should be) and offset in pounds
  *     staircase FAIL
  *     reference FAIL
  *     switch K skip             it does not open
@@ -73,6 +74,7 @@ enum hil_action {
     HIL_FAULT_SKIP,        /* index: switch, from 0 */
     HIL_FAULT_BOUNCE,      /* index, count, duration_ps between openings */
     HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
+    HIL_FAULT_DRIFT,       /* index: gage, from 0; gain, offset_lb */
 };
 
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
@@ -93,6 +95,7 @@ struct hil_fault {
     bool on;
     double probability;     /* 0 < p <= 1 */
     double volts;
+    double gain, offset_lb;
     uint64_t duration_ps;
     unsigned file_line;     /* 0: not from a file */
 };

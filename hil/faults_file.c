@@ -195,9 +195,17 @@ static enum mr_status read_channel(struct reader *r, struct hil_fault *f, unsign
     uint64_t number_of = 1;
     if (count > 1 && !whole(r, 1, count, &number_of))
         return refuse(r, MR_MALFORMED, "a number from 1 to %u is needed, not `%s`", count, peek(r));
+    if (first == HIL_RUN_TRANSDUCERS && count == HIL_RUN_GAGES && take(r, "drift")) {
+        f->action = HIL_FAULT_DRIFT;
+        f->index = (uint32_t)number_of - 1u;
+        if (!number(r, 1e-3, 10.0, &f->gain) || !number(r, -1000.0, 1000.0, &f->offset_lb))
+            return refuse(r, MR_MALFORMED, "`drift` needs a gain, 0.001 to 10, and an offset in pounds, not `%s`", peek(r));
+        return MR_OK;
+    }
     int fail = one_of(r, fails, 5);
     if (fail < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no fault of a channel: stick, high, low, open, mend", peek(r));
+        return refuse(r, MR_MALFORMED, "`%s` is no fault of a channel: stick, high, low, open, mend%s", peek(r),
+                      count == HIL_RUN_GAGES ? ", drift" : "");
     f->action = HIL_FAULT_CHANNEL;
     f->index = first + (uint32_t)number_of - 1u;
     f->choice = (unsigned)fail;

@@ -5,6 +5,7 @@
 #define PORT_A 0u
 #define PORT_B 1u
 #define PORT_D 3u
+#define PORT_E 4u
 
 void hil_gpio_reset_port(struct hil_board *board, unsigned port)
 {
@@ -74,6 +75,7 @@ bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin)
 void hil_gpio_changed(struct hil_board *board, uint64_t at)
 {
     hil_rig_excitation(board, hil_gpio_level(board, PORT_D, 12), hil_gpio_level(board, PORT_D, 13), at);
+    hil_rig_shunt(board, hil_gpio_level(board, PORT_E, 1), at);
     hil_spi_pins_changed(board, at);
 }
 
@@ -154,6 +156,6 @@ void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uin
         hil_bus_no_register(board);
         return;
     }
-    if (unit == PORT_D || unit == PORT_B)
+    if (unit == PORT_D || unit == PORT_B || unit == PORT_E)
         hil_gpio_changed(board, hil_now(board));
 }

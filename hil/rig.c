@@ -174,6 +174,29 @@ void hil_rig_excitation(struct hil_board *board, bool pd12, bool pd13, uint64_t 
     rig->since_ps = hil_clock_ps(&board->state.clock, at);
 }
 
+void hil_rig_shunt(struct hil_board *board, bool on, uint64_t at)
+{
+    struct hil_rig *rig = &board->state.rig;
+    if (on == rig->shunted)
+        return;
+    hil_adc_catch_up(board, at);
+    rig->shunted = on;
+    hil_trace(board, "shunts %s", on ? "on" : "off");
+}
+
+void hil_rig_drift(struct hil_board *board, unsigned gage, double gain, double offset_lb)
+{
+    hil_adc_catch_up(board, hil_now(board));
+    board->state.rig.gain_drift[gage] = gain - 1.0;
+    board->state.rig.offset_lb[gage] = offset_lb;
+}
+
+static double gage_volts(const struct hil_rig *rig, unsigned gage, double tension_lb)
+{
+    double lb = (1.0 + rig->gain_drift[gage]) * (tension_lb + (rig->shunted ? HIL_RIG_SHUNT_LB : 0.0)) + rig->offset_lb[gage];
+    return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
+}
+
 static double staircase_volts(const struct hil_board *board, double t_s)
 {
     const struct hil_rig *rig = &board->state.rig;
@@ -242,5 +265,5 @@ double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint6
                                               : quantity_at(board, (unsigned)channel, at);
     if (channel < (int)HIL_RUN_TRANSDUCERS)
         return TRANSDUCER_MID_V + amplitude(board, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
-    return channel < (int)HIL_RUN_COLUMNS ? GAGE_ZERO_V + GAGE_V_PER_LB * value : value;
+    return channel < (int)HIL_RUN_COLUMNS ? gage_volts(&board->state.rig, (unsigned)channel - HIL_RUN_TRANSDUCERS, value) : value;
 }

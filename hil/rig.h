@@ -4,7 +4,9 @@
  * on PC4:
  *     V = 0.050 + sum over opened switches of step * 3.3/4096 * (1 - exp(-(t - t_open)/20 us)),
  *     step(p) = 64 + 8 * ((7 (p - 1)) mod 24) codes, p = 1..24
- * Gages 1..14 on PA0..PA7, PB0, PB1, PC0..PC3: V = 0.400 + 0.005 * tension_lb. Reference on PC5: 2.500 V.
+ * Gages 1..14 on PA0..PA7, PB0, PB1, PC0..PC3: V = 0.400 + 0.005 * (gain * (tension_lb + shunt_lb) + offset_lb), with a gain
+ * of 1 and no offset unless a fault makes them drift, shunt_lb 40 while PE1 is high (its relay puts a resistor across an arm
+ * of every bridge), else 0. Reference on PC5: 2.500 V.
  * Transducers 1..8 on PF3..PF10, excited by PD12 and PD13: V = 1.65 + a * (0.050 + 0.5 * displacement_in),
  * where a is +1 while PD12 is high and PD13 low, -1 reversed, 0 while equal, and follows a change
  * exponentially with 4 us. An electrolytic transducer wants no direct component: the time at each polarity
@@ -17,11 +19,14 @@
 #include <stdint.h>
 
 #include "hil/faults.h"
+#include "hil/runfile.h"
 
 struct hil_board;
 
 #define HIL_VREF_V 3.3
 #define HIL_RIG_PULSE_PS 20000000ull /* 20 us */
+
+#define HIL_RIG_SHUNT_LB 40.0
 
 #define HIL_RIG_CHANNELS 24u /* 8 transducers, 14 gages, staircase, reference */
 
@@ -46,6 +51,9 @@ struct hil_rig {
     struct hil_contact contact[24];
     uint8_t channel_fault[HIL_RIG_CHANNELS]; /* enum hil_channel_fault */
     double held[HIL_RIG_CHANNELS];           /* of a channel that sticks: inches, pounds, volts */
+    double gain_drift[HIL_RUN_GAGES];        /* gain less 1 */
+    double offset_lb[HIL_RUN_GAGES];
+    bool shunted;
     uint8_t order[24];      /* switches (0..23) in the order in which they open */
     uint8_t order_count;    /* of those that open at all */
     uint8_t opened;         /* so many have */
@@ -61,10 +69,14 @@ void hil_rig_start(struct hil_board *board);
 void hil_rig_event(struct hil_board *board, uint64_t at);
 /* The excitation pins have these levels from cycle `at` on. */
 void hil_rig_excitation(struct hil_board *board, bool pd12, bool pd13, uint64_t at);
+/* The relay of the shunts is on or off from cycle `at` on. */
+void hil_rig_shunt(struct hil_board *board, bool on, uint64_t at);
 /* Add the time since the last change to the counters of the excitation. */
 void hil_rig_count_excitation(struct hil_board *board, uint64_t at);
 /* Faults (hil/faults.h): of a channel, of a switch that has not opened yet. */
 void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fault fault);
+/* A bridge or its amplifier drifts: gage from 0, gain 1 and offset 0 as it should be. */
+void hil_rig_drift(struct hil_board *board, unsigned gage, double gain, double offset_lb);
 void hil_rig_skip(struct hil_board *board, unsigned position);
 void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps);
 /* Voltage on a pin at cycle `at`, not clipped. */

@@ -22,6 +22,7 @@ int log_command(int argc, char **argv, const struct cli *cli);
 int board_command(int argc, char **argv, const struct cli *cli);
 /* board's words with `config` among them */
 int config_command(int argc, char **argv, const struct cli *cli);
+int gages_command(int argc, char **argv, const struct cli *cli);
 int sim_command(int argc, char **argv, const struct cli *cli);
 int compare_command(int argc, char **argv, const struct cli *cli);
 int bundle_command(int argc, char **argv, const struct cli *cli);

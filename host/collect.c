@@ -65,6 +65,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     side->boot++;
     side->time = (struct timebase){0};
     account_restart(&side->account, whole);
+    side->shunt = (struct mr_shunt){0};
     memset(collector->fault_count, 0, sizeof collector->fault_count);
     struct store_event event = {.session = collector->session,
                                 .boot = side->boot,

@@ -538,7 +538,7 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
                 account, id,
                 timebase_unwrap(&side->time, (uint16_t)(payload[length - 2] | payload[length - 1] << 8)));
         break;
-    default: break;
+    default: status = collect_band_message(collector, side, id, payload, length, error); break;
     }
     return status;
 }

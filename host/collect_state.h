@@ -37,6 +37,8 @@ struct side {
     struct mr_deframer deframer;
     struct mr_zone zone;
     struct mr_motion motion;
+    struct mr_shunt shunt; /* the calibration whose results come */
+    struct mr_shunt_result shunt_result;
     uint64_t told[LINK_TROUBLES];    /* what the link has counted */
     uint64_t pending[LINK_TROUBLES]; /* and is not recorded yet: in landing pending_run, from pending_us on */
     int64_t pending_run;
@@ -77,6 +79,9 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
 /* A word of the board's configuration; the last one writes it. */
 enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
                                    struct error *error);
+/* The same for what is said of bands and of their gages' calibration; MR_OK for all other messages. */
+enum mr_status collect_band_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
+                                    size_t length, struct error *error);
 /* Writes all that is known of the configuration for a landing that begins. */
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
                                            struct error *error);

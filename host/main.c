@@ -42,6 +42,17 @@ static const struct command commands[] = {
      "  config get     the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial\n"
      "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done\n"
      "  config check F check F alone, without a board\n"},
+    {"gages", gages_command, "zero [1|2] --serial LINK | shunt --serial LINK | bridge --excitation V --gain G ...",
+     "zero and shunt calibration; pounds per code of a bridge",
+     "  zero [1|2]     mean of a quarter of a second is the zero of all channels, of the transducers (1) or the gages (2), until\n"
+     "                 reset. None is taken when one moves, is not valid, or is a gage under tension: exit 1\n"
+     "  shunt          shunt calibration of the gages, a second; exit 1 when one is not good. matrig log on the board's CAN\n"
+     "                 keeps it: the calibrations before and after a landing give its drift\n"
+     "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle, or done with a landing\n"
+     "  bridge         what channel.unit_per_code and channel.shunt_lb should be, from\n"
+     "    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
+     "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
+     "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"

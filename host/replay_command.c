@@ -162,6 +162,8 @@ static void print(const struct replay *replay)
     if (!replay->same_image)
         printf(" (firmware %s); recorded by %08x (firmware %s)\n", replay->replayed.landing.firmware, recorded,
                replay->recorded.landing.firmware);
+    if (input->zeros)
+        printf("  zeros         %zu measured before the landing, given again\n", input->zeros);
     if (input->shift_blocks)
         printf("  moved         by %lld s: block %lld of the record is block %lld of the replay\n",
                (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
@@ -180,6 +182,7 @@ static int print_json(const struct replay *replay, int exit_code)
                                (json_int_t)input->last_block, "shift_blocks", (json_int_t)input->shift_blocks, "edges",
                                (json_int_t)input->edges, "commands", (json_int_t)input->commands, "segments_surveyed",
                                (json_int_t)input->surveyed);
+    json_object_set_new(object, "zeros", json_integer((json_int_t)input->zeros));
     json_t *diff = diff_json(&replay->diff);
     json_object_update(object, diff);
     json_decref(diff);

@@ -20,7 +20,7 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         if (file ~ /(telemetry|can|uart)\.c$/ || file ~ /common\/(catalogue|framing|block|crc32)\.c$/) return "telemetry"
         if (file ~ /firmware\/landing\.c$/ || file ~ /common\/(gates|braking|passage|switches|staircase)\.c$/) return "speed"
         if (file ~ /common\/closure\.c$/) return "zones"
-        if (file ~ /bands\.c$/) return "bands"
+        if (file ~ /(bands|bandwatch|calibrate)\.c$/) return "bands"
         return "the rest"
     }
     FNR == NR { file[$1] = $2; next }

@@ -4,6 +4,7 @@
 #include "firmware/health.h"
 
 #define SUPERVISION_HZ 100u
+#define SHUNT_PIN 1u
 #define WARNING_PIN 0u /* PE0: high holds the lamp off, so a dead board warns */
 
 extern const uint8_t program_start[], program_end[]; /* linker script */
@@ -77,6 +78,11 @@ void board_identify(struct board_identity *out)
 void board_warn(bool warning)
 {
     GPIOE->BSRR = 1u << (warning ? WARNING_PIN + 16u : WARNING_PIN);
+}
+
+void board_shunt(bool on)
+{
+    GPIOE->BSRR = 1u << (on ? SHUNT_PIN : SHUNT_PIN + 16u);
 }
 
 void board_watchdog_feed(void)

@@ -76,6 +76,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
         status = store_channel_events(store, run, &summary->channel_event, &summary->channel_events, error);
     if (status == MR_OK)
         status = store_result_get(store, run, &summary->result, &summary->result_known, error);
+    if (status == MR_OK)
+        status = bands_load(store, &summary->measured, &summary->bands, error);
     return status;
 }
 
@@ -83,6 +85,7 @@ void summary_free(struct summary *summary)
 {
     measured_free(&summary->measured);
     zones_free(&summary->zones);
+    bands_free(&summary->bands);
     free(summary->gap);
     free(summary->fault);
     free(summary->switch_event);
@@ -377,6 +380,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     print_damage(summary, si, out);
     if (summary->measured.source != MEASURED_NOTHING)
         print_channels(&summary->measured, si, out);
+    bands_print(&summary->bands, &summary->measured, si, out);
     print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
     print_links(summary, out);
 }
@@ -531,6 +535,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     }
     json_object_set_new(object, "displacements", channels_json(measured, MR_KIND_DISPLACEMENT, si));
     json_object_set_new(object, "tensions", channels_json(measured, MR_KIND_TENSION, si));
+    bands_json(&summary->bands, measured, si, object);
     json_object_set_new(object, "zone", zone_json(&summary->zones.warning, si));
     json_object_set_new(object, "links", links_json(summary));
     json_object_set_new(object, "gaps", gaps_json(summary));

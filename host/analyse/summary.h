@@ -6,6 +6,7 @@
 #include <jansson.h>
 #include <stdio.h>
 
+#include "host/analyse/bands.h"
 #include "host/analyse/zones.h"
 #include "host/link/link.h"
 
@@ -25,6 +26,7 @@ struct summary_link {
 struct summary {
     struct measured measured;
     struct zones zones;
+    struct bands_summary bands;
     struct summary_link link[LINK_KINDS];
     struct store_session_row session;
     struct store_gap *gap;

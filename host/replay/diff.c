@@ -182,7 +182,7 @@ static void only_one(struct comparing *c, const struct answer *answer, int64_t b
 /* What tells messages of one kind apart: the number of a channel, a switch, an edge, a command, and of what is said of it. */
 static bool same_subject(const struct answer *a, const struct answer *b)
 {
-    static const char *const subjects[] = {"index", "position", "segment", "count", "tag", "code"};
+    static const char *const subjects[] = {"index", "position", "segment", "count", "tag", "code", "band", "gage"};
     const char *first = a->info->fields[0].name;
     for (size_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
         if (strcmp(first, subjects[i]) == 0)

@@ -9,6 +9,7 @@ static const struct {
     enum field_rule rule;
 } rules[] = {
     {"*.block16", FIELD_BLOCK16},
+    {"*.at_block16", FIELD_BLOCK16},
     {"*.block", FIELD_BLOCK},
     {"*.tick", FIELD_TICK},
     {"can_health.sent", FIELD_QUEUED},

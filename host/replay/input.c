@@ -14,7 +14,7 @@
 #define LATE_BLOCKS 20000 /* a record that is armed later than this is moved back ... */
 #define EARLY_BLOCKS 200  /* and one that is armed before this forth: the survey goes first */
 #define BLOCKS_PER_S 1000 /* whatever the board does by its block index repeats every second */
-#define SURVEY_FIRST 40   /* block of the first survey command; then one every second block */
+#define FIRST_COMMAND 40  /* block of the first zero, then one in each; and then a segment of the survey every second block */
 #define COMMANDS_PER_BLOCK 4u
 #define HOLES_NAMED 3
 #define CLOCK_INTERNAL 1  /* of the message hello */
@@ -152,6 +152,30 @@ static bool take_commands(const struct answers *recorded, struct commands *comma
     return fits;
 }
 
+/* Zeros that were measured before the landing, each given by its very bits; the configured ones are the image's own. */
+static void put_zeros(struct writer *writer, const struct answers *recorded, struct replay_input *input)
+{
+    struct mr_channel_zero zero[MR_CHANNELS] = {{0}};
+    for (int link = 0; link < LINK_KINDS; link++) {
+        for (size_t i = 0; i < recorded->messages[link]; i++) {
+            const struct answer *answer = &recorded->message[link][i];
+            struct mr_channel_zero each;
+            if (answer->info->id == MR_ID_CHANNEL_ZERO &&
+                mr_channel_zero_get(&each, answer->data, answer->info->length) == MR_OK && each.index < MR_CHANNELS)
+                zero[each.index] = each;
+        }
+    }
+    for (unsigned i = 0; i < MR_CHANNELS; i++) {
+        int32_t bits;
+        memcpy(&bits, &zero[i].zero_code, sizeof bits);
+        if (!zero[i].measured)
+            continue;
+        put(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND + input->zeros, MR_COMMAND_ZERO, i + 1,
+            MR_SEGMENTS + 1u + input->zeros, bits);
+        input->zeros++;
+    }
+}
+
 static enum mr_status put_commands(struct writer *writer, struct store *store, const struct answers *recorded,
                                    struct replay_input *input, struct error *error)
 {
@@ -161,10 +185,11 @@ static enum mr_status put_commands(struct writer *writer, struct store *store, c
     enum mr_status status = store_segments(store, recorded->landing.id, &segment, &segments, error);
     if (status != MR_OK)
         return status;
+    put_zeros(writer, recorded, input);
     for (size_t i = 0; i < segments; i++) {
         if (isnan(segment[i].slack_in))
             continue;
-        put(writer, "command %zu %d %lld %zu %ld\n", SURVEY_FIRST + 2 * input->surveyed, MR_COMMAND_SURVEY,
+        put(writer, "command %zu %d %lld %zu %ld\n", FIRST_COMMAND + input->zeros + 2 * input->surveyed, MR_COMMAND_SURVEY,
             (long long)segment[i].segment, input->surveyed + 1, lround(segment[i].slack_in * 10000.0));
         input->surveyed++;
     }

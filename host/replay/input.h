@@ -2,7 +2,8 @@
  * and the commands it acknowledged. Written as a replay file for the emulated board (`matrig-replay 1`: a line for each
  * command, edge and block; hil/replayfile.h draws it).
  *
- * Not recorded, and so made up: the survey is given again before arming, segment by segment; blocks before the first record
+ * Not recorded, and so made up: the survey is given again before arming, segment by segment, and zeros that were measured
+ * (channel_zero of the landing says which, and what they were); blocks before the first record
  * repeat it. A record that begins late after the board's start is moved back by whole seconds, in which everything that the
  * board does by the clock repeats. */
 #ifndef MATRIG_HOST_REPLAY_INPUT_H
@@ -20,6 +21,7 @@ struct replay_input {
     size_t edges;
     size_t commands; /* given again in the block that took them */
     size_t surveyed; /* segments given before arming */
+    size_t zeros;    /* measured zeros given before arming */
     bool crystal;
 };
 

@@ -5,6 +5,7 @@
 
 #include "common/fault.h"
 #include "host/collect.h"
+#include "host/report/bands_page.h"
 #include "host/report/html.h"
 #include "host/units.h"
 
@@ -364,6 +365,7 @@ static void landing_section(FILE *out, const struct report_landing *landing, boo
                 MEASURED_WINDOW, landing->simulations ? "" : ". No comparison has been run: matrig compare");
         fputs("<h3>Gages</h3>\n", out);
         gage_table(out, measured, si);
+        bands_page(&landing->summary.bands, measured, si, out);
     }
     fputs("<h3>Losses and faults</h3>\n", out);
     losses(out, &landing->summary);

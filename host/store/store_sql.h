@@ -94,6 +94,43 @@
       " after_touchdown_s=coalesce(excluded.after_touchdown_s, after_touchdown_s),"                          \
       " switches=coalesce(excluded.switches, switches), stop_gates=coalesce(excluded.stop_gates, "           \
       "stop_gates)")                                                                                         \
+    X(BAND_PUT, "iiirrrrriirriirrri",                                                                        \
+      "INSERT INTO bands VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET"              \
+      " links=links|excluded.links, gages=coalesce(excluded.gages, gages),"                                  \
+      " before_lb=coalesce(excluded.before_lb, before_lb),"                                                  \
+      " before_error_lb=coalesce(excluded.before_error_lb, before_error_lb),"                                \
+      " spread_lb=coalesce(excluded.spread_lb, spread_lb), least_lb=coalesce(excluded.least_lb, least_lb),"  \
+      " least_error_lb=coalesce(excluded.least_error_lb, least_error_lb),"                                   \
+      " least_gage=coalesce(excluded.least_gage, least_gage),"                                               \
+      " least_block=coalesce(excluded.least_block, least_block),"                                            \
+      " most_lb=coalesce(excluded.most_lb, most_lb),"                                                        \
+      " most_error_lb=coalesce(excluded.most_error_lb, most_error_lb),"                                      \
+      " most_gage=coalesce(excluded.most_gage, most_gage),"                                                  \
+      " most_block=coalesce(excluded.most_block, most_block),"                                               \
+      " after_lb=coalesce(excluded.after_lb, after_lb), change_lb=coalesce(excluded.change_lb, change_lb),"  \
+      " change_error_lb=coalesce(excluded.change_error_lb, change_error_lb)")                                \
+    X(BANDS, "i",                                                                                            \
+      "SELECT band, gages, before_lb, before_error_lb, spread_lb, least_lb, least_error_lb, least_gage,"     \
+      " least_block, most_lb, most_error_lb, most_gage, most_block, after_lb, change_lb, change_error_lb,"   \
+      " links FROM bands WHERE landing=? ORDER BY band")                                                     \
+    X(BAND_EVENT_PUT, "iiiiiiri",                                                                            \
+      "INSERT INTO band_events VALUES(?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links") \
+    X(BAND_EVENTS, "i",                                                                                      \
+      "SELECT block, band, gage, reason, other, value_lb, links FROM band_events WHERE landing=?"            \
+      " ORDER BY block, gage")                                                                               \
+    X(SHUNT_PUT, "iiiiiirrrrri",                                                                             \
+      "INSERT INTO shunts VALUES(?,?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET"                         \
+      " links=links|excluded.links, expected_lb=coalesce(excluded.expected_lb, expected_lb),"                \
+      " change_lb=coalesce(excluded.change_lb, change_lb),"                                                  \
+      " zero_change_lb=coalesce(excluded.zero_change_lb, zero_change_lb)")                                   \
+    X(SHUNTS_BEFORE, "iiiii",                                                                                \
+      "SELECT number, gage, block, verdict, span_lb, noise_lb, expected_lb, change_lb, zero_change_lb, links" \
+      " FROM shunts WHERE session=? AND boot=? AND number=(SELECT max(number) FROM shunts WHERE session=?"   \
+      " AND boot=? AND block<?) ORDER BY gage")                                                              \
+    X(SHUNTS_AFTER, "iiiii",                                                                                 \
+      "SELECT number, gage, block, verdict, span_lb, noise_lb, expected_lb, change_lb, zero_change_lb, links" \
+      " FROM shunts WHERE session=? AND boot=? AND number=(SELECT min(number) FROM shunts WHERE session=?"   \
+      " AND boot=? AND block>=?) ORDER BY gage")                                                             \
     X(EDGES, "i",                                                                                            \
       "SELECT count, position, step_codes, tick, board_us, links FROM edges WHERE landing=?"                 \
       " ORDER BY count")                                                                                     \

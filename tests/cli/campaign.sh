@@ -75,8 +75,10 @@ killed_log_keeps_everything() {
 
 # A log that ends while the gear moves knows the touchdown, but no stop: an extrapolated one would look measured.
 cut_landing_has_no_stop() {
-    build/matrig-board --elf $elf --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --rig $run --for 3.5 &&
-        build/matrig log --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt" || return 1
+    build/matrig-board --elf $elf --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --rig $run --for 3.5 || return 1
+    # the run may end in the middle of a frame
+    build/matrig log --can "file:$tmp/cut.can" --serial "file:$tmp/cut.serial" --db "$tmp/cut.db" >"$tmp/cut.txt" 2>"$tmp/cut.err" ||
+        grep -q 'the link ended inside a frame' "$tmp/cut.err" || return 1
     cat "$tmp/cut.txt"
     grep -Eq 'touchdown +35\.[45]' "$tmp/cut.txt" && grep -q 'stop  *not known: the record ends while the gear moves' "$tmp/cut.txt" &&
         ! grep -q deceleration "$tmp/cut.txt" && fails_with 4 "record ends while the gear moves" build/matrig --quiet compare "$tmp/cut.db" 1

@@ -34,6 +34,7 @@ vary close 's/^switch 5 .*/switch 5 17.5 17.5 1.7478/' # 0.6 ms after switch 3: 
 vary saturated '/^[-0-9]+ [-0-9]+ .*/s/^[-0-9]+ ([-0-9]+) ([-0-9]+) /500000 \1000 -\2000 /'
 vary unplugged '/^[-0-9]+ [-0-9]+ .*/s/^(([-0-9]+ ){8})[-0-9]+ [-0-9]+ /\1-20000 70000 /'
 vary serial 's/^(command 0\.800) can/\1 serial/'
+vary zeroed 's/^command 0\.300 .*survey 0 .*/command 0.04 can zero 1\n&/'
 record_ten() {
     record tests/runs/landing1.run --seed 11 --for 4 && record tests/runs/landing4.run --seed 12 --for 4 &&
         record tests/runs/landing5.run --seed 13 &&
@@ -47,6 +48,12 @@ record_ten() {
 saturation_was_recorded() { # a record with counts is longer than 78 bytes
     [ "$(stored "select count(*) > 1000 from blocks join landings on landings.id = landing where length(record) > 79")" = 1 ]
 }
+# Zeros that were measured before arming are part of what was recorded, though nothing of their measuring is.
+record_zeroed() {
+    record "$tmp/zeroed.run" --seed 23 --for 3 && [ "$(stored 'select max(id) from landings')" = 14 ] &&
+        [ "$(stored "select count(distinct hex(substr(data, 1, 1))) from frames where landing = 14 and link = 1 and can_id = 502 and hex(substr(data, 4, 1)) = '01'")" = 8 ]
+}
+zeros_are_given_again() { [ "$(in_json "$tmp/replay14.json" zeros)" = 8 ]; }
 says_the_same() { # RUN
     $matrig --json --quiet replay "$db" "$1" >"$tmp/replay$1.json"
     local status=$?
@@ -124,6 +131,11 @@ changed_edge() { # one tick in the frame that told of it
         $matrig --json --quiet replay "$tmp/tick.db" 5 >"$tmp/tick.json"
     [ $? = 1 ] && first_is "$tmp/tick.json" edge tick && [ "$(in_json "$tmp/tick.json" differ)" = 1 ]
 }
+without_zeros() { # the messages say that the zeros were the configured ones
+    broken unzeroed "update frames set data = cast(substr(data, 1, 3) || x'00' || substr(data, 5) as blob) where landing = 14 and can_id = 502" &&
+        $matrig --json --quiet replay "$tmp/unzeroed.db" 14 >"$tmp/unzeroed.json"
+    [ $? = 1 ] && sqlite3 :memory: "select json_extract(value, '\$.differ') from json_each(json_extract(cast(readfile('$tmp/unzeroed.json') as text), '\$.by_message')) where json_extract(value, '\$.message') = 'displacement_1_3'" | grep -q '^[1-9]'
+}
 record_begins_at_arming() {
     broken older 'delete from blocks where landing = 6 and idx < (select armed_block from landings where id = 6)' &&
         $matrig --json --quiet replay "$tmp/older.db" 6 >"$tmp/older.json" || return 1
@@ -160,6 +172,10 @@ check "one of them with saturated channels" saturation_was_recorded
 for run in $(seq 13); do
     check "RUN $run says the same again, every field" says_the_same "$run"
 done
+check "a landing with measured zeros is recorded" record_zeroed
+check "it says the same again, every field" says_the_same 14
+check "because its zeros are given again" zeros_are_given_again
+check "with other zeros it does not" without_zeros
 check "a bundle of a landing replays as its RUN 1, and says the same" bundle_says_the_same
 check "a bundle has what belongs to the landing, and nothing else" bundle_is_complete
 check "a bundle takes no file's place" fails_with 2 'is there already: .*README.md' $matrig bundle "$db" 7 -o README.md

@@ -80,6 +80,11 @@ void board_warn(bool warning)
     fake.warning = warning;
 }
 
+void board_shunt(bool on)
+{
+    fake.shunted = on;
+}
+
 void board_watchdog_feed(void)
 {
 }

@@ -25,7 +25,7 @@ struct fake_board {
 
     bool can_full, serial_full; /* refuse everything */
     struct board_can_errors can_errors;
-    bool warning;
+    bool warning, shunted;
     unsigned restarts;
     uint32_t fitted; /* channels that are scanned */
     unsigned configurations;

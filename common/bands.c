@@ -1,0 +1,447 @@
+#include "common/bands.h"
+
+#include <string.h>
+
+#include "common/channels.h"
+#include "common/wire.h"
+
+#define SHARP 3.0f         /* a sudden change over what went before and after */
+#define STAYS 0.5f         /* of a sudden change */
+#define SURE 3.0f          /* standard errors */
+#define NO_STATION_FT 1e6f
+
+static float magnitude(float value)
+{
+    return value < 0.0f ? -value : value;
+}
+
+float mr_bands_error(const struct mr_channel_config *gage, float tension_lb)
+{
+    float gain_lb = gage->gain_error * tension_lb;
+    return __builtin_sqrtf(gage->zero_error * gage->zero_error + gain_lb * gain_lb +
+                           gage->linearity_error * gage->linearity_error);
+}
+
+/* ---- arming ---- */
+
+static float station_of(const struct mr_bands *bands, unsigned gage)
+{
+    float station_ft = bands->channel[gage].station_ft;
+    return __builtin_isnan(station_ft) ? NO_STATION_FT : station_ft;
+}
+
+static void order_gages(const struct mr_bands *bands, struct mr_band *band, unsigned number)
+{
+    for (unsigned g = 0; g < MR_GAGES; g++) {
+        if (bands->channel[g].kind != MR_KIND_TENSION || bands->channel[g].band != number)
+            continue;
+        unsigned place = band->gages++;
+        for (; place && station_of(bands, band->gage[place - 1]) > station_of(bands, g); place--)
+            band->gage[place] = band->gage[place - 1];
+        band->gage[place] = (uint8_t)g;
+    }
+}
+
+/* Each gage stands for the band halfway to its neighbours. */
+static void weigh_gages(const struct mr_bands *bands, struct mr_band *band)
+{
+    float sum = 0.0f;
+    for (unsigned i = 0; i < band->gages; i++) {
+        unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
+        float length_ft = station_of(bands, band->gage[after]) - station_of(bands, band->gage[before]);
+        if (after - before == 1) /* at an end */
+            length_ft *= 2.0f;
+        band->weight[i] = length_ft > 0.0f && length_ft < NO_STATION_FT / 2.0f ? length_ft : 1.0f;
+        sum += band->weight[i];
+    }
+    for (unsigned i = 0; i < band->gages; i++)
+        band->weight[i] /= sum;
+}
+
+static void set_limits(struct mr_band *band, float pretension_lb)
+{
+    float step_lb = MR_BANDS_STEP * pretension_lb;
+    band->step_lb = step_lb > MR_BANDS_STEP_LB ? step_lb : MR_BANDS_STEP_LB;
+    band->slack_lb = MR_BANDS_SLACK * pretension_lb;
+}
+
+static void start_group(struct mr_bands *bands)
+{
+    bands->in_group = 0;
+    bands->group_quiet = true;
+    for (unsigned g = 0; g < MR_GAGES; g++)
+        bands->sum_lb[g] = bands->square[g] = 0.0f;
+}
+
+void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
+                  const struct mr_band_config band[MR_CONFIG_BANDS])
+{
+    memset(bands, 0, sizeof *bands);
+    bands->channel = gages;
+    for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
+        struct mr_band *each = &bands->band[b];
+        if (band[b].pretension_lb > 0.0f)
+            order_gages(bands, each, b + 1);
+        weigh_gages(bands, each);
+        set_limits(each, band[b].pretension_lb);
+        each->yield_lb = band[b].yield_lb;
+        each->least.lb = each->most.lb = MR_NAN;
+        bands->active |= each->gages > 0;
+    }
+    for (unsigned g = 0; g < MR_GAGES; g++)
+        bands->group_lb[g] = bands->before_lb[g] = bands->group_noise_lb[g] = bands->before_noise_lb[g] = MR_NAN;
+    start_group(bands);
+}
+
+/* ---- findings ---- */
+
+static void find(struct mr_bands *bands, unsigned band, unsigned gage, unsigned other, enum mr_band_reason reason,
+                 float value_lb, uint32_t block)
+{
+    if (bands->findings < MR_BANDS_EVENTS)
+        bands->finding[bands->findings++] =
+            (struct mr_band_finding){.band = (uint8_t)(band + 1), .gage = (uint8_t)gage, .other = (uint8_t)other,
+                                     .reason = (uint8_t)reason, .value_lb = value_lb, .block = block};
+}
+
+/* Mean of a band, weighted by length, over those gages that are valid. */
+static float weighted(const struct mr_band *band, const float *lb_by_place)
+{
+    float sum = 0.0f, weights = 0.0f;
+    for (unsigned i = 0; i < band->gages; i++) {
+        if (__builtin_isnan(lb_by_place[i]))
+            continue;
+        sum += band->weight[i] * lb_by_place[i];
+        weights += band->weight[i];
+    }
+    return weights > 0.0f ? sum / weights : MR_NAN;
+}
+
+/* Tension `age` steps ago. */
+static float past(const struct mr_bands *bands, unsigned gage, unsigned age)
+{
+    return bands->history[(bands->newest + MR_BANDS_HISTORY - age) % MR_BANDS_HISTORY][gage];
+}
+
+/* Neighbours that went opposite ways and differ by less than before: the place of the first in the band; band->gages:
+ * none. */
+static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band *band, const float *step_lb)
+{
+    unsigned found = band->gages;
+    float most_lb = 0.0f;
+    for (unsigned i = 0; i + 1 < band->gages; i++) {
+        float a = step_lb[i], b = step_lb[i + 1];
+        float large = magnitude(a) > magnitude(b) ? magnitude(a) : magnitude(b);
+        float small = magnitude(a) + magnitude(b) - large;
+        if (!(a * b < 0.0f) || !(large >= band->step_lb) || small < MR_BANDS_SHARE * large)
+            continue;
+        float before_lb = past(bands, band->gage[i + 1], 4) - past(bands, band->gage[i], 4);
+        float after_lb = past(bands, band->gage[i + 1], 2) - past(bands, band->gage[i], 2);
+        if (magnitude(after_lb) < magnitude(before_lb) && large + small > most_lb) {
+            most_lb = large + small;
+            found = i;
+        }
+    }
+    return found;
+}
+
+/* The neighbour that changed more; band->gages: an end, there may be none. */
+static unsigned beside(const struct mr_band *band, const float *step_lb, unsigned place)
+{
+    if (place == 0 || place + 1 == band->gages)
+        return band->gages;
+    return magnitude(step_lb[place - 1]) > magnitude(step_lb[place + 1]) ? place - 1 : place + 1;
+}
+
+/* No pair of neighbours: a slip when several gages dropped and none rose, a load that moved on when any rose, a step when one
+ * gage dropped alone. `trend_lb`: what each gage would do in two steps anyway. */
+static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const float *step_lb, const float *trend_lb,
+                       uint32_t block)
+{
+    unsigned worst = 0, drops = 0, rises = 0;
+    float from_lb[MR_GAGES];
+    for (unsigned i = 1; i < band->gages; i++) {
+        if (magnitude(step_lb[i]) > magnitude(step_lb[worst]) || __builtin_isnan(step_lb[worst]))
+            worst = i;
+    }
+    float least_lb = MR_BANDS_SHARE * magnitude(step_lb[worst]);
+    for (unsigned i = 0; i < band->gages; i++) {
+        drops += step_lb[i] <= -least_lb;
+        rises += step_lb[i] >= least_lb;
+        from_lb[i] = past(bands, band->gage[i], 4) + trend_lb[i] * (0.5f * (float)(MR_BANDS_HOLD + 4u));
+    }
+    struct mr_band_doubt *doubt = &band->doubt;
+    *doubt = (struct mr_band_doubt){.place = (uint8_t)worst, .change_lb = step_lb[worst], .block = block,
+                                    .least_lb = STAYS * step_lb[worst], .from_lb = from_lb[worst]};
+    if (rises) {
+        doubt->reason = MR_BAND_PULLOUT;
+    } else if (drops == 1) {
+        doubt->reason = MR_BAND_STEP;
+    } else {
+        unsigned other = beside(band, step_lb, worst);
+        doubt->reason = MR_BAND_SLIP;
+        doubt->other = (uint8_t)(other < band->gages ? band->gage[other] + 1 : 0);
+        doubt->least_lb = STAYS * weighted(band, step_lb);
+        doubt->from_lb = weighted(band, from_lb);
+    }
+}
+
+/* The sudden change has had its time: is it still there? */
+static void judge_doubt(struct mr_bands *bands, unsigned number)
+{
+    struct mr_band *band = &bands->band[number];
+    const struct mr_band_doubt doubt = band->doubt;
+    float now_lb[MR_GAGES];
+    band->doubt.reason = 0;
+    for (unsigned i = 0; i < band->gages; i++)
+        now_lb[i] = past(bands, band->gage[i], 0);
+    float left_lb = (doubt.reason == MR_BAND_SLIP ? weighted(band, now_lb) : now_lb[doubt.place]) - doubt.from_lb;
+    if (!(doubt.least_lb < 0.0f ? left_lb <= doubt.least_lb : left_lb >= doubt.least_lb))
+        return;
+    band->frozen = true;
+    find(bands, number, band->gage[doubt.place] + 1u, doubt.other, (enum mr_band_reason)doubt.reason,
+         doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
+}
+
+/* A gage of the band changed suddenly two to four steps ago: what did all of them do? */
+static void look_at_step(struct mr_bands *bands, unsigned number, uint32_t block)
+{
+    struct mr_band *band = &bands->band[number];
+    float step_lb[MR_GAGES], trend_lb[MR_GAGES];
+    for (unsigned i = 0; i < band->gages; i++) {
+        unsigned g = band->gage[i];
+        if (past(bands, g, 6) < band->slack_lb || past(bands, g, 0) < band->slack_lb)
+            return; /* C.5 holds while all is in tension: what a slack band does as it tightens is sudden too */
+        trend_lb[i] = 0.5f * (past(bands, g, 4) - past(bands, g, 6) + past(bands, g, 0) - past(bands, g, 2));
+        step_lb[i] = past(bands, g, 2) - past(bands, g, 4) - trend_lb[i];
+    }
+    band->hold = MR_BANDS_HOLD;
+    block -= MR_BANDS_STEP_BLOCKS * 3u;
+    unsigned i = seek_pullout(bands, band, step_lb);
+    if (i == band->gages) {
+        note_doubt(bands, band, step_lb, trend_lb, block);
+        return;
+    }
+    band->frozen = true;
+    find(bands, number, band->gage[i] + 1u, band->gage[i + 1] + 1u, MR_BAND_PULLOUT,
+         magnitude(step_lb[i]) + magnitude(step_lb[i + 1]), block);
+}
+
+static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, unsigned gage)
+{
+    float at2 = past(bands, gage, 2), at4 = past(bands, gage, 4);
+    float step_lb = magnitude(at2 - at4);
+    if (!(step_lb >= band->step_lb))
+        return false;
+    float before_lb = magnitude(at4 - past(bands, gage, 6)), after_lb = magnitude(past(bands, gage, 0) - at2);
+    return step_lb >= SHARP * before_lb && step_lb >= SHARP * after_lb;
+}
+
+static void judge_low(struct mr_bands *bands, unsigned number, unsigned gage, float lb, float wheel_ft, uint32_t block)
+{
+    const struct mr_band *band = &bands->band[number];
+    if (!(lb < band->slack_lb)) {
+        bands->low_steps[gage] = 0;
+        return;
+    }
+    if (bands->low_steps[gage] < MR_BANDS_LOW_STEPS)
+        bands->low_steps[gage]++;
+    if (bands->low_steps[gage] < MR_BANDS_LOW_STEPS || bands->low_told >> gage & 1u)
+        return;
+    bands->low_told |= 1u << gage;
+    bool ahead = bands->channel[gage].station_ft > wheel_ft;
+    find(bands, number, gage + 1, 0, ahead ? MR_BAND_SLACK : MR_BAND_LOOSE, lb, block);
+}
+
+static void extend(struct mr_band *band, unsigned gage, float lb, uint32_t block)
+{
+    struct mr_band_extreme here = {.lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
+    if (!(lb >= band->least.lb)) /* also the first */
+        band->least = here;
+    if (!(lb <= band->most.lb))
+        band->most = here;
+}
+
+static void step_band(struct mr_bands *bands, unsigned number, const float *tension_lb, bool quiet, float wheel_ft,
+                      uint32_t block)
+{
+    struct mr_band *band = &bands->band[number];
+    bool sudden = false;
+    if (quiet) /* whatever moved before was no landing */
+        band->least = band->most = (struct mr_band_extreme){.lb = MR_NAN};
+    for (unsigned i = 0; i < band->gages; i++) {
+        unsigned g = band->gage[i];
+        float lb = tension_lb[g];
+        float change_lb = lb - past(bands, g, 1);
+        bands->sum_lb[g] += lb;
+        bands->square[g] += bands->in_group ? change_lb * change_lb : 0.0f;
+        if (__builtin_isnan(lb)) {
+            bands->low_steps[g] = 0;
+            continue;
+        }
+        if (!quiet)
+            extend(band, g, lb, block);
+        judge_low(bands, number, g, lb, wheel_ft, block);
+        if (band->yield_lb > 0.0f && lb >= band->yield_lb && !(bands->over_told >> g & 1u)) {
+            bands->over_told |= 1u << g;
+            find(bands, number, g + 1, 0, MR_BAND_OVERLOAD, lb, block);
+        }
+        sudden |= bands->filled == MR_BANDS_HISTORY && is_sudden(bands, band, g);
+    }
+    if (!band->hold) {
+        if (sudden)
+            look_at_step(bands, number, block);
+    } else if (--band->hold == 0 && band->doubt.reason) {
+        judge_doubt(bands, number);
+    }
+}
+
+/* ---- groups of steps: rest before, rest after ---- */
+
+static void judge_spread(struct mr_bands *bands, unsigned number, uint32_t block)
+{
+    struct mr_band *band = &bands->band[number];
+    unsigned low = MR_GAGES, high = MR_GAGES, valid = 0;
+    float sum_lb = 0.0f;
+    for (unsigned i = 0; i < band->gages; i++) {
+        unsigned g = band->gage[i];
+        float lb = bands->before_lb[g];
+        if (__builtin_isnan(lb))
+            continue;
+        sum_lb += lb;
+        valid++;
+        low = low == MR_GAGES || lb < bands->before_lb[low] ? g : low;
+        high = high == MR_GAGES || lb > bands->before_lb[high] ? g : high;
+    }
+    if (!valid)
+        return;
+    float mean_lb = sum_lb / (float)valid;
+    set_limits(band, mean_lb > 0.0f ? mean_lb : 0.0f);
+    float spread_lb = bands->before_lb[high] - bands->before_lb[low];
+    float low_error = mr_bands_error(&bands->channel[low], bands->before_lb[low]);
+    float high_error = mr_bands_error(&bands->channel[high], bands->before_lb[high]);
+    float error_lb = __builtin_sqrtf(low_error * low_error + high_error * high_error);
+    if (spread_lb > MR_BANDS_SPREAD * mean_lb + SURE * error_lb && !band->unequal_told) {
+        band->unequal_told = true;
+        find(bands, number, low + 1, high + 1, MR_BAND_UNEQUAL, spread_lb, block);
+    }
+}
+
+static void end_group(struct mr_bands *bands, uint32_t block)
+{
+    for (unsigned g = 0; g < MR_GAGES; g++) {
+        bands->group_lb[g] = bands->sum_lb[g] / (float)MR_BANDS_GROUP;
+        bands->group_noise_lb[g] = __builtin_sqrtf(bands->square[g] / (float)(2u * (MR_BANDS_GROUP - 1u)));
+    }
+    for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
+        struct mr_band *band = &bands->band[b];
+        if (!bands->group_quiet || band->frozen)
+            continue;
+        for (unsigned i = 0; i < band->gages; i++) {
+            bands->before_lb[band->gage[i]] = bands->group_lb[band->gage[i]];
+            bands->before_noise_lb[band->gage[i]] = bands->group_noise_lb[band->gage[i]];
+        }
+        judge_spread(bands, b, block);
+    }
+    start_group(bands);
+}
+
+unsigned mr_bands_step(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet, float wheel_ft, uint32_t block)
+{
+    bands->findings = 0;
+    if (!bands->active)
+        return 0;
+    bands->newest = (bands->newest + 1u) % MR_BANDS_HISTORY;
+    memcpy(bands->history[bands->newest], tension_lb, sizeof bands->history[0]);
+    if (bands->filled < MR_BANDS_HISTORY)
+        bands->filled++;
+    for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
+        if (bands->band[b].gages)
+            step_band(bands, b, tension_lb, quiet, wheel_ft, block);
+    }
+    bands->group_quiet &= quiet;
+    if (++bands->in_group == MR_BANDS_GROUP)
+        end_group(bands, block);
+    return bands->findings;
+}
+
+/* ---- the end ---- */
+
+void mr_bands_end(struct mr_bands *bands)
+{
+    bands->active = false;
+}
+
+static float extreme_error(const struct mr_bands *bands, const struct mr_band_extreme *extreme)
+{
+    if (!extreme->gage)
+        return MR_NAN;
+    unsigned g = extreme->gage - 1u;
+    float error_lb = mr_bands_error(&bands->channel[g], extreme->lb), noise_lb = bands->before_noise_lb[g];
+    return __builtin_sqrtf(error_lb * error_lb + noise_lb * noise_lb);
+}
+
+void mr_bands_figures(const struct mr_bands *bands, unsigned number, struct mr_band_figures *figures)
+{
+    const struct mr_band *band = &bands->band[number];
+    float before_variance = 0.0f, change_variance = 0.0f, low_lb = MR_NAN, high_lb = MR_NAN;
+    *figures = (struct mr_band_figures){.least = band->least, .most = band->most};
+    for (unsigned i = 0; i < band->gages; i++) {
+        unsigned g = band->gage[i];
+        const struct mr_channel_config *gage = &bands->channel[g];
+        float before_lb = bands->before_lb[g], change_lb = bands->group_lb[g] - before_lb;
+        if (__builtin_isnan(change_lb))
+            continue;
+        float noise = bands->before_noise_lb[g] * bands->before_noise_lb[g] / (float)MR_BANDS_GROUP;
+        float error_lb = mr_bands_error(gage, before_lb), gain_lb = gage->gain_error * change_lb;
+        figures->gages++;
+        figures->before_lb += before_lb;
+        figures->change_lb += change_lb;
+        before_variance += error_lb * error_lb + noise;
+        change_variance += gain_lb * gain_lb + 2.0f * noise;
+        low_lb = before_lb >= low_lb ? low_lb : before_lb;
+        high_lb = before_lb <= high_lb ? high_lb : before_lb;
+    }
+    float count = figures->gages ? (float)figures->gages : MR_NAN;
+    figures->before_lb /= count;
+    figures->change_lb /= count;
+    figures->after_lb = figures->before_lb + figures->change_lb;
+    figures->before_error_lb = __builtin_sqrtf(before_variance) / count;
+    figures->change_error_lb = __builtin_sqrtf(change_variance) / count;
+    figures->spread_lb = high_lb - low_lb;
+    figures->least_error_lb = extreme_error(bands, &band->least);
+    figures->most_error_lb = extreme_error(bands, &band->most);
+}
+
+unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
+                      float *mean_lb, float *most_lb)
+{
+    unsigned count = 0;
+    float sum_lb = 0.0f;
+    *least_lb = *most_lb = MR_NAN;
+    for (unsigned g = 0; g < MR_GAGES; g++) {
+        float lb = tension_lb[g];
+        if (gages[g].kind != MR_KIND_TENSION || gages[g].band != band + 1 || __builtin_isnan(lb))
+            continue;
+        count++;
+        sum_lb += lb;
+        *least_lb = lb >= *least_lb ? *least_lb : lb;
+        *most_lb = lb <= *most_lb ? *most_lb : lb;
+    }
+    *mean_lb = count ? sum_lb / (float)count : MR_NAN;
+    return count;
+}
+
+const char *mr_band_reason_text(unsigned reason)
+{
+    switch (reason) {
+    case MR_BAND_SLACK: return "slack ahead of the wheel";
+    case MR_BAND_LOOSE: return "no tension, and no wheel behind it";
+    case MR_BAND_SLIP: return "connection slip";
+    case MR_BAND_PULLOUT: return "rivet pull-out";
+    case MR_BAND_UNEQUAL: return "unequal tension along the band";
+    case MR_BAND_OVERLOAD: return "overload";
+    case MR_BAND_STEP: return "sudden drop at one gage: a connection beside it slipped or pulled out";
+    default: return "unknown";
+    }
+}

@@ -1,0 +1,318 @@
+#include "firmware/calibrate.h"
+
+#include <string.h>
+
+#include "common/channels.h"
+#include "common/command.h"
+#include "common/wire.h"
+#include "firmware/zero.h"
+
+#define ZERO_MOVES_IN 0.004f
+#define MOVES_LB 0.75f
+#define ZERO_FAR_LB 30.0f
+#define SPAN_OFF 0.01f  /* of what it should be; and three standard errors */
+#define SURE 3.0f
+#define HALF (CALIBRATE_BLOCKS / 2u)
+
+enum { PHASE_REST, PHASE_ON, PHASE_REST_AGAIN, PHASE_TELL };
+enum verdict { GOOD, NOT_VALID, MOVES, WRONG };
+
+bool calibrate_busy(const struct calibrate *calibrate)
+{
+    return calibrate->command != 0;
+}
+
+void calibrate_start(struct calibrate *calibrate)
+{
+    memset(calibrate, 0, sizeof *calibrate);
+    for (unsigned g = 0; g < MR_GAGES; g++)
+        calibrate->last_span_lb[g] = calibrate->last_rest_lb[g] = MR_NAN;
+    board_shunt(false);
+}
+
+static void answer(struct telemetry *telemetry, const struct calibrate *calibrate, enum mr_status status, uint32_t block)
+{
+    telemetry_ack(telemetry, &(struct mr_ack){.code = calibrate->command, .status = (int8_t)status, .tag = calibrate->tag,
+                                              .block = block});
+}
+
+/* ---- which channels ---- */
+
+static bool has_shunt(unsigned gage)
+{
+    const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + gage];
+    return channel->kind == MR_KIND_TENSION && channel->shunt_lb > 0.0f;
+}
+
+static bool takes_part(const struct calibrate *calibrate, unsigned channel)
+{
+    unsigned kind = config.channel[channel].kind;
+    if (calibrate->command == MR_COMMAND_SHUNT)
+        return channel >= MR_TRANSDUCERS && channel < MR_TRANSDUCERS + MR_GAGES && has_shunt(channel - MR_TRANSDUCERS);
+    return (kind == MR_KIND_DISPLACEMENT && calibrate->what != 2) || (kind == MR_KIND_TENSION && calibrate->what != 1);
+}
+
+/* ---- means of a phase ---- */
+
+/* The code that the zero stands against in common/channels.h: without the ratio there, so without it here. */
+static float code_of(const struct mr_block *block, unsigned channel)
+{
+    float sum = channel < MR_TRANSDUCERS ? (float)block->plus[channel] - (float)block->minus[channel]
+                                         : (float)block->sum[channel - MR_TRANSDUCERS];
+    return sum / (float)MR_SCANS_PER_BLOCK;
+}
+
+static void add_block(struct calibrate *calibrate, const struct mr_block *block)
+{
+    float ratio = mr_channels_ratio(block);
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        struct calibrate_mean *mean = &calibrate->mean[c];
+        if (!takes_part(calibrate, c))
+            continue;
+        struct mr_reading reading = mr_channel_read(&config.channel[c], block, c, ratio);
+        if (reading.validity != MR_VALID) {
+            calibrate->bad |= 1u << c;
+            continue;
+        }
+        float value = calibrate->command == MR_COMMAND_SHUNT ? reading.value : code_of(block, c) * ratio;
+        if (calibrate->count == 0)
+            *mean = (struct calibrate_mean){.origin = value};
+        value -= mean->origin;
+        mean->sum += value;
+        mean->square += value * value;
+        mean->first_half += calibrate->count < HALF ? value : 0.0f;
+    }
+    calibrate->count++;
+}
+
+static float mean_of(const struct calibrate_mean *mean)
+{
+    return mean->origin + mean->sum / (float)CALIBRATE_BLOCKS;
+}
+
+static float deviation_of(const struct calibrate_mean *mean)
+{
+    float n = (float)CALIBRATE_BLOCKS;
+    float variance = (mean->square - mean->sum * mean->sum / n) / (n - 1.0f);
+    return __builtin_sqrtf(variance > 0.0f ? variance : 0.0f);
+}
+
+/* Standard deviation, or how far the halves are apart, whichever is more. */
+static float spread_of(const struct calibrate_mean *mean)
+{
+    float apart = (mean->sum - 2.0f * mean->first_half) / (float)HALF, deviation = deviation_of(mean);
+    apart = apart < 0.0f ? -apart : apart;
+    return apart > deviation ? apart : deviation;
+}
+
+static float magnitude(float value)
+{
+    return value < 0.0f ? -value : value;
+}
+
+/* ---- zero ---- */
+
+static enum verdict judge_zero(const struct calibrate *calibrate, unsigned c)
+{
+    const struct mr_channel_config *channel = &config.channel[c];
+    const struct calibrate_mean *mean = &calibrate->mean[c];
+    float unit = magnitude(channel->unit_per_code);
+    bool tension = channel->kind == MR_KIND_TENSION;
+    if (calibrate->bad >> c & 1u)
+        return NOT_VALID;
+    if (!(spread_of(mean) * unit <= (tension ? MOVES_LB : ZERO_MOVES_IN)))
+        return MOVES;
+    return tension && magnitude(mean_of(mean) - zero_configured(c)) * unit > ZERO_FAR_LB ? WRONG : GOOD;
+}
+
+static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing, uint32_t block)
+{
+    bool good = true;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        uint8_t payload[MR_MESSAGE_MAX];
+        if (!takes_part(calibrate, c))
+            continue;
+        enum verdict verdict = judge_zero(calibrate, c);
+        bool valid = verdict != NOT_VALID;
+        struct mr_zero_result result = {.index = (uint8_t)c, .verdict = (uint8_t)verdict,
+                                        .spread_codes = valid ? spread_of(&calibrate->mean[c]) : MR_NAN,
+                                        .zero_code = valid ? mean_of(&calibrate->mean[c]) : MR_NAN};
+        telemetry_put(telemetry, MR_ID_ZERO_RESULT, payload, mr_zero_result_put(&result, payload));
+        good &= verdict == GOOD;
+    }
+    for (unsigned c = 0; good && c < MR_CHANNELS; c++) {
+        if (takes_part(calibrate, c))
+            zero_measure(c, mean_of(&calibrate->mean[c]));
+    }
+    answer(telemetry, calibrate, good ? MR_OK : MR_LIMIT, block);
+    if (good)
+        telemetry_burst(telemetry, landing);
+    calibrate->command = 0;
+}
+
+/* A zero that was measured before, given again: the argument's bits are the code. */
+static enum mr_status give_zero(const struct mr_command *command)
+{
+    unsigned channel = command->index - 1u;
+    float code;
+    memcpy(&code, &command->argument, sizeof code);
+    if (channel >= MR_TRANSDUCERS + MR_GAGES || !(magnitude(code) <= 4096.0f))
+        return MR_USAGE;
+    zero_measure(channel, code);
+    return MR_OK;
+}
+
+/* ---- shunt ---- */
+
+static void begin_phase(struct calibrate *calibrate, unsigned phase, uint32_t next_block)
+{
+    calibrate->phase = (uint8_t)phase;
+    calibrate->next_block = next_block;
+    calibrate->count = 0;
+}
+
+static void end_phase(struct calibrate *calibrate)
+{
+    for (unsigned g = 0; g < MR_GAGES; g++) {
+        const struct calibrate_mean *mean = &calibrate->mean[MR_TRANSDUCERS + g];
+        float lb = mean_of(mean);
+        if (!has_shunt(g))
+            continue;
+        if (spread_of(mean) > MOVES_LB)
+            calibrate->moved |= 1u << g;
+        if (calibrate->phase == PHASE_ON) {
+            calibrate->on_lb[g] = lb;
+        } else if (calibrate->phase == PHASE_REST) {
+            calibrate->rest_lb[g] = lb;
+            calibrate->noise_lb[g] = deviation_of(mean);
+        } else {
+            if (magnitude(lb - calibrate->rest_lb[g]) > MOVES_LB)
+                calibrate->moved |= 1u << g;
+            calibrate->rest_lb[g] = 0.5f * (calibrate->rest_lb[g] + lb);
+        }
+    }
+}
+
+/* Noise of a mean over 256 blocks against one over 512. What the calibration says of the gain's error does not excuse it: the
+ * shunt is there to tell. */
+static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, float span_lb)
+{
+    const struct mr_channel_config *channel = &config.channel[MR_TRANSDUCERS + g];
+    float noise = calibrate->noise_lb[g] * calibrate->noise_lb[g] * 1.5f / (float)CALIBRATE_BLOCKS;
+    float allowed_lb = SPAN_OFF * channel->shunt_lb;
+    float error_lb = SURE * __builtin_sqrtf(noise);
+    if (calibrate->bad >> (MR_TRANSDUCERS + g) & 1u)
+        return NOT_VALID;
+    if (calibrate->moved >> g & 1u)
+        return MOVES;
+    return magnitude(span_lb - channel->shunt_lb) > (error_lb > allowed_lb ? error_lb : allowed_lb) ? WRONG : GOOD;
+}
+
+static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    float span_lb = calibrate->on_lb[g] - calibrate->rest_lb[g];
+    enum verdict verdict = judge_span(calibrate, g, span_lb);
+    bool known = verdict == GOOD || verdict == WRONG;
+    if (verdict == NOT_VALID)
+        span_lb = MR_NAN;
+    struct mr_shunt_result result = {.gage = (uint8_t)(g + 1), .verdict = (uint8_t)verdict, .noise_lb = calibrate->noise_lb[g],
+                                     .span_lb = span_lb};
+    struct mr_shunt_check check = {.gage = (uint8_t)(g + 1), .expected_lb = config.channel[MR_TRANSDUCERS + g].shunt_lb,
+                                   .change_lb = known ? span_lb - calibrate->last_span_lb[g] : MR_NAN,
+                                   .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->last_rest_lb[g] : MR_NAN};
+    telemetry_put(telemetry, MR_ID_SHUNT_RESULT, payload, mr_shunt_result_put(&result, payload));
+    telemetry_put(telemetry, MR_ID_SHUNT_CHECK, payload, mr_shunt_check_put(&check, payload));
+    calibrate->failed |= verdict != GOOD;
+    if (known) {
+        calibrate->last_span_lb[g] = span_lb;
+        calibrate->last_rest_lb[g] = calibrate->rest_lb[g];
+    }
+}
+
+static void tell_begun(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    struct mr_shunt shunt = {.number = ++calibrate->number, .landing = landing->number, .block = calibrate->began_block};
+    telemetry_put(telemetry, MR_ID_SHUNT, payload, mr_shunt_put(&shunt, payload));
+}
+
+/* One gage a block: no burst. */
+static void tell_next(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)
+{
+    while (calibrate->telling && !has_shunt(MR_GAGES - calibrate->telling))
+        calibrate->telling--;
+    if (calibrate->telling) {
+        tell_gage(calibrate, telemetry, MR_GAGES - calibrate->telling);
+        calibrate->telling--;
+        return;
+    }
+    answer(telemetry, calibrate, calibrate->failed ? MR_LIMIT : MR_OK, block);
+    calibrate->command = 0;
+}
+
+static void go_on(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing, uint32_t block)
+{
+    if (calibrate->command == MR_COMMAND_ZERO) {
+        end_zero(calibrate, telemetry, landing, block);
+        return;
+    }
+    end_phase(calibrate);
+    board_shunt(calibrate->phase == PHASE_REST);
+    if (calibrate->phase == PHASE_REST_AGAIN) {
+        tell_begun(calibrate, telemetry, landing);
+        calibrate->telling = MR_GAGES;
+    }
+    begin_phase(calibrate, calibrate->phase + 1u, block + 1u + CALIBRATE_SETTLE_BLOCKS);
+}
+
+/* ---- commands and blocks ---- */
+
+enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing,
+                               const struct mr_command *command, uint32_t block)
+{
+    if (landing_recording(landing) || calibrate_busy(calibrate))
+        return MR_NOT_NOW;
+    bool zero = command->code == MR_COMMAND_ZERO;
+    if (zero && command->index) {
+        enum mr_status status = give_zero(command);
+        if (status == MR_OK)
+            telemetry_burst(telemetry, landing);
+        return status;
+    }
+    if (command->argument < 0 || command->argument > (zero ? 2 : 0))
+        return MR_USAGE;
+    calibrate->command = command->code;
+    calibrate->what = (uint8_t)command->argument;
+    calibrate->tag = command->tag;
+    calibrate->bad = calibrate->moved = 0;
+    calibrate->failed = false;
+    calibrate->began_block = block;
+    begin_phase(calibrate, PHASE_REST, block);
+    return MR_OK;
+}
+
+void calibrate_block(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing,
+                     const struct mr_block *block)
+{
+    if (!calibrate_busy(calibrate))
+        return;
+    if (calibrate->phase == PHASE_TELL) {
+        tell_next(calibrate, telemetry, block->index);
+        return;
+    }
+    if ((int32_t)(block->index - calibrate->next_block) < 0)
+        return;
+    add_block(calibrate, block);
+    if (calibrate->count == CALIBRATE_BLOCKS)
+        go_on(calibrate, telemetry, landing, block->index);
+}
+
+void calibrate_abort(struct calibrate *calibrate, struct telemetry *telemetry, uint32_t block)
+{
+    if (!calibrate_busy(calibrate))
+        return;
+    board_shunt(false);
+    answer(telemetry, calibrate, MR_TIMEOUT, block);
+    calibrate->command = 0;
+}

@@ -1,0 +1,47 @@
+/* Bands of a landing: what the board told of them, where the wheel was then, and the shunt calibrations around it. */
+#ifndef MATRIG_HOST_ANALYSE_BANDS_H
+#define MATRIG_HOST_ANALYSE_BANDS_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "host/analyse/measured.h"
+#include "host/store/store_bands.h"
+
+struct bands_shunt { /* one gage, before and after the landing */
+    unsigned gage;
+    double expected_lb, before_lb, after_lb; /* NaN: not calibrated then, or not valid */
+    int64_t before_verdict, after_verdict;   /* as in the message; STORE_NONE: not calibrated */
+};
+
+struct bands_summary {
+    struct store_band *band;
+    size_t bands;
+    struct store_band_event *event;
+    size_t events;
+    struct bands_shunt shunt[MR_GAGES];
+    size_t shunts;
+};
+
+/* MR_OK also when the board told nothing. Calibrations count until the board is armed again in the same session. */
+enum mr_status bands_load(struct store *store, const struct measured *measured, struct bands_summary *bands,
+                          struct error *error);
+void bands_free(struct bands_summary *bands);
+
+/* Feet from the lead wheel to a gage in a block, positive ahead of it; NaN: not known. */
+double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t block);
+/* " (15.1 ft ahead of the wheel, at 65.0 ft)"; "" for no gage. */
+void bands_where_text(const struct measured *measured, int64_t gage, int64_t block, bool si, char *out, size_t size);
+/* Of a shunt calibration; STORE_NONE: "not calibrated". Static storage. */
+const char *bands_verdict_text(int64_t verdict);
+/* After over before; NaN: not known. */
+double bands_recovery(const struct store_band *band);
+/* "connection slip at gage 3, towards gage 4: 21.3 lb". */
+void bands_event_text(const struct store_band_event *event, bool si, char *out, size_t size);
+/* The one line that says what the calibrations found; "" without any. */
+void bands_shunt_text(const struct bands_summary *bands, bool si, char *out, size_t size);
+
+void bands_print(const struct bands_summary *bands, const struct measured *measured, bool si, FILE *out);
+/* Sets "bands", "band_events" and "shunts" of an object. */
+void bands_json(const struct bands_summary *bands, const struct measured *measured, bool si, json_t *object);
+#endif

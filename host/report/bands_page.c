@@ -1,0 +1,68 @@
+#include "host/report/bands_page.h"
+
+#include <math.h>
+
+#include "host/report/html.h"
+#include "host/units.h"
+
+static void extreme_cell(FILE *out, const struct measured *measured, double lb, int64_t gage, int64_t block, bool si)
+{
+    char where[80];
+    bands_where_text(measured, gage, block, si, where, sizeof where);
+    if (isnan(lb))
+        html_cell(out, "-");
+    else
+        html_cell(out, "%.1f%s", lb * unit_of(UNIT_TENSION, si)->factor, where);
+}
+
+static void shunt_table(const struct bands_summary *bands, bool si, FILE *out)
+{
+    const struct unit *force = unit_of(UNIT_TENSION, si);
+    char head[60];
+    snprintf(head, sizeof head, "shunt, %s", force->text);
+    html_table(out, (const char *const[]){"gage", head, "found before", "found after", "drift", "before", "after", NULL});
+    for (size_t i = 0; i < bands->shunts; i++) {
+        const struct bands_shunt *s = &bands->shunt[i];
+        fputs("<tr>", out);
+        html_cell(out, "%u", s->gage);
+        html_number(out, s->expected_lb * force->factor, 2);
+        html_number(out, s->before_lb * force->factor, 2);
+        html_number(out, s->after_lb * force->factor, 2);
+        html_number(out, (s->after_lb - s->before_lb) * force->factor, 2);
+        html_cell(out, "%s", bands_verdict_text(s->before_verdict));
+        html_cell(out, "%s", bands_verdict_text(s->after_verdict));
+        fputs("</tr>\n", out);
+    }
+    fputs("</tbody></table></div>\n", out);
+}
+
+void bands_page(const struct bands_summary *bands, const struct measured *measured, bool si, FILE *out)
+{
+    const struct unit *force = unit_of(UNIT_TENSION, si);
+    char head[60], text[400];
+    snprintf(head, sizeof head, "before, %s", force->text);
+    if (bands->bands) {
+        html_table(out, (const char *const[]){"band", head, "spread", "least", "most", "after", "recovered", NULL});
+        for (size_t i = 0; i < bands->bands; i++) {
+            const struct store_band *band = &bands->band[i];
+            fputs("<tr>", out);
+            html_cell(out, "%lld", (long long)band->band);
+            html_estimate(out, band->before_lb * force->factor, band->before_error_lb * force->factor, 2);
+            html_number(out, band->spread_lb * force->factor, 1);
+            extreme_cell(out, measured, band->least_lb, band->least_gage, band->least_block, si);
+            extreme_cell(out, measured, band->most_lb, band->most_gage, band->most_block, si);
+            html_number(out, band->after_lb * force->factor, 1);
+            html_cell(out, "%.0f %%", 100.0 * bands_recovery(band));
+            fputs("</tr>\n", out);
+        }
+        fputs("</tbody></table></div>\n", out);
+    }
+    for (size_t i = 0; i < bands->events; i++) {
+        bands_event_text(&bands->event[i], si, text, sizeof text);
+        fprintf(out, "<p class=\"say\">Band %lld: ", (long long)bands->event[i].band);
+        html_text(out, text);
+        fputs(".</p>\n", out);
+    }
+    if (bands->shunts)
+        shunt_table(bands, si, out);
+}

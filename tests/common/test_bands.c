@@ -1,0 +1,488 @@
+/* Bands: the figures of appendix C's closed form, each finding on its own signature, silence on landings without damage, and
+ * how many of the damaged ones are recognised. */
+#include <stdio.h>
+
+#include "common/bands.h"
+#include "common/channels.h"
+#include "tests/common/band_chain.h"
+#include "tests/common/run_text.h"
+#include "tests/cmocka_all.h"
+
+#define STEP_MS 4
+
+static struct mr_channel_config gage[MR_GAGES];
+static struct mr_band_config band[MR_CONFIG_BANDS];
+static struct mr_bands bands;
+static struct mr_band_finding found[64];
+static unsigned finds;
+
+static void keep(unsigned count)
+{
+    for (unsigned i = 0; i < count && finds < 64; i++)
+        found[finds++] = bands.finding[i];
+}
+
+/* A rig: `count` gages of band 1 at these stations. */
+static void set_up(const double *station_ft, unsigned count, float pretension_lb)
+{
+    memset(gage, 0, sizeof gage);
+    memset(band, 0, sizeof band);
+    for (unsigned i = 0; i < count; i++)
+        gage[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(i + 1), .band = 1,
+                                             .station_ft = (float)station_ft[i], .unit_per_code = 1.0f,
+                                             .zero_error = 0.5f, .gain_error = 0.01f};
+    band[0].pretension_lb = pretension_lb;
+    finds = 0;
+    mr_bands_arm(&bands, gage, band);
+}
+
+static void play(const double *lb, unsigned count, unsigned steps, bool quiet, double wheel_ft)
+{
+    static uint32_t block;
+    float tension_lb[MR_GAGES];
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        tension_lb[i] = i < count ? (float)lb[i] : NAN;
+    for (unsigned s = 0; s < steps; s++) {
+        block += STEP_MS;
+        keep(mr_bands_step(&bands, tension_lb, quiet, (float)wheel_ft, block));
+    }
+}
+
+static unsigned findings_of(unsigned reason)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < finds; i++)
+        count += found[i].reason == reason;
+    return count;
+}
+
+/* C.6 and C.7 by hand: KL/AE = 1, a = 1/4, R = 60: dT_n = -60 * 1.25 / 3 = -25, dT_(n-1) = 60 * 1.75 / 3 = 35. */
+static void figures_are_those_of_appendix_c(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 80.0};
+    static const double at_rest[] = {100.0, 100.0}, pushed[] = {135.0, 75.0}, left[] = {103.0, 99.0};
+    struct mr_band_figures figures;
+    set_up(station_ft, 2, 100.0f);
+    play(at_rest, 2, 150, true, NAN);
+    for (int s = 1; s <= 50; s++) /* over 200 ms, as the gear comes */
+        play((const double[]){100.0 + 0.7 * s, 100.0 - 0.5 * s}, 2, 1, false, 30.0);
+    play(pushed, 2, 100, false, 30.0);
+    for (int s = 1; s <= 50; s++)
+        play((const double[]){135.0 - 0.64 * s, 75.0 + 0.48 * s}, 2, 1, false, 60.0);
+    play(left, 2, 200, false, 60.0);
+    mr_bands_end(&bands);
+    mr_bands_figures(&bands, 0, &figures);
+    assert_int_equal(finds, 0);
+    assert_int_equal(figures.gages, 2);
+    assert_near(figures.before_lb, 100.0, 1e-4);
+    assert_near(figures.spread_lb, 0.0, 1e-4);
+    assert_near(figures.least.lb, 75.0, 1e-4);
+    assert_int_equal(figures.least.gage, 2);
+    assert_near(figures.most.lb, 135.0, 1e-4);
+    assert_int_equal(figures.most.gage, 1);
+    assert_near(figures.after_lb, 101.0, 1e-4);
+    assert_near(figures.change_lb, 1.0, 1e-4);
+    /* zero 0.5 lb, gain 1 %: of the mean of two sqrt(2 (0.25 + 1)) / 2; of the change only the gain's, 1 % of +3 and of -1 */
+    assert_near(figures.before_error_lb, 0.790569, 1e-4);
+    assert_near(figures.change_error_lb, 0.0158114, 1e-4);
+    assert_near(figures.least_error_lb, sqrt(0.25 + 0.75 * 0.75), 1e-4);
+    assert_near(figures.most_error_lb, sqrt(0.25 + 1.35 * 1.35), 1e-4);
+    mr_bands_figures(&bands, 1, &figures);
+    assert_int_equal(figures.gages, 0);
+    assert_true(isnan(figures.before_lb) && isnan(figures.least.lb) && isnan(figures.change_lb));
+}
+
+/* The rivet of the closed form lets go: dT_n and dT_(n-1) end at once, and the lengths still add up: the sum of C.5 stays. */
+static void a_rivet_that_lets_go_is_a_pullout(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 80.0};
+    set_up(station_ft, 2, 100.0f);
+    play((const double[]){100.0, 100.0}, 2, 150, true, NAN);
+    for (int s = 1; s <= 50; s++)
+        play((const double[]){100.0 + 0.7 * s, 100.0 - 0.5 * s}, 2, 1, false, 30.0);
+    play((const double[]){100.0, 100.0}, 2, 300, false, 30.0);
+    mr_bands_end(&bands);
+    assert_int_equal(finds, 1);
+    assert_int_equal(found[0].reason, MR_BAND_PULLOUT);
+    assert_int_equal(found[0].gage, 1);
+    assert_int_equal(found[0].other, 2);
+    assert_int_equal(found[0].band, 1);
+    assert_near(found[0].value_lb, 60.0, 3.0); /* R; the gear's own ramp is taken off */
+}
+
+/* The middle gage drops by 24 lb, the others less; `ms` later all gain. */
+static void slip(unsigned ms, double recovered_lb)
+{
+    static const double station_ft[] = {20.0, 50.0, 80.0};
+    set_up(station_ft, 3, 100.0f);
+    play((const double[]){100.0, 100.0, 100.0}, 3, 150, true, NAN);
+    play((const double[]){100.0, 98.0, 99.0}, 3, 20, false, 10.0);
+    play((const double[]){90.0, 74.0, 94.0}, 3, ms / STEP_MS, false, 10.0);
+    if (ms < 100)
+        play((const double[]){90.0 + recovered_lb, 74.0 + recovered_lb, 94.0 + recovered_lb}, 3, 1, false, 30.0);
+    for (int k = 1; k <= 100; k++) /* as the gear brings it */
+        play((const double[]){90.0 + recovered_lb * k / 100, 74.0 + recovered_lb * k / 100, 94.0 + recovered_lb * k / 100}, 3,
+             ms < 100 ? 0 : 1, false, 40.0);
+    play((const double[]){90.0 + recovered_lb, 74.0 + recovered_lb, 94.0 + recovered_lb}, 3, 100, false, 40.0);
+    mr_bands_end(&bands);
+}
+
+static void a_drop_that_stays_is_a_slip(void **state)
+{
+    (void)state;
+    slip(400, 20.0);
+    assert_int_equal(finds, 1);
+    assert_int_equal(found[0].reason, MR_BAND_SLIP);
+    assert_int_equal(found[0].gage, 2);
+    assert_int_equal(found[0].other, 1); /* it dropped more than gage 3: the connection is on its side */
+    assert_near(found[0].value_lb, 24.0, 0.5);
+}
+
+static void a_drop_that_comes_back_is_none(void **state)
+{
+    (void)state;
+    slip(32, 12.0);
+    assert_int_equal(finds, 0);
+}
+
+static void a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 50.0, 80.0};
+    set_up(station_ft, 3, 100.0f);
+    play((const double[]){100.0, 100.0, 100.0}, 3, 150, true, NAN);
+    play((const double[]){99.0, 88.0, 100.0}, 3, 100, true, NAN);
+    assert_int_equal(finds, 1);
+    assert_int_equal(found[0].reason, MR_BAND_STEP);
+    assert_int_equal(found[0].gage, 2);
+    assert_near(found[0].value_lb, -12.0, 1e-3);
+    play((const double[]){100.0, 98.0, 101.0}, 3, 100, true, NAN); /* no band gains tension by growing longer */
+    assert_int_equal(finds, 2);
+    assert_int_equal(found[1].reason, MR_BAND_PULLOUT);
+    assert_int_equal(found[1].gage, 2);
+    assert_int_equal(found[1].other, 0);
+}
+
+static void slack_needs_a_wheel_behind_and_more_than_a_moment(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 80.0};
+    set_up(station_ft, 2, 100.0f);
+    play((const double[]){100.0, 100.0}, 2, 150, true, NAN);
+    for (int s = 1; s <= 91; s++)
+        play((const double[]){100.0 + s, 100.0 - s}, 2, 1, false, 30.0);
+    play((const double[]){191.0, 9.0}, 2, 1, false, 30.0); /* the second step below a tenth: 8 ms */
+    play((const double[]){190.0, 11.0}, 2, 1, false, 30.0);
+    assert_int_equal(finds, 0);
+    play((const double[]){190.0, 9.5}, 2, 3, false, 30.0);
+    assert_int_equal(finds, 1);
+    assert_int_equal(found[0].reason, MR_BAND_SLACK);
+    assert_int_equal(found[0].gage, 2);
+    assert_near(found[0].value_lb, 9.5, 1e-3);
+    for (int s = 1; s <= 181; s++)
+        play((const double[]){190.0 - s, 9.5}, 2, 1, false, 30.0);
+    play((const double[]){9.0, 9.5}, 2, 3, false, 30.0); /* behind the wheel */
+    assert_int_equal(finds, 2);
+    assert_int_equal(found[1].reason, MR_BAND_LOOSE);
+    assert_int_equal(found[1].gage, 1);
+}
+
+static void unequal_tension_at_rest_is_named(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 50.0, 80.0};
+    set_up(station_ft, 3, 100.0f);
+    /* 20 % of 100 and three errors of 0.5 lb and 1 % each: a little over 24 lb is allowed */
+    play((const double[]){88.0, 100.0, 112.0}, 3, 200, true, NAN);
+    assert_int_equal(finds, 0);
+    set_up(station_ft, 3, 100.0f);
+    play((const double[]){112.0, 102.0, 86.0}, 3, 200, true, NAN);
+    assert_int_equal(finds, 1);
+    assert_int_equal(found[0].reason, MR_BAND_UNEQUAL);
+    assert_int_equal(found[0].gage, 3);
+    assert_int_equal(found[0].other, 1);
+    assert_near(found[0].value_lb, 26.0, 1e-3);
+}
+
+static void overload_is_told_once(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0};
+    set_up(station_ft, 1, 100.0f);
+    band[0].yield_lb = 300.0f;
+    mr_bands_arm(&bands, gage, band);
+    for (int s = 0; s <= 205; s++)
+        play((const double[]){100.0 + s}, 1, 1, false, 30.0);
+    assert_int_equal(findings_of(MR_BAND_OVERLOAD), 1);
+    assert_near(found[0].value_lb, 300.0, 1e-3);
+}
+
+static void a_gage_without_a_reading_takes_no_part(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 50.0, 80.0};
+    struct mr_band_figures figures;
+    set_up(station_ft, 3, 100.0f);
+    play((const double[]){100.0, NAN, 104.0}, 3, 150, true, NAN);
+    play((const double[]){101.0, NAN, 103.0}, 3, 150, false, 50.0);
+    mr_bands_end(&bands);
+    mr_bands_figures(&bands, 0, &figures);
+    assert_int_equal(finds, 0);
+    assert_int_equal(figures.gages, 2);
+    assert_near(figures.before_lb, 102.0, 1e-4);
+    assert_near(figures.most.lb, 103.0, 1e-4);
+}
+
+static void a_band_that_is_not_configured_is_not_watched(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 80.0};
+    set_up(station_ft, 2, 0.0f);
+    play((const double[]){0.0, 0.0}, 2, 200, false, 10.0);
+    assert_false(bands.active);
+    assert_int_equal(finds, 0);
+}
+
+/* ---- the landings of tests/runs ---- */
+
+static void the_recorded_landings_raise_nothing(void **state)
+{
+    (void)state;
+    static const int landings[] = {1, 4, 5};
+    for (unsigned l = 0; l < 3; l++) {
+        struct run *run = calloc(1, sizeof *run);
+        double least = 1e9;
+        struct mr_band_figures figures;
+        load(run, landings[l]);
+        memset(gage, 0, sizeof gage);
+        memset(band, 0, sizeof band);
+        finds = 0;
+        for (unsigned i = 0; i < MR_GAGES; i++)
+            gage[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(i + 1),
+                                                 .band = (uint8_t)run->band[i], .station_ft = (float)run->gage_ft[i]};
+        band[0].pretension_lb = band[1].pretension_lb = 100.0f;
+        mr_bands_arm(&bands, gage, band);
+        for (int k = 0; k + 4 <= run->samples; k += 4) {
+            float tension_lb[MR_GAGES];
+            bool quiet = (double)k * 1e-3 < run->open_s[0];
+            for (unsigned i = 0; i < MR_GAGES; i++) {
+                double sum = 0.0;
+                for (int s = k; s < k + 4; s++)
+                    sum += (double)run->row[s][TRANSDUCERS + i] * 0.01;
+                tension_lb[i] = (float)(sum / 4.0);
+                if (!quiet && run->band[i] == 1)
+                    least = fmin(least, sum / 4.0);
+            }
+            keep(mr_bands_step(&bands, tension_lb, quiet, quiet ? NAN : 0.0f, (uint32_t)k + 3u));
+        }
+        mr_bands_end(&bands);
+        mr_bands_figures(&bands, 0, &figures);
+        printf("# landing %d: band 1 %.1f lb before, least %.1f at gage %u, most %.1f at gage %u, after %.1f\n", landings[l],
+               (double)figures.before_lb, (double)figures.least.lb, figures.least.gage, (double)figures.most.lb,
+               figures.most.gage, (double)figures.after_lb);
+        assert_int_equal(finds, 0);
+        assert_near(figures.least.lb, least, 1e-3);
+        free(run->text);
+        free(run);
+    }
+}
+
+/* ---- landings of the chain ---- */
+
+enum damage { NONE, SPLICE, END, RIVET, DAMAGES };
+
+struct trial {
+    struct chain chain;
+    uint64_t seed;
+    enum damage damage;
+    double at_s, share; /* when, and of the rivets or segments which */
+    int place;
+    double visible_lb;  /* what the damage changed in the segments of the gages, most */
+    double load_lb;     /* of the rivet */
+    int gage_behind, gage_ahead; /* around the place, from 1; 0: none */
+    double least_lb;    /* truth, ahead of the wheel */
+};
+
+static const double chain_gage_ft[] = {15.0, 30.0, 45.0, 55.0, 65.0, 75.0, 85.0};
+
+static void draw(struct trial *t, uint64_t seed, enum damage damage)
+{
+    memset(t, 0, sizeof *t);
+    t->seed = 1000u * seed + 7u;
+    t->damage = damage;
+    uint64_t *s = &t->seed;
+    t->chain.spacing_ft = chain_uniform(s, 0.0, 1.0) < 0.5 ? 20.0 / 7.0 : 40.0 / 7.0; /* every 10th or 20th row of 2/7 ft */
+    t->chain.rivets = (int)(CHAIN_LENGTH_FT / t->chain.spacing_ft - 0.01);
+    t->chain.spring_lb_in = chain_uniform(s, 50.0, 400.0);
+    t->chain.pretension_lb = chain_uniform(s, damage == NONE ? 50.0 : 100.0, 150.0); /* some of the first go slack */
+    for (int j = 0; j <= t->chain.rivets; j++)
+        t->chain.tight_lb[j] = 3.0 * chain_normal(s);
+    t->chain.friction_lb = chain_uniform(s, 0.5, 4.0);
+    t->chain.hold_lb_in = chain_uniform(s, 200.0, 2000.0);
+    t->at_s = chain_uniform(s, 0.9, 3.5);
+    t->share = chain_uniform(s, 0.0, 1.0);
+}
+
+static void damage_now(struct trial *t, double wheel_ft, double force_lb, double slip_in)
+{
+    struct chain *c = &t->chain;
+    double before[7];
+    for (int g = 0; g < 7; g++)
+        before[g] = chain_at(c, chain_gage_ft[g]);
+    if (t->damage == END)
+        t->place = t->share < 0.5 ? 0 : c->rivets;
+    else if (t->damage == SPLICE)
+        t->place = (int)(t->share * (c->rivets + 1)) % (c->rivets + 1);
+    else /* of those that the gear loads now, the most loaded between two gages */
+        for (int j = 0; j < c->rivets; j++) {
+            bool between = chain_rivet_ft(c, j) > chain_gage_ft[0] && chain_rivet_ft(c, j) < chain_gage_ft[6];
+            if (between && fabs(c->push_lb[j]) > t->load_lb) {
+                t->load_lb = fabs(c->push_lb[j]);
+                t->place = j;
+            }
+        }
+    double place_ft = t->damage == RIVET ? chain_rivet_ft(c, t->place) : (t->place + 0.5) * c->spacing_ft;
+    for (int g = 0; g < 7; g++) {
+        if (chain_gage_ft[g] <= place_ft)
+            t->gage_behind = g + 1;
+        else if (!t->gage_ahead)
+            t->gage_ahead = g + 1;
+    }
+    if (t->damage == RIVET)
+        c->out[t->place] = true;
+    else
+        c->slip_in[t->place] = slip_in;
+    struct chain copy = *c;
+    chain_settle(&copy, wheel_ft, force_lb);
+    for (int g = 0; g < 7; g++)
+        t->visible_lb = fmax(t->visible_lb, fabs(chain_at(&copy, chain_gage_ft[g]) - before[g]));
+}
+
+/* Arms, rests 0.7 s, lands at 3 ft with 28 to 40 ft/s, brakes at 5 to 11 ft/s2, stops, rests 1 s. */
+static void land(struct trial *t)
+{
+    struct chain *c = &t->chain;
+    uint64_t *s = &t->seed;
+    double a = chain_uniform(s, 5.0, 11.0), v = fmin(chain_uniform(s, 28.0, 40.0), sqrt(2.0 * a * 105.0));
+    double weight_lb = chain_uniform(s, 1220.0, 1500.0), force_lb = weight_lb * a / 32.174 / 4.0; /* R of C.1, four bands */
+    double slip_in = chain_uniform(s, 0.1, 0.4), onset_s = chain_uniform(s, 0.05, 0.15);
+    double stop_s = 0.7 + v / a;
+    bool damaged = false;
+    set_up(chain_gage_ft, 7, (float)c->pretension_lb);
+    t->least_lb = 1e9;
+    for (double t_s = 0.0; t_s < stop_s + 1.0; t_s += 0.004) {
+        double sum[7] = {0.0}, lb[7], wheel_ft = NAN;
+        for (int half = 0; half < 2; half++) {
+            double now_s = t_s + 0.002 * half, since = fmin(now_s, stop_s) - 0.7;
+            double ramp = fmin(1.0, fmax(0.0, since / onset_s)) * fmin(1.0, fmax(0.0, 1.0 - (now_s - stop_s) / 0.1));
+            wheel_ft = 3.0 + (v - 0.5 * a * fmax(0.0, since)) * since;
+            if (!damaged && t->damage != NONE && now_s >= t->at_s) {
+                damaged = true;
+                damage_now(t, wheel_ft, ramp * force_lb, slip_in);
+            }
+            chain_settle(c, wheel_ft, ramp * force_lb);
+            for (int g = 0; g < 7; g++) {
+                sum[g] += chain_at(c, chain_gage_ft[g]);
+                if (chain_gage_ft[g] > wheel_ft)
+                    t->least_lb = fmin(t->least_lb, chain_at(c, chain_gage_ft[g]));
+            }
+        }
+        for (int g = 0; g < 7; g++) /* 2 codes rms each, 32 of them; and some mains hum */
+            lb[g] = 0.5 * sum[g] + 0.057 * chain_normal(s) + 0.1 * sin(6.2832 * 60.0 * t_s + g);
+        play(lb, 7, 1, t_s < 0.55, t_s < 0.55 ? (double)NAN : wheel_ft);
+    }
+    mr_bands_end(&bands);
+}
+
+static void landings_without_damage_raise_nothing(void **state)
+{
+    (void)state;
+    enum { LANDINGS = 300 };
+    unsigned false_alarms = 0, slack_true = 0, slack_told = 0, slack_wrong = 0;
+    for (unsigned seed = 1; seed <= LANDINGS; seed++) {
+        struct trial t;
+        draw(&t, seed, NONE);
+        land(&t);
+        unsigned slack = findings_of(MR_BAND_SLACK);
+        for (unsigned i = 0; i < finds; i++) {
+            if (found[i].reason != MR_BAND_SLACK)
+                printf("# seed %u: %s, gage %u, %.1f lb, block %u\n", seed, mr_band_reason_text(found[i].reason), found[i].gage,
+                       (double)found[i].value_lb, (unsigned)found[i].block);
+        }
+        false_alarms += finds - slack;
+        slack_true += t.least_lb < 0.9 * 0.10 * t.chain.pretension_lb;
+        slack_told += slack > 0;
+        slack_wrong += slack && t.least_lb > 1.1 * 0.10 * t.chain.pretension_lb;
+    }
+    printf("# %d landings without damage: %u false alarms; slack in %u by the chain, told in %u, wrongly in %u\n", LANDINGS,
+           false_alarms, slack_true, slack_told, slack_wrong);
+    assert_int_equal(false_alarms, 0);
+    assert_int_equal(slack_wrong, 0);
+    assert_true(slack_told >= slack_true);
+}
+
+/* Counts how the damage was named, where it changed a gage by 10 lb; what changed less is counted apart. */
+static void recognise(enum damage damage, const char *name, double *rate, double *noticed)
+{
+    enum { LANDINGS = 120 };
+    unsigned visible = 0, right = 0, beside = 0, step = 0, wrong = 0, silent = 0, weak = 0, weak_named = 0;
+    unsigned name_right = damage == RIVET ? MR_BAND_PULLOUT : MR_BAND_SLIP, name_wrong = damage == RIVET ? MR_BAND_SLIP : MR_BAND_PULLOUT;
+    for (unsigned seed = 1; seed <= LANDINGS; seed++) {
+        struct trial t;
+        draw(&t, seed, damage);
+        land(&t);
+        const struct mr_band_finding *first = NULL;
+        for (unsigned i = 0; i < finds && !first; i++)
+            first = found[i].reason != MR_BAND_SLACK && found[i].reason != MR_BAND_LOOSE ? &found[i] : NULL;
+        if (t.visible_lb < 10.0) {
+            weak++;
+            weak_named += first != NULL;
+            continue;
+        }
+        visible++;
+        silent += !first;
+        right += first && first->reason == name_right;
+        step += first && first->reason == MR_BAND_STEP;
+        wrong += first && first->reason == name_wrong;
+        beside += first && (first->gage == t.gage_behind || first->gage == t.gage_ahead);
+    }
+    *rate = (double)right / visible;
+    *noticed = 1.0 - (double)silent / visible;
+    printf("# %s, changing a gage by 10 lb or more: of %u, %u named right (%.0f %%), %u only a step, %u wrong, %u not noticed; gage "
+           "beside it in %u. Of %u weaker ones %u noticed\n", name, visible, right, 100.0 * *rate, step, wrong, silent, beside,
+           weak, weak_named);
+}
+
+static void damage_is_recognised(void **state)
+{
+    (void)state;
+    double rate, noticed;
+    recognise(SPLICE, "splice slips", &rate, &noticed);
+    assert_true(rate > 0.85 && noticed > 0.95);
+    recognise(END, "end connection slips", &rate, &noticed);
+    assert_true(rate > 0.85 && noticed > 0.95);
+    recognise(RIVET, "rivet pulls out", &rate, &noticed);
+    assert_true(rate > 0.5 && noticed > 0.9);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(figures_are_those_of_appendix_c),
+        cmocka_unit_test(a_rivet_that_lets_go_is_a_pullout),
+        cmocka_unit_test(a_drop_that_stays_is_a_slip),
+        cmocka_unit_test(a_drop_that_comes_back_is_none),
+        cmocka_unit_test(a_drop_at_one_gage_is_a_step_and_a_rise_a_load_that_moved_on),
+        cmocka_unit_test(slack_needs_a_wheel_behind_and_more_than_a_moment),
+        cmocka_unit_test(unequal_tension_at_rest_is_named),
+        cmocka_unit_test(overload_is_told_once),
+        cmocka_unit_test(a_gage_without_a_reading_takes_no_part),
+        cmocka_unit_test(a_band_that_is_not_configured_is_not_watched),
+        cmocka_unit_test(the_recorded_landings_raise_nothing),
+        cmocka_unit_test(landings_without_damage_raise_nothing),
+        cmocka_unit_test(damage_is_recognised),
+    };
+    return cmocka_run_group_tests_name("common/bands", tests, NULL, NULL);
+}
