@@ -82,7 +82,7 @@ test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN a
 	@tests/linux/run.sh
 
 .PHONY: bench
-bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
+bench: $(B)/.test-packages all $(variants) $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: coverage

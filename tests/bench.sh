@@ -36,4 +36,18 @@ echo "the demo landing is made of:"
 sed -n '/^by kind/,/^by function/p' "$tmp/profile" | awk '/^ *[0-9]/ { printf "  %5.1f %%  ", $2; for (i = 3; i <= NF; i++) printf "%s ", $i; print "" }'
 echo "emulated board at --speed real for 3 s, latest end of a millisecond:"
 build/matrig-board --elf build/firmware/matrig.elf --for 3 --speed real 2>&1 | sed -n 's/.*at most \([0-9.]* ms\) late, \([0-9.]*\) after.*/  \1 at the start, then \2 ms (wanted: 5 ms)/p'
+echo "what a rig saves by what it lacks, idle and (landing 5) recording: instructions a block, CAN frames, serial bytes, black-box bytes a second:"
+counts() { # ELF, SECONDS, EXTRA ARGUMENTS...: instructions, CAN frames, serial bytes, pages of the black box
+    rm -f "$tmp/nor"
+    build/matrig-board --elf "$1" --can "file:$tmp/can" --serial "file:$tmp/serial" --nor "$tmp/nor" --for "$2" "${@:3}" 2>&1 |
+        sed -n 's/.*x), \([0-9]*\) instructions, CAN \([0-9]*\) out.*serial \([0-9]*\) bytes out.*/\1 \2 \3/p'
+    od -An -v -tx1 -w256 "$tmp/nor" | grep -vc '^\( ff\)*$' || true
+}
+for rig in full bandless four switches; do
+    elf=build/tests/variant/$rig.elf
+    if [ $rig = full ]; then elf=build/firmware/matrig.elf; fi
+    { counts $elf 5; counts $elf 10; counts $elf 1.8 --rig tests/runs/landing5.run; counts $elf 5.8 --rig tests/runs/landing5.run; } | paste -s -d ' ' |
+        awk -v rig=$rig '{ printf "  %-9s idle %5.0f %5.0f %6.0f %6.0f   recording %6.0f %5.0f %6.0f %6.0f\n", rig, ($5 - $1) / 5000, ($6 - $2) / 5,
+            ($7 - $3) / 5, 256 * ($8 - $4) / 5, ($13 - $9) / 4000, ($14 - $10) / 4, ($15 - $11) / 4, 256 * ($16 - $12) / 4 }'
+done
 build/tests/bench/sim_bench
