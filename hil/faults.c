@@ -202,6 +202,32 @@ static void fail_nor(struct hil_board *board, const struct hil_fault *fault)
     tell(board, fault->file_line, "%s", texts[fault->choice]);
 }
 
+static void fail_thermometer(struct hil_board *board, const struct hil_fault *fault)
+{
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    static const char *const texts[] = {"does not answer", "holds SDA low", "hangs within a byte", "holds SCL low at its next byte", "mended"};
+    switch ((enum hil_thermometer_fault)fault->choice) {
+    case HIL_THERMOMETER_DEAD:
+        chip->dead = true;
+        break;
+    case HIL_THERMOMETER_STUCK:
+        chip->stuck = true;
+        break;
+    case HIL_THERMOMETER_HANG:
+        chip->hung_clocks = 9;
+        break;
+    case HIL_THERMOMETER_STRETCH:
+        chip->stretch_ps = fault->duration_ps;
+        break;
+    case HIL_THERMOMETER_MEND:
+        chip->dead = chip->stuck = false;
+        chip->hung_clocks = 0;
+        break;
+    }
+    tell(board, fault->file_line, "thermometer %s", texts[fault->choice]);
+    hil_i2c_lines_changed(board, hil_now(board));
+}
+
 static void act(struct hil_board *board, const struct hil_fault *fault)
 {
     static const char *const bus[] = {"connected", "unplugged", "shorted", "held dominant"};
@@ -243,6 +269,9 @@ static void act(struct hil_board *board, const struct hil_fault *fault)
         break;
     case HIL_FAULT_NOR:
         fail_nor(board, fault);
+        break;
+    case HIL_FAULT_THERMOMETER:
+        fail_thermometer(board, fault);
         break;
     }
 }
@@ -297,6 +326,8 @@ static const char *wrong_argument(const struct hil_board *board, const struct hi
                    ? "a bounce needs a switch, 1 to 255 times, at least 2 us apart" : NULL;
     case HIL_FAULT_NOR:
         return f->choice > HIL_NOR_FAIL_ERASE ? "no such fault of the NOR" : NULL;
+    case HIL_FAULT_THERMOMETER:
+        return f->choice > HIL_THERMOMETER_MEND ? "no such fault of the thermometer" : NULL;
     case HIL_FAULT_POWER_CUT:
     case HIL_FAULT_BROWN_OUT:
         return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;

@@ -609,6 +609,8 @@ static void mistakes_are_named(void **state)
         {"matrig-faults 1\nat 1 transducer 9 open\n", MR_MALFORMED, "1 to 8"},
         {"matrig-faults 1\nat 1 gage 3 broken\n", MR_MALFORMED, "stick, high, low, open, mend"},
         {"matrig-faults 1\nat 1 switch 25 skip\n", MR_MALFORMED, "1 to 24"},
+        {"matrig-faults 1\nat 1 thermometer hot\n", MR_MALFORMED, "dead, stuck, hang, stretch, mend"},
+        {"matrig-faults 1\nat 1 thermometer stretch\n", MR_MALFORMED, "milliseconds above 0"},
         {"matrig-faults 1\nat 1 switch 2 bounce 0 100\n", MR_MALFORMED, "1 to 255"},
         {"matrig-faults 1\nat 1 power-cut\n", MR_MALFORMED, "milliseconds above 0"},
         {"matrig-faults 1\nat 1 power-cut 0\n", MR_MALFORMED, "milliseconds above 0, not `0`"},
