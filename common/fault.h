@@ -30,8 +30,9 @@
     X(IDENTITY_MISSING,  22, "the chip's unique identity cannot be read")                                          \
     X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones [minus status]")   \
     X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since start]")           \
-    X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 read, 4 mark]")      \
-    X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 message]")
+    X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 read, 4 mark, 5 slow log]")      \
+    X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 message]")            \
+    X(THERMOMETER,       30, "no mat temperature [1 no answer, 2 bus stuck, 3 value out of range]")
 
 enum mr_fault_code {
 #define MR_FAULT_ENUM(NAME, number, text) MR_FAULT_##NAME = (number),

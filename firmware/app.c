@@ -7,6 +7,7 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/norshare.h"
 
 /* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
  * first trigger, every edge up to there has been stored, however busy the processor was. */
@@ -43,6 +44,8 @@ void app_start(struct app *app)
         miss_block(app, i);
     forget_baseline(app);
     blackbox_start(&app->box);
+    slowlog_start(&app->slowlog);
+    thermometer_start(&app->thermometer);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
     telemetry_burst(&app->telemetry, &app->landing);
@@ -72,6 +75,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     if (status == MR_OK) {
         forget_baseline(app);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
+        slowlog_read_stop(&app->slowlog);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);
@@ -114,6 +118,13 @@ static enum mr_status survey(struct app *app, const struct mr_command *command)
     return MR_OK;
 }
 
+static enum mr_status read_slow_log(struct app *app, const struct mr_command *command)
+{
+    if (command->argument < 0)
+        return MR_USAGE;
+    return landing_recording(&app->landing) ? MR_NOT_NOW : slowlog_read(&app->slowlog, (uint32_t)command->argument);
+}
+
 static enum mr_status enter_rom(struct app *app)
 {
     if (landing_recording(&app->landing))
@@ -148,6 +159,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_SURVEY:
         status = survey(app, &command);
+        break;
+    case MR_COMMAND_SLOW_READ:
+        status = read_slow_log(app, &command);
         break;
     case MR_COMMAND_BOOTROM:
         status = enter_rom(app);
@@ -273,6 +287,29 @@ static void tell_landing(struct app *app, const struct landing_news *news, uint3
         telemetry_state(&app->telemetry, landing);
 }
 
+/* Temperature and slow log: what goes on while nothing does. */
+static void take_slow(struct app *app, uint32_t index)
+{
+    const struct landing *landing = &app->landing;
+    const struct thermometer *thermometer = &app->thermometer;
+    unsigned row = index % 4;
+    uint16_t id;
+    uint8_t payload[MR_MESSAGE_MAX];
+    if (thermometer_block(&app->thermometer, index, config.site[0].thermometer))
+        telemetry_temperature(&app->telemetry, thermometer->temperature_c, thermometer->error_c, index);
+    unsigned state = landing->state == LANDING_ARMED ? 1u : landing->state == LANDING_DONE ? 2u : 0u;
+    slowlog_block(&app->slowlog,
+                  &(struct slowlog_block){.index = index, .displacement_in = app->displacement_in[row], .tension_lb = app->tension_lb[row],
+                                          .temperature_c = thermometer->last_c, .quiet = landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING,
+                                          .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)},
+                  health_faults());
+    for (unsigned i = 0; i < APP_SLOW_PARTS; i++) {
+        size_t length = slowlog_take_part(&app->slowlog, &id, payload);
+        if (length)
+            telemetry_slow(&app->telemetry, id, payload, length);
+    }
+}
+
 static void take_block(struct app *app, const struct mr_block *block)
 {
     uint32_t edge_ticks[MR_SWITCHES_WAITING];
@@ -312,6 +349,7 @@ static void take_block(struct app *app, const struct mr_block *block)
         mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
         telemetry_tensions(&app->telemetry, mean_lb, block->index);
     }
+    take_slow(app, block->index);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
 }
 
@@ -340,7 +378,7 @@ bool app_poll(struct app *app)
         app->next_index = block.index + 1;
         any = true;
     }
-    blackbox_poll(&app->box, app->next_index);
+    norshare_poll(&app->box, &app->slowlog, app->next_index, !landing_recording(&app->landing));
     if (any)
         app->ticks_without_block = 0;
     return any;

@@ -47,10 +47,10 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
 }
 
-/* Edges, motion, states, results, marks, acknowledgements and faults. */
+/* Edges, motion, states, results, marks, acknowledgements, faults and the temperature. */
 static bool belongs_to_record(uint16_t id)
 {
-    return id == MR_ID_FAULT || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
+    return id == MR_ID_FAULT || id == MR_ID_TEMPERATURE || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
 }
 
 static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
@@ -383,4 +383,14 @@ void telemetry_box_end(struct telemetry *telemetry, const struct mr_box_end *end
 void telemetry_box_part(struct telemetry *telemetry, const uint8_t *payload, size_t length)
 {
     send_serial(telemetry, MR_ID_BOX_PART, payload, length);
+}
+
+void telemetry_temperature(struct telemetry *telemetry, float temperature_c, float error_c, uint32_t index)
+{
+    SEND(both, telemetry, temperature, TEMPERATURE, .temperature_c = temperature_c, .error_c = error_c, .block = index);
+}
+
+void telemetry_slow(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+{
+    send_both(telemetry, id, payload, length);
 }

@@ -52,3 +52,14 @@ void pins_start(void)
     set_function(GPIOD, 13, 2);  /* TIM4_CH2, excitation in antiphase */
     set_mode(GPIOE, 0, 1);       /* warning output, low warns */
 }
+
+void pins_i2c(enum pins_i2c way)
+{
+    for (unsigned pin = 6; pin <= 7; pin++) { /* I2C1_SCL, I2C1_SDA */
+        GPIOB->OTYPER |= 1u << pin;
+        if (way == PINS_I2C_BUS)
+            set_function(GPIOB, pin, 4);
+        else
+            set_mode(GPIOB, pin, way == PINS_I2C_CLOCKED);
+    }
+}
