@@ -25,6 +25,8 @@ static const struct {
     {"can_health.rec", FIELD_CIRCUMSTANCE},
     {"serial_health.dropped", FIELD_CIRCUMSTANCE},
     {"serial_health.bad", FIELD_CIRCUMSTANCE},
+    {"temperature.temperature_c", FIELD_CIRCUMSTANCE},
+    {"temperature.error_c", FIELD_CIRCUMSTANCE},
     {"box_state.state", FIELD_CIRCUMSTANCE},
     {"box_state.records", FIELD_CIRCUMSTANCE},
     {"box_state.ready", FIELD_CIRCUMSTANCE},
