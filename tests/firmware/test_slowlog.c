@@ -198,6 +198,7 @@ static void power_cuts(unsigned before, unsigned operations)
             assert_in_range(told[rows - 1].seq, kept, kept + 1); /* the last may have been complete when it went */
             minutes(70); /* and it goes on, over the next end of a sector */
             assert_int_equal(told[told_count - 1].seq, told[rows - 1].seq + 70);
+            assert_int_equal(fake_nor.overwritten, 0); /* nothing over what was torn */
         }
     }
 }
