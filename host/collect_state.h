@@ -6,6 +6,7 @@
 #include "common/catalogue.h"
 #include "common/fault.h"
 #include "common/framing.h"
+#include "common/slowrow.h"
 #include "host/account.h"
 #include "host/collect.h"
 #include "host/timebase.h"
@@ -37,6 +38,7 @@ struct side {
     struct mr_deframer deframer;
     struct mr_zone zone;
     struct mr_motion motion;
+    struct mr_slowrow_reader slow;
     uint64_t told[LINK_TROUBLES];    /* what the link has counted */
     uint64_t pending[LINK_TROUBLES]; /* and is not recorded yet: in landing pending_run, from pending_us on */
     int64_t pending_run;

@@ -30,14 +30,16 @@ static const struct command commands[] = {
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
-    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N",
+    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F]",
      "what a board's black box holds; read it out, free it",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  list           its records, and how much room there is\n"
      "  read N         record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
      "                 the same command with -o goes on where it was. Exit 1 when a page cannot be read\n"
-     "  free N         give its space back; nothing is ever overwritten that was not freed\n"},
+     "  free N         give its space back; nothing is ever overwritten that was not freed\n"
+     "  slow           the slow log, a row a minute: --db fetches the rows that a campaign database lacks, --csv writes them to a file\n"
+     "                 (without --db: all that the board holds)\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
