@@ -49,6 +49,16 @@ all_go_to_a_file() {
     [ "$(wc -l <"$tmp/slow.csv")" = 3 ] && [ "$(head -n 1 "$tmp/slow.csv" | tr , '\n' | wc -l)" = 29 ] &&
         sed -n 3p "$tmp/slow.csv" | grep -q '^2,1,120000,,[0-9]*,[0-9]*,10\.[45]' && [ "$(sed -n 3p "$tmp/slow.csv" | tr , '\n' | wc -l)" = 29 ]
 }
+a_night_is_drawn() { # 12 h of rows; the mat moves 3/16 in as it cools
+    cp "$tmp/new.db" "$tmp/night.db"
+    sqlite3 "$tmp/night.db" "delete from slow_log; with recursive n(i) as (select 1 union all select i + 1 from n where i < 720)
+        insert into slow_log(board_uid, seq, boot, block, time_us, temperature_c, d1_in, d8_in, t1_lb, t2_lb)
+        select 'A', i, 1, 60000 * i, 1700000000000000 + 60000000 * i, 20 - i / 60.0, 0.1 + 0.1875 * i / 720, null, 100, 100 - i / 72.0 from n"
+    build/matrig --quiet report "$tmp/night.db" -o "$tmp/night.html" || return 1
+    grep -q 'Between the landings' "$tmp/night.html" && grep -q 'moved, in' "$tmp/night.html" && grep -q 'mean tension, lb' "$tmp/night.html" &&
+        grep -q 'temperature, C' "$tmp/night.html" && grep -q 'time since the first row, h' "$tmp/night.html" || return 1
+    build/matrig --quiet report "$tmp/landing.db" -o "$tmp/none.html" && ! grep -q 'Between the landings' "$tmp/none.html"
+}
 wrong_usage_is_refused() {
     build/matrig board --serial unix:/nowhere slow 2>&1 | grep -q 'needs --db DB or --csv F' &&
         build/matrig board --serial unix:/nowhere slow 3 --csv x 2>&1 | grep -q 'takes no number' &&
@@ -68,4 +78,5 @@ check "only rows that are missing are fetched" only_what_is_missing_is_fetched
 check "all rows go to a CSV file" all_go_to_a_file
 check "wrong usage is refused" wrong_usage_is_refused
 check "a landing has its temperature" a_landing_has_its_temperature
+check "the report draws a night" a_night_is_drawn
 finish
