@@ -301,8 +301,7 @@ static void take_slow(struct app *app, uint32_t index)
     slowlog_block(&app->slowlog,
                   &(struct slowlog_block){.index = index, .displacement_in = app->displacement_in[row], .tension_lb = app->tension_lb[row],
                                           .temperature_c = thermometer->last_c, .quiet = landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING,
-                                          .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)},
-                  health_faults());
+                                          .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)});
     for (unsigned i = 0; i < APP_SLOW_PARTS; i++) {
         size_t length = slowlog_take_part(&app->slowlog, &id, payload);
         if (length)

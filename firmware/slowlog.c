@@ -67,9 +67,9 @@ static float mean(const struct slowlog *log, unsigned i)
     return log->count[i] >= least ? log->sum[i] / (float)log->count[i] : MR_NAN;
 }
 
-static void make_row(struct slowlog *log, const struct slowlog_block *block, uint32_t faults)
+static void make_row(struct slowlog *log, const struct slowlog_block *block)
 {
-    struct mr_slowrow row = {.block = block->index, .faults = faults, .temperature_c = block->temperature_c, .state = block->state};
+    struct mr_slowrow row = {.block = block->index, .faults = health_faults(), .temperature_c = block->temperature_c, .state = block->state};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         row.displacement_in[i] = mean(log, i);
     for (unsigned i = 0; i < MR_GAGES; i++)
@@ -92,7 +92,7 @@ static bool is_since(uint32_t index, uint32_t when)
     return (int32_t)(index - when) >= 0;
 }
 
-void slowlog_block(struct slowlog *log, const struct slowlog_block *block, uint32_t faults)
+void slowlog_block(struct slowlog *log, const struct slowlog_block *block)
 {
     if (!log->begun)
         log->due = block->index - block->index % SLOWLOG_PERIOD_BLOCKS + SLOWLOG_PERIOD_BLOCKS;
@@ -109,7 +109,7 @@ void slowlog_block(struct slowlog *log, const struct slowlog_block *block, uint3
     add(log, MR_TRANSDUCERS, block->tension_lb, MR_GAGES);
     if (!is_since(block->index, log->due))
         return;
-    make_row(log, block, faults);
+    make_row(log, block);
     forget_means(log);
     log->due = block->index - block->index % SLOWLOG_PERIOD_BLOCKS + SLOWLOG_PERIOD_BLOCKS;
 }
@@ -152,6 +152,7 @@ static unsigned next_sector(const struct slowlog *log, unsigned sector)
 
 static void next_place(struct slowlog *log)
 {
+    log->ahead_erased = false;
     log->place++;
     if (log->place % SLOWLOG_ROWS_PER_SECTOR == 0)
         log->place = SLOWLOG_ROWS_PER_SECTOR * next_sector(log, sector_of(log->place - 1));
@@ -347,7 +348,8 @@ void slowlog_begin(struct slowlog *log, bool may_erase)
         begin(log, JOB_SCAN, log->page);
         return;
     }
-    unsigned sector = may_erase ? sector_to_erase(log) : SLOWLOG_SECTORS;
+    unsigned sector = may_erase && !log->ahead_erased ? sector_to_erase(log) : SLOWLOG_SECTORS;
+    log->ahead_erased |= may_erase && sector == SLOWLOG_SECTORS;
     if (log->put != log->got && !log->has_news && has_room(log))
         begin(log, JOB_CHECK, page_of(log->place));
     else if (sector != SLOWLOG_SECTORS)

@@ -56,6 +56,7 @@ struct slowlog {
     uint32_t next_seq;
     uint8_t boot;
     uint32_t blank, bad;          /* bit per sector of the ring: erased and looked at; does not erase */
+    bool ahead_erased;            /* nothing to erase until the next row or sector */
     uint8_t rows_in[SLOWLOG_SECTORS];
     unsigned place;               /* of the next row: sector * SLOWLOG_ROWS_PER_SECTOR + row */
     uint32_t newest_seq;          /* while scanning */
@@ -73,7 +74,7 @@ struct slowlog {
 };
 
 void slowlog_start(struct slowlog *log);
-void slowlog_block(struct slowlog *log, const struct slowlog_block *block, uint32_t faults);
+void slowlog_block(struct slowlog *log, const struct slowlog_block *block);
 
 /* The memory. An operation that was begun: go on with it; true: it still holds the memory. */
 bool slowlog_busy(struct slowlog *log);

@@ -8,7 +8,7 @@ trap 'rm -rf "$sockets"' EXIT
 # with_board ARGUMENTS...: matrig against a board that idles with the memory; its exit code
 with_board() {
     local board status
-    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/nor" --temperature -5 --for 40 2>"$tmp/board.err" &
+    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --nor "$tmp/${nor:-nor}" --temperature -5 --for 40 2>"$tmp/board.err" &
     board=$!
     timeout 60 build/matrig --quiet "$@"
     status=$?
@@ -65,11 +65,13 @@ wrong_usage_is_refused() {
         build/matrig board --serial unix:/nowhere list --csv x 2>&1 | grep -q "slow's"
 }
 a_landing_has_its_temperature() { # in its summary, its rows, and in the black box's record of it
-    build/matrig-board --elf $elf --can "file:$tmp/can2" --serial "file:$tmp/serial2" --rig tests/runs/landing5.run --temperature -3.2 --for 9.4 &&
+    build/matrig-board --elf $elf --can "file:$tmp/can2" --serial "file:$tmp/serial2" --rig tests/runs/landing5.run --nor "$tmp/nor2" --temperature -3.2 --for 9.4 &&
         build/matrig --quiet log --can "file:$tmp/can2" --serial "file:$tmp/serial2" --db "$tmp/landing.db" >"$tmp/log.txt" || return 1
     grep temperature "$tmp/log.txt"
     grep -q '  temperature   -3\.19 +- 0\.58 C' "$tmp/log.txt" &&
-        [ "$(sqlite3 "$tmp/landing.db" "select count(*) >= 5, min(links), max(temperature_c) from temperatures where landing = 1")" = "1|3|-3.1875" ]
+        [ "$(sqlite3 "$tmp/landing.db" "select count(*) >= 5, min(links), max(temperature_c) from temperatures where landing = 1")" = "1|3|-3.1875" ] || return 1
+    nor=nor2 with_board board --serial "unix:$sockets/serial" read 1 --db "$tmp/box.db" &&
+        [ "$(sqlite3 "$tmp/box.db" "select count(*) >= 5, min(links), max(temperature_c) from temperatures where landing = 1")" = "1|4|-3.1875" ]
 }
 
 check "rows are logged as they are made" rows_are_logged_as_they_are_made
