@@ -247,7 +247,7 @@ $(B)/tests/hil/test_layouts.o: HOST_FLAGS += -I$(B)/tests/hil
 
 $(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(common_lib)
 	$(CC) $^ -lcmocka -lz -lm -o $@
-$(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(app_lib) $(common_lib)
+$(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib) $(common_lib)
 	$(CC) $^ -lcmocka -lm -o $@
 $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HIL_LIBS) -o $@

@@ -126,11 +126,24 @@ unsigned mr_message_place(uint16_t id)
     }
 }
 
+/* Not from the table above: the board has no use for its texts. */
 uint16_t mr_message_at(unsigned place)
 {
-    if (place < sizeof messages / sizeof messages[0])
-        return messages[place].id;
-    return place == MR_PLACE_BLOCK ? MR_ID_BLOCK : MR_ID_BOX_PART;
+    static const uint16_t ids[] = {
+#define MESSAGE(name, NAME, id, direction, text) id,
+#define INTEGER(name, type, field, unit, text)
+#define REAL(name, type, field, per_unit, unit, text)
+#define FLOAT(name, field, unit, text)
+#define END(name, NAME)
+#include "common/catalogue.def"
+#undef MESSAGE
+#undef INTEGER
+#undef REAL
+#undef FLOAT
+#undef END
+        MR_ID_BLOCK, MR_ID_BOX_PART,
+    };
+    return place < MR_PLACES ? ids[place] : 0;
 }
 
 const char *mr_message_text(unsigned place)

@@ -30,9 +30,10 @@
     X(IDENTITY_MISSING,  22, "the chip's unique identity cannot be read")                                          \
     X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones [minus status]")   \
     X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since start]")           \
-    X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 read, 4 mark]")      \
+    X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 read, 4 mark, 5 slow log]")      \
     X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 message]")              \
     X(CONFIG,            27, "a stored configuration is damaged [1 copy A, 2 copy B, 3 none is whole: what is built in is in force]") \
+    X(THERMOMETER,       30, "no mat temperature [1 no answer, 2 bus stuck, 3 value out of range]")                  \
     X(CHANNEL,           31, "a channel is not valid: channel_event says why [channel, from 0]")
 
 enum mr_fault_code {

@@ -7,6 +7,7 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/norshare.h"
 #include "firmware/zero.h"
 
 /* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
@@ -65,6 +66,8 @@ void app_start(struct app *app)
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         app->slack_in[i] = MR_NAN;
     calibrate_start(&app->calibrate);
+    slowlog_start(&app->slowlog);
+    thermometer_start(&app->thermometer);
     app_configured(app);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
@@ -134,6 +137,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
+        slowlog_read_stop(&app->slowlog);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);
@@ -174,6 +178,13 @@ static enum mr_status survey(struct app *app, const struct mr_command *command)
         return MR_USAGE;
     app->slack_in[command->index] = (float)command->argument / 10000.0f;
     return MR_OK;
+}
+
+static enum mr_status read_slow_log(struct app *app, const struct mr_command *command)
+{
+    if (command->argument < 0)
+        return MR_USAGE;
+    return landing_recording(&app->landing) ? MR_NOT_NOW : slowlog_read(&app->slowlog, (uint32_t)command->argument);
 }
 
 static enum mr_status enter_rom(struct app *app)
@@ -227,6 +238,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_SURVEY:
         status = survey(app, &command);
+        break;
+    case MR_COMMAND_SLOW_READ:
+        status = read_slow_log(app, &command);
         break;
     case MR_COMMAND_BOOTROM:
         status = enter_rom(app);
@@ -357,6 +371,28 @@ static void tell_landing(struct app *app, const struct landing_news *news, uint3
         telemetry_state(&app->telemetry, landing);
 }
 
+/* Temperature and slow log: what goes on while nothing does. */
+static void take_slow(struct app *app, uint32_t index)
+{
+    const struct landing *landing = &app->landing;
+    const struct thermometer *thermometer = &app->thermometer;
+    unsigned row = index % 4;
+    uint16_t id;
+    uint8_t payload[MR_MESSAGE_MAX];
+    if (thermometer_block(&app->thermometer, index, config.site[0].thermometer))
+        telemetry_temperature(&app->telemetry, thermometer->temperature_c, thermometer->error_c, index);
+    unsigned state = landing->state == LANDING_ARMED ? 1u : landing->state == LANDING_DONE ? 2u : 0u;
+    slowlog_block(&app->slowlog,
+                  &(struct slowlog_block){.index = index, .displacement_in = app->displacement_in[row], .tension_lb = app->tension_lb[row],
+                                          .temperature_c = thermometer->last_c, .quiet = landing->state != LANDING_LANDING && landing->state != LANDING_SETTLING,
+                                          .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)});
+    for (unsigned i = 0; i < APP_SLOW_PARTS; i++) {
+        size_t length = slowlog_take_part(&app->slowlog, &id, payload);
+        if (length)
+            telemetry_slow(&app->telemetry, id, payload, length);
+    }
+}
+
 static void take_block(struct app *app, const struct mr_block *block)
 {
     uint32_t edge_ticks[MR_SWITCHES_WAITING];
@@ -406,6 +442,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     }
     calibrate_block(&app->calibrate, &app->telemetry, &app->landing, block);
     configstore_block(&app->configstore, &app->telemetry, recording);
+    take_slow(app, block->index);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
 }
 
@@ -434,7 +471,7 @@ bool app_poll(struct app *app)
         app->next_index = block.index + 1;
         any = true;
     }
-    blackbox_poll(&app->box, app->next_index);
+    norshare_poll(&app->box, &app->slowlog, app->next_index, !landing_recording(&app->landing));
     if (any)
         app->ticks_without_block = 0;
     return any;

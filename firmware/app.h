@@ -9,7 +9,9 @@
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
 #include "firmware/landing.h"
+#include "firmware/slowlog.h"
 #include "firmware/telemetry.h"
+#include "firmware/thermometer.h"
 
 #define APP_BASELINE_BLOCKS 256u   /* mean over these is the zero of a landing's movement */
 #define APP_ZONE_BLOCKS 10u        /* the zone is sought every 10 ms */
@@ -20,6 +22,7 @@
  * link. The queues behind hold a whole survey. */
 #define APP_CAN_COMMANDS 2u
 #define APP_SERIAL_BYTES 36u
+#define APP_SLOW_PARTS 2u          /* messages of the slow log in a block: a row in 5 ms */
 #define APP_ROM_TICKS 5u           /* 50 ms for the answer to go out before the boot ROM takes over */
 
 struct app {
@@ -52,6 +55,8 @@ struct app {
     struct calibrate calibrate;
     struct boxlink boxlink;
     struct blackbox box;
+    struct thermometer thermometer;
+    struct slowlog slowlog;
 };
 
 void app_start(struct app *app);

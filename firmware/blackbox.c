@@ -243,7 +243,7 @@ static int free_place(const struct blackbox *box)
  * while the configuration is written, and while an erase that began before arming ends. */
 static void begin_at_key(struct blackbox *box)
 {
-    uint32_t slack = box->job == JOB_ERASE || box->job == JOB_LOOK ? SLACK_ERASE : SLACK;
+    uint32_t slack = box->waits || box->job == JOB_ERASE || box->job == JOB_LOOK ? SLACK_ERASE : SLACK;
     if (box->put + slack - box->got > BLACKBOX_RING)
         box->got = box->put + slack - BLACKBOX_RING;
     while (box->got != box->put && box->ring[box->got % BLACKBOX_RING][MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
@@ -800,6 +800,11 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
         if (box->job == JOB_NONE && !begin_job(box))
             return;
     }
+}
+
+bool blackbox_idle(const struct blackbox *box)
+{
+    return box->job == JOB_NONE && (box->state == BLACKBOX_ROLLING || box->state == BLACKBOX_FAILED);
 }
 
 enum mr_status blackbox_ready(const struct blackbox *box)

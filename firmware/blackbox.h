@@ -7,8 +7,8 @@
  * Space. Sectors are used in turn around the memory, so they wear evenly; a record that was not freed is passed over. Freed ones
  * are erased and looked at while idle. Arming waits until BLACKBOX_RESERVE sectors are erased: nothing is erased while a landing is
  * recorded. A block that does not pack takes 466 bits, so 10 s of them and configuration take 151 sectors, and the
- * memory's 4096 hold 25 of those and the reserve for the 26th. Twenty-two seconds (landing.h) of real blocks take 120 sectors, of such
- * that do not pack 329: the last 0.5 s of those would not fit beyond the reserve, and would be told as lost.
+ * box's 4064 hold 25 of those and the reserve for the 26th. Twenty-two seconds (landing.h) of real blocks take 120 sectors, of such
+ * that do not pack 329: the last 2.8 s of those would not fit beyond the reserve, and would be told as lost.
  *
  * Every page is read back after it was programmed; one that does not hold goes once more into the next sector, and the rest of its
  * own is left. A sector that does not erase is not used until the next start. Nothing is ever appended to a sector that was there before
@@ -26,7 +26,7 @@
 #define BLACKBOX_RING 128u    /* pages, 32 KiB: the worst erase of 0.4 s takes 24 KiB, the worst page program 3 ms */
 #define BLACKBOX_CONFIG 16u   /* pages of start and configuration */
 #define BLACKBOX_RECORDS 64u
-#define BLACKBOX_RESERVE 320u /* sectors */
+#define BLACKBOX_RESERVE 288u /* sectors */
 #define BLACKBOX_KEY_PAGES 16u /* a reader that lost its way is back in so many pages */
 #define BLACKBOX_PART 128u    /* bytes of a page that travel in one frame */
 
@@ -93,6 +93,7 @@ struct blackbox {
     unsigned head_page;         /* NOR_PAGES_PER_SECTOR: none open */
     unsigned failures;          /* pages in a row that did not hold */
     uint32_t erase_begun_ms, erase_ms;
+    bool waits;                 /* for an erase of the slow log (norshare.h) */
     int freeing;                /* place of a record; -1 */
     unsigned look_page;
     uint32_t looked_ms;
@@ -113,6 +114,9 @@ void blackbox_start(struct blackbox *box);
 void blackbox_leave_out(struct blackbox *box);
 /* Go on with what the memory is doing, as far as it goes without waiting. `now_ms`: the newest block. */
 void blackbox_poll(struct blackbox *box, uint32_t now_ms);
+
+/* It has no use for the memory now. */
+bool blackbox_idle(const struct blackbox *box);
 
 /* MR_OK: a landing may be armed (or there is no memory: it is armed without); MR_WAIT: after blackbox_wait_s; MR_FULL: when
  * records were freed. */

@@ -48,6 +48,7 @@ struct mr_config config = {
         .switch_error_ft = 0.02f / 12.0f * 0.57735f, /* uniform within 0.02 in: half width over the root of 3 */
         .wheel = MR_WHEEL_MAIN,
         .black_box = 1,
+        .thermometer = 1,
         .camera_station_ft = __builtin_nanf(""),
     }},
     .channel = {

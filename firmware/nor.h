@@ -11,7 +11,9 @@
 
 #define NOR_PAGE 256u
 #define NOR_SECTOR 4096u
-#define NOR_SECTORS 4096u
+#define NOR_CHIP_SECTORS 4096u
+#define SLOWLOG_SECTORS 32u /* the last ones are the slow log's (slowlog.h) */
+#define NOR_SECTORS (NOR_CHIP_SECTORS - SLOWLOG_SECTORS) /* the rest the black box's */
 #define NOR_PAGES_PER_SECTOR (NOR_SECTOR / NOR_PAGE)
 
 enum nor_status {

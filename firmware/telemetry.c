@@ -57,11 +57,12 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
 }
 
-/* Edges, motion, states, results, marks, acknowledgements, what channels are worth, what befell a band, and faults. */
+/* Edges, motion, states, results, marks, acknowledgements, what channels are worth, what befell a band, the temperature, and faults. */
 static bool belongs_to_record(uint16_t id)
 {
     return id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT || id == MR_ID_CHANNEL_QUALITY || id == MR_ID_BAND_EVENT ||
-           (id >= MR_ID_BAND_BEFORE && id <= MR_ID_BAND_AFTER) || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
+           id == MR_ID_TEMPERATURE || (id >= MR_ID_BAND_BEFORE && id <= MR_ID_BAND_AFTER) ||
+           (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
 }
 
 static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
@@ -488,4 +489,14 @@ void telemetry_box_end(struct telemetry *telemetry, const struct mr_box_end *end
 void telemetry_box_part(struct telemetry *telemetry, const uint8_t *payload, size_t length)
 {
     send_serial(telemetry, MR_ID_BOX_PART, payload, length);
+}
+
+void telemetry_temperature(struct telemetry *telemetry, float temperature_c, float error_c, uint32_t index)
+{
+    SEND(both, telemetry, temperature, TEMPERATURE, .temperature_c = temperature_c, .error_c = error_c, .block = index);
+}
+
+void telemetry_slow(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+{
+    send_both(telemetry, id, payload, length);
 }

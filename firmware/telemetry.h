@@ -78,5 +78,8 @@ void telemetry_box(struct telemetry *telemetry, const struct mr_box_state *state
 void telemetry_box_record(struct telemetry *telemetry, const struct mr_box_record *record, const struct mr_box_span *span);
 void telemetry_box_end(struct telemetry *telemetry, const struct mr_box_end *end);
 void telemetry_box_part(struct telemetry *telemetry, const uint8_t *payload, size_t length);
+void telemetry_temperature(struct telemetry *telemetry, float temperature_c, float error_c, uint32_t index);
+/* A message of the slow log (slowlog.h). */
+void telemetry_slow(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length);
 
 #endif

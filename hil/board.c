@@ -34,6 +34,7 @@ void hil_options_default(struct hil_options *options)
         .host_baud = 2000000,
         .can_bus = HIL_CAN_CONNECTED,
         .adc_noise = true,
+        .temperature_c = 20.0,
         .uid = {0x00310042u, 0x5847500fu, 0x20343635u},
     };
 }
@@ -77,6 +78,7 @@ void hil_board_cut_power(struct hil_board *board)
     hil_trace(board, "power cut");
     hil_flash_power_lost(board);
     hil_w25q_power_lost(board);
+    hil_tmp112_power(board);
     board->power_lost = board->reset_request = true;
     board->reset_flags = CSR_POWER_ON;
     hil_cpu_attend(board);
@@ -154,6 +156,7 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
     }
     hil_usart_reset(board);
     hil_spi_reset(board);
+    hil_i2c_reset(board);
     hil_can_reset(board);
     hil_iwdg_reset(board);
     for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
@@ -200,6 +203,8 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     hil_cpu_create(board);
     hil_gpio_drive(board, 0, 15, false, 0); /* the one-shot holds PA15 low */
     hil_gpio_drive(board, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
+    hil_gpio_drive(board, 1, 6, true, 0);   /* and at the thermometer's lines */
+    hil_tmp112_power(board);
     reset_chip(board, CSR_POWER_ON);
     board->options.trace = options->trace;
     board->options.log = options->log;

@@ -59,6 +59,8 @@ struct hil_options {
     bool adc_noise;          /* false: codes are exact, for tests */
     uint32_t uid[3];         /* unique device identifier */
     bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
+    double temperature_c;    /* of the mat at power on; NaN: no thermometer is fitted */
+    double temperature_c_per_h;
     enum hil_cell_times cell_times; /* how long flash and NOR operations take */
     bool watch_alignment;    /* fault on multiple and double transfers that are not aligned to words; two to three times
                                 slower, since every instruction is looked at */

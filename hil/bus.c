@@ -22,6 +22,7 @@ static const struct peripheral peripherals[] = {
     {0x40000800u, "TIM4", 1, hil_tim_read, hil_tim_write, HIL_RCC_APB1, 2, false},
     {0x40003000u, "IWDG", 0, hil_iwdg_read, hil_iwdg_write, HIL_RCC_ALWAYS, 0, false},
     {0x40003800u, "SPI2", 0, hil_spi_read, hil_spi_write, HIL_RCC_APB1, 14, true},
+    {0x40005400u, "I2C1", 0, hil_i2c_read, hil_i2c_write, HIL_RCC_APB1, 21, false},
     {0x40006400u, "CAN1", 0, hil_can_read, hil_can_write, HIL_RCC_APB1, 25, false},
     {0x40007000u, "PWR", 0, hil_pwr_read, hil_pwr_write, HIL_RCC_APB1, 28, false},
     {0x40011000u, "USART1", 0, hil_usart_read, hil_usart_write, HIL_RCC_APB2, 4, true},

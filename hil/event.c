@@ -30,6 +30,7 @@ static const event_handler handlers[HIL_EVENT_COUNT] = {
     [HIL_EVENT_TIM4] = hil_tim4_event,
     [HIL_EVENT_TIM2] = hil_tim2_event,
     [HIL_EVENT_SPI] = hil_spi_event,
+    [HIL_EVENT_I2C] = hil_i2c_event,
     [HIL_EVENT_DMA_MEMORY] = hil_dma_memory_event,
     [HIL_EVENT_CAN] = hil_can_event,
     [HIL_EVENT_CAN_OTHER] = hil_can_other_event,

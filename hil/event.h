@@ -33,6 +33,7 @@ enum hil_event_slot {
     HIL_EVENT_TIM4, /* before TIM2, which it triggers */
     HIL_EVENT_TIM2,
     HIL_EVENT_SPI,
+    HIL_EVENT_I2C,
     HIL_EVENT_DMA_MEMORY,
     HIL_EVENT_CAN,
     HIL_EVENT_CAN_OTHER, /* the other node has waited */

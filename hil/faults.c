@@ -202,6 +202,32 @@ static void fail_nor(struct hil_board *board, const struct hil_fault *fault)
     tell(board, fault->file_line, "%s", texts[fault->choice]);
 }
 
+static void fail_thermometer(struct hil_board *board, const struct hil_fault *fault)
+{
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    static const char *const texts[] = {"does not answer", "holds SDA low", "hangs within a byte", "holds SCL low at its next byte", "mended"};
+    switch ((enum hil_thermometer_fault)fault->choice) {
+    case HIL_THERMOMETER_DEAD:
+        chip->dead = true;
+        break;
+    case HIL_THERMOMETER_STUCK:
+        chip->stuck = true;
+        break;
+    case HIL_THERMOMETER_HANG:
+        chip->hung_clocks = 9;
+        break;
+    case HIL_THERMOMETER_STRETCH:
+        chip->stretch_ps = fault->duration_ps;
+        break;
+    case HIL_THERMOMETER_MEND:
+        chip->dead = chip->stuck = false;
+        chip->hung_clocks = 0;
+        break;
+    }
+    tell(board, fault->file_line, "thermometer %s", texts[fault->choice]);
+    hil_i2c_lines_changed(board, hil_now(board));
+}
+
 static void act(struct hil_board *board, const struct hil_fault *fault)
 {
     static const char *const bus[] = {"connected", "unplugged", "shorted", "held dominant"};
@@ -248,6 +274,9 @@ static void act(struct hil_board *board, const struct hil_fault *fault)
         tell(board, fault->file_line, "gage %u drifts: gain %g, offset %g lb", (unsigned)fault->index + 1u, fault->gain,
              fault->offset_lb);
         hil_rig_drift(board, fault->index, fault->gain, fault->offset_lb);
+        break;
+    case HIL_FAULT_THERMOMETER:
+        fail_thermometer(board, fault);
         break;
     }
 }
@@ -305,6 +334,8 @@ static const char *wrong_argument(const struct hil_board *board, const struct hi
     case HIL_FAULT_DRIFT:
         return f->index >= HIL_RUN_GAGES || !(f->gain > 0.0 && f->gain <= 10.0) || !(fabs(f->offset_lb) <= 1000.0)
                    ? "a drift needs a gage, a gain above 0 and an offset within 1000 lb" : NULL;
+    case HIL_FAULT_THERMOMETER:
+        return f->choice > HIL_THERMOMETER_MEND ? "no such fault of the thermometer" : NULL;
     case HIL_FAULT_POWER_CUT:
     case HIL_FAULT_BROWN_OUT:
         return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;

@@ -36,6 +36,9 @@
  *     switch K bounce N US      after it has opened it closes and opens N more times, US apart
  *     nor fill | nor dead | nor mend | nor fail-program N | nor fail-erase N
  *                               the module behind it reads struct hil_nor_faults
+ *     thermometer dead | stuck | hang | stretch MS | mend
+ *                               it does not answer; SDA is held low for good; it stopped within a byte and holds SDA low until
+ *                               it has been clocked nine times; SCL is held low for MS at its next byte; as it should be
  *
  * `can out` is from the board: drop, repeat and delay happen at the host's side of the link after the frame was
  * acknowledged; a delayed frame is overtaken by later ones. corrupt destroys a frame on the wire, so that its sender
@@ -75,12 +78,16 @@ enum hil_action {
     HIL_FAULT_BOUNCE,      /* index, count, duration_ps between openings */
     HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
     HIL_FAULT_DRIFT,       /* index: gage, from 0; gain, offset_lb */
+    HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
 };
 
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
 enum hil_line_fault { HIL_DROP, HIL_REPEAT, HIL_CORRUPT, HIL_DELAY, HIL_FRAMING, HIL_NOISE, HIL_LINE_FAULTS };
 enum hil_channel_fault { HIL_CHANNEL_GOOD, HIL_CHANNEL_STUCK, HIL_CHANNEL_HIGH, HIL_CHANNEL_LOW, HIL_CHANNEL_OPEN };
 enum hil_nor_fault { HIL_NOR_FILL, HIL_NOR_DEAD, HIL_NOR_MEND, HIL_NOR_FAIL_PROGRAM, HIL_NOR_FAIL_ERASE };
+enum hil_thermometer_fault {
+    HIL_THERMOMETER_DEAD, HIL_THERMOMETER_STUCK, HIL_THERMOMETER_HANG, HIL_THERMOMETER_STRETCH, HIL_THERMOMETER_MEND,
+};
 
 struct hil_fault {
     enum hil_trigger trigger;

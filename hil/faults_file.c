@@ -246,6 +246,19 @@ static enum mr_status read_nor(struct reader *r, struct hil_fault *f)
     return MR_OK;
 }
 
+static enum mr_status read_thermometer(struct reader *r, struct hil_fault *f)
+{
+    static const char *const kinds[] = {"dead", "stuck", "hang", "stretch", "mend"};
+    int kind = one_of(r, kinds, 5);
+    if (kind < 0)
+        return refuse(r, MR_MALFORMED, "`%s` is no fault of the thermometer: dead, stuck, hang, stretch, mend", peek(r));
+    if (kind == HIL_THERMOMETER_STRETCH && !duration(r, 1e9, &f->duration_ps))
+        return refuse(r, MR_MALFORMED, "`stretch` needs milliseconds above 0, not `%s`", peek(r));
+    f->action = HIL_FAULT_THERMOMETER;
+    f->choice = (unsigned)kind;
+    return MR_OK;
+}
+
 static enum mr_status read_action(struct reader *r, struct hil_fault *f)
 {
     static const char *const bus[] = {"connect", "unplug", "short", "dominant"};
@@ -273,6 +286,8 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
         return read_switch(r, f);
     if (take(r, "nor"))
         return read_nor(r, f);
+    if (take(r, "thermometer"))
+        return read_thermometer(r, f);
     if (take(r, "bus")) {
         f->action = HIL_FAULT_BUS;
         choice = one_of(r, bus, 4);
@@ -291,7 +306,7 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
     }
     return refuse(r, MR_MALFORMED,
                   "`%s` is no action: power-cut, brown-out, crystal, flip, bus, can, serial, transducer, gage, staircase, "
-                  "reference, switch or nor", peek(r));
+                  "reference, switch, nor or thermometer", peek(r));
 }
 
 static enum mr_status read_words(struct reader *r)

@@ -77,6 +77,7 @@ void hil_gpio_changed(struct hil_board *board, uint64_t at)
     hil_rig_excitation(board, hil_gpio_level(board, PORT_D, 12), hil_gpio_level(board, PORT_D, 13), at);
     hil_rig_shunt(board, hil_gpio_level(board, PORT_E, 1), at);
     hil_spi_pins_changed(board, at);
+    hil_i2c_lines_changed(board, at);
 }
 
 void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool level, uint64_t at)

@@ -21,6 +21,7 @@
 #include "hil/faults.h"
 #include "hil/flash.h"
 #include "hil/gpio.h"
+#include "hil/i2c.h"
 #include "hil/iwdg.h"
 #include "hil/nvic.h"
 #include "hil/rcc.h"
@@ -32,6 +33,7 @@
 #include "hil/spi.h"
 #include "hil/systick.h"
 #include "hil/tim.h"
+#include "hil/tmp112.h"
 #include "hil/usart.h"
 #include "hil/w25q.h"
 
@@ -69,6 +71,8 @@ struct hil_state {
     struct hil_usart usart;
     struct hil_spi spi;
     struct hil_w25q w25q;
+    struct hil_i2c i2c;
+    struct hil_tmp112 tmp112;
     struct hil_can can;
     struct hil_iwdg iwdg;
     struct hil_rig rig;

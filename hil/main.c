@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <math.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -51,6 +52,7 @@ static const char help[] =
     "  --flash FILE     content of the flash: read if it is there, written at the end; --elf then goes over it,\n"
     "                   sparing the sectors it does not use\n"
     "  --nor FILE       the same for the black box's memory\n"
+    "  --temperature C[,C/h]  of the mat, in degrees and how fast it rises, or none: no thermometer (default 20)\n"
     "  --boot0          start the boot ROM (AN3155 on the serial line) instead of the firmware\n"
     "  --times T        of flash and NOR operations: spread (drawn, default), typical or max\n"
     "  --faults FILE    what goes wrong and when: a matrig-faults file (hil/README.md); told on stderr\n"
@@ -144,6 +146,20 @@ static bool parse_times(struct arguments *a, const char *text)
     return word >= 0;
 }
 
+/* Degrees, and degrees per hour behind a comma. */
+static bool parse_temperature(struct arguments *a, const char *text)
+{
+    char *end;
+    a->options.temperature_c = (double)NAN;
+    a->options.temperature_c_per_h = 0.0;
+    if (strcmp(text, "none") == 0)
+        return true;
+    a->options.temperature_c = strtod(text, &end);
+    if (end == text || !(a->options.temperature_c >= -60.0 && a->options.temperature_c <= 150.0))
+        return false;
+    return !*end || (*end == ',' && parse_number(end + 1, -1000, 1000, &a->options.temperature_c_per_h));
+}
+
 static enum mr_status parse_option(struct arguments *a, const char *name, const char *text)
 {
     double value = 0.0;
@@ -164,6 +180,8 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
         a->nor = text;
     } else if (strcmp(name, "--parity") == 0) {
         ok = parse_parity(a, text);
+    } else if (strcmp(name, "--temperature") == 0) {
+        ok = parse_temperature(a, text);
     } else if (strcmp(name, "--times") == 0) {
         ok = parse_times(a, text);
     } else if (strcmp(name, "--faults") == 0) {

@@ -41,6 +41,8 @@ enum hil_irq {
     HIL_IRQ_CAN1_SCE = 22,
     HIL_IRQ_TIM2 = 28,
     HIL_IRQ_TIM4 = 30,
+    HIL_IRQ_I2C1_EV = 31,
+    HIL_IRQ_I2C1_ER = 32,
     HIL_IRQ_SPI2 = 36,
     HIL_IRQ_USART1 = 37,
     HIL_IRQ_DMA1_STREAM7 = 47,

@@ -355,6 +355,8 @@ void hil_rcc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
             hil_tim_reset(board, 1);
         if (value >> 14 & 1u)
             hil_spi_reset(board);
+        if (value >> 21 & 1u)
+            hil_i2c_reset(board);
         if (value >> 25 & 1u)
             hil_can_reset(board);
         break;

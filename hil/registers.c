@@ -62,6 +62,7 @@ static const char *const behaviour[] = {
     "CAN: two nodes, frames as a whole; resynchronisation is a limit of 1 % between the rates",
     "USART: edges on the pins; a rate more than 3 % off is garbage",
     "SPI: edges on the pins; the memory behind it is one W25Q",
+    "I2C: edges on the pins; the chip behind it is one TMP112, which sees clocks, starts and stops of a program that drives the pins, no bytes",
     "IWDG: option for the hardware watchdog; LSI constant over a run",
     "RCC: CCM answers without its clock too",
     "RCC: a crystal that stops without clock security stops the clock (silicon's PLL drifts); HSE bypass",

@@ -8,10 +8,11 @@
 #include "host/boxtalk.h"
 #include "host/cli.h"
 #include "host/run.h"
+#include "host/slow.h"
 
 struct request {
     const struct cli *cli;
-    const char *serial, *file, *db;
+    const char *serial, *file, *db, *csv;
     int64_t run;
 };
 
@@ -149,9 +150,13 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
     if (status == MR_OK)
         status = boxtalk_begin(talk, link, error);
     if (status == MR_OK)
-        status = strcmp(verb, "free") == 0 ? boxtalk_free(talk, number, error) : boxtalk_list(talk, error);
+        status = strcmp(verb, "free") == 0   ? boxtalk_free(talk, number, error)
+                 : strcmp(verb, "slow") == 0 ? MR_OK
+                                             : boxtalk_list(talk, error);
     if (status != MR_OK)
         exit_code = cli_fail(error);
+    else if (strcmp(verb, "slow") == 0)
+        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, error);
     else if (strcmp(verb, "read") == 0)
         exit_code = read_record(request, talk, number, error);
     else if (strcmp(verb, "list") == 0)
@@ -168,30 +173,35 @@ int board_command(int argc, char **argv, const struct cli *cli)
     struct request request = {.cli = cli};
     const char *run = NULL, *words[2] = {NULL, NULL};
     const struct cli_option options[] = {
-        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL}};
+        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL},
+        {"--csv", &request.csv, NULL}};
     struct error error = {0};
     double number = 0.0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "config") == 0)
             return config_command(argc, argv, cli);
     }
-    enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 2, "list|read N|free N", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 5, words, 1, 2, "list|read N|free N|slow", &error);
     bool is_list = status == MR_OK && strcmp(words[0], "list") == 0;
     bool is_read = status == MR_OK && strcmp(words[0], "read") == 0;
-    if (status == MR_OK && !is_list && !is_read && strcmp(words[0], "free") != 0)
-        status = error_set(&error, MR_USAGE, "not list, read or free: '%s'; see matrig board --help", words[0]);
-    if (status == MR_OK && is_list == (words[1] != NULL))
-        status = error_set(&error, MR_USAGE, is_list ? "list takes no number: '%s'; see matrig board --help"
-                                                     : "which record? matrig board %s needs its number, see matrig board list",
-                           is_list ? words[1] : words[0]);
+    bool is_slow = status == MR_OK && strcmp(words[0], "slow") == 0;
+    if (status == MR_OK && !is_list && !is_read && !is_slow && strcmp(words[0], "free") != 0)
+        status = error_set(&error, MR_USAGE, "not list, read, free or slow: '%s'; see matrig board --help", words[0]);
+    if (status == MR_OK && (is_list || is_slow) == (words[1] != NULL))
+        status = words[1] ? error_set(&error, MR_USAGE, "%s takes no number: '%s'; see matrig board --help", words[0], words[1])
+                          : error_set(&error, MR_USAGE, "which record? matrig board %s needs its number, see matrig board list", words[0]);
     if (status == MR_OK && words[1])
         status = cli_number(words[1], "the record", 1, 65535, &number, &error);
     if (status == MR_OK && !request.serial)
         status = error_set(&error, MR_USAGE, "no link: matrig board needs --serial LINK; see matrig board --help");
     if (status == MR_OK && is_read && !request.file && !request.db)
         status = error_set(&error, MR_USAGE, "nowhere to put it: matrig board read needs --db DB or -o FILE");
-    if (status == MR_OK && !is_read && (request.file || request.db || run))
+    if (status == MR_OK && is_slow && !request.csv && !request.db)
+        status = error_set(&error, MR_USAGE, "nowhere to put it: matrig board slow needs --db DB or --csv F");
+    if (status == MR_OK && !is_read && (request.file || (request.db && !is_slow) || run))
         status = error_set(&error, MR_USAGE, "-o, --db and --run are read's: matrig board %s", words[0]);
+    if (status == MR_OK && !is_slow && request.csv)
+        status = error_set(&error, MR_USAGE, "--csv is slow's: matrig board %s", words[0]);
     if (status == MR_OK && run)
         status = run_parse(run, &request.run, &error);
     return status == MR_OK ? talk_to_board(&request, words[0], (uint16_t)number, &error) : cli_fail(&error);

@@ -142,6 +142,14 @@ static enum mr_status fill_edge(struct store *store, int64_t run, const struct m
                                                            .links = BOXFILL_LINK}, error);
 }
 
+static enum mr_status fill_temperature(struct store *store, int64_t run, const struct mr_record *record, struct error *error)
+{
+    struct mr_temperature t;
+    if (mr_temperature_get(&t, record->payload, record->length) != MR_OK)
+        return MR_OK;
+    return store_temperature_put(store, run, t.block, (double)t.temperature_c, (double)t.error_c, BOXFILL_LINK, error);
+}
+
 static enum mr_status fill_block(struct store *store, int64_t session, int64_t run, const struct known *known,
                                  const struct mr_block *block, struct boxfill *result, struct error *error)
 {
@@ -169,6 +177,8 @@ static enum mr_status fill(struct store *store, int64_t session, const struct kn
             status = fill_block(store, session, result->run, known, &newest, result, error);
         } else if (record.id == MR_ID_EDGE) {
             status = fill_edge(store, result->run, &record, &newest, result, error);
+        } else if (record.id == MR_ID_TEMPERATURE) {
+            status = fill_temperature(store, result->run, &record, error);
         } else if (result->made) {
             status = configure(store, result->run, &record, &channel, error);
         }

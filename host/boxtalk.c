@@ -43,6 +43,29 @@ static void take_part(struct boxtalk *talk, const uint8_t *payload)
     }
 }
 
+/* Messages of the slow log, and whose and when it is. */
+static void take_slow(struct boxtalk *talk, uint16_t id, const uint8_t *bytes, size_t length)
+{
+    struct mr_board_uid uid;
+    struct mr_board_image image;
+    if (id == MR_ID_BOARD_UID && mr_board_uid_get(&uid, bytes, length) == MR_OK) {
+        talk->uid[0] = uid.uid0;
+        talk->uid[1] = uid.uid1;
+    } else if (id == MR_ID_BOARD_IMAGE && mr_board_image_get(&image, bytes, length) == MR_OK) {
+        talk->uid[2] = image.uid2;
+        talk->uid_known = true;
+    } else if (id == MR_ID_CLOCK && mr_clock_get(&talk->clock, bytes, length) == MR_OK) {
+        talk->clock_us = link_now_us();
+        talk->clock_known = true;
+    } else if (id == MR_ID_SLOW_END && mr_slow_end_get(&talk->slow_end, bytes, length) == MR_OK) {
+        talk->slow_ended = true;
+    } else if (mr_slowrow_take(&talk->slow, id, bytes, length) == MR_OK) {
+        talk->slow_rows++;
+        if (talk->slow_row)
+            talk->slow_row(talk->slow_context, &talk->slow.row);
+    }
+}
+
 static enum mr_status take_frame(struct boxtalk *talk, const struct mr_frame *frame, struct error *error)
 {
     struct mr_hello hello;
@@ -90,6 +113,7 @@ static enum mr_status take_frame(struct boxtalk *talk, const struct mr_frame *fr
         talk->ended |= mr_box_end_get(&end, bytes, length) == MR_OK && end.record == talk->reading;
         break;
     default:
+        take_slow(talk, frame->type, bytes, length);
         break;
     }
     return MR_OK;
@@ -214,6 +238,29 @@ enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *r
         }
     }
     talk->pages = NULL;
+    return status;
+}
+
+enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first, void (*row)(void *context, const struct mr_slowrow *row),
+                            void *context, struct error *error)
+{
+    talk->slow_row = row;
+    talk->slow_context = context;
+    talk->slow_ended = false;
+    enum mr_status status = order(talk, MR_COMMAND_SLOW_READ, (int32_t)first, error);
+    double until_s = now_s() + ANSWER_S;
+    size_t rows = talk->slow_rows;
+    while (status == MR_OK && !(talk->slow_ended && talk->uid_known && talk->clock_known)) {
+        if (now_s() > until_s)
+            status = error_set(error, MR_TIMEOUT, "the slow log did not end: %s; try again, it goes on from where it was",
+                               link_spec(talk->link));
+        else
+            status = listen(talk, error);
+        if (talk->slow_rows != rows)
+            until_s = now_s() + ANSWER_S;
+        rows = talk->slow_rows;
+    }
+    talk->slow_row = NULL;
     return status;
 }
 

@@ -5,6 +5,7 @@
 #include "common/boxpage.h"
 #include "common/catalogue.h"
 #include "common/framing.h"
+#include "common/slowrow.h"
 #include "host/link/link.h"
 
 #define BOXTALK_RECORDS 256u
@@ -34,6 +35,17 @@ struct boxtalk {
     uint8_t half[MR_BOXPAGE / 2];
     uint32_t half_page; /* whose first half stands in `half` */
     bool ended;
+    /* the slow log */
+    uint32_t uid[3];
+    bool uid_known, clock_known;
+    struct mr_clock clock;   /* newest */
+    uint64_t clock_us;       /* host time at which it came */
+    struct mr_slowrow_reader slow;
+    void (*slow_row)(void *context, const struct mr_slowrow *row);
+    void *slow_context;
+    size_t slow_rows;
+    bool slow_ended;
+    struct mr_slow_end slow_end;
 };
 
 /* The link is the caller's. Waits until the board says hello, which it does once a second. MR_TIMEOUT; MR_VERSION: a board of another
@@ -45,6 +57,9 @@ enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error);
  * for record.pages. */
 enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record, uint8_t (*pages)[MR_BOXPAGE],
                             uint8_t *present, struct error *error);
+/* Rows of the slow log from number `first` on, each to `row`; at its end talk->slow_end, uid and clock are known. */
+enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first, void (*row)(void *context, const struct mr_slowrow *row),
+                            void *context, struct error *error);
 enum mr_status boxtalk_free(struct boxtalk *talk, uint16_t record, struct error *error);
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "common/switches.h"
 #include "host/collect_state.h"
+#include "host/slow.h"
 
 #define MISSING ((double)NAN)
 
@@ -354,6 +355,34 @@ static enum mr_status fault(struct collector *collector, const struct side *side
                      host_us, error);
 }
 
+static enum mr_status temperature(struct collector *collector, const struct side *side, const struct mr_temperature *message,
+                                  struct error *error)
+{
+    if (!side->current)
+        return MR_OK;
+    return store_temperature_put(collector->store, side->current->row.id, message->block, (double)message->temperature_c,
+                                 (double)message->error_c, link_bit(side), error);
+}
+
+#define FRESH_BLOCKS 60000 /* a row that was just made, not one that somebody reads out */
+
+/* A row that is whole is kept, with its time when it was just made. One that the board cannot number is kept of one link. */
+static enum mr_status slow_part(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
+                                uint64_t host_us, struct error *error)
+{
+    struct store_slow row;
+    int64_t time_us = STORE_NONE;
+    const struct mr_slowrow *told = &side->slow.row;
+    if (mr_slowrow_take(&side->slow, id, payload, length) != MR_OK || !collector->identity.board_uid[0] ||
+        (told->seq == 0 && side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
+        return MR_OK;
+    int64_t age = side->time.known ? side->time.block - (int64_t)told->block : -1;
+    if (age > -1000 && age < FRESH_BLOCKS) /* the newest block that is known may be 0.1 s old */
+        time_us = (int64_t)host_us - 1000 * age;
+    slow_row(told, collector->identity.board_uid, time_us, &row);
+    return store_slow_put(collector->store, &row, error);
+}
+
 /* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
 #define GET(name)                                      \
     struct mr_##name m;                                \
@@ -507,6 +536,17 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
         status = fault(collector, side, &m, host_us, error);
         break;
     }
+    case MR_ID_TEMPERATURE: {
+        GET(temperature);
+        status = temperature(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_SLOW_ROW:
+    case MR_ID_SLOW_STATE:
+    case MR_ID_SLOW_DISPLACEMENT:
+    case MR_ID_SLOW_TENSION:
+        status = slow_part(collector, side, id, payload, length, host_us, error);
+        break;
     case MR_ID_CAN_HEALTH: {
         GET(can_health);
         if (side->kind == LINK_CAN)

@@ -6,6 +6,7 @@
 #include "common/catalogue.h"
 #include "common/fault.h"
 #include "common/framing.h"
+#include "common/slowrow.h"
 #include "host/account.h"
 #include "host/collect.h"
 #include "host/timebase.h"
@@ -39,6 +40,7 @@ struct side {
     struct mr_motion motion;
     struct mr_shunt shunt; /* the calibration whose results come */
     struct mr_shunt_result shunt_result;
+    struct mr_slowrow_reader slow;
     uint64_t told[LINK_TROUBLES];    /* what the link has counted */
     uint64_t pending[LINK_TROUBLES]; /* and is not recorded yet: in landing pending_run, from pending_us on */
     int64_t pending_run;

@@ -31,14 +31,17 @@ static const struct command commands[] = {
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
-    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N | config get|set|check",
-     "what a board's black box holds; its configuration",
+    {"board", board_command,
+     "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] | config get|set|check",
+     "what a board's black box and slow log hold; its configuration",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  list           its records, and how much room there is\n"
      "  read N         record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
      "                 the same command with -o goes on where it was. Exit 1 when a page cannot be read\n"
      "  free N         give its space back; nothing is ever overwritten that was not freed\n"
+     "  slow           the slow log, a row a minute: --db fetches the rows that a campaign database lacks, --csv writes them to a file\n"
+     "                 (without --db: all that the board holds)\n"
      "  config get     the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial\n"
      "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done\n"
      "  config check F check F alone, without a board\n"},

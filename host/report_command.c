@@ -74,12 +74,15 @@ int report_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct store *store = NULL;
     struct report_landing *landings = NULL;
-    size_t count = 0;
+    struct store_slow *slow = NULL;
+    size_t count = 0, slow_count = 0;
     enum mr_status status = cli_parse(argc, argv, options, 1, words, 1, 1, "DB", &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
     if (status == MR_OK)
         status = load(store, &landings, &count, &error);
+    if (status == MR_OK)
+        status = store_slow_rows(store, NULL, &slow, &slow_count, &error);
     store_close(store);
     if (status == MR_OK && !path) {
         default_path(words[0], made_path, sizeof made_path);
@@ -88,7 +91,7 @@ int report_command(int argc, char **argv, const struct cli *cli)
     FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
     if (out) {
         const char *name = strrchr(words[0], '/') ? strrchr(words[0], '/') + 1 : words[0];
-        page_write(out, name, landings, count, cli->si);
+        page_write(out, name, landings, count, slow, slow_count, cli->si);
         output_close(out, path, &error);
     }
     int exit_code = 0;
@@ -97,5 +100,6 @@ int report_command(int argc, char **argv, const struct cli *cli)
     else if (error.status == MR_OK)
         cli_note(cli, "%zu landing%s in %s", count, count == 1 ? "" : "s", path);
     free_landings(landings, count);
+    free(slow);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }

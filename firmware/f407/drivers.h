@@ -12,6 +12,9 @@
 enum board_clock_source clock_start(void);
 /* pins.c: clocks of ports and peripherals, functions of all pins. */
 void pins_start(void);
+/* PB6 and PB7: nobody's (inputs), I2C1's, or open-drain outputs that clock a stuck bus. */
+enum pins_i2c { PINS_I2C_NONE, PINS_I2C_BUS, PINS_I2C_CLOCKED };
+void pins_i2c(enum pins_i2c way);
 /* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. Looks whether they are there; board_scans_configure begins. */
 void scan_prepare(void);
 bool scan_ready(void); /* a block can be taken */

@@ -53,3 +53,14 @@ void pins_start(void)
     set_mode(GPIOE, 0, 1);       /* warning output, low warns */
     set_mode(GPIOE, 1, 1);       /* relay of the bridges' shunts, high: on */
 }
+
+void pins_i2c(enum pins_i2c way)
+{
+    for (unsigned pin = 6; pin <= 7; pin++) { /* I2C1_SCL, I2C1_SDA */
+        GPIOB->OTYPER |= 1u << pin;
+        if (way == PINS_I2C_BUS)
+            set_function(GPIOB, pin, 4);
+        else
+            set_mode(GPIOB, pin, way == PINS_I2C_CLOCKED);
+    }
+}

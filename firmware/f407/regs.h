@@ -32,6 +32,7 @@ struct rcc_regs {
 #define RCC_APB1ENR_TIM2 (1u << 0)
 #define RCC_APB1ENR_TIM4 (1u << 2)
 #define RCC_APB1ENR_SPI2 (1u << 14)
+#define RCC_APB1ENR_I2C1 (1u << 21)
 #define RCC_APB1ENR_CAN1 (1u << 25)
 #define RCC_APB1ENR_PWR (1u << 28)
 #define RCC_APB2ENR_USART1 (1u << 4)
@@ -192,6 +193,25 @@ struct spi_regs {
 #define SPI_CR2_RXDMAEN (1u << 0)
 #define SPI_CR2_TXDMAEN (1u << 1)
 #define SPI_SR_RXNE (1u << 0)
+
+/* RM0090 27.6 */
+struct i2c_regs {
+    reg32 CR1, CR2, OAR1, OAR2, DR, SR1, SR2, CCR, TRISE;
+};
+#define I2C1 ((struct i2c_regs *)0x40005400u)
+#define I2C_CR1_PE (1u << 0)
+#define I2C_CR1_START (1u << 8)
+#define I2C_CR1_STOP (1u << 9)
+#define I2C_CR1_ACK (1u << 10)
+#define I2C_CR1_POS (1u << 11)
+#define I2C_CR1_SWRST (1u << 15)
+#define I2C_SR1_SB (1u << 0)
+#define I2C_SR1_ADDR (1u << 1)
+#define I2C_SR1_BTF (1u << 2)
+#define I2C_SR1_BERR (1u << 8)
+#define I2C_SR1_ARLO (1u << 9)
+#define I2C_SR1_AF (1u << 10)
+#define I2C_SR2_BUSY (1u << 1)
 
 /* RM0090 21.4 */
 struct iwdg_regs {

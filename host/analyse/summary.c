@@ -78,6 +78,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
         status = store_result_get(store, run, &summary->result, &summary->result_known, error);
     if (status == MR_OK)
         status = bands_load(store, &summary->measured, &summary->bands, error);
+    if (status == MR_OK)
+        status = store_temperature_get(store, run, &summary->temperature, error);
     return status;
 }
 
@@ -365,6 +367,15 @@ static void print_links(const struct summary *summary, FILE *out)
         fprintf(out, "  %-13s none\n", "faults");
 }
 
+static void print_temperature(const struct store_temperature *t, FILE *out)
+{
+    if (t->readings)
+        fprintf(out, "  %-13s %.2f +- %.2f C, %lld of %lld readings\n", "temperature", t->mean_c, t->error_c, (long long)t->readings,
+                (long long)t->told);
+    else if (t->told)
+        fprintf(out, "  %-13s none of %lld readings came; fault 30 says why\n", "temperature", (long long)t->told);
+}
+
 void summary_print(const struct summary *summary, bool si, FILE *out)
 {
     static const char *const sources[] = {"no readings came", "serial block records, 1 kHz",
@@ -376,6 +387,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
             landing->firmware[0] ? landing->firmware : "unknown",
             landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc);
     fprintf(out, "  %-13s %s\n", "readings", sources[summary->measured.source]);
+    print_temperature(&summary->temperature, out);
     print_motion(summary, si, out);
     print_damage(summary, si, out);
     if (summary->measured.source != MEASURED_NOTHING)
@@ -537,6 +549,10 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_object_set_new(object, "tensions", channels_json(measured, MR_KIND_TENSION, si));
     bands_json(&summary->bands, measured, si, object);
     json_object_set_new(object, "zone", zone_json(&summary->zones.warning, si));
+    if (summary->temperature.readings) {
+        json_object_set_new(object, "temperature_c", cli_json_number(summary->temperature.mean_c, 6));
+        json_object_set_new(object, "temperature_error_c", cli_json_number(summary->temperature.error_c, 4));
+    }
     json_object_set_new(object, "links", links_json(summary));
     json_object_set_new(object, "gaps", gaps_json(summary));
     json_t *faults = json_array();

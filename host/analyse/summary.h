@@ -39,6 +39,7 @@ struct summary {
     size_t channel_events;
     struct store_result result; /* the board's own fit */
     bool result_known;
+    struct store_temperature temperature; /* of the mat */
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error);

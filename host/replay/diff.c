@@ -58,10 +58,19 @@ static bool near(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-/* Frames queued so far, those dropped included: they were made all the same. */
-static double queued(const struct answer *answer)
+/* Rows of the slow log come when their minute is full, and when asked for: no function of the record. */
+static bool is_slow_log(uint16_t id)
 {
-    return value_of(answer, "sent") + value_of(answer, "dropped");
+    return id >= MR_ID_SLOW_ROW && id <= MR_ID_SLOW_END;
+}
+
+/* Frames queued so far, those dropped included: they were made all the same. Not those of the slow log. */
+static double queued(const struct answers *answers, int link, const struct answer *answer)
+{
+    double others = 0.0;
+    for (const struct answer *before = answers->message[link]; before < answer; before++)
+        others += is_slow_log(before->info->id);
+    return value_of(answer, "sent") + value_of(answer, "dropped") - others;
 }
 
 /* The two values of a field brought to one footing; false: it is not compared. */
@@ -85,11 +94,11 @@ static bool footing(struct comparing *c, const struct mr_field_info *field, cons
         return true;
     case FIELD_QUEUED:
         if (isnan(c->queued_recorded)) {
-            c->queued_recorded = queued(a);
-            c->queued_replayed = queued(b);
+            c->queued_recorded = queued(c->recorded, c->row->link, a);
+            c->queued_replayed = queued(c->replayed, c->row->link, b);
         }
-        *recorded = queued(a) - c->queued_recorded;
-        *replayed = queued(b) - c->queued_replayed;
+        *recorded = queued(c->recorded, c->row->link, a) - c->queued_recorded;
+        *replayed = queued(c->replayed, c->row->link, b) - c->queued_replayed;
         return c->options->exact && c->links_faultless;
     case FIELD_FAULTS:
         *recorded = (uint32_t)*recorded & field_record_faults();
@@ -351,7 +360,7 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     end_row(&c);
     for (int link = LINK_KINDS - 1; link >= 0; link--) {
         for (size_t i = 0; recorded->messages[link] && i < count; i++) {
-            if (field_circumstance(&info[i])) {
+            if (field_circumstance(&info[i]) || is_slow_log(info[i].id)) {
                 diff->circumstances += count_of(recorded, link, &info[i]);
                 continue;
             }

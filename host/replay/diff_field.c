@@ -27,6 +27,8 @@ static const struct {
     {"serial_health.dropped", FIELD_CIRCUMSTANCE},
     {"serial_health.bad", FIELD_CIRCUMSTANCE},
     {"channel_quality.error_codes", FIELD_CIRCUMSTANCE}, /* it grows with the hours since power on */
+    {"temperature.temperature_c", FIELD_CIRCUMSTANCE},
+    {"temperature.error_c", FIELD_CIRCUMSTANCE},
     {"box_state.state", FIELD_CIRCUMSTANCE},
     {"box_state.records", FIELD_CIRCUMSTANCE},
     {"box_state.ready", FIELD_CIRCUMSTANCE},

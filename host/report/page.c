@@ -372,7 +372,24 @@ static void landing_section(FILE *out, const struct report_landing *landing, boo
     fputs("</section>\n", out);
 }
 
-void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count, bool si)
+/* Nothing when there is nothing to draw. */
+static void slow_section(FILE *out, const struct store_slow *slow, size_t count, bool si)
+{
+    char *picture = NULL;
+    size_t size = 0;
+    FILE *into = open_memstream(&picture, &size);
+    if (!into)
+        abort();
+    bool drawn = plot_slow(into, slow, count, si);
+    fclose(into);
+    if (drawn)
+        fprintf(out, "<section id=\"slow\"><h2>Between the landings</h2><figure>%s<figcaption>The slow log, a row a minute: each transducer "
+                "(its number at the right) against its first row, the mean of the gages, the mat's temperature.</figcaption></figure></section>\n", picture);
+    free(picture);
+}
+
+void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count,
+                const struct store_slow *slow, size_t slow_count, bool si)
 {
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
@@ -386,6 +403,7 @@ void page_write(FILE *out, const char *name, const struct report_landing *landin
     fprintf(out, ": %zu landing%s on the model landing-mat runway.</p>\n", count, count == 1 ? "" : "s");
     if (count > 0)
         campaign(out, landings, count, si);
+    slow_section(out, slow, slow_count, si);
     for (size_t i = 0; i < count; i++)
         landing_section(out, &landings[i], si);
     fputs("</body></html>\n", out);

@@ -7,6 +7,7 @@
 #include "host/report/plots.h"
 
 /* `name` is the campaign's, for the title. */
-void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count, bool si);
+void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count,
+                const struct store_slow *slow, size_t slow_count, bool si);
 
 #endif

@@ -27,5 +27,8 @@ void plot_tensions(FILE *out, const struct report_landing *landing, bool si);
 void plot_zones(FILE *out, const struct report_landing *landing, bool si);
 /* Peak movement against station, a line per landing. */
 void plot_campaign(FILE *out, const struct report_landing *landings, size_t count, bool si);
+/* Rows of the slow log: movement of each transducer since the first of them, mean tension, temperature, against hours. False: fewer than two
+ * rows of one board whose time, or boot, is known; nothing was drawn. */
+bool plot_slow(FILE *out, const struct store_slow *rows, size_t count, bool si);
 
 #endif

@@ -212,6 +212,31 @@ struct store_zone {
     int64_t inferred_percent;
     int64_t links;
 };
+/* Mat temperature over a landing. */
+struct store_temperature {
+    int64_t told;     /* seconds; 0: no thermometer */
+    int64_t readings; /* of them, those with one */
+    double mean_c, error_c; /* NaN: none */
+};
+/* A row of the slow log (common/slowrow.h). */
+struct store_slow {
+    char board_uid[25];
+    int64_t seq;     /* STORE_NONE: the board has no memory to keep it */
+    int64_t boot, block;
+    int64_t time_us; /* host time; STORE_NONE: not known */
+    int64_t faults, state;
+    double temperature_c, displacement_in[MR_TRANSDUCERS], tension_lb[MR_GAGES];
+};
+/* A second of a landing; a reading that is missing is NaN. */
+enum mr_status store_temperature_put(struct store *store, int64_t run, int64_t block, double temperature_c, double error_c,
+                                     int64_t links, struct error *error);
+enum mr_status store_temperature_get(struct store *store, int64_t run, struct store_temperature *temperature, struct error *error);
+/* A row that is there already gets its time when it had none, no more. */
+enum mr_status store_slow_put(struct store *store, const struct store_slow *row, struct error *error);
+/* Rows of a board, or of all (NULL), in order. */
+enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows, size_t *count,
+                               struct error *error);
+
 struct store_result {
     double speed_ft_s, speed_error_ft_s;
     double deceleration_ft_s2, deceleration_error_ft_s2;

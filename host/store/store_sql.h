@@ -82,6 +82,19 @@
       " lead_s=coalesce(excluded.lead_s, lead_s), wheel_ft=coalesce(excluded.wheel_ft, wheel_ft),"           \
       " warning=coalesce(excluded.warning, warning),"                                                        \
       " inferred_percent=coalesce(excluded.inferred_percent, inferred_percent)")                             \
+    X(TEMPERATURE_PUT, "iirri",                                                                              \
+      "INSERT INTO temperatures VALUES(?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links")     \
+    X(TEMPERATURE_GET, "i",                                                                                  \
+      "SELECT count(*), count(temperature_c), avg(temperature_c), max(error_c) FROM temperatures WHERE landing=?") \
+    X(SLOW_PUT, "tiiiiiirrrrrrrrrrrrrrrrrrrrrrr",                                                            \
+      "INSERT INTO slow_log(board_uid, seq, boot, block, time_us, faults, state, temperature_c, d1_in, d2_in, d3_in, d4_in," \
+      " d5_in, d6_in, d7_in, d8_in, t1_lb, t2_lb, t3_lb, t4_lb, t5_lb, t6_lb, t7_lb, t8_lb, t9_lb, t10_lb, t11_lb, t12_lb," \
+      " t13_lb, t14_lb) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"                   \
+      " ON CONFLICT(board_uid, seq) DO UPDATE SET time_us=coalesce(time_us, excluded.time_us)")              \
+    X(SLOW_ROWS, "t",                                                                                        \
+      "SELECT board_uid, seq, boot, block, time_us, faults, state, temperature_c, d1_in, d2_in, d3_in, d4_in," \
+      " d5_in, d6_in, d7_in, d8_in, t1_lb, t2_lb, t3_lb, t4_lb, t5_lb, t6_lb, t7_lb, t8_lb, t9_lb, t10_lb, t11_lb, t12_lb," \
+      " t13_lb, t14_lb FROM slow_log WHERE ?1 IS NULL OR board_uid=?1 ORDER BY board_uid, seq, id")          \
     X(RESULT_PUT, "irrrrrrriii",                                                                             \
       "INSERT INTO results VALUES(?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET "                         \
       "links=links|excluded.links,"                                                                          \

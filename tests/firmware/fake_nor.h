@@ -6,7 +6,7 @@
 
 #include "firmware/nor.h"
 
-#define FAKE_NOR_SIZE (NOR_SECTORS * NOR_SECTOR)
+#define FAKE_NOR_SIZE (NOR_CHIP_SECTORS * NOR_SECTOR)
 
 enum fake_nor_fault {
     FAKE_NOR_PROGRAM_ERROR = 1,  /* busy for ten times as long, then half of the bits are programmed */

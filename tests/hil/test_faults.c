@@ -519,30 +519,30 @@ static void without_the_staircase_there_is_no_speed(void **state)
 
 /* --- counted triggers, hooks, sameness --- */
 
-/* Operations of flash and NOR trigger; the firmware has none yet, so they are begun by hand. */
+/* Operations of flash and NOR trigger; while idle the firmware has none, so they are begun by hand, when it has looked through its memory. */
 static void counted_operations_trigger(void **state)
 {
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "flash 3 bus unplug\nnor 2 + 500 nor fill\nnor 3 nor fail-program 4\nnor 4 nor dead");
-    ear_until(ear, 0.1);
+    ear_until(ear, 1.1);
     hil_faults_flash_operation(ear->board);
     hil_faults_flash_operation(ear->board);
-    ear_until(ear, 0.101);
+    ear_until(ear, 1.101);
     assert_int_equal(ear->board->options.can_bus, HIL_CAN_CONNECTED);
     hil_faults_flash_operation(ear->board);
-    ear_until(ear, 0.102);
+    ear_until(ear, 1.102);
     assert_int_equal(ear->board->options.can_bus, HIL_CAN_UNPLUGGED);
     const struct hil_nor_faults *nor = &ear->board->state.nor_faults;
     hil_faults_nor_operation(ear->board);
     hil_faults_nor_operation(ear->board);
-    ear_until(ear, 0.1024);
+    ear_until(ear, 1.1024);
     assert_false(nor->fill_requested);
-    ear_until(ear, 0.1026);
+    ear_until(ear, 1.1026);
     assert_true(nor->fill_requested);
     hil_faults_nor_operation(ear->board);
     hil_faults_nor_operation(ear->board);
-    ear_until(ear, 0.11);
+    ear_until(ear, 1.11);
     assert_int_equal(nor->fail_program, 4);
     assert_true(nor->dead);
     ear_close(ear);
@@ -609,6 +609,8 @@ static void mistakes_are_named(void **state)
         {"matrig-faults 1\nat 1 transducer 9 open\n", MR_MALFORMED, "1 to 8"},
         {"matrig-faults 1\nat 1 gage 3 broken\n", MR_MALFORMED, "stick, high, low, open, mend"},
         {"matrig-faults 1\nat 1 switch 25 skip\n", MR_MALFORMED, "1 to 24"},
+        {"matrig-faults 1\nat 1 thermometer hot\n", MR_MALFORMED, "dead, stuck, hang, stretch, mend"},
+        {"matrig-faults 1\nat 1 thermometer stretch\n", MR_MALFORMED, "milliseconds above 0"},
         {"matrig-faults 1\nat 1 switch 2 bounce 0 100\n", MR_MALFORMED, "1 to 255"},
         {"matrig-faults 1\nat 1 power-cut\n", MR_MALFORMED, "milliseconds above 0"},
         {"matrig-faults 1\nat 1 power-cut 0\n", MR_MALFORMED, "milliseconds above 0, not `0`"},

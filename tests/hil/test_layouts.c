@@ -166,7 +166,7 @@ static int wake(void **state)
     set(at("RCC", "RCC", "AHB1ENR"), value_of("bits", "RCC_AHB1ENR_GPIO_A_TO_F") | value_of("bits", "RCC_AHB1ENR_DMA1") |
                                          value_of("bits", "RCC_AHB1ENR_DMA2"));
     set(at("RCC", "RCC", "APB1ENR"), value_of("bits", "RCC_APB1ENR_TIM2") | value_of("bits", "RCC_APB1ENR_TIM4") |
-                                         value_of("bits", "RCC_APB1ENR_CAN1") | value_of("bits", "RCC_APB1ENR_PWR"));
+                                         value_of("bits", "RCC_APB1ENR_I2C1") | value_of("bits", "RCC_APB1ENR_CAN1") | value_of("bits", "RCC_APB1ENR_PWR"));
     set(at("RCC", "RCC", "APB2ENR"), value_of("bits", "RCC_APB2ENR_USART1") | value_of("bits", "RCC_APB2ENR_ADC1") |
                                          value_of("bits", "RCC_APB2ENR_ADC3"));
     assert_string_equal(hil_board_reason(board), "");
@@ -187,7 +187,7 @@ static void every_register_is_where_it_should_be(void **state)
     static const struct {
         const char *base, *kind;
     } units[] = {{"RCC", "RCC"}, {"GPIOA", "GPIO"}, {"GPIOF", "GPIO"}, {"TIM2", "TIM"}, {"TIM4", "TIM"}, {"ADC1", "ADC"},
-                 {"ADC3", "ADC"}, {"CAN1", "CAN"}, {"USART1", "USART"}, {"IWDG", "IWDG"}, {"PWR", "PWR"}};
+                 {"ADC3", "ADC"}, {"CAN1", "CAN"}, {"USART1", "USART"}, {"IWDG", "IWDG"}, {"PWR", "PWR"}, {"I2C1", "I2C"}};
     /* write-only, structs, or refused by name: backup domain, pin locks, injected channels, smart card */
     static const char *const without[] = {"RCC.BDCR", "GPIO.BSRR", "GPIO.LCKR", "ADC.JOFR", "ADC.JDR", "CAN.tx", "CAN.rx", "CAN.filter",
                                           "USART.GTPR"};
@@ -249,6 +249,18 @@ static void bits_do_what_they_should(void **state)
     hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
     assert_true(get(tim2 + value_of("offset", "TIM.SR")) & value_of("bits", "TIM_SR_UIF"));
     assert_in_range(get(tim2 + value_of("offset", "TIM.CNT")), 0, 99);
+
+    set(at("I2C1", "I2C", "CR2"), 16);
+    set(at("I2C1", "I2C", "CCR"), 80);
+    set(at("GPIOB", "GPIO", "AFR"), 0x44000000);
+    set(at("GPIOB", "GPIO", "MODER"), 0xa000);
+    set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_PE"));
+    set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_PE") | value_of("bits", "I2C_CR1_START"));
+    hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS);
+    assert_int_equal(get(at("I2C1", "I2C", "SR1")), value_of("bits", "I2C_SR1_SB"));
+    assert_int_equal(get(at("I2C1", "I2C", "SR2")), value_of("bits", "I2C_SR2_MSL") | value_of("bits", "I2C_SR2_BUSY"));
+    set(at("I2C1", "I2C", "CR1"), value_of("bits", "I2C_CR1_SWRST"));
+    assert_int_equal(get(at("I2C1", "I2C", "SR2")), 0);
 
     assert_int_equal(get(at("USART1", "USART", "SR")), value_of("bits", "USART_SR_TXE") | value_of("bits", "USART_SR_TC"));
 

@@ -1,0 +1,220 @@
+/* i2c.h on I2C1, 80 kHz from PCLK1 of 42 MHz: PB6 SCL, PB7 SDA, both with a pull-up on the board. RM0090 27.3.3 (master mode).
+ *
+ * One event of the controller at each poll, a block apart: it holds SCL low until it is seen to, and no device minds (the TMP112
+ * gives up after 30 ms). 80 kHz, for between 88 and 100 kHz the chip's repeated start may come too early (errata ES0182). Two bytes
+ * are read with POS, so that nothing depends on how soon. A stuck bus: the pins as outputs clock it free, an edge a poll. */
+#include "firmware/f407/drivers.h"
+#include "firmware/i2c.h"
+
+#define CLOCK_MHZ 42u
+#define CCR_80_KHZ 263u        /* 42 MHz / (2 x 80 kHz) */
+#define TRISE_1000_NS 43u      /* 1000 ns in periods of PCLK1, and one */
+#define EVENT_POLLS 20u        /* a byte takes 0.1 ms */
+#define SCL_PIN 6u
+#define SDA_PIN 7u
+#define CLOCK_EDGES 18u        /* nine clocks: the longest a device can be from the end of its byte */
+
+static enum phase {
+    OFF, IDLE, START, ADDRESS, SEND, RESTART, READ_ADDRESS, RECEIVE, STOP, CLOCKING,
+} phase;
+static enum i2c_status result;
+static uint8_t device;
+static const uint8_t *out;
+static size_t out_length, sent;
+static uint8_t *in;
+static size_t in_length;
+static unsigned polls, edge;
+
+static void configure(void)
+{
+    I2C1->CR1 = I2C_CR1_SWRST;
+    I2C1->CR1 = 0;
+    I2C1->CR2 = CLOCK_MHZ;
+    I2C1->CCR = CCR_80_KHZ;
+    I2C1->TRISE = TRISE_1000_NS;
+    I2C1->CR1 = I2C_CR1_PE;
+}
+
+static void drive(unsigned pin, bool high)
+{
+    GPIOB->BSRR = 1u << (high ? pin : pin + 16u);
+}
+
+void i2c_start(void)
+{
+    RCC->APB1ENR |= RCC_APB1ENR_I2C1;
+    (void)RCC->APB1ENR;
+    drive(SCL_PIN, true);
+    drive(SDA_PIN, true);
+    pins_i2c(PINS_I2C_BUS);
+    configure();
+    result = I2C_IDLE;
+    phase = IDLE;
+}
+
+void i2c_stop(void)
+{
+    if (phase == OFF)
+        return;
+    I2C1->CR1 = I2C_CR1_SWRST;
+    pins_i2c(PINS_I2C_NONE);
+    RCC->APB1ENR &= ~RCC_APB1ENR_I2C1;
+    phase = OFF;
+}
+
+static void enter(enum phase next)
+{
+    phase = next;
+    polls = 0;
+}
+
+static void begin_clocking(void)
+{
+    I2C1->CR1 = I2C_CR1_SWRST;
+    drive(SCL_PIN, true);
+    drive(SDA_PIN, true);
+    pins_i2c(PINS_I2C_CLOCKED);
+    edge = 0;
+    result = I2C_STUCK;
+    enter(CLOCKING);
+}
+
+/* Nine clocks at most, none more once the line is free; then SDA low and high while SCL is high: a stop. */
+static void clock_an_edge(void)
+{
+    bool is_free = GPIOB->IDR >> SDA_PIN & 1u;
+    if (edge && edge < CLOCK_EDGES && edge % 2 == 0 && is_free)
+        edge = CLOCK_EDGES;
+    unsigned now = edge++;
+    if (now < CLOCK_EDGES) {
+        drive(SCL_PIN, now % 2);
+        return;
+    }
+    switch (now - CLOCK_EDGES) {
+    case 0:
+        drive(SCL_PIN, false);
+        break;
+    case 1:
+        drive(SDA_PIN, false);
+        break;
+    case 2:
+        drive(SCL_PIN, true);
+        break;
+    case 3:
+        drive(SDA_PIN, true);
+        break;
+    default:
+        pins_i2c(PINS_I2C_BUS);
+        configure();
+        phase = IDLE;
+        break;
+    }
+}
+
+void i2c_begin(uint8_t address, const uint8_t *bytes, size_t length, uint8_t *answer, size_t answer_length)
+{
+    device = (uint8_t)(address << 1);
+    out = bytes;
+    out_length = length;
+    in = answer;
+    in_length = answer_length;
+    sent = 0;
+    result = I2C_IDLE;
+    if (I2C1->SR2 & I2C_SR2_BUSY) {
+        begin_clocking();
+        return;
+    }
+    I2C1->CR1 = I2C_CR1_PE | I2C_CR1_START;
+    enter(START);
+}
+
+static void end_transfer(enum i2c_status status)
+{
+    result = status;
+    I2C1->CR1 = I2C_CR1_PE | I2C_CR1_STOP;
+    enter(STOP);
+}
+
+/* The byte before has gone. */
+static void send_next(void)
+{
+    if (sent < out_length) {
+        I2C1->DR = out[sent++];
+        enter(SEND);
+    } else if (in_length) {
+        I2C1->CR1 = I2C_CR1_PE | I2C_CR1_ACK | I2C_CR1_POS | I2C_CR1_START;
+        enter(RESTART);
+    } else {
+        end_transfer(I2C_IDLE);
+    }
+}
+
+static void receive_both(void)
+{
+    I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS | I2C_CR1_STOP;
+    in[0] = (uint8_t)I2C1->DR;
+    in[1] = (uint8_t)I2C1->DR;
+    enter(STOP);
+}
+
+static void see_to(uint32_t sr1)
+{
+    switch (phase) {
+    case START:
+    case RESTART:
+        if (sr1 & I2C_SR1_SB) {
+            I2C1->DR = device | (phase == RESTART);
+            enter(phase == START ? ADDRESS : READ_ADDRESS);
+        }
+        break;
+    case ADDRESS:
+        if (sr1 & I2C_SR1_ADDR) {
+            (void)I2C1->SR2;
+            send_next();
+        }
+        break;
+    case SEND:
+        if (sr1 & I2C_SR1_BTF)
+            send_next();
+        break;
+    case READ_ADDRESS:
+        if (sr1 & I2C_SR1_ADDR) {
+            I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS; /* the second byte is not acknowledged */
+            (void)I2C1->SR2;
+            enter(RECEIVE);
+        }
+        break;
+    case RECEIVE:
+        if (sr1 & I2C_SR1_BTF)
+            receive_both();
+        break;
+    case STOP:
+        if (!(I2C1->CR1 & I2C_CR1_STOP)) {
+            I2C1->CR1 = I2C_CR1_PE;
+            phase = IDLE;
+        }
+        break;
+    default:
+        break;
+    }
+}
+
+enum i2c_status i2c_poll(void)
+{
+    if (phase == IDLE || phase == OFF)
+        return result;
+    if (phase == CLOCKING) {
+        clock_an_edge();
+        return phase == IDLE ? result : I2C_BUSY;
+    }
+    uint32_t sr1 = I2C1->SR1;
+    if ((sr1 & (I2C_SR1_BERR | I2C_SR1_ARLO)) || ++polls > EVENT_POLLS) {
+        begin_clocking();
+    } else if (sr1 & I2C_SR1_AF) {
+        I2C1->SR1 = ~I2C_SR1_AF;
+        end_transfer(I2C_NO_ANSWER);
+    } else {
+        see_to(sr1);
+    }
+    return phase == IDLE ? result : I2C_BUSY;
+}

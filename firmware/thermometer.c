@@ -1,0 +1,144 @@
+#include "firmware/thermometer.h"
+
+#include "common/wire.h"
+#include "firmware/health.h"
+#include "firmware/i2c.h"
+
+enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, ASK, READ };
+
+enum { REGISTER_TEMPERATURE = 0, REGISTER_CONFIG = 1 };
+#define CONFIG_ONE_SHOT 0x80u /* upper byte: starts a conversion; reads 1 when it is over */
+#define CONFIG_UPPER 0x61u    /* 12 bits; shut down */
+#define CONFIG_LOWER 0xa0u    /* as at power-up: 4 Hz (when not shut down), alert inactive, not extended */
+#define C_PER_COUNT 0.0625f
+#define LOWEST_C (-55.0f)     /* the part's range */
+#define HIGHEST_C 125.0f
+/* The data sheet's limits, 0.5 C between 0 and 65 C, 1 C elsewhere, over the root of 3; rounding to 0.0625 C is far below. */
+#define ERROR_C 0.289f
+#define ERROR_BEYOND_C 0.577f
+
+float thermometer_celsius(const uint8_t bytes[2])
+{
+    int16_t word = (int16_t)(bytes[0] << 8 | bytes[1]);
+    return (float)(word / 16) * C_PER_COUNT; /* the lower four bits are 0 */
+}
+
+static void forget(struct thermometer *t)
+{
+    t->temperature_c = MR_NAN;
+    t->error_c = MR_NAN;
+}
+
+void thermometer_start(struct thermometer *t)
+{
+    *t = (struct thermometer){.step = WAIT};
+    forget(t);
+    t->last_c = MR_NAN;
+}
+
+static void begin(struct thermometer *t, enum step step, uint32_t index, unsigned bytes, unsigned answer)
+{
+    t->step = step;
+    t->since = index;
+    i2c_begin(THERMOMETER_ADDRESS, t->out, bytes, t->in, answer);
+}
+
+static void write_config(struct thermometer *t, enum step step, uint32_t index, uint8_t upper)
+{
+    t->out[0] = REGISTER_CONFIG;
+    t->out[1] = upper;
+    t->out[2] = CONFIG_LOWER;
+    begin(t, step, index, 3, 0);
+}
+
+static void read_register(struct thermometer *t, enum step step, uint32_t index, uint8_t number)
+{
+    t->out[0] = number;
+    begin(t, step, index, 1, 2);
+}
+
+/* The chip may have lost its supply, or its pointer: from the beginning, in the next second. */
+static void fail(struct thermometer *t, enum thermometer_fault detail)
+{
+    health_count(MR_FAULT_THERMOMETER, (uint8_t)detail);
+    t->shut_down = false;
+    t->step = WAIT;
+}
+
+static void take_reading(struct thermometer *t)
+{
+    float celsius = thermometer_celsius(t->in);
+    if (t->in[1] & 0x0fu || celsius < LOWEST_C || celsius > HIGHEST_C) {
+        fail(t, THERMOMETER_OUT_OF_RANGE);
+        return;
+    }
+    t->temperature_c = celsius;
+    t->error_c = celsius >= 0.0f && celsius <= 65.0f ? ERROR_C : ERROR_BEYOND_C;
+    t->step = WAIT;
+}
+
+static void go_on(struct thermometer *t, uint32_t index)
+{
+    switch ((enum step)t->step) {
+    case WAIT:
+        if (index % 1000 != THERMOMETER_PHASE)
+            break;
+        forget(t);
+        if (t->shut_down)
+            write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
+        else
+            write_config(t, SHUT_DOWN, index, CONFIG_UPPER);
+        break;
+    case SHUT_DOWN: /* only from there a conversion can be asked for */
+        t->shut_down = true;
+        write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
+        break;
+    case CONVERT:
+        t->since = index;
+        t->step = CONVERTING;
+        break;
+    case CONVERTING:
+        if (index - t->since >= THERMOMETER_CONVERSION)
+            read_register(t, ASK, index, REGISTER_CONFIG);
+        break;
+    case ASK: /* over, and still the chip that was set up */
+        if (t->in[0] == (CONFIG_ONE_SHOT | CONFIG_UPPER))
+            read_register(t, READ, index, REGISTER_TEMPERATURE);
+        else
+            fail(t, THERMOMETER_NO_ANSWER);
+        break;
+    case READ:
+        take_reading(t);
+        break;
+    }
+}
+
+static void switch_on_or_off(struct thermometer *t, bool fitted)
+{
+    thermometer_start(t);
+    t->on = fitted;
+    if (fitted)
+        i2c_start();
+    else
+        i2c_stop();
+}
+
+bool thermometer_block(struct thermometer *t, uint32_t index, bool fitted)
+{
+    if (fitted != t->on)
+        switch_on_or_off(t, fitted);
+    if (!fitted)
+        return false;
+    enum i2c_status status = i2c_poll();
+    bool in_transfer = t->step != WAIT && t->step != CONVERTING;
+    if (in_transfer && status == I2C_NO_ANSWER)
+        fail(t, THERMOMETER_NO_ANSWER);
+    else if (in_transfer && status == I2C_STUCK)
+        fail(t, THERMOMETER_BUS_STUCK);
+    else if (status != I2C_BUSY)
+        go_on(t, index);
+    bool tells = index % 1000 == THERMOMETER_TELL_PHASE;
+    if (tells)
+        t->last_c = t->temperature_c;
+    return tells;
+}

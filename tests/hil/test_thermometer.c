@@ -1,0 +1,197 @@
+/* The firmware's thermometer and slow log on the emulated board: readings against its truth, each fault of the bus, what it costs. */
+#include <math.h>
+
+#include "hil/elf.h"
+#include "tests/hil/ear.h"
+
+#include "common/config.h"
+#include "common/slowrow.h"
+
+#define MODER_B 0x40020400u
+#define APB1ENR 0x40023840u
+
+static float told_c(const struct ear *ear, unsigned link)
+{
+    struct mr_temperature message;
+    assert_true(ear->heard[link][MR_ID_TEMPERATURE] > 0);
+    assert_int_equal(mr_temperature_get(&message, ear->last[link][MR_ID_TEMPERATURE], MR_MESSAGE_MAX), MR_OK);
+    return message.temperature_c;
+}
+
+static struct ear *open_at(double temperature_c, double per_h)
+{
+    struct hil_options options = ear_options();
+    options.temperature_c = temperature_c;
+    options.temperature_c_per_h = per_h;
+    return ear_open(&options, 0);
+}
+
+static void readings_follow_the_truth(void **state)
+{
+    static const double truth_c[] = {20.0, -0.0625, -17.8, 0.0, 54.3, 124.9};
+    (void)state;
+    for (unsigned i = 0; i < sizeof truth_c / sizeof truth_c[0]; i++) {
+        struct ear *ear = open_at(truth_c[i], 0.0);
+        ear_until(ear, 1.9);
+        assert_int_equal(ear->heard[EAR_CAN][MR_ID_TEMPERATURE], 2);
+        assert_int_equal(ear->heard[EAR_SERIAL][MR_ID_TEMPERATURE], 2);
+        assert_true(fabs((double)told_c(ear, EAR_CAN) - truth_c[i]) <= 0.0313);
+        assert_true(told_c(ear, EAR_CAN) == told_c(ear, EAR_SERIAL));
+        assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
+        ear_close(ear);
+    }
+    struct ear *ear = open_at(10.0, 3600.0); /* a degree a second */
+    ear_until(ear, 9.9);
+    assert_true(fabs((double)told_c(ear, EAR_CAN) - 19.18) < 0.05); /* converted at 9.12 to 9.17 s by the board's blocks */
+    ear_close(ear);
+}
+
+/* `order` at 1.6 s, mended at 4.6: nothing is told in between, `detail` is counted once a second, and then it is there again. */
+static void what_fails_is_told_and_comes_back(void **state)
+{
+    static const struct {
+        const char *order;
+        unsigned detail, missing;
+    } cases[] = {
+        {"thermometer dead", 1, 3}, {"thermometer stuck", 2, 3}, {"thermometer hang", 2, 1}, {"thermometer stretch 50", 2, 1},
+        {"thermometer stretch 5", 0, 0},
+    };
+    (void)state;
+    for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char order[128];
+        unsigned missing = 0;
+        struct ear *ear = open_at(21.5, 0.0);
+        snprintf(order, sizeof order, "at 1.6 %s\nat 4.6 thermometer mend", cases[i].order);
+        ear_order(ear, order);
+        for (double t_s = 1.9; t_s < 7.0; t_s += 1.0) {
+            ear_until(ear, t_s);
+            float celsius = told_c(ear, EAR_SERIAL);
+            missing += isnan(celsius) ? 1u : 0u;
+            if (!isnan(celsius))
+                assert_true((double)celsius == 21.5);
+        }
+        if (missing != cases[i].missing || ear->fault[MR_FAULT_THERMOMETER].count != missing ||
+            ear->fault[MR_FAULT_THERMOMETER].detail != cases[i].detail)
+            fail_msg("%s: %u readings missing, fault %u times, detail %u", cases[i].order, missing,
+                     ear->fault[MR_FAULT_THERMOMETER].count, ear->fault[MR_FAULT_THERMOMETER].detail);
+        assert_true((double)told_c(ear, EAR_CAN) == 21.5);
+        ear_close(ear);
+    }
+}
+
+/* The firmware restarts while the chip is being read: the bus is found stuck, and clocked free. */
+static void a_reset_while_it_is_read(void **state)
+{
+    (void)state;
+    struct ear *ear = open_at(0.0, 0.0); /* zeroes: SDA is low */
+    bool seen = false;
+    ear_until(ear, 1.0);
+    for (unsigned n = 0; n < 1000000 && !seen; n++) {
+        bench_run(ear->board, hil_board_now_ps(ear->board) + 20 * HIL_US_PS);
+        seen = ear->board->state.i2c.phase == HIL_I2C_RECEIVING && ear->board->state.tmp112.pointer == 0;
+    }
+    assert_true(seen);
+    hil_board_request_reset(ear->board, 0);
+    double t_s = (double)hil_board_now_ps(ear->board) * 1e-12;
+    ear_until(ear, t_s + 0.001);
+    assert_true(ear->board->state.tmp112.hung_clocks > 0);
+    ear_until(ear, t_s + 2.9);
+    assert_int_equal(ear->fault[MR_FAULT_THERMOMETER].detail, 2);
+    assert_int_equal(ear->fault[MR_FAULT_THERMOMETER].count, 1);
+    assert_true((double)told_c(ear, EAR_CAN) == 0.0);
+    ear_close(ear);
+}
+
+/* site.thermometer 0, in the image's own configuration. */
+static void not_fitted_costs_nothing(void **state)
+{
+    uint32_t load, begin, place;
+    uint8_t fitted = 0;
+    uint64_t instructions[2];
+    unsigned frames[2];
+    (void)state;
+    for (unsigned with = 0; with < 2; with++) {
+        struct ear *ear = open_at(20.0, 0.0);
+        assert_int_equal(hil_elf_symbol(EAR_ELF, "data_load", &load), MR_OK);
+        assert_int_equal(hil_elf_symbol(EAR_ELF, "data_start", &begin), MR_OK);
+        assert_int_equal(hil_elf_symbol(EAR_ELF, "config", &place), MR_OK);
+        place += load - begin + (uint32_t)offsetof(struct mr_config, site[0].thermometer);
+        assert_int_equal(hil_board_peek(ear->board, place, &fitted, 1), MR_OK);
+        assert_int_equal(fitted, 1); /* the built-in default */
+        fitted = (uint8_t)with;
+        assert_int_equal(hil_board_poke(ear->board, place, &fitted, 1), MR_OK);
+        ear_until(ear, 1.0);
+        uint64_t before = hil_board_counters(ear->board)->instructions;
+        unsigned said = ear->can_frames;
+        ear_until(ear, 11.0);
+        instructions[with] = hil_board_counters(ear->board)->instructions - before;
+        frames[with] = ear->can_frames - said;
+        assert_int_equal(hil_bus_read(ear->board, APB1ENR, 4) >> 21 & 1u, with);
+        assert_int_equal(hil_bus_read(ear->board, MODER_B, 4) >> 12 & 15u, with ? 0xau : 0u);
+        assert_int_equal(ear->heard[EAR_CAN][MR_ID_TEMPERATURE], with ? 11 : 0);
+        assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
+        ear_close(ear);
+    }
+    print_message("# thermometer: %lld instructions and %u CAN frames in 10 s\n", (long long)(instructions[1] - instructions[0]),
+                  frames[1] - frames[0]);
+    assert_int_equal(frames[1] - frames[0], 10);
+}
+
+/* Three minutes with a power cut between the second and the third row; then all are read out over CAN and over serial. */
+static void rows_survive_a_power_cut(void **state)
+{
+    struct mr_slowrow_reader reader = {0};
+    struct mr_slow_end end;
+    struct mr_slowrow rows[8];
+    (void)state;
+    struct hil_options options = ear_options();
+    options.temperature_c = 5.0;
+    options.temperature_c_per_h = -300.0; /* 5 C a minute */
+    struct ear *ear = ear_open(&options, 0);
+    ear_order(ear, "at 121 power-cut 500");
+    ear_until(ear, 190.0);
+    ear->listens = true;
+    for (unsigned link = 0; link < EAR_LINKS; link++) {
+        unsigned count = 0;
+        ear->said_count[link] = 0;
+        ear_command(ear, link, MR_COMMAND_SLOW_READ, 2, 7);
+        ear_until(ear, link ? 196.0 : 193.0);
+        for (unsigned i = 0; i < ear->said_count[link]; i++) {
+            const struct ear_said *said = &ear->said[link][i];
+            size_t length = mr_message_find(said->id)->length;
+            if (mr_slowrow_take(&reader, said->id, said->payload, length) == MR_OK && count < 8)
+                rows[count++] = reader.row;
+            if (said->id == MR_ID_SLOW_END)
+                assert_int_equal(mr_slow_end_get(&end, said->payload, length), MR_OK);
+        }
+        if (count > 2) /* both links tell what was asked on one */
+            count = 2;
+        assert_int_equal(count, 2);
+        assert_int_equal(rows[0].seq, 2);
+        assert_int_equal(rows[0].block, 120000);
+        assert_int_equal(rows[0].boot, 1);
+        assert_int_equal(rows[1].seq, 3);
+        assert_int_equal(rows[1].block, 60000);
+        assert_int_equal(rows[1].boot, 2);
+        assert_true(fabsf(rows[0].temperature_c + 5.0f) < 0.15f);
+        assert_true(fabsf(rows[1].temperature_c + 10.1f) < 0.2f);
+        assert_true(fabsf(rows[1].tension_lb[0] - rows[0].tension_lb[0]) < 0.05f);
+        assert_int_equal(rows[1].state & 1u, 1); /* the supply came */
+        assert_int_equal(end.next_seq, 4);
+        assert_int_equal(end.rows, 3);
+        assert_int_equal(end.boot, 2);
+    }
+    ear_close(ear);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(readings_follow_the_truth),
+        cmocka_unit_test(what_fails_is_told_and_comes_back),
+        cmocka_unit_test(a_reset_while_it_is_read),
+        cmocka_unit_test(not_fitted_costs_nothing),
+        cmocka_unit_test(rows_survive_a_power_cut),
+    };
+    return cmocka_run_group_tests_name("hil/thermometer", tests, NULL, NULL);
+}
