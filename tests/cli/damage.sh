@@ -81,4 +81,7 @@ check "its speed is within 1 %" within_1_percent 6 4
 check "gage 6 is named" told 6 13 3 'gage 6 (75.0 ft): bridge open, from'
 check "its readings are missing from there on" missing_from 6 t6_lb 0.88 0.01
 check "the peaks of all transducers are right" untouched 6 4 1 2 3 4 5 6 7 8
+check "landing 5, the amplifier of gage 4 holds its value" twin 5 "gage 4 stick"
+check "its speed is within 1 %" within_1_percent 7 5
+check "gage 4 is named" told 7 11 7 'gage 4 (55.0 ft): stuck, from'
 finish

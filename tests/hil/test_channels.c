@@ -68,7 +68,7 @@ static void the_noise_told_is_the_converters(void **state)
         sum[kind] += (double)quality.noise_codes;
         count[kind]++;
         assert_int_equal(quality.invalid, 0);
-        assert_true(quality.error_codes > quality.noise_codes);
+        assert_true(quality.error_codes > quality.noise_codes - 0.0055f); /* it is told to a hundredth */
     }
     printf("# noise told: transducers %.3f, gages %.3f codes\n", sum[0] / count[0], sum[1] / count[1]);
     for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++)
