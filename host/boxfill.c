@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/boardtime.h"
 #include "common/boxread.h"
 #include "common/catalogue.h"
 #include "host/link/link.h"
@@ -135,10 +136,11 @@ static enum mr_status fill_edge(struct store *store, int64_t run, const struct m
     if (status != MR_OK || there)
         return status;
     result->filled_edges++;
-    double since_us = (double)(int32_t)(edge.tick - block->tick) / 84.0; /* within a few blocks of the edge */
+    uint32_t origin = mr_boardtime_origin(block->index, block->tick); /* a few blocks from the edge */
+    double board_us = (double)mr_boardtime_ticks(origin, block->index, edge.tick) / MR_TICKS_PER_US;
     return store_edge_put(store, run, &(struct store_edge){.count = edge.count, .position = edge.position, .tick = edge.tick,
                                                            .step_codes = (double)edge.step_codes,
-                                                           .board_us = 1000.0 * (double)block->index + since_us,
+                                                           .board_us = board_us,
                                                            .links = BOXFILL_LINK}, error);
 }
 
