@@ -283,6 +283,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     bool was_armed = app->landing.state == LANDING_ARMED;
 
     health_set_block(block->index);
+    timesync_block(&app->timesync, &app->telemetry, block->index, block->tick);
     read_channels(app, block);
     struct landing_news news =
         landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);

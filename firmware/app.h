@@ -6,6 +6,7 @@
 #include "firmware/boxlink.h"
 #include "firmware/landing.h"
 #include "firmware/telemetry.h"
+#include "firmware/timesync.h"
 
 #define APP_BASELINE_BLOCKS 256u   /* mean over these is the zero of a landing's movement */
 #define APP_ZONE_BLOCKS 10u        /* the zone is sought every 10 ms */
@@ -41,6 +42,7 @@ struct app {
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 
+    struct timesync timesync;
     struct boxlink boxlink;
     struct blackbox box;
 };

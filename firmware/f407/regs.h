@@ -145,6 +145,8 @@ struct can_regs {
 #define CAN_MCR_ABOM (1u << 6)
 #define CAN_MSR_INAK (1u << 0)
 #define CAN_TSR_RQCP(m) (1u << (8u * (m)))
+#define CAN_TSR_TXOK(m) (2u << (8u * (m)))
+#define CAN_TSR_DONE(m) (CAN_TSR_RQCP(m) | CAN_TSR_TXOK(m))
 #define CAN_RF0R_FMP 3u
 #define CAN_RF0R_FOVR (1u << 4)
 #define CAN_RF0R_RFOM (1u << 5)

@@ -53,6 +53,12 @@ bool board_can_receive(struct board_can_frame *frame)
     return true;
 }
 
+bool board_can_sync_tick(uint32_t block, uint32_t *tick)
+{
+    *tick = fake.sync_tick;
+    return fake.sync_left && fake.sync_block == block;
+}
+
 void board_can_state(struct board_can_errors *errors)
 {
     *errors = fake.can_errors;

@@ -23,6 +23,9 @@ struct fake_board {
     uint8_t serial_in[4096];
     size_t serial_in_count, serial_in_taken;
 
+    uint32_t sync_block, sync_tick; /* of the last sync frame; what it says, when it left */
+    bool sync_left;
+
     bool can_full, serial_full; /* refuse everything */
     struct board_can_errors can_errors;
     bool warning;
