@@ -71,6 +71,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
         forget_baseline(app);
+        camera_arm(&app->camera);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -148,6 +149,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_SURVEY:
         status = survey(app, &command);
+        break;
+    case MR_COMMAND_CAMERA:
+        status = camera_command(&app->camera);
         break;
     case MR_COMMAND_BOOTROM:
         status = enter_rom(app);
@@ -292,6 +296,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
     tell_landing(app, &news, block->index);
+    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + EDGE_WINDOW_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording) {
         if (landing_quiet(&app->landing, block->index))

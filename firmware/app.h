@@ -4,6 +4,7 @@
 
 #include "common/framing.h"
 #include "firmware/boxlink.h"
+#include "firmware/camera.h"
 #include "firmware/landing.h"
 #include "firmware/telemetry.h"
 #include "firmware/timesync.h"
@@ -43,6 +44,7 @@ struct app {
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 
     struct timesync timesync;
+    struct camera camera;
     struct boxlink boxlink;
     struct blackbox box;
 };

@@ -5,6 +5,7 @@
 #define PORT_A 0u
 #define PORT_B 1u
 #define PORT_D 3u
+#define PORT_E 4u
 
 void hil_gpio_reset_port(struct hil_board *board, unsigned port)
 {
@@ -75,6 +76,7 @@ void hil_gpio_changed(struct hil_board *board, uint64_t at)
 {
     hil_rig_excitation(board, hil_gpio_level(board, PORT_D, 12), hil_gpio_level(board, PORT_D, 13), at);
     hil_spi_pins_changed(board, at);
+    hil_camera_trigger(board, hil_gpio_level(board, PORT_E, 2), at);
 }
 
 void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool level, uint64_t at)
@@ -87,7 +89,9 @@ void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool l
     bool after = hil_gpio_level(board, port, pin);
     /* PA15 with function 1 is TIM2_CH1; without it no edge ever reaches the timer. */
     if (after != before && port == PORT_A && pin == 15 && hil_gpio_alternate(board, port, pin) == 1)
-        hil_tim2_input_edge(board, after, at);
+        hil_tim2_input_edge(board, 0, after, at);
+    if (after != before && port == PORT_B && pin == 3 && hil_gpio_alternate(board, port, pin) == 1) /* TIM2_CH2 */
+        hil_tim2_input_edge(board, 1, after, at);
 }
 
 uint32_t hil_gpio_read(struct hil_board *board, unsigned unit, uint32_t offset)
@@ -154,6 +158,6 @@ void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uin
         hil_bus_no_register(board);
         return;
     }
-    if (unit == PORT_D || unit == PORT_B)
+    if (unit == PORT_D || unit == PORT_B || unit == PORT_E)
         hil_gpio_changed(board, hil_now(board));
 }

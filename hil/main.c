@@ -43,6 +43,8 @@ static const char help[] =
     "  --rig RUNFILE    what the rig does: a matrig-run file; without it nothing moves\n"
     "  --replay FILE    instead of a rig, a recorded landing: a matrig-replay file, which matrig replay writes\n"
     "  --speed max|real at full speed, waiting for a slow host (default); by the wall clock, dropping\n"
+    "  --camera HZ[,DELAY_MS[,JITTER_US]]  a film camera: triggered by PE2, after DELAY_MS (default 0) it gives a pulse\n"
+    "                   a frame on PB3\n"
     "  --for S          seconds of virtual time (default: the run file's duration, or until a signal)\n"
     "  --seed N         of converter noise (default 1)\n"
     "  --hse HZ         crystal, 0: it does not start (default 8000000)\n"
@@ -144,6 +146,27 @@ static bool parse_times(struct arguments *a, const char *text)
     return word >= 0;
 }
 
+/* HZ[,DELAY_MS[,JITTER_US]] */
+static bool parse_camera(struct hil_options *options, const char *text)
+{
+    double value[3] = {0.0, 0.0, 0.0};
+    const double most[3] = {1e5, 1e6, 1e6};
+    for (unsigned i = 0; i < 3; i++) {
+        char *end;
+        value[i] = strtod(text, &end);
+        if (end == text || (*end && *end != ',') || !(value[i] >= (i ? 0.0 : 0.01) && value[i] <= most[i]))
+            return false;
+        text = end + 1;
+        if (*end)
+            continue;
+        options->camera_hz = value[0];
+        options->camera_delay_ps = (uint64_t)(value[1] * (double)HIL_MS_PS);
+        options->camera_jitter_ps = (uint64_t)(value[2] * (double)HIL_US_PS);
+        return true;
+    }
+    return false;
+}
+
 static enum mr_status parse_option(struct arguments *a, const char *name, const char *text)
 {
     double value = 0.0;
@@ -171,6 +194,8 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
     } else if (strcmp(name, "--speed") == 0) {
         a->real = strcmp(text, "real") == 0;
         ok = a->real || strcmp(text, "max") == 0;
+    } else if (strcmp(name, "--camera") == 0) {
+        ok = parse_camera(&a->options, text);
     } else if (strcmp(name, "--for") == 0) {
         ok = parse_number(text, 1e-6, FOREVER_S, &a->for_s);
     } else if (strcmp(name, "--seed") == 0) {

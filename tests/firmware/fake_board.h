@@ -13,6 +13,13 @@ struct fake_board {
     uint32_t edge_tick[64];
     size_t edges, edges_taken;
 
+    uint32_t frame_tick[4096]; /* pulses of the camera */
+    size_t frames, frames_taken;
+    bool frames_captured;
+    bool camera;
+    unsigned camera_pulses;
+    uint32_t camera_tick;      /* what board_camera returns */
+
     struct board_can_frame sent[FAKE_FRAMES];
     uint32_t sent_block[FAKE_FRAMES]; /* block being processed */
     size_t sent_count;
