@@ -55,7 +55,7 @@ images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
-variants := $(B)/tests/variant/rest.elf $(B)/tests/variant/scale.elf
+variants := $(B)/tests/variant/rest.elf $(B)/tests/variant/scale.elf $(B)/tests/variant/camera.elf
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability
 
@@ -210,6 +210,10 @@ $(B)/tests/variant/rest.c: firmware/landing.c
 $(B)/tests/variant/scale.c: firmware/config.c
 	@mkdir -p $(@D)
 	sed 's|^\(#define IN_PER_CODE .*\)0\.5f|\10.51f|' $< >$@ && ! cmp -s $< $@
+# And one whose built-in configuration has a camera.
+$(B)/tests/variant/camera.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|\.black_box = 1,|& .camera = 1,|' $< >$@ && ! cmp -s $< $@
 $(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
 	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
 	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
