@@ -3,14 +3,14 @@
 #include <math.h>
 #include <string.h>
 
-#define PARABOLA 3u
-#define BRAKE_ERROR_FT 0.01 /* at touchdown: the brake takes 0.05 s to rise, and the parabola does not know */
-#define LEAST_LOG10_Q (-8.0)
-#define MOST_LOG10_Q 3.0
-#define SEARCH_STEPS 40
-#define GOLDEN 0.6180339887498949
+#include "common/braking.h"
 
-/* Covariance of station at two times for q = 1, both since touchdown: the integral over u of (s - u)^2 (t - u)^2 / 4. */
+#define PARABOLA 3u
+#define INWARD_S 1e-3 /* for the speed at a gate */
+#define LEAST_HALF_POWER (-16)
+#define MOST_HALF_POWER 6
+
+/* Covariance of station at two times for q = 1, both since the first gate: the integral over u of (s - u)^2 (t - u)^2 / 4. */
 static double wander(double a_s, double b_s)
 {
     double s = fmin(a_s, b_s), d = fabs(a_s - b_s);
@@ -23,14 +23,14 @@ static double power(double t_s, size_t n)
 }
 
 /* The system of universal kriging: covariances, bordered by the parabola. */
-static size_t set_system(const struct track *track, double q, double system[TRACK_SIZE][TRACK_SIZE])
+static size_t set_system(const struct track *track, const struct track_model *model, double system[TRACK_SIZE][TRACK_SIZE])
 {
     size_t n = track->points;
     memset(system, 0, sizeof(double[TRACK_SIZE][TRACK_SIZE]));
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < n; k++)
-            system[i][k] = q * wander(track->t_s[i], track->t_s[k]);
-        system[i][i] += track->error_ft[i] * track->error_ft[i];
+            system[i][k] = model->q * wander(track->t_s[i], track->t_s[k]);
+        system[i][i] += track->error_ft * track->error_ft + model->ripple_ft * model->ripple_ft;
         for (size_t p = 0; p < PARABOLA; p++)
             system[i][n + p] = system[n + p][i] = power(track->t_s[i], p);
     }
@@ -83,105 +83,163 @@ static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n, double inverse[TR
 
 /* Minus twice the restricted log likelihood, but for a constant: the bordered determinant is |S| |X' S^-1 X|, and y' P y is the
  * generalised sum of squares, P the upper left part of the inverse. */
-static double unlikeliness(const struct track *track, double q)
+static double unlikeliness(const struct track *track, struct track_model *model)
 {
-    double system[TRACK_SIZE][TRACK_SIZE], inverse[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
-    size_t size = set_system(track, q, system);
-    if (!invert(system, size, inverse, &log_determinant))
+    double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
+    size_t size = set_system(track, model, system);
+    if (!invert(system, size, model->inverse, &log_determinant))
         return INFINITY;
     for (size_t i = 0; i < track->points; i++) {
         for (size_t k = 0; k < track->points; k++)
-            squares += track->station_ft[i] * inverse[i][k] * track->station_ft[k];
+            squares += track->station_ft[i] * model->inverse[i][k] * track->station_ft[k];
     }
     return log_determinant + squares;
 }
 
-static double most_likely_q(const struct track *track)
+/* Keeps a model when it is among the likeliest; `unlikely` is in step with track->model. */
+static void keep_model(struct track *track, const struct track_model *model, double unlikeliness_now, double unlikely[TRACK_MODELS])
 {
-    double low = LEAST_LOG10_Q, high = MOST_LOG10_Q;
-    double a = high - GOLDEN * (high - low), b = low + GOLDEN * (high - low);
-    double at_a = unlikeliness(track, pow(10.0, a)), at_b = unlikeliness(track, pow(10.0, b));
-    for (int i = 0; i < SEARCH_STEPS; i++) {
-        if (at_a < at_b) {
-            high = b;
-            b = a;
-            at_b = at_a;
-            a = high - GOLDEN * (high - low);
-            at_a = unlikeliness(track, pow(10.0, a));
-        } else {
-            low = a;
-            a = b;
-            at_a = at_b;
-            b = low + GOLDEN * (high - low);
-            at_b = unlikeliness(track, pow(10.0, b));
-        }
+    size_t place = track->models;
+    if (place == TRACK_MODELS) {
+        place = 0;
+        for (size_t i = 1; i < TRACK_MODELS; i++)
+            place = unlikely[i] > unlikely[place] ? i : place;
+        if (unlikeliness_now >= unlikely[place])
+            return;
+    } else {
+        track->models++;
     }
-    return pow(10.0, 0.5 * (low + high));
+    track->model[place] = *model;
+    unlikely[place] = unlikeliness_now;
 }
 
-static void add_point(struct track *track, double t_s, double station_ft, double error_ft)
+/* The grid: half a power of ten in q by ripples from none to many times the gates' error. */
+static void find_models(struct track *track)
 {
-    track->t_s[track->points] = t_s;
-    track->station_ft[track->points] = station_ft;
-    track->error_ft[track->points++] = error_ft;
+    static const double ripples[] = {0.0, 0.7, 1.4, 2.8, 5.6, 11.2};
+    double unlikely[TRACK_MODELS], least = INFINITY, sum = 0.0;
+    for (int half = LEAST_HALF_POWER; half <= MOST_HALF_POWER; half++) {
+        for (size_t i = 0; i < sizeof ripples / sizeof ripples[0]; i++) {
+            struct track_model model = {.q = pow(10.0, 0.5 * half), .ripple_ft = ripples[i] * track->error_ft};
+            double now = unlikeliness(track, &model);
+            if (!isinf(now))
+                keep_model(track, &model, now, unlikely);
+        }
+    }
+    for (size_t m = 0; m < track->models; m++)
+        least = fmin(least, unlikely[m]);
+    for (size_t m = 0; m < track->models; m++)
+        sum += track->model[m].weight = exp(-0.5 * (unlikely[m] - least));
+    for (size_t m = 0; m < track->models; m++)
+        track->model[m].weight /= sum;
+}
+
+/* By one model, between the first gate and the last. Gives the variance. */
+static double by_model(const struct track *track, const struct track_model *model, double since_s, double *station_ft)
+{
+    double side[TRACK_SIZE], variance = model->q * wander(since_s, since_s);
+    for (size_t i = 0; i < track->points; i++)
+        side[i] = model->q * wander(track->t_s[i], since_s);
+    for (size_t p = 0; p < PARABOLA; p++)
+        side[track->points + p] = power(since_s, p);
+    *station_ft = 0.0;
+    for (size_t i = 0; i < track->points + PARABOLA; i++) {
+        double weight = 0.0;
+        for (size_t k = 0; k < track->points + PARABOLA; k++)
+            weight += model->inverse[i][k] * side[k];
+        variance -= weight * side[i];
+        if (i < track->points)
+            *station_ft += weight * track->station_ft[i];
+    }
+    return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft; /* which is motion: between gates there is as much */
+}
+
+static struct mr_estimate between_gates(const struct track *track, double t_s)
+{
+    double mean = 0.0, variance = 0.0, square = 0.0, reference = track->station_ft[0];
+    for (size_t m = 0; m < track->models; m++) {
+        const struct track_model *model = &track->model[m];
+        double station_ft;
+        variance += model->weight * by_model(track, model, t_s - track->first.t_s, &station_ft);
+        mean += model->weight * (station_ft - reference);
+        square += model->weight * (station_ft - reference) * (station_ft - reference);
+    }
+    return (struct mr_estimate){reference + mean, sqrt(variance + fmax(square - mean * mean, 0.0))};
+}
+
+static struct track_moment gate_moment(const struct track *track, double t_s, double inward_s)
+{
+    struct mr_estimate here = between_gates(track, t_s), inside = between_gates(track, t_s + inward_s);
+    return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
+}
+
+/* The brake takes a while to rise (common/braking.h: delay d, shape k): where it has bent the way by a d^2 (1 + k) / 2 or not. */
+static double brake_error_ft(double deceleration_ft_s2)
+{
+    const double d = MR_BRAKE_DELAY_S, e = MR_BRAKE_DELAY_ERROR_S;
+    return 0.5 * deceleration_ft_s2 * (1.0 + MR_BRAKE_SHAPE) * sqrt(4.0 * d * d * e * e + 2.0 * e * e * e * e);
+}
+
+static void set_ends(const struct measured *measured, struct track *track)
+{
+    const struct mr_gates_summary *summary = &measured->summary;
+    double speed_ft_s = summary->touchdown_speed_ft_s.value;
+    double error_ft = hypot(speed_ft_s * summary->touchdown_t_s.error, brake_error_ft(summary->mean_deceleration_ft_s2.value));
+    track->begin_s = fmin(measured->gate[0].t_s, 0.0);
+    track->touchdown = (struct track_moment){0.0, {measured->landing.touchdown_ft, error_ft}, speed_ft_s};
+    track->speed_error_ft_s = summary->touchdown_speed_ft_s.error;
+    track->first = gate_moment(track, track->first.t_s, INWARD_S);
+    track->last = gate_moment(track, track->last.t_s, -INWARD_S);
+    track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last.t_s), summary->stop_station_ft, 0.0};
 }
 
 void track_make(const struct measured *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
-    const struct store_landing *landing = &measured->landing;
-    double system[TRACK_SIZE][TRACK_SIZE], log_determinant;
     memset(track, 0, sizeof *track);
     if (measured->fit_status != MR_OK || !measured->t0_is_touchdown)
         return;
-    double touchdown_error_ft = summary->touchdown_speed_ft_s.value * summary->touchdown_t_s.error;
-    track->touchdown_ft = landing->touchdown_ft;
-    track->touchdown_s = summary->touchdown_t_s;
-    track->speed_ft_s = summary->touchdown_speed_ft_s;
-    track->begin_s = fmin(measured->gate[0].t_s, 0.0);
-    track->stop_s = summary->stop_t_s.value;
-    add_point(track, 0.0, landing->touchdown_ft, hypot(touchdown_error_ft, BRAKE_ERROR_FT));
+    track->error_ft = measured->landing.switch_error_ft;
     for (size_t g = 0; g < measured->gates; g++) {
         const struct mr_gate *gate = &measured->gate[g];
-        if (gate->t_s > 0.0 && gate->t_s < track->stop_s && !(summary->alien & 1u << g))
-            add_point(track, gate->t_s, gate->station_ft, landing->switch_error_ft);
+        if (gate->t_s <= 0.0 || summary->alien & 1u << g)
+            continue;
+        if (track->points == 0)
+            track->first.t_s = gate->t_s;
+        track->last.t_s = gate->t_s;
+        track->t_s[track->points] = gate->t_s - track->first.t_s;
+        track->station_ft[track->points++] = gate->station_ft;
     }
-    if (track->points < 4)
+    if (track->points < PARABOLA)
         return;
-    add_point(track, track->stop_s, summary->stop_station_ft.value, summary->stop_station_ft.error);
-    track->q = most_likely_q(track);
-    size_t size = set_system(track, track->q, system);
-    track->known = invert(system, size, track->inverse, &log_determinant);
+    find_models(track);
+    track->known = track->models > 0;
+    if (track->known)
+        set_ends(measured, track);
 }
 
-/* Right side of the kriging system for one time. */
-static void set_side(const struct track *track, double t_s, double side[TRACK_SIZE])
+/* The cubic that has both moments' station and speed; the error goes from one to the other. */
+static struct mr_estimate join(const struct track_moment *from, const struct track_moment *to, double t_s)
 {
-    for (size_t i = 0; i < track->points; i++)
-        side[i] = track->q * wander(track->t_s[i], t_s);
-    for (size_t p = 0; p < PARABOLA; p++)
-        side[track->points + p] = power(t_s, p);
+    double span_s = to->t_s - from->t_s, x = (t_s - from->t_s) / span_s;
+    double rise = to->station_ft.value - from->station_ft.value;
+    double v0 = from->speed_ft_s * span_s, v1 = to->speed_ft_s * span_s;
+    double square = 3.0 * rise - 2.0 * v0 - v1, cube = v0 + v1 - 2.0 * rise;
+    return (struct mr_estimate){from->station_ft.value + v0 * x + square * x * x + cube * x * x * x,
+                                from->station_ft.error + (to->station_ft.error - from->station_ft.error) * x};
 }
 
 struct mr_estimate track_at(const struct track *track, double t_s)
 {
-    const struct mr_estimate unknown = {(double)NAN, (double)NAN};
-    double side[TRACK_SIZE], station_ft = 0.0, variance = 0.0;
+    const struct track_moment *touchdown = &track->touchdown;
     if (!track->known || t_s < track->begin_s)
-        return unknown;
+        return (struct mr_estimate){(double)NAN, (double)NAN};
     if (t_s < 0.0)
-        return (struct mr_estimate){track->touchdown_ft + track->speed_ft_s.value * t_s,
-                                    hypot(track->speed_ft_s.error * t_s, track->error_ft[0])};
-    t_s = fmin(t_s, track->stop_s);
-    set_side(track, t_s, side);
-    for (size_t i = 0; i < track->points + PARABOLA; i++) {
-        double weight = 0.0;
-        for (size_t k = 0; k < track->points + PARABOLA; k++)
-            weight += track->inverse[i][k] * side[k];
-        variance -= weight * side[i];
-        if (i < track->points)
-            station_ft += weight * track->station_ft[i];
-    }
-    variance += track->q * wander(t_s, t_s);
-    return (struct mr_estimate){station_ft, sqrt(fmax(variance, 0.0))};
+        return (struct mr_estimate){touchdown->station_ft.value + touchdown->speed_ft_s * t_s,
+                                    hypot(touchdown->station_ft.error, track->speed_error_ft_s * t_s)};
+    if (t_s >= track->stop.t_s)
+        return track->stop.station_ft;
+    if (t_s < track->first.t_s)
+        return join(touchdown, &track->first, t_s);
+    return t_s <= track->last.t_s ? between_gates(track, t_s) : join(&track->last, &track->stop, t_s);
 }

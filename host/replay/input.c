@@ -209,6 +209,20 @@ static enum mr_status put_edges(struct writer *writer, struct store *store, cons
     return status;
 }
 
+/* Film frames are numbered from arming on, so their times rise; what was refused as noise is not among them. */
+static enum mr_status put_frames(struct writer *writer, struct store *store, const struct answers *recorded,
+                                 struct replay_input *input, struct error *error)
+{
+    struct store_film_frame *frame;
+    enum mr_status status = store_film_frames(store, recorded->landing.id, &frame, &input->frames, error);
+    for (size_t i = 0; status == MR_OK && i < input->frames; i++)
+        put(writer, "frame %" PRIu64 "\n",
+            capture_tick(frame[i].board_us, frame[i].tick, &recorded->block[0], input->shift_blocks));
+    if (status == MR_OK)
+        free(frame);
+    return status;
+}
+
 /* ---- the file ---- */
 
 static void put_block(struct writer *writer, struct mr_block block, int64_t shift_blocks)
@@ -242,6 +256,8 @@ static enum mr_status put_all(struct writer *writer, struct store *store, const 
     enum mr_status status = put_commands(writer, store, recorded, input, error);
     if (status == MR_OK)
         status = put_edges(writer, store, recorded, input, error);
+    if (status == MR_OK)
+        status = put_frames(writer, store, recorded, input, error);
     for (size_t i = 0; status == MR_OK && i < recorded->blocks; i++)
         put_block(writer, recorded->block[i], input->shift_blocks);
     fprintf(writer->file, "end %08x\n", (unsigned)writer->crc);
