@@ -8,6 +8,7 @@
  * TIM4's start starts TIM2 too, both from 0, so the first trigger of block n is at tick 2352 + 84000 n of TIM2: edges and
  * samples share one clock without any software in between. Blocks are 8 scans, an even number, so every block begins with
  * the excitation forward (PD12 high, PD13 low). */
+#include "common/boardtime.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
@@ -149,7 +150,7 @@ void dma2_stream4_irq(void)
         health_count(MR_FAULT_BLOCK_LATE, 0);
         return;
     }
-    mr_block_from_scans(&queue[queued % BLOCK_QUEUE], index, TRIGGER_TICK + index * MR_TICKS_PER_BLOCK,
+    mr_block_from_scans(&queue[queued % BLOCK_QUEUE], index, mr_boardtime_tick(TRIGGER_TICK, index),
                         &adc3_code[half], &adc1_code[half]);
     queued++;
 }
@@ -187,7 +188,7 @@ void board_scans_restart(void)
         uint32_t mask = irq_mask();
         /* Since the first trigger of the block expected next. Not since the first of all: TIM2 wraps after 51 s, and that is no
          * whole number of blocks. A restart is tried each second, so this has not wrapped. */
-        uint32_t since_due = TIM2->CNT - (TRIGGER_TICK + next_index * MR_TICKS_PER_BLOCK);
+        uint32_t since_due = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index);
         uint32_t in_block = since_due % MR_TICKS_PER_BLOCK;
         bool now = in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000;
         if (now) {
