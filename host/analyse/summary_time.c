@@ -8,12 +8,13 @@
 #include "host/timemap.h"
 #include "host/units.h"
 
-/* The best map is one that is good, and of two the surer one; of two that are none, the one that says more. */
+/* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of two that are none, the one that
+ * says more. */
 static bool better(const struct store_time_map *a, const struct store_time_map *b)
 {
     if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
         return b->refusal != TIMEMAP_GOOD && (a->refusal == TIMEMAP_GOOD || a->refusal > b->refusal);
-    return a->host_half_us < b->host_half_us;
+    return a->link == LINK_CAN && b->link != LINK_CAN;
 }
 
 enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
@@ -63,7 +64,7 @@ static void print_clock(const struct summary *summary, FILE *out)
         fprintf(out, "  %-13s no times of day: %s\n", "clock", timemap_refusal_text((unsigned)clock->refusal));
         return;
     }
-    fprintf(out, "  %-13s board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms (95 %%)\n", "clock",
+    fprintf(out, "  %-13s board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms (95 %%) and the link's least delay\n", "clock",
             fabs(clock->fast_ppm), clock->fast_half_ppm, clock->fast_ppm < 0.0 ? "slow" : "fast",
             summary_link_name((int)clock->link), (long long)clock->pairs, clock->host_half_us / 1e3);
     if (!summary->measured.t0_is_touchdown)
