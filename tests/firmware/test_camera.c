@@ -112,6 +112,25 @@ static void frames_are_told_with_number_and_time(void **state)
     }
 }
 
+static void each_landing_counts_its_own_frames(void **state)
+{
+    (void)state;
+    struct mr_film_frame frame;
+    fit_camera(NAN);
+    for (unsigned landing = 0; landing < 2; landing++) {
+        command("arm 0");
+        play(1);
+        for (unsigned i = 0; i < 3 + landing; i++)
+            pulse_at(0.001 * (index_now + 1) + 0.005 * i);
+        play(50);
+        command("disarm");
+        play(10);
+        GET_LAST(film_frame, FILM_FRAME, &frame);
+        assert_int_equal(frame.number, 3 + landing);
+        assert_int_equal(fake.camera_pulses, 1 + landing);
+    }
+}
+
 static void noise_is_refused_and_counted(void **state)
 {
     (void)state;
@@ -197,6 +216,7 @@ int main(void)
         cmocka_unit_test_setup(by_station_it_is_triggered_where_the_gear_is, without_camera),
         cmocka_unit_test_setup(by_command_it_is_triggered_at_any_time, without_camera),
         cmocka_unit_test_setup(frames_are_told_with_number_and_time, without_camera),
+        cmocka_unit_test_setup(each_landing_counts_its_own_frames, without_camera),
         cmocka_unit_test_setup(noise_is_refused_and_counted, without_camera),
         cmocka_unit_test_setup(frames_go_on_over_the_wrap_of_the_clock, without_camera),
         cmocka_unit_test_setup(without_a_camera_it_costs_nothing, without_camera),
