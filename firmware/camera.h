@@ -3,7 +3,7 @@
  * The trigger is a pulse of 10 ms: when a landing is armed, or when the gear is to be at site.camera_station_ft by the motion
  * estimated last (once a landing), and by command. Frame pulses are told while a landing is recorded, numbered from arming on. A
  * camera gives 64 to 200 of them a second; one less than a millisecond after the one before is refused and counted. At 200 a
- * second they take 2.4 % of the CAN bus, 1.8 % of serial and 2.6 kB/s of the black box. With site.camera 0 nothing is captured,
+ * second they take 2.4 % of the CAN bus, 1.8 % of serial and 2.1 kB/s of the black box. With site.camera 0 nothing is captured,
  * triggered or sent. */
 #ifndef MATRIG_FIRMWARE_CAMERA_H
 #define MATRIG_FIRMWARE_CAMERA_H

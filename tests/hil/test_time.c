@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "common/catalogue.h"
+#include "common/command.h"
 #include "common/fault.h"
 #include "hil/board.h"
 #include "hil/faults.h"
@@ -183,11 +184,50 @@ static void jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap(void *
     leave(ear);
 }
 
+/* Pulses at twice the rate that a camera can have: every second one is refused, and that is told. */
+static void what_no_camera_gives_is_refused(void **state)
+{
+    (void)state;
+    struct ear *ear = play(ELF, 2000.0, 0.0, 0.0, NULL, 2.0);
+    assert_true(ear->faults & 1u << MR_FAULT_EDGE_OVERRUN);
+    assert_true(hil_board_counters(ear->board)->film_frames > 2000);
+    assert_in_range(ear->frames, hil_board_counters(ear->board)->film_frames / 2 - 10, hil_board_counters(ear->board)->film_frames / 2 + 1);
+    for (unsigned i = 1; i < ear->frames; i++)
+        assert_true(ear->frame[i].tick - ear->frame[i - 1].tick >= 84000 - 1);
+    leave(ear);
+}
+
+/* Armed 0.3 s before TIM2 comes round, with nothing moving: the frames go on every 10 ms. */
+static void frames_go_on_when_the_counter_comes_round(void **state)
+{
+    (void)state;
+    struct ear *ear = play(ELF, 100.0, 0.0, 0.0, NULL, 0.01);
+    struct hil_can_frame arm = {.id = MR_ID_COMMAND, .length = 8};
+    hil_run_free(&ear->run);
+    assert_int_equal(hil_run_still(&ear->run, 60.0), MR_OK);
+    hil_board_attach_rig(ear->board, &ear->run);
+    mr_command_put(&(struct mr_command){.code = MR_COMMAND_ARM, .tag = 1}, arm.data);
+    bench_run(ear->board, 50850 * HIL_MS_PS);
+    assert_int_equal(hil_board_can_inject(ear->board, &arm), MR_OK);
+    bench_run(ear->board, 51500 * HIL_MS_PS);
+    unsigned before = 0;
+    assert_true(ear->frames > 60);
+    for (unsigned i = 1; i < ear->frames; i++) {
+        assert_int_equal(ear->frame[i].number, i + 1);
+        assert_in_range(ear->frame[i].tick - ear->frame[i - 1].tick, 839999, 840001);
+        before += ear->frame[i].tick > 0x80000000u;
+    }
+    assert_true(before > 10 && before < ear->frames - 10);
+    leave(ear);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sync_at_tells_when_the_sync_frame_ended),
         cmocka_unit_test(film_frames_are_where_the_camera_put_them),
+        cmocka_unit_test(what_no_camera_gives_is_refused),
+        cmocka_unit_test(frames_go_on_when_the_counter_comes_round),
         cmocka_unit_test(jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap),
     };
     return cmocka_run_group_tests_name("hil/time", tests, NULL, NULL);
