@@ -55,7 +55,7 @@ images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
-variants := $(B)/tests/variant/rest.elf $(B)/tests/variant/scale.elf $(B)/tests/variant/camera.elf
+variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability
 
@@ -210,6 +210,24 @@ $(B)/tests/variant/rest.c: firmware/landing.c
 $(B)/tests/variant/scale.c: firmware/config.c
 	@mkdir -p $(@D)
 	sed 's|^\(#define IN_PER_CODE .*\)0\.5f|\10.51f|' $< >$@ && ! cmp -s $< $@
+# And images of rigs that lack something: transducers 1 to 4 alone, no gages, nothing but switches (and no black box); and one that
+# changes what is fitted every 50 blocks, bandless every other time.
+$(B)/tests/variant/four.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|^ *TRANSDUCER([5-8],.*|{0},|; s|^ *GAGE([0-9].*|{0},|' $< >$@ && [ $$(grep -c '^{0},' $@) = 18 ]
+$(B)/tests/variant/bandless.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|^ *GAGE([0-9].*|{0},|' $< >$@ && [ $$(grep -c '^{0},' $@) = 14 ]
+$(B)/tests/variant/switches.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|^ *TRANSDUCER([0-9],.*|{0},|; s|^ *GAGE([0-9].*|{0},|; s|\.black_box = 1|.black_box = 0|' $< >$@ && \
+		[ $$(grep -c '^{0},' $@) = 22 ] && grep -q 'black_box = 0' $@
+$(B)/tests/variant/changing.c: firmware/main.c
+	@mkdir -p $(@D)
+	sed -e '1i #include "firmware/config.h"' -e 's|bool progress = app_poll(&app);|& change(\&app);|' -e '/^int main/i \
+	static void change(struct app *a) { static uint32_t done; if (a->next_index / 50 == done) return; done = a->next_index / 50; \
+	for (unsigned c = 0; c < 22; c++) config.channel[c].kind = (uint8_t)(done * 2654435761u >> (31 - c) \& 1u ? (c < 8 ? 1 : done % 2 ? 2 : 0) : 0); \
+	app_configured(a); }' $< >$@ && grep -q 'change(&app)' $@
 # And one whose built-in configuration has a camera.
 $(B)/tests/variant/camera.c: firmware/config.c
 	@mkdir -p $(@D)
@@ -217,7 +235,7 @@ $(B)/tests/variant/camera.c: firmware/config.c
 $(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
 	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
 	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
-		$(filter-out $(if $(findstring rest,$@),%/landing.o,%/config.o),$(call objects,arm,$(arm_src))) -lm -o $@
+		$(filter-out $(if $(findstring rest,$@),%/landing.o,$(if $(findstring changing,$@),%/main.o,%/config.o)),$(call objects,arm,$(arm_src))) -lm -o $@
 
 # --- tests ---
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages

@@ -1,48 +1,173 @@
 #include "common/block.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "common/wire.h"
 
-static void count_saturation(struct mr_block *block, unsigned channel, uint16_t code)
+/* Two codes at a time, one in each half of a word: 8 codes of 12 bits add up to 15 bits, so nothing carries over. */
+#define BOTH(code) ((uint32_t)(code) * 0x00010001u)
+#define CODES 4096u
+
+/* The codes of two neighbouring channels in one scan. */
+static inline uint32_t pair_at(const uint16_t *code)
 {
-    if (code <= MR_CODE_LOW)
-        block->low[channel]++;
-    else if (code >= MR_CODE_HIGH)
-        block->high[channel]++;
+    uint32_t pair;
+    __builtin_memcpy(&pair, code, sizeof pair);
+    return pair;
+}
+
+static inline void put_pair(uint16_t *sums, uint32_t pair)
+{
+    __builtin_memcpy(sums, &pair, sizeof pair);
+}
+
+/* The bit of value CODES is set in a half whose code is saturated. A half that borrows from its neighbour is saturated itself: a word
+ * has such a bit when, and only when, one of its codes is. */
+static inline uint32_t extremes(uint32_t pair)
+{
+    return (pair - BOTH(MR_CODE_LOW + 1u)) | (pair + BOTH(CODES - MR_CODE_HIGH));
+}
+
+static inline bool any_saturated(uint32_t extreme)
+{
+    return (extreme & BOTH(CODES)) != 0;
+}
+
+static void count_saturation(struct mr_block *block, unsigned channel, const uint16_t *code, unsigned stride)
+{
+    for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++, code += stride) {
+        if (*code <= MR_CODE_LOW)
+            block->low[channel]++;
+        else if (*code >= MR_CODE_HIGH)
+            block->high[channel]++;
+    }
+}
+
+static inline void count_pair(struct mr_block *block, unsigned channel, const uint16_t *code, unsigned stride)
+{
+    count_saturation(block, channel, code, stride);
+    count_saturation(block, channel + 1, code + 1, stride);
 }
 
 void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                          uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
                          uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS])
 {
-    memset(block, 0, sizeof *block);
     block->index = index;
     block->tick = tick;
-    for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
-        uint16_t *polarity = scan % 2 == 0 ? block->plus : block->minus;
-        for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-            uint16_t code = transducers[scan][i];
-            polarity[i] = (uint16_t)(polarity[i] + code);
-            count_saturation(block, i, code);
+    block->absent = 0;
+    __builtin_memset(block->low, 0, sizeof block->low);
+    __builtin_memset(block->high, 0, sizeof block->high);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i += 2) {
+        uint32_t plus = 0, minus = 0, extreme = 0;
+#pragma GCC unroll 4
+        for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
+            uint32_t forward = pair_at(&transducers[scan][i]), reversed = pair_at(&transducers[scan + 1][i]);
+            plus += forward;
+            minus += reversed;
+            extreme |= extremes(forward) | extremes(reversed);
         }
-        for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++) {
-            uint16_t code = adc1[scan][i];
-            block->sum[i] = (uint16_t)(block->sum[i] + code);
-            count_saturation(block, MR_TRANSDUCERS + i, code);
+        put_pair(&block->plus[i], plus);
+        put_pair(&block->minus[i], minus);
+        if (any_saturated(extreme))
+            count_pair(block, i, &transducers[0][i], MR_TRANSDUCERS);
+    }
+    for (unsigned i = 0; i < MR_ADC1_CHANNELS; i += 2) {
+        uint32_t sum = 0, extreme = 0;
+#pragma GCC unroll 8
+        for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
+            uint32_t pair = pair_at(&adc1[scan][i]);
+            sum += pair;
+            extreme |= extremes(pair);
+        }
+        put_pair(&block->sum[i], sum);
+        if (any_saturated(extreme))
+            count_pair(block, MR_TRANSDUCERS + i, &adc1[0][i], MR_ADC1_CHANNELS);
+    }
+}
+
+void mr_scan_plan(struct mr_scan *scan, uint32_t absent)
+{
+    unsigned count = 0;
+    *scan = (struct mr_scan){.absent = absent & MR_BITS_OPTIONAL};
+    for (unsigned channel = 0; channel < MR_CHANNELS; channel++) {
+        if (scan->absent >> channel & 1u)
+            continue;
+        scan->channel[count++] = (uint8_t)channel;
+        if (channel < MR_TRANSDUCERS)
+            scan->transducers++;
+    }
+    scan->others = (uint8_t)(count - scan->transducers);
+}
+
+/* The sums of a converter's even and odd scans, a pair of columns at a time; saturated codes are counted on the way. */
+static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned count, const uint16_t *code,
+                        uint16_t even[MR_ADC1_CHANNELS], uint16_t odd[MR_ADC1_CHANNELS])
+{
+    unsigned i = 0;
+    for (; i + 1 < count; i += 2) {
+        uint32_t sum_even = 0, sum_odd = 0, extreme = 0;
+        const uint16_t *at = code + i;
+        for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2, at += 2 * count) {
+            uint32_t first = pair_at(at), second = pair_at(at + count);
+            sum_even += first;
+            sum_odd += second;
+            extreme |= extremes(first) | extremes(second);
+        }
+        put_pair(even + i, sum_even);
+        put_pair(odd + i, sum_odd);
+        if (any_saturated(extreme)) {
+            count_saturation(block, channel[i], code + i, count);
+            count_saturation(block, channel[i + 1], code + i + 1, count);
         }
     }
+    if (i == count)
+        return;
+    even[i] = odd[i] = 0; /* the last of an odd number */
+    for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
+        even[i] = (uint16_t)(even[i] + code[scan * count + i]);
+        odd[i] = (uint16_t)(odd[i] + code[(scan + 1) * count + i]);
+    }
+    count_saturation(block, channel[i], code + i, count);
+}
+
+void mr_block_from_some(struct mr_block *block, const struct mr_scan *scan, uint32_t index, uint32_t tick,
+                        const uint16_t *transducers, const uint16_t *others)
+{
+    uint16_t even[MR_ADC1_CHANNELS], odd[MR_ADC1_CHANNELS];
+    const uint8_t *channel = scan->channel;
+    *block = (struct mr_block){.index = index, .tick = tick, .absent = scan->absent};
+    sum_columns(block, channel, scan->transducers, transducers, even, odd);
+    for (unsigned i = 0; i < scan->transducers; i++) {
+        block->plus[channel[i]] = even[i];
+        block->minus[channel[i]] = odd[i];
+    }
+    channel += scan->transducers;
+    sum_columns(block, channel, scan->others, others, even, odd);
+    for (unsigned i = 0; i < scan->others; i++)
+        block->sum[channel[i] - MR_TRANSDUCERS] = (uint16_t)(even[i] + odd[i]);
+}
+
+static uint8_t *put_u24(uint8_t *p, uint32_t value)
+{
+    return mr_put_u8(mr_put_u16(p, (uint16_t)value), (uint8_t)(value >> 16));
+}
+
+static uint32_t get_u24(const uint8_t **p)
+{
+    uint32_t low = mr_get_u16(p);
+    return low | (uint32_t)mr_get_u8(p) << 16;
 }
 
 size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX])
 {
-    uint8_t *p = mr_put_u32(mr_put_u32(out, block->index), block->tick);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        p = mr_put_u16(p, block->plus[i]);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        p = mr_put_u16(p, block->minus[i]);
-    for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++)
-        p = mr_put_u16(p, block->sum[i]);
+    uint8_t *p = put_u24(mr_put_u32(mr_put_u32(out, block->index), block->tick), block->absent);
+    uint32_t absent = mr_block_absent_sums(block->absent);
+    for (unsigned i = 0; i < MR_BLOCK_SUMS; i++) {
+        if (!(absent >> i & 1u))
+            p = mr_put_u16(p, block->sums[i]);
+    }
 
     uint8_t *mask_at = p;
     uint32_t mask = 0;
@@ -53,7 +178,7 @@ size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX
             p = mr_put_u8(p, (uint8_t)(block->low[channel] << 4 | block->high[channel]));
         }
     }
-    mr_put_u8(mr_put_u16(mask_at, (uint16_t)mask), (uint8_t)(mask >> 16));
+    put_u24(mask_at, mask);
     return (size_t)(p - out);
 }
 
@@ -65,16 +190,22 @@ enum mr_status mr_block_get(struct mr_block *block, const uint8_t *bytes, size_t
     memset(block, 0, sizeof *block);
     block->index = mr_get_u32(&p);
     block->tick = mr_get_u32(&p);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        block->plus[i] = mr_get_u16(&p);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        block->minus[i] = mr_get_u16(&p);
-    for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++)
-        block->sum[i] = mr_get_u16(&p);
+    block->absent = get_u24(&p);
+    if (block->absent & ~MR_BITS_OPTIONAL)
+        return MR_MALFORMED;
+    uint32_t absent = mr_block_absent_sums(block->absent);
+    size_t expected = 8u + 3u + 2u * (MR_BLOCK_SUMS - (size_t)__builtin_popcount(absent)) + 3u;
+    if (length < expected)
+        return MR_TRUNCATED;
+    for (unsigned i = 0; i < MR_BLOCK_SUMS; i++) {
+        if (!(absent >> i & 1u))
+            block->sums[i] = mr_get_u16(&p);
+    }
 
-    uint32_t mask = mr_get_u16(&p);
-    mask |= (uint32_t)mr_get_u8(&p) << 16;
-    size_t expected = MR_BLOCK_BYTES_MIN + (size_t)__builtin_popcount(mask);
+    uint32_t mask = get_u24(&p);
+    if (mask & block->absent)
+        return MR_MALFORMED;
+    expected += (size_t)__builtin_popcount(mask);
     if (length != expected)
         return length < expected ? MR_TRUNCATED : MR_TOO_LONG;
     for (unsigned channel = 0; channel < MR_CHANNELS; channel++) {

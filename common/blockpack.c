@@ -2,62 +2,55 @@
 
 #include <string.h>
 
+#include "common/bits.h"
+
 enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
-enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING };
+enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
 #define OTHER(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
 #define OTHER_BITS 5u
 #define ESCAPE 8u        /* zeroes that say: 16 bits follow */
 #define MEAN_START 128u  /* a mean of 8: the sum of 8 codes with 2 LSB of noise differs by that */
 
-struct writer {
-    uint8_t *bytes;
-    uint32_t held; /* bits not yet in a whole byte */
-    unsigned held_bits;
-    size_t count;
+/* The sums that are there, one after the other: `four` of 4 codes each, then the rest, of 8. */
+struct sums {
+    const uint16_t *value;
+    unsigned four, count;
+    uint16_t some[MR_PACK_SUMS];
 };
 
-/* At most 24 bits. */
-static void put(struct writer *w, uint32_t value, unsigned bits)
+static unsigned plain_bits(const struct sums *sums, unsigned i)
 {
-    w->held |= value << w->held_bits;
-    w->held_bits += bits;
-    w->count += bits;
-    while (w->held_bits >= 8) {
-        *w->bytes++ = (uint8_t)w->held;
-        w->held >>= 8;
-        w->held_bits -= 8;
+    return i < sums->four ? 14u : 15u;
+}
+
+static void count_sums(struct sums *sums, uint32_t absent)
+{
+    sums->four = 2u * (MR_TRANSDUCERS - (unsigned)__builtin_popcount(absent & MR_BITS_TRANSDUCERS));
+    sums->count = MR_PACK_SUMS - (unsigned)__builtin_popcount(mr_block_absent_sums(absent));
+}
+
+static void gather(struct sums *sums, const struct mr_block *block)
+{
+    sums->value = block->sums;
+    sums->four = 2u * MR_TRANSDUCERS;
+    sums->count = MR_PACK_SUMS;
+    if (!block->absent)
+        return;
+    count_sums(sums, block->absent);
+    uint32_t absent = mr_block_absent_sums(block->absent);
+    uint16_t *to = sums->some;
+    sums->value = to;
+    for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
+        if (!(absent >> i & 1u))
+            *to++ = block->sums[i];
     }
-}
-
-static void put32(struct writer *w, uint32_t value)
-{
-    put(w, value & 0xffffu, 16);
-    put(w, value >> 16, 16);
-}
-
-static size_t finish(struct writer *w)
-{
-    if (w->held_bits)
-        *w->bytes = (uint8_t)w->held;
-    return w->count;
-}
-
-static unsigned plain_bits(unsigned i)
-{
-    return i < 2 * MR_TRANSDUCERS ? 14u : 15u;
-}
-
-static void gather(const struct mr_block *block, uint16_t value[MR_PACK_SUMS])
-{
-    memcpy(value, block->plus, sizeof block->plus);
-    memcpy(value + MR_TRANSDUCERS, block->minus, sizeof block->minus);
-    memcpy(value + 2 * MR_TRANSDUCERS, block->sum, sizeof block->sum);
+    if (sums->count % 2)
+        *to = 0; /* they are looked at by pairs */
 }
 
 static unsigned parameter(const struct mr_pack *pack, unsigned i)
 {
-    uint32_t mean = pack->mean16[i] >> 4;
-    return mean > 1 ? 31u - (unsigned)__builtin_clz(mean) : 0u;
+    return 27u - (unsigned)__builtin_clz(pack->mean16[i] | 16u);
 }
 
 static void remember(struct mr_pack *pack, unsigned i, uint32_t z, uint16_t value)
@@ -75,106 +68,138 @@ void mr_pack_forget(struct mr_pack *pack)
 
 bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block)
 {
-    return pack->keyed && block->index == pack->index && block->tick == pack->tick;
+    return pack->keyed && block->index == pack->index && block->tick == pack->tick && block->absent == pack->absent;
 }
 
 size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct writer w = {.bytes = out};
+    struct mr_bits w = {.next = out};
     mr_pack_forget(pack);
     pack->keyed = true;
     pack->index = block->index;
     pack->tick = block->tick;
-    put(&w, OTHER(OTHER_KEY), OTHER_BITS);
-    put32(&w, block->index);
-    put32(&w, block->tick);
-    return finish(&w);
+    pack->absent = block->absent;
+    mr_bits_put(&w, OTHER(OTHER_KEY), OTHER_BITS);
+    mr_bits_put32(&w, block->index);
+    mr_bits_put32(&w, block->tick);
+    if (block->absent) {
+        mr_bits_put(&w, OTHER(OTHER_ABSENT), OTHER_BITS);
+        mr_bits_put(&w, block->absent, 24);
+    }
+    return mr_bits_end(&w, out);
 }
 
-static void put_saturation(struct writer *w, struct mr_pack *pack, const struct mr_block *block)
+static bool same_counts(const uint8_t *a, const uint8_t *b)
+{
+    uint32_t differ = 0;
+    for (unsigned i = 0; i < MR_CHANNELS; i += 4)
+        differ |= mr_get_u32(&a) ^ mr_get_u32(&b);
+    return differ == 0;
+}
+
+static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct mr_block *block)
 {
     uint32_t mask = 0;
-    if (memcmp(pack->low, block->low, sizeof pack->low) == 0 && memcmp(pack->high, block->high, sizeof pack->high) == 0)
+    if (same_counts(pack->low, block->low) && same_counts(pack->high, block->high))
         return;
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         mask |= (block->low[c] || block->high[c] ? 1u : 0u) << c;
-    put(w, OTHER(OTHER_SATURATION), OTHER_BITS);
-    put(w, mask, 24);
+    mr_bits_put(w, OTHER(OTHER_SATURATION), OTHER_BITS);
+    mr_bits_put(w, mask, 24);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (mask >> c & 1u)
-            put(w, (uint32_t)(block->low[c] << 4 | block->high[c]), 8);
+            mr_bits_put(w, (uint32_t)(block->low[c] << 4 | block->high[c]), 8);
     }
     memcpy(pack->low, block->low, sizeof pack->low);
     memcpy(pack->high, block->high, sizeof pack->high);
 }
 
+/* All sums as differences. Returns the bits. */
+static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value, unsigned count)
+{
+    struct mr_bits w = *to; /* kept in registers */
+    mr_bits_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
+#pragma GCC unroll 4
+    for (unsigned i = 0; i < count; i++) {
+        int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
+        uint32_t z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
+        unsigned k = parameter(pack, i);
+        uint32_t q = z >> k;
+        remember(pack, i, z, value[i]);
+        uint32_t code = ((z - (q << k)) * 2u + 1u) << q;
+        unsigned length = q + 1u + k;
+        if (__builtin_expect(q >= ESCAPE, 0)) { /* z has 17 bits only after or in a block that is sent wide */
+            code = z << ESCAPE;
+            length = ESCAPE + 16u;
+        }
+        mr_bits_put(&w, code, length);
+    }
+    size_t bits = (size_t)(w.next - to->next) * 8u + w.held_bits - to->held_bits;
+    *to = w;
+    return bits;
+}
+
+/* Some sum has more bits than a 12-bit converter's codes give: two are looked at at a time. */
+static bool is_wide(const struct sums *sums)
+{
+    uint32_t of_four = 0, of_eight = 0, pair;
+    for (unsigned i = 0; i < sums->four; i += 2) {
+        __builtin_memcpy(&pair, sums->value + i, sizeof pair);
+        of_four |= pair;
+    }
+    for (unsigned i = sums->four; i < sums->count; i += 2) {
+        __builtin_memcpy(&pair, sums->value + i, sizeof pair);
+        of_eight |= pair;
+    }
+    return ((of_four & 0xc000c000u) | (of_eight & 0x80008000u)) != 0;
+}
+
 size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct writer w = {.bytes = out};
-    uint16_t value[MR_PACK_SUMS];
-    uint32_t z[MR_PACK_SUMS];
-    unsigned bits = MR_PACK_TAG_BITS;
-    bool wide = false;
-
+    struct mr_bits w = {.next = out};
     put_saturation(&w, pack, block);
-    gather(block, value);
-    for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
-        int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
-        unsigned k = parameter(pack, i);
-        z[i] = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
-        /* z has 17 bits only where a sum has 16, and such a block is sent wide */
-        bits += z[i] >> k < ESCAPE ? (z[i] >> k) + 1 + k : ESCAPE + 16;
-        wide |= value[i] >> plain_bits(i) != 0;
+
+    /* Nearly every block packs well, so that is tried first, and written over when it does not. */
+    struct mr_bits before = w;
+    struct sums sums;
+    gather(&sums, block);
+    size_t packed = put_packed(&w, pack, sums.value, sums.count);
+    bool wide_now = is_wide(&sums), wide = wide_now || pack->wide;
+    pack->wide = wide_now;
+    if (wide || packed >= MR_PACK_TAG_BITS + 15u * sums.count - sums.four) {
+        w = before;
+        if (wide)
+            mr_bits_put(&w, OTHER(OTHER_WIDE), OTHER_BITS);
+        else
+            mr_bits_put(&w, TAG_PLAIN, MR_PACK_TAG_BITS);
+        for (unsigned i = 0; i < sums.count; i++)
+            mr_bits_put(&w, sums.value[i], wide ? 16u : plain_bits(&sums, i));
     }
-    if (wide) {
-        put(&w, OTHER(OTHER_WIDE), OTHER_BITS);
-        for (unsigned i = 0; i < MR_PACK_SUMS; i++)
-            put(&w, value[i], 16);
-    } else if (bits >= MR_PACK_PLAIN_BITS) {
-        put(&w, TAG_PLAIN, MR_PACK_TAG_BITS);
-        for (unsigned i = 0; i < MR_PACK_SUMS; i++)
-            put(&w, value[i], plain_bits(i));
-    } else {
-        put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
-        for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
-            unsigned k = parameter(pack, i);
-            uint32_t q = z[i] >> k;
-            if (q < ESCAPE) {
-                put(&w, 1u << q, (unsigned)q + 1);
-                put(&w, z[i] & ((1u << k) - 1), k);
-            } else {
-                put(&w, 0, ESCAPE);
-                put(&w, z[i], 16);
-            }
-        }
-    }
-    for (unsigned i = 0; i < MR_PACK_SUMS; i++)
-        remember(pack, i, z[i], value[i]);
     pack->index++;
     pack->tick += MR_TICKS_PER_BLOCK;
-    return finish(&w);
+    return mr_bits_end(&w, out);
 }
 
 size_t mr_pack_message(uint16_t id, const uint8_t *payload, size_t length, uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct writer w = {.bytes = out};
-    put(&w, OTHER(OTHER_MESSAGE), OTHER_BITS);
-    put(&w, id & 0x7ffu, 11);
-    put(&w, (uint32_t)length & 15u, 4);
+    struct mr_bits w = {.next = out};
+    mr_bits_put(&w, OTHER(OTHER_MESSAGE), OTHER_BITS);
+    mr_bits_put(&w, id & 0x7ffu, 11);
+    mr_bits_put(&w, (uint32_t)length & 15u, 4);
     for (size_t i = 0; i < length; i++)
-        put(&w, payload[i], 8);
-    return finish(&w);
+        mr_bits_put(&w, payload[i], 8);
+    return mr_bits_end(&w, out);
 }
 
 size_t mr_pack_padding(unsigned at, uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct writer w = {.bytes = out};
+    struct mr_bits w = {.next = out};
     if (at % 8u == 0)
         return 0;
     unsigned after = (at + OTHER_BITS) % 8u;
-    put(&w, OTHER(OTHER_PADDING), OTHER_BITS);
-    put(&w, 0, after ? 8u - after : 0u);
-    return finish(&w);
+    mr_bits_put(&w, OTHER(OTHER_PADDING), OTHER_BITS);
+    mr_bits_put(&w, 0, after ? 8u - after : 0u);
+    return mr_bits_end(&w, out);
 }
 
 struct reader {
@@ -206,25 +231,27 @@ static uint32_t get_rice(struct reader *r, unsigned k)
 
 static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, struct mr_block *block)
 {
-    uint16_t value[MR_PACK_SUMS];
-    for (unsigned i = 0; i < MR_PACK_SUMS; i++) {
+    uint32_t absent = mr_block_absent_sums(pack->absent);
+    struct sums sums;
+    count_sums(&sums, pack->absent);
+    *block = (struct mr_block){.index = pack->index++, .tick = pack->tick, .absent = pack->absent};
+    pack->tick += MR_TICKS_PER_BLOCK;
+    for (unsigned i = 0, place = 0; i < sums.count; i++, place++) {
+        while (absent >> place & 1u)
+            place++;
+        uint16_t *value = &block->sums[place];
         uint32_t z;
         if (tag == TAG_PACKED) {
             z = get_rice(r, parameter(pack, i));
             int32_t d = (int32_t)(z >> 1) ^ -(int32_t)(z & 1u);
-            value[i] = (uint16_t)((int32_t)pack->value[i] + d);
+            *value = (uint16_t)((int32_t)pack->value[i] + d);
         } else {
-            value[i] = (uint16_t)get(r, tag == TAG_PLAIN ? plain_bits(i) : 16u);
-            int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
+            *value = (uint16_t)get(r, tag == TAG_PLAIN ? plain_bits(&sums, i) : 16u);
+            int32_t d = (int32_t)*value - (int32_t)pack->value[i];
             z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         }
-        remember(pack, i, z, value[i]);
+        remember(pack, i, z, *value);
     }
-    *block = (struct mr_block){.index = pack->index++, .tick = pack->tick};
-    pack->tick += MR_TICKS_PER_BLOCK;
-    memcpy(block->plus, value, sizeof block->plus);
-    memcpy(block->minus, value + MR_TRANSDUCERS, sizeof block->minus);
-    memcpy(block->sum, value + 2 * MR_TRANSDUCERS, sizeof block->sum);
     memcpy(block->low, pack->low, sizeof block->low);
     memcpy(block->high, pack->high, sizeof block->high);
 }
@@ -267,6 +294,9 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
             return MR_MALFORMED;
         get_block(r, pack, TAG_OTHER, &record->block);
         return MR_OK;
+    case OTHER_ABSENT:
+        pack->absent = get(r, 24);
+        return pack->keyed && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
     case OTHER_PADDING:
         r->at = (r->at + 7) / 8 * 8;
         return MR_OK;

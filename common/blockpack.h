@@ -6,10 +6,11 @@
  *        12-bit converter can give exceeds MR_PACK_PLAIN_BITS
  *     2  other, with three more bits:  0 message (id 11 bits, length 4 bits, bytes)   1 key (index u32, tick u32)
  *        2 saturation (mask of 24 bits, a byte low << 4 | high per set bit)   3 wide block (32 sums of 16 bits)
- *        4 padding to the next byte
+ *        4 padding to the next byte              5 absent channels (mask of 24 bits), right behind a key
  *     3  end: nothing follows in this page
  * Tags 0, 1 and wide say a block whose index is one more than the last and whose tick is MR_TICKS_PER_BLOCK later; a key says
- * index and tick of the block that follows it, and forgets all that came before. Saturation holds until the next one.
+ * index and tick of the block that follows it, and forgets all that came before. Saturation holds until the next one. The sums of
+ * channels that are absent are left out of blocks of every kind.
  *
  * Golomb-Rice: a difference d becomes z = 2 d, or -2 d - 1 when negative; q = z >> k as q zeroes and a one, then the k low bits of z.
  * Eight zeroes instead: z follows in 16 bits. k = floor(log2(mean)), with mean a running mean of z over 16 blocks. Rice and
@@ -24,27 +25,30 @@
 #include "common/block.h"
 #include "common/status.h"
 
-#define MR_PACK_SUMS (2u * MR_TRANSDUCERS + MR_ADC1_CHANNELS)
+#define MR_PACK_SUMS MR_BLOCK_SUMS
 #define MR_PACK_PLAIN_BITS (2u + 16u * 14u + 16u * 15u)
 #define MR_PACK_TAG_BITS 2u
-/* The longest record: a wide block after a saturation of every channel. */
-#define MR_PACK_BYTES_MAX ((5u + 16u * MR_PACK_SUMS + 5u + 24u + 8u * MR_CHANNELS + 7u) / 8u)
+/* The longest that is tried: a packed block of nothing but escapes after a saturation of every channel. In whole words, for it is
+ * written by words. */
+#define MR_PACK_BYTES_MAX ((5u + 24u + 8u * MR_CHANNELS + 2u + 24u * MR_PACK_SUMS + 31u) / 32u * 4u)
 
 /* What both sides remember between blocks. Zero it, or mr_pack_forget, to begin. */
 struct mr_pack {
     bool keyed;      /* index and tick are known */
     uint32_t index;  /* of the block to come */
     uint32_t tick;
-    uint16_t value[MR_PACK_SUMS]; /* of the block before */
+    uint32_t absent;
+    uint16_t value[MR_PACK_SUMS]; /* of the block before, those that are there one after the other */
     uint32_t mean16[MR_PACK_SUMS]; /* 16 times the running mean */
     uint8_t low[MR_CHANNELS], high[MR_CHANNELS];
+    bool wide;       /* the block before was: a difference to it may have more than 16 bits */
 };
 
 void mr_pack_forget(struct mr_pack *pack);
 /* The block can be packed without a key. */
 bool mr_pack_follows(const struct mr_pack *pack, const struct mr_block *block);
 
-/* Each returns the number of bits it put into `out`; bits beyond them in the last byte are 0. */
+/* Each returns the number of bits it put into `out`; bits beyond them in the last word are 0. */
 size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX]);
 /* A block that follows; its saturation first where that changed. */
 size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block, uint8_t out[MR_PACK_BYTES_MAX]);

@@ -32,6 +32,20 @@ static void forget_baseline(struct app *app)
     }
 }
 
+void app_configured(struct app *app)
+{
+    app->fitted = config_fitted();
+    board_scans_configure(app->fitted);
+    for (unsigned i = 0; i < 4; i++)
+        miss_block(app, i);
+    app->blocks_in_row = 0;
+    forget_baseline(app);
+    if (!config.site[0].black_box)
+        blackbox_leave_out(&app->box);
+    else if (app->box.state == BLACKBOX_MISSING)
+        blackbox_start(&app->box);
+}
+
 void app_start(struct app *app)
 {
     memset(app, 0, sizeof *app);
@@ -39,10 +53,7 @@ void app_start(struct app *app)
     mr_deframer_init(&app->deframer);
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         app->slack_in[i] = MR_NAN;
-    for (unsigned i = 0; i < 4; i++)
-        miss_block(app, i);
-    forget_baseline(app);
-    blackbox_start(&app->box);
+    app_configured(app);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
     telemetry_burst(&app->telemetry, &app->landing);
@@ -59,6 +70,40 @@ static void tell_blocks_before(struct app *app)
         telemetry_block(&app->telemetry, &app->newest[first % APP_BLOCKS_BEFORE]);
 }
 
+static bool is_fitted(const struct app *app, unsigned channel)
+{
+    return app->fitted >> channel & 1u;
+}
+
+/* Those that are not fitted stay NaN. */
+static void read_channels(struct app *app, const struct mr_block *block)
+{
+    unsigned row = block->index % 4;
+    float ratio = mr_channels_ratio(block);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        if (is_fitted(app, i))
+            app->displacement_in[row][i] = mr_channel_read(&config.channel[i], block, i, ratio).value;
+    }
+    for (unsigned i = 0; i < MR_GAGES; i++) {
+        unsigned channel = MR_TRANSDUCERS + i;
+        if (is_fitted(app, channel))
+            app->tension_lb[row][i] = mr_channel_read(&config.channel[channel], block, channel, ratio).value;
+    }
+}
+
+/* While nothing is recorded only those blocks are read whose means are told: the last 2 at phase 0, the last 4 at phase 1. */
+static bool is_told_while_idle(uint32_t index)
+{
+    return (index + 2) % APP_IDLE_BLOCKS < 4;
+}
+
+/* The first means after arming reach back. Blocks that are missing are so in the histories already, and no mean goes beyond them. */
+static void read_blocks_before(struct app *app)
+{
+    for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
+        read_channels(app, &app->newest[(app->next_index - age) % APP_BLOCKS_BEFORE]);
+}
+
 static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
@@ -72,6 +117,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     if (status == MR_OK) {
         forget_baseline(app);
         camera_arm(&app->camera);
+        read_blocks_before(app);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -199,19 +245,6 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
     }
 }
 
-static void read_channels(struct app *app, const struct mr_block *block)
-{
-    unsigned row = block->index % 4;
-    float ratio = mr_channels_ratio(block);
-    if (__builtin_isnan(ratio))
-        health_count(MR_FAULT_REFERENCE, 0);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->displacement_in[row][i] = mr_channel_read(&config.channel[i], block, i, ratio).value;
-    for (unsigned i = 0; i < MR_GAGES; i++)
-        app->tension_lb[row][i] =
-            mr_channel_read(&config.channel[MR_TRANSDUCERS + i], block, MR_TRANSDUCERS + i, ratio).value;
-}
-
 /* While armed, the mean of each full group of blocks becomes the zero: the newest one before the first edge stands. */
 static void follow_baseline(struct app *app, unsigned row)
 {
@@ -288,11 +321,14 @@ static void take_block(struct app *app, const struct mr_block *block)
 
     health_set_block(block->index);
     timesync_block(&app->timesync, &app->telemetry, block->index, block->tick);
-    read_channels(app, block);
+    if (__builtin_isnan(mr_channels_ratio(block)))
+        health_count(MR_FAULT_REFERENCE, 0);
     struct landing_news news =
         landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
 
+    if (recording || is_told_while_idle(block->index))
+        read_channels(app, block);
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
     tell_landing(app, &news, block->index);
@@ -308,15 +344,15 @@ static void take_block(struct app *app, const struct mr_block *block)
     } else if (was_recording) {
         end_warning(app, block->index);
     }
-    if (block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
+    if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
         float mean_in[MR_TRANSDUCERS];
         mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);
-        telemetry_displacements(&app->telemetry, mean_in, block->index);
+        telemetry_displacements(&app->telemetry, mean_in, app->fitted, block->index);
     }
-    if (block->index % (recording ? 4u : APP_IDLE_BLOCKS) == 1) {
+    if (app->fitted & MR_BITS_GAGES && block->index % (recording ? 4u : APP_IDLE_BLOCKS) == 1) {
         float mean_lb[MR_GAGES];
         mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
-        telemetry_tensions(&app->telemetry, mean_lb, block->index);
+        telemetry_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
     }
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
 }

@@ -25,12 +25,13 @@ struct app {
     struct telemetry telemetry;
     struct mr_deframer deframer;
     uint32_t next_index;  /* of the block expected next */
+    uint32_t fitted;      /* bit c: channel c is */
 
     struct mr_block newest[APP_BLOCKS_BEFORE]; /* by index modulo their number */
     uint32_t blocks_in_row;                    /* up to the newest, without a gap */
 
     /* Readings of the newest block and of the three before it, NaN for one that was lost; a decimated message is the mean of
-     * the last 2 or 4. */
+     * the last 2 or 4. Old ones where no mean is told. */
     float displacement_in[4][MR_TRANSDUCERS];
     float tension_lb[4][MR_GAGES];
 
@@ -50,6 +51,9 @@ struct app {
 };
 
 void app_start(struct app *app);
+/* The configuration is another one, or is known now: begins the scans of what is fitted, forgets readings, uses the black box or not.
+ * Only while nothing is recorded. */
+void app_configured(struct app *app);
 /* Everything that is due: commands, then each block that is ready. Returns true when there was a block. */
 bool app_poll(struct app *app);
 /* Supervision, every 10 ms: restarts scans that stopped, and keeps talking when there are none at all. */

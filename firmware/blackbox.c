@@ -26,7 +26,7 @@ enum job {
     JOB_READ,
 };
 
-#define STEPS 128u        /* of the memory in one poll: at start reads of a dozen bytes, 6 us each; a page takes two polls or more */
+#define STEPS 128u        /* of the memory in one poll; a read takes two polls or more */
 #define SCAN_TRIES 32u    /* each page of a sector twice */
 #define VERIFY_TRIES 2u
 #define READ_TRIES 4u
@@ -75,6 +75,7 @@ static void open_page(struct blackbox_writer *writer, uint8_t *page)
     page[MR_BOXPAGE_FIRST] = MR_BOXPAGE_NO_FIRST;
     writer->page = page;
     writer->bit = 0;
+    writer->held = 0;
 }
 
 static bool is_rolling(const struct blackbox *box)
@@ -119,34 +120,40 @@ static void close_page(struct blackbox *box, struct blackbox_writer *writer)
     }
 }
 
+_Static_assert(MR_BOXPAGE_PAYLOAD % 4u == 0, "no word crosses the end of a page");
+
+/* By words: `bits` holds whole ones, zeroes beyond `count`. */
 static void append(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits, size_t count)
 {
     while (count) {
-        unsigned left = count < 8 ? (unsigned)count : 8u;
-        unsigned byte = *bits++;
-        count -= left;
-        while (left) { /* never across the end of a page: that is the end of a byte */
-            unsigned shift = writer->bit % 8;
-            unsigned n = left < 8 - shift ? left : 8 - shift;
-            uint8_t *at = writer->page + MR_BOXPAGE_HEADER + writer->bit / 8;
-            *at = (uint8_t)(*at | (byte & ((1u << n) - 1u)) << shift);
-            byte >>= n;
-            left -= n;
-            writer->bit += n;
-            if (writer->bit == MR_BOXPAGE_PAYLOAD * 8u)
-                close_page(box, writer);
+        unsigned n = count < 32 ? (unsigned)count : 32u, held = writer->bit % 32u;
+        uint32_t word = mr_get_u32(&bits);
+        count -= n;
+        writer->held |= word << held;
+        writer->bit += n;
+        if (held + n < 32)
+            continue;
+        unsigned end = writer->bit / 32u;
+        mr_put_u32(writer->page + MR_BOXPAGE_HEADER + 4u * (end - 1), writer->held);
+        if (end == MR_BOXPAGE_PAYLOAD / 4u) {
+            close_page(box, writer);
+            if (writer == &box->meta && !box->configuring)
+                return; /* there is no page for the rest */
+            writer->bit = held + n - 32;
         }
+        writer->held = word >> 1 >> (31 - held); /* by 32 when nothing was held */
     }
 }
 
 /* The end tag, and ones to the end of the page. */
 static void flush(struct blackbox *box, struct blackbox_writer *writer)
 {
-    static const uint8_t end_tag = 3;
-    append(box, writer, &end_tag, MR_PACK_TAG_BITS);
-    static const uint8_t ones = 0xff;
-    while (writer->bit % 8)
-        append(box, writer, &ones, 1);
+    static const uint8_t end_tag[4] = {3};
+    append(box, writer, end_tag, MR_PACK_TAG_BITS);
+    uint8_t ones[4];
+    unsigned left = (32u - writer->bit % 32u) % 32u; /* of a word */
+    mr_put_u32(ones, (1u << left) - 1u);
+    append(box, writer, ones, left);
     if (writer->bit) {
         memset(writer->page + MR_BOXPAGE_HEADER + writer->bit / 8, 0xff, MR_BOXPAGE_PAYLOAD - writer->bit / 8);
         close_page(box, writer);
@@ -410,11 +417,10 @@ static void erase_fails(struct blackbox *box)
 
 static bool is_blank(const uint8_t page[NOR_PAGE])
 {
-    for (unsigned i = 0; i < NOR_PAGE; i++) {
-        if (page[i] != 0xff)
-            return false;
-    }
-    return true;
+    uint32_t all = UINT32_MAX;
+    for (const uint8_t *end = page + NOR_PAGE; page < end;)
+        all &= mr_get_u32(&page);
+    return all == UINT32_MAX;
 }
 
 static void begin_erase(struct blackbox *box, unsigned sector)
@@ -765,6 +771,14 @@ void blackbox_start(struct blackbox *box)
         health_count(MR_FAULT_NOR_MISSING, 0);
         box->state = BLACKBOX_MISSING;
     }
+}
+
+void blackbox_leave_out(struct blackbox *box)
+{
+    memset(box, 0, sizeof *box);
+    box->left_out = true;
+    box->freeing = -1;
+    box->reading = -1;
 }
 
 void blackbox_poll(struct blackbox *box, uint32_t now_ms)

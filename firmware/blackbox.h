@@ -31,7 +31,7 @@
 #define BLACKBOX_PART 128u    /* bytes of a page that travel in one frame */
 
 enum blackbox_state {
-    BLACKBOX_MISSING,   /* no memory: landings are taken without it */
+    BLACKBOX_MISSING,   /* no memory, or not configured: landings are taken without it */
     BLACKBOX_SCANNING,
     BLACKBOX_ROLLING,   /* idle or armed */
     BLACKBOX_RECORDING,
@@ -49,11 +49,13 @@ struct blackbox_record {
 
 struct blackbox_writer {
     uint8_t *page;
-    unsigned bit; /* of the payload */
+    unsigned bit;  /* of the payload */
+    uint32_t held; /* the bits of a word that is not whole yet: they are not in the page */
 };
 
 struct blackbox {
     enum blackbox_state state;
+    bool left_out;    /* by the configuration */
     uint32_t now_ms; /* block index */
 
     uint8_t sector[NOR_SECTORS]; /* a record's place in `records`, or what else it is (blackbox.c) */
@@ -107,6 +109,8 @@ struct blackbox {
 };
 
 void blackbox_start(struct blackbox *box);
+/* None is configured: nothing is put together, and the memory is left alone. */
+void blackbox_leave_out(struct blackbox *box);
 /* Go on with what the memory is doing, as far as it goes without waiting. `now_ms`: the newest block. */
 void blackbox_poll(struct blackbox *box, uint32_t now_ms);
 

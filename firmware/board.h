@@ -38,7 +38,7 @@ struct board_can_errors {
     bool bus_off;
 };
 
-/* Brings up what answers and begins the scans. Everything else may be called after it, whatever was missing. */
+/* Brings up what answers. Everything else may be called after it, whatever was missing. */
 void board_start(void);
 void board_identify(struct board_identity *identity);
 
@@ -76,7 +76,10 @@ void board_enter_rom(void);
 bool board_sleep(void);
 /* Time awake since the last call, in 1/1000. */
 uint16_t board_load_permille(void);
-/* Begin the scans again after a stall; bounded to about 2 ms. */
+/* Begin the scans, of the channels whose bits are set (staircase and reference always), or begin them again with others: blocks keep
+ * their index and tick, one or two are missing. Bounded to about 2 ms. */
+void board_scans_configure(uint32_t fitted);
+/* Begin the scans again after a stall; likewise. */
 void board_scans_restart(void);
 
 #endif

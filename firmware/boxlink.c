@@ -44,6 +44,8 @@ void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct
         .firmware = {FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH},
         .clock_source = identity->clock_source,
     };
+    if (box->left_out)
+        return;
     memcpy(start.uid, identity->uid, sizeof start.uid);
     blackbox_arm(box, &start);
     telemetry_store_configuration(telemetry, landing, slack_in);
@@ -110,7 +112,7 @@ void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry 
         blackbox_trigger(box, block->index);
     if (!landing_recording(landing) && box->armed)
         blackbox_finish(box);
-    if (block->index % STATE_BLOCKS == STATE_PHASE)
+    if (!box->left_out && block->index % STATE_BLOCKS == STATE_PHASE)
         boxlink_tell_state(box, telemetry);
     if (link->listing)
         list(link, box, telemetry);

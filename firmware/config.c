@@ -67,3 +67,11 @@ struct mr_config config = {
         SWITCH(19), SWITCH(20), SWITCH(21), SWITCH(22), SWITCH(23), SWITCH(24),
     },
 };
+
+uint32_t config_fitted(void)
+{
+    uint32_t fitted = ~MR_BITS_OPTIONAL;
+    for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++)
+        fitted |= (config.channel[c].kind != MR_KIND_NONE ? 1u : 0u) << c;
+    return fitted;
+}

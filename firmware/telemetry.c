@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "common/channels.h"
 #include "common/crc32.h"
 #include "common/framing.h"
 #include "common/wire.h"
@@ -145,6 +146,20 @@ static void send_hello(struct telemetry *telemetry, const struct landing *landin
     SEND(both, telemetry, wheel, WHEEL, .ahead_ft = config.site[0].wheel_ahead_ft, .wheel = config.site[0].wheel);
 }
 
+/* Said in a burst, so that who knew it as fitted hears of it; neither repeated nor stored. */
+static bool is_not_fitted(unsigned item)
+{
+    if (item < FIRST_SWITCH)
+        return config.channel[item].kind == MR_KIND_NONE;
+    return item < FIRST_SEGMENT && config.gate[item - FIRST_SWITCH].step_codes == 0;
+}
+
+static void skip_what_is_not_fitted(struct telemetry *telemetry)
+{
+    for (unsigned n = 0; n < ITEMS && is_not_fitted(telemetry->item); n++)
+        telemetry->item = (telemetry->item + 1) % ITEMS;
+}
+
 static void send_item(struct telemetry *telemetry, const float *slack_in)
 {
     unsigned item = telemetry->item;
@@ -153,7 +168,8 @@ static void send_item(struct telemetry *telemetry, const float *slack_in)
         struct mr_channel channel = channel_message(item);
         struct mr_channel_zero zero = channel_zero_message(item);
         send_both(telemetry, MR_ID_CHANNEL, payload, mr_channel_put(&channel, payload));
-        send_both(telemetry, MR_ID_CHANNEL_ZERO, payload, mr_channel_zero_put(&zero, payload));
+        if (channel.kind != MR_KIND_NONE)
+            send_both(telemetry, MR_ID_CHANNEL_ZERO, payload, mr_channel_zero_put(&zero, payload));
     } else if (item < FIRST_SEGMENT) {
         struct mr_switch_place place = switch_message(item - FIRST_SWITCH);
         send_both(telemetry, MR_ID_SWITCH_PLACE, payload, mr_switch_place_put(&place, payload));
@@ -233,6 +249,7 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
         telemetry->burst_left--;
         send_item(telemetry, slack_in);
     } else if (index % BLOCKS_PER_ITEM == 7) {
+        skip_what_is_not_fitted(telemetry);
         send_item(telemetry, slack_in);
     }
 }
@@ -261,22 +278,36 @@ static uint16_t missing_mask(const float *values, unsigned count)
     return mask;
 }
 
-void telemetry_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS], uint32_t index)
+/* Some of `count` from `first` on is fitted. */
+static bool any_of(uint32_t fitted, unsigned first, unsigned count)
 {
-    uint16_t block16 = (uint16_t)index;
-    SEND(can, telemetry, displacement_1_3, DISPLACEMENT_1_3, v[0], v[1], v[2], block16);
-    SEND(can, telemetry, displacement_4_6, DISPLACEMENT_4_6, v[3], v[4], v[5], block16);
-    SEND(can, telemetry, displacement_7_8, DISPLACEMENT_7_8, v[6], v[7], missing_mask(v, MR_TRANSDUCERS), block16);
+    return (fitted >> first & ((1u << count) - 1u)) != 0;
 }
 
-void telemetry_tensions(struct telemetry *telemetry, const float v[MR_GAGES], uint32_t index)
+void telemetry_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS], uint32_t fitted, uint32_t index)
 {
     uint16_t block16 = (uint16_t)index;
-    SEND(can, telemetry, tension_1_3, TENSION_1_3, v[0], v[1], v[2], block16);
-    SEND(can, telemetry, tension_4_6, TENSION_4_6, v[3], v[4], v[5], block16);
-    SEND(can, telemetry, tension_7_9, TENSION_7_9, v[6], v[7], v[8], block16);
-    SEND(can, telemetry, tension_10_12, TENSION_10_12, v[9], v[10], v[11], block16);
-    SEND(can, telemetry, tension_13_14, TENSION_13_14, v[12], v[13], missing_mask(v, MR_GAGES), block16);
+    if (any_of(fitted, 0, 3))
+        SEND(can, telemetry, displacement_1_3, DISPLACEMENT_1_3, v[0], v[1], v[2], block16);
+    if (any_of(fitted, 3, 3))
+        SEND(can, telemetry, displacement_4_6, DISPLACEMENT_4_6, v[3], v[4], v[5], block16);
+    if (any_of(fitted, 6, 2))
+        SEND(can, telemetry, displacement_7_8, DISPLACEMENT_7_8, v[6], v[7], missing_mask(v, MR_TRANSDUCERS), block16);
+}
+
+void telemetry_tensions(struct telemetry *telemetry, const float v[MR_GAGES], uint32_t fitted, uint32_t index)
+{
+    uint16_t block16 = (uint16_t)index;
+    if (any_of(fitted, 0, 3))
+        SEND(can, telemetry, tension_1_3, TENSION_1_3, v[0], v[1], v[2], block16);
+    if (any_of(fitted, 3, 3))
+        SEND(can, telemetry, tension_4_6, TENSION_4_6, v[3], v[4], v[5], block16);
+    if (any_of(fitted, 6, 3))
+        SEND(can, telemetry, tension_7_9, TENSION_7_9, v[6], v[7], v[8], block16);
+    if (any_of(fitted, 9, 3))
+        SEND(can, telemetry, tension_10_12, TENSION_10_12, v[9], v[10], v[11], block16);
+    if (any_of(fitted, 12, 2))
+        SEND(can, telemetry, tension_13_14, TENSION_13_14, v[12], v[13], missing_mask(v, MR_GAGES), block16);
 }
 
 void telemetry_state(struct telemetry *telemetry, const struct landing *landing)
@@ -390,8 +421,11 @@ void telemetry_store_configuration(struct telemetry *telemetry, const struct lan
     if (!telemetry->to_box)
         return;
     send_hello(telemetry, landing);
-    for (telemetry->item = 0; telemetry->item < FIRST_SEGMENT;)
-        send_item(telemetry, slack_in);
+    for (unsigned i = 0; i < FIRST_SEGMENT; i++) {
+        telemetry->item = i;
+        if (!is_not_fitted(i))
+            send_item(telemetry, slack_in);
+    }
     for (unsigned segment = 0; segment < MR_SEGMENTS; segment++) {
         telemetry->item = FIRST_SEGMENT + segment;
         if (!__builtin_isnan(slack_in[segment]))

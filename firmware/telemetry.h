@@ -47,8 +47,9 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
 void telemetry_burst(struct telemetry *telemetry, const struct landing *landing);
 
 void telemetry_block(struct telemetry *telemetry, const struct mr_block *block);
-void telemetry_displacements(struct telemetry *telemetry, const float value_in[MR_TRANSDUCERS], uint32_t index);
-void telemetry_tensions(struct telemetry *telemetry, const float value_lb[MR_GAGES], uint32_t index);
+/* `fitted`: bit i, transducer or gage i is there. Messages without any that is are not sent. */
+void telemetry_displacements(struct telemetry *telemetry, const float value_in[MR_TRANSDUCERS], uint32_t fitted, uint32_t index);
+void telemetry_tensions(struct telemetry *telemetry, const float value_lb[MR_GAGES], uint32_t fitted, uint32_t index);
 void telemetry_state(struct telemetry *telemetry, const struct landing *landing);
 void telemetry_edge(struct telemetry *telemetry, const struct mr_edge *edge);
 void telemetry_switch(struct telemetry *telemetry, const struct mr_switch_event *event);

@@ -54,6 +54,14 @@ void hil_adc_reset(struct hil_board *board)
     update_irq(board);
 }
 
+static unsigned ones_of(uint64_t z)
+{
+    z -= z >> 1 & 0x5555555555555555ull;
+    z = (z & 0x3333333333333333ull) + (z >> 2 & 0x3333333333333333ull);
+    z = (z + (z >> 4)) & 0x0f0f0f0f0f0f0f0full;
+    return (unsigned)(z * 0x0101010101010101ull >> 56);
+}
+
 /* Two LSB rms, cheap and the same everywhere: the number of ones among 64 random bits (binomial, sigma 4)
  * in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 + 1/48; tails beyond four sigma are
  * slightly thinner than Gaussian. Random bits: Steele, Lea and Flood's SplitMix64 (2014), a counter
@@ -65,7 +73,7 @@ static double noise_lsb(struct hil_adc *a)
     z = (z ^ z >> 27) * 0x94d049bb133111ebull;
     z ^= z >> 31;
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
-    return 0.5 * (double)(__builtin_popcountll(z) - 32) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
+    return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
 
 static uint16_t convert(struct hil_board *board, unsigned unit, unsigned channel, uint64_t at)
@@ -213,9 +221,31 @@ static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
     return a->sqr[2u - k / 6u] >> (5u * (k % 6u)) & 31u;
 }
 
-static void start(struct hil_board *board, unsigned unit, uint64_t at)
+/* The sequence as the registers say. False: it cannot be. */
+static bool plan(struct hil_board *board, unsigned unit)
 {
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
+    struct hil_adc *a = &board->state.adc[unit];
+    uint32_t clocks = 0;
+    a->length = (uint8_t)((a->cr1 & CR1_SCAN) ? (a->sqr[0] >> 20 & 15u) + 1u : 1u);
+    for (unsigned k = 0; k < a->length; k++) {
+        unsigned channel = sequence_channel(a, k);
+        if (channel > 15) {
+            hil_board_stop(board, MR_UNMODELLED, "conversion of internal channel %u of ADC%u", channel,
+                           unit == HIL_ADC1 ? 1 : 3);
+            return false;
+        }
+        uint32_t smp = channel < 10 ? a->smpr[1] >> (3u * channel) : a->smpr[0] >> (3u * (channel - 10u));
+        clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
+        a->channel[k] = (uint8_t)channel;
+        a->end_clock[k] = (uint16_t)clocks;
+    }
+    a->planned = true;
+    return true;
+}
+
+static void start(struct hil_board *board, unsigned unit, uint64_t at)
+{
     struct hil_adc *a = &board->state.adc[unit];
     uint32_t prescaler = 2u * ((board->state.adc_ccr >> 16 & 3u) + 1u);
     uint32_t clock_cycles = prescaler * hil_rcc_apb2_divider(board);
@@ -226,21 +256,9 @@ static void start(struct hil_board *board, unsigned unit, uint64_t at)
     }
     a->clock_cycles = clock_cycles;
     a->start_cycle = at + (uint64_t)LATENCY_CLOCKS * clock_cycles;
-    a->length = (uint8_t)((a->cr1 & CR1_SCAN) ? (a->sqr[0] >> 20 & 15u) + 1u : 1u);
     a->sampled = a->delivered = 0;
-    uint32_t clocks = 0;
-    for (unsigned k = 0; k < a->length; k++) {
-        unsigned channel = sequence_channel(a, k);
-        if (channel > 15) {
-            hil_board_stop(board, MR_UNMODELLED, "conversion of internal channel %u of ADC%u", channel,
-                           unit == HIL_ADC1 ? 1 : 3);
-            return;
-        }
-        uint32_t smp = channel < 10 ? a->smpr[1] >> (3u * channel) : a->smpr[0] >> (3u * (channel - 10u));
-        clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
-        a->channel[k] = (uint8_t)channel;
-        a->end_clock[k] = (uint16_t)clocks;
-    }
+    if (!a->planned && !plan(board, unit))
+        return;
     a->running = true;
     a->sr |= SR_STRT;
     schedule(board, unit);
@@ -368,6 +386,7 @@ void hil_adc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         return;
     struct hil_adc *a = &board->state.adc[unit];
     catch_up(board, unit, hil_now(board));
+    a->planned = false; /* a sequence that runs goes on as it began */
     switch (offset & 0xffu) {
     case 0x00:
         if ((a->sr & SR_OVR) && !(value & SR_OVR))

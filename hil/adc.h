@@ -24,6 +24,7 @@ struct hil_adc {
     bool running;
     uint64_t start_cycle;  /* first sampling window opens */
     uint32_t clock_cycles; /* HCLK cycles of an ADC clock, for this sequence */
+    bool planned;           /* length, channel and end_clock are those of the registers */
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */

@@ -66,13 +66,16 @@ static bool spread_transducer(const struct mr_block *block, unsigned i, struct h
 
 bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigned *channel)
 {
+    *codes = (struct hil_codes){0};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         *channel = i;
-        if (!spread_transducer(block, i, codes))
+        if (!(block->absent >> i & 1u) && !spread_transducer(block, i, codes))
             return false;
     }
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++) {
         unsigned c = *channel = MR_TRANSDUCERS + i;
+        if (block->absent >> c & 1u)
+            continue;
         if (!possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c]))
             return false;
         spread(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c], codes->adc1[i]);

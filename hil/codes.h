@@ -15,7 +15,7 @@ struct hil_codes {
     uint16_t adc1[MR_ADC1_CHANNELS][MR_SCANS_PER_BLOCK];
 };
 
-/* Codes whose sums and counts are the block's. False: there are none; `*channel` (0 to MR_CHANNELS - 1) is the first for
+/* Codes whose sums and counts are the block's, zeroes of channels that are absent. False: there are none; `*channel` (0 to MR_CHANNELS - 1) is the first for
  * which it is so. */
 bool hil_codes_of(const struct mr_block *block, struct hil_codes *codes, unsigned *channel);
 

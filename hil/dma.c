@@ -127,7 +127,10 @@ void hil_dma_write_items(struct hil_board *board, const struct hil_dma_request *
     uint8_t *memory = next_items(board, r, n);
     if (!memory)
         return;
-    for (uint32_t i = 0; i < n; i++) {
+    bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC); /* what nearly all are */
+    if (halves)
+        memcpy(memory, values, n * sizeof values[0]);
+    for (uint32_t i = 0; i < n && !halves; i++) {
         uint8_t *p = memory + ((s->cr & CR_MINC) ? i * bytes : 0);
         uint32_t value = values[i];
         for (uint32_t b = 0; b < bytes; b++)

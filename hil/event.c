@@ -54,11 +54,14 @@ static void find_next(struct hil_board *board)
 {
     struct hil_events *events = &board->state.events;
     uint64_t next = HIL_NEVER;
+    unsigned slot = 0;
     for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
-        if (events->at_cycle[i] < next)
-            next = events->at_cycle[i];
+        bool earlier = events->at_cycle[i] < next;
+        next = earlier ? events->at_cycle[i] : next;
+        slot = earlier ? i : slot;
     }
     events->next_cycle = next;
+    events->next_slot = slot;
     if (next < board->limit_cycle)
         board->limit_cycle = next;
 }
@@ -69,10 +72,12 @@ static void set(struct hil_board *board, enum hil_event_slot slot, uint64_t cycl
     uint64_t before = events->at_cycle[slot];
     events->at_cycle[slot] = cycle;
     events->at_ps[slot] = t_ps;
-    if (before == events->next_cycle && cycle > before) /* it may have been the earliest */
+    if (before == events->next_cycle && cycle > before) { /* it may have been the earliest */
         find_next(board);
-    else if (cycle < events->next_cycle)
+    } else if (cycle < events->next_cycle || (cycle == events->next_cycle && slot < events->next_slot)) {
         events->next_cycle = cycle;
+        events->next_slot = slot;
+    }
     if (events->next_cycle < board->limit_cycle)
         board->limit_cycle = events->next_cycle;
 }
@@ -101,9 +106,7 @@ void hil_event_run(struct hil_board *board)
 {
     struct hil_events *events = &board->state.events;
     while (events->next_cycle <= board->state.clock.now_cycle && !board->target_reached) {
-        unsigned slot = 0;
-        while (events->at_cycle[slot] != events->next_cycle)
-            slot++;
+        unsigned slot = events->next_slot;
         uint64_t at = events->at_cycle[slot];
         events->at_cycle[slot] = HIL_NEVER;
         events->at_ps[slot] = HIL_NEVER;

@@ -49,6 +49,7 @@ struct hil_events {
     uint64_t at_cycle[HIL_EVENT_COUNT];
     uint64_t at_ps[HIL_EVENT_COUNT]; /* HIL_NEVER: the slot is in cycles */
     uint64_t next_cycle;             /* earliest of at_cycle */
+    unsigned next_slot;              /* the first of the slots that are due then */
 };
 
 void hil_event_init(struct hil_events *events);

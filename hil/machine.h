@@ -132,6 +132,7 @@ struct hil_board {
     bool flash_guarded;        /* reads of flash by the core are caught */
 
     /* Derived from code, run file and replay; rebuilt when needed. */
+    struct hil_settling settling[HIL_SETTLINGS];
     const struct mr_block *codes_block; /* whose codes these are; NULL: of none */
     struct hil_codes codes;
     struct hil_block_info blocks[HIL_BLOCK_CACHE];

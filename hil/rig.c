@@ -13,6 +13,8 @@
 #define TRANSDUCER_ZERO_V 0.050
 #define TRANSDUCER_V_PER_IN 0.5
 #define TRANSDUCER_TAU_S 4e-6
+#define CHANNEL_STAIRCASE 22u
+#define CHANNEL_REFERENCE 23u
 #define SETTLED_TAUS 40.0 /* exp(-40) of full scale is 1e-14 codes */
 
 unsigned hil_rig_step_codes(unsigned position) { return 64u + 8u * (7u * (position - 1u) % 24u); }
@@ -126,14 +128,23 @@ void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, 
     contact->next_ps = HIL_NEVER;
 }
 
+/* What is left of a step after `taus`. The converters look after the same few times in every scan: those are remembered. */
+static double rest_after(struct hil_board *board, uint64_t cycles, double taus)
+{
+    struct hil_settling *known = &board->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
+    if (known->rest <= 0.0 || known->taus != taus)
+        *known = (struct hil_settling){taus, exp(-taus)};
+    return known->rest;
+}
+
 /* Amplitude of the excitation at the transducers, -1 to 1. */
-static double amplitude(const struct hil_board *board, uint64_t at)
+static double amplitude(struct hil_board *board, uint64_t at)
 {
     const struct hil_rig *rig = &board->state.rig;
     double taus = (double)(at - rig->since_cycle) / board->state.clock.hclk_hz / TRANSDUCER_TAU_S;
     if (at < rig->since_cycle || taus > SETTLED_TAUS)
         return rig->excitation;
-    return rig->excitation + (rig->from - rig->excitation) * exp(-taus);
+    return rig->excitation + (rig->from - rig->excitation) * rest_after(board, at - rig->since_cycle, taus);
 }
 
 void hil_rig_count_excitation(struct hil_board *board, uint64_t at)
@@ -198,11 +209,18 @@ static int channel_on(unsigned port, unsigned pin)
 /* What a channel's sensor is exposed to: inches, pounds; volts of staircase and reference. */
 static double quantity(const struct hil_board *board, unsigned channel, double t_s)
 {
-    if (channel == 22)
+    if (channel == CHANNEL_STAIRCASE)
         return staircase_volts(board, t_s);
-    if (channel == 23)
+    if (channel == CHANNEL_REFERENCE)
         return REFERENCE_V;
     return board->run ? hil_run_truth(board->run, channel, t_s) : 0.0;
+}
+
+/* Most of them do not move where there is no run: the time of each conversion costs more than the rest of it. */
+static double quantity_at(const struct hil_board *board, unsigned channel, uint64_t at)
+{
+    bool moves = board->run || channel == CHANNEL_STAIRCASE;
+    return quantity(board, channel, moves ? (double)hil_clock_ps(&board->state.clock, at) * 1e-12 : 0.0);
 }
 
 void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fault fault)
@@ -212,9 +230,8 @@ void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fa
     board->state.rig.held[channel] = quantity(board, channel, (double)hil_board_now_ps(board) * 1e-12);
 }
 
-double hil_rig_volts(const struct hil_board *board, unsigned port, unsigned pin, uint64_t at)
+double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at)
 {
-    double t_s = (double)hil_clock_ps(&board->state.clock, at) * 1e-12;
     int channel = channel_on(port, pin);
     if (channel < 0)
         return 0.0;
@@ -222,7 +239,7 @@ double hil_rig_volts(const struct hil_board *board, unsigned port, unsigned pin,
     if (fault > HIL_CHANNEL_STUCK)
         return fault == HIL_CHANNEL_HIGH ? HIL_VREF_V : 0.0;
     double value = fault == HIL_CHANNEL_STUCK ? board->state.rig.held[channel]
-                                              : quantity(board, (unsigned)channel, t_s);
+                                              : quantity_at(board, (unsigned)channel, at);
     if (channel < (int)HIL_RUN_TRANSDUCERS)
         return TRANSDUCER_MID_V + amplitude(board, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
     return channel < (int)HIL_RUN_COLUMNS ? GAGE_ZERO_V + GAGE_V_PER_LB * value : value;

@@ -35,6 +35,13 @@ struct hil_contact {
     uint64_t next_ps;       /* when it moves again; HIL_NEVER: it rests */
 };
 
+/* What was worked out of the transducers' settling: `rest` of a step is left after `taus`; 0: nothing yet. */
+#define HIL_SETTLINGS 32u
+#define HIL_SETTLING_CYCLES 512u
+struct hil_settling {
+    double taus, rest;
+};
+
 struct hil_rig {
     struct hil_contact contact[24];
     uint8_t channel_fault[HIL_RIG_CHANNELS]; /* enum hil_channel_fault */
@@ -61,7 +68,7 @@ void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fa
 void hil_rig_skip(struct hil_board *board, unsigned position);
 void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps);
 /* Voltage on a pin at cycle `at`, not clipped. */
-double hil_rig_volts(const struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
+double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
 /* Step of a switch, position 1..24, in codes. */
 unsigned hil_rig_step_codes(unsigned position);
 

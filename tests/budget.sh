@@ -14,7 +14,7 @@ arm-none-eabi-nm -l $elf | awk '$2 ~ /^[tTwW]$/ && $4 { sub(/:[0-9]+$/, "", $4);
 awk -v seconds="$seconds" -v limit=$limit_percent '
     function task(file, name) {
         if (file !~ /(firmware|common)\//) return "library"
-        if (file ~ /f407\/(scan|capture)\.c$/ || name == "mr_block_from_scans") return "sampling"
+        if (file ~ /f407\/(scan|capture)\.c$/ || name ~ /^(mr_block_from_(scans|some)|sum_columns|count_saturation)$/) return "sampling"
         if (file ~ /common\/(channels|measure)\.c$/) return "demodulation"
         if (file ~ /(blackbox|recorder|slowlog|boxlink|nor)\.c$/ || file ~ /common\/(blockpack|boxpage)\.c$/) return "storage"
         if (file ~ /(telemetry|can|uart)\.c$/ || file ~ /common\/(catalogue|framing|block|crc32)\.c$/) return "telemetry"

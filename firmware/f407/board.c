@@ -63,7 +63,7 @@ void board_start(void)
         can_start();
     /* No scans on the raw oscillator: neither their times nor the settling would be what the rest relies on. */
     if (clock != BOARD_CLOCK_RAW && dma1 && dma2 && capture_start())
-        scan_start();
+        scan_prepare();
     nor_start(dma1);
     start_supervision(clock);
     watchdog_start();

@@ -12,10 +12,10 @@
 enum board_clock_source clock_start(void);
 /* pins.c: clocks of ports and peripherals, functions of all pins. */
 void pins_start(void);
-/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. */
-void scan_start(void);
+/* scan.c: TIM4, ADC1, ADC3, their DMA, blocks. Looks whether they are there; board_scans_configure begins. */
+void scan_prepare(void);
 bool scan_ready(void); /* a block can be taken */
-/* capture.c: TIM2 and its DMA; before scan_start, whose timer starts both. False: TIM2 does not answer. */
+/* capture.c: TIM2 and its DMA; before the scans, whose timer starts both. False: TIM2 does not answer. */
 bool capture_start(void);
 void can_start(void);
 /* nor.c: SPI2 and the black box's memory; missing when DMA1 does not answer. */

@@ -1,7 +1,7 @@
 /* nor.h on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1 stream 3 receives, stream 4 sends.
  * RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV 8.2 (commands), 9.6 (times).
  *
- * Commands and addresses, a dozen bytes at most, go out polled: 0.4 us a byte. Data of a page go by DMA, 0.1 ms. While a page is being
+ * Commands and addresses go out polled: 0.4 us a byte. Data go by DMA, 0.1 ms a page. While a page is being
  * programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each stretch looks at it; during an erase, which is
  * only while idle, the main loop looks. */
 #include "firmware/f407/drivers.h"
@@ -10,7 +10,6 @@
 #define RX_STREAM 3u
 #define TX_STREAM 4u
 #define SELECT_PIN 12u
-#define POLLED_MAX 12u
 #define BYTE_POLLS 200u       /* a byte takes 64 cycles */
 #define STATUS_STRETCH 512u   /* bytes of status: 195 us */
 #define TICKS_PER_MS 84000u   /* TIM2 */
@@ -211,14 +210,7 @@ void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
 {
     begin_phase(READING);
     send_command(READ, address);
-    if (length > POLLED_MAX) {
-        begin_dma(bytes, NULL, (uint32_t)length);
-        return;
-    }
-    for (size_t i = 0; i < length; i++)
-        bytes[i] = exchange(filler);
-    select(false);
-    phase = IDLE;
+    begin_dma(bytes, NULL, (uint32_t)length);
 }
 
 void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])

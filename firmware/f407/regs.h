@@ -217,6 +217,7 @@ enum irq_number {
     IRQ_ADC = 18,
     IRQ_CAN1_TX = 19,
     IRQ_CAN1_RX0 = 20,
+    IRQ_DMA2_STREAM1 = 57,
     IRQ_DMA2_STREAM4 = 60,
     IRQ_DMA2_STREAM7 = 70,
 };

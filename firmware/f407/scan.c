@@ -7,7 +7,10 @@
  *
  * TIM4's start starts TIM2 too, both from 0, so the first trigger of block n is at tick 2352 + 84000 n of TIM2: edges and
  * samples share one clock without any software in between. Blocks are 8 scans, an even number, so every block begins with
- * the excitation forward (PD12 high, PD13 low). */
+ * the excitation forward (PD12 high, PD13 low).
+ *
+ * Channels that are not fitted are not in the sequences. The converter with the longer sequence tells when a block is there; with as
+ * many in both it is ADC1, for the stream of ADC3 has the lower number and is served first. */
 #include "common/boardtime.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
@@ -20,8 +23,12 @@
 #define ADC3_STREAM 1u
 #define BLOCK_QUEUE 16u
 
-static uint16_t adc1_code[SCANS][MR_ADC1_CHANNELS];
-static uint16_t adc3_code[SCANS][MR_TRANSDUCERS];
+/* Rows of as many codes as the converter's sequence has. Two are added and compared at a time, so they lie on words. */
+static _Alignas(4) uint16_t adc1_code[SCANS * MR_ADC1_CHANNELS];
+static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS];
+
+static struct mr_scan scan;
+static bool converters_answer, timers_run;
 
 static struct mr_block queue[BLOCK_QUEUE];
 static volatile uint32_t queued, taken;
@@ -40,6 +47,8 @@ static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc
     for (unsigned polls = 0; (stream->CR & DMA_CR_EN) && polls < 1000; polls++) {
     }
     DMA2->IFCR[number / 4] = DMA_FLAGS_ALL << dma_flag_shift(number);
+    if (count == 0)
+        return;
     stream->PAR = (uint32_t)(uintptr_t)&adc->DR;
     stream->M0AR = (uint32_t)(uintptr_t)memory;
     stream->NDTR = count;
@@ -47,13 +56,16 @@ static void start_stream(unsigned number, uint32_t channel, struct adc_regs *adc
                  DMA_CR_CIRC | interrupts | DMA_CR_EN;
 }
 
-static void start_converter(struct adc_regs *adc, const uint8_t *input, unsigned count)
+/* `channel`: of those whose inputs these are. */
+static void start_converter(struct adc_regs *adc, const uint8_t *input, const uint8_t *channel, unsigned first, unsigned count)
 {
     uint32_t sequence[3] = {0};
     adc->CR2 = 0;
     adc->SR = 0;
+    if (count == 0)
+        return;
     for (unsigned i = 0; i < count; i++)
-        sequence[i / 6] |= (uint32_t)input[i] << (5 * (i % 6));
+        sequence[i / 6] |= (uint32_t)input[channel[i] - first] << (5 * (i % 6));
     adc->SQR3 = sequence[0];
     adc->SQR2 = sequence[1];
     adc->SQR1 = sequence[2] | (count - 1) << 20;
@@ -68,14 +80,15 @@ static void start_converter(struct adc_regs *adc, const uint8_t *input, unsigned
 
 static void start_conversions(void)
 {
-    start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * MR_ADC1_CHANNELS,
-                 DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE);
-    start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * MR_TRANSDUCERS, 0);
-    start_converter(ADC1, adc1_input, MR_ADC1_CHANNELS);
-    start_converter(ADC3, adc3_input, MR_TRANSDUCERS);
+    const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
+    bool adc3_is_last = scan.transducers > scan.others;
+    start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * scan.others, adc3_is_last ? 0 : tell);
+    start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * scan.transducers, adc3_is_last ? tell : 0);
+    start_converter(ADC1, adc1_input, scan.channel + scan.transducers, MR_TRANSDUCERS, scan.others);
+    start_converter(ADC3, adc3_input, scan.channel, 0, scan.transducers);
 }
 
-void scan_start(void)
+void scan_prepare(void)
 {
     if (!answers(&TIM4->ARR, SCAN_TICKS - 1)) {
         health_count(MR_FAULT_TIMER_MISSING, 4);
@@ -86,7 +99,12 @@ void scan_start(void)
         return;
     }
     ADC_CCR = ADC_CCR_PRESCALER_4;
-    start_conversions();
+    converters_answer = true;
+}
+
+static void start_timers(void)
+{
+    irq_enable(IRQ_DMA2_STREAM1, PRIORITY_SCAN);
     irq_enable(IRQ_DMA2_STREAM4, PRIORITY_SCAN);
     irq_enable(IRQ_ADC, PRIORITY_SCAN);
 
@@ -104,6 +122,7 @@ void scan_start(void)
     TIM4->CR2 = TIM_CR2_MMS_ENABLE;
     TIM4->SR = 0;
     TIM4->CR1 = TIM_CR1_CEN;
+    timers_run = true;
 }
 
 /* The pins must show what the scan in progress expects: forward from the reversal after a block's last scan on, which is
@@ -120,11 +139,13 @@ static void check_polarity(void)
         health_count(MR_FAULT_POLARITY, (uint8_t)pins);
 }
 
-void dma2_stream4_irq(void);
-void dma2_stream4_irq(void)
+/* A stream's half is full, or the other: the block is taken from there. The other converter triggers at the same time and is done by
+ * now: its stream must stand at the same half, or a scan of it was lost. It stands there until its first code of the next scan, 36 us
+ * at least. */
+static void end_block(unsigned stream, unsigned other, unsigned other_count)
 {
-    uint32_t flags = DMA2->ISR[1] >> dma_flag_shift(ADC1_STREAM) & DMA_FLAGS_ALL;
-    DMA2->IFCR[1] = flags << dma_flag_shift(ADC1_STREAM);
+    uint32_t flags = DMA2->ISR[stream / 4] >> dma_flag_shift(stream) & DMA_FLAGS_ALL;
+    DMA2->IFCR[stream / 4] = flags << dma_flag_shift(stream);
     if (flags & DMA_FLAG_TEIF)
         health_count(MR_FAULT_SCAN_OVERRUN, 1);
     if (!(flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)))
@@ -137,11 +158,8 @@ void dma2_stream4_irq(void)
     }
     unsigned half = flags & DMA_FLAG_HTIF ? 0 : MR_SCANS_PER_BLOCK;
     uint32_t index = next_index++;
-    /* ADC3 triggers with ADC1 and is done sooner: its stream must stand at the same half, or a scan of it was lost. It stands
-     * there for 36 us, until its first code of the next scan. */
-    uint32_t adc3_left = DMA2->stream[ADC3_STREAM].NDTR;
-    uint32_t expected = half ? SCANS * MR_TRANSDUCERS : MR_SCANS_PER_BLOCK * MR_TRANSDUCERS;
-    if (adc3_left != expected) {
+    uint32_t expected = half ? SCANS * other_count : MR_SCANS_PER_BLOCK * other_count;
+    if (other_count && DMA2->stream[other].NDTR != expected) {
         health_count(MR_FAULT_SCAN_OVERRUN, 3);
         return;
     }
@@ -150,9 +168,26 @@ void dma2_stream4_irq(void)
         health_count(MR_FAULT_BLOCK_LATE, 0);
         return;
     }
-    mr_block_from_scans(&queue[queued % BLOCK_QUEUE], index, mr_boardtime_tick(TRIGGER_TICK, index),
-                        &adc3_code[half], &adc1_code[half]);
+    struct mr_block *block = &queue[queued % BLOCK_QUEUE];
+    uint32_t tick = mr_boardtime_tick(TRIGGER_TICK, index);
+    uint16_t *transducers = adc3_code + half * scan.transducers, *others = adc1_code + half * scan.others;
+    if (scan.absent == 0)
+        mr_block_from_scans(block, index, tick, (uint16_t(*)[MR_TRANSDUCERS])transducers, (uint16_t(*)[MR_ADC1_CHANNELS])others);
+    else
+        mr_block_from_some(block, &scan, index, tick, transducers, others);
     queued++;
+}
+
+void dma2_stream1_irq(void);
+void dma2_stream1_irq(void)
+{
+    end_block(ADC3_STREAM, ADC1_STREAM, scan.others);
+}
+
+void dma2_stream4_irq(void);
+void dma2_stream4_irq(void)
+{
+    end_block(ADC1_STREAM, ADC3_STREAM, scan.transducers);
 }
 
 void adc_irq(void);
@@ -178,25 +213,46 @@ bool board_block_take(struct mr_block *block)
     return true;
 }
 
-void board_scans_restart(void)
+/* Begin between the last trigger of a block and the first of the next, so that blocks keep their place on TIM2. The wait is at most a
+ * block; 200000 polls bound it should TIM2 stand still. */
+static void begin_again(const struct mr_scan *with)
 {
-    if (!(TIM4->CR1 & TIM_CR1_CEN))
-        return;
-    /* Begin between the last trigger of a block and the first of the next, so that blocks keep their place on TIM2. The
-     * wait is at most a block; 200000 polls bound it should TIM2 stand still. */
     for (unsigned polls = 0; polls < 200000; polls++) {
         uint32_t mask = irq_mask();
-        /* Since the first trigger of the block expected next. Not since the first of all: TIM2 wraps after 51 s, and that is no
-         * whole number of blocks. A restart is tried each second, so this has not wrapped. */
-        uint32_t since_due = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index);
-        uint32_t in_block = since_due % MR_TICKS_PER_BLOCK;
+        /* Since the first trigger of the block before the one expected next. Not since the first of all: TIM2 wraps after 51 s, and
+         * that is no whole number of blocks. A restart is tried each second, so this has not wrapped. */
+        uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) + MR_TICKS_PER_BLOCK;
+        uint32_t in_block = since % MR_TICKS_PER_BLOCK;
         bool now = in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000;
         if (now) {
-            next_index += since_due / MR_TICKS_PER_BLOCK + 1;
+            next_index += since / MR_TICKS_PER_BLOCK;
+            scan = *with;
             start_conversions();
         }
         irq_restore(mask);
         if (now)
             return;
     }
+}
+
+void board_scans_restart(void)
+{
+    struct mr_scan same = scan;
+    if (timers_run)
+        begin_again(&same);
+}
+
+void board_scans_configure(uint32_t fitted)
+{
+    struct mr_scan wanted;
+    mr_scan_plan(&wanted, ~fitted);
+    if (!converters_answer)
+        return;
+    if (timers_run) {
+        begin_again(&wanted);
+        return;
+    }
+    scan = wanted;
+    start_conversions();
+    start_timers();
 }

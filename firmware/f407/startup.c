@@ -16,6 +16,7 @@ void adc_irq(void);
 void can1_tx_irq(void);
 void can1_rx0_irq(void);
 void dma1_stream3_irq(void);
+void dma2_stream1_irq(void);
 void dma2_stream4_irq(void);
 void dma2_stream7_irq(void);
 
@@ -53,6 +54,7 @@ __attribute__((section(".vectors"), used)) static const struct {
         [16 + IRQ_ADC - 1] = adc_irq,
         [16 + IRQ_CAN1_TX - 1] = can1_tx_irq,
         [16 + IRQ_CAN1_RX0 - 1] = can1_rx0_irq,
+        [16 + IRQ_DMA2_STREAM1 - 1] = dma2_stream1_irq,
         [16 + IRQ_DMA2_STREAM4 - 1] = dma2_stream4_irq,
         [16 + IRQ_DMA2_STREAM7 - 1] = dma2_stream7_irq,
     },

@@ -213,12 +213,22 @@ static void print_motion(const struct summary *summary, bool si, FILE *out)
     fprintf(out, ", %.3f s after touchdown\n", fit->stop_t_s.value - fit->touchdown_t_s.value);
 }
 
+static bool has_any(const struct measured *measured, enum mr_channel_kind kind)
+{
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        if (measured->channel[c].config.kind == kind)
+            return true;
+    }
+    return false;
+}
+
 static void print_channels(const struct measured *measured, bool si, FILE *out)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     const struct unit *force = unit_of(UNIT_TENSION, si);
-    fprintf(out, "  peak movement by station, %s (standard error)\n", length->text);
+    if (has_any(measured, MR_KIND_DISPLACEMENT))
+        fprintf(out, "  peak movement by station, %s (standard error)\n", length->text);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_DISPLACEMENT)
@@ -233,7 +243,8 @@ static void print_channels(const struct measured *measured, bool si, FILE *out)
             fprintf(out, "%8.4f (%.4f)  at the end %8.4f\n", unit_tidy(channel->peak * length->factor, 1e-4),
                     channel->error * length->factor, unit_tidy(channel->end * length->factor, 1e-4));
     }
-    fprintf(out, "  least tension by gage, %s (before the landing)\n", force->text);
+    if (has_any(measured, MR_KIND_TENSION))
+        fprintf(out, "  least tension by gage, %s (before the landing)\n", force->text);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_TENSION)

@@ -259,6 +259,9 @@ static void compare_block(struct comparing *c, const struct mr_block *a, const s
     c->row->fields++;
     if (a->tick != tick)
         note_value(c, "tick", a->index, a->tick, tick);
+    c->row->fields++;
+    if (a->absent != b->absent)
+        note_value(c, "absent", a->index, a->absent, b->absent);
     compare_numbers(c, "plus", a->index, a->plus, b->plus, MR_TRANSDUCERS);
     compare_numbers(c, "minus", a->index, a->minus, b->minus, MR_TRANSDUCERS);
     compare_numbers(c, "sum", a->index, a->sum, b->sum, MR_ADC1_CHANNELS);

@@ -44,8 +44,8 @@ record_ten() {
         record "$tmp/serial.run" --seed 22 --for 3 --hse 0 --hsi-ppm 4000
     [ "$(stored 'select count(*) from landings')" = 13 ] # `twice` has two
 }
-saturation_was_recorded() { # a record with counts is longer than 75 bytes
-    [ "$(stored "select count(*) > 1000 from blocks join landings on landings.id = landing where length(record) > 76")" = 1 ]
+saturation_was_recorded() { # a record with counts is longer than 78 bytes
+    [ "$(stored "select count(*) > 1000 from blocks join landings on landings.id = landing where length(record) > 79")" = 1 ]
 }
 says_the_same() { # RUN
     $matrig --json --quiet replay "$db" "$1" >"$tmp/replay$1.json"
@@ -115,7 +115,7 @@ with_a_hole() {
         fails_with 4 '10 blocks are lost: RUN 5 of .*, blocks 1200 to 1209 \(1\.200 s to 1\.210 s\)' $matrig replay "$tmp/hole.db" 5
 }
 changed_record() { # one sum of one block is another: the board says so, and so does what it makes of it
-    broken changed "update blocks set record = cast(substr(record, 1, 8) || x'0102' || substr(record, 11) as blob) where landing = 5 and idx = 1300" &&
+    broken changed "update blocks set record = cast(substr(record, 1, 11) || x'0102' || substr(record, 14) as blob) where landing = 5 and idx = 1300" &&
         $matrig --json --quiet replay "$tmp/changed.db" 5 >"$tmp/changed.json"
     [ $? = 1 ] && first_is "$tmp/changed.json" displacement_1_3 d1_in && [ "$(in_json "$tmp/changed.json" first.t_s)" = 1.3 ]
 }

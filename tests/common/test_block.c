@@ -1,6 +1,7 @@
 #include "common/block.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "common/channels.h"
@@ -49,6 +50,31 @@ static void saturation_is_counted_per_channel(void **state)
     assert_int_equal(block.high[MR_TRANSDUCERS + 15], 0);
 }
 
+/* Each code from the ends of the converter in each place of the scans, beside codes of its neighbours that are just not saturated. */
+static void one_saturated_code_is_found_wherever_it_is(void **state)
+{
+    (void)state;
+    static const uint16_t ends[] = {0, 7, 8, 9, 10, 4085, 4086, 4087, 4088, 4095};
+    struct mr_block block;
+    for (unsigned place = 0; place < MR_SCANS_PER_BLOCK * MR_CHANNELS; place++) {
+        unsigned scan = place / MR_CHANNELS, channel = place % MR_CHANNELS;
+        for (unsigned i = 0; i < COUNT_OF(ends); i++) {
+            for (unsigned n = 0; n < MR_SCANS_PER_BLOCK; n++) {
+                for (unsigned c = 0; c < MR_TRANSDUCERS; c++)
+                    transducers[n][c] = n % 2 ? 4086 : 9;
+                for (unsigned c = 0; c < MR_ADC1_CHANNELS; c++)
+                    adc1[n][c] = (n + c) % 3 ? 9 : 4086;
+            }
+            *(channel < MR_TRANSDUCERS ? &transducers[scan][channel] : &adc1[scan][channel - MR_TRANSDUCERS]) = ends[i];
+            mr_block_from_scans(&block, 0, 0, transducers, adc1);
+            for (unsigned c = 0; c < MR_CHANNELS; c++) {
+                assert_int_equal(block.low[c], c == channel && ends[i] <= 8);
+                assert_int_equal(block.high[c], c == channel && ends[i] >= 4087);
+            }
+        }
+    }
+}
+
 static void record_has_the_layout_of_the_header(void **state)
 {
     (void)state;
@@ -58,11 +84,11 @@ static void record_has_the_layout_of_the_header(void **state)
     transducers[0][7] = 4095;
     mr_block_from_scans(&block, 0x01020304, 0xa0b0c0d0, transducers, adc1);
     size_t length = mr_block_put(&block, out);
-    assert_int_equal(length, 76);
-    const uint8_t head[] = {0x04, 0x03, 0x02, 0x01, 0xd0, 0xc0, 0xb0, 0xa0, 0xd0, 0x20}; /* 4 * 2100 = 8400 = 0x20d0 */
+    assert_int_equal(length, 79);
+    const uint8_t head[] = {0x04, 0x03, 0x02, 0x01, 0xd0, 0xc0, 0xb0, 0xa0, 0, 0, 0, 0xd0, 0x20}; /* 4 * 2100 = 8400 = 0x20d0 */
     assert_memory_equal(out, head, sizeof head);
     const uint8_t tail[] = {0x80, 0x00, 0x00, 0x01}; /* channel 7; none low, one high */
-    assert_memory_equal(out + 72, tail, sizeof tail);
+    assert_memory_equal(out + 75, tail, sizeof tail);
     assert_int_equal(mr_block_get(&got, out, length), MR_OK);
     assert_memory_equal(&got, &block, sizeof got);
 }
@@ -73,13 +99,81 @@ static void damaged_records_are_refused(void **state)
     struct mr_block block = {.index = 1}, got;
     uint8_t out[MR_BLOCK_BYTES_MAX + 1] = {0};
     size_t length = mr_block_put(&block, out);
-    assert_int_equal(length, MR_BLOCK_BYTES_MIN);
+    assert_int_equal(length, 78);
     assert_int_equal(mr_block_get(&got, out, length - 1), MR_TRUNCATED);
     assert_int_equal(mr_block_get(&got, out, length + 1), MR_TOO_LONG);
-    out[72] = 1; /* channel 0 announced, its byte not there */
+    out[75] = 1; /* channel 0 announced, its byte not there */
     assert_int_equal(mr_block_get(&got, out, length), MR_TRUNCATED);
-    out[75] = 0x54; /* 5 low and 4 high of 8 */
+    out[78] = 0x54; /* 5 low and 4 high of 8 */
     assert_int_equal(mr_block_get(&got, out, length + 1), MR_MALFORMED);
+}
+
+/* The channels that are there read as they would beside all others, for every count of them on both converters. */
+static void some_channels_are_summed_like_all(void **state)
+{
+    (void)state;
+    uint32_t draw = 1;
+    for (unsigned n = 0; n < 2000; n++) {
+        uint16_t some_transducers[MR_SCANS_PER_BLOCK * MR_TRANSDUCERS], some_others[MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS];
+        unsigned at[2] = {0, 0};
+        struct mr_block all, some, got;
+        struct mr_scan scan;
+        uint8_t out[MR_BLOCK_BYTES_MAX];
+        draw = draw * 1664525u + 1013904223u;
+        uint32_t absent = n == 0 ? 0x3fffffu : n < 256 ? n : draw >> 10; /* of 22 channels; staircase and reference stay */
+        for (unsigned row = 0; row < MR_SCANS_PER_BLOCK; row++) {
+            for (unsigned c = 0; c < MR_CHANNELS; c++) {
+                bool transducer = c < MR_TRANSDUCERS;
+                draw = draw * 1664525u + 1013904223u;
+                uint16_t code = (uint16_t)(draw % 40 == 0 ? draw >> 28 : draw % 40 == 1 ? 4095 - (draw >> 28) : draw >> 20);
+                *(transducer ? &transducers[row][c] : &adc1[row][c - MR_TRANSDUCERS]) = code;
+                if (c >= 22 || !(absent >> c & 1u))
+                    *(transducer ? &some_transducers[at[0]++] : &some_others[at[1]++]) = code;
+            }
+        }
+        mr_scan_plan(&scan, absent);
+        assert_int_equal(scan.transducers * MR_SCANS_PER_BLOCK, at[0]);
+        assert_int_equal(scan.others * MR_SCANS_PER_BLOCK, at[1]);
+        mr_block_from_scans(&all, 3, 4, transducers, adc1);
+        mr_block_from_some(&some, &scan, 3, 4, some_transducers, some_others);
+        assert_int_equal(some.absent, absent);
+        for (unsigned c = 0; c < MR_CHANNELS; c++) {
+            bool there = c >= 22 || !(absent >> c & 1u);
+            assert_int_equal(some.low[c], there ? all.low[c] : 0);
+            assert_int_equal(some.high[c], there ? all.high[c] : 0);
+            if (c < MR_TRANSDUCERS) {
+                assert_int_equal(some.plus[c], there ? all.plus[c] : 0);
+                assert_int_equal(some.minus[c], there ? all.minus[c] : 0);
+            } else {
+                assert_int_equal(some.sum[c - 8], there ? all.sum[c - 8] : 0);
+            }
+        }
+        size_t length = mr_block_put(&some, out);
+        assert_true(length >= 14u + at[0] / 2 + at[1] / 4); /* two sums of a transducer, one of another, 2 bytes each */
+        assert_int_equal(mr_block_get(&got, out, length), MR_OK);
+        assert_memory_equal(&got, &some, sizeof got);
+    }
+}
+
+static void a_record_of_switches_alone_is_18_bytes(void **state)
+{
+    (void)state;
+    struct mr_block block = {.index = 0x11, .tick = 0x22, .absent = 0x3fffff}, got;
+    uint8_t out[MR_BLOCK_BYTES_MAX];
+    block.sum[MR_ADC1_STAIRCASE] = 0x4433;
+    block.sum[MR_ADC1_REFERENCE] = 0x6655;
+    const uint8_t by_hand[] = {0x11, 0, 0, 0, 0x22, 0, 0, 0, 0xff, 0xff, 0x3f, 0x33, 0x44, 0x55, 0x66, 0, 0, 0};
+    assert_int_equal(mr_block_put(&block, out), sizeof by_hand);
+    assert_memory_equal(out, by_hand, sizeof by_hand);
+    assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_OK);
+    assert_int_equal(mr_block_get(&got, out, sizeof by_hand - 1), MR_TRUNCATED);
+    out[10] = 0x7f; /* no staircase */
+    assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_MALFORMED);
+    out[10] = 0x3f;
+    out[15] = 1; /* counts of a channel that is absent */
+    assert_int_equal(mr_block_get(&got, out, sizeof by_hand + 1), MR_MALFORMED);
+    out[8] = 0xfe; /* transducer 1 is there, its sums are not */
+    assert_int_equal(mr_block_get(&got, out, sizeof by_hand), MR_TRUNCATED);
 }
 
 /* 0.5 V/in with 3.3 V and 4096 codes: 620.61 codes an inch; half difference (2100 - 1990) / 2 = 55 codes. */
@@ -144,7 +238,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sums_are_those_worked_out_by_hand), cmocka_unit_test(saturation_is_counted_per_channel),
-        cmocka_unit_test(record_has_the_layout_of_the_header), cmocka_unit_test(damaged_records_are_refused),
+        cmocka_unit_test(one_saturated_code_is_found_wherever_it_is), cmocka_unit_test(record_has_the_layout_of_the_header), cmocka_unit_test(damaged_records_are_refused),
+        cmocka_unit_test(some_channels_are_summed_like_all), cmocka_unit_test(a_record_of_switches_alone_is_18_bytes),
         cmocka_unit_test(readings_follow_from_volts), cmocka_unit_test(what_cannot_be_true_is_not_a_value),
     };
     return cmocka_run_group_tests_name("common/block", tests, NULL, NULL);

@@ -35,7 +35,36 @@ static void a_key_and_a_still_block_by_hand(void **state)
         assert_int_equal((at + mr_pack_padding(at, bits)) % 8, 0);
 }
 
-enum look { STILL, QUIET, WHITE, WIDE, SATURATED, STEPS, LOOKS };
+/* Behind the key, tag 2, kind 5 (0b10110) and the mask; then two sums that do not move, four bits each as above. */
+static void what_is_absent_costs_no_bits(void **state)
+{
+    (void)state;
+    struct mr_pack pack;
+    struct mr_block block = {.index = 1, .tick = 2, .absent = 0x3fffff};
+    uint8_t bits[MR_PACK_BYTES_MAX];
+    assert_int_equal(mr_pack_key(&pack, &block, bits), 69 + 29);
+    assert_int_equal(bits[8] >> 5 | (bits[9] & 3u) << 3, 2 | 5 << 2);
+    assert_int_equal((bits[9] >> 2 | bits[10] << 6 | bits[11] << 14 | bits[12] << 22) & 0xffffff, 0x3fffff);
+    assert_true(mr_pack_follows(&pack, &block));
+    assert_int_equal(mr_pack_block(&pack, &block, bits), 2 + 2 * 4);
+    block.index = 2;
+    block.tick += MR_TICKS_PER_BLOCK;
+    assert_true(mr_pack_follows(&pack, &block));
+    block.absent = 0x3ffffe; /* another set of channels needs a key */
+    assert_false(mr_pack_follows(&pack, &block));
+    /* and so does a mask: kind 5 where there is no key, or without a staircase */
+    struct mr_record record;
+    struct mr_pack unpack = {0};
+    size_t at = 0;
+    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0}, 32, &at, &record), MR_MALFORMED);
+    unpack.keyed = true;
+    at = 0;
+    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x10}, 32, &at, &record), MR_MALFORMED);
+    at = 0;
+    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x04}, 32, &at, &record), MR_OK);
+}
+
+enum look { STILL, QUIET, WHITE, WIDE, ONE_WIDE, SATURATED, STEPS, LOOKS };
 
 static void make(struct mr_block *block, const struct mr_block *before, enum look look)
 {
@@ -44,11 +73,11 @@ static void make(struct mr_block *block, const struct mr_block *before, enum loo
         uint16_t *value = i < 8 ? &block->plus[i] : i < 16 ? &block->minus[i - 8] : &block->sum[i - 16];
         uint32_t codes = i < 16 ? 4 : 8;
         *value = (uint16_t)(codes * 2000 + i);
-        if (look == QUIET)
+        if (look == QUIET || look == ONE_WIDE)
             *value = (uint16_t)(*value + draw(20));
         if (look == WHITE || look == SATURATED)
             *value = (uint16_t)draw(codes * 4095 + 1);
-        if (look == WIDE)
+        if (look == WIDE || (look == ONE_WIDE && i == 31 && draw(2)))
             *value = (uint16_t)draw(65536);
         if (look == STEPS)
             *value = (uint16_t)(draw(2) * codes * 4095);
@@ -56,6 +85,20 @@ static void make(struct mr_block *block, const struct mr_block *before, enum loo
     for (unsigned c = 0; c < MR_CHANNELS && look == SATURATED; c++) {
         block->low[c] = (uint8_t)(draw(3) ? 0 : draw(5));
         block->high[c] = (uint8_t)draw(5);
+    }
+}
+
+static void leave_out(struct mr_block *block, uint32_t absent)
+{
+    block->absent = absent;
+    for (unsigned c = 0; c < 22; c++) {
+        if (!(absent >> c & 1u))
+            continue;
+        if (c < 8)
+            block->plus[c] = block->minus[c] = 0;
+        else
+            block->sum[c - 8] = 0;
+        block->low[c] = block->high[c] = 0;
     }
 }
 
@@ -67,6 +110,7 @@ static void every_block_comes_back(void **state)
     struct mr_pack pack, unpack = {0};
     struct mr_block before = {0};
     size_t at = 0;
+    uint32_t absent = 0;
     memset(stream, 0, sizeof stream);
     mr_pack_forget(&pack);
     random_state = 1;
@@ -76,6 +120,9 @@ static void every_block_comes_back(void **state)
         make(&sent[n], &before, n % 64 < 40 ? (enum look)(n / 64 % LOOKS) : QUIET);
         if (draw(100) == 0)
             sent[n].index += draw(50);
+        if (draw(200) == 0)
+            absent = draw(2) ? draw(1u << 22) : 0;
+        leave_out(&sent[n], absent);
         if (!mr_pack_follows(&pack, &sent[n]))
             count[0] = mr_pack_key(&pack, &sent[n], bits[0]);
         count[1] = mr_pack_block(&pack, &sent[n], bits[1]);
@@ -156,7 +203,7 @@ static void what_is_cut_off_or_none_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_key_and_a_still_block_by_hand), cmocka_unit_test(every_block_comes_back),
+        cmocka_unit_test(a_key_and_a_still_block_by_hand), cmocka_unit_test(what_is_absent_costs_no_bits), cmocka_unit_test(every_block_comes_back),
         cmocka_unit_test(no_codes_exceed_the_bound), cmocka_unit_test(what_is_cut_off_or_none_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

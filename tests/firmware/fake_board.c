@@ -121,6 +121,12 @@ uint16_t board_load_permille(void)
     return 123;
 }
 
+void board_scans_configure(uint32_t fitted)
+{
+    fake.fitted = fitted;
+    fake.configurations++;
+}
+
 void board_scans_restart(void)
 {
     fake.restarts++;

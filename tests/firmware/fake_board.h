@@ -37,6 +37,8 @@ struct fake_board {
     struct board_can_errors can_errors;
     bool warning;
     unsigned restarts;
+    uint32_t fitted; /* channels that are scanned */
+    unsigned configurations;
     unsigned rom_entries;
     uint8_t clock_source;
 };

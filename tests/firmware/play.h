@@ -14,6 +14,7 @@
 static struct app app;
 static uint32_t index_now;
 static float moved_in[MR_TRANSDUCERS];
+static float pulled_lb; /* added to every gage */
 static unsigned opened_codes; /* of the staircase */
 static double touchdown_s;
 
@@ -26,6 +27,7 @@ static inline int start(void **state)
     opened_codes = 0;
     touchdown_s = 1.0;
     memset(moved_in, 0, sizeof moved_in);
+    pulled_lb = 0.0f;
     return 0;
 }
 
@@ -42,7 +44,7 @@ static inline void play_block(void)
         block->minus[i] = (uint16_t)lround(4.0 * (2048.0 - codes));
     }
     for (unsigned i = 0; i < MR_GAGES; i++)
-        block->sum[i] = (uint16_t)lround(8.0 * (0.4 + 0.005 * (100.0 + i)) / 3.3 * 4096.0);
+        block->sum[i] = (uint16_t)lround(8.0 * (0.4 + 0.005 * (100.0 + i + (double)pulled_lb)) / 3.3 * 4096.0);
     block->sum[MR_ADC1_STAIRCASE] = (uint16_t)(8u * (62u + opened_codes));
     block->sum[MR_ADC1_REFERENCE] = 8u * 3103u;
     fake.block_ready = true;

@@ -2,6 +2,7 @@
 #include "tests/firmware/play.h"
 
 #include "common/framing.h"
+#include "firmware/config.h"
 #include "firmware/health.h"
 
 static void it_says_hello_first(void **state)
@@ -85,6 +86,34 @@ static void a_reading_is_whole_or_missing(void **state)
     assert_in_range(whole, 120, 127);
     GET_LAST(health, HEALTH, &health);
     assert_int_equal(health.blocks_lost, 4);
+}
+
+/* Each block moved by 0.004 in and pulled by 1 lb: the first messages after arming, at any phase of the idle ones, are means of the newest two. */
+static void the_first_means_after_arming_reach_back(void **state)
+{
+    for (unsigned before = 96; before < 108; before++) {
+        struct mr_displacement_1_3 d;
+        start(state);
+        for (unsigned n = 0; n < before + 6; n++) {
+            moved_in[0] = 0.004f * (float)index_now;
+            pulled_lb = (float)index_now;
+            if (n == before)
+                command("arm 1");
+            fake.sent_count = 0;
+            play(1);
+            bool told = n >= before ? n % 2 == 0 : n % 100 == 0;
+            assert_int_equal(count_frames(MR_ID_DISPLACEMENT_1_3), told);
+            if (n == 101 && before > n) {
+                struct mr_tension_13_14 t;
+                GET_LAST(tension_13_14, TENSION_13_14, &t);
+                assert_near(t.t14_lb, 113.0 + 98.0 + 1.5, 0.05); /* the mean of 98 to 101 */
+            }
+            if (!told || n < 2)
+                continue;
+            GET_LAST(displacement_1_3, DISPLACEMENT_1_3, &d);
+            assert_near(d.d1_in, 0.004 * ((double)n - 0.5), 0.0006);
+        }
+    }
 }
 
 static void commands_are_answered_with_the_reason(void **state)
@@ -347,6 +376,103 @@ static void can_is_silent_on_the_internal_oscillator(void **state)
     assert_true(fake.serial_count > 0);
 }
 
+static int start_with_four(void **state)
+{
+    static struct mr_config full;
+    *state = &full;
+    full = config;
+    for (unsigned c = 4; c < MR_TRANSDUCERS + MR_GAGES; c++)
+        config.channel[c] = (struct mr_channel_config){0};
+    config.gate[23].step_codes = 0;
+    return start(NULL);
+}
+
+static int start_with_switches(void **state)
+{
+    start_with_four(state);
+    for (unsigned c = 0; c < 4; c++)
+        config.channel[c].kind = 0;
+    config.site[0].black_box = 0;
+    return start(NULL);
+}
+
+static int put_back(void **state)
+{
+    config = *(struct mr_config *)*state;
+    return 0;
+}
+
+static void what_is_not_fitted_is_neither_scanned_nor_sent(void **state)
+{
+    (void)state;
+    assert_int_equal(fake.configurations, 1);
+    assert_int_equal(fake.fitted & 0x3fffffu, 0x0f);
+    moved_in[3] = 0.25f;
+    play(100); /* the burst of the start */
+    assert_int_equal(count_frames(MR_ID_CHANNEL), 24);
+    assert_int_equal(count_frames(MR_ID_CHANNEL_ZERO), 6);
+    assert_int_equal(count_frames(MR_ID_SWITCH_PLACE), 24);
+    fake.sent_count = 0;
+    play(40 * (6 + 23 + 42)); /* a round of what is there */
+    assert_int_equal(count_frames(MR_ID_CHANNEL), 6);
+    assert_int_equal(count_frames(MR_ID_CHANNEL_ZERO), 6);
+    assert_int_equal(count_frames(MR_ID_SWITCH_PLACE), 23);
+    assert_int_equal(count_frames(MR_ID_SLACK), 42);
+    command("arm 1");
+    fake.sent_count = 0;
+    play(400);
+    assert_int_equal(count_frames(MR_ID_DISPLACEMENT_1_3), 200);
+    assert_int_equal(count_frames(MR_ID_DISPLACEMENT_4_6), 200);
+    assert_int_equal(count_frames(MR_ID_DISPLACEMENT_7_8), 0);
+    for (uint16_t id = MR_ID_TENSION_1_3; id <= MR_ID_TENSION_13_14; id++)
+        assert_int_equal(count_frames(id), 0);
+    struct mr_displacement_4_6 d;
+    GET_LAST(displacement_4_6, DISPLACEMENT_4_6, &d);
+    assert_near(d.d4_in, 0.25, 0.0005);
+    assert_true(isnan(d.d5_in));
+}
+
+static void switches_alone_send_neither_readings_nor_box(void **state)
+{
+    (void)state;
+    assert_int_equal(fake.fitted & 0x3fffffu, 0);
+    play(2000);
+    command("arm 1");
+    play(100);
+    assert_int_equal(app.landing.state, LANDING_ARMED);
+    for (uint16_t id = MR_ID_DISPLACEMENT_1_3; id <= MR_ID_TENSION_13_14; id++)
+        assert_int_equal(count_frames(id), 0);
+    assert_int_equal(count_frames(MR_ID_BOX_STATE), 0);
+    assert_int_equal(app.box.put, 0); /* no page of the ring */
+    touchdown_s = 3.0;
+    fly(11.0);
+    assert_near(app.landing.summary.touchdown_speed_ft_s.value, 30.0, 0.05);
+    assert_near(app.landing.summary.stop_station_ft.value, 78.0, 1.0);
+}
+
+/* From one configuration to another while idle: the scans begin again, readings of before are no readings of now. */
+static void another_configuration_begins_the_scans_again(void **state)
+{
+    (void)state;
+    struct mr_displacement_1_3 d;
+    moved_in[0] = moved_in[1] = 1.0f;
+    play(199);
+    config.channel[1].kind = 0;
+    config.site[0].black_box = 0;
+    app_configured(&app);
+    assert_int_equal(fake.configurations, 2);
+    assert_int_equal(fake.fitted & 0x3fffffu, 0x0d);
+    assert_true(app.box.left_out);
+    fake.sent_count = 0;
+    play(102);
+    GET_LAST(displacement_1_3, DISPLACEMENT_1_3, &d);
+    assert_near(d.d1_in, 1.0, 0.0005);
+    assert_true(isnan(d.d2_in));
+    config.site[0].black_box = 1;
+    app_configured(&app);
+    assert_false(app.box.left_out);
+}
+
 static void stopped_scans_are_started_again_and_said(void **state)
 {
     (void)state;
@@ -372,7 +498,7 @@ int main(void)
         TEST(rates_are_those_of_the_design),
         TEST(readings_are_in_inches_and_pounds),
         TEST(a_reading_is_whole_or_missing),
-        TEST(commands_are_answered_with_the_reason),
+        TEST(the_first_means_after_arming_reach_back), TEST(commands_are_answered_with_the_reason),
         TEST(the_boot_rom_is_entered_when_idle),
         TEST(a_flood_of_commands_is_taken_in_portions),
         TEST(a_full_queue_drops_and_counts),
@@ -384,6 +510,9 @@ int main(void)
         TEST(an_inexact_clock_is_part_of_the_errors),
         TEST(can_is_silent_on_the_internal_oscillator),
         TEST(stopped_scans_are_started_again_and_said),
+        cmocka_unit_test_setup_teardown(what_is_not_fitted_is_neither_scanned_nor_sent, start_with_four, put_back),
+        cmocka_unit_test_setup_teardown(switches_alone_send_neither_readings_nor_box, start_with_switches, put_back),
+        cmocka_unit_test_setup_teardown(another_configuration_begins_the_scans_again, start_with_four, put_back),
     };
     return cmocka_run_group_tests_name("firmware/app", tests, NULL, NULL);
 }

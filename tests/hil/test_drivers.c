@@ -285,7 +285,7 @@ static void time_goes_on_across_the_wrap(void **state)
 {
     (void)state;
     struct ear *ear = ear_open(NULL, 5);
-    ear_until(ear, 0.01);
+    ear_until(ear, 0.05);
     double zero_s = scan_zero_s(ear->board);
     double wraps_s = zero_s - TRIGGER_TICK / TICKS_PER_S + 4294967296.0 / TICKS_PER_S;
     /* the 6th switch opens 0.2 ms before the wrap, in a block that ends after it */

@@ -4,7 +4,7 @@
 #include "hil/machine.h"
 #include "tests/hil/bench.h"
 
-static void assert_volts(const struct hil_board *board, unsigned port, unsigned pin, uint64_t t_ps,
+static void assert_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t t_ps,
                          double volts)
 {
     double got = hil_rig_volts(board, port, pin, hil_clock_cycle(&board->state.clock, t_ps));
