@@ -55,7 +55,7 @@ images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
-variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing)
+variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability
 
@@ -228,6 +228,10 @@ $(B)/tests/variant/changing.c: firmware/main.c
 	static void change(struct app *a) { static uint32_t done; if (a->next_index / 50 == done) return; done = a->next_index / 50; \
 	for (unsigned c = 0; c < 22; c++) config.channel[c].kind = (uint8_t)(done * 2654435761u >> (31 - c) \& 1u ? (c < 8 ? 1 : done % 2 ? 2 : 0) : 0); \
 	app_configured(a); }' $< >$@ && grep -q 'change(&app)' $@
+# And one whose built-in configuration has a camera.
+$(B)/tests/variant/camera.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|\.black_box = 1,|& .camera = 1,|' $< >$@ && ! cmp -s $< $@
 $(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
 	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
 	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \

@@ -15,7 +15,7 @@
     X(SCAN_OVERRUN,       7, "a converter overran or a scan was lost [1 or 3]")                              \
     X(BLOCK_LATE,         8, "blocks were overwritten before they were processed")                           \
     X(POLARITY,           9, "the excitation was not in the state the scan expected")                        \
-    X(EDGE_OVERRUN,      10, "edges came faster than they could be stored")                                  \
+    X(EDGE_OVERRUN,      10, "edges came faster than they could be stored [2: pulses of the camera]")                       \
     X(CAN_PASSIVE,       11, "CAN is error passive: unplugged, or a wrong bit rate [TEC]")                   \
     X(CAN_BUS_OFF,       12, "CAN went bus-off")                                                             \
     X(CAN_QUEUE_FULL,    13, "CAN frames were dropped because the queue was full")                           \

@@ -133,6 +133,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
         forget_baseline(app);
+        camera_arm(&app->camera);
         read_blocks_before(app);
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
@@ -241,6 +242,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_SLOW_READ:
         status = read_slow_log(app, &command);
+        break;
+    case MR_COMMAND_CAMERA:
+        status = camera_command(&app->camera);
         break;
     case MR_COMMAND_BOOTROM:
         status = enter_rom(app);
@@ -403,6 +407,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     bool was_armed = app->landing.state == LANDING_ARMED;
 
     health_set_block(block->index);
+    timesync_block(&app->timesync, &app->telemetry, block->index, block->tick);
     if (__builtin_isnan(mr_channels_ratio(block)))
         health_count(MR_FAULT_REFERENCE, 0);
     struct landing_news news =
@@ -418,6 +423,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (news.state && app->landing.state == LANDING_DONE)
         bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
     tell_landing(app, &news, block->index);
+    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + EDGE_WINDOW_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording) {
         if (landing_quiet(&app->landing, block->index))

@@ -6,12 +6,14 @@
 #include "firmware/bandwatch.h"
 #include "firmware/boxlink.h"
 #include "firmware/calibrate.h"
+#include "firmware/camera.h"
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
 #include "firmware/landing.h"
 #include "firmware/slowlog.h"
 #include "firmware/telemetry.h"
 #include "firmware/thermometer.h"
+#include "firmware/timesync.h"
 
 #define APP_BASELINE_BLOCKS 256u   /* mean over these is the zero of a landing's movement */
 #define APP_ZONE_BLOCKS 10u        /* the zone is sought every 10 ms */
@@ -53,6 +55,8 @@ struct app {
     struct configstore configstore;
     struct bandwatch bandwatch;
     struct calibrate calibrate;
+    struct timesync timesync;
+    struct camera camera;
     struct boxlink boxlink;
     struct blackbox box;
     struct thermometer thermometer;

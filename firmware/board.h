@@ -47,9 +47,19 @@ bool board_block_take(struct mr_block *block);
 /* Captured switch edges that happened at or before `until_tick` (TIM2, modulo 2^32), oldest first. Returns how many. */
 size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 
+/* Capture the camera's frame pulses, or no longer. */
+void board_frames_capture(bool on);
+/* Captured frame pulses that happened at or before `until_tick`, oldest first; their filter's delay is taken off. */
+size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
+/* Level of the camera's trigger output. Returns TIM2 at the moment it was set. */
+uint32_t board_camera(bool high);
+
 /* Queue one frame; false when the queue is full or the link is down (the caller counts the drop). */
 bool board_can_send(const struct board_can_frame *frame);
 bool board_can_receive(struct board_can_frame *frame);
+/* TIM2 when the last sync frame had left, end of frame acknowledged, if that was the one whose message says `block`; false: it
+ * has not left. Late by what delays the interrupt: below 30 us. */
+bool board_can_sync_tick(uint32_t block, uint32_t *tick);
 void board_can_state(struct board_can_errors *errors);
 /* Queue `length` bytes, all or none. */
 bool board_serial_send(const uint8_t *bytes, size_t length);

@@ -436,6 +436,30 @@ void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark)
     send_both(telemetry, MR_ID_MARK, payload, mr_mark_put(mark, payload));
 }
 
+void telemetry_sync(struct telemetry *telemetry, const struct mr_sync *sync)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_can(telemetry, MR_ID_SYNC, payload, mr_sync_put(sync, payload));
+}
+
+void telemetry_sync_at(struct telemetry *telemetry, const struct mr_sync_at *sync_at)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_can(telemetry, MR_ID_SYNC_AT, payload, mr_sync_at_put(sync_at, payload));
+}
+
+void telemetry_film_frame(struct telemetry *telemetry, const struct mr_film_frame *frame)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_FILM_FRAME, payload, mr_film_frame_put(frame, payload));
+}
+
+void telemetry_camera(struct telemetry *telemetry, const struct mr_camera *camera)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    send_both(telemetry, MR_ID_CAMERA, payload, mr_camera_put(camera, payload));
+}
+
 void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack)
 {
     uint8_t payload[MR_MESSAGE_MAX];

@@ -69,6 +69,10 @@ void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *z
 void telemetry_channel_event(struct telemetry *telemetry, const struct mr_channel_event *event);
 void telemetry_channel_quality(struct telemetry *telemetry, const struct mr_channel_quality *quality);
 void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark);
+void telemetry_sync(struct telemetry *telemetry, const struct mr_sync *sync);
+void telemetry_sync_at(struct telemetry *telemetry, const struct mr_sync_at *sync_at);
+void telemetry_film_frame(struct telemetry *telemetry, const struct mr_film_frame *frame);
+void telemetry_camera(struct telemetry *telemetry, const struct mr_camera *camera);
 void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack);
 
 /* The whole configuration, hello and site included, into the box's record of a landing that was armed. */

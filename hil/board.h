@@ -56,6 +56,9 @@ struct hil_options {
     enum hil_parity host_parity; /* and its parity; not used where it follows the board's own */
     bool host_parity_follows;
     enum hil_can_bus can_bus;
+    double camera_hz;        /* frames a second of the film camera; 0: there is none (hil/camera.h) */
+    uint64_t camera_delay_ps;  /* from its trigger to the first frame */
+    uint64_t camera_jitter_ps; /* of each frame, either way, evenly distributed */
     bool adc_noise;          /* false: codes are exact, for tests */
     uint32_t uid[3];         /* unique device identifier */
     bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
@@ -107,6 +110,8 @@ struct hil_counters {
     uint64_t adc_overruns;
     uint64_t switches_opened;
     uint64_t edges_captured;       /* TIM2 channel 1 */
+    uint64_t frames_captured;      /* TIM2 channel 2 */
+    uint64_t film_frames;          /* pulses the camera gave */
     /* time with PD12 high and PD13 low; no direct component: plus equals minus */
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;

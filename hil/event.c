@@ -23,6 +23,7 @@ static const event_handler handlers[HIL_EVENT_COUNT] = {
     [HIL_EVENT_NOR_CUT] = hil_w25q_cut_event,
     [HIL_EVENT_NOR] = hil_w25q_event,
     [HIL_EVENT_RIG] = hil_rig_event,
+    [HIL_EVENT_CAMERA] = hil_camera_event,
     [HIL_EVENT_SCRIPT] = hil_script_event,
     [HIL_EVENT_REPLAY] = hil_replay_event,
     [HIL_EVENT_ADC1] = hil_adc1_event,
@@ -112,7 +113,7 @@ void hil_event_run(struct hil_board *board)
         events->at_ps[slot] = HIL_NEVER;
         events->next_cycle = HIL_NEVER; /* until the handler has set what it sets */
         handlers[slot](board, at);
-        if (board->vcd)
+        if (board->vcd && slot != HIL_EVENT_TARGET) /* which is no event of the board */
             hil_vcd_sample(board, at);
         find_next(board);
     }

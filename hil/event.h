@@ -26,6 +26,7 @@ enum hil_event_slot {
     HIL_EVENT_NOR_CUT,
     HIL_EVENT_NOR,
     HIL_EVENT_RIG,
+    HIL_EVENT_CAMERA,
     HIL_EVENT_SCRIPT,
     HIL_EVENT_REPLAY,
     HIL_EVENT_ADC1, /* before the timers: a scan that ends when the next trigger comes has ended */

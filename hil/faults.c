@@ -267,6 +267,10 @@ static void act(struct hil_board *board, const struct hil_fault *fault)
              (unsigned)fault->count);
         hil_rig_bounce(board, fault->index, fault->count, fault->duration_ps);
         break;
+    case HIL_FAULT_CAMERA:
+        tell(board, fault->file_line, "the camera gives no pulse for %u frames", (unsigned)fault->count);
+        hil_camera_skip(board, fault->count);
+        break;
     case HIL_FAULT_NOR:
         fail_nor(board, fault);
         break;
@@ -324,6 +328,8 @@ static const char *wrong_argument(const struct hil_board *board, const struct hi
         return f->choice >= HIL_FRAMING && f->line != HIL_SERIAL_IN ? "framing and noise: only of serial in" : NULL;
     case HIL_FAULT_CHANNEL:
         return f->index > 23 || f->choice > HIL_CHANNEL_OPEN ? "no such channel" : NULL;
+    case HIL_FAULT_CAMERA:
+        return f->count ? NULL : "so many frames from 1";
     case HIL_FAULT_SKIP:
         return f->index >= HIL_RUN_SWITCHES ? "no such switch" : NULL;
     case HIL_FAULT_BOUNCE:

@@ -34,6 +34,7 @@
  *     reference FAIL
  *     switch K skip             it does not open
  *     switch K bounce N US      after it has opened it closes and opens N more times, US apart
+ *     camera skip N             the next N frames of the film camera give no pulse
  *     nor fill | nor dead | nor mend | nor fail-program N | nor fail-erase N
  *                               the module behind it reads struct hil_nor_faults
  *     thermometer dead | stuck | hang | stretch MS | mend
@@ -76,6 +77,7 @@ enum hil_action {
                               hil_channel_fault */
     HIL_FAULT_SKIP,        /* index: switch, from 0 */
     HIL_FAULT_BOUNCE,      /* index, count, duration_ps between openings */
+    HIL_FAULT_CAMERA,      /* count */
     HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
     HIL_FAULT_DRIFT,       /* index: gage, from 0; gain, offset_lb */
     HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */

@@ -259,6 +259,16 @@ static enum mr_status read_thermometer(struct reader *r, struct hil_fault *f)
     return MR_OK;
 }
 
+static enum mr_status read_camera(struct reader *r, struct hil_fault *f)
+{
+    uint64_t frames;
+    if (!take(r, "skip") || !whole(r, 1, UINT32_MAX, &frames))
+        return refuse(r, MR_MALFORMED, "`camera skip` and a count of frames from 1, not `%s`", peek(r));
+    f->action = HIL_FAULT_CAMERA;
+    f->count = (uint32_t)frames;
+    return MR_OK;
+}
+
 static enum mr_status read_action(struct reader *r, struct hil_fault *f)
 {
     static const char *const bus[] = {"connect", "unplug", "short", "dominant"};
@@ -284,6 +294,8 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
         return read_channel(r, f, HIL_RUN_COLUMNS + 1u, 1);
     if (take(r, "switch"))
         return read_switch(r, f);
+    if (take(r, "camera"))
+        return read_camera(r, f);
     if (take(r, "nor"))
         return read_nor(r, f);
     if (take(r, "thermometer"))
@@ -306,7 +318,7 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
     }
     return refuse(r, MR_MALFORMED,
                   "`%s` is no action: power-cut, brown-out, crystal, flip, bus, can, serial, transducer, gage, staircase, "
-                  "reference, switch, nor or thermometer", peek(r));
+                  "reference, switch, camera, nor or thermometer", peek(r));
 }
 
 static enum mr_status read_words(struct reader *r)

@@ -78,6 +78,7 @@ void hil_gpio_changed(struct hil_board *board, uint64_t at)
     hil_rig_shunt(board, hil_gpio_level(board, PORT_E, 1), at);
     hil_spi_pins_changed(board, at);
     hil_i2c_lines_changed(board, at);
+    hil_camera_trigger(board, hil_gpio_level(board, PORT_E, 2), at);
 }
 
 void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool level, uint64_t at)
@@ -90,7 +91,9 @@ void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool l
     bool after = hil_gpio_level(board, port, pin);
     /* PA15 with function 1 is TIM2_CH1; without it no edge ever reaches the timer. */
     if (after != before && port == PORT_A && pin == 15 && hil_gpio_alternate(board, port, pin) == 1)
-        hil_tim2_input_edge(board, after, at);
+        hil_tim2_input_edge(board, 0, after, at);
+    if (after != before && port == PORT_B && pin == 3 && hil_gpio_alternate(board, port, pin) == 1) /* TIM2_CH2 */
+        hil_tim2_input_edge(board, 1, after, at);
 }
 
 uint32_t hil_gpio_read(struct hil_board *board, unsigned unit, uint32_t offset)

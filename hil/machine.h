@@ -11,6 +11,7 @@
 #include "hil/board.h"
 #include "hil/bootrom.h"
 #include "hil/bus.h"
+#include "hil/camera.h"
 #include "hil/can.h"
 #include "hil/clock.h"
 #include "hil/codes.h"
@@ -76,6 +77,7 @@ struct hil_state {
     struct hil_can can;
     struct hil_iwdg iwdg;
     struct hil_rig rig;
+    struct hil_camera camera;
     struct hil_script script;
     struct hil_replay_state replay;
     struct hil_faults faults;

@@ -11,6 +11,7 @@
 #define COMMAND_TICKS 37800u
 #define SCAN_TICKS (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
 #define PULSE_TICKS 84u /* the one-shot goes low again 1 us after the capture; edges may follow closely */
+#define FRAME_PULSE_TICKS 8400u /* 100 us */
 #define SERIAL_COMMANDS 2u /* the application takes so many from each link in a block */
 #define MARGIN_S 1.0       /* from power on to the first scan, and to send the end */
 
@@ -45,10 +46,21 @@ static uint64_t pin_cycle(const struct hil_board *board)
     return cycle_of(board, replay->edge_tick[state->next_edge]) - hil_tim2_capture_delay(board);
 }
 
+/* The same of PB3. */
+static uint64_t frame_cycle(const struct hil_board *board)
+{
+    const struct hil_replay *replay = board->replay;
+    const struct hil_replay_state *state = &board->state.replay;
+    if (state->frame_pulse)
+        return cycle_of(board, replay->frame_tick[state->next_frame - 1] + FRAME_PULSE_TICKS);
+    return state->next_frame < replay->frame_count ? cycle_of(board, replay->frame_tick[state->next_frame]) : HIL_NEVER;
+}
+
 static void schedule(struct hil_board *board)
 {
     const struct hil_replay_state *state = &board->state.replay;
-    uint64_t next = pin_cycle(board);
+    uint64_t next = pin_cycle(board), frame = frame_cycle(board);
+    next = frame < next ? frame : next;
     if (state->next_command < board->replay->command_count) {
         uint64_t command = cycle_of(board, command_tick(board->replay, state->next_command));
         next = command < next ? command : next;
@@ -115,6 +127,15 @@ static void move_pin(struct hil_board *board, uint64_t at)
     hil_gpio_drive(board, 0, 15, state->pulse, at);
 }
 
+static void move_frame_pin(struct hil_board *board, uint64_t at)
+{
+    struct hil_replay_state *state = &board->state.replay;
+    state->frame_pulse = !state->frame_pulse;
+    if (state->frame_pulse)
+        state->next_frame++;
+    hil_gpio_drive(board, 1, 3, state->frame_pulse, at);
+}
+
 void hil_replay_event(struct hil_board *board, uint64_t at)
 {
     struct hil_replay_state *state = &board->state.replay;
@@ -122,6 +143,8 @@ void hil_replay_event(struct hil_board *board, uint64_t at)
         return; /* a board that was reset begins the record again with its scans */
     if (pin_cycle(board) <= at)
         move_pin(board, at);
+    if (frame_cycle(board) <= at)
+        move_frame_pin(board, at);
     if (state->next_command < board->replay->command_count
         && cycle_of(board, command_tick(board->replay, state->next_command)) <= at)
         give_block(board);

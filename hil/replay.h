@@ -2,7 +2,8 @@
  *
  * The converters deliver codes that have the sums and counts of the recorded blocks, block n of the record in block n of the
  * board (both count on TIM2, from the moment it starts); a transducer's codes follow the polarity that the excitation pins
- * really have. PA15 rises so that TIM2 captures the recorded ticks. Commands come over the serial line (a third and fourth
+ * really have. PA15 rises so that TIM2 captures the recorded ticks, PB3 at
+ * those of film frames, from which the board has taken off the delay of its filter. Commands come over the serial line (a third and fourth
  * of one block over CAN) in the middle of the block that took them. */
 #ifndef MATRIG_HIL_REPLAY_H
 #define MATRIG_HIL_REPLAY_H
@@ -18,8 +19,9 @@ struct hil_replay_state {
     bool started;        /* TIM2 runs */
     uint64_t zero_cycle; /* it was 0 here */
     uint64_t resets;     /* of the chip when it started */
-    uint32_t next_edge, next_command;
+    uint32_t next_edge, next_command, next_frame;
     bool pulse;          /* PA15 is high */
+    bool frame_pulse;    /* PB3 is high */
     uint16_t sequence;   /* of serial frames */
 };
 

@@ -18,7 +18,7 @@ struct reader {
     char *error;
     size_t error_size;
     struct hil_replay *replay;
-    size_t block_room, edge_room, command_room;
+    size_t block_room, edge_room, frame_room, command_room;
 };
 
 __attribute__((format(printf, 3, 4)))
@@ -106,6 +106,20 @@ static enum mr_status read_edge(struct reader *r, const char *text)
     return MR_OK;
 }
 
+static enum mr_status read_frame(struct reader *r, const char *text)
+{
+    struct hil_replay *replay = r->replay;
+    uint64_t tick;
+    int end = 0;
+    if (sscanf(text, "%" SCNu64 "%n", &tick, &end) != 1 || text[end] || tick > (uint64_t)INT64_MAX / 8u)
+        return refuse(r, MR_MALFORMED, "`frame <tick>` expected");
+    if (replay->frame_count && tick < replay->frame_tick[replay->frame_count - 1] + MR_TICKS_PER_BLOCK)
+        return refuse(r, MR_MALFORMED, "film frames must be in order of time, a millisecond apart");
+    replay->frame_tick = grow(replay->frame_tick, replay->frame_count, &r->frame_room, sizeof tick);
+    replay->frame_tick[replay->frame_count++] = tick;
+    return MR_OK;
+}
+
 static enum mr_status read_command(struct reader *r, const char *text)
 {
     struct hil_replay *replay = r->replay;
@@ -136,6 +150,8 @@ static enum mr_status read_line(struct reader *r, const char *line)
         return read_block(r, line + 6);
     if (strncmp(line, "edge ", 5) == 0)
         return read_edge(r, line + 5);
+    if (strncmp(line, "frame ", 6) == 0)
+        return read_frame(r, line + 6);
     if (strncmp(line, "command ", 8) == 0)
         return read_command(r, line + 8);
     if (strncmp(line, "uid ", 4) == 0) {
@@ -212,6 +228,7 @@ void hil_replay_free(struct hil_replay *replay)
 {
     free(replay->blocks);
     free(replay->edge_tick);
+    free(replay->frame_tick);
     free(replay->commands);
     *replay = (struct hil_replay){0};
 }

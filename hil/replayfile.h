@@ -5,6 +5,7 @@
  *     crystal <1 or 0>                     0: the crystal did not start
  *     command <block> <code> <index> <tag> <argument>      taken by the board in that block; in order
  *     edge <tick>                          capture of TIM2's channel 1; ticks since TIM2 began, not wrapped; rising
+ *     frame <tick>                         film frame: PB3 rises; in order, a millisecond apart
  *     block <hex>                          a block record as it goes over the wire (common/block.h); consecutive
  *     end <crc32>                          of everything before this line, 8 hex digits
  *
@@ -34,6 +35,8 @@ struct hil_replay {
     size_t block_count; /* at least 1 */
     uint64_t *edge_tick;
     size_t edge_count;
+    uint64_t *frame_tick;
+    size_t frame_count;
     struct hil_replay_command *commands;
     size_t command_count;
     uint32_t origin_tick; /* TIM2 at the first trigger of block 0 */

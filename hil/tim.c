@@ -9,8 +9,10 @@
 #define CR1_ARPE 0x80u
 #define SR_UIF 1u
 #define SR_TIF 0x40u
+#define SR_CC1IF 2u
 #define SR_CC1OF 0x200u
 #define DIER_CC1DE 0x200u
+#define DIER_CC2DE 0x400u
 #define OFFSET_CCR1 0x34u
 
 static const enum hil_event_slot slot_of[HIL_TIMERS] = {HIL_EVENT_TIM2, HIL_EVENT_TIM4};
@@ -68,7 +70,7 @@ static void update_irq(struct hil_board *board, unsigned unit)
 static void schedule(struct hil_board *board, unsigned unit, uint64_t at)
 {
     const struct hil_tim *t = &board->state.tim[unit];
-    uint64_t next = t->capture_cycle;
+    uint64_t next = t->capture_cycle[0] < t->capture_cycle[1] ? t->capture_cycle[0] : t->capture_cycle[1];
     if (t->cr1 & CR1_CEN) {
         uint64_t tick = tick_cycles(board, t);
         uint32_t count = count_at(board, t, at);
@@ -193,27 +195,33 @@ static void update_event(struct hil_board *board, unsigned unit, uint64_t at, bo
         t->cr1 &= ~CR1_CEN;
 }
 
-static void capture(struct hil_board *board, struct hil_tim *t, uint64_t at)
+static void capture(struct hil_board *board, struct hil_tim *t, unsigned channel, uint64_t at)
 {
-    unsigned every = 1u << (t->ccmr[0] >> 2 & 3u);
-    t->capture_cycle = HIL_NEVER;
-    if (++t->capture_skipped < every)
+    static const uint8_t stream[HIL_CAPTURES] = {5, 6}; /* of DMA1, request channel 3 (RM0090 table 42) */
+    unsigned every = 1u << (channel_mode(t, channel) >> 2 & 3u);
+    t->capture_cycle[channel] = HIL_NEVER;
+    if (++t->capture_skipped[channel] < every)
         return;
-    t->capture_skipped = 0;
-    t->ccr[0] = t->ccr_now[0] = count_at(board, t, at);
-    if (t->sr & 2u)
-        t->sr |= SR_CC1OF;
-    t->sr |= 2u;
-    board->state.counters.edges_captured++;
-    if (t->dier & DIER_CC1DE)
-        hil_dma_request(board, 0, 5, 3);
+    t->capture_skipped[channel] = 0;
+    t->ccr[channel] = t->ccr_now[channel] = count_at(board, t, at);
+    if (t->sr & SR_CC1IF << channel)
+        t->sr |= SR_CC1OF << channel;
+    t->sr |= SR_CC1IF << channel;
+    if (channel == 0)
+        board->state.counters.edges_captured++;
+    else
+        board->state.counters.frames_captured++;
+    if (t->dier & DIER_CC1DE << channel)
+        hil_dma_request(board, 0, stream[channel], 3);
 }
 
 static void event(struct hil_board *board, unsigned unit, uint64_t at)
 {
     struct hil_tim *t = &board->state.tim[unit];
-    if (t->capture_cycle <= at)
-        capture(board, t, at);
+    for (unsigned i = 0; i < HIL_CAPTURES; i++) {
+        if (t->capture_cycle[i] <= at)
+            capture(board, t, i, at);
+    }
     if (t->cr1 & CR1_CEN) {
         struct levels before = output_levels(t);
         uint64_t ticks = (at - t->base_cycle) / tick_cycles(board, t);
@@ -240,30 +248,37 @@ static void event(struct hil_board *board, unsigned unit, uint64_t at)
 void hil_tim2_event(struct hil_board *board, uint64_t at) { event(board, HIL_TIM2, at); }
 void hil_tim4_event(struct hil_board *board, uint64_t at) { event(board, HIL_TIM4, at); }
 
-/* Delay of the input filter in timer clocks (CCMR1.IC1F, CR1.CKD). */
-static uint32_t filter_clocks(const struct hil_tim *t)
+/* Delay of a channel's input filter in timer clocks (CCMR1.ICxF, CR1.CKD). */
+static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
 {
     static const uint16_t of_dts[16] = {0, 2, 4, 8, 12, 16, 24, 32, 48, 64, 80, 96, 128, 160, 192, 256};
-    uint32_t f = t->ccmr[0] >> 4 & 15u;
+    uint32_t f = channel_mode(t, channel) >> 4;
     uint32_t dts = 1u << (t->cr1 >> 8 & 3u);
     return f < 4 ? of_dts[f] : of_dts[f] * dts;
 }
 
-uint64_t hil_tim2_capture_delay(const struct hil_board *board)
+static uint64_t capture_delay(const struct hil_board *board, unsigned channel)
 {
-    return (uint64_t)filter_clocks(&board->state.tim[HIL_TIM2]) * hil_rcc_apb1_timer_divider(board);
+    return (uint64_t)filter_clocks(&board->state.tim[HIL_TIM2], channel) * hil_rcc_apb1_timer_divider(board);
 }
 
-void hil_tim2_input_edge(struct hil_board *board, bool level, uint64_t at)
+uint64_t hil_tim2_capture_delay(const struct hil_board *board)
+{
+    return capture_delay(board, 0);
+}
+
+void hil_tim2_input_edge(struct hil_board *board, unsigned channel, bool level, uint64_t at)
 {
     struct hil_tim *t = &board->state.tim[HIL_TIM2];
-    if (t->capture_cycle != HIL_NEVER && t->capture_cycle > at && level != t->capture_level)
-        t->capture_cycle = HIL_NEVER; /* shorter than the filter */
-    if ((t->ccmr[0] & 3u) == 1u && is_enabled(t, 0)) {
-        bool falling = (t->ccer & 2u) != 0, both = falling && (t->ccer & 8u);
+    uint64_t *cycle = &t->capture_cycle[channel];
+    uint32_t enables = t->ccer >> (4u * channel);
+    if (*cycle != HIL_NEVER && *cycle > at && level != t->capture_level[channel])
+        *cycle = HIL_NEVER; /* shorter than the filter */
+    if ((channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
+        bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {
-            t->capture_cycle = at + hil_tim2_capture_delay(board);
-            t->capture_level = level;
+            *cycle = at + capture_delay(board, channel);
+            t->capture_level[channel] = level;
         }
     }
     schedule(board, HIL_TIM2, at);
@@ -273,7 +288,7 @@ void hil_tim_reset(struct hil_board *board, unsigned unit)
 {
     struct hil_tim *t = &board->state.tim[unit];
     struct levels before = output_levels(t);
-    *t = (struct hil_tim){.capture_cycle = HIL_NEVER};
+    *t = (struct hil_tim){.capture_cycle = {HIL_NEVER, HIL_NEVER}};
     t->arr = t->arr_now = counter_mask(unit);
     hil_event_set_cycle(board, slot_of[unit], HIL_NEVER);
     update_irq(board, unit);
@@ -350,8 +365,8 @@ static void channel_registers_write(struct hil_board *board, unsigned unit, uint
     t->ccmr[(offset - 0x18u) / 4u] = value & 0xffffu;
     for (unsigned i = 0; i < 4; i++) {
         uint32_t select = channel_mode(t, i) & 3u;
-        if (select && !(unit == HIL_TIM2 && i == 0 && select == 1))
-            hil_bus_refuse(board, "input capture other than TIM2 channel 1 from its own pin");
+        if (select && !(unit == HIL_TIM2 && i < HIL_CAPTURES && select == 1))
+            hil_bus_refuse(board, "input capture other than TIM2 channels 1 and 2 from their own pins");
         if (!select && (channel_mode(t, i) & 0x84u))
             hil_bus_refuse(board, "fast or cleared output compare");
     }
@@ -377,8 +392,8 @@ void hil_tim_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         t->smcr = value & 0xffffu;
         break;
     case 0x0c:
-        if (value & ~(0x5fu | (unit == HIL_TIM2 ? DIER_CC1DE : 0u)))
-            hil_bus_refuse(board, "DMA requests other than TIM2 channel 1");
+        if (value & ~(0x5fu | (unit == HIL_TIM2 ? DIER_CC1DE | DIER_CC2DE : 0u)))
+            hil_bus_refuse(board, "DMA requests other than TIM2 channels 1 and 2");
         t->dier = value;
         break;
     case 0x10: /* flags are cleared by writing 0 */

@@ -1,6 +1,6 @@
 /* TIM2 (32 bits, edge capture) and TIM4 (scan trigger and excitation), RM0090 18: counting up, output
- * compare with all eight modes, capture of channel 1 with filter and prescaler, trigger mode from another
- * timer. The rest is refused.
+ * compare with all eight modes, capture of TIM2's channels 1 and 2 from their own pins with filter and prescaler,
+ * trigger mode from another timer. The rest is refused.
  *
  * The counter is computed when somebody looks; compare matches, updates and captures are events. Trigger
  * and synchronisation delays of one or two timer clocks are not modelled; the input filter's is. */
@@ -13,6 +13,7 @@
 struct hil_board;
 
 #define HIL_TIMERS 2u
+#define HIL_CAPTURES 2u
 enum { HIL_TIM2, HIL_TIM4 };
 
 struct hil_tim {
@@ -22,9 +23,10 @@ struct hil_tim {
     uint64_t base_cycle;                   /* the counter was base_count here; runs from here while CEN */
     uint32_t base_count;
     bool reference[4];                     /* OCxREF */
-    uint64_t capture_cycle;                /* HIL_NEVER, or when the filter lets an edge through */
-    bool capture_level;
-    uint8_t capture_skipped;               /* edges since the last capture, for the prescaler */
+    /* Of channels 1 and 2: */
+    uint64_t capture_cycle[HIL_CAPTURES];  /* HIL_NEVER, or when the filter lets an edge through */
+    bool capture_level[HIL_CAPTURES];
+    uint8_t capture_skipped[HIL_CAPTURES]; /* edges since the last capture, for the prescaler */
 };
 
 void hil_tim_reset(struct hil_board *board, unsigned unit);
@@ -35,8 +37,8 @@ void hil_tim4_event(struct hil_board *board, uint64_t at);
 
 /* Level of TIM4's output on channel 0..3; *drives false while the channel is off. */
 bool hil_tim4_output(const struct hil_board *board, unsigned channel, bool *drives);
-/* TI1 of TIM2 changed to `level`. */
-void hil_tim2_input_edge(struct hil_board *board, bool level, uint64_t at);
+/* TI1 or TI2 of TIM2 (channel 0 or 1) changed to `level`. */
+void hil_tim2_input_edge(struct hil_board *board, unsigned channel, bool level, uint64_t at);
 /* HCLK cycles from an edge of TI1 to its capture, as the input is set up now. */
 uint64_t hil_tim2_capture_delay(const struct hil_board *board);
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/boardtime.h"
 #include "common/boxread.h"
 #include "common/catalogue.h"
 #include "host/link/link.h"
@@ -135,10 +136,11 @@ static enum mr_status fill_edge(struct store *store, int64_t run, const struct m
     if (status != MR_OK || there)
         return status;
     result->filled_edges++;
-    double since_us = (double)(int32_t)(edge.tick - block->tick) / 84.0; /* within a few blocks of the edge */
+    uint32_t origin = mr_boardtime_origin(block->index, block->tick); /* a few blocks from the edge */
+    double board_us = (double)mr_boardtime_ticks(origin, block->index, edge.tick) / MR_TICKS_PER_US;
     return store_edge_put(store, run, &(struct store_edge){.count = edge.count, .position = edge.position, .tick = edge.tick,
                                                            .step_codes = (double)edge.step_codes,
-                                                           .board_us = 1000.0 * (double)block->index + since_us,
+                                                           .board_us = board_us,
                                                            .links = BOXFILL_LINK}, error);
 }
 
@@ -148,6 +150,20 @@ static enum mr_status fill_temperature(struct store *store, int64_t run, const s
     if (mr_temperature_get(&t, record->payload, record->length) != MR_OK)
         return MR_OK;
     return store_temperature_put(store, run, t.block, (double)t.temperature_c, (double)t.error_c, BOXFILL_LINK, error);
+}
+
+/* A row that is there is only marked. `*number`: of the film frame before it, as it comes round. */
+static enum mr_status fill_film(struct store *store, int64_t run, const struct mr_record *record, const struct mr_block *block,
+                                int64_t *number, struct error *error)
+{
+    struct mr_film_frame frame;
+    if (mr_film_frame_get(&frame, record->payload, record->length) != MR_OK)
+        return MR_OK;
+    *number += (int16_t)(uint16_t)(frame.number - (uint16_t)*number);
+    uint32_t origin = mr_boardtime_origin(block->index, block->tick);
+    double board_us = (double)mr_boardtime_ticks(origin, block->index, frame.tick) / MR_TICKS_PER_US;
+    return store_film_frame_put(store, run, &(struct store_film_frame){.number = *number, .tick = frame.tick, .board_us = board_us,
+                                                                       .links = BOXFILL_LINK}, error);
 }
 
 static enum mr_status fill_block(struct store *store, int64_t session, int64_t run, const struct known *known,
@@ -168,6 +184,7 @@ static enum mr_status fill(struct store *store, int64_t session, const struct kn
     struct mr_block newest = {0};
     struct mr_channel channel = {0};
     uint32_t first = 0;
+    int64_t film_number = 0;
     enum mr_status status = MR_OK;
     while (status == MR_OK && mr_boxread_next(reader, &record) == MR_OK) {
         if (record.kind == MR_RECORD_BLOCK) {
@@ -179,6 +196,8 @@ static enum mr_status fill(struct store *store, int64_t session, const struct kn
             status = fill_edge(store, result->run, &record, &newest, result, error);
         } else if (record.id == MR_ID_TEMPERATURE) {
             status = fill_temperature(store, result->run, &record, error);
+        } else if (record.id == MR_ID_FILM_FRAME) {
+            status = fill_film(store, result->run, &record, &newest, &film_number, error);
         } else if (result->made) {
             status = configure(store, result->run, &record, &channel, error);
         }

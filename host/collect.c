@@ -61,9 +61,14 @@ const char *collector_state_text(unsigned state)
 static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us, bool whole,
                               struct error *error)
 {
+    enum mr_status status = collect_put_time_map(collector, side, NULL, error);
+    if (status != MR_OK)
+        return status;
     collect_leave(side);
     side->boot++;
     side->time = (struct timebase){0};
+    side->map.count = 0;
+    side->sync_host_us = 0;
     account_restart(&side->account, whole);
     side->shunt = (struct mr_shunt){0};
     memset(collector->fault_count, 0, sizeof collector->fault_count);
@@ -81,7 +86,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
  * board whose scans stand: its block is no time. */
 static bool take_time(struct side *side, const struct mr_message_info *info, const uint8_t *payload)
 {
-    if (info->id == MR_ID_CLOCK) {
+    if (info->id == MR_ID_CLOCK || info->id == MR_ID_SYNC) { /* which begins like it */
         struct mr_clock clock;
         mr_clock_get(&clock, payload, info->length);
         return clock.tick != 0 && timebase_clock(&side->time, clock.block, clock.tick);
@@ -347,6 +352,8 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
         if (slot->row.id && !slot->finished)
             status = collect_finish(collector, slot, error);
     }
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++)
+        status = collect_put_time_map(collector, &collector->side[kind], NULL, error);
     if (status == MR_OK)
         status = collector_put_counts(collector, error);
     if (status == MR_OK)

@@ -42,6 +42,10 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
         if (collector->side[kind].spec)
             status = add_silence(collector, slot, &collector->side[kind], &collector->side[1 - kind], error);
     }
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        if (collector->side[kind].boot == slot->row.boot)
+            status = collect_put_time_map(collector, &collector->side[kind], slot, error);
+    }
     if (collector->finished_count < SLOTS)
         collector->finished[collector->finished_count++] = slot->row.id;
     return status;

@@ -204,6 +204,8 @@ static enum mr_status edge(struct collector *collector, struct side *side, const
         return MR_OK;
     if (message->count > slot->edges)
         slot->edges = message->count;
+    if (slot->first_edge_us == 0.0 && side->time.tick_known)
+        slot->first_edge_us = timebase_tick_us(&side->time, message->tick);
     struct store_edge row = {.count = message->count,
                              .position = message->position,
                              .step_codes = (double)message->step_codes,
@@ -524,6 +526,32 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
     case MR_ID_MARK: {
         GET(mark);
         status = put_event(collector, side, "mark", m.block, m.number, 0, m.landing, host_us, error);
+        break;
+    }
+    case MR_ID_SYNC: {
+        GET(sync);
+        collect_sync(side, &m, host_us);
+        break;
+    }
+    case MR_ID_SYNC_AT: {
+        GET(sync_at);
+        collect_sync_at(side, &m);
+        break;
+    }
+    case MR_ID_CLOCK: {
+        GET(clock);
+        collect_clock(side, &m, host_us);
+        break;
+    }
+    case MR_ID_FILM_FRAME: {
+        GET(film_frame);
+        status = collect_film_frame(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_CAMERA: {
+        GET(camera);
+        int64_t camera_block = timebase_unwrap(&side->time, m.block16);
+        status = put_event(collector, side, "camera", camera_block < 0 ? 0 : camera_block, m.cause, 0, m.tick, host_us, error);
         break;
     }
     case MR_ID_ACK: {

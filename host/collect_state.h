@@ -10,6 +10,7 @@
 #include "host/account.h"
 #include "host/collect.h"
 #include "host/timebase.h"
+#include "host/timemap.h"
 
 enum landing_state { STATE_IDLE, STATE_ARMED, STATE_LANDING, STATE_SETTLING, STATE_DONE };
 
@@ -22,6 +23,8 @@ struct slot {
     int64_t state_block; /* of the newest change of state reported */
     int64_t end_block;   /* where the first link left it; -1: still going on */
     unsigned edges;
+    double first_edge_us; /* board time; 0: none yet */
+    int64_t film_frames;  /* number of the newest, unwrapped */
 };
 #define SLOTS 4u
 
@@ -32,6 +35,9 @@ struct side {
     bool ended;
     struct account account;
     struct timebase time;
+    struct timemap map;
+    struct mr_sync sync; /* the newest, and when it came; 0: none waits for its sync_at */
+    uint64_t sync_host_us;
     int64_t boot;
     struct slot *current;
     struct slot *last; /* the one left most recently */
@@ -87,6 +93,16 @@ enum mr_status collect_band_message(struct collector *collector, struct side *si
 /* Writes all that is known of the configuration for a landing that begins. */
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
                                            struct error *error);
+
+/* host/collect_time.c: pairs of board and host time; what they come to, written for a landing that is over (NULL: of the boot that
+ * is); film frames. */
+void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
+void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);
+void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
+enum mr_status collect_put_time_map(struct collector *collector, const struct side *side, const struct slot *slot,
+                                    struct error *error);
+enum mr_status collect_film_frame(struct collector *collector, struct side *side, const struct mr_film_frame *frame,
+                                  struct error *error);
 
 /* The side reports a landing: enter, follow or leave it. */
 enum mr_status collect_landing(struct collector *collector, struct side *side,

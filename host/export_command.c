@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "host/analyse/film.h"
 #include "host/analyse/summary.h"
 #include "host/cli.h"
 #include "host/link/candump.h"
@@ -177,6 +178,55 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
     return status;
 }
 
+/* ---- film frames ---- */
+
+static enum mr_status export_film(const struct measured *measured, const struct film *film, bool si, FILE *out, long *rows)
+{
+    const struct unit *station = unit_of(UNIT_STATION, si), *speed = unit_of(UNIT_SPEED, si);
+    const struct store_landing *landing = &measured->landing;
+    fprintf(out, "# matrig film: RUN %lld, landing %lld of board %s, %.4f frames a second, %lld missing\n",
+            (long long)landing->id, (long long)landing->board_landing, landing->board_uid, film->rate_hz,
+            (long long)film->missing);
+    fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
+            measured->t0_is_touchdown ? "touchdown" : measured->gates ? "the first edge" : "arming");
+    fputs("# gear: lead wheel of the main bogie, through the switches (speed: by the fit); errors are standard errors; an empty cell is not "
+          "known\n", out);
+    fprintf(out, "frame,pulse,board_s,t_s,gear_%s,gear_error_%s,speed_%s,speed_error_%s\n", station->suffix, station->suffix,
+            speed->suffix, speed->suffix);
+    for (size_t i = 0; i < film->frames; i++) {
+        const struct film_frame *frame = &film->frame[i];
+        fprintf(out, "%lld,%lld,%.7f,%.7f", (long long)frame->number, (long long)frame->pulse, frame->board_us / 1e6,
+                frame->t_s);
+        csv_cell(out, frame->station_ft.value * station->factor, 5);
+        csv_cell(out, frame->station_ft.error * station->factor, 5);
+        csv_cell(out, frame->speed_ft_s.value * speed->factor, 4);
+        csv_cell(out, frame->speed_ft_s.error * speed->factor, 4);
+        fputc('\n', out);
+    }
+    *rows = (long)film->frames;
+    return MR_OK;
+}
+
+static enum mr_status export_frames(struct store *store, int64_t run, FILE *out, const struct cli *cli, long *rows,
+                                    struct error *error)
+{
+    struct measured measured;
+    struct film film = {0};
+    enum mr_status status = measured_load(store, run, &measured, error);
+    if (status == MR_OK)
+        status = film_load(store, &measured, &film, error);
+    if (status == MR_OK && film.frames == 0)
+        status = error_set(error, MR_USAGE,
+                           "no film: RUN %lld of %s has no frame pulses; configure the board with site.camera 1 and wire the "
+                           "camera to PE2 and PB3",
+                           (long long)run, store_path(store));
+    if (status == MR_OK)
+        status = export_film(&measured, &film, cli->si, out, rows);
+    film_free(&film);
+    measured_free(&measured);
+    return status;
+}
+
 int export_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2] = {NULL, NULL}, *format = NULL, *path = NULL;
@@ -187,12 +237,13 @@ int export_command(int argc, char **argv, const struct cli *cli)
     long rows = 0;
     enum mr_status status = cli_parse(argc, argv, options, 2, words, 2, 2, "DB RUN", &error);
     bool candump = format && strcmp(format, "candump") == 0;
+    bool frames = format && strcmp(format, "frames") == 0;
     if (status == MR_OK && !format)
         status = error_set(
             &error, MR_USAGE,
-            "no format: matrig export needs --format csv or --format candump; see matrig export --help");
-    if (status == MR_OK && !candump && strcmp(format, "csv") != 0)
-        status = error_set(&error, MR_USAGE, "unknown format: '%s'; use csv or candump", format);
+            "no format: matrig export needs --format csv, candump or frames; see matrig export --help");
+    if (status == MR_OK && !candump && !frames && strcmp(format, "csv") != 0)
+        status = error_set(&error, MR_USAGE, "unknown format: '%s'; use csv, candump or frames", format);
     if (status == MR_OK && cli->json && !path)
         status =
             error_set(&error, MR_USAGE,
@@ -208,6 +259,8 @@ int export_command(int argc, char **argv, const struct cli *cli)
     if (out) {
         if (candump)
             export_candump(store, run, out, cli, &rows, &error);
+        else if (frames)
+            export_frames(store, run, out, cli, &rows, &error);
         else
             export_csv(store, run, out, cli, &rows, &error);
         output_close(out, path, &error);

@@ -92,12 +92,14 @@ static const struct command commands[] = {
     {"report", report_command, "DB [-o F.html]", "the campaign as one page, with plots",
      "  DB             campaign database\n"
      "  -o F           where to write the page; else the database's name with .html\n"},
-    {"export", export_command, "DB RUN --format csv|candump [-o F]", "one landing for other tools",
+    {"export", export_command, "DB RUN --format csv|candump|frames [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"
      "  --format candump\n"
      "                 the CAN frames as `candump -L` writes them, stamped with board time\n"
      "                 (plus 1000000000 s, so that other tools take it for a date)\n"
+     "  --format frames\n"
+     "                 each frame of the camera's film: time, where the gear stood and how well that is known\n"
      "  -o F           where to write; else standard output\n"},
     {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
      "  -o F           where to write; else standard output\n"},

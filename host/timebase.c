@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-#define TICKS_PER_US 84.0
+#include "common/boardtime.h"
+
 #define RESTART_BLOCKS 1000
 
 bool timebase_block(struct timebase *timebase, uint32_t block)
@@ -20,8 +21,7 @@ bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick)
     if (timebase_block(timebase, block))
         return true;
     timebase->tick_known = true;
-    timebase->tick_block = block;
-    timebase->tick = tick;
+    timebase->origin = mr_boardtime_origin(block, tick);
     return false;
 }
 
@@ -42,9 +42,12 @@ int64_t timebase_now_us(const struct timebase *timebase)
     return timebase->known ? 1000 * timebase->block : -1;
 }
 
+int64_t timebase_ticks(const struct timebase *timebase, uint32_t tick)
+{
+    return mr_boardtime_ticks(timebase->origin, (uint32_t)timebase->block, tick);
+}
+
 double timebase_tick_us(const struct timebase *timebase, uint32_t tick)
 {
-    if (!timebase->tick_known)
-        return (double)NAN;
-    return 1000.0 * (double)timebase->tick_block + (double)(int32_t)(tick - timebase->tick) / TICKS_PER_US;
+    return timebase->tick_known ? (double)timebase_ticks(timebase, tick) / MR_TICKS_PER_US : (double)NAN;
 }

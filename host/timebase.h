@@ -1,5 +1,5 @@
 /* Board time on one link: blocks since the scans began, unwrapped from the 16 bits that most messages carry,
- * and capture ticks turned into time. Block b begins at 1000 b microseconds of board time. Pure. */
+ * and capture ticks turned into time by common/boardtime.h. Pure. */
 #ifndef MATRIG_HOST_TIMEBASE_H
 #define MATRIG_HOST_TIMEBASE_H
 
@@ -9,9 +9,8 @@
 struct timebase {
     bool known; /* a whole block index has come */
     bool tick_known;
-    int64_t block;      /* newest */
-    int64_t tick_block; /* block that began at `tick` */
-    uint32_t tick;
+    int64_t block;   /* newest */
+    uint32_t origin; /* common/boardtime.h */
 };
 
 /* Whole block index: true when it lies a second or more before the newest, so the board began again. */
@@ -23,7 +22,9 @@ bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
 /* Board time of the newest block, microseconds; -1: not known. */
 int64_t timebase_now_us(const struct timebase *timebase);
-/* Board time of a tick within 25 s of the last clock; NaN: not known. */
+/* Ticks since the scans began of a capture within 25 s of the newest block. Only while tick_known. */
+int64_t timebase_ticks(const struct timebase *timebase, uint32_t tick);
+/* The same in microseconds; NaN: not known. */
 double timebase_tick_us(const struct timebase *timebase, uint32_t tick);
 
 #endif

@@ -14,6 +14,11 @@ static struct board_can_frame tx_queue[TX_QUEUE], rx_queue[RX_QUEUE];
 static volatile uint32_t tx_queued, tx_taken, rx_queued, rx_taken;
 static bool running;
 
+/* The sync frame: what it says, the mailbox it is in (3: none), when it left. */
+static volatile uint32_t sync_block, sync_tick;
+static volatile unsigned sync_mailbox = 3;
+static volatile bool sync_left;
+
 static bool wait_init_ack(void)
 {
     for (unsigned polls = 0; polls < INIT_POLLS; polls++) {
@@ -64,6 +69,11 @@ static void fill_mailboxes(void)
         CAN1->tx[mailbox].TDTR = frame->length;
         CAN1->tx[mailbox].TDLR = word_of(frame->data);
         CAN1->tx[mailbox].TDHR = word_of(frame->data + 4);
+        if (frame->id == MR_ID_SYNC) {
+            sync_block = word_of(frame->data);
+            sync_mailbox = mailbox;
+            sync_left = false;
+        }
         CAN1->tx[mailbox].TIR = (uint32_t)frame->id << 21 | CAN_TIR_TXRQ;
         tx_taken++;
     }
@@ -72,7 +82,15 @@ static void fill_mailboxes(void)
 void can1_tx_irq(void);
 void can1_tx_irq(void)
 {
-    CAN1->TSR = CAN_TSR_RQCP(0) | CAN_TSR_RQCP(1) | CAN_TSR_RQCP(2);
+    uint32_t now = TIM2->CNT;
+    /* Only what was seen is cleared: a mailbox that is done meanwhile brings the next interrupt, with its own time. */
+    uint32_t done = CAN1->TSR & (CAN_TSR_DONE(0) | CAN_TSR_DONE(1) | CAN_TSR_DONE(2));
+    CAN1->TSR = done & (CAN_TSR_RQCP(0) | CAN_TSR_RQCP(1) | CAN_TSR_RQCP(2));
+    if (sync_mailbox < 3 && done & CAN_TSR_RQCP(sync_mailbox)) {
+        sync_left = (done & CAN_TSR_TXOK(sync_mailbox)) != 0;
+        sync_tick = now;
+        sync_mailbox = 3;
+    }
     fill_mailboxes();
 }
 
@@ -127,6 +145,15 @@ bool board_can_receive(struct board_can_frame *frame)
     *frame = rx_queue[rx_taken % RX_QUEUE];
     rx_taken++;
     return true;
+}
+
+bool board_can_sync_tick(uint32_t block, uint32_t *tick)
+{
+    uint32_t mask = irq_mask();
+    bool left = sync_left && sync_block == block;
+    *tick = sync_tick;
+    irq_restore(mask);
+    return left;
 }
 
 void board_can_state(struct board_can_errors *errors)

@@ -115,7 +115,12 @@ struct tim_regs {
 #define TIM_SMCR_TS_ITR3 (3u << 4)
 #define TIM_SMCR_SMS_TRIGGER 6u
 #define TIM_DIER_CC1DE (1u << 9)
+#define TIM_DIER_CC2DE (1u << 10)
 #define TIM_SR_CC1OF (1u << 9)
+#define TIM_SR_CC2OF (1u << 10)
+#define TIM_CCMR1_CC2_TI2 (1u << 8)
+#define TIM_CCMR1_IC2F_256 (15u << 12) /* eight samples of a clock of 84 MHz / 32 */
+#define TIM_CCER_CC2E (1u << 4)
 #define TIM_EGR_UG 1u
 #define TIM_OCM_FORCE_LOW 4u
 #define TIM_OCM_FORCE_HIGH 5u
@@ -158,6 +163,8 @@ struct can_regs {
 #define CAN_MCR_ABOM (1u << 6)
 #define CAN_MSR_INAK (1u << 0)
 #define CAN_TSR_RQCP(m) (1u << (8u * (m)))
+#define CAN_TSR_TXOK(m) (2u << (8u * (m)))
+#define CAN_TSR_DONE(m) (CAN_TSR_RQCP(m) | CAN_TSR_TXOK(m))
 #define CAN_RF0R_FMP 3u
 #define CAN_RF0R_FOVR (1u << 4)
 #define CAN_RF0R_RFOM (1u << 5)

@@ -11,6 +11,7 @@
  *
  * Channels that are not fitted are not in the sequences. The converter with the longer sequence tells when a block is there; with as
  * many in both it is ADC1, for the stream of ADC3 has the lower number and is served first. */
+#include "common/boardtime.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
@@ -171,7 +172,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
         return;
     }
     struct mr_block *block = &queue[queued % BLOCK_QUEUE];
-    uint32_t tick = TRIGGER_TICK + index * MR_TICKS_PER_BLOCK;
+    uint32_t tick = mr_boardtime_tick(TRIGGER_TICK, index);
     uint16_t *transducers = adc3_code + half * scan.transducers, *others = adc1_code + half * scan.others;
     if (scan.absent == 0)
         mr_block_from_scans(block, index, tick, (uint16_t(*)[MR_TRANSDUCERS])transducers, (uint16_t(*)[MR_ADC1_CHANNELS])others);
@@ -223,7 +224,7 @@ static void begin_again(const struct mr_scan *with)
         uint32_t mask = irq_mask();
         /* Since the first trigger of the block before the one expected next. Not since the first of all: TIM2 wraps after 51 s, and
          * that is no whole number of blocks. A restart is tried each second, so this has not wrapped. */
-        uint32_t since = TIM2->CNT - (TRIGGER_TICK + next_index * MR_TICKS_PER_BLOCK) + MR_TICKS_PER_BLOCK;
+        uint32_t since = TIM2->CNT - mr_boardtime_tick(TRIGGER_TICK, next_index) + MR_TICKS_PER_BLOCK;
         uint32_t in_block = since % MR_TICKS_PER_BLOCK;
         bool now = in_block > 7 * SCAN_TICKS + 100 && in_block < MR_TICKS_PER_BLOCK - 3000;
         if (now) {

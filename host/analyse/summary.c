@@ -6,6 +6,7 @@
 
 #include "common/fault.h"
 #include "common/switches.h"
+#include "host/analyse/summary_time.h"
 #include "host/cli.h"
 #include "host/collect.h"
 #include "host/units.h"
@@ -69,6 +70,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = load_links(store, summary, error);
     if (status == MR_OK)
+        status = summary_time_load(store, summary, error);
+    if (status == MR_OK)
         status = store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults, error);
     if (status == MR_OK)
         status = store_switch_events(store, run, &summary->switch_event, &summary->switch_events, error);
@@ -88,6 +91,7 @@ void summary_free(struct summary *summary)
     measured_free(&summary->measured);
     zones_free(&summary->zones);
     bands_free(&summary->bands);
+    film_free(&summary->film);
     free(summary->gap);
     free(summary->fault);
     free(summary->switch_event);
@@ -394,6 +398,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
         print_channels(&summary->measured, si, out);
     bands_print(&summary->bands, &summary->measured, si, out);
     print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
+    summary_time_print(summary, si, out);
     print_links(summary, out);
 }
 
@@ -553,6 +558,7 @@ json_t *summary_json(const struct summary *summary, bool si)
         json_object_set_new(object, "temperature_c", cli_json_number(summary->temperature.mean_c, 6));
         json_object_set_new(object, "temperature_error_c", cli_json_number(summary->temperature.error_c, 4));
     }
+    summary_time_json(summary, object);
     json_object_set_new(object, "links", links_json(summary));
     json_object_set_new(object, "gaps", gaps_json(summary));
     json_t *faults = json_array();

@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "host/analyse/bands.h"
+#include "host/analyse/film.h"
 #include "host/analyse/zones.h"
 #include "host/link/link.h"
 
@@ -31,6 +32,9 @@ struct summary {
     struct store_session_row session;
     struct store_gap *gap;
     size_t gaps;
+    struct film film;
+    struct store_time_map clock; /* the best of the links; refusal says if it is one at all */
+    bool clock_known;
     struct store_fault *fault;
     size_t faults;
     struct store_fault *switch_event; /* what the board found wrong with switches */

@@ -8,6 +8,9 @@ static const struct {
     const char *field; /* "message.field"; "*.field": of every message */
     enum field_rule rule;
 } rules[] = {
+    {"sync_at.tick", FIELD_CIRCUMSTANCE}, /* the bus was busy otherwise */
+    {"sync_at.sent", FIELD_CIRCUMSTANCE},
+    {"camera.tick", FIELD_CIRCUMSTANCE}, /* the processor was */
     {"*.block16", FIELD_BLOCK16},
     {"*.at_block16", FIELD_BLOCK16},
     {"*.block", FIELD_BLOCK},

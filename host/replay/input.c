@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/boardtime.h"
 #include "common/closure.h"
 #include "common/command.h"
 #include "common/crc32.h"
@@ -212,14 +213,13 @@ static enum mr_status put_commands(struct writer *writer, struct store *store, c
 
 /* ---- edges ---- */
 
-/* Ticks since TIM2 began in the replay. The board time of an edge says which wrap of the counter it was in. */
-static uint64_t edge_tick(const struct store_edge *edge, const struct mr_block *first, int64_t shift_blocks)
+/* Ticks since TIM2 began in the replay. The board time of a capture says which wrap of the counter it was in. */
+static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_block *first, int64_t shift_blocks)
 {
-    int64_t origin = (uint32_t)(first->tick - first->index * MR_TICKS_PER_BLOCK);
-    int64_t near_block = isnan(edge->board_us) ? (int64_t)first->index : (int64_t)(edge->board_us / 1000.0);
-    int64_t near_tick = origin + near_block * (int64_t)MR_TICKS_PER_BLOCK;
-    int64_t tick = near_tick + (int32_t)((uint32_t)edge->tick - (uint32_t)near_tick);
-    return (uint64_t)(tick - shift_blocks * (int64_t)MR_TICKS_PER_BLOCK);
+    uint32_t origin = mr_boardtime_origin(first->index, first->tick);
+    uint32_t near_block = isnan(board_us) ? first->index : (uint32_t)(board_us / 1000.0);
+    int64_t ticks = mr_boardtime_ticks(origin, near_block, (uint32_t)tick) - shift_blocks * (int64_t)MR_TICKS_PER_BLOCK;
+    return (uint64_t)(origin + ticks); /* TIM2 is at the origin when block 0 begins */
 }
 
 static enum mr_status put_edges(struct writer *writer, struct store *store, const struct answers *recorded,
@@ -228,9 +228,23 @@ static enum mr_status put_edges(struct writer *writer, struct store *store, cons
     struct store_edge *edge;
     enum mr_status status = store_edges(store, recorded->landing.id, &edge, &input->edges, error);
     for (size_t i = 0; status == MR_OK && i < input->edges; i++)
-        put(writer, "edge %" PRIu64 "\n", edge_tick(&edge[i], &recorded->block[0], input->shift_blocks));
+        put(writer, "edge %" PRIu64 "\n", capture_tick(edge[i].board_us, edge[i].tick, &recorded->block[0], input->shift_blocks));
     if (status == MR_OK)
         free(edge);
+    return status;
+}
+
+/* Film frames are numbered from arming on, so their times rise; what was refused as noise is not among them. */
+static enum mr_status put_frames(struct writer *writer, struct store *store, const struct answers *recorded,
+                                 struct replay_input *input, struct error *error)
+{
+    struct store_film_frame *frame;
+    enum mr_status status = store_film_frames(store, recorded->landing.id, &frame, &input->frames, error);
+    for (size_t i = 0; status == MR_OK && i < input->frames; i++)
+        put(writer, "frame %" PRIu64 "\n",
+            capture_tick(frame[i].board_us, frame[i].tick, &recorded->block[0], input->shift_blocks));
+    if (status == MR_OK)
+        free(frame);
     return status;
 }
 
@@ -267,6 +281,8 @@ static enum mr_status put_all(struct writer *writer, struct store *store, const 
     enum mr_status status = put_commands(writer, store, recorded, input, error);
     if (status == MR_OK)
         status = put_edges(writer, store, recorded, input, error);
+    if (status == MR_OK)
+        status = put_frames(writer, store, recorded, input, error);
     for (size_t i = 0; status == MR_OK && i < recorded->blocks; i++)
         put_block(writer, recorded->block[i], input->shift_blocks);
     fprintf(writer->file, "end %08x\n", (unsigned)writer->crc);

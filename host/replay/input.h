@@ -1,6 +1,6 @@
-/* What a board took in during a recorded landing, put together from what it said: its block records, the edges it reported,
+/* What a board took in during a recorded landing, put together from what it said: its block records, the edges and film frames it reported,
  * and the commands it acknowledged. Written as a replay file for the emulated board (`matrig-replay 1`: a line for each
- * command, edge and block; hil/replayfile.h draws it).
+ * command, edge, film frame and block; hil/replayfile.h draws it).
  *
  * Not recorded, and so made up: the survey is given again before arming, segment by segment, and zeros that were measured
  * (channel_zero of the landing says which, and what they were); blocks before the first record
@@ -19,6 +19,7 @@ struct replay_input {
     int64_t last_block;
     int64_t armed_block;
     size_t edges;
+    size_t frames; /* of the film */
     size_t commands; /* given again in the block that took them */
     size_t surveyed; /* segments given before arming */
     size_t zeros;    /* measured zeros given before arming */

@@ -188,7 +188,7 @@ struct store_event {
     int64_t run;
     int64_t board_us;
     int64_t host_us;
-    const char *kind; /* state, mark, ack, fault, switch, channel, restart, joined; troubles of a link: can-link, serial-link */
+    const char *kind; /* state, mark, ack, fault, switch, channel, camera, restart, joined; troubles of a link: can-link, serial-link */
     int64_t code;
     int64_t detail;
     int64_t value;
@@ -316,6 +316,37 @@ enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run, 
                              struct error *error);
 enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **rows, size_t *count,
                           struct error *error);
+
+/* The board's clock against this computer's, by one link: of a landing, or of all that was heard of the board until it began
+ * again or the session ended (run STORE_NONE). host/timemap.h says how it comes about. */
+struct store_time_map {
+    int64_t session;
+    int64_t boot;
+    int64_t link;
+    int64_t run;
+    int64_t refusal;        /* enum timemap_refusal; not 0: what follows is NaN or STORE_NONE as far as it is not known */
+    int64_t pairs;
+    int64_t from_us, to_us; /* board time of the first and last */
+    double spread_us;       /* median delay beyond the least */
+    double fast_ppm, fast_half_ppm; /* half of a 95 % interval, like the other */
+    int64_t board_us, host_us;      /* the same moment: the landing's first edge, else the last pair */
+    double host_half_us;
+};
+enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map, struct error *error);
+enum mr_status store_time_maps(struct store *store, int64_t run, struct store_time_map **rows, size_t *count,
+                               struct error *error);
+
+/* A frame pulse of the film camera. */
+struct store_film_frame {
+    int64_t number; /* pulses since arming */
+    int64_t tick;
+    double board_us; /* NaN: time base not known */
+    int64_t links;
+};
+enum mr_status store_film_frame_put(struct store *store, int64_t run, const struct store_film_frame *frame,
+                                    struct error *error);
+enum mr_status store_film_frames(struct store *store, int64_t run, struct store_film_frame **rows, size_t *count,
+                                 struct error *error);
 
 /* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown. */
 struct store_simulation {

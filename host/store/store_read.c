@@ -227,6 +227,22 @@ static void store_gaps_row(sqlite3_stmt *s, void *to)
 }
 READ_ROWS(store_gaps, struct store_gap, STORE_GAPS)
 
+static void store_time_maps_row(sqlite3_stmt *s, void *to)
+{
+    *(struct store_time_map *)to = (struct store_time_map){
+        store_integer(s, 0), store_integer(s, 1), store_integer(s, 2),  store_integer(s, 3), store_integer(s, 4),
+        store_integer(s, 5), store_integer(s, 6), store_integer(s, 7),  store_real(s, 8),    store_real(s, 9),
+        store_real(s, 10),   store_integer(s, 11), store_integer(s, 12), store_real(s, 13)};
+}
+READ_ROWS(store_time_maps, struct store_time_map, STORE_TIME_MAPS)
+
+static void store_film_frames_row(sqlite3_stmt *s, void *to)
+{
+    *(struct store_film_frame *)to =
+        (struct store_film_frame){store_integer(s, 0), store_integer(s, 1), store_real(s, 2), store_integer(s, 3)};
+}
+READ_ROWS(store_film_frames, struct store_film_frame, STORE_FILM_FRAMES)
+
 static void fault_row(sqlite3_stmt *s, void *to)
 {
     *(struct store_fault *)to = (struct store_fault){store_integer(s, 0), store_integer(s, 1),

@@ -172,6 +172,17 @@
     X(GAPS, "i",                                                                                             \
       "SELECT link, message, channels, cause, count, from_block, to_block FROM gaps WHERE landing=?"         \
       " ORDER BY id")                                                                                        \
+    X(TIME_MAP_PUT, "iiiiiiiirrriir",                                                                       \
+      "INSERT INTO time_maps(session, boot, link, landing, refusal, pairs, from_us, to_us, spread_us,"       \
+      " fast_ppm, fast_half_ppm, board_us, host_us, host_half_us) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?)")      \
+    X(TIME_MAPS, "i",                                                                                        \
+      "SELECT session, boot, link, landing, refusal, pairs, from_us, to_us, spread_us, fast_ppm,"            \
+      " fast_half_ppm, board_us, host_us, host_half_us FROM time_maps WHERE landing=? ORDER BY id")          \
+    X(FILM_FRAME_PUT, "iiiri",                                                                               \
+      "INSERT INTO frames_film VALUES(?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"      \
+      " board_us=coalesce(board_us, excluded.board_us)")                                                     \
+    X(FILM_FRAMES, "i",                                                                                      \
+      "SELECT number, tick, board_us, links FROM frames_film WHERE landing=? ORDER BY number")               \
     X(SIMULATION_ADD, "iti", "INSERT INTO simulations(landing, scene, made_us) VALUES(?,?,?)")               \
     X(SIMULATION_CHANNEL, "iirrrrrrrrrrb",                                                                   \
       "INSERT INTO simulation_channels VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")                                   \

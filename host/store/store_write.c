@@ -148,6 +148,19 @@ enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run, 
                      gap->cause, gap->count, gap->from_block, gap->to_block);
 }
 
+enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map, struct error *error)
+{
+    return store_run(store, error, STORE_TIME_MAP_PUT, map->session, map->boot, map->link, map->run, map->refusal,
+                     map->pairs, map->from_us, map->to_us, map->spread_us, map->fast_ppm, map->fast_half_ppm,
+                     map->board_us, map->host_us, map->host_half_us);
+}
+
+enum mr_status store_film_frame_put(struct store *store, int64_t run, const struct store_film_frame *frame,
+                                    struct error *error)
+{
+    return store_run(store, error, STORE_FILM_FRAME_PUT, run, frame->number, frame->tick, frame->board_us, frame->links);
+}
+
 enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json, int64_t made_us,
                                     const struct store_simulation *rows, size_t count, struct error *error)
 {

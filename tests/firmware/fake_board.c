@@ -36,6 +36,27 @@ size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
     return count;
 }
 
+void board_frames_capture(bool on)
+{
+    fake.frames_captured = on;
+}
+
+size_t board_frames_take(uint32_t until_tick, uint32_t *ticks, size_t capacity)
+{
+    size_t count = 0;
+    while (fake.frames_captured && fake.frames_taken < fake.frames && count < capacity &&
+           (int32_t)(fake.frame_tick[fake.frames_taken] - until_tick) <= 0)
+        ticks[count++] = fake.frame_tick[fake.frames_taken++];
+    return count;
+}
+
+uint32_t board_camera(bool high)
+{
+    fake.camera_pulses += high && !fake.camera;
+    fake.camera = high;
+    return fake.camera_tick;
+}
+
 bool board_can_send(const struct board_can_frame *frame)
 {
     if (fake.can_full || fake.sent_count == FAKE_FRAMES)
@@ -51,6 +72,12 @@ bool board_can_receive(struct board_can_frame *frame)
         return false;
     *frame = fake.received[fake.received_taken++];
     return true;
+}
+
+bool board_can_sync_tick(uint32_t block, uint32_t *tick)
+{
+    *tick = fake.sync_tick;
+    return fake.sync_left && fake.sync_block == block;
 }
 
 void board_can_state(struct board_can_errors *errors)

@@ -13,6 +13,13 @@ struct fake_board {
     uint32_t edge_tick[64];
     size_t edges, edges_taken;
 
+    uint32_t frame_tick[4096]; /* pulses of the camera */
+    size_t frames, frames_taken;
+    bool frames_captured;
+    bool camera;
+    unsigned camera_pulses;
+    uint32_t camera_tick;      /* what board_camera returns */
+
     struct board_can_frame sent[FAKE_FRAMES];
     uint32_t sent_block[FAKE_FRAMES]; /* block being processed */
     size_t sent_count;
@@ -22,6 +29,9 @@ struct fake_board {
     size_t received_count, received_taken;
     uint8_t serial_in[4096];
     size_t serial_in_count, serial_in_taken;
+
+    uint32_t sync_block, sync_tick; /* of the last sync frame; what it says, when it left */
+    bool sync_left;
 
     bool can_full, serial_full; /* refuse everything */
     struct board_can_errors can_errors;

@@ -183,7 +183,7 @@ static void the_list_is_printed(void **state)
     fclose(file);
     assert_non_null(strstr(text, "CAN2"));
     assert_non_null(strstr(text, "Peripherals: TIM3, TIM5"));
-    assert_non_null(strstr(text, "DIER       +0x00c  refused 14,12:10,8"));
+    assert_non_null(strstr(text, "DIER       +0x00c  refused 14,12:11,8"));
     assert_non_null(strstr(text, "USART1"));
     assert_non_null(strstr(text, "refused 11,1:0 in part 12,10: PCE and M only together"));
 }

@@ -121,7 +121,7 @@ static void a_whole_file_is_read(void **state)
     char lines[2000], error[300] = "";
     struct hil_replay replay;
     int n = snprintf(lines, sizeof lines, "# made up\nuid 00000001 0000000a ffffffff\ncrystal 0\n"
-                     "command 40 5 3 1 3050\ncommand 50 2 0 7 -1\nedge 5000\nedge 4294967296000\n");
+                     "command 40 5 3 1 3050\ncommand 50 2 0 7 -1\nedge 5000\nedge 4294967296000\nframe 84000\nframe 168000\n");
     for (unsigned i = 0; i < 3; i++)
         n += snprintf(lines + n, sizeof lines - (size_t)n, "%s", block_line(51130 + i, (51130u + i) * 84000u + 2352u));
     assert_int_equal(read_text(lines, true, error, &replay), MR_OK);
@@ -136,6 +136,8 @@ static void a_whole_file_is_read(void **state)
     assert_int_equal(replay.commands[1].message.argument, -1);
     assert_int_equal(replay.edge_count, 2);
     assert_true(replay.edge_tick[1] == 4294967296000u);
+    assert_int_equal(replay.frame_count, 2);
+    assert_int_equal(replay.frame_tick[1], 168000);
     assert_int_equal(replay.block_count, 3); /* TIM2 has wrapped between the first and the last of them */
     assert_int_equal(replay.origin_tick, 2352);
     assert_int_equal(replay.blocks[2].index, 51132);
@@ -159,6 +161,8 @@ static void what_is_none_is_refused(void **state)
     refused("crystal 1\n", true, MR_MALFORMED, "no block records");
     refused("crystal 2\n", true, MR_MALFORMED, "test.replay:2: unknown line");
     refused("edge 70\nedge 70\n", true, MR_MALFORMED, "test.replay:3: edges must be in order");
+    refused("frame 70\nframe 84069\n", true, MR_MALFORMED, "test.replay:3: film frames must be in order");
+    refused("frame 70 1\n", true, MR_MALFORMED, "`frame <tick>`");
     refused("command 7 1 0 0 0\ncommand 6 1 0 0 0\n", true, MR_MALFORMED, "commands must be in order");
     refused("command 7 300 0 0 0\n", true, MR_MALFORMED, "`command <block>");
     refused("block 00zz\n", true, MR_MALFORMED, "`z` is no hex digit");

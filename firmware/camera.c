@@ -1,0 +1,84 @@
+#include "firmware/camera.h"
+
+#include "firmware/config.h"
+#include "firmware/health.h"
+
+#define LEAST_TICKS MR_TICKS_PER_BLOCK /* between two frames: a millisecond */
+#define LATELY_BLOCKS 1000u /* ticks compare within 25 s */
+#define TOO_FAST 2u                    /* detail of the fault */
+
+enum mr_status camera_command(struct camera *camera)
+{
+    if (!config.site[0].camera)
+        return MR_NOT_NOW;
+    camera->due = CAMERA_BY_COMMAND;
+    return MR_OK;
+}
+
+void camera_arm(struct camera *camera)
+{
+    camera->frames = 0;
+    camera->frame_known = false;
+    camera->passed = __builtin_isnan(config.site[0].camera_station_ft);
+    if (config.site[0].camera && camera->passed)
+        camera->due = CAMERA_BY_ARMING;
+}
+
+static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint32_t index, uint32_t until_tick, bool recording)
+{
+    uint32_t ticks[CAMERA_FRAMES];
+    size_t count = board_frames_take(until_tick, ticks, CAMERA_FRAMES);
+    for (size_t i = 0; i < count && recording; i++) {
+        /* Captures that ran over each other come in any order; one from before the last is noise too. */
+        if (camera->frame_known && index - camera->frame_block < LATELY_BLOCKS &&
+            (int32_t)(ticks[i] - camera->frame_tick) < (int32_t)LEAST_TICKS) {
+            health_count(MR_FAULT_EDGE_OVERRUN, TOO_FAST);
+            continue;
+        }
+        camera->frame_known = true;
+        camera->frame_tick = ticks[i];
+        camera->frame_block = index;
+        camera->frames++;
+        telemetry_film_frame(telemetry, &(struct mr_film_frame){.number = camera->frames, .tick = ticks[i],
+                                                                .block16 = (uint16_t)index});
+    }
+}
+
+/* Where the wheel is when the pulse would begin: the block is over by then. */
+static bool at_station(const struct landing *landing, uint32_t tick)
+{
+    return landing->state == LANDING_LANDING &&
+           landing_wheel_at(landing, tick + MR_TICKS_PER_BLOCK).station_ft >= config.site[0].camera_station_ft;
+}
+
+static void trigger(struct camera *camera, struct telemetry *telemetry, uint32_t index)
+{
+    uint32_t tick = board_camera(true);
+    telemetry_camera(telemetry, &(struct mr_camera){.tick = tick, .cause = (uint8_t)camera->due, .block16 = (uint16_t)index});
+    camera->due = CAMERA_BY_NOTHING;
+    camera->high = true;
+    camera->high_block = index;
+}
+
+void camera_block(struct camera *camera, struct telemetry *telemetry, const struct landing *landing, uint32_t index,
+                  uint32_t tick, uint32_t until_tick)
+{
+    bool fitted = config.site[0].camera != 0;
+    if (fitted != camera->fitted) {
+        board_frames_capture(fitted);
+        camera->fitted = fitted;
+    }
+    if (camera->high && index - camera->high_block >= CAMERA_PULSE_BLOCKS) {
+        (void)board_camera(false);
+        camera->high = false;
+    }
+    if (!fitted)
+        return;
+    tell_frames(camera, telemetry, index, until_tick, landing_recording(landing));
+    if (!camera->passed && at_station(landing, tick)) {
+        camera->passed = true;
+        camera->due = CAMERA_BY_STATION;
+    }
+    if (camera->due && !camera->high)
+        trigger(camera, telemetry, index);
+}

@@ -1,0 +1,125 @@
+#include "host/analyse/summary_time.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "host/cli.h"
+#include "host/timemap.h"
+#include "host/units.h"
+
+/* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of two that are none, the one that
+ * says more. */
+static bool better(const struct store_time_map *a, const struct store_time_map *b)
+{
+    if (a->refusal != TIMEMAP_GOOD || b->refusal != TIMEMAP_GOOD)
+        return b->refusal != TIMEMAP_GOOD && (a->refusal == TIMEMAP_GOOD || a->refusal > b->refusal);
+    return a->link == LINK_CAN && b->link != LINK_CAN;
+}
+
+enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
+{
+    struct store_time_map *map = NULL;
+    size_t maps = 0;
+    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
+    if (status == MR_OK)
+        status = store_time_maps(store, summary->measured.landing.id, &map, &maps, error);
+    for (size_t i = 0; status == MR_OK && i < maps; i++) {
+        if (!summary->clock_known || better(&map[i], &summary->clock))
+            summary->clock = map[i];
+        summary->clock_known = true;
+    }
+    free(map);
+    return status;
+}
+
+struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
+{
+    const struct store_time_map *clock = &summary->clock;
+    if (!summary->clock_known || clock->refusal != TIMEMAP_GOOD)
+        return (struct summary_moment){(double)NAN, (double)NAN};
+    double since_us = board_us - (double)clock->board_us;
+    return (struct summary_moment){(double)clock->host_us + since_us / (1.0 + clock->fast_ppm * 1e-6),
+                                   clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
+}
+
+/* "2026-11-21 22:28:14.1234 UTC" */
+static void day_text(double host_us, char *out, size_t size)
+{
+    time_t second = (time_t)floor(host_us / 1e6);
+    struct tm utc;
+    char text[40];
+    gmtime_r(&second, &utc);
+    strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
+    snprintf(out, size, "%s.%04d UTC", text, (int)floor((host_us / 1e6 - (double)second) * 1e4));
+}
+
+static void print_clock(const struct summary *summary, FILE *out)
+{
+    const struct store_time_map *clock = &summary->clock;
+    char day[60];
+    if (!summary->clock_known)
+        return;
+    if (clock->refusal != TIMEMAP_GOOD) {
+        fprintf(out, "  %-13s no times of day: %s\n", "clock", timemap_refusal_text((unsigned)clock->refusal));
+        return;
+    }
+    fprintf(out, "  %-13s board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms (95 %%) and the link's least delay\n", "clock",
+            fabs(clock->fast_ppm), clock->fast_half_ppm, clock->fast_ppm < 0.0 ? "slow" : "fast",
+            summary_link_name((int)clock->link), (long long)clock->pairs, clock->host_half_us / 1e3);
+    if (!summary->measured.t0_is_touchdown)
+        return;
+    day_text(summary_time_of_day(summary, (double)summary->measured.t0_us).host_us, day, sizeof day);
+    fprintf(out, "  %-13s %s\n", "touchdown at", day);
+}
+
+static void print_film(const struct summary *summary, bool si, FILE *out)
+{
+    const struct film *film = &summary->film;
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    double worst_ft = 0.0;
+    size_t placed = 0;
+    if (film->frames == 0)
+        return;
+    for (size_t i = 0; i < film->frames; i++) {
+        if (isnan(film->frame[i].station_ft.value))
+            continue;
+        worst_ft = fmax(worst_ft, film->frame[i].station_ft.error);
+        placed++;
+    }
+    fprintf(out, "  %-13s %zu frames, %.2f a second, %lld missing", "film", film->frames, film->rate_hz,
+            (long long)film->missing);
+    if (placed)
+        fprintf(out, "; gear on %zu of them within %.3f %s (95 %%)", placed, SUMMARY_95 * worst_ft * station->factor,
+                station->text);
+    fputc('\n', out);
+}
+
+void summary_time_print(const struct summary *summary, bool si, FILE *out)
+{
+    print_clock(summary, out);
+    print_film(summary, si, out);
+}
+
+void summary_time_json(const struct summary *summary, json_t *object)
+{
+    const struct store_time_map *clock = &summary->clock;
+    if (summary->clock_known) {
+        bool good = clock->refusal == TIMEMAP_GOOD;
+        json_t *row = json_pack("{sbss}", "good", good, "text", timemap_refusal_text((unsigned)clock->refusal));
+        if (good) {
+            struct summary_moment touchdown = summary_time_of_day(summary, (double)summary->measured.t0_us);
+            json_object_set_new(row, "link", json_string(clock->link == LINK_CAN ? "can" : "serial"));
+            json_object_set_new(row, "moments", json_integer((json_int_t)clock->pairs));
+            json_object_set_new(row, "fast_ppm", cli_json_number(clock->fast_ppm, 6));
+            json_object_set_new(row, "fast_half_ppm", cli_json_number(clock->fast_half_ppm, 6));
+            json_object_set_new(row, "t0_unix_us", json_integer((json_int_t)llround(touchdown.host_us)));
+            json_object_set_new(row, "t0_half_us", cli_json_number(touchdown.half_us, 6));
+        }
+        json_object_set_new(object, "clock", row);
+    }
+    if (summary->film.frames)
+        json_object_set_new(object, "film", json_pack("{sIsIso}", "frames", (json_int_t)summary->film.frames, "missing",
+                                                      (json_int_t)summary->film.missing, "rate_hz",
+                                                      cli_json_number(summary->film.rate_hz, 9)));
+}

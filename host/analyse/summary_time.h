@@ -1,0 +1,18 @@
+/* The part of a landing's summary that is about time: the board's clock, the time of day of the touchdown, the film. */
+#ifndef MATRIG_HOST_ANALYSE_SUMMARY_TIME_H
+#define MATRIG_HOST_ANALYSE_SUMMARY_TIME_H
+
+#include "host/analyse/summary.h"
+
+/* Of a moment of the board: Unix microseconds and half the 95 % interval; NaN: not known. */
+struct summary_moment {
+    double host_us;
+    double half_us;
+};
+struct summary_moment summary_time_of_day(const struct summary *summary, double board_us);
+
+enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error);
+void summary_time_print(const struct summary *summary, bool si, FILE *out);
+void summary_time_json(const struct summary *summary, json_t *object);
+
+#endif

@@ -1,0 +1,92 @@
+/* Board time against wide arithmetic: a clock of 128 bits that never wraps makes the blocks and captures. */
+#include "common/boardtime.h"
+#include "tests/cmocka_all.h"
+
+#define HOURS 1000u
+#define TICKS_PER_S 84000000u
+#define HALF_ROUND_TICKS 2147483648u /* 25.5 s */
+
+typedef __int128 wide;
+
+static uint64_t state = 20;
+
+static uint64_t draw(uint64_t below)
+{
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return (state >> 20) % below;
+}
+
+/* Nearest integer, halves up, by long division: floor(2 value + by / 2 by). */
+static wide nearest(wide value, wide by)
+{
+    wide numerator = 2 * value + by, denominator = 2 * by;
+    wide quotient = numerator / denominator;
+    return quotient * denominator > numerator ? quotient - 1 : quotient;
+}
+
+static void a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt(void **s)
+{
+    (void)s;
+    for (unsigned round = 0; round < 200000; round++) {
+        wide begin = (wide)draw(1ull << 33);                       /* of block 0, on a clock that started long ago */
+        wide block = (wide)draw(HOURS * 3600000ull);
+        wide learnt = (wide)draw(HOURS * 3600000ull);              /* another block, hours away: all between may be lost */
+        wide ticks = block * 84000 + (wide)draw(2ull * HALF_ROUND_TICKS) - (wide)HALF_ROUND_TICKS;
+        uint32_t origin = mr_boardtime_origin((uint32_t)learnt, (uint32_t)(begin + learnt * 84000));
+        assert_int_equal(origin, (uint32_t)begin);
+        assert_int_equal(mr_boardtime_tick(origin, (uint32_t)block), (uint32_t)(begin + block * 84000));
+        assert_true(mr_boardtime_ticks(origin, (uint32_t)block, (uint32_t)(begin + ticks)) == ticks);
+        assert_true(mr_boardtime_us((int64_t)ticks) == nearest(ticks, 84));
+        wide in_block = mr_boardtime_block((int64_t)ticks);
+        assert_true(in_block * 84000 <= ticks && ticks < (in_block + 1) * 84000);
+    }
+}
+
+/* Samples, edges and frames of six hours, told in order with losses of up to 20 s, never go backward and never repeat. */
+static void time_only_goes_forward_over_wraps_and_losses(void **s)
+{
+    (void)s;
+    uint32_t origin = 2352;
+    wide block = 0;
+    int64_t last_ticks = -1;
+    unsigned wraps = 0;
+    while (block < 6 * 3600000) {
+        wide ticks = block * 84000 + (wide)draw(84000);
+        uint32_t tick = (uint32_t)(2352 + ticks);
+        int64_t found = mr_boardtime_ticks(origin, (uint32_t)block, tick);
+        assert_true(found == ticks && found > last_ticks);
+        wraps += (2352 + (wide)last_ticks) >> 32 != (2352 + ticks) >> 32;
+        last_ticks = found;
+        block += 1 + (wide)(draw(10) ? draw(400) : draw(20000));
+    }
+    assert_true(wraps >= 6 * 3600 / 52);
+}
+
+/* By hand: 84 ticks are a microsecond; the counter comes round after 4294967296 / 84 us. */
+static void known_moments(void **s)
+{
+    (void)s;
+    assert_int_equal(mr_boardtime_ticks(2352, 0, 2352), 0);
+    assert_int_equal(mr_boardtime_ticks(2352, 0, 2351), -1);
+    assert_int_equal(mr_boardtime_ticks(2352, 51130, 2352 + 51130u * 84000u), 4294920000);
+    assert_int_equal(mr_boardtime_ticks(2352, 51131, 1000), 4294965944); /* 4294967296 + 1000 - 2352 */
+    assert_int_equal(mr_boardtime_us(4294965944), 51130547);             /* 51130546.95 */
+    assert_int_equal(mr_boardtime_us(-42), 0);
+    assert_int_equal(mr_boardtime_us(-43), -1);
+    assert_int_equal(mr_boardtime_us(41), 0);
+    assert_int_equal(mr_boardtime_us(42), 1);
+    assert_int_equal(mr_boardtime_block(-1), -1);
+    assert_int_equal(mr_boardtime_block(83999), 0);
+    assert_int_equal(mr_boardtime_block(84000), 1);
+    assert_true(mr_boardtime_ticks(0, UINT32_MAX, UINT32_MAX * 84000u + 5u) == (int64_t)UINT32_MAX * 84000 + 5);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_capture_is_placed_exactly_however_long_ago_the_origin_was_learnt),
+        cmocka_unit_test(time_only_goes_forward_over_wraps_and_losses),
+        cmocka_unit_test(known_moments),
+    };
+    return cmocka_run_group_tests_name("common/boardtime", tests, NULL, NULL);
+}

@@ -1,0 +1,147 @@
+/* The gear's track against truth: seeded landings whose motion is a closed form, and such whose brake ripples besides. How often
+ * does the stated 95 % interval of the station hold? frame numbers against films that lack pulses. */
+#include <stdio.h>
+#include <string.h>
+
+#include "host/analyse/film.h"
+#include "tests/common/seeded_landing.h"
+#include "tests/cmocka_all.h"
+
+#define LANDINGS 500u
+#define MOMENTS 20u /* of each landing */
+#define SPREAD_IN (0.02 * 0.57735)
+
+/* Displacement by a ripple of the deceleration that begins with it: its second integral from touchdown on. */
+static double ripple_ft(double amplitude_ft_s2, double hz, double turn, double since_s)
+{
+    double w = 6.283185307179586 * hz, phase = 6.283185307179586 * turn;
+    if (since_s <= 0.0 || amplitude_ft_s2 == 0.0)
+        return 0.0;
+    /* integral twice of sin(w t + phase) */
+    return -amplitude_ft_s2 * ((sin(phase) - sin(w * since_s + phase)) / (w * w) + since_s * cos(phase) / w);
+}
+
+struct case_ {
+    struct seeded_landing landing;
+    double ripple_ft_s2, hz, turn;
+};
+
+static double truth_ft(const struct case_ *c, double t_s)
+{
+    return seeded_station(&c->landing, t_s) + ripple_ft(c->ripple_ft_s2, c->hz, c->turn, t_s - SEEDED_TOUCHDOWN_S);
+}
+
+static double crossing_s(const struct case_ *c, double station_ft)
+{
+    double low = 0.0, high = c->landing.stop_s - 0.05;
+    if (truth_ft(c, high) < station_ft)
+        return (double)NAN;
+    for (int i = 0; i < 80; i++) {
+        double middle = 0.5 * (low + high);
+        if (truth_ft(c, middle) < station_ft)
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+/* As measured_load leaves it. */
+static bool measure(const struct case_ *c, struct measured *m)
+{
+    memset(m, 0, sizeof *m);
+    m->landing.touchdown_ft = SEEDED_TOUCHDOWN_FT;
+    m->landing.switch_error_ft = SPREAD_IN / 12.0;
+    for (unsigned i = 0; i < SEEDED_SWITCHES; i++) {
+        double t_s = isnan(c->landing.open_s[i]) ? (double)NAN : crossing_s(c, c->landing.placed_ft[i]);
+        if (!isnan(t_s))
+            m->gate[m->gates++] = (struct mr_gate){t_s, -2.5 + 5.0 * i};
+    }
+    for (int turn = 0; turn < 2; turn++) { /* the second time with touchdown as the origin */
+        m->fit_status = mr_gates_summarise(m->gate, m->gates, SEEDED_TOUCHDOWN_FT, m->landing.switch_error_ft, &m->summary);
+        if (m->fit_status != MR_OK)
+            return false;
+        double shift_s = turn ? 0.0 : m->summary.touchdown_t_s.value;
+        for (size_t i = 0; i < m->gates; i++)
+            m->gate[i].t_s -= shift_s;
+        m->t0_us += (int64_t)llround(shift_s * 1e9); /* nanoseconds here */
+    }
+    m->t0_is_touchdown = true;
+    return true;
+}
+
+static void check(const char *name, double most_ripple, double least, double most)
+{
+    unsigned inside = 0, seen = 0, landings = 0;
+    double sum_ft = 0.0;
+    for (uint64_t seed = 1; landings < LANDINGS; seed++) {
+        struct case_ c = {0};
+        struct measured m;
+        struct track track;
+        uint64_t state = seed * 77777u;
+        seeded_draw(&c.landing, seed, SPREAD_IN);
+        c.ripple_ft_s2 = most_ripple * seeded_uniform(&state) * c.landing.deceleration_ft_s2;
+        c.hz = 0.5 + 2.0 * seeded_uniform(&state);
+        c.turn = seeded_uniform(&state);
+        if (!measure(&c, &m) || m.gates < 8)
+            continue;
+        landings++;
+        track_make(&m, &track);
+        assert_true(track.known);
+        double first_s = (double)m.t0_us * 1e-9, last_s = m.gate[m.gates - 1].t_s + first_s;
+        for (unsigned i = 0; i < MOMENTS; i++) {
+            double t_s = SEEDED_TOUCHDOWN_S + 0.05 + (last_s - SEEDED_TOUCHDOWN_S - 0.05) * seeded_uniform(&state);
+            struct mr_estimate at = track_at(&track, t_s - first_s);
+            seen++;
+            inside += fabs(at.value - truth_ft(&c, t_s)) <= 1.959964 * at.error;
+            sum_ft += at.error;
+        }
+    }
+    printf("# %-14s %.2f %% of %u inside, mean error %.5f ft\n", name, 100.0 * inside / seen, seen, sum_ft / seen);
+    assert_true(inside >= least * seen);
+    assert_true(inside <= most * seen);
+}
+
+static void stations_are_within_their_intervals(void **state)
+{
+    (void)state;
+    check("even braking", 0.0, 0.935, 1.0); /* wider than need be: that it is so even is not taken for granted */
+    check("1 % ripple", 0.01, 0.935, 0.965); /* about as in tests/runs */
+    check("10 % ripple", 0.1, 0.92, 0.965);
+}
+
+static void frames_are_numbered_by_the_gaps_in_time(void **state)
+{
+    (void)state;
+    static double t_us[2000];
+    static int64_t number[2000], truth[2000];
+    uint64_t random = 3;
+    for (unsigned round = 0; round < 200; round++) {
+        double now_us = 5e7 * seeded_uniform(&random), hz = 64.0 + 136.0 * seeded_uniform(&random);
+        size_t count = 0;
+        for (int64_t frame = 1; frame <= 900; frame++) {
+            double drift = 1.0 + 0.1 * (double)frame / 900.0; /* the camera runs up by a tenth */
+            now_us += 1e6 / (hz * drift);
+            bool given = seeded_uniform(&random) > 0.03 && (frame < 300 || frame > 303);
+            if (!given && count)
+                continue;
+            truth[count] = frame;
+            t_us[count++] = now_us + 600.0 * (seeded_uniform(&random) - 0.5);
+        }
+        film_number(t_us, count, number);
+        for (size_t i = 0; i < count; i++)
+            assert_int_equal(number[i], truth[i] - truth[0] + 1);
+    }
+    film_number(t_us, 0, number);
+    film_number(t_us, 1, number);
+    assert_int_equal(number[0], 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(stations_are_within_their_intervals),
+        cmocka_unit_test(frames_are_numbered_by_the_gaps_in_time),
+    };
+    return cmocka_run_group_tests_name("host/track", tests, NULL, NULL);
+}
