@@ -14,6 +14,8 @@
     X(MARK,         4,  "mark",    0, 1,     "mark this moment; argument: a number")                    \
     X(SURVEY,       5,  "survey",  1, 10000, "index: segment from 0; argument: its slack, 0.0001 in")    \
     X(BOOTROM,      6,  "bootrom", 0, 1,     "restart into the boot ROM, for flashing; not from arm to done") \
+    X(RESET,        7,  "reset",   0, 1,     "restart; not from arm to done")                           \
+    X(SELF_TEST,    8,  "self-test", 0, 1,   "memory, reference, excitation, black box, warning lamp; not from arm to done") \
     X(BOX_LIST,    16, "box-list", 0, 1,     "tell the records of the black box; idle")                 \
     X(BOX_READ,    17, "box-read", 0, 1,     "read one out over serial; argument: its number * 32768 + page to begin at; idle") \
     X(BOX_FREE,    18, "box-free", 0, 1,     "give a record's space back; argument: its number; idle")

@@ -16,7 +16,7 @@
     X(BLOCK_LATE,         8, "blocks were overwritten before they were processed")                           \
     X(POLARITY,           9, "the excitation was not in the state the scan expected")                        \
     X(EDGE_OVERRUN,      10, "edges came faster than they could be stored")                                  \
-    X(CAN_PASSIVE,       11, "CAN is error passive: unplugged, or a wrong bit rate [TEC]")                   \
+    X(CAN_PASSIVE,       11, "CAN became error passive: unplugged, or a wrong bit rate [TEC]")               \
     X(CAN_BUS_OFF,       12, "CAN went bus-off")                                                             \
     X(CAN_QUEUE_FULL,    13, "CAN frames were dropped because the queue was full")                           \
     X(SERIAL_QUEUE_FULL, 14, "serial frames were dropped because the queue was full")                        \
@@ -25,13 +25,16 @@
     X(CAN_SILENT,        17, "CAN is kept silent: the clock is not exact enough")                            \
     X(CAN_RX_OVERRUN,    18, "commands on CAN came faster than they could be taken")                         \
     X(WATCHDOG_RESET,    19, "the watchdog reset the board")                                                 \
-    X(HARD_FAULT,        20, "a processor fault reset the board")                                            \
+    X(HARD_FAULT,        20, "a processor fault reset the board [1 memory, 2 bus, 3 usage, 4 other, 5 the crystal stopped, 6 unasked interrupt]") \
     X(REFERENCE,         21, "the reference channel is out of range: displacements and tensions missing")   \
     X(IDENTITY_MISSING,  22, "the chip's unique identity cannot be read")                                          \
     X(NO_FIT,            23, "no final speed: too few switches were seen, or contradictory ones [minus status]")   \
     X(NOR_MISSING,       24, "no black box: its memory does not answer, or is another [1: since start]")           \
     X(NOR_FAILED,        25, "a page or sector of the black box failed [1 program, 2 erase, 3 read, 4 mark]")      \
-    X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 message]")
+    X(BOX_LOST,          26, "the black box had no room for a block or a message [0 block, 1 message]")            \
+    X(CONFIG,            27, "the stored configuration was not as it should be")                                    \
+    X(SELFTEST,          28, "a self-test failed [which, see the table of self-tests]")                             \
+    X(TASK_LATE,         29, "a part of the firmware did not run in its time [which, see the table of tasks]")
 
 enum mr_fault_code {
 #define MR_FAULT_ENUM(NAME, number, text) MR_FAULT_##NAME = (number),

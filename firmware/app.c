@@ -7,6 +7,7 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/tasks.h"
 
 /* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
  * first trigger, every edge up to there has been stored, however busy the processor was. */
@@ -45,6 +46,7 @@ void app_start(struct app *app)
     blackbox_start(&app->box);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
+    healthlink_start(&app->healthlink);
     telemetry_burst(&app->telemetry, &app->landing);
     board_warn(false);
 }
@@ -71,6 +73,8 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
         forget_baseline(app);
+        healthlink_arm(&app->healthlink, &app->telemetry);
+        board_warn(app->warning);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         telemetry_state(&app->telemetry, &app->landing);
         tell_blocks_before(app);
@@ -134,6 +138,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     case MR_COMMAND_STATE:
         telemetry_state(&app->telemetry, &app->landing);
         telemetry_burst(&app->telemetry, &app->landing);
+        healthlink_tell_crash(&app->healthlink);
         break;
     case MR_COMMAND_ARM:
         status = arm(app, &command);
@@ -152,6 +157,10 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     case MR_COMMAND_BOOTROM:
         status = enter_rom(app);
         break;
+    case MR_COMMAND_RESET:
+    case MR_COMMAND_SELF_TEST:
+        status = healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
+        break;
     default:
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
         break;
@@ -165,6 +174,7 @@ static void take_commands(struct app *app)
 {
     struct board_can_frame can;
     uint8_t bytes[APP_SERIAL_BYTES];
+    tasks_begin(MR_TASK_COMMANDS);
 
     for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
@@ -182,6 +192,7 @@ static void take_commands(struct app *app)
             health_count(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
         }
     }
+    tasks_done(MR_TASK_COMMANDS);
 }
 
 /* Mean of the last `count` rows of a history of 4; NaN when one is missing. `row` is the newest. */
@@ -282,12 +293,16 @@ static void take_block(struct app *app, const struct mr_block *block)
     bool was_recording = landing_recording(&app->landing);
     bool was_armed = app->landing.state == LANDING_ARMED;
 
+    tasks_begin(MR_TASK_LANDING);
     health_set_block(block->index);
     read_channels(app, block);
     struct landing_news news =
         landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
+    tasks_done(MR_TASK_LANDING);
 
+    tasks_begin(MR_TASK_TELEMETRY);
+    healthlink_block(&app->healthlink, block);
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
     tell_landing(app, &news, block->index);
@@ -313,6 +328,8 @@ static void take_block(struct app *app, const struct mr_block *block)
         telemetry_tensions(&app->telemetry, mean_lb, block->index);
     }
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
+    healthlink_regular(&app->healthlink, &app->telemetry, block->index);
+    tasks_done(MR_TASK_TELEMETRY);
 }
 
 static void miss_blocks(struct app *app, uint32_t next_index)
@@ -339,15 +356,30 @@ bool app_poll(struct app *app)
         app->blocks_in_row++;
         app->next_index = block.index + 1;
         any = true;
+        tasks_done(MR_TASK_BLOCKS);
     }
+    tasks_begin(MR_TASK_BOX);
     blackbox_poll(&app->box, app->next_index);
+    tasks_done(MR_TASK_BOX);
+    tasks_begin(MR_TASK_UPKEEP);
+    healthlink_idle(&app->healthlink);
+    tasks_begin(MR_TASK_LOOP);
     if (any)
         app->ticks_without_block = 0;
     return any;
 }
 
+/* Without scans there is no block to take, no landing to follow: those whose work that is are not late. */
+static void excuse_tasks(void)
+{
+    tasks_done(MR_TASK_BLOCKS);
+    tasks_done(MR_TASK_LANDING);
+    tasks_done(MR_TASK_TELEMETRY);
+}
+
 void app_supervise(struct app *app)
 {
+    tasks_begin(MR_TASK_SUPERVISION);
     if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_recording(&app->landing))
         board_enter_rom();
     app->ticks_without_block++;
@@ -355,14 +387,21 @@ void app_supervise(struct app *app)
         health_count(MR_FAULT_SCAN_STALL, 0);
         board_scans_restart();
     }
-    if (app->ticks_without_block >= STALL_TICKS)
+    if (app->ticks_without_block >= STALL_TICKS) {
         take_commands(app);
+        excuse_tasks();
+    }
     /* With no scans at all the block index stands still; walk one round of the regular messages each second instead, all but
      * the clock: there is no time base. */
     if (app->ticks_without_block >= TICKS_PER_S && app->ticks_without_block % TICKS_PER_S == 0) {
         for (uint32_t phase = 0; phase < 1000; phase++) {
             if ((phase % 20 == 3 && phase % 100 != 3) || phase == 513 || phase == 713)
                 telemetry_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+            if (phase % 20 == 3)
+                healthlink_regular(&app->healthlink, &app->telemetry, phase);
         }
     }
+    healthlink_tick(&app->healthlink, &app->telemetry, !landing_recording(&app->landing));
+    tasks_done(MR_TASK_SUPERVISION);
+    tasks_begin(MR_TASK_LOOP);
 }

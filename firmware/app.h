@@ -4,6 +4,7 @@
 
 #include "common/framing.h"
 #include "firmware/boxlink.h"
+#include "firmware/healthlink.h"
 #include "firmware/landing.h"
 #include "firmware/telemetry.h"
 
@@ -42,6 +43,7 @@ struct app {
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 
     struct boxlink boxlink;
+    struct healthlink healthlink;
     struct blackbox box;
 };
 

@@ -51,4 +51,5 @@ void pins_start(void)
     set_function(GPIOD, 12, 2);  /* TIM4_CH1, excitation */
     set_function(GPIOD, 13, 2);  /* TIM4_CH2, excitation in antiphase */
     set_mode(GPIOE, 0, 1);       /* warning output, low warns */
+    pull_up(GPIOE, 3);           /* lamp readback, low while it draws current */
 }

@@ -19,8 +19,8 @@
 #define ADC3_STREAM 1u
 #define BLOCK_QUEUE 16u
 
-static uint16_t adc1_code[SCANS][MR_ADC1_CHANNELS];
-static uint16_t adc3_code[SCANS][MR_TRANSDUCERS];
+static uint16_t adc1_code[SCANS][MR_ADC1_CHANNELS] DMA_BUFFER;
+static uint16_t adc3_code[SCANS][MR_TRANSDUCERS] DMA_BUFFER;
 
 static struct mr_block queue[BLOCK_QUEUE];
 static volatile uint32_t queued, taken;

@@ -123,6 +123,8 @@ static void compare_pair(struct comparing *c, const struct answer *a, const stru
  * have been on their way. */
 static bool follows_from_record(const struct answer *answer, int64_t first_block)
 {
+    if (answer->info->id >= MR_ID_CRASH && answer->info->id <= MR_ID_CAN_DROPS) /* health alone */
+        return false;
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)

@@ -25,7 +25,16 @@ struct fake_board {
 
     bool can_full, serial_full; /* refuse everything */
     struct board_can_errors can_errors;
-    bool warning;
+    unsigned clears, rejoins;
+    bool warning, lamp_broken;
+    unsigned resets;
+    struct board_restart restart;
+    uint8_t late_task;
+    uint32_t late_pc;
+    unsigned good_notes;
+    unsigned upkeep_slices;
+    struct board_upkeep upkeep;
+    bool image_known, image_bad;
     unsigned restarts;
     unsigned rom_entries;
     uint8_t clock_source;
