@@ -204,6 +204,7 @@ static void fail_nor(struct hil_board *board, const struct hil_fault *fault)
 
 static void act(struct hil_board *board, const struct hil_fault *fault)
 {
+    static const char *const lamp[] = {"mended", "broken", "shorted"};
     static const char *const bus[] = {"connected", "unplugged", "shorted", "held dominant"};
     double ms = (double)fault->duration_ps / (double)HIL_MS_PS;
     switch (fault->action) {
@@ -243,6 +244,14 @@ static void act(struct hil_board *board, const struct hil_fault *fault)
         break;
     case HIL_FAULT_NOR:
         fail_nor(board, fault);
+        break;
+    case HIL_FAULT_STICK:
+        (void)hil_stuck_add(board, fault->address, fault->bit, fault->on);
+        tell(board, fault->file_line, "bit %u at 0x%08x sticks at %d", (unsigned)fault->bit, (unsigned)fault->address, fault->on);
+        break;
+    case HIL_FAULT_LAMP:
+        board->state.rig.lamp = (uint8_t)fault->choice;
+        tell(board, fault->file_line, "warning lamp %s", lamp[fault->choice]);
         break;
     }
 }
@@ -297,6 +306,10 @@ static const char *wrong_argument(const struct hil_board *board, const struct hi
                    ? "a bounce needs a switch, 1 to 255 times, at least 2 us apart" : NULL;
     case HIL_FAULT_NOR:
         return f->choice > HIL_NOR_FAIL_ERASE ? "no such fault of the NOR" : NULL;
+    case HIL_FAULT_STICK:
+        return f->bit > 31 || !hil_board_memory(board, f->address + f->bit / 8u, 1, true) ? "stick: no RAM at that address" : NULL;
+    case HIL_FAULT_LAMP:
+        return f->choice > HIL_LAMP_SHORTED ? "no such state of the lamp" : NULL;
     case HIL_FAULT_POWER_CUT:
     case HIL_FAULT_BROWN_OUT:
         return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;

@@ -5,6 +5,7 @@
 #define PORT_A 0u
 #define PORT_B 1u
 #define PORT_D 3u
+#define PORT_E 4u
 
 void hil_gpio_reset_port(struct hil_board *board, unsigned port)
 {
@@ -68,6 +69,8 @@ bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin)
         return (p->outside >> pin & 1u) != 0;
     if (port == PORT_A && pin == 10)
         return hil_usart_line_in(board);
+    if (port == PORT_E && pin == 3)
+        return !hil_rig_lamp_draws(board);
     return (p->pupdr >> (2u * pin) & 3u) == 1u;
 }
 

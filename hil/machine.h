@@ -30,6 +30,7 @@
 #include "hil/scb.h"
 #include "hil/script.h"
 #include "hil/spi.h"
+#include "hil/stuck.h"
 #include "hil/systick.h"
 #include "hil/tim.h"
 #include "hil/usart.h"
@@ -76,6 +77,7 @@ struct hil_state {
     struct hil_replay_state replay;
     struct hil_faults faults;
     struct hil_nor_faults nor_faults;
+    struct hil_stuck stuck;
     bool held_in_reset; /* no supply, or too little */
 };
 
@@ -128,6 +130,7 @@ struct hil_board {
     unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
     bool rom_at_zero;          /* as the core's address space is mapped now */
     bool flash_guarded;        /* reads of flash by the core are caught */
+    bool looks_at_loads;       /* hil/stuck.h */
 
     /* Derived from code, run file and replay; rebuilt when needed. */
     const struct mr_block *codes_block; /* whose codes these are; NULL: of none */
