@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/board_health.h"
 #include "host/boxfill.h"
 #include "host/boxtalk.h"
 #include "host/cli.h"
@@ -166,17 +167,21 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
 int board_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
-    const char *run = NULL, *words[2] = {NULL, NULL};
+    const char *run = NULL, *elf = NULL, *words[2] = {NULL, NULL};
     const struct cli_option options[] = {
-        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL}};
+        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL},
+        {"--elf", &elf, NULL}};
     struct error error = {0};
     double number = 0.0;
-    enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 2, "list|read N|free N", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 5, words, 1, 2, "list|read N|free N|health|self-test|reset", &error);
     bool is_list = status == MR_OK && strcmp(words[0], "list") == 0;
     bool is_read = status == MR_OK && strcmp(words[0], "read") == 0;
-    if (status == MR_OK && !is_list && !is_read && strcmp(words[0], "free") != 0)
-        status = error_set(&error, MR_USAGE, "not list, read or free: '%s'; see matrig board --help", words[0]);
-    if (status == MR_OK && is_list == (words[1] != NULL))
+    bool is_health = status == MR_OK && board_health_verb(words[0]);
+    if (status == MR_OK && !is_list && !is_read && !is_health && strcmp(words[0], "free") != 0)
+        status = error_set(&error, MR_USAGE, "not list, read, free, health, self-test or reset: '%s'; see matrig board --help", words[0]);
+    if (status == MR_OK && is_health && words[1])
+        status = error_set(&error, MR_USAGE, "%s takes no number: '%s'; see matrig board --help", words[0], words[1]);
+    if (status == MR_OK && !is_health && is_list == (words[1] != NULL))
         status = error_set(&error, MR_USAGE, is_list ? "list takes no number: '%s'; see matrig board --help"
                                                      : "which record? matrig board %s needs its number, see matrig board list",
                            is_list ? words[1] : words[0]);
@@ -188,7 +193,11 @@ int board_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "nowhere to put it: matrig board read needs --db DB or -o FILE");
     if (status == MR_OK && !is_read && (request.file || request.db || run))
         status = error_set(&error, MR_USAGE, "-o, --db and --run are read's: matrig board %s", words[0]);
+    if (status == MR_OK && elf && strcmp(words[0], "health") != 0)
+        status = error_set(&error, MR_USAGE, "--elf is health's: matrig board %s", words[0]);
     if (status == MR_OK && run)
         status = run_parse(run, &request.run, &error);
+    if (status == MR_OK && is_health)
+        return board_health(request.serial, words[0], elf, cli);
     return status == MR_OK ? talk_to_board(&request, words[0], (uint16_t)number, &error) : cli_fail(&error);
 }

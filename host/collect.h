@@ -9,6 +9,7 @@
 #ifndef MATRIG_HOST_COLLECT_H
 #define MATRIG_HOST_COLLECT_H
 
+#include "host/crash.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
 
@@ -40,6 +41,11 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
 
 /* RUN of a landing that has ended since the last call; 0: none. */
 int64_t collector_take_finished(struct collector *collector);
+
+/* A processor fault that the board told of, since the last call; NULL: none. */
+const struct crash_report *collector_take_crash(struct collector *collector);
+/* The state of CAN as the board sees it, when it has changed since the last call; NULL: not. */
+const struct mr_can_alarm *collector_take_alarm(struct collector *collector);
 
 struct collector_progress {
     bool hello;     /* a board of the right layout has spoken */

@@ -8,6 +8,7 @@
 #include "common/framing.h"
 #include "host/account.h"
 #include "host/collect.h"
+#include "host/crash.h"
 #include "host/timebase.h"
 
 enum landing_state { STATE_IDLE, STATE_ARMED, STATE_LANDING, STATE_SETTLING, STATE_DONE };
@@ -64,6 +65,11 @@ struct collector {
     bool segment_known[MR_SEGMENTS];
     struct store_segment segment[MR_SEGMENTS];
     uint16_t fault_count[MR_FAULT_COUNT];
+    struct crash_report crash[LINK_KINDS]; /* being put together */
+    struct crash_report crashed;           /* the newest that is stored */
+    bool crash_news;                       /* and nobody has asked for yet */
+    struct mr_can_alarm alarm;             /* newest; of either link */
+    bool alarm_news;
 };
 
 /* Does what a message of the catalogue says. */

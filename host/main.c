@@ -15,11 +15,12 @@ struct command {
 };
 
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--elf F]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
      "  --for S        stop after S seconds; else at the end of the links, or on Ctrl-C\n"
+     "  --elf F        the image that the board runs: names the function of a processor fault\n"
      "\n"
      "LINK is one of\n"
      "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
@@ -30,14 +31,18 @@ static const struct command commands[] = {
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
-    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N",
-     "what a board's black box holds; read it out, free it",
+    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N | health [--elf F] | self-test | reset",
+     "a board's black box and its health",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  list           its records, and how much room there is\n"
      "  read N         record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
      "                 the same command with -o goes on where it was. Exit 1 when a page cannot be read\n"
-     "  free N         give its space back; nothing is ever overwritten that was not freed\n"},
+     "  free N         give its space back; nothing is ever overwritten that was not freed\n"
+     "  health         restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
+     "                 its functions). Exit 1 when there is a fault\n"
+     "  self-test      memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails\n"
+     "  reset          restart it\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
