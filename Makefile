@@ -12,7 +12,7 @@ ARM ?= arm-none-eabi-
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wundef -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror
 # No fused multiply-add on any side: host and board must round alike. No errno from sqrt: it is one instruction.
 COMMON_FLAGS := -std=c11 -O2 -g $(WARNINGS) -ffp-contract=off -fno-math-errno -I. -MMD -MP
-HOST_FLAGS := $(COMMON_FLAGS) -D_GNU_SOURCE
+HOST_FLAGS := $(COMMON_FLAGS) -D_GNU_SOURCE $(COVERAGE)
 ARM_CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdata-sections
 
@@ -21,6 +21,7 @@ DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsql
 	libsundials-dev libserialport-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash
+COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 
@@ -84,6 +85,14 @@ test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN a
 bench: $(B)/.test-packages all $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
+.PHONY: coverage
+coverage: $(B)/.coverage-packages ## branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
+	@$(MAKE) -s B=$(B)/coverage CC="$(CC) --coverage" COVERAGE=-O0 coverage-programs
+	@tests/coverage.sh $(B)/coverage
+
+.PHONY: coverage-programs
+coverage-programs: $(call tests_of,common) $(call tests_of,firmware)
+
 .PHONY: runs
 runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and compare them with those in tests/runs
 	@mkdir -p $(B)/runs
@@ -104,6 +113,15 @@ error-report: $(B)/tests/error_report/error-report ## every solver's error again
 stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, every answer checked by a second method: build/stability/table.csv
 	@mkdir -p $(B)/stability
 	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
+
+.PHONY: budget
+budget: all ## what each task of the firmware costs in a landing, on the emulated board: build/budget/budget.txt
+	@tests/budget.sh
+
+.PHONY: soak
+soak: $(B)/tests/soak/soak $(firmware) ## HOURS=1 SEED=1: virtual time with random faults; sent = received + declared lost, per message
+	@mkdir -p $(B)/soak
+	$(B)/tests/soak/soak $(or $(HOURS),1) $(or $(SEED),1) $(B)/soak | tee $(B)/soak/summary.txt
 
 .PHONY: clean
 clean: ## remove build/
@@ -132,6 +150,8 @@ $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
 $(B)/.linux-packages: $(B)/.test-packages
 	$(call install_packages,$(LINUX_PACKAGES))
+$(B)/.coverage-packages: $(B)/.test-packages
+	$(call install_packages,$(COVERAGE_PACKAGES))
 
 # --- host side ---
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
@@ -228,6 +248,9 @@ $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
+# The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
+$(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)
+	$(CC) $^ $(HIL_LIBS) -o $@
 $(B)/tests/linux/bridge: $(B)/tests/linux/bridge.o $(B)/host/hil/canbits.o
 	$(CC) $^ -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))

@@ -106,6 +106,40 @@ const struct mr_message_info *mr_message_find(uint16_t id)
     return NULL;
 }
 
+unsigned mr_message_place(uint16_t id)
+{
+    switch (id) {
+#define MESSAGE(name, NAME, id, direction, text) case id: return MR_PLACE_##NAME;
+#define INTEGER(name, type, field, unit, text)
+#define REAL(name, type, field, per_unit, unit, text)
+#define FLOAT(name, field, unit, text)
+#define END(name, NAME)
+#include "common/catalogue.def"
+#undef MESSAGE
+#undef INTEGER
+#undef REAL
+#undef FLOAT
+#undef END
+    case MR_ID_BLOCK: return MR_PLACE_BLOCK;
+    case MR_ID_BOX_PART: return MR_PLACE_BOX_PART;
+    default: return MR_PLACES;
+    }
+}
+
+uint16_t mr_message_at(unsigned place)
+{
+    if (place < sizeof messages / sizeof messages[0])
+        return messages[place].id;
+    return place == MR_PLACE_BLOCK ? MR_ID_BLOCK : MR_ID_BOX_PART;
+}
+
+const char *mr_message_text(unsigned place)
+{
+    if (place < sizeof messages / sizeof messages[0])
+        return messages[place].name;
+    return place == MR_PLACE_BLOCK ? "block" : "box_part";
+}
+
 double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 {
     const uint8_t *p = payload + field->offset;

@@ -52,6 +52,18 @@ enum mr_message_id {
     MR_ID_BOX_PART = 0x301,
 };
 
+/* Each message, block records and black-box parts included, has a place from 0 on, for tables of counts. */
+enum mr_message_place {
+#define MESSAGE(name, NAME, id, direction, text) MR_PLACE_##NAME,
+#define END(name, NAME)
+#include "common/catalogue.def"
+#undef MESSAGE
+#undef END
+    MR_PLACE_BLOCK,
+    MR_PLACE_BOX_PART,
+    MR_PLACES
+};
+
 #define MESSAGE(name, NAME, id, direction, text)                                  \
     size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_MAX]); \
     enum mr_status mr_##name##_get(struct mr_##name *message, const uint8_t *bytes, size_t length);
@@ -90,6 +102,11 @@ struct mr_message_info {
 const struct mr_message_info *mr_catalogue(size_t *count);
 /* The message with this identifier, or NULL. */
 const struct mr_message_info *mr_message_find(uint16_t id);
+/* Place of an identifier, below MR_PLACES; MR_PLACES: there is no such message. And back. */
+unsigned mr_message_place(uint16_t id);
+uint16_t mr_message_at(unsigned place);
+/* Name of the message at a place. Static storage. */
+const char *mr_message_text(unsigned place);
 /* Value of a field of a payload that has the message's length, in the field's unit; NaN when missing. */
 double mr_field_value(const struct mr_field_info *field, const uint8_t *payload);
 

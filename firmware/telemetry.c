@@ -16,6 +16,10 @@
 #define BLOCKS_PER_ITEM 40u /* a round takes 3.6 s */
 #define CLOCK_ERROR 0.01    /* relative, of the internal oscillator */
 
+#define BLOCKS_PER_COUNT 50u
+
+enum { ON_CAN, ON_SERIAL };
+
 static void count_drop(uint16_t *dropped, enum mr_fault_code fault)
 {
     if (*dropped < UINT16_MAX)
@@ -26,6 +30,8 @@ static void count_drop(uint16_t *dropped, enum mr_fault_code fault)
 static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
+    if (!telemetry->can.silent)
+        telemetry->said[ON_CAN][mr_message_place(id)]++;
     memcpy(frame.data, payload, length);
     if (!canwatch_takes(&telemetry->can))
         return;
@@ -40,6 +46,7 @@ static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
 static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
 {
     uint8_t frame[MR_FRAME_MAX];
+    telemetry->said[ON_SERIAL][mr_message_place(id)]++;
     size_t size = mr_frame_encode(telemetry->serial_seq, id, payload, length, frame);
     if (board_serial_send(frame, size)) {
         telemetry->serial_seq++;
@@ -79,6 +86,7 @@ bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
     memcpy(frame.data, payload, length);
+    telemetry->said[ON_CAN][mr_message_place(id)]++;
     bool queued = board_can_send(&frame);
     telemetry->can_sent += queued;
     return queued;
@@ -200,6 +208,16 @@ static void send_can_health(struct telemetry *telemetry)
          .dropped = dropped > UINT16_MAX ? UINT16_MAX : (uint16_t)dropped, .tec = errors.tec, .rec = errors.rec);
 }
 
+/* By these counts the host knows which messages it lost, not only how many frames. Always as many, whatever was said. */
+static void send_count(struct telemetry *telemetry)
+{
+    uint16_t id = mr_message_at(telemetry->count_place);
+    const uint32_t *said[2] = {telemetry->said[ON_CAN], telemetry->said[ON_SERIAL]};
+    SEND(can, telemetry, message_count, MESSAGE_COUNT, .id = id, .count = said[ON_CAN][telemetry->count_place]);
+    SEND(serial, telemetry, message_count, MESSAGE_COUNT, .id = id, .count = said[ON_SERIAL][telemetry->count_place]);
+    telemetry->count_place = (telemetry->count_place + 1) % MR_PLACES;
+}
+
 void telemetry_regular(struct telemetry *telemetry, const struct landing *landing, const float *slack_in,
                        uint32_t index, uint32_t tick)
 {
@@ -225,6 +243,8 @@ void telemetry_regular(struct telemetry *telemetry, const struct landing *landin
     default:
         break;
     }
+    if (index % BLOCKS_PER_COUNT == 33)
+        send_count(telemetry);
     if (index % 1000 == 513)
         send_hello(telemetry, landing);
     if (index % 1000 == 713)

@@ -28,6 +28,9 @@ struct telemetry {
     uint16_t serial_bad;
     uint16_t blocks_lost;
 
+    uint32_t said[2][MR_PLACES]; /* by link, CAN and serial: times a message was meant for it */
+    unsigned count_place;        /* whose count is told next */
+
     unsigned item;       /* of the configuration, next to go out */
     unsigned burst_left; /* items to send at one per block */
 

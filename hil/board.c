@@ -222,6 +222,11 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->callbacks = *callbacks;
 }
 
+void hil_board_set_pin_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks)
+{
+    board->pin_callbacks = *callbacks;
+}
+
 enum mr_status hil_board_restart(struct hil_board *board)
 {
     hil_cpu_forget_code(board);

@@ -125,6 +125,8 @@ void hil_options_default(struct hil_options *options);
 struct hil_board *hil_board_create(const struct hil_options *options);
 void hil_board_destroy(struct hil_board *board);
 void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks);
+/* Those on the board's pins: before what injected faults do to the links. */
+void hil_board_set_pin_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks);
 
 /* Put an ELF's segments into memory and reset the chip. MR_IO; MR_MALFORMED, MR_TRUNCATED; MR_VERSION: for
  * another chip. */

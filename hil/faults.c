@@ -405,6 +405,8 @@ static void give_frame(struct hil_board *board, uint64_t t_ps, const struct hil_
 void hil_faults_can_out(struct hil_board *board, uint64_t t_ps, const struct hil_can_frame *frame)
 {
     struct hil_faults *faults = &board->state.faults;
+    if (board->pin_callbacks.on_can_frame)
+        board->pin_callbacks.on_can_frame(board->pin_callbacks.ctx, t_ps, frame);
     if (hil_faults_take(board, HIL_CAN_OUT, HIL_DROP, "frame", frame->id))
         return;
     if (faults->held_count < HIL_FAULT_HELD && hil_faults_take(board, HIL_CAN_OUT, HIL_DELAY, "frame", frame->id)) {
@@ -450,6 +452,8 @@ void hil_faults_serial_out(struct hil_board *board, uint64_t t_ps, uint8_t *byte
     struct hil_faults *faults = &board->state.faults;
     size_t from = 0; /* not given yet */
     bool any = false;
+    if (board->pin_callbacks.on_serial_bytes)
+        board->pin_callbacks.on_serial_bytes(board->pin_callbacks.ctx, t_ps, bytes, n);
     for (unsigned kind = 0; kind < HIL_FRAMING; kind++)
         any |= faults->effect[HIL_SERIAL_OUT][kind].left != 0;
     for (size_t i = 0; any && i < n; i++) {

@@ -96,7 +96,7 @@ struct hil_board {
     struct hil_memory *memory; /* page-aligned: the core runs directly on it */
     struct uc_struct *uc;
     struct hil_options options;
-    struct hil_callbacks callbacks;
+    struct hil_callbacks callbacks, pin_callbacks;
     const struct hil_run *run; /* may be NULL */
     const struct hil_replay *replay; /* instead of a run; may be NULL */
 

@@ -30,7 +30,7 @@ void account_start(struct account *account, enum link_kind kind)
     account_break(account);
 }
 
-void account_restart(struct account *account)
+void account_restart(struct account *account, bool whole)
 {
     account->seq_known = false;
     account->sent_known = false;
@@ -38,7 +38,38 @@ void account_restart(struct account *account)
     account->suspects = 0;
     account->suspect_count = 0;
     account->received_since = 0;
+    account->whole = whole;
+    memset(account->received_of, 0, sizeof account->received_of);
+    memset(account->count_known, 0, sizeof account->count_known);
     account_break(account);
+}
+
+void account_message(struct account *account, uint16_t id)
+{
+    unsigned place = mr_message_place(id);
+    if (place < MR_PLACES)
+        account->received_of[place]++;
+}
+
+void account_message_count(struct account *account, const struct mr_message_count *count)
+{
+    unsigned place = mr_message_place(count->id);
+    if (place >= MR_PLACES)
+        return;
+    /* The count of message_count itself leaves out the frame that brings it. */
+    int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
+    if (account->count_known[place] || account->whole) {
+        bool known = account->count_known[place];
+        uint32_t sent = count->count - (known ? account->count_of[place] : 0);
+        int64_t missing = (int64_t)sent - (received - (known ? account->received_at_count[place] : 0));
+        if (missing > 0)
+            account->missing_of[place] += missing;
+        else
+            account->repeated_of[place] -= missing;
+    }
+    account->count_known[place] = true;
+    account->count_of[place] = count->count;
+    account->received_at_count[place] = received;
 }
 
 void account_break(struct account *account)
@@ -80,6 +111,8 @@ void account_serial_frame(struct account *account, uint16_t seq, int64_t block)
                                   account->frame_block, block));
         account->other_cause = NULL;
     }
+    if (!account->seq_known && seq == 0)
+        account->whole = true;
     account->frame_block = block;
     account->seq_known = true;
     account->seq_next = (uint16_t)(seq + 1);
@@ -140,6 +173,7 @@ void account_can_health(struct account *account, const struct mr_can_health *hea
             int64_t before = (int64_t)health->sent - (account->received_since - 1);
             int64_t lost = account->queue_lost < before ? account->queue_lost : before;
             account->before_first = before - lost;
+            account->whole = account->before_first == 0;
             if (lost > 0)
                 add_loss(account, lost, block);
         } else if (account->queue_lost > 0) { /* the board began again, and its counter with it */

@@ -10,6 +10,9 @@
  * buffers or its serial line), bus-off; else link. A trouble alone proves no loss on CAN; it names the cause of one
  * that is found, or stands for it when nothing can be counted any more.
  *
+ * Which messages they were follows from message_count, the board's count of each message it meant for the link: held against
+ * what was received of it, at the moment that count comes. What was lost after the last count before a restart nobody can say.
+ *
  * What the board itself dropped it says in can_health and serial_health; that is counted apart. Pure; gaps
  * found wait in `gap` until they are taken. */
 #ifndef MATRIG_HOST_ACCOUNT_H
@@ -43,6 +46,14 @@ struct account {
     int64_t suspect_count;               /* frames that steps say are missing since the last can_health */
     int64_t step_block[ACCOUNT_STEPPED]; /* last block of each; -1: none */
 
+    bool whole;                           /* nothing of this boot was sent before logging began */
+    int64_t received_of[MR_PLACES];       /* frames of each message since the board began, or logging did */
+    bool count_known[MR_PLACES];
+    uint32_t count_of[MR_PLACES];         /* the board's last count of it */
+    int64_t received_at_count[MR_PLACES]; /* received when that came */
+    int64_t missing_of[MR_PLACES];        /* found by counts so far, in all boots; dropped ones included */
+    int64_t repeated_of[MR_PLACES];       /* came more often than they were sent */
+
     int64_t queue_lost;      /* frames that the receive queue lost since the last can_health */
     const char *other_cause; /* of losses since it, by what the link saw; NULL: nothing */
 
@@ -54,10 +65,14 @@ struct account {
 };
 
 void account_start(struct account *account, enum link_kind kind);
-/* The board began again: its counters too. */
-void account_restart(struct account *account);
+/* The board began again: its counters too. `whole`: at the frame to come, so that nothing it sends is missed. */
+void account_restart(struct account *account, bool whole);
 /* A landing begins or ends on this link: no steps and no block numbers are expected across it. */
 void account_break(struct account *account);
+
+/* A message came, counted already as a frame; a message_count says what the board has sent of one. */
+void account_message(struct account *account, uint16_t id);
+void account_message_count(struct account *account, const struct mr_message_count *count);
 
 /* A frame came. `block`: newest block known on the link, that of this frame included; -1: none. Call it
  * before what the frame says is accounted. */

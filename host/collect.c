@@ -71,13 +71,14 @@ const char *collector_state_text(unsigned state)
     return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
 }
 
-static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us,
+/* `whole`: the frame to come is the board's first. */
+static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us, bool whole,
                               struct error *error)
 {
     collect_leave(side);
     side->boot++;
     side->time = (struct timebase){0};
-    account_restart(&side->account);
+    account_restart(&side->account, whole);
     memset(collector->fault_count, 0, sizeof collector->fault_count);
     collector->alarm = (struct mr_can_alarm){0};
     struct store_event event = {.session = collector->session,
@@ -153,13 +154,14 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
 {
     enum mr_status status = MR_OK;
     if (take_time(side, info, payload)) {
-        status = restart(collector, side, host_us, error);
+        status = restart(collector, side, host_us, false, error);
         take_time(side, info, payload);
     }
     if (side->kind == LINK_CAN)
         account_can_frame(&side->account);
     else
         account_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
+    account_message(&side->account, info->id);
 
     struct store_frame frame = {.seq = seq,
                                 .board_us = board_time(side, info, payload),
@@ -215,10 +217,11 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         return MR_OK;
     }
     if (timebase_clock(&side->time, block.index, block.tick)) {
-        status = restart(collector, side, host_us, error);
+        status = restart(collector, side, host_us, false, error);
         timebase_clock(&side->time, block.index, block.tick);
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+    account_message(&side->account, MR_ID_BLOCK);
     if (side->current)
         account_block(&side->account, block.index);
     if (status == MR_OK)
@@ -238,6 +241,7 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
     const struct mr_message_info *info = mr_message_find(frame->type);
     if (!info || info->length != frame->length) {
         account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+        account_message(&side->account, frame->type); /* a part of the black box, or nothing known */
         side->account.counts.foreign++;
         struct store_frame raw = {.seq = frame->seq,
                                   .board_us = board_time(side, NULL, NULL),
@@ -250,7 +254,7 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
     /* A board that begins again says hello in its frame number 0. */
     if (info->id == MR_ID_HELLO && frame->seq == 0 && side->account.seq_known &&
         side->account.seq_next != 0) {
-        enum mr_status status = restart(collector, side, host_us, error);
+        enum mr_status status = restart(collector, side, host_us, true, error);
         if (status != MR_OK)
             return status;
     }
@@ -372,6 +376,11 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
         struct side *side = &collector->side[kind];
         if (side->spec)
             status = store_link_put(collector->store, collector->session, kind, &side->account.counts, error);
+        for (unsigned place = 0; place < MR_PLACES && status == MR_OK; place++) {
+            if (side->account.missing_of[place])
+                status = store_missing_put(collector->store, collector->session, kind, mr_message_text(place),
+                                           side->account.missing_of[place], error);
+        }
         if (status == MR_OK)
             status = record_troubles(collector, side, error);
     }
@@ -402,6 +411,7 @@ void collector_progress(const struct collector *collector, struct collector_prog
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;
+        memcpy(progress->missing[kind], side->account.missing_of, sizeof progress->missing[kind]);
         if (collect_newest_block(side) > progress->block)
             progress->block = collect_newest_block(side);
         if (side->current && side->current->row.id > progress->run) {

@@ -9,6 +9,7 @@
 #ifndef MATRIG_HOST_COLLECT_H
 #define MATRIG_HOST_COLLECT_H
 
+#include "common/catalogue.h"
 #include "host/crash.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
@@ -54,6 +55,7 @@ struct collector_progress {
     int64_t block;  /* newest on either link; -1: none */
     unsigned edges; /* of the landing going on */
     struct store_link_counts counts[LINK_KINDS];
+    int64_t missing[LINK_KINDS][MR_PLACES]; /* of each message, by the board's counts */
     int64_t before_first; /* CAN frames sent before logging began; -1: not known */
 };
 void collector_progress(const struct collector *collector, struct collector_progress *progress);

@@ -499,6 +499,11 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
             account_can_health(account, &m, block);
         break;
     }
+    case MR_ID_MESSAGE_COUNT: {
+        GET(message_count);
+        account_message_count(account, &m);
+        break;
+    }
     case MR_ID_SERIAL_HEALTH: {
         GET(serial_health);
         if (side->kind == LINK_SERIAL)

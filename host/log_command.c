@@ -350,9 +350,29 @@ static json_t *troubles_json(const struct link *link)
     return summary_troubles_json(trouble);
 }
 
+/* Messages that the board counted and nobody received, in the whole session. */
+static void show_missing(int kind, const int64_t missing[MR_PLACES])
+{
+    bool any = false;
+    for (unsigned place = 0; place < MR_PLACES; place++) {
+        if (missing[place] == 0)
+            continue;
+        if (!any)
+            printf("%s missed in this session:", summary_link_name(kind));
+        printf("%s %s %lld", any ? "," : "", mr_message_text(place), (long long)missing[place]);
+        any = true;
+    }
+    if (any)
+        printf("\n");
+}
+
 /* Troubles of the whole session, in landings and outside. */
 static void show_troubles(const struct logger *logger)
 {
+    struct collector_progress progress;
+    collector_progress(logger->collector, &progress);
+    for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++)
+        show_missing(kind, progress.missing[kind]);
     for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++) {
         int64_t trouble[LINK_TROUBLES];
         char line[400];
@@ -372,12 +392,18 @@ static json_t *log_json(const struct logger *logger, const char *db, const struc
     json_t *links = json_object();
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct store_link_counts *c = &p.counts[kind];
+        json_t *missing = json_object();
+        for (unsigned place = 0; place < MR_PLACES; place++) {
+            if (p.missing[kind][place])
+                json_object_set_new(missing, mr_message_text(place), json_integer(p.missing[kind][place]));
+        }
         if (logger->link[kind])
             json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsIsIso}", "received", (json_int_t)c->received, "lost",
+                                json_pack("{sIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
                                           (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
-                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "troubles",
+                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "missing", missing, "troubles",
                                           troubles_json(logger->link[kind])));
+        json_decref(missing);
     }
     if (logger->link[LINK_CAN] && p.before_first >= 0)
         json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));

@@ -123,8 +123,6 @@ static void compare_pair(struct comparing *c, const struct answer *a, const stru
  * have been on their way. */
 static bool follows_from_record(const struct answer *answer, int64_t first_block)
 {
-    if (answer->info->id >= MR_ID_CRASH && answer->info->id <= MR_ID_CAN_DROPS) /* health alone */
-        return false;
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)
@@ -316,6 +314,14 @@ static void end_row(struct comparing *c)
         c->diff->rows++;
 }
 
+static int64_t count_of(const struct answers *answers, int link, const struct mr_message_info *info)
+{
+    int64_t count = 0;
+    for (size_t i = 0; i < answers->messages[link]; i++)
+        count += answers->message[link][i].info == info;
+    return count;
+}
+
 void diff_answers(const struct answers *recorded, const struct answers *replayed, const struct diff_options *options,
                   struct diff *diff)
 {
@@ -332,6 +338,10 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     end_row(&c);
     for (int link = LINK_KINDS - 1; link >= 0; link--) {
         for (size_t i = 0; recorded->messages[link] && i < count; i++) {
+            if (field_circumstance(&info[i])) {
+                diff->circumstances += count_of(recorded, link, &info[i]);
+                continue;
+            }
             begin_row(&c, info[i].name, link);
             compare_messages(&c, link, &info[i]);
             end_row(&c);
@@ -374,6 +384,9 @@ void diff_print(const struct diff *diff, FILE *out)
         fprintf(out, "  not compared  %lld messages of blocks after the last record\n", (long long)diff->after_record);
     if (diff->before_record)
         fprintf(out, "  not compared  %lld messages that rest on blocks before the record\n", (long long)diff->before_record);
+    if (diff->circumstances)
+        fprintf(out, "  not compared  %lld messages about links, clock and chip, which no record foretells\n",
+                (long long)diff->circumstances);
     if (diff->not_recorded)
         fprintf(out, "  not recorded  %lld messages of the replay: the log lost frames\n", (long long)diff->not_recorded);
     fprintf(out, "  result        %lld of %lld fields differ, in %lld messages\n", (long long)diff->differ,
@@ -403,8 +416,9 @@ json_t *diff_json(const struct diff *diff)
         json_object_set_new(object, "first", differs ? difference_json(&row->first) : json_null());
         json_array_append_new(rows, object);
     }
-    return json_pack("{sssIsIsIsIsIsIsoso}", "compared", diff->exact ? "exactly" : field_tolerances_text(), "messages",
+    return json_pack("{sssIsIsIsIsIsIsIsoso}", "compared", diff->exact ? "exactly" : field_tolerances_text(), "messages",
                      (json_int_t)diff->messages, "fields", (json_int_t)diff->fields, "differ", (json_int_t)diff->differ,
-                     "before_record", (json_int_t)diff->before_record, "after_record", (json_int_t)diff->after_record, "not_recorded", (json_int_t)diff->not_recorded,
+                     "before_record", (json_int_t)diff->before_record, "after_record", (json_int_t)diff->after_record,
+                     "circumstances", (json_int_t)diff->circumstances, "not_recorded", (json_int_t)diff->not_recorded,
                      "first", diff->found ? difference_json(&diff->first) : json_null(), "by_message", rows);
 }

@@ -43,6 +43,7 @@ struct diff {
     int64_t messages, fields, differ; /* messages that only one side has count as a difference each */
     int64_t before_record;            /* rest on blocks before the first record */
     int64_t after_record;             /* of blocks after the last record: CAN tells of them first, or the record breaks off */
+    int64_t circumstances;            /* recorded messages that no record foretells (field_circumstance) */
     int64_t not_recorded;             /* messages of the replay that a lossy log may have missed */
     bool found;
     struct difference first;          /* in time */

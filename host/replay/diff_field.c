@@ -52,6 +52,18 @@ static const struct {
     {"in", 0.002}, {"lb", 0.2}, {"ft", 0.05}, {"ft/s", 0.02}, {"ft/s2", 0.1}, {"s", 0.05}, {"codes", 1.0}, {"ms", 5.0}, {"%", 5.0},
 };
 
+/* Messages that say what the links, the clock or the chip did: they come and go with the circumstances. */
+static const char *const circumstances[] = {"message_count", "crash", "upkeep", "self_test", "can_alarm", "restarts", "can_drops"};
+
+bool field_circumstance(const struct mr_message_info *info)
+{
+    for (size_t i = 0; i < sizeof circumstances / sizeof circumstances[0]; i++) {
+        if (strcmp(circumstances[i], info->name) == 0)
+            return true;
+    }
+    return false;
+}
+
 enum field_rule field_rule(const struct mr_message_info *info, const struct mr_field_info *field)
 {
     size_t length = strlen(info->name);

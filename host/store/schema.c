@@ -9,6 +9,8 @@ const char store_schema[] =
     "CREATE TABLE links(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, received "
     "INTEGER,"
     " lost INTEGER, dropped INTEGER, bad INTEGER, outside INTEGER, PRIMARY KEY(session, link)) WITHOUT ROWID;"
+    "CREATE TABLE missing(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, message TEXT NOT NULL,"
+    " missing INTEGER NOT NULL, PRIMARY KEY(session, link, message)) WITHOUT ROWID;"
     "CREATE TABLE landings(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id),"
     " boot INTEGER NOT NULL, board_landing INTEGER NOT NULL, armed_block INTEGER, armed_us INTEGER NOT NULL,"
     " state INTEGER NOT NULL, board_uid TEXT, firmware TEXT, image_crc INTEGER, config_crc INTEGER,"

@@ -74,6 +74,10 @@ enum mr_status store_link_put(struct store *store, int64_t session, int link,
 enum mr_status store_link_get(struct store *store, int64_t session, int link,
                               struct store_link_counts *counts, bool *found, struct error *error);
 
+/* How many of a message the session missed on a link so far. */
+enum mr_status store_missing_put(struct store *store, int64_t session, int link, const char *message, int64_t missing,
+                                 struct error *error);
+
 struct store_landing {
     int64_t id; /* RUN */
     int64_t session;

@@ -16,6 +16,7 @@
       "SELECT started_us, ended_us, ended_by, can_link, serial_link FROM sessions WHERE id=?")               \
     X(LINK_PUT, "iiiiiii", "INSERT OR REPLACE INTO links VALUES(?,?,?,?,?,?,?)")                             \
     X(LINK_GET, "ii", "SELECT received, lost, dropped, bad, outside FROM links WHERE session=? AND link=?")  \
+    X(MISSING_PUT, "iiti", "INSERT OR REPLACE INTO missing VALUES(?,?,?,?)")                                 \
     X(LANDING_ADD, "iiiiiittiiirr",                                                                          \
       "INSERT INTO landings(session, boot, board_landing, armed_block, armed_us, state, board_uid, "         \
       "firmware,"                                                                                            \

@@ -24,6 +24,12 @@ enum mr_status store_link_put(struct store *store, int64_t session, int link,
                      counts->dropped, counts->bad, counts->foreign);
 }
 
+enum mr_status store_missing_put(struct store *store, int64_t session, int link, const char *message, int64_t missing,
+                                 struct error *error)
+{
+    return store_run(store, error, STORE_MISSING_PUT, session, INT(link), message, missing);
+}
+
 enum mr_status store_landing_add(struct store *store, struct store_landing *landing, struct error *error)
 {
     enum mr_status status =

@@ -55,7 +55,7 @@ says_the_same() { # RUN
         [ "$(in_json "$tmp/replay$1.json" before_record)" = 0 ] && [ "$(in_json "$tmp/replay$1.json" not_recorded)" = 0 ] &&
         # every message that was logged has been compared, but for the last block's: blocks and frames of the landing
         [ "$(in_json "$tmp/replay$1.json" after_record)" -le 6 ] &&
-        [ $(($(in_json "$tmp/replay$1.json" messages) + $(in_json "$tmp/replay$1.json" after_record))) -ge "$(stored "select (select count(*) from blocks where landing = $1) + (select count(*) from frames where landing = $1 and direction = 0) - 5")" ]
+        [ $(($(in_json "$tmp/replay$1.json" messages) + $(in_json "$tmp/replay$1.json" after_record) + $(in_json "$tmp/replay$1.json" circumstances))) -ge "$(stored "select (select count(*) from blocks where landing = $1) + (select count(*) from frames where landing = $1 and direction = 0) - 5")" ]
 }
 same_twice() {
     $matrig --json --quiet replay "$db" 6 >"$tmp/again.json" && cmp "$tmp/replay6.json" "$tmp/again.json"

@@ -87,8 +87,10 @@ static void readings_follow_from_volts(void **state)
 {
     (void)state;
     struct mr_block block;
-    const struct mr_channel_config transducer = {MR_KIND_DISPLACEMENT, 1, 0, 40.0f, 3.3f / 4096.0f / 0.5f, 62.06f};
-    const struct mr_channel_config gage = {MR_KIND_TENSION, 1, 1, 15.0f, 3.3f / 4096.0f / 0.005f, 496.48f};
+    const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT, .number = 1, .station_ft = 40.0f,
+                                                 .unit_per_code = 3.3f / 4096.0f / 0.5f, .zero_code = 62.06f};
+    const struct mr_channel_config gage = {.kind = MR_KIND_TENSION, .number = 1, .band = 1, .station_ft = 15.0f,
+                                           .unit_per_code = 3.3f / 4096.0f / 0.005f, .zero_code = 496.48f};
     fill(2100, 1990, 1117);
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++)
         adc1[scan][MR_ADC1_REFERENCE] = 3103;
@@ -112,7 +114,8 @@ static void what_cannot_be_true_is_not_a_value(void **state)
 {
     (void)state;
     struct mr_block block;
-    const struct mr_channel_config transducer = {MR_KIND_DISPLACEMENT, 1, 0, 40.0f, 0.0016f, 0.0f};
+    const struct mr_channel_config transducer = {.kind = MR_KIND_DISPLACEMENT, .number = 1, .station_ft = 40.0f,
+                                                 .unit_per_code = 0.0016f};
     const struct mr_channel_config absent = {.kind = MR_KIND_NONE};
     fill(2100, 1990, 3100 - 150);
     mr_block_from_scans(&block, 0, 0, transducers, adc1);

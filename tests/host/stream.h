@@ -99,13 +99,14 @@ static inline struct mr_channel_config stream_channel(unsigned index)
     static const float gage_ft[7] = {15.0f, 30.0f, 45.0f, 55.0f, 65.0f, 75.0f, 85.0f};
     struct mr_channel_config config = {.station_ft = NAN, .unit_per_code = 1.0f};
     if (index < MR_TRANSDUCERS) {
-        config =
-            (struct mr_channel_config){MR_KIND_DISPLACEMENT,         (uint8_t)(index + 1), 0,
-                                       40.0f + 10.0f * (float)index, STREAM_IN_PER_CODE,   STREAM_ZERO_CODE};
+        config = (struct mr_channel_config){.kind = MR_KIND_DISPLACEMENT, .number = (uint8_t)(index + 1),
+                                            .station_ft = 40.0f + 10.0f * (float)index,
+                                            .unit_per_code = STREAM_IN_PER_CODE, .zero_code = STREAM_ZERO_CODE};
     } else if (index < MR_TRANSDUCERS + MR_GAGES) {
         unsigned gage = index - MR_TRANSDUCERS;
-        config = (struct mr_channel_config){MR_KIND_TENSION,   (uint8_t)(gage + 1), (uint8_t)(1 + gage / 7),
-                                            gage_ft[gage % 7], STREAM_LB_PER_CODE,  STREAM_ZERO_CODE};
+        config = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(gage + 1),
+                                            .band = (uint8_t)(1 + gage / 7), .station_ft = gage_ft[gage % 7],
+                                            .unit_per_code = STREAM_LB_PER_CODE, .zero_code = STREAM_ZERO_CODE};
     } else {
         config.kind =
             (uint8_t)(index == MR_TRANSDUCERS + MR_ADC1_STAIRCASE ? MR_KIND_STAIRCASE : MR_KIND_REFERENCE);

@@ -175,7 +175,7 @@ static void restart_begins_afresh(void **state)
     (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 5, 500, 3, 43);
-    account_restart(&account);
+    account_restart(&account, true);
     can_interval(&account, 4, 4, 0, 43);
     can_interval(&account, 4, 9, 0, 143);
     assert_int_equal(account.counts.lost, 0);
