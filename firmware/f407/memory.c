@@ -14,7 +14,7 @@
 #define PAINT 0x5afe57acu
 #define WINDOW_WORDS 4u
 #define WINDOWS 8u          /* a slice */
-#define FLASH_SLICE 64u     /* bytes */
+#define FLASH_SLICE 128u    /* bytes */
 #define DMA_REACH 1024u     /* bytes from a stream's address on that it may write */
 #define STREAMS 16u
 
