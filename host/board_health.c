@@ -61,7 +61,7 @@ static json_t *health_json(const struct healthtalk *talk, const struct hil_symbo
                                                     talk->fault[i].count, "text", mr_fault_text(i)));
     }
     return json_pack(
-        "{sisisisssisisisisisssisisisisisisosO?}", "reset_cause", talk->hello.reset_cause, "restarts", talk->restarts.restarts,
+        "{sisisisssisisisisisssisisisisisisoso?}", "reset_cause", talk->hello.reset_cause, "restarts", talk->restarts.restarts,
         "in_row", talk->restarts.in_row, "brown_out", brown_out_text(talk->restarts.brown_out), "late_task",
         talk->restarts.late_task, "stack_used", talk->upkeep.stack_used, "stack_size", talk->upkeep.stack_size, "ram_tested",
         talk->upkeep.ram_tested, "flash_checked", talk->upkeep.flash_checked, "can", mr_can_state_text(talk->alarm.state), "can_tec",

@@ -82,7 +82,7 @@ json_t *crash_json(const struct crash_report *report, const struct hil_symbols *
         json_array_append_new(stack, json_integer(report->word[MR_CRASH_STACK_FIRST + i]));
     const struct hil_symbol *at =
         symbols && symbols->count ? hil_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u) : NULL;
-    return json_pack("{sssissssosos?}", "text", text, "age", report->age, "kind",
+    return json_pack("{sssisssososs?}", "text", text, "age", report->age, "kind",
                      mr_crash_kind_text(report->word[MR_CRASH_KIND]), "words", words, "stack", stack, "function",
                      at ? at->name : NULL);
 }
