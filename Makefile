@@ -28,7 +28,7 @@ LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
 hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c))
-host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c))
+host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
@@ -254,7 +254,9 @@ $(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(
 $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib) $(common_lib)
 	$(CC) $^ -lcmocka -lm -o $@
 $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
-	$(CC) $^ -lcmocka $(HIL_LIBS) -o $@
+	$(CC) -Wl,--start-group $^ -Wl,--end-group -lcmocka $(HIL_LIBS) -o $@
+# The application on the host too, to say when a warning was due.
+$(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))

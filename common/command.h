@@ -14,6 +14,8 @@
     X(MARK,         4,  "mark",    0, 1,     "mark this moment; argument: a number")                    \
     X(SURVEY,       5,  "survey",  1, 10000, "index: segment from 0; argument: its slack, 0.0001 in")    \
     X(BOOTROM,      6,  "bootrom", 0, 1,     "restart into the boot ROM, for flashing; not from arm to done") \
+    X(RESET,        7,  "reset",   0, 1,     "restart; not from arm to done")                           \
+    X(SELF_TEST,    8,  "self-test", 0, 1,   "memory, reference, excitation, black box, warning lamp; not from arm to done") \
     X(ZERO,         9, "zero",    0, 1,     "mean of 256 blocks is the zero: 0 all, 1 transducers, 2 gages; refused when one moves; idle. Index n from 1: the argument's bits, IEEE 754, are the zero of channel n - 1") \
     X(SHUNT,       10, "shunt",   0, 1,     "shunt calibration of the gages, 0.9 s; idle")                \
     X(CONFIG_APPLY, 11, "config-apply", 0, 1, "take the configuration sent before into force; argument: its CRC; not from arm to done") \

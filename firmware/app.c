@@ -9,6 +9,7 @@
 #include "firmware/health.h"
 #include "firmware/norshare.h"
 #include "firmware/zero.h"
+#include "firmware/tasks.h"
 
 /* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
  * first trigger, every edge up to there has been stored, however busy the processor was. */
@@ -71,6 +72,7 @@ void app_start(struct app *app)
     app_configured(app);
     telemetry_start(&app->telemetry);
     app->telemetry.box = &app->box;
+    healthlink_start(&app->healthlink);
     tell_configuration(app);
     board_warn(false);
 }
@@ -137,6 +139,8 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         read_blocks_before(app);
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
+        healthlink_arm(&app->healthlink, &app->telemetry);
+        board_warn(app->warning);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         slowlog_read_stop(&app->slowlog);
         telemetry_state(&app->telemetry, &app->landing);
@@ -224,6 +228,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     case MR_COMMAND_STATE:
         telemetry_state(&app->telemetry, &app->landing);
         telemetry_burst(&app->telemetry, &app->landing);
+        healthlink_tell_crash(&app->healthlink);
         break;
     case MR_COMMAND_ARM:
         status = arm(app, &command);
@@ -261,6 +266,10 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         if (status == MR_OK && calibrate_busy(&app->calibrate))
             return MR_OK; /* answered when it is over */
         break;
+    case MR_COMMAND_RESET:
+    case MR_COMMAND_SELF_TEST:
+        status = healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
+        break;
     default:
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
         break;
@@ -274,6 +283,7 @@ static void take_commands(struct app *app)
 {
     struct board_can_frame can;
     uint8_t bytes[APP_SERIAL_BYTES];
+    tasks_begin(MR_TASK_COMMANDS);
 
     app->configstore.by_serial = false;
     for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
@@ -297,6 +307,7 @@ static void take_commands(struct app *app)
             health_count(MR_FAULT_SERIAL_BAD_FRAME, (uint8_t)-status);
         }
     }
+    tasks_done(MR_TASK_COMMANDS);
 }
 
 /* Mean of the last `count` rows of a history of 4; NaN when one is missing. `row` is the newest. */
@@ -406,6 +417,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     bool was_recording = landing_recording(&app->landing);
     bool was_armed = app->landing.state == LANDING_ARMED;
 
+    tasks_begin(MR_TASK_LANDING);
     health_set_block(block->index);
     timesync_block(&app->timesync, &app->telemetry, block->index, block->tick);
     if (__builtin_isnan(mr_channels_ratio(block)))
@@ -413,7 +425,10 @@ static void take_block(struct app *app, const struct mr_block *block)
     struct landing_news news =
         landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
+    tasks_done(MR_TASK_LANDING);
 
+    tasks_begin(MR_TASK_TELEMETRY);
+    healthlink_block(&app->healthlink, block);
     if (recording || is_told_while_idle(block->index))
         read_channels(app, block);
     if (was_recording || recording)
@@ -450,6 +465,8 @@ static void take_block(struct app *app, const struct mr_block *block)
     configstore_block(&app->configstore, &app->telemetry, recording);
     take_slow(app, block->index);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
+    healthlink_regular(&app->healthlink, &app->telemetry, block->index);
+    tasks_done(MR_TASK_TELEMETRY);
 }
 
 static void miss_blocks(struct app *app, uint32_t next_index)
@@ -476,15 +493,30 @@ bool app_poll(struct app *app)
         app->blocks_in_row++;
         app->next_index = block.index + 1;
         any = true;
+        tasks_done(MR_TASK_BLOCKS);
     }
+    tasks_begin(MR_TASK_BOX);
     norshare_poll(&app->box, &app->slowlog, app->next_index, !landing_recording(&app->landing));
+    tasks_done(MR_TASK_BOX);
+    tasks_begin(MR_TASK_UPKEEP);
+    healthlink_idle(&app->healthlink);
+    tasks_begin(MR_TASK_LOOP);
     if (any)
         app->ticks_without_block = 0;
     return any;
 }
 
+/* Without scans there is no block to take, no landing to follow: those whose work that is are not late. */
+static void excuse_tasks(void)
+{
+    tasks_done(MR_TASK_BLOCKS);
+    tasks_done(MR_TASK_LANDING);
+    tasks_done(MR_TASK_TELEMETRY);
+}
+
 void app_supervise(struct app *app)
 {
+    tasks_begin(MR_TASK_SUPERVISION);
     if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_recording(&app->landing))
         board_enter_rom();
     app->ticks_without_block++;
@@ -493,14 +525,21 @@ void app_supervise(struct app *app)
         calibrate_abort(&app->calibrate, &app->telemetry, app->next_index);
         board_scans_restart();
     }
-    if (app->ticks_without_block >= STALL_TICKS)
+    if (app->ticks_without_block >= STALL_TICKS) {
         take_commands(app);
+        excuse_tasks();
+    }
     /* With no scans at all the block index stands still; walk one round of the regular messages each second instead, all but
      * the clock: there is no time base. */
     if (app->ticks_without_block >= TICKS_PER_S && app->ticks_without_block % TICKS_PER_S == 0) {
         for (uint32_t phase = 0; phase < 1000; phase++) {
             if ((phase % 20 == 3 && phase % 100 != 3) || phase == 513 || phase == 713)
                 telemetry_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+            if (phase % 20 == 3)
+                healthlink_regular(&app->healthlink, &app->telemetry, phase);
         }
     }
+    healthlink_tick(&app->healthlink, &app->telemetry, !landing_recording(&app->landing));
+    tasks_done(MR_TASK_SUPERVISION);
+    tasks_begin(MR_TASK_LOOP);
 }

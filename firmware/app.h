@@ -9,6 +9,7 @@
 #include "firmware/camera.h"
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
+#include "firmware/healthlink.h"
 #include "firmware/landing.h"
 #include "firmware/slowlog.h"
 #include "firmware/telemetry.h"
@@ -58,6 +59,7 @@ struct app {
     struct timesync timesync;
     struct camera camera;
     struct boxlink boxlink;
+    struct healthlink healthlink;
     struct blackbox box;
     struct thermometer thermometer;
     struct slowlog slowlog;

@@ -1,8 +1,8 @@
-/* The seam between the application and the board: everything the application needs of hardware, in a dozen calls.
+/* The seam between the application and the board: everything the application needs of hardware.
  *
  * firmware/f407/ implements it with the STM32F407's registers; tests link a fake. The application above it has no
- * registers and no clock: time is the block it is given. None of the calls waits without a bound, and none is called from
- * an interrupt. Faults met on the way are counted with health_count (health.h). */
+ * registers and no clock: time is the block it is given. None of the calls waits without a bound, and none but the notes is
+ * called from an interrupt. Faults met on the way are counted with health_count (health.h). */
 #ifndef MATRIG_FIRMWARE_BOARD_H
 #define MATRIG_FIRMWARE_BOARD_H
 
@@ -34,8 +34,34 @@ struct board_can_frame {
 struct board_can_errors {
     uint8_t tec;
     uint8_t rec;
+    uint8_t last_error; /* LEC, as in the message can_alarm */
     bool passive;
     bool bus_off;
+    bool missing;       /* the controller did not start */
+    bool pending;       /* a frame waits to be sent */
+    uint32_t passed;    /* frames that went out */
+    uint32_t removed;   /* frames that were queued and never went: board_can_clear */
+};
+
+/* What went before this start. */
+struct board_restart {
+    uint8_t restarts;      /* by watchdog or processor fault, since power on */
+    uint8_t in_row;        /* of them, without ten good seconds in between */
+    bool quiet;            /* too many: no scans and no black box, the warning output warns */
+    uint8_t brown_out;     /* level of the option bytes, as in the message restarts */
+    uint8_t late_task;     /* that let the watchdog pass; 0: none */
+    uint32_t late_pc;
+    const uint32_t *crash; /* MR_CRASH_ITEMS words that a processor fault left; NULL: none since power on */
+    uint16_t crash_age;    /* restarts since its own */
+};
+
+/* What is watched in the background. */
+struct board_upkeep {
+    uint16_t stack_used, stack_size; /* bytes */
+    uint16_t ram_rounds;             /* times that all RAM in use was tested */
+    uint16_t flash_rounds;           /* times that the program's checksum was computed again */
+    bool ram_bad, flash_bad;         /* ever */
+    uint32_t bad_address;            /* of the first RAM that did not hold */
 };
 
 /* Brings up what answers. Everything else may be called after it, whatever was missing. */
@@ -60,6 +86,10 @@ bool board_can_receive(struct board_can_frame *frame);
 /* TIM2 when the last sync frame had left, end of frame acknowledged, if that was the one whose message says `block`; false: it
  * has not left. Late by what delays the interrupt: below 30 us. */
 bool board_can_sync_tick(uint32_t block, uint32_t *tick);
+/* Drop what waits, the controller's mailboxes included; a frame on the wire ends first: `pending` says when all are gone. */
+void board_can_clear(void);
+/* The way out of bus-off: begin, and a tick later go on. The controller then waits for 128 times 11 recessive bits by itself. */
+void board_can_rejoin(bool begin);
 void board_can_state(struct board_can_errors *errors);
 /* Queue `length` bytes, all or none. */
 bool board_serial_send(const uint8_t *bytes, size_t length);
@@ -69,10 +99,28 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity);
 void board_warn(bool warning);
 /* Shunt resistors across an arm of every strain bridge; off after reset. */
 void board_shunt(bool on);
+/* The lamp draws current. */
+bool board_lamp_draws(void);
 void board_watchdog_feed(void);
 
 /* Restart into the chip's boot ROM. Does not return on the board. */
 void board_enter_rom(void);
+/* Restart. Does not return on the board. */
+void board_reset(void);
+void board_restarted(struct board_restart *restart);
+/* For the time after the watchdog's reset: which task was late, and where; 0: it has come round. From an interrupt. */
+void board_note_late(uint8_t task, uint32_t pc);
+/* Ten good seconds: the next restart is the first of a row. From an interrupt. */
+void board_note_good(void);
+
+/* Test the next piece of RAM and check the next of flash: 15 us, interrupts masked for less than 1 us at a time. What fails is
+ * counted. */
+void board_upkeep(void);
+/* Begin both at their beginning. */
+void board_upkeep_restart(void);
+void board_upkeep_state(struct board_upkeep *upkeep);
+/* Is the program the one that was made? False: its image does not say. */
+bool board_image_check(bool *good);
 
 /* Sleep until the next interrupt. Returns true when a supervision tick (10 ms) has passed since the last call. */
 bool board_sleep(void);

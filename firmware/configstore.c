@@ -91,7 +91,7 @@ static void tell_staged(const struct configstore *store, struct telemetry *telem
     struct mr_config_staged staged = {.tag = tag, .words = (uint16_t)store->words, .locked = locked};
     while (staged.missing < MR_CONFIG_WORDS && is_received(store, staged.missing))
         staged.missing++;
-    telemetry_send(telemetry, MR_ID_CONFIG_STAGED, payload, mr_config_staged_put(&staged, payload));
+    telemetry_send(telemetry, TELEMETRY_BOTH, MR_ID_CONFIG_STAGED, payload, mr_config_staged_put(&staged, payload));
 }
 
 void configstore_word(struct configstore *store, struct telemetry *telemetry, const uint8_t *payload, size_t length, bool locked)
@@ -160,7 +160,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     if (check_staged(store, &r) != MR_OK) {
         struct mr_config_refused refused = {.group = r.group, .index = r.index, .field = r.field, .element = r.element,
                                             .rule = r.rule, .other = r.other};
-        telemetry_send(telemetry, MR_ID_CONFIG_REFUSED, payload, mr_config_refused_put(&refused, payload));
+        telemetry_send(telemetry, TELEMETRY_BOTH, MR_ID_CONFIG_REFUSED, payload, mr_config_refused_put(&refused, payload));
         return MR_LIMIT;
     }
     bool written = write_copy(store, copy);
@@ -197,7 +197,8 @@ void configstore_block(struct configstore *store, struct telemetry *telemetry, b
     for (unsigned i = 0; store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK; i++) {
         struct mr_config_image word = {.offset = (uint16_t)store->tell_next, .words = MR_CONFIG_WORDS,
                                        .value = word_at(store->image, store->tell_next)};
-        telemetry_answer(telemetry, store->tell_serial, MR_ID_CONFIG_IMAGE, payload, mr_config_image_put(&word, payload));
+        telemetry_send(telemetry, store->tell_serial ? TELEMETRY_SERIAL : TELEMETRY_CAN, MR_ID_CONFIG_IMAGE, payload,
+                       mr_config_image_put(&word, payload));
         store->telling = ++store->tell_next < MR_CONFIG_WORDS;
     }
 }

@@ -20,6 +20,16 @@ void health_set_block(uint32_t block)
     current_block = block;
 }
 
+uint16_t health_counted(enum mr_fault_code fault)
+{
+    return counters[fault].count;
+}
+
+uint32_t health_block(void)
+{
+    return current_block;
+}
+
 uint32_t health_faults(void)
 {
     uint32_t faults = 0;

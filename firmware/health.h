@@ -18,6 +18,9 @@ struct health_counter {
 void health_count(enum mr_fault_code fault, uint8_t detail);
 /* The block that faults counted from now on belong to. */
 void health_set_block(uint32_t block);
+uint32_t health_block(void);
+/* Times since reset; stays at 65535. */
+uint16_t health_counted(enum mr_fault_code fault);
 /* Bit n: fault n has occurred since reset. */
 uint32_t health_faults(void);
 /* Copy of a counter; clears its `changed`. */

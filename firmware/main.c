@@ -1,5 +1,6 @@
 /* The loop: take what is ready, supervise, feed the watchdog, sleep until the next interrupt. */
 #include "firmware/app.h"
+#include "firmware/tasks.h"
 
 static struct app app;
 
@@ -13,7 +14,8 @@ int main(void)
             app_supervise(&app);
             progress = true;
         }
-        if (progress)
+        tasks_done(MR_TASK_LOOP);
+        if (progress && tasks_well())
             board_watchdog_feed();
     }
 }

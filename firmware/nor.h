@@ -24,6 +24,8 @@ enum nor_status {
 };
 
 enum nor_status nor_poll(void);
+/* Ask the chip who it is: NOR_IDLE: the one expected; NOR_BUSY: ask later; NOR_MISSING. Nothing else is disturbed. */
+enum nor_status nor_identify(void);
 /* At most NOR_PAGE bytes. */
 void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length);
 /* A whole page; bytes of 0xff leave what is there. */

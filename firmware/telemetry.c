@@ -34,14 +34,17 @@ static void count_drop(uint16_t *dropped, enum mr_fault_code fault)
 static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
 {
     struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
-    if (telemetry->can_silent)
-        return;
-    telemetry->said[ON_CAN][mr_message_place(id)]++;
+    if (!telemetry->can.silent)
+        telemetry->said[ON_CAN][mr_message_place(id)]++;
     memcpy(frame.data, payload, length);
-    if (board_can_send(&frame))
+    if (!canwatch_takes(&telemetry->can))
+        return;
+    if (board_can_send(&frame)) {
         telemetry->can_sent++;
-    else
-        count_drop(&telemetry->can_dropped, MR_FAULT_CAN_QUEUE_FULL);
+    } else {
+        health_count(MR_FAULT_CAN_QUEUE_FULL, 0);
+        canwatch_full(&telemetry->can);
+    }
 }
 
 static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
@@ -77,17 +80,22 @@ static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *p
     send_serial(telemetry, id, payload, length);
 }
 
-void telemetry_send(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
+void telemetry_send(struct telemetry *telemetry, enum telemetry_way way, uint16_t id, const uint8_t *payload, size_t length)
 {
-    send_both(telemetry, id, payload, length);
+    if (way != TELEMETRY_CAN)
+        send_serial(telemetry, id, payload, length);
+    if (way != TELEMETRY_SERIAL)
+        send_can(telemetry, id, payload, length);
 }
 
-void telemetry_answer(struct telemetry *telemetry, bool serial, uint16_t id, const uint8_t *payload, size_t length)
+bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)
 {
-    if (serial)
-        send_serial(telemetry, id, payload, length);
-    else
-        send_can(telemetry, id, payload, length);
+    struct board_can_frame frame = {.id = id, .length = (uint8_t)length};
+    memcpy(frame.data, payload, length);
+    telemetry->said[ON_CAN][mr_message_place(id)]++;
+    bool queued = board_can_send(&frame);
+    telemetry->can_sent += queued;
+    return queued;
 }
 
 /* Build a message of the catalogue on the spot and send it: SEND(both, telemetry, mark, MARK, .number = 1). */
@@ -137,8 +145,9 @@ void telemetry_start(struct telemetry *telemetry)
 {
     memset(telemetry, 0, sizeof *telemetry);
     board_identify(&telemetry->identity);
-    telemetry->can_silent = telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL;
-    if (telemetry->can_silent)
+    bool silent = telemetry->identity.clock_source != BOARD_CLOCK_CRYSTAL;
+    canwatch_start(&telemetry->can, silent);
+    if (silent)
         health_count(MR_FAULT_CAN_SILENT, 0);
 }
 
@@ -229,14 +238,12 @@ static void send_faults(struct telemetry *telemetry, bool all)
 
 static void send_can_health(struct telemetry *telemetry)
 {
+    const struct canwatch *can = &telemetry->can;
+    uint32_t dropped = (uint32_t)can->drops.queue_full + can->drops.bus_off + can->drops.timeout;
     struct board_can_errors errors;
     board_can_state(&errors);
-    if (errors.passive)
-        health_count(MR_FAULT_CAN_PASSIVE, errors.tec);
-    if (errors.bus_off)
-        health_count(MR_FAULT_CAN_BUS_OFF, errors.tec);
-    SEND(both, telemetry, can_health, CAN_HEALTH, .sent = telemetry->can_sent, .dropped = telemetry->can_dropped,
-         .tec = errors.tec, .rec = errors.rec);
+    SEND(both, telemetry, can_health, CAN_HEALTH, .sent = telemetry->can_sent - errors.removed,
+         .dropped = dropped > UINT16_MAX ? UINT16_MAX : (uint16_t)dropped, .tec = errors.tec, .rec = errors.rec);
 }
 
 /* By these counts the host knows which messages it lost, not only how many frames. Always as many, whatever was said. */

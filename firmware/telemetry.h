@@ -13,17 +13,17 @@
 #include "common/closure.h"
 #include "firmware/blackbox.h"
 #include "firmware/board.h"
+#include "firmware/canwatch.h"
 #include "firmware/landing.h"
 
 struct telemetry {
     struct board_identity identity;
     uint32_t config_crc;
     struct mr_config_state config_state;
-    bool can_silent;
 
     uint16_t serial_seq;
-    uint32_t can_sent;
-    uint16_t can_dropped;
+    struct canwatch can;
+    uint32_t can_sent; /* queued; of them errors.removed were dropped later */
     uint32_t serial_sent;
     uint16_t serial_dropped;
     uint16_t serial_bad;
@@ -39,12 +39,13 @@ struct telemetry {
     bool to_box;          /* what is said now goes to the box alone */
 };
 
-void telemetry_start(struct telemetry *telemetry);
+enum telemetry_way { TELEMETRY_BOTH, TELEMETRY_CAN, TELEMETRY_SERIAL };
 
-/* A message of another part, on both links. */
-void telemetry_send(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length);
-/* On one of them. */
-void telemetry_answer(struct telemetry *telemetry, bool serial, uint16_t id, const uint8_t *payload, size_t length);
+void telemetry_start(struct telemetry *telemetry);
+/* A message that is no part of a landing's record. */
+void telemetry_send(struct telemetry *telemetry, enum telemetry_way way, uint16_t id, const uint8_t *payload, size_t length);
+/* On CAN, whatever its state. */
+bool telemetry_probe(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length);
 
 /* The regular messages of one block: clock, health, faults, state, hello, configuration. Sent even without blocks. */
 void telemetry_regular(struct telemetry *telemetry, const struct landing *landing, const float *slack_in,

@@ -427,6 +427,7 @@ void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snaps
     memcpy(board->memory, &snapshot->memory, OWN_MEMORY);
     hil_cpu_forget_code(board);
     hil_cpu_load(board, &snapshot->registers);
+    hil_stuck_look(board);
     board->stopped = board->reset_request = board->power_lost = false;
     board->reset_flags = 0;
     board->hold_ps = 0;

@@ -113,7 +113,7 @@ void hil_event_run(struct hil_board *board)
         events->at_ps[slot] = HIL_NEVER;
         events->next_cycle = HIL_NEVER; /* until the handler has set what it sets */
         handlers[slot](board, at);
-        if (board->vcd && slot != HIL_EVENT_TARGET) /* which is no event of the board */
+        if (board->vcd && slot != HIL_EVENT_TARGET) /* where a run is cut changes nothing, and shows nowhere */
             hil_vcd_sample(board, at);
         find_next(board);
     }

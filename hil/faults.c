@@ -230,6 +230,7 @@ static void fail_thermometer(struct hil_board *board, const struct hil_fault *fa
 
 static void act(struct hil_board *board, const struct hil_fault *fault)
 {
+    static const char *const lamp[] = {"mended", "broken", "shorted"};
     static const char *const bus[] = {"connected", "unplugged", "shorted", "held dominant"};
     double ms = (double)fault->duration_ps / (double)HIL_MS_PS;
     switch (fault->action) {
@@ -281,6 +282,14 @@ static void act(struct hil_board *board, const struct hil_fault *fault)
         break;
     case HIL_FAULT_THERMOMETER:
         fail_thermometer(board, fault);
+        break;
+    case HIL_FAULT_STICK:
+        (void)hil_stuck_add(board, fault->address, fault->bit, fault->on);
+        tell(board, fault->file_line, "bit %u at 0x%08x sticks at %d", (unsigned)fault->bit, (unsigned)fault->address, fault->on);
+        break;
+    case HIL_FAULT_LAMP:
+        board->state.rig.lamp = (uint8_t)fault->choice;
+        tell(board, fault->file_line, "warning lamp %s", lamp[fault->choice]);
         break;
     }
 }
@@ -342,6 +351,10 @@ static const char *wrong_argument(const struct hil_board *board, const struct hi
                    ? "a drift needs a gage, a gain above 0 and an offset within 1000 lb" : NULL;
     case HIL_FAULT_THERMOMETER:
         return f->choice > HIL_THERMOMETER_MEND ? "no such fault of the thermometer" : NULL;
+    case HIL_FAULT_STICK:
+        return f->bit > 31 || !hil_board_memory(board, f->address + f->bit / 8u, 1, true) ? "stick: no RAM at that address" : NULL;
+    case HIL_FAULT_LAMP:
+        return f->choice > HIL_LAMP_SHORTED ? "no such state of the lamp" : NULL;
     case HIL_FAULT_POWER_CUT:
     case HIL_FAULT_BROWN_OUT:
         return f->duration_ps == 0 ? "a power fault needs a duration" : NULL;

@@ -21,6 +21,8 @@
  *     crystal stop|start        clock security turns to the HSI; without it what is clocked by the crystal stands still
  *                               (silicon's PLL drifts to some low frequency instead)
  *     flip PLACE BIT            one bit (0..31 from there) of flash or RAM; PLACE: 0xADDRESS, SYMBOL or SYMBOL+OFFSET
+ *     stick PLACE BIT 0|1       one bit of RAM that from now on reads so, whatever is written (hil/stuck.h)
+ *     lamp broken|shorted|mend  the warning lamp never draws current, or always
  *     bus unplug|short|dominant|connect
  *                               nobody there; wires touching: always recessive; held dominant; as it should be
  *     can out|in KIND COUNT [p P] [us T]
@@ -81,11 +83,14 @@ enum hil_action {
     HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
     HIL_FAULT_DRIFT,       /* index: gage, from 0; gain, offset_lb */
     HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
+    HIL_FAULT_STICK,       /* address, bit, on: to 1 */
+    HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
 };
 
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
 enum hil_line_fault { HIL_DROP, HIL_REPEAT, HIL_CORRUPT, HIL_DELAY, HIL_FRAMING, HIL_NOISE, HIL_LINE_FAULTS };
 enum hil_channel_fault { HIL_CHANNEL_GOOD, HIL_CHANNEL_STUCK, HIL_CHANNEL_HIGH, HIL_CHANNEL_LOW, HIL_CHANNEL_OPEN };
+enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 enum hil_nor_fault { HIL_NOR_FILL, HIL_NOR_DEAD, HIL_NOR_MEND, HIL_NOR_FAIL_PROGRAM, HIL_NOR_FAIL_ERASE };
 enum hil_thermometer_fault {
     HIL_THERMOMETER_DEAD, HIL_THERMOMETER_STUCK, HIL_THERMOMETER_HANG, HIL_THERMOMETER_STRETCH, HIL_THERMOMETER_MEND,

@@ -119,12 +119,12 @@ static enum mr_status read_trigger(struct reader *r, struct hil_fault *f)
     return MR_OK;
 }
 
-static enum mr_status read_flip(struct reader *r, struct hil_fault *f)
+static enum mr_status read_bit(struct reader *r, struct hil_fault *f, enum hil_action action)
 {
     char name[LINE_MAX_BYTES];
     uint64_t value, offset = 0;
     uint32_t base = 0;
-    f->action = HIL_FAULT_FLIP;
+    f->action = action;
     if (isdigit((unsigned char)*peek(r))) {
         if (!whole(r, 0, UINT32_MAX, &value))
             return refuse(r, MR_MALFORMED, "`%s` is no address: 0x20001234, SYMBOL or SYMBOL+OFFSET", peek(r));
@@ -147,8 +147,22 @@ static enum mr_status read_flip(struct reader *r, struct hil_fault *f)
     }
     f->address = base + (uint32_t)offset;
     if (!whole(r, 0, 31, &value))
-        return refuse(r, MR_MALFORMED, "`flip` needs a bit, 0 to 31, after the place, not `%s`", peek(r));
+        return refuse(r, MR_MALFORMED, "`flip` and `stick` need a bit, 0 to 31, after the place, not `%s`", peek(r));
     f->bit = (uint32_t)value;
+    if (action == HIL_FAULT_STICK && !whole(r, 0, 1, &value))
+        return refuse(r, MR_MALFORMED, "at which level does it stick, 0 or 1? Not at `%s`", peek(r));
+    f->on = value != 0;
+    return MR_OK;
+}
+
+static enum mr_status read_lamp(struct reader *r, struct hil_fault *f)
+{
+    static const char *const states[] = {"mend", "broken", "shorted"};
+    int choice = one_of(r, states, 3);
+    if (choice < 0)
+        return refuse(r, MR_MALFORMED, "`%s` is no state of the lamp: broken, shorted, mend", peek(r));
+    f->action = HIL_FAULT_LAMP;
+    f->choice = (unsigned)choice;
     return MR_OK;
 }
 
@@ -279,7 +293,11 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
     if (take(r, "brown-out"))
         return read_power(r, f, true);
     if (take(r, "flip"))
-        return read_flip(r, f);
+        return read_bit(r, f, HIL_FAULT_FLIP);
+    if (take(r, "stick"))
+        return read_bit(r, f, HIL_FAULT_STICK);
+    if (take(r, "lamp"))
+        return read_lamp(r, f);
     if (take(r, "can"))
         return read_line(r, f, false);
     if (take(r, "serial"))
@@ -317,7 +335,7 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
         return MR_OK;
     }
     return refuse(r, MR_MALFORMED,
-                  "`%s` is no action: power-cut, brown-out, crystal, flip, bus, can, serial, transducer, gage, staircase, "
+                  "`%s` is no action: power-cut, brown-out, crystal, flip, stick, lamp, bus, can, serial, transducer, gage, staircase, "
                   "reference, switch, camera, nor or thermometer", peek(r));
 }
 

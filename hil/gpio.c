@@ -69,6 +69,8 @@ bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin)
         return (p->outside >> pin & 1u) != 0;
     if (port == PORT_A && pin == 10)
         return hil_usart_line_in(board);
+    if (port == PORT_E && pin == 3)
+        return !hil_rig_lamp_draws(board);
     return (p->pupdr >> (2u * pin) & 3u) == 1u;
 }
 

@@ -32,6 +32,7 @@
 #include "hil/scb.h"
 #include "hil/script.h"
 #include "hil/spi.h"
+#include "hil/stuck.h"
 #include "hil/systick.h"
 #include "hil/tim.h"
 #include "hil/tmp112.h"
@@ -82,6 +83,7 @@ struct hil_state {
     struct hil_replay_state replay;
     struct hil_faults faults;
     struct hil_nor_faults nor_faults;
+    struct hil_stuck stuck;
     bool held_in_reset; /* no supply, or too little */
 };
 
@@ -134,6 +136,7 @@ struct hil_board {
     unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */
     bool rom_at_zero;          /* as the core's address space is mapped now */
     bool flash_guarded;        /* reads of flash by the core are caught */
+    bool looks_at_loads;       /* hil/stuck.h */
 
     /* Derived from code, run file and replay; rebuilt when needed. */
     struct hil_settling settling[HIL_SETTLINGS];

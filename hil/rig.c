@@ -115,6 +115,12 @@ void hil_rig_event(struct hil_board *board, uint64_t at)
     schedule(board);
 }
 
+bool hil_rig_lamp_draws(const struct hil_board *board)
+{
+    enum hil_lamp lamp = (enum hil_lamp)board->state.rig.lamp;
+    return lamp == HIL_LAMP_SHORTED || (lamp == HIL_LAMP_GOOD && !hil_gpio_level(board, 4, 0));
+}
+
 void hil_rig_skip(struct hil_board *board, unsigned position)
 {
     board->state.rig.contact[position].skipped = true;

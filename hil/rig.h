@@ -58,6 +58,7 @@ struct hil_rig {
     uint8_t order_count;    /* of those that open at all */
     uint8_t opened;         /* so many have */
     uint64_t pulse_end_ps;  /* HIL_NEVER: the one-shot is low */
+    uint8_t lamp;           /* enum hil_lamp */
     int8_t excitation;      /* +1, -1, 0 */
     double from;            /* amplitude when it last changed */
     uint64_t since_cycle;   /* when */
@@ -81,6 +82,8 @@ void hil_rig_skip(struct hil_board *board, unsigned position);
 void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps);
 /* Voltage on a pin at cycle `at`, not clipped. */
 double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
+/* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is low while it does. */
+bool hil_rig_lamp_draws(const struct hil_board *board);
 /* Step of a switch, position 1..24, in codes. */
 unsigned hil_rig_step_codes(unsigned position);
 

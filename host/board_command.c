@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/board_health.h"
 #include "host/boxfill.h"
 #include "host/boxtalk.h"
 #include "host/cli.h"
@@ -171,7 +172,7 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
 int board_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
-    const char *run = NULL, *words[2] = {NULL, NULL};
+    const char *run = NULL, *elf = NULL, *words[2] = {NULL, NULL};
     const struct cli_option options[] = {
         {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL},
         {"--csv", &request.csv, NULL}};
@@ -204,5 +205,7 @@ int board_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "--csv is slow's: matrig board %s", words[0]);
     if (status == MR_OK && run)
         status = run_parse(run, &request.run, &error);
+    if (status == MR_OK && is_health)
+        return board_health(request.serial, words[0], elf, cli);
     return status == MR_OK ? talk_to_board(&request, words[0], (uint16_t)number, &error) : cli_fail(&error);
 }

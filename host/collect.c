@@ -51,6 +51,20 @@ int64_t collector_session(const struct collector *collector)
     return collector->session;
 }
 
+const struct crash_report *collector_take_crash(struct collector *collector)
+{
+    bool news = collector->crash_news;
+    collector->crash_news = false;
+    return news ? &collector->crashed : NULL;
+}
+
+const struct mr_can_alarm *collector_take_alarm(struct collector *collector)
+{
+    bool news = collector->alarm_news;
+    collector->alarm_news = false;
+    return news ? &collector->alarm : NULL;
+}
+
 const char *collector_state_text(unsigned state)
 {
     static const char *const texts[] = {"idle", "armed", "landing", "settling", "done"};
@@ -72,6 +86,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     account_restart(&side->account, whole);
     side->shunt = (struct mr_shunt){0};
     memset(collector->fault_count, 0, sizeof collector->fault_count);
+    collector->alarm = (struct mr_can_alarm){0};
     struct store_event event = {.session = collector->session,
                                 .boot = side->boot,
                                 .run = STORE_NONE,

@@ -10,6 +10,7 @@
 #define MATRIG_HOST_COLLECT_H
 
 #include "common/catalogue.h"
+#include "host/crash.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
 
@@ -44,6 +45,11 @@ bool collector_lacks_configuration(const struct collector *collector);
 
 /* RUN of a landing that has ended since the last call; 0: none. */
 int64_t collector_take_finished(struct collector *collector);
+
+/* A processor fault that the board told of, since the last call; NULL: none. */
+const struct crash_report *collector_take_crash(struct collector *collector);
+/* The state of CAN as the board sees it, when it has changed since the last call; NULL: not. */
+const struct mr_can_alarm *collector_take_alarm(struct collector *collector);
 
 struct collector_progress {
     bool hello;     /* a board of the right layout has spoken */

@@ -385,6 +385,36 @@ static enum mr_status slow_part(struct collector *collector, struct side *side, 
     return store_slow_put(collector->store, &row, error);
 }
 
+/* What a processor fault left behind: an event for each word, once, whichever link brings it and however often. */
+static enum mr_status crash(struct collector *collector, const struct side *side, const struct mr_crash *message,
+                            uint64_t host_us, struct error *error)
+{
+    struct crash_report *report = &collector->crash[side->kind];
+    enum mr_status status = MR_OK;
+    if (!crash_take(report, message) || memcmp(report->word, collector->crashed.word, sizeof report->word) == 0)
+        return MR_OK;
+    collector->crashed = *report;
+    collector->crash_news = true;
+    for (unsigned i = 0; i < MR_CRASH_ITEMS && status == MR_OK; i++)
+        status = put_event(collector, side, "crash", 0, i, report->age, report->word[i], host_us, error);
+    return status;
+}
+
+/* The state of CAN as the board sees it is told each second; an event is made when it, or the count of outages, has changed. */
+static enum mr_status can_alarm(struct collector *collector, const struct side *side, const struct mr_can_alarm *message,
+                                int64_t block, uint64_t host_us, struct error *error)
+{
+    struct mr_can_alarm *newest = &collector->alarm;
+    bool same = newest->state == message->state && newest->outages == message->outages;
+    bool older = side->kind == LINK_CAN && message->outages < newest->outages; /* had waited in the controller */
+    if (same || older)
+        return MR_OK;
+    *newest = *message;
+    collector->alarm_news = true;
+    return put_event(collector, side, "can-state", block < 0 ? 0 : block, message->state, message->tec, message->outages,
+                     host_us, error);
+}
+
 /* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
 #define GET(name)                                      \
     struct mr_##name m;                                \
@@ -575,6 +605,16 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
     case MR_ID_SLOW_TENSION:
         status = slow_part(collector, side, id, payload, length, host_us, error);
         break;
+    case MR_ID_CRASH: {
+        GET(crash);
+        status = crash(collector, side, &m, host_us, error);
+        break;
+    }
+    case MR_ID_CAN_ALARM: {
+        GET(can_alarm);
+        status = can_alarm(collector, side, &m, block, host_us, error);
+        break;
+    }
     case MR_ID_CAN_HEALTH: {
         GET(can_health);
         if (side->kind == LINK_CAN)

@@ -9,6 +9,7 @@
 #include "common/slowrow.h"
 #include "host/account.h"
 #include "host/collect.h"
+#include "host/crash.h"
 #include "host/timebase.h"
 #include "host/timemap.h"
 
@@ -79,6 +80,11 @@ struct collector {
     uint16_t fault_count[MR_FAULT_COUNT];
     bool config_kept;         /* a whole configuration is in the database: */
     uint32_t config_kept_crc;
+    struct crash_report crash[LINK_KINDS]; /* being put together */
+    struct crash_report crashed;           /* the newest that is stored */
+    bool crash_news;                       /* and nobody has asked for yet */
+    struct mr_can_alarm alarm;             /* newest; of either link */
+    bool alarm_news;
 };
 
 /* Does what a message of the catalogue says. */

@@ -6,6 +6,7 @@
 #include "common/catalogue.h"
 #include "common/channels.h"
 #include "common/command.h"
+#include "common/crash.h"
 #include "common/fault.h"
 #include "host/collect.h"
 
@@ -101,10 +102,22 @@ static void write_values(FILE *out, const struct mr_message_info *message, const
         begin_values(out, message, field);
         for (unsigned i = 0; i < MR_FAULT_COUNT; i++)
             write_value(out, (long)i, mr_fault_text(i));
+    } else if (message->id == MR_ID_CRASH && strcmp(field->name, "item") == 0) {
+        begin_values(out, message, field);
+        for (unsigned i = 0; i < MR_CRASH_ITEMS; i++)
+            write_value(out, (long)i, mr_crash_item_name(i));
+    } else if (message->id == MR_ID_CAN_ALARM && strcmp(field->name, "state") == 0) {
+        begin_values(out, message, field);
+        for (unsigned i = 0; i <= MR_CAN_MISSING; i++)
+            write_value(out, (long)i, mr_can_state_text(i));
+    } else if (message->id == MR_ID_RESTARTS && strcmp(field->name, "late_task") == 0) {
+        begin_values(out, message, field);
+        for (unsigned i = 1; i < MR_TASK_COUNT; i++)
+            write_value(out, (long)i, mr_task_text(i));
     } else if ((message->id == MR_ID_COMMAND || message->id == MR_ID_ACK) &&
                strcmp(field->name, "code") == 0) {
         begin_values(out, message, field);
-        for (unsigned i = MR_COMMAND_STATE; i <= MR_COMMAND_BOOTROM; i++)
+        for (unsigned i = MR_COMMAND_STATE; i <= MR_COMMAND_SELF_TEST; i++)
             write_value(out, (long)i, mr_command_name(i));
     } else if (message->id == MR_ID_ACK && strcmp(field->name, "status") == 0) {
         begin_values(out, message, field);

@@ -14,6 +14,7 @@
 #include "host/analyse/summary.h"
 #include "host/cli.h"
 #include "host/collect.h"
+#include "host/crash.h"
 #include "host/link/can_error.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
@@ -36,6 +37,7 @@ struct logger {
     uint64_t troubles[LINK_KINDS];              /* of the link's, taken */
     uint64_t noted[LINK_KINDS][LINK_TROUBLES];  /* of them, seen by the user */
     uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
+    struct hil_symbols symbols; /* of --elf; none without it */
     bool in_transaction;
     uint64_t begun_us;
     uint64_t shown_us;
@@ -249,6 +251,25 @@ static void ask_for_configuration(struct logger *logger)
     }
 }
 
+/* What the board said of itself that nobody should have to look for. */
+static void note_health(struct logger *logger)
+{
+    char text[300];
+    const struct crash_report *crash = collector_take_crash(logger->collector);
+    const struct mr_can_alarm *alarm = collector_take_alarm(logger->collector);
+    if ((crash || alarm) && !logger->cli->quiet && cli_terminal())
+        fputs("\r\033[K", stderr); /* over the progress */
+    if (crash) {
+        crash_headline(crash, &logger->symbols, text, sizeof text);
+        cli_note(logger->cli, "%s", text);
+    }
+    if (alarm && alarm->state > MR_CAN_GOOD)
+        cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state), alarm->tec);
+    else if (alarm && alarm->outages)
+        cli_note(logger->cli, "the board says of CAN: good again after %.2f s; %u outages since its reset", (double)alarm->outage_s,
+                 alarm->outages);
+}
+
 static void show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_terminal() || (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
@@ -326,6 +347,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         if (status != MR_OK)
             return status;
         ask_for_configuration(logger);
+        note_health(logger);
         show_progress(logger, false);
         if (signalled)
             logger->ended_by = "signal"; /* it stays blocked and pending: the end is on its way */
@@ -482,14 +504,14 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
 
 int log_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL;
+    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL;
     bool listen = false;
     const struct cli_option options[] = {
         {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL},
-        {"--listen", NULL, &listen}};
+        {"--listen", NULL, &listen}, {"--elf", &elf, NULL}};
     struct error error = {0};
     double for_s = (double)INFINITY;
-    enum mr_status status = cli_parse(argc, argv, options, 5, NULL, 0, 0, "", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 6, NULL, 0, 0, "", &error);
     if (status == MR_OK && !can && !serial)
         status =
             error_set(&error, MR_USAGE,
@@ -498,8 +520,13 @@ int log_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
     if (status == MR_OK && for_text)
         status = cli_number(for_text, "--for", 0.001, 1e7, &for_s, &error);
-    if (status != MR_OK)
+    struct hil_symbols symbols = {0};
+    if (status == MR_OK)
+        status = crash_symbols(&symbols, elf, &error);
+    if (status != MR_OK) {
+        hil_symbols_free(&symbols);
         return cli_fail(&error);
+    }
 
     /* Signals come by a descriptor of their own, so none can slip in between a check and a wait. */
     sigset_t set;
@@ -510,7 +537,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}};
+    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols};
     status = open_all(&logger, can, serial, db, &error);
     if (status == MR_OK)
         status = run(&logger, signals, can, serial, for_s, &error);
@@ -523,5 +550,6 @@ int log_command(int argc, char **argv, const struct cli *cli)
         link_close(logger.link[kind]);
     store_close(logger.store);
     close(signals);
+    hil_symbols_free(&logger.symbols);
     return exit_code;
 }

@@ -2,14 +2,17 @@
 #include "common/crc32.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
+#include "firmware/tasks.h"
 
 #define SUPERVISION_HZ 100u
 #define SHUNT_PIN 1u
 #define WARNING_PIN 0u /* PE0: high holds the lamp off, so a dead board warns */
+#define LAMP_PIN 3u    /* PE3: low while the lamp draws current */
 
 extern const uint8_t program_start[], program_end[]; /* linker script */
 
 static struct board_identity identity;
+static bool quiet;
 static volatile bool tick_passed;
 static uint32_t asleep_ticks, load_since_tick;
 
@@ -44,11 +47,15 @@ static bool dma_answers(struct dma_regs *dma, uint8_t number)
 
 void board_start(void)
 {
-    fault_recall();
-    enum board_clock_source clock = clock_start();
     identity.reset_cause = take_reset_cause();
+    quiet = fault_recall(identity.reset_cause);
+    enum board_clock_source clock = clock_start();
+    memory_start();
     identity.clock_source = (uint8_t)clock;
     identity.image_crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
+
+    fault_set_image_crc(identity.image_crc);
+    memory_set_image_crc(identity.image_crc);
 
     for (unsigned i = 0; i < 3; i++) {
         if (!probe_word(&UID[i], &identity.uid[i]))
@@ -62,6 +69,8 @@ void board_start(void)
     uart_start(dma2, clock == BOARD_CLOCK_RAW);
     if (clock == BOARD_CLOCK_CRYSTAL)
         can_start();
+    if (quiet)
+        dma1 = false;
     /* No scans on the raw oscillator: neither their times nor the settling would be what the rest relies on. */
     if (clock != BOARD_CLOCK_RAW && dma1 && dma2 && capture_start())
         scan_prepare();
@@ -77,6 +86,7 @@ void board_identify(struct board_identity *out)
 
 void board_warn(bool warning)
 {
+    warning |= quiet;
     GPIOE->BSRR = 1u << (warning ? WARNING_PIN + 16u : WARNING_PIN);
 }
 
@@ -85,15 +95,27 @@ void board_shunt(bool on)
     GPIOE->BSRR = 1u << (on ? SHUNT_PIN : SHUNT_PIN + 16u);
 }
 
+bool board_lamp_draws(void)
+{
+    return !(GPIOE->IDR >> LAMP_PIN & 1u);
+}
+
 void board_watchdog_feed(void)
 {
     watchdog_feed();
 }
 
-void systick_irq(void);
-void systick_irq(void)
+void systick(void);
+void systick_irq(const uint32_t *frame);
+__attribute__((naked)) void systick(void)
+{
+    __asm volatile("mrs r0, msp\n\tb.w systick_irq");
+}
+
+void systick_irq(const uint32_t *frame)
 {
     tick_passed = true;
+    tasks_tick(frame[6]); /* the processor was there */
 }
 
 bool board_sleep(void)

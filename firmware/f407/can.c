@@ -1,18 +1,22 @@
 /* CAN1 at 1 Mbit/s: 42 MHz / 3 = 14 quanta a bit, sample point after 12 (85.7 %). RM0090 32.7 (modes, bit timing), 32.9.
  *
- * Frames leave in the order they were queued (TXFP), so the count in can_health says exactly what went before it. */
+ * Frames leave in the order they were queued (TXFP), so the count in can_health says exactly what went before it. Bus-off is left by
+ * software, when firmware/canwatch.c says so: the controller itself (ABOM) would come back 400 times a second to a shorted bus. */
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 #include "common/catalogue.h"
 
 #define TX_QUEUE 256u
 #define RX_QUEUE 64u
+#define ALL_EMPTY (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
 #define INIT_POLLS 100000u
 #define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
 static struct board_can_frame tx_queue[TX_QUEUE], rx_queue[RX_QUEUE];
 static volatile uint32_t tx_queued, tx_taken, rx_queued, rx_taken;
 static bool running;
+static volatile uint32_t passed, aborted; /* frames that mailboxes sent, and gave up when asked to */
+static uint32_t cleared;                    /* frames that waited, and were dropped */
 
 /* The sync frame: what it says, the mailbox it is in (3: none), when it left. */
 static volatile uint32_t sync_block, sync_tick;
@@ -30,7 +34,7 @@ static bool wait_init_ack(void)
 
 void can_start(void)
 {
-    CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP | CAN_MCR_ABOM; /* SLEEP off */
+    CAN1->MCR = CAN_MCR_INRQ | CAN_MCR_TXFP; /* SLEEP off */
     if (!wait_init_ack()) {
         health_count(MR_FAULT_CAN_MISSING, 0);
         return;
@@ -46,7 +50,7 @@ void can_start(void)
     CAN1->FMR &= ~CAN_FMR_FINIT;
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
     /* It takes part from 11 recessive bits on. Not waited for: a bus that is shorted now may be mended later. */
-    CAN1->MCR = CAN_MCR_TXFP | CAN_MCR_ABOM;
+    CAN1->MCR = CAN_MCR_TXFP;
     irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
     irq_enable(IRQ_CAN1_RX0, PRIORITY_CAN);
     running = true;
@@ -83,13 +87,22 @@ void can1_tx_irq(void);
 void can1_tx_irq(void)
 {
     uint32_t now = TIM2->CNT;
+    uint32_t tsr = CAN1->TSR;
     /* Only what was seen is cleared: a mailbox that is done meanwhile brings the next interrupt, with its own time. */
-    uint32_t done = CAN1->TSR & (CAN_TSR_DONE(0) | CAN_TSR_DONE(1) | CAN_TSR_DONE(2));
-    CAN1->TSR = done & (CAN_TSR_RQCP(0) | CAN_TSR_RQCP(1) | CAN_TSR_RQCP(2));
-    if (sync_mailbox < 3 && done & CAN_TSR_RQCP(sync_mailbox)) {
-        sync_left = (done & CAN_TSR_TXOK(sync_mailbox)) != 0;
-        sync_tick = now;
-        sync_mailbox = 3;
+    for (unsigned mailbox = 0; mailbox < 3; mailbox++) {
+        bool left = (tsr & CAN_TSR_TXOK(mailbox)) != 0;
+        if (!(tsr & CAN_TSR_RQCP(mailbox)))
+            continue;
+        CAN1->TSR = CAN_TSR_RQCP(mailbox);
+        if (left)
+            passed++;
+        else
+            aborted++;
+        if (sync_mailbox == mailbox) {
+            sync_left = left;
+            sync_tick = now;
+            sync_mailbox = 3;
+        }
     }
     fill_mailboxes();
 }
@@ -156,9 +169,31 @@ bool board_can_sync_tick(uint32_t block, uint32_t *tick)
     return left;
 }
 
+void board_can_clear(void)
+{
+    if (!running)
+        return;
+    uint32_t mask = irq_mask();
+    cleared += tx_queued - tx_taken;
+    tx_taken = tx_queued;
+    CAN1->TSR = CAN_TSR_ABRQ(0) | CAN_TSR_ABRQ(1) | CAN_TSR_ABRQ(2);
+    irq_restore(mask);
+}
+
+void board_can_rejoin(bool begin)
+{
+    if (running)
+        CAN1->MCR = CAN_MCR_TXFP | (begin ? CAN_MCR_INRQ : 0);
+}
+
 void board_can_state(struct board_can_errors *errors)
 {
     uint32_t esr = running ? CAN1->ESR : 0;
+    errors->missing = !running;
+    errors->last_error = (uint8_t)(esr >> 4 & 7u);
+    errors->pending = running && (tx_taken != tx_queued || (~CAN1->TSR & ALL_EMPTY) != 0);
+    errors->passed = passed;
+    errors->removed = cleared + aborted;
     errors->tec = (uint8_t)(esr >> 16);
     errors->rec = (uint8_t)(esr >> 24);
     errors->passive = (esr & CAN_ESR_EPVF) != 0;

@@ -5,7 +5,7 @@
 #define CAPTURES 64u
 #define STREAM 5u
 
-static volatile uint32_t captured_tick[CAPTURES];
+static volatile uint32_t captured_tick[CAPTURES] DMA_BUFFER;
 static unsigned taken; /* index of the oldest capture not taken */
 
 bool capture_start(void)

@@ -8,6 +8,9 @@
 #include "firmware/board.h"
 #include "firmware/f407/regs.h"
 
+/* A buffer that DMA writes or reads at any time: the background test of RAM leaves it alone (matrig.ld gathers them). */
+#define DMA_BUFFER __attribute__((section(".bss.dma_buffers")))
+
 /* clock.c: crystal and PLL, or internal oscillator and PLL, or neither. */
 enum board_clock_source clock_start(void);
 /* pins.c: clocks of ports and peripherals, functions of all pins. */
@@ -34,8 +37,13 @@ void watchdog_feed(void);
 void watchdog_patience(uint32_t counts);
 /* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything else. */
 void rom_if_asked(void);
-/* fault.c: counts what a processor fault before this reset left behind. */
-void fault_recall(void);
+/* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as in the message hello.
+ * True: too many in a row, the board only speaks. */
+bool fault_recall(uint8_t cause);
+void fault_set_image_crc(uint32_t crc);
+/* memory.c: paint the stack and test the RAM that nobody uses. Before anything is in DMA buffers. */
+void memory_start(void);
+void memory_set_image_crc(uint32_t crc);
 /* Read a word where there may be nothing: false, and 0, when the bus answers with a fault. */
 bool probe_word(const volatile uint32_t *address, uint32_t *value);
 

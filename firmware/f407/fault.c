@@ -1,37 +1,143 @@
-/* A processor fault stores what it was and resets; the next start counts it. A bus fault during a probe says instead that
- * nothing answers at the address probed. PM0214 2.4.4. */
+/* A processor fault stores what it was and resets; the next start counts it and tells it. A bus fault during a probe says instead
+ * that nothing answers at the address probed. Restarts that nobody asked for are counted through resets: after QUIET_RESTARTS in a
+ * row the board starts without what it measures with, and only speaks. PM0214 2.3.7 (frames), 2.4.4 (faults). */
+#include <string.h>
+
+#include "common/crash.h"
+#include "common/crc32.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
+#include "firmware/tasks.h"
 
-#define NOTE_VALID 0x4641554cu /* "FAUL" */
+#define QUIET_RESTARTS 5u
+#define FRAME_WORDS 8u      /* r0-r3, r12, lr, pc, xpsr */
+#define FRAME_FP_WORDS 26u  /* and s0-s15, fpscr, one reserved */
+#define XPSR_ALIGNED (1u << 9)
+#define IPSR_MASK 0x1ffu
 
-/* Not cleared at start, so that it survives the reset. */
+extern uint32_t stack_bottom[], stack_top[]; /* linker script */
+
+/* Not cleared at start, so that they survive the reset; at power on RAM holds anything, and the CRC does not match. */
 static struct {
-    uint32_t valid;
-    uint32_t cfsr;
-    uint32_t hfsr;
-    uint32_t crystal_stopped;
-} note __attribute__((section(".noinit")));
+    uint32_t words[MR_CRASH_ITEMS];
+    uint32_t age;
+    uint32_t fresh;
+    uint32_t crc;
+} crash __attribute__((section(".noinit")));
 
-void processor_fault(void);
-void processor_fault(void)
+static struct {
+    uint8_t restarts, in_row, late_task, reserved;
+    uint32_t late_pc;
+    uint32_t image_crc;
+    uint32_t crc;
+} past __attribute__((section(".noinit")));
+
+static struct board_restart restart;
+
+/* r4 to r11 at the fault: the entry puts them here. */
+static uint32_t fault_registers[8] __attribute__((section(".noinit"), used));
+static volatile bool probing __attribute__((used));
+static volatile bool probe_failed;
+
+static uint32_t crc_of(const void *words, size_t bytes)
 {
-    note.valid = NOTE_VALID;
-    note.cfsr = SCB_CFSR;
-    note.hfsr = SCB_HFSR;
-    note.crystal_stopped = RCC->CIR & RCC_CIR_CSSF; /* NMI of the clock security comes here too */
+    return mr_crc32(0, words, bytes);
+}
+
+static void seal_crash(void)
+{
+    crash.crc = crc_of(&crash, offsetof(__typeof__(crash), crc));
+}
+
+static void seal_past(void)
+{
+    past.crc = crc_of(&past, offsetof(__typeof__(past), crc));
+}
+
+static void reset_chip(void)
+{
+    __asm volatile("dsb" ::: "memory");
     SCB_AIRCR = 0x05fa0004u; /* system reset request */
     for (;;) {
     }
 }
 
-static volatile bool probing, probe_failed;
+void processor_fault(void);
+void fault_store(const uint32_t *frame, uint32_t exc_return);
+
+/* The stack pointer may be what is wrong: then the rest runs on a stack of its own making. */
+__attribute__((naked)) void processor_fault(void)
+{
+    __asm volatile("ldr r3, =fault_registers\n\t"
+                   "stmia r3, {r4-r11}\n\t"
+                   "mrs r0, msp\n\t"
+                   "mov r1, lr\n\t"
+                   "ldr r3, =stack_top\n\t"
+                   "ldr r2, =stack_bottom + 256\n\t"
+                   "cmp r0, r2\n\t"
+                   "blo 1f\n\t"
+                   "cmp r0, r3\n\t"
+                   "blo 2f\n"
+                   "1:\tmsr msp, r3\n"
+                   "2:\tldr r2, =fault_store\n\t"
+                   "bx r2\n\t"
+                   ".ltorg");
+}
+
+static uint32_t kind_of(uint32_t exception, uint32_t cfsr)
+{
+    if (RCC->CIR & RCC_CIR_CSSF) /* NMI of the clock security comes here too */
+        return MR_CRASH_CRYSTAL;
+    if (exception >= 16)
+        return MR_CRASH_UNASKED;
+    return cfsr & 0xffu     ? MR_CRASH_MEMORY
+           : cfsr & 0xff00u ? MR_CRASH_BUS
+           : cfsr >> 16     ? MR_CRASH_USAGE
+                            : MR_CRASH_OTHER;
+}
+
+static bool on_stack(const uint32_t *from, unsigned words)
+{
+    return from >= stack_bottom && from <= stack_top && (unsigned)(stack_top - from) >= words;
+}
+
+void fault_store(const uint32_t *frame, uint32_t exc_return)
+{
+    static const uint8_t stacked[FRAME_WORDS] = {MR_CRASH_R0, MR_CRASH_R1,  MR_CRASH_R2, MR_CRASH_R3,
+                                                 MR_CRASH_R12, MR_CRASH_LR, MR_CRASH_PC, MR_CRASH_XPSR};
+    uint32_t *word = crash.words;
+    uint32_t exception;
+    __asm volatile("mrs %0, ipsr" : "=r"(exception));
+    memset(word, 0, sizeof crash.words);
+    word[MR_CRASH_CFSR] = SCB_CFSR;
+    word[MR_CRASH_HFSR] = SCB_HFSR;
+    word[MR_CRASH_MMFAR] = SCB_MMFAR;
+    word[MR_CRASH_BFAR] = SCB_BFAR;
+    word[MR_CRASH_EXCEPTION] = exception & IPSR_MASK;
+    word[MR_CRASH_KIND] = kind_of(exception & IPSR_MASK, word[MR_CRASH_CFSR]);
+    word[MR_CRASH_BLOCK] = health_block();
+    word[MR_CRASH_TASK] = tasks_current();
+    word[MR_CRASH_IMAGE] = past.image_crc;
+    memcpy(&word[MR_CRASH_R4], fault_registers, sizeof fault_registers);
+    word[MR_CRASH_SP] = (uint32_t)(uintptr_t)frame;
+    if (on_stack(frame, FRAME_WORDS)) {
+        for (unsigned i = 0; i < FRAME_WORDS; i++)
+            word[stacked[i]] = frame[i];
+        const uint32_t *below = frame + (exc_return & 0x10u ? FRAME_WORDS : FRAME_FP_WORDS) +
+                                (frame[7] & XPSR_ALIGNED ? 1 : 0);
+        word[MR_CRASH_SP] = (uint32_t)(uintptr_t)below;
+        for (unsigned i = 0; i < MR_CRASH_STACK && on_stack(below + i, 1); i++)
+            word[MR_CRASH_STACK_FIRST + i] = below[i];
+    }
+    crash.age = 0;
+    crash.fresh = 1;
+    seal_crash();
+    reset_chip();
+}
 
 void bus_fault_at(uint32_t *frame);
 void bus_fault_at(uint32_t *frame)
 {
-    if (!probing)
-        processor_fault();
     probe_failed = true;
     SCB_CFSR = 0xff00u;  /* write 1 to clear the bus fault bits */
     frame[6] += 2;       /* go on behind the probe's two-byte load */
@@ -41,7 +147,13 @@ void bus_fault_at(uint32_t *frame)
 __attribute__((naked)) void bus_fault(void);
 __attribute__((naked)) void bus_fault(void)
 {
-    __asm volatile("mrs r0, msp\n\tb bus_fault_at");
+    __asm volatile("ldr r0, =probing\n\t"
+                   "ldrb r0, [r0]\n\t"
+                   "cmp r0, #0\n\t"
+                   "beq.w processor_fault\n\t"
+                   "mrs r0, msp\n\t"
+                   "b.w bus_fault_at\n\t"
+                   ".ltorg");
 }
 
 bool probe_word(const volatile uint32_t *address, uint32_t *value)
@@ -62,14 +174,81 @@ bool answers(reg32 *reg, uint32_t probe)
     return *reg == probe;
 }
 
-void fault_recall(void)
+/* Of BOR_LEV: 3 off, 2 level 1 ... 0 level 3. RM0090 3.9.10 */
+static uint8_t brown_out_level(void)
 {
-    /* Detail: which fault, from the status: 1 memory, 2 bus, 3 usage, 4 other, 5 the crystal stopped. */
-    if (note.valid == NOTE_VALID)
-        health_count(MR_FAULT_HARD_FAULT, note.crystal_stopped  ? 5
-                                          : note.cfsr & 0xffu   ? 1
-                                          : note.cfsr & 0xff00u ? 2
-                                          : note.cfsr >> 16     ? 3
-                                                                : 4);
-    note.valid = 0;
+    return (uint8_t)(3u - (FLASH_OPTCR >> 2 & 3u));
+}
+
+static void recall_crash(void)
+{
+    if (crash.crc != crc_of(&crash, offsetof(__typeof__(crash), crc))) {
+        memset(&crash, 0, sizeof crash);
+        return;
+    }
+    if (crash.fresh)
+        health_count(MR_FAULT_HARD_FAULT, (uint8_t)crash.words[MR_CRASH_KIND]);
+    else if (crash.age < UINT16_MAX)
+        crash.age++;
+    restart.crash = crash.words[MR_CRASH_KIND] ? crash.words : NULL;
+    restart.crash_age = (uint16_t)crash.age;
+}
+
+bool fault_recall(uint8_t cause)
+{
+    bool by_watchdog = (cause & 8u) != 0;
+    if (past.crc != crc_of(&past, offsetof(__typeof__(past), crc)))
+        memset(&past, 0, sizeof past);
+    recall_crash();
+    restart.brown_out = brown_out_level();
+    if (by_watchdog) {
+        restart.late_task = past.late_task ? past.late_task : (uint8_t)tasks_current();
+        restart.late_pc = past.late_pc;
+        health_count(MR_FAULT_TASK_LATE, restart.late_task);
+    }
+    if (by_watchdog || crash.fresh) {
+        past.restarts = (uint8_t)(past.restarts + (past.restarts < UINT8_MAX));
+        past.in_row = (uint8_t)(past.in_row + (past.in_row < UINT8_MAX));
+    } else {
+        past.in_row = 0; /* power, a button, a command */
+    }
+    crash.fresh = 0;
+    seal_crash();
+    past.late_task = 0;
+    past.late_pc = 0;
+    restart.restarts = past.restarts;
+    restart.in_row = past.in_row;
+    restart.quiet = past.in_row >= QUIET_RESTARTS;
+    seal_past();
+    tasks_start();
+    return restart.quiet;
+}
+
+void fault_set_image_crc(uint32_t crc)
+{
+    past.image_crc = crc;
+    seal_past();
+}
+
+void board_restarted(struct board_restart *out)
+{
+    *out = restart;
+}
+
+void board_note_late(uint8_t task, uint32_t pc)
+{
+    past.late_task = task;
+    past.late_pc = pc;
+    seal_past();
+}
+
+void board_note_good(void)
+{
+    past.in_row = 0;
+    seal_past();
+}
+
+void board_reset(void)
+{
+    reset_chip();
 }

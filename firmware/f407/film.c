@@ -9,7 +9,7 @@
 #define STOP_POLLS 1000u
 #define TRIGGER_PIN 2u
 
-static volatile uint32_t captured_tick[CAPTURES];
+static volatile uint32_t captured_tick[CAPTURES] DMA_BUFFER;
 static unsigned taken; /* index of the oldest capture not taken */
 
 static void stop(struct dma_stream_regs *stream)

@@ -26,7 +26,7 @@ enum { WRITE_ENABLE = 0x06, STATUS = 0x05, PROGRAM = 0x02, READ = 0x03, ERASE = 
 static volatile enum phase { ABSENT, STARTING, IDLE, READING, SENDING, PROGRAMMING, ERASING } phase;
 static volatile bool failed;
 static uint32_t since_tick, polls;
-static volatile uint8_t sink;         /* what comes in while a page goes out; the newest status */
+static volatile uint8_t sink DMA_BUFFER;         /* what comes in while a page goes out; the newest status */
 static const uint8_t filler = 0xff;
 
 static void select(bool on)
@@ -134,7 +134,7 @@ void dma1_stream3_irq(void)
     }
 }
 
-static void identify(void)
+static bool is_expected(void)
 {
     select(true);
     exchange(IDENTITY);
@@ -142,7 +142,21 @@ static void identify(void)
     (void)exchange(filler); /* 0x40 or 0x70, by ordering code */
     uint8_t capacity = exchange(filler);
     select(false);
-    phase = manufacturer == MANUFACTURER && capacity == CAPACITY ? IDLE : ABSENT;
+    return manufacturer == MANUFACTURER && capacity == CAPACITY;
+}
+
+static void identify(void)
+{
+    phase = is_expected() ? IDLE : ABSENT;
+}
+
+enum nor_status nor_identify(void)
+{
+    if (phase == ABSENT)
+        return NOR_MISSING;
+    if (phase != IDLE)
+        return NOR_BUSY;
+    return is_expected() ? NOR_IDLE : NOR_MISSING;
 }
 
 /* The chip may still be busy with what it did before a reset; nothing there reads as ones. */

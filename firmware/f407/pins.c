@@ -52,9 +52,9 @@ void pins_start(void)
     set_function(GPIOD, 13, 2);  /* TIM4_CH2, excitation in antiphase */
     set_function(GPIOB, 3, 1);   /* TIM2_CH2, frame pulses of the camera */
     set_mode(GPIOE, 0, 1);       /* warning output, low warns */
-    set_mode(GPIOE, 2, 1);       /* camera trigger, high pulse */
     set_mode(GPIOE, 1, 1);       /* relay of the bridges' shunts, high: on */
     set_mode(GPIOE, 2, 1);       /* camera trigger, high pulse */
+    pull_up(GPIOE, 3);           /* lamp readback, low while it draws current */
 }
 
 void pins_i2c(enum pins_i2c way)

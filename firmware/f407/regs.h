@@ -61,6 +61,7 @@ struct rcc_regs {
 #define FLASH_CR_PSIZE_32 (2u << 8)
 #define FLASH_CR_STRT (1u << 16)
 #define FLASH_CR_LOCK (1u << 31)
+#define FLASH_OPTCR (*(reg32 *)0x40023c14u)
 #define PWR_CR (*(reg32 *)0x40007000u)
 #define PWR_CR_VOS (1u << 14)
 
@@ -160,11 +161,12 @@ struct can_regs {
 #define CAN1 ((struct can_regs *)0x40006400u)
 #define CAN_MCR_INRQ (1u << 0)
 #define CAN_MCR_TXFP (1u << 2)
-#define CAN_MCR_ABOM (1u << 6)
 #define CAN_MSR_INAK (1u << 0)
 #define CAN_TSR_RQCP(m) (1u << (8u * (m)))
 #define CAN_TSR_TXOK(m) (2u << (8u * (m)))
 #define CAN_TSR_DONE(m) (CAN_TSR_RQCP(m) | CAN_TSR_TXOK(m))
+#define CAN_TSR_ABRQ(m) (0x80u << (8u * (m)))
+#define CAN_TSR_TME(m) (1u << (26u + (m)))
 #define CAN_RF0R_FMP 3u
 #define CAN_RF0R_FOVR (1u << 4)
 #define CAN_RF0R_RFOM (1u << 5)
@@ -242,6 +244,8 @@ struct iwdg_regs {
 #define SCB_SHCSR_BUSFAULTENA (1u << 17)
 #define SCB_CFSR (*(reg32 *)0xe000ed28u)
 #define SCB_HFSR (*(reg32 *)0xe000ed2cu)
+#define SCB_MMFAR (*(reg32 *)0xe000ed34u)
+#define SCB_BFAR (*(reg32 *)0xe000ed38u)
 #define SCB_CPACR (*(reg32 *)0xe000ed88u)
 
 enum irq_number {

@@ -24,8 +24,8 @@
 #define BLOCK_QUEUE 16u
 
 /* Rows of as many codes as the converter's sequence has. Two are added and compared at a time, so they lie on words. */
-static _Alignas(4) uint16_t adc1_code[SCANS * MR_ADC1_CHANNELS];
-static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS];
+static _Alignas(4) uint16_t adc1_code[SCANS * MR_ADC1_CHANNELS] DMA_BUFFER;
+static _Alignas(4) uint16_t adc3_code[SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 
 static struct mr_scan scan;
 static bool converters_answer, timers_run;

@@ -11,7 +11,7 @@ void reset(void);
 void rom_if_asked(void);
 void processor_fault(void);
 void bus_fault(void);
-void systick_irq(void);
+void systick(void);
 void adc_irq(void);
 void can1_tx_irq(void);
 void can1_rx0_irq(void);
@@ -49,7 +49,7 @@ __attribute__((section(".vectors"), used)) static const struct {
         [0 ... VECTORS - 2] = processor_fault,
         [1 - 1] = reset,
         [5 - 1] = bus_fault,
-        [15 - 1] = systick_irq,
+        [15 - 1] = systick,
         [16 + IRQ_DMA1_STREAM3 - 1] = dma1_stream3_irq,
         [16 + IRQ_ADC - 1] = adc_irq,
         [16 + IRQ_CAN1_TX - 1] = can1_tx_irq,

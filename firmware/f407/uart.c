@@ -14,7 +14,7 @@
 /* A byte takes 840 cycles. Few enough that a dead transmitter does not outlast the watchdog, message by message. */
 #define POLLS_PER_BYTE 1000u
 
-static uint8_t tx_ring[TX_RING], rx_ring[RX_RING];
+static uint8_t tx_ring[TX_RING] DMA_BUFFER, rx_ring[RX_RING] DMA_BUFFER;
 static volatile uint32_t tx_put, tx_got; /* bytes ever queued and ever sent */
 static volatile uint32_t tx_chunk;       /* bytes the DMA is sending */
 static uint32_t rx_got;

@@ -174,6 +174,8 @@ static void only_one(struct comparing *c, const struct answer *answer, int64_t b
     /* The record may end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) || (!recorded && block >= c->end_block))
         return;
+    if (!recorded && c->broken_off && block == c->end_block)
+        return; /* what was said of the last block may not have got out */
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
         return; /* the end itself may be that much earlier or later */
     if (!recorded && c->options->lossy[c->row->link]) {

@@ -60,7 +60,8 @@ static const struct {
 };
 
 /* Messages that say what the links, the clock or the chip did: they come and go with the circumstances. */
-static const char *const circumstances[] = {"message_count", "config_refused", "config_image", "config_state", "config_staged"};
+static const char *const circumstances[] = {"message_count", "config_refused", "config_image", "config_state", "config_staged",
+                                            "crash", "upkeep", "self_test", "can_alarm", "restarts", "can_drops"};
 
 bool field_circumstance(const struct mr_message_info *info)
 {

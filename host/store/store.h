@@ -188,7 +188,7 @@ struct store_event {
     int64_t run;
     int64_t board_us;
     int64_t host_us;
-    const char *kind; /* state, mark, ack, fault, switch, channel, camera, restart, joined; troubles of a link: can-link, serial-link */
+    const char *kind; /* state, mark, ack, fault, crash, can-state, switch, channel, camera, restart, joined; troubles of a link: can-link, serial-link */
     int64_t code;
     int64_t detail;
     int64_t value;

@@ -66,6 +66,66 @@ bool board_can_send(const struct board_can_frame *frame)
     return true;
 }
 
+void board_can_clear(void)
+{
+    fake.clears++;
+}
+
+void board_can_rejoin(bool begin)
+{
+    fake.rejoins += begin;
+}
+
+bool board_lamp_draws(void)
+{
+    return fake.lamp_broken ? false : fake.warning;
+}
+
+void board_reset(void)
+{
+    fake.resets++;
+}
+
+void board_restarted(struct board_restart *restart)
+{
+    *restart = fake.restart;
+}
+
+void board_note_late(uint8_t task, uint32_t pc)
+{
+    fake.late_task = task;
+    fake.late_pc = pc;
+}
+
+void board_note_good(void)
+{
+    fake.good_notes++;
+}
+
+void board_upkeep(void)
+{
+    fake.upkeep_slices++;
+    if (fake.upkeep_slices % 100 == 0) {
+        fake.upkeep.ram_rounds++;
+        fake.upkeep.flash_rounds++;
+    }
+}
+
+void board_upkeep_restart(void)
+{
+}
+
+void board_upkeep_state(struct board_upkeep *upkeep)
+{
+    *upkeep = fake.upkeep;
+}
+
+bool board_image_check(bool *good)
+{
+    *good = !fake.image_bad;
+    return fake.image_known;
+}
+
 bool board_can_receive(struct board_can_frame *frame)
 {
     if (fake.received_taken == fake.received_count)

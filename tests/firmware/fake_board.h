@@ -35,7 +35,16 @@ struct fake_board {
 
     bool can_full, serial_full; /* refuse everything */
     struct board_can_errors can_errors;
-    bool warning, shunted;
+    unsigned clears, rejoins;
+    bool warning, shunted, lamp_broken;
+    unsigned resets;
+    struct board_restart restart;
+    uint8_t late_task;
+    uint32_t late_pc;
+    unsigned good_notes;
+    unsigned upkeep_slices;
+    struct board_upkeep upkeep;
+    bool image_known, image_bad;
     unsigned restarts;
     uint32_t fitted; /* channels that are scanned */
     unsigned configurations;

@@ -55,6 +55,11 @@ static void end(unsigned permille)
     fake_nor.operation = 0;
 }
 
+enum nor_status nor_identify(void)
+{
+    return fake_nor.present ? NOR_IDLE : NOR_MISSING;
+}
+
 enum nor_status nor_poll(void)
 {
     if (!fake_nor.present)

@@ -326,6 +326,7 @@ static void a_fault_is_told_when_it_comes_and_each_second(void **state)
     struct mr_fault fault;
     unsigned told = 0;
     fake.can_errors = (struct board_can_errors){.tec = 200, .passive = true, .bus_off = true};
+    app_supervise(&app); /* looks at CAN every 10 ms */
     play(100);
     memset(&fake.can_errors, 0, sizeof fake.can_errors);
     fake.sent_count = 0;

@@ -118,7 +118,8 @@ static void only_commands_pass_the_filter(void **state)
     ear_close(ear);
 }
 
-/* Wires touch: bus-off. Apart again: the controller comes back by itself and what was queued follows. */
+/* Wires touch: bus-off. Apart again: within 0.12 s (a try each 0.1 s) the board is back, says how long it was away, and its count of
+ * what it sent is right: what waited for more than 0.1 s, and what came later, was dropped and counted. */
 static void bus_off_is_left_again(void **state)
 {
     (void)state;
@@ -129,11 +130,11 @@ static void bus_off_is_left_again(void **state)
     ear_until(ear, 0.9);
     assert_int_equal(ear->can_frames, before);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_BUS_OFF));
-    ear_until(ear, 0.905);
+    ear_until(ear, 1.02);
     assert_true(ear->can_frames > before);
     ear_until(ear, 1.5);
     assert_true(ear_faults(ear, EAR_CAN) & EAR_BIT(CAN_BUS_OFF)); /* told on CAN afterwards */
-    assert_int_equal(ear->can_sent, ear->can_at_health);          /* nothing was lost: 160 frames fit the queue */
+    assert_int_equal(ear->can_sent, ear->can_at_health);
     ear_close(ear);
 }
 

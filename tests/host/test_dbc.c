@@ -117,7 +117,7 @@ static void floats_and_names(void **state)
     assert_non_null(
         strstr(text, "\nVAL_ 160 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n"));
     assert_non_null(
-        strstr(text, "\nVAL_ 176 code 1 \"state\" 2 \"arm\" 3 \"disarm\" 4 \"mark\" 5 \"survey\" 6 \"bootrom\" ;\n"));
+        strstr(text, "\nVAL_ 176 code 1 \"state\" 2 \"arm\" 3 \"disarm\" 4 \"mark\" 5 \"survey\" 6 \"bootrom\" 7 \"reset\" 8 \"self-test\" ;\n"));
     assert_non_null(strstr(text, " 19 \"the watchdog reset the board\" "));
     assert_non_null(strstr(text, "\nBU_: BOARD HOST\n"));
 }

@@ -1,0 +1,133 @@
+#include "firmware/canwatch.h"
+
+#include <string.h>
+
+#define LEC_NO_ACKNOWLEDGE 3u
+#define WARNING_COUNT 96u
+#define OUTAGE_TICKS_MAX 65534u
+
+static void count(uint16_t *counter, uint32_t more)
+{
+    *counter = more > (uint32_t)(UINT16_MAX - *counter) ? UINT16_MAX : (uint16_t)(*counter + more);
+}
+
+void canwatch_start(struct canwatch *watch, bool silent)
+{
+    memset(watch, 0, sizeof *watch);
+    watch->silent = silent;
+    watch->state = silent ? MR_CAN_SILENT : MR_CAN_GOOD;
+}
+
+static enum mr_can_state state_of(const struct canwatch *watch)
+{
+    const struct board_can_errors *errors = &watch->errors;
+    bool stalled = watch->stalled_ticks >= CANWATCH_OUTAGE_TICKS || watch->phase != CANWATCH_UP;
+    if (errors->missing)
+        return MR_CAN_MISSING;
+    if (errors->bus_off)
+        return MR_CAN_OFF;
+    if (stalled && watch->state == MR_CAN_OFF)
+        return MR_CAN_OFF; /* until something passes: it comes and goes on a shorted bus */
+    if (stalled)
+        return errors->passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED : MR_CAN_STUCK;
+    if (errors->passive)
+        return MR_CAN_PASSIVE;
+    return errors->tec >= WARNING_COUNT || errors->rec >= WARNING_COUNT ? MR_CAN_WARNING : MR_CAN_GOOD;
+}
+
+static bool is_outage(enum mr_can_state state)
+{
+    return state == MR_CAN_UNPLUGGED || state == MR_CAN_STUCK || state == MR_CAN_OFF;
+}
+
+static uint16_t *drops_now(struct canwatch *watch)
+{
+    return watch->state == MR_CAN_OFF ? &watch->drops.bus_off : &watch->drops.timeout;
+}
+
+/* The way of what waits: kept, dropped, and the alarm in its place. */
+static void go_on(struct canwatch *watch, bool passed, struct canwatch_news *news)
+{
+    switch (watch->phase) {
+    case CANWATCH_UP:
+        if (watch->stalled_ticks < CANWATCH_STALE_TICKS)
+            break;
+        board_can_clear();
+        watch->phase = CANWATCH_CLEARING;
+        break;
+    case CANWATCH_CLEARING:
+        if (watch->errors.pending)
+            break;
+        watch->phase = CANWATCH_PROBING;
+        news->probe = true;
+        break;
+    case CANWATCH_PROBING:
+        if (passed)
+            watch->phase = CANWATCH_UP;
+        break;
+    }
+}
+
+static void leave_bus_off(struct canwatch *watch)
+{
+    if (watch->rejoin_ticks)
+        watch->rejoin_ticks--;
+    if (watch->rejoining) { /* the controller has had a tick to stop */
+        board_can_rejoin(false);
+        watch->rejoining = false;
+    } else if (watch->errors.bus_off && !watch->rejoin_ticks) {
+        board_can_rejoin(true);
+        watch->rejoining = true;
+        watch->rejoin_ticks = CANWATCH_REJOIN_TICKS;
+    }
+}
+
+struct canwatch_news canwatch_tick(struct canwatch *watch)
+{
+    struct canwatch_news news = {0};
+    struct board_can_errors before = watch->errors;
+    enum mr_can_state state_before = watch->state;
+    if (watch->silent)
+        return news;
+    board_can_state(&watch->errors);
+    bool passed = watch->errors.passed != watch->passed;
+    watch->passed = watch->errors.passed;
+    watch->stalled_ticks = passed || !watch->errors.pending ? 0 : watch->stalled_ticks + 1;
+    count(drops_now(watch), watch->errors.removed - watch->removed);
+    watch->removed = watch->errors.removed;
+    leave_bus_off(watch);
+    go_on(watch, passed, &news);
+    watch->state = state_of(watch);
+    news.changed = watch->state != state_before;
+    news.passive = watch->errors.passive && !before.passive;
+    news.off = watch->errors.bus_off && !before.bus_off;
+    if (is_outage(watch->state) && !is_outage(state_before)) {
+        count(&watch->outages, 1);
+        watch->outage_ticks = CANWATCH_OUTAGE_TICKS;
+    } else if (is_outage(watch->state) && watch->outage_ticks < OUTAGE_TICKS_MAX) {
+        watch->outage_ticks++;
+    }
+    news.back = is_outage(state_before) && !is_outage(watch->state);
+    return news;
+}
+
+bool canwatch_takes(struct canwatch *watch)
+{
+    if (watch->silent)
+        count(&watch->drops.silent, 1);
+    else if (watch->phase != CANWATCH_UP)
+        count(drops_now(watch), 1);
+    return !watch->silent && watch->phase == CANWATCH_UP;
+}
+
+void canwatch_full(struct canwatch *watch)
+{
+    count(&watch->drops.queue_full, 1);
+}
+
+struct mr_can_alarm canwatch_alarm(const struct canwatch *watch)
+{
+    return (struct mr_can_alarm){.state = (uint8_t)watch->state, .last_error = watch->errors.last_error, .tec = watch->errors.tec,
+                                 .rec = watch->errors.rec, .outages = watch->outages,
+                                 .outage_s = (float)watch->outage_ticks / 100.0f};
+}

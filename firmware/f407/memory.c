@@ -1,0 +1,201 @@
+/* Tests of memory: RAM that nobody uses at start, RAM in use and the program piece by piece while idle, how deep the stack went.
+ *
+ * RAM in use is tested four words at a time, in registers alone and with interrupts masked, by March C- (van de Goor 1991: up w0;
+ * up r0 w1; up r1 w0; down r0 w1; down r1 w0; r0) on two backgrounds; what was there is put back. That finds bits that stick or
+ * that follow each other within the four words; faults of address lines it cannot find, but the test of the unused RAM, as a whole,
+ * can. Buffers of DMA are tested once, at start: what DMA does cannot be masked. */
+#include <string.h>
+
+#include "common/crash.h"
+#include "common/crc32.h"
+#include "firmware/f407/drivers.h"
+#include "firmware/health.h"
+
+#define PAINT 0x5afe57acu
+#define WINDOW_WORDS 4u
+#define WINDOWS 8u          /* a slice */
+#define FLASH_SLICE 128u    /* bytes */
+#define DMA_REACH 1024u     /* bytes from a stream's address on that it may write */
+#define STREAMS 16u
+
+extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[], ram_end[]; /* linker script */
+extern const uint8_t program_start[], program_end[];
+
+static struct board_upkeep upkeep;
+static uint32_t *at;             /* next window */
+static const uint8_t *flash_at;  /* next byte */
+static uint32_t flash_crc, image_crc;
+
+/* Bits of four words that did not hold. The registers on the stack are put back before they are needed: the stack may be under
+ * test itself. */
+static __attribute__((naked, noinline)) uint32_t march(__attribute__((unused)) uint32_t *words,
+                                                           __attribute__((unused)) uint32_t background)
+{
+#define ELEMENT(offset, expected, written) \
+    "ldr r8, [r0, #" #offset "]\n\t eor r8, " #expected "\n\t orr r12, r8\n\t str " #written ", [r0, #" #offset "]\n\t"
+    __asm volatile("push {r4-r8, lr}\n\t"
+                   "mrs r3, primask\n\t"
+                   "cpsid i\n\t"
+                   "ldmia r0, {r4-r7}\n\t"
+                   "mvn r2, r1\n\t"
+                   "mov r12, #0\n\t"
+                   "str r1, [r0]\n\t str r1, [r0, #4]\n\t str r1, [r0, #8]\n\t str r1, [r0, #12]\n\t"
+                   ELEMENT(0, r1, r2) ELEMENT(4, r1, r2) ELEMENT(8, r1, r2) ELEMENT(12, r1, r2)
+                   ELEMENT(0, r2, r1) ELEMENT(4, r2, r1) ELEMENT(8, r2, r1) ELEMENT(12, r2, r1)
+                   ELEMENT(12, r1, r2) ELEMENT(8, r1, r2) ELEMENT(4, r1, r2) ELEMENT(0, r1, r2)
+                   ELEMENT(12, r2, r1) ELEMENT(8, r2, r1) ELEMENT(4, r2, r1) ELEMENT(0, r2, r1)
+                   ELEMENT(0, r1, r4) ELEMENT(4, r1, r5) ELEMENT(8, r1, r6) ELEMENT(12, r1, r7)
+                   "msr primask, r3\n\t"
+                   "mov r0, r12\n\t"
+                   "pop {r4-r8, pc}");
+#undef ELEMENT
+}
+
+static void fail_ram(const uint32_t *words, enum mr_self_test_number which)
+{
+    if (!upkeep.ram_bad)
+        upkeep.bad_address = (uint32_t)(uintptr_t)words;
+    upkeep.ram_bad = true;
+    health_count(MR_FAULT_SELFTEST, (uint8_t)which);
+}
+
+static bool window_holds(uint32_t *words)
+{
+    return (march(words, 0x00000000u) | march(words, 0x55555555u)) == 0;
+}
+
+/* March C- over a whole region; what was there is lost. */
+static bool region_holds(volatile uint32_t *from, volatile uint32_t *to, uint32_t background)
+{
+    uint32_t other = ~background, wrong = 0;
+    volatile uint32_t *p;
+    for (p = from; p < to; p++)
+        *p = background;
+    for (p = from; p < to; p++) {
+        wrong |= *p ^ background;
+        *p = other;
+    }
+    for (p = from; p < to; p++) {
+        wrong |= *p ^ other;
+        *p = background;
+    }
+    for (p = to; p-- > from;) {
+        wrong |= *p ^ background;
+        *p = other;
+    }
+    for (p = to; p-- > from;) {
+        wrong |= *p ^ other;
+        *p = background;
+    }
+    for (p = from; p < to; p++)
+        wrong |= *p ^ background;
+    return wrong == 0;
+}
+
+void memory_start(void)
+{
+    uint32_t *sp;
+    __asm volatile("mov %0, sp" : "=r"(sp));
+    for (volatile uint32_t *p = stack_bottom; p < sp - 16; p++)
+        *p = PAINT;
+    for (uint32_t *p = dma_start; p < dma_end; p += WINDOW_WORDS) {
+        if (!window_holds(p))
+            fail_ram(p, MR_SELF_TEST_RAM);
+    }
+    if (!region_holds(ram_used_end, ram_end, 0x55555555u))
+        fail_ram(ram_used_end, MR_SELF_TEST_RAM_START);
+    board_upkeep_restart();
+}
+
+void memory_set_image_crc(uint32_t crc)
+{
+    image_crc = crc;
+}
+
+/* Addresses that streams which run now write to or read from; returns how many. One that begins meanwhile begins in the main loop,
+ * which is here, or in a DMA buffer. */
+static unsigned find_streams(uint32_t address[STREAMS])
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < STREAMS; i++) {
+        const struct dma_stream_regs *stream = &(i < 8 ? DMA1 : DMA2)->stream[i % 8];
+        uint32_t cr = stream->CR;
+        if (cr & DMA_CR_EN && cr & DMA_CR_MINC)
+            address[count++] = stream->M0AR;
+    }
+    return count;
+}
+
+static bool in_use_by_dma(const uint32_t *words, const uint32_t *address, unsigned count)
+{
+    uint32_t place = (uint32_t)(uintptr_t)words;
+    if (words >= dma_start && words < dma_end)
+        return true;
+    for (unsigned i = 0; i < count; i++) {
+        if (place + 4u * WINDOW_WORDS > address[i] && place < address[i] + DMA_REACH)
+            return true;
+    }
+    return false;
+}
+
+static void test_ram(void)
+{
+    uint32_t address[STREAMS];
+    unsigned count = find_streams(address);
+    for (unsigned i = 0; i < WINDOWS; i++) {
+        if (!in_use_by_dma(at, address, count) && !window_holds(at))
+            fail_ram(at, MR_SELF_TEST_RAM);
+        at += WINDOW_WORDS;
+        if (at >= ram_used_end) {
+            at = stack_bottom;
+            upkeep.ram_rounds = (uint16_t)(upkeep.ram_rounds + (upkeep.ram_rounds < UINT16_MAX));
+        }
+    }
+}
+
+static void check_flash(void)
+{
+    size_t left = (size_t)(program_end - flash_at);
+    size_t length = left < FLASH_SLICE ? left : FLASH_SLICE;
+    flash_crc = mr_crc32(flash_crc, flash_at, length);
+    flash_at += length;
+    if (flash_at < program_end)
+        return;
+    if (flash_crc != image_crc) {
+        upkeep.flash_bad = true;
+        health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_FLASH);
+    }
+    upkeep.flash_rounds = (uint16_t)(upkeep.flash_rounds + (upkeep.flash_rounds < UINT16_MAX));
+    flash_at = program_start;
+    flash_crc = 0;
+}
+
+void board_upkeep(void)
+{
+    test_ram();
+    check_flash();
+}
+
+void board_upkeep_restart(void)
+{
+    at = stack_bottom;
+    flash_at = program_start;
+    flash_crc = 0;
+}
+
+void board_upkeep_state(struct board_upkeep *out)
+{
+    const uint32_t *p = stack_bottom;
+    while (p < stack_top && *p == PAINT)
+        p++;
+    upkeep.stack_used = (uint16_t)(4 * (stack_top - p));
+    upkeep.stack_size = (uint16_t)(4 * (stack_top - stack_bottom));
+    *out = upkeep;
+}
+
+/* What the image says of itself, where it does. */
+__attribute__((weak)) bool board_image_check(bool *good)
+{
+    *good = true;
+    return false;
+}

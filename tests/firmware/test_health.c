@@ -1,0 +1,332 @@
+/* The application's own health, on a fake board: which task is late, what CAN's state is called, what a self-test concludes. */
+#include "tests/firmware/play.h"
+
+#include "common/crash.h"
+#include "firmware/health.h"
+#include "firmware/tasks.h"
+#include "tests/firmware/fake_nor.h"
+
+static void tick_all_but(enum mr_task left_out, unsigned ticks)
+{
+    for (unsigned i = 0; i < ticks; i++) {
+        for (unsigned task = 1; task < MR_TASK_COUNT; task++) {
+            if (task != left_out)
+                tasks_done((enum mr_task)task);
+        }
+        tasks_tick(0x08001234);
+    }
+}
+
+/* Each task has a limit of its own, in ticks: one more is too many, and it is named; when it comes round, that is well again. */
+static void each_task_has_its_limit(void **state)
+{
+    static const unsigned limit[MR_TASK_COUNT] = {0, 20, 30, 30, 30, 30, 30, 20, 100}; /* 0.2, 0.3 and 1 s */
+    (void)state;
+    for (unsigned task = 1; task < MR_TASK_COUNT; task++) {
+        uint16_t before = health_counted(MR_FAULT_TASK_LATE);
+        tasks_start();
+        tasks_begin(MR_TASK_BOX);
+        fake.late_task = 99;
+        tick_all_but((enum mr_task)task, limit[task]);
+        assert_true(tasks_well());
+        assert_int_equal(fake.late_task, 99);
+        tick_all_but((enum mr_task)task, 1);
+        assert_false(tasks_well());
+        /* when the loop itself stands, it stands in the part that runs */
+        assert_int_equal(fake.late_task, task == MR_TASK_LOOP ? MR_TASK_BOX : task);
+        assert_int_equal(fake.late_pc, 0x08001234);
+        tick_all_but((enum mr_task)task, 300);
+        assert_int_equal(health_counted(MR_FAULT_TASK_LATE), before + 1); /* once */
+        tasks_done((enum mr_task)task);
+        tasks_tick(0);
+        assert_true(tasks_well());
+        assert_int_equal(fake.late_task, 0);
+    }
+}
+
+static void ten_good_seconds_are_noted_once(void **state)
+{
+    (void)state;
+    tasks_start();
+    fake.good_notes = 0;
+    tick_all_but((enum mr_task)0, 999);
+    assert_int_equal(fake.good_notes, 0);
+    tick_all_but((enum mr_task)0, 1000);
+    assert_int_equal(fake.good_notes, 1);
+}
+
+/* A loop that is driven as main.c drives it is well, with blocks and without. */
+static void a_living_loop_is_well(void **state)
+{
+    (void)state;
+    tasks_start();
+    for (unsigned i = 0; i < 300; i++) {
+        play(10);
+        app_supervise(&app);
+        tasks_done(MR_TASK_LOOP);
+        tasks_tick(0);
+        assert_true(tasks_well());
+    }
+    for (unsigned i = 0; i < 300; i++) { /* no more blocks */
+        app_poll(&app);
+        app_supervise(&app);
+        tasks_done(MR_TASK_LOOP);
+        tasks_tick(0);
+        assert_true(tasks_well());
+    }
+}
+
+static enum mr_can_state can_state_after(struct board_can_errors errors, unsigned ticks)
+{
+    struct canwatch watch;
+    canwatch_start(&watch, false);
+    fake.can_errors = errors;
+    for (unsigned i = 0; i < ticks; i++)
+        canwatch_tick(&watch);
+    memset(&fake.can_errors, 0, sizeof fake.can_errors);
+    return watch.state;
+}
+
+static void the_states_of_can(void **state)
+{
+    (void)state;
+    assert_int_equal(can_state_after((struct board_can_errors){0}, 5), MR_CAN_GOOD);
+    assert_int_equal(can_state_after((struct board_can_errors){.tec = 96}, 5), MR_CAN_WARNING);
+    assert_int_equal(can_state_after((struct board_can_errors){.rec = 96}, 5), MR_CAN_WARNING);
+    assert_int_equal(can_state_after((struct board_can_errors){.tec = 130, .passive = true, .last_error = 3}, 5), MR_CAN_PASSIVE);
+    assert_int_equal(can_state_after((struct board_can_errors){.tec = 128, .passive = true, .last_error = 3, .pending = true}, 2),
+                     MR_CAN_UNPLUGGED);
+    assert_int_equal(can_state_after((struct board_can_errors){.tec = 128, .passive = true, .last_error = 5, .pending = true}, 2),
+                     MR_CAN_STUCK);
+    assert_int_equal(can_state_after((struct board_can_errors){.pending = true}, 1), MR_CAN_GOOD);
+    assert_int_equal(can_state_after((struct board_can_errors){.pending = true}, 2), MR_CAN_STUCK);
+    assert_int_equal(can_state_after((struct board_can_errors){.bus_off = true}, 1), MR_CAN_OFF);
+    assert_int_equal(can_state_after((struct board_can_errors){.missing = true}, 1), MR_CAN_MISSING);
+}
+
+/* Nothing passes for 0.1 s: what waits is dropped, one frame is left to the controller, and only when it has passed are there more. */
+static void stale_frames_are_dropped(void **state)
+{
+    struct canwatch watch;
+    (void)state;
+    canwatch_start(&watch, false);
+    fake.clears = 0;
+    fake.can_errors = (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
+    for (unsigned i = 0; i < 9; i++)
+        assert_false(canwatch_tick(&watch).probe);
+    assert_int_equal(fake.clears, 0);
+    assert_true(canwatch_takes(&watch));
+    canwatch_tick(&watch);
+    assert_int_equal(fake.clears, 1);
+    assert_false(canwatch_takes(&watch));
+    fake.can_errors.removed = 17; /* mailboxes too */
+    assert_false(canwatch_tick(&watch).probe);
+    fake.can_errors.pending = false;
+    assert_true(canwatch_tick(&watch).probe);
+    fake.can_errors.pending = true;
+    for (unsigned i = 0; i < 88; i++)
+        assert_false(canwatch_tick(&watch).back);
+    assert_false(canwatch_takes(&watch));
+    fake.can_errors = (struct board_can_errors){.removed = 17, .passed = 1};
+    struct canwatch_news news = canwatch_tick(&watch);
+    assert_true(news.back && news.changed);
+    assert_true(canwatch_takes(&watch));
+    assert_int_equal(watch.drops.timeout, 17 + 2);
+    struct mr_can_alarm alarm = canwatch_alarm(&watch);
+    assert_int_equal(alarm.state, MR_CAN_GOOD);
+    assert_int_equal(alarm.outages, 1);
+    assert_near(alarm.outage_s, 1.0, 0.011);
+    assert_int_equal(fake.clears, 1);
+    memset(&fake.can_errors, 0, sizeof fake.can_errors);
+}
+
+/* Out of bus-off ten times a second at most. */
+static void bus_off_is_left_slowly(void **state)
+{
+    struct canwatch watch;
+    (void)state;
+    canwatch_start(&watch, false);
+    fake.rejoins = 0;
+    fake.can_errors = (struct board_can_errors){.bus_off = true, .pending = true};
+    for (unsigned i = 0; i < 100; i++)
+        canwatch_tick(&watch);
+    assert_int_equal(fake.rejoins, 10);
+    fake.rejoins = 0;
+    for (unsigned i = 0; i < 100; i++) { /* it comes and goes at every look */
+        fake.can_errors.bus_off = i % 2;
+        canwatch_tick(&watch);
+    }
+    assert_in_range(fake.rejoins, 8, 10);
+    fake.can_errors.removed = 70000;
+    canwatch_tick(&watch);
+    assert_int_equal(watch.drops.bus_off, UINT16_MAX);
+    assert_int_equal(watch.state, MR_CAN_OFF); /* until something passes */
+    memset(&fake.can_errors, 0, sizeof fake.can_errors);
+}
+
+static void a_silent_board_counts_what_it_does_not_say(void **state)
+{
+    struct canwatch watch;
+    (void)state;
+    canwatch_start(&watch, true);
+    assert_false(canwatch_takes(&watch));
+    assert_int_equal(watch.drops.silent, 1);
+    fake.can_errors.bus_off = true;
+    assert_false(canwatch_tick(&watch).off);
+    assert_int_equal(watch.state, MR_CAN_SILENT);
+    memset(&fake.can_errors, 0, sizeof fake.can_errors);
+}
+
+/* Blocks and supervision, 10 blocks a tick, until the self-test has said its result. */
+static struct mr_self_test test_until_result(unsigned ticks)
+{
+    struct mr_self_test result = {0};
+    fake.sent_count = 0;
+    command("self-test");
+    for (unsigned i = 0; i < ticks && !last_frame(MR_ID_SELF_TEST); i++) {
+        play(10);
+        app_supervise(&app);
+    }
+    GET_LAST(self_test, SELF_TEST, &result);
+    return result;
+}
+
+static void a_self_test_concludes(void **state)
+{
+    (void)state;
+    fake_nor_reset();
+    struct mr_self_test result = test_until_result(40);
+    assert_int_equal(result.done, 0x7f);
+    assert_int_equal(result.failed, 0);
+    assert_false(fake.warning);
+    fake.lamp_broken = true;
+    fake.upkeep.ram_bad = true;
+    fake.upkeep.flash_bad = true;
+    fake.image_known = fake.image_bad = true;
+    fake_nor.present = false;
+    result = test_until_result(40);
+    assert_int_equal(result.failed, 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_NOR |
+                                        1u << MR_SELF_TEST_LAMP_ON | 1u << MR_SELF_TEST_IMAGE);
+    assert_int_equal(result.done, 0x17f);
+}
+
+/* Without blocks, nobody knows of reference and excitation: they are not done, and the test ends all the same. */
+static void what_cannot_be_tested_is_not_done(void **state)
+{
+    struct mr_self_test result = {0};
+    (void)state;
+    fake_nor_reset();
+    command("self-test");
+    play(1);
+    for (unsigned i = 0; i < 500 && !last_frame(MR_ID_SELF_TEST); i++) {
+        app_poll(&app);
+        app_supervise(&app);
+    }
+    GET_LAST(self_test, SELF_TEST, &result);
+    assert_int_equal(result.done & (1u << MR_SELF_TEST_REFERENCE | 1u << MR_SELF_TEST_EXCITATION), 0);
+    assert_int_equal(result.failed, 0);
+}
+
+/* Polarity faults that come meanwhile fail the excitation. */
+static void a_wrong_polarity_fails_the_excitation(void **state)
+{
+    (void)state;
+    fake_nor_reset();
+    fake.sent_count = 0;
+    command("self-test");
+    play(10);
+    health_count(MR_FAULT_POLARITY, 3);
+    struct mr_self_test result = {0};
+    for (unsigned i = 0; i < 40 && !last_frame(MR_ID_SELF_TEST); i++) {
+        play(10);
+        app_supervise(&app);
+    }
+    GET_LAST(self_test, SELF_TEST, &result);
+    assert_int_equal(result.failed, 1u << MR_SELF_TEST_EXCITATION);
+}
+
+static void a_reset_waits_for_its_answer(void **state)
+{
+    (void)state;
+    fake_nor.present = false; /* armed without */
+    app_start(&app);
+    command("reset");
+    play(1);
+    for (unsigned i = 0; i < 4; i++)
+        app_supervise(&app);
+    assert_int_equal(fake.resets, 0);
+    app_supervise(&app);
+    assert_int_equal(fake.resets, 1);
+    command("arm 1");
+    play(1);
+    command("reset");
+    play(1);
+    struct mr_ack ack;
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.status, MR_NOT_NOW);
+}
+
+/* Words of a fault go out one a block, once; on the command state again; an old one only then. */
+static void a_crash_is_told(void **state)
+{
+    static uint32_t word[MR_CRASH_ITEMS] = {3, 77};
+    struct mr_crash crash;
+    (void)state;
+    fake.restart = (struct board_restart){.crash = word};
+    app_start(&app);
+    play(MR_CRASH_ITEMS + 10);
+    assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEMS);
+    GET_LAST(crash, CRASH, &crash);
+    assert_int_equal(crash.item, MR_CRASH_ITEMS - 1);
+    command("state");
+    play(MR_CRASH_ITEMS + 10);
+    assert_int_equal(count_frames(MR_ID_CRASH), 2 * MR_CRASH_ITEMS);
+    fake.restart.crash_age = 4;
+    fake.sent_count = 0;
+    app_start(&app);
+    play(MR_CRASH_ITEMS + 10);
+    assert_int_equal(count_frames(MR_ID_CRASH), 0);
+    command("state");
+    play(MR_CRASH_ITEMS + 10);
+    assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEMS);
+}
+
+static void names_end_where_the_tables_end(void **state)
+{
+    (void)state;
+    assert_string_equal(mr_crash_item_name(MR_CRASH_PC), "pc");
+    assert_string_equal(mr_crash_item_name(MR_CRASH_STACK_FIRST + 3), "stack");
+    assert_string_equal(mr_crash_item_name(MR_CRASH_ITEMS), "unknown word");
+    assert_string_equal(mr_crash_kind_text(3), "usage fault");
+    for (unsigned kind = 1; kind <= MR_CRASH_UNASKED; kind++)
+        assert_string_not_equal(mr_crash_kind_text(kind), "unknown fault");
+    assert_string_equal(mr_crash_kind_text(0), "unknown fault");
+    for (unsigned task = 1; task < MR_TASK_COUNT; task++)
+        assert_string_not_equal(mr_task_text(task), "unknown task");
+    assert_string_equal(mr_task_text(MR_TASK_COUNT), "unknown task");
+    for (unsigned test = 0; test < MR_SELF_TEST_COUNT; test++)
+        assert_string_not_equal(mr_self_test_text(test), "unknown self-test");
+    assert_string_equal(mr_self_test_text(MR_SELF_TEST_COUNT), "unknown self-test");
+    assert_string_equal(mr_can_state_text(MR_CAN_OFF), "bus-off");
+    assert_string_equal(mr_can_state_text(MR_CAN_MISSING + 1), "unknown state");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(each_task_has_its_limit, start),
+        cmocka_unit_test_setup(ten_good_seconds_are_noted_once, start),
+        cmocka_unit_test_setup(a_living_loop_is_well, start),
+        cmocka_unit_test_setup(the_states_of_can, start),
+        cmocka_unit_test_setup(stale_frames_are_dropped, start),
+        cmocka_unit_test_setup(bus_off_is_left_slowly, start),
+        cmocka_unit_test_setup(a_silent_board_counts_what_it_does_not_say, start),
+        cmocka_unit_test_setup(a_self_test_concludes, start),
+        cmocka_unit_test_setup(what_cannot_be_tested_is_not_done, start),
+        cmocka_unit_test_setup(a_wrong_polarity_fails_the_excitation, start),
+        cmocka_unit_test_setup(a_reset_waits_for_its_answer, start),
+        cmocka_unit_test_setup(a_crash_is_told, start),
+        cmocka_unit_test(names_end_where_the_tables_end),
+    };
+    return cmocka_run_group_tests_name("firmware/health", tests, NULL, NULL);
+}
