@@ -188,10 +188,22 @@ $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@
 
-$(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld
+# From which commit, written anew only when it is another one: nothing else of time or place is in an image.
+commit := $(B)/firmware/commit
+stamp := $(B)/host/firmware/stamp/stamp
+.PHONY: always
+$(commit): always
+	@mkdir -p $(@D)
+	@commit=$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown); \
+		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
+$(stamp): $(B)/host/firmware/stamp/stamp.o $(common_lib)
+	$(CC) $^ -o $@
+
+$(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld $(stamp) $(commit)
 	@mkdir -p $(@D)
 	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections \
 		-Wl,-Map=$(@:.elf=.map) $(filter %.o,$^) -lm -o $@
+	$(stamp) $@ $$(cat $(commit))
 %.hex: %.elf
 	$(ARM)objcopy -O ihex $< $@
 %.bin: %.elf
@@ -214,6 +226,7 @@ $(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
 	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
 	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
 		$(filter-out $(if $(findstring rest,$@),%/landing.o,%/config.o),$(call objects,arm,$(arm_src))) -lm -o $@
+	$(stamp) $@ $$(cat $(commit))
 
 # --- tests ---
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages

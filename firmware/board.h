@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "common/block.h"
+#include "common/image.h"
 
 enum board_clock_source {
     BOARD_CLOCK_CRYSTAL = 0,   /* HSE and PLL, 168 MHz */
@@ -21,6 +22,8 @@ enum board_clock_source {
 struct board_identity {
     uint32_t uid[3];       /* RM0090 39.1 */
     uint32_t image_crc;    /* CRC-32 of the program in flash, computed at start */
+    struct mr_image image; /* the image's header; zeros when there is none */
+    uint8_t image_state;   /* enum mr_image_state, as found at start */
     uint8_t reset_cause;   /* bits as in the message hello */
     uint8_t clock_source;  /* enum board_clock_source */
 };
@@ -41,6 +44,8 @@ struct board_can_errors {
 /* Brings up what answers and begins the scans. Everything else may be called after it, whatever was missing. */
 void board_start(void);
 void board_identify(struct board_identity *identity);
+/* Is flash, read now, the image that was built: vectors, header and program? Takes some 5 ms. */
+bool image_ok(void);
 
 /* Next block in order; false when none is ready. A loss shows as a jump of the index. */
 bool board_block_take(struct mr_block *block);

@@ -1,12 +1,9 @@
 /* board.h on the STM32F407: start-up in order, identity, sleep, supervision tick. */
-#include "common/crc32.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
 #define SUPERVISION_HZ 100u
 #define WARNING_PIN 0u /* PE0: high holds the lamp off, so a dead board warns */
-
-extern const uint8_t program_start[], program_end[]; /* linker script */
 
 static struct board_identity identity;
 static volatile bool tick_passed;
@@ -47,7 +44,7 @@ void board_start(void)
     enum board_clock_source clock = clock_start();
     identity.reset_cause = take_reset_cause();
     identity.clock_source = (uint8_t)clock;
-    identity.image_crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
+    image_identify(&identity);
 
     for (unsigned i = 0; i < 3; i++) {
         if (!probe_word(&UID[i], &identity.uid[i]))

@@ -27,6 +27,8 @@ void watchdog_start(void);
 void watchdog_feed(void);
 /* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything else. */
 void rom_if_asked(void);
+/* image.c: header and CRC of the image that runs. */
+void image_identify(struct board_identity *identity);
 /* fault.c: counts what a processor fault before this reset left behind. */
 void fault_recall(void);
 /* Read a word where there may be nothing: false, and 0, when the bus answers with a fault. */
