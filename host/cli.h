@@ -20,6 +20,7 @@ struct cli {
 
 int log_command(int argc, char **argv, const struct cli *cli);
 int board_command(int argc, char **argv, const struct cli *cli);
+int flash_command(int argc, char **argv, const struct cli *cli);
 int sim_command(int argc, char **argv, const struct cli *cli);
 int compare_command(int argc, char **argv, const struct cli *cli);
 int bundle_command(int argc, char **argv, const struct cli *cli);

@@ -38,6 +38,22 @@ static const struct command commands[] = {
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
      "                 the same command with -o goes on where it was. Exit 1 when a page cannot be read\n"
      "  free N         give its space back; nothing is ever overwritten that was not freed\n"},
+    {"flash", flash_command, "LINK IMAGE [--enter | --boot0] [--baud N] [--all] [--force] [--stay] [--erase-configuration]",
+     "program a board through its chip's boot ROM",
+     "  LINK           the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its own rate is for the firmware;\n"
+     "                 the boot ROM is spoken to with 8E1 at --baud\n"
+     "  IMAGE          .elf, .hex or .bin of the firmware\n"
+     "  --enter        the firmware runs: ask it to restart into the boot ROM (refused from arm to done)\n"
+     "  --boot0        the boot ROM runs already, started with BOOT0 high. Without either: --enter when a board says hello\n"
+     "                 within 2.5 s, else --boot0\n"
+     "  --baud N       9600 to 460800 for the boot ROM, else 115200\n"
+     "  --all          erase and write also what is there already\n"
+     "  --force        flash although the board runs this image, or the image carries no header\n"
+     "  --stay         do not start the firmware afterwards\n"
+     "  --erase-configuration\n"
+     "                 erase sectors 2 and 3 too; else they are never touched\n"
+     "Only sectors that differ are erased. Every byte is read back. After a pulled cable the same command goes on where it was;\n"
+     "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed.\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"

@@ -71,21 +71,14 @@ int main(int argc, char **argv)
         return fail("cannot read the image", argv[1]);
     if (mr_image_commit_parse(&built_from, argv[2]) != MR_OK)
         return fail("not a commit", argv[2]);
-    /* vectors and header are two segments or one, with nothing but a gap between them */
-    uint8_t head[MR_IMAGE_HEAD];
-    for (uint32_t i = 0; i < sizeof head; i++) {
-        const uint8_t *byte = loaded(MR_IMAGE_FLASH + i, 1);
-        head[i] = byte ? *byte : 0xff;
-    }
-    enum mr_status status = mr_image_get(&image, head);
-    uint8_t *place = loaded(MR_IMAGE_FLASH + MR_IMAGE_PLACE, MR_IMAGE_BYTES);
-    if (!place || (status != MR_OK && status != MR_CRC))
+    uint8_t *head = loaded(MR_IMAGE_FLASH, MR_IMAGE_HEAD);
+    enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
+    if (status != MR_OK && status != MR_CRC)
         return fail("no header to complete", argv[1]);
     image.program_crc = program_crc(image.program_start, image.program_end);
     image.commit = built_from.commit;
     image.commit_more = built_from.commit_more;
     image.changed = built_from.changed;
     mr_image_put(&image, head);
-    memcpy(place, head + MR_IMAGE_PLACE, MR_IMAGE_BYTES);
     return write_file(argv[1]) ? 0 : fail("cannot write the image", argv[1]);
 }
