@@ -69,6 +69,11 @@ deps: $(B)/.demo-packages $(B)/.test-packages ## install what is missing (Debian
 .PHONY: all
 all: $(images) $(B)/firmware/stack.txt $(programs) ## build firmware images, matrig and matrig-board
 
+.PHONY: flash
+flash: $(images) $(B)/matrig ## program a board through its boot ROM: make flash PORT=/dev/ttyUSB0
+	@[ -n "$(PORT)" ] || { echo "which board? Give its serial port: make flash PORT=/dev/ttyUSB0" >&2; exit 2; }
+	@$(B)/matrig flash $(if $(findstring :,$(firstword $(subst /, ,$(PORT)))),,serial:)$(PORT) $(firmware) $(FLASH_OPTIONS)
+
 .PHONY: demo
 demo: all ## play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
 	@tests/demo.sh

@@ -7,11 +7,13 @@
 #include "host/boxfill.h"
 #include "host/boxtalk.h"
 #include "host/cli.h"
+#include "host/flash/imagefile.h"
+#include "host/identity.h"
 #include "host/run.h"
 
 struct request {
     const struct cli *cli;
-    const char *serial, *file, *db;
+    const char *serial, *file, *db, *image;
     int64_t run;
 };
 
@@ -163,15 +165,81 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
     return exit_code;
 }
 
+/* ---- which board, and which image it runs ---- */
+
+#define IDENTITY_MS 10000u
+
+static int print_identity(const struct request *request, const struct identity *identity, const struct imagefile *image)
+{
+    const struct mr_hello *hello = &identity->hello;
+    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[25], version[12], why[200] = "";
+    bool same = image && identity_runs(identity, &image->header, why, sizeof why);
+    unsigned state = identity->commit_known ? identity->commit.state : (unsigned)MR_IMAGE_NONE;
+    int exit_code = (image && !same) || state != MR_IMAGE_GOOD ? mr_status_exit_code(MR_LIMIT) : 0;
+    if (identity->commit_known)
+        mr_image_commit_text(identity->commit.commit, identity->commit.commit_more, identity->commit.changed != 0, commit);
+    snprintf(uid, sizeof uid, "%08X%08X%08X", (unsigned)identity->uid[0], (unsigned)identity->uid[1], (unsigned)identity->uid[2]);
+    snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
+    if (request->cli->json) {
+        json_t *compared = image ? json_pack("{sssbss}", "file", image->path, "same", same, "difference", why) : json_null();
+        return cli_print_json(json_pack("{sssssssssIso}", "board", uid, "firmware", version, "commit", commit, "image",
+                                        mr_image_state_text(state), "image_crc", (json_int_t)identity->image_crc, "compared", compared),
+                              exit_code);
+    }
+    printf("board      %s\nfirmware   %s, commit %s\nimage      %08x, %s\n", uid, version, commit, (unsigned)identity->image_crc,
+           mr_image_state_text(state));
+    if (image && same)
+        printf("compared   the board runs %s\n", image->path);
+    else if (image)
+        printf("compared   the board does not run %s: %s\n", image->path, why);
+    return exit_code;
+}
+
+static int tell_identity(const struct request *request, struct error *error)
+{
+    struct imagefile image = {0};
+    struct identity_talk talk;
+    struct link *link = NULL;
+    int exit_code;
+    enum mr_status status = request->image ? imagefile_read(request->image, &image, error) : MR_OK;
+    if (status == MR_OK && request->image && !image.stamped)
+        status = error_set(error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request->image);
+    if (status == MR_OK)
+        status = link_open(request->serial, LINK_SERIAL, &link, error);
+    if (status == MR_OK) {
+        identity_begin(&talk, link);
+        status = identity_listen(&talk, IDENTITY_MS, error);
+        if (status == MR_TIMEOUT)
+            status = error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", request->serial);
+    }
+    if (status == MR_OK && talk.identity.hello.layout != MR_LAYOUT)
+        status = error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
+                           talk.identity.hello.layout, MR_LAYOUT, request->serial);
+    exit_code = status == MR_OK ? print_identity(request, &talk.identity, request->image ? &image : NULL) : cli_fail(error);
+    link_close(link);
+    if (request->image)
+        imagefile_free(&image);
+    return exit_code;
+}
+
 int board_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
     const char *run = NULL, *words[2] = {NULL, NULL};
     const struct cli_option options[] = {
-        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL}};
+        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL},
+        {"--image", &request.image, NULL}};
     struct error error = {0};
     double number = 0.0;
-    enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 2, "list|read N|free N", &error);
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 0, 2, "list|read N|free N", &error);
+    if (status == MR_OK && words[0] && request.image)
+        status = error_set(&error, MR_USAGE, "--image is compared with the board's alone: leave '%s' out", words[0]);
+    if (status == MR_OK && !words[0] && (request.file || request.db || run))
+        status = error_set(&error, MR_USAGE, "-o, --db and --run are read's: matrig board read N");
+    if (status == MR_OK && !words[0] && !request.serial)
+        status = error_set(&error, MR_USAGE, "no link: matrig board needs --serial LINK; see matrig board --help");
+    if (status == MR_OK && !words[0])
+        return tell_identity(&request, &error);
     bool is_list = status == MR_OK && strcmp(words[0], "list") == 0;
     bool is_read = status == MR_OK && strcmp(words[0], "read") == 0;
     if (status == MR_OK && !is_list && !is_read && strcmp(words[0], "free") != 0)

@@ -29,10 +29,13 @@ static const struct command commands[] = {
      "                 a LAWICEL adapter on a serial port, for CAN\n"
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
+     "  pty:PATH       the pseudo-terminal of an emulated board\n"
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
-    {"board", board_command, "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N",
-     "what a board's black box holds; read it out, free it",
+    {"board", board_command, "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N",
+     "which firmware a board runs; what its black box holds; read it out, free it",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
+     "  (no word)      the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
+     "                 .hex, .bin) compares it with a file. Exit 1 when it differs or is not whole\n"
      "  list           its records, and how much room there is\n"
      "  read N         record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"

@@ -13,8 +13,8 @@
 #define ERASE 0x44u
 
 /* Completes whatever the ROM waits for without doing anything: no command, no complement of itself, no address in memory (four of
- * them and their XOR do not agree), no sector (there are 12), and as a count of sectors, 0x0c0c, it asks for 6171 bytes, which can
- * be filled up. */
+ * them and their XOR do not agree), no sector (there are 12), and as a count of sectors, 0x0c0c, it asks for 6171 bytes. A count that
+ * was damaged asks for up to 65537: 6 s at 115200 baud. */
 #define FILLER 0x0cu
 #define CHUNK 256u
 #define RESYNC_ROUNDS 12u
@@ -147,16 +147,16 @@ static enum outcome fill(struct exchange *x, uint8_t byte, unsigned count)
  * our two bytes for the second of one pair and the first of another, which one byte completes. */
 static enum outcome resynchronise(struct exchange *x)
 {
-    static const unsigned amounts[] = {1, 15, 301, 6201, 1};
+    static const unsigned amounts[] = {1, 15, 301, 6201, 59401};
     unsigned silent = 0;
     enum outcome outcome = DONE;
     for (unsigned round = 0; round < RESYNC_ROUNDS; round++) {
         outcome = drain(x, QUIET_MS);
         if (outcome == DONE)
             outcome = probe(x);
-        if (outcome == DONE || outcome == BROKEN || silent == sizeof amounts / sizeof amounts[0])
+        if (outcome == DONE || outcome == BROKEN || (outcome == SILENT && silent == sizeof amounts / sizeof amounts[0]))
             break;
-        enum outcome filled = fill(x, FILLER, outcome == REFUSED ? 1 : amounts[silent]);
+        enum outcome filled = fill(x, FILLER, outcome == SILENT ? amounts[silent] : 1);
         silent += outcome == SILENT;
         if (filled == BROKEN)
             return BROKEN;

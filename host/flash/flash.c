@@ -23,6 +23,7 @@ struct job {
     struct flash_result *result;
     struct error *error;
     uint8_t page[PAGES]; /* enum page_state, by what was read */
+    uint16_t from[PAGES], to[PAGES]; /* the image's part of it */
     unsigned done, of;   /* of the phase */
 };
 
@@ -38,17 +39,26 @@ static void step(struct job *job, enum flash_phase phase)
         job->options->progress(job->options->context, phase, ++job->done, job->of);
 }
 
-/* From the first to the last byte of a page that the image gives, on whole words: [*from, *to) of flash. False: none. */
-static bool extent(const struct imagefile *image, uint32_t page, uint32_t *from, uint32_t *to)
+/* From the first to the last byte of a page that the image gives, on whole words. */
+static void find_extent(struct job *job, uint32_t page)
 {
-    uint32_t first = page * PAGE, last = first + PAGE;
-    while (first < last && !image->given[first])
-        first++;
-    while (last > first && !image->given[last - 1])
+    const uint8_t *given = job->image->given + page * PAGE;
+    unsigned last = PAGE;
+    const uint8_t *first = memchr(given, 1, PAGE);
+    if (!first)
+        return;
+    while (!given[last - 1])
         last--;
-    *from = first & ~3u;
-    *to = (last + 3u) & ~3u;
-    return last > first;
+    job->from[page] = (uint16_t)((first - given) & ~3);
+    job->to[page] = (uint16_t)((last + 3u) & ~3u);
+}
+
+/* [*from, *to) of flash. False: the image gives nothing there. */
+static bool extent(const struct job *job, uint32_t page, uint32_t *from, uint32_t *to)
+{
+    *from = page * PAGE + job->from[page];
+    *to = page * PAGE + job->to[page];
+    return job->to[page] > 0;
 }
 
 static enum page_state judge(const struct imagefile *image, uint32_t from, uint32_t to, const uint8_t *bytes)
@@ -66,7 +76,7 @@ static enum mr_status read_page(struct job *job, uint32_t page, enum page_state 
     uint8_t bytes[PAGE];
     uint32_t from, to;
     *state = PAGE_NONE;
-    if (!extent(job->image, page, &from, &to))
+    if (!extent(job, page, &from, &to))
         return MR_OK;
     enum mr_status status = bootrom_read(job->rom, MR_IMAGE_FLASH + from, bytes, to - from, job->error);
     if (status == MR_OK)
@@ -76,11 +86,6 @@ static enum mr_status read_page(struct job *job, uint32_t page, enum page_state 
 
 static uint32_t first_page(unsigned sector) { return sector_start(sector) / PAGE; }
 static uint32_t end_page(unsigned sector) { return sector_end(sector) / PAGE; }
-
-static bool touched(const struct imagefile *image, unsigned sector)
-{
-    return memchr(image->given + sector_start(sector), 1, sector_end(sector) - sector_start(sector)) != NULL;
-}
 
 static bool any(const struct job *job, unsigned sector, enum page_state state)
 {
@@ -102,18 +107,22 @@ static enum mr_status compare(struct job *job)
 {
     uint32_t from, to;
     enum mr_status status = MR_OK;
-    for (uint32_t page = 0; page < PAGES; page++)
-        job->result->pages += extent(job->image, page, &from, &to);
+    for (uint32_t page = 0; page < PAGES; page++) {
+        find_extent(job, page);
+        job->result->pages += extent(job, page, &from, &to);
+    }
     begin_phase(job, job->result->pages);
     for (unsigned sector = 0; status == MR_OK && sector < SECTORS; sector++) {
         bool different = job->options->all;
         for (uint32_t page = first_page(sector); status == MR_OK && page < end_page(sector); page++) {
             enum page_state state = PAGE_NONE;
-            if (!extent(job->image, page, &from, &to))
+            if (!extent(job, page, &from, &to))
                 continue;
             if (different)
                 state = PAGE_DIFFERENT;
             else
+                status = read_page(job, page, &state);
+            if (status == MR_OK && state == PAGE_DIFFERENT && !different) /* or was it the line? */
                 status = read_page(job, page, &state);
             different = state == PAGE_DIFFERENT;
             job->page[page] = (uint8_t)state;
@@ -145,7 +154,7 @@ static enum mr_status erase(struct job *job, unsigned sector)
 static enum mr_status write_page(struct job *job, uint32_t page)
 {
     uint32_t from, to;
-    if (!extent(job->image, page, &from, &to))
+    if (!extent(job, page, &from, &to))
         return MR_OK;
     enum mr_status status = bootrom_write(job->rom, MR_IMAGE_FLASH + from, job->image->bytes + from, to - from, job->error);
     if (status == MR_OK) {
@@ -173,7 +182,7 @@ static enum mr_status check_erased(struct job *job, unsigned sector, uint32_t pa
     uint8_t bytes[PAGE];
     uint32_t from, to;
     enum page_state state;
-    (void)extent(job->image, page, &from, &to);
+    (void)extent(job, page, &from, &to);
     enum mr_status status = bootrom_read(job->rom, MR_IMAGE_FLASH + from, bytes, to - from, job->error);
     if (status != MR_OK)
         return status;
@@ -212,7 +221,7 @@ static enum mr_status verify_page(struct job *job, uint32_t page)
 {
     uint8_t bytes[PAGE];
     uint32_t from, to, at;
-    if (!extent(job->image, page, &from, &to))
+    if (!extent(job, page, &from, &to))
         return MR_OK;
     enum mr_status status = MR_OK;
     for (unsigned try = 0; try < BOOTROM_TRIES; try++) {
@@ -304,7 +313,7 @@ enum mr_status flash_run(struct bootrom *rom, const struct imagefile *image, con
     *result = (struct flash_result){0};
     enum mr_status status = compare(&job);
     for (unsigned sector = 1; sector < SECTORS; sector++)
-        others = others || (touched(image, sector) && needs_work(&job, sector));
+        others = others || (needs_work(&job, sector));
     if (others) /* sector 0 is another's place until they are whole */
         mark(&job, 0, PAGE_DIFFERENT);
     if (status == MR_OK) {
@@ -318,7 +327,7 @@ enum mr_status flash_run(struct bootrom *rom, const struct imagefile *image, con
     if (status == MR_OK && options->erase_configuration)
         status = erase_configuration(&job);
     for (unsigned sector = 1; status == MR_OK && sector < SECTORS; sector++) {
-        if (touched(image, sector) && needs_work(&job, sector))
+        if (needs_work(&job, sector))
             status = work_on(&job, sector);
     }
     unsigned writing_done = job.done, writing_of = job.of;

@@ -85,8 +85,8 @@ static enum mr_status read_elf(struct imagefile *image, const struct source *sou
         return error_set(error, MR_TRUNCATED, "it ends inside its header: %s; build the image again", source->path);
     memcpy(&head, source->bytes, sizeof head);
     if (head.e_ident[EI_CLASS] != ELFCLASS32 || head.e_ident[EI_DATA] != ELFDATA2LSB || head.e_machine != EM_ARM)
-        return error_set(error, MR_MALFORMED, "a program for another machine (ELF machine %u, not 40 of 32-bit ARM): %s; give the firmware's",
-                         head.e_machine, source->path);
+        return error_set(error, MR_MALFORMED, "a program for another machine (ELF class %u, machine %u; 32-bit ARM is 1 and 40): %s; give the "
+                         "firmware's", head.e_ident[EI_CLASS], head.e_machine, source->path);
     if (head.e_type != ET_EXEC)
         return error_set(error, MR_MALFORMED, "not linked yet (ELF type %u): %s; give the firmware's .elf", head.e_type, source->path);
     if (head.e_phentsize != sizeof(Elf32_Phdr) || head.e_phoff > source->length ||
