@@ -51,7 +51,7 @@ HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecse
 	-lsundials_sunlinsolband -lm
 
 firmware := $(B)/firmware/matrig.elf
-images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
+images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
@@ -69,9 +69,11 @@ deps: $(B)/.demo-packages $(B)/.test-packages ## install what is missing (Debian
 .PHONY: all
 all: $(images) $(B)/firmware/stack.txt $(programs) ## build firmware images, matrig and matrig-board
 
-.PHONY: flash
-flash: $(images) $(B)/matrig ## program a board through its boot ROM: make flash PORT=/dev/ttyUSB0
+.PHONY: have-port
+have-port:
 	@[ -n "$(PORT)" ] || { echo "which board? Give its serial port: make flash PORT=/dev/ttyUSB0" >&2; exit 2; }
+.PHONY: flash
+flash: have-port $(images) $(B)/matrig ## program a board through its boot ROM: make flash PORT=/dev/ttyUSB0
 	@$(B)/matrig flash $(if $(findstring :,$(firstword $(subst /, ,$(PORT)))),,serial:)$(PORT) $(firmware) $(FLASH_OPTIONS)
 
 .PHONY: demo
@@ -213,6 +215,11 @@ $(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld $(stamp) $(c
 	$(ARM)objcopy -O ihex $< $@
 %.bin: %.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff $< $@
+# The same in two parts, 0x08000000 and 0x08010000, for tools that would erase the configuration between them.
+$(B)/firmware/vectors.bin: $(firmware)
+	$(ARM)objcopy -O binary --gap-fill 0xff -j .vectors $< $@
+$(B)/firmware/program.bin: $(firmware)
+	$(ARM)objcopy -O binary --gap-fill 0xff -R .vectors $< $@
 
 # Worst-case stack from the compiler's own figures; fails when it does not fit its region.
 $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk

@@ -22,6 +22,7 @@
 #define SYNC_CHUNKS 258u  /* 0x7f7f taken as a count of sectors asks for 2 * (0x7f7f + 1) + 1 bytes: 6 s */
 #define QUIET_MS 30u      /* a byte takes 0.1 ms, an adapter holds bytes back for up to 16 */
 #define DRAIN_MAX 70000u
+#define BABBLE 600u       /* more than any answer: somebody else speaks */
 #define PROBE_MS 250u
 
 /* How an exchange ended. */
@@ -92,14 +93,17 @@ static enum outcome command_at(struct exchange *x, uint8_t code, uint32_t addres
     return checked(x, bytes, sizeof bytes, x->rom->answer_ms);
 }
 
-/* Bytes that nobody asked for. */
+/* Bytes that nobody asked for. GARBLED: they do not end, or are more than a boot ROM has to say. */
 static enum outcome drain(struct exchange *x, unsigned quiet_ms)
 {
     uint8_t byte;
+    unsigned babble = 0;
     enum outcome outcome = DONE;
-    for (unsigned i = 0; outcome == DONE && i < DRAIN_MAX; i++)
+    for (unsigned i = 0; outcome == DONE && i < DRAIN_MAX && babble < BABBLE; i++) {
         outcome = get(x, &byte, quiet_ms);
-    return outcome == SILENT ? DONE : outcome;
+        babble += outcome == DONE && byte != ACK && byte != NACK;
+    }
+    return outcome == SILENT ? DONE : outcome == BROKEN ? BROKEN : GARBLED;
 }
 
 /* A count less one, as many bytes, and ACK. */
@@ -152,8 +156,9 @@ static enum outcome resynchronise(struct exchange *x)
     enum outcome outcome = DONE;
     for (unsigned round = 0; round < RESYNC_ROUNDS; round++) {
         outcome = drain(x, QUIET_MS);
-        if (outcome == DONE)
-            outcome = probe(x);
+        if (outcome != DONE)
+            break;
+        outcome = probe(x);
         if (outcome == DONE || outcome == BROKEN || (outcome == SILENT && silent == sizeof amounts / sizeof amounts[0]))
             break;
         enum outcome filled = fill(x, FILLER, outcome == SILENT ? amounts[silent] : 1);
@@ -208,15 +213,17 @@ static enum outcome find(struct exchange *x)
 {
     const uint8_t sync = SYNC;
     enum outcome outcome = drain(x, QUIET_MS);
-    for (unsigned i = 0; outcome != BROKEN && i < SYNC_TRIES; i++) {
+    for (unsigned i = 0; outcome == DONE || outcome == SILENT; i++) {
+        if (i == SYNC_TRIES)
+            break;
         outcome = put(x, &sync, 1);
         if (outcome == DONE)
-            outcome = answer(x, x->rom->answer_ms / 2);
+            outcome = answer(x, PROBE_MS);
         if (outcome == DONE || outcome == REFUSED || outcome == GARBLED)
             return outcome;
     }
-    if (outcome == BROKEN)
-        return BROKEN;
+    if (outcome != SILENT)
+        return outcome;
     for (unsigned i = 0; outcome == SILENT && i < SYNC_CHUNKS; i++) {
         outcome = fill(x, SYNC, CHUNK);
         if (outcome == DONE)
@@ -289,8 +296,12 @@ enum mr_status bootrom_begin(struct bootrom *rom, const struct bootrom_line *lin
         outcome = resynchronise(&x);
     if (outcome == BROKEN)
         return error->status;
+    if (outcome == GARBLED)
+        return error_set(error, MR_TIMEOUT, "no boot ROM, something else speaks there: %s; the firmware? Give --enter, or start the board "
+                         "with BOOT0 high", line->name);
     if (outcome != DONE)
-        return error_set(error, MR_TIMEOUT, "no boot ROM answers: %s; start the board with BOOT0 high, on USART1, and try again", line->name);
+        return error_set(error, MR_TIMEOUT, "no boot ROM answers: %s; start the board with BOOT0 high, on USART1; one that was spoken to "
+                         "before keeps that --baud", line->name);
     enum mr_status status = learn(&x);
     return status == MR_OK ? identify(&x) : status;
 }

@@ -13,7 +13,7 @@
 
 #include "host/error.h"
 
-#define BOOTROM_TRIES 4u
+#define BOOTROM_TRIES 8u
 #define BOOTROM_PAGE 256u /* bytes in one exchange */
 #define BOOTROM_CHIP 0x413u /* STM32F405, 407, 415, 417: AN2606 */
 #define BOOTROM_BAUD 115200
