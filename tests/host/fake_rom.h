@@ -22,6 +22,7 @@ struct chip {
     uint16_t id;
     bool read_protected, deaf, refuses_all;
     unsigned write_protected; /* bit n: sector n */
+    uint32_t weak;            /* a byte whose lowest bit reads 0 once written; 0: none */
 
     enum chip_stage stage;
     uint8_t command, buffer[600];
@@ -189,7 +190,7 @@ static void chip_data(struct chip *chip)
     for (size_t i = 0; good && i < n; i++) {
         uint32_t at = chip->address - 0x08000000u + (uint32_t)i;
         if (!(chip->write_protected >> chip_sector_of(at) & 1u))
-            chip->flash[at] &= chip->buffer[i];
+            chip->flash[at] &= at && at == chip->weak ? chip->buffer[i] & 0xfe : chip->buffer[i];
     }
     chip_answer(chip, good);
 }
