@@ -23,7 +23,7 @@ struct session {
     const struct cli *cli;
     const char *spec;
     bool enter, boot0, all, force, stay, erase_configuration;
-    int baud;
+    int baud, firmware_baud;
     struct imagefile image;
     struct link *link;
     struct identity_talk talk;
@@ -146,7 +146,7 @@ static enum mr_status start_and_compare(struct session *session, struct error *e
     char why[200];
     enum mr_status status = bootrom_go(&session->rom, MR_IMAGE_FLASH, error);
     if (status == MR_OK)
-        status = link_line(session->link, TTY_BAUD_DEFAULT, false, error);
+        status = link_line(session->link, session->firmware_baud, false, error);
     if (status != MR_OK)
         return status;
     identity_begin(&session->talk, session->link);
@@ -267,6 +267,7 @@ int flash_command(int argc, char **argv, const struct cli *cli)
         {"--erase-configuration", NULL, &session.erase_configuration}};
     struct error error = {0};
     double rate = BOOTROM_BAUD;
+    char path[TTY_PATH_MAX];
     session.cli = cli;
     enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 2, "LINK IMAGE", &error);
     session.spec = words[0];
@@ -275,6 +276,9 @@ int flash_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && baud)
         status = cli_number(baud, "--baud", BAUD_LEAST, BAUD_MOST, &rate, &error);
     session.baud = (int)rate;
+    session.firmware_baud = TTY_BAUD_DEFAULT;
+    if (status == MR_OK && strncmp(session.spec, "serial:", 7) == 0)
+        status = tty_parse(session.spec + 7, "serial:TTY[:BAUD]", path, &session.firmware_baud, &error);
     if (status == MR_OK && strncmp(session.spec, "file:", 5) == 0)
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give serial:TTY", session.spec);
     if (status == MR_OK)

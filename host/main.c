@@ -44,7 +44,8 @@ static const struct command commands[] = {
     {"flash", flash_command, "LINK IMAGE [--enter | --boot0] [--baud N] [--all] [--force] [--stay] [--erase-configuration]",
      "program a board through its chip's boot ROM",
      "  LINK           the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its own rate is for the firmware;\n"
-     "                 the boot ROM is spoken to with 8E1 at --baud\n"
+     "                 the boot ROM is spoken to with 8E1 at --baud. A port that does not do 2000000 baud: serial:TTY:115200,\n"
+     "                 with --boot0 --stay\n"
      "  IMAGE          .elf, .hex or .bin of the firmware\n"
      "  --enter        the firmware runs: ask it to restart into the boot ROM (refused from arm to done)\n"
      "  --boot0        the boot ROM runs already, started with BOOT0 high. Without either: --enter when a board says hello\n"
