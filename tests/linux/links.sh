@@ -131,7 +131,9 @@ check "none of them is lost" test "$(lost_in uart)" = 0
 say "serial over a 16550 at 115200 baud, the most it does: $(db uart 'select received from links') frames, lost $(lost_in uart)"
 
 # --- the boot ROM over the same 16550, through libserialport ---
+usleep 2000000 # until the port has lost the board before
 echo "# host: start board 4"
+usleep 2000000
 flashed() { # 8E1: the board outside hears nothing else
     matrig flash serial:/dev/ttyS1:115200 /data/matrig.hex --boot0 --stay >flash.txt 2>&1
     local status=$?

@@ -122,7 +122,7 @@ follow() { # NAME: reads its console, does what it asks for, counts its checks
         echo "$line" >&3
         case $line in
         "# host: start board "*) board "${line##* }" ;;
-        "# host: stop board "*) kill "${boards[${line##* }]}" ;;
+        "# host: stop board "*) kill "${boards[${line##* }]}" && wait "${boards[${line##* }]}" ;; # its sockets are free then
         "# figure: "*) figures+=("${line#\# figure: }") ;;
         "ok "*) passed=$((passed + 1)) seen=$((seen + 1)); echo "ok $1 ${line#ok }" ;;
         "not ok "*) failed=$((failed + 1)) seen=$((seen + 1)); echo "not ok $1 ${line#not ok }" ;;
