@@ -135,7 +135,7 @@ usleep 2000000 # until the port has lost the board before
 echo "# host: start board 4"
 usleep 2000000
 flashed() { # 8E1: the board outside hears nothing else
-    matrig flash serial:/dev/ttyS1:115200 /data/matrig.hex --boot0 --stay >flash.txt 2>&1
+    matrig flash serial:/dev/ttyS1:115200 /data/small.bin --force --boot0 --stay >flash.txt 2>&1
     local status=$?
     cat flash.txt
     busybox stty -F /dev/ttyS1 -a | tee line.txt
@@ -144,7 +144,7 @@ flashed() { # 8E1: the board outside hears nothing else
 }
 check "matrig flash programs and verifies a board through the 16550, 8E1" flashed
 flashed_before() {
-    matrig flash serial:/dev/ttyS1:115200 /data/matrig.hex --boot0 --stay >again.txt 2>&1
+    matrig flash serial:/dev/ttyS1:115200 /data/small.bin --force --boot0 --stay >again.txt 2>&1
     local status=$?
     cat again.txt
     [ $status -eq 0 ] && says "written *0 of" again.txt && says "erased *sectors none" again.txt
