@@ -51,7 +51,7 @@ HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecse
 	-lsundials_sunlinsolband -lm
 
 firmware := $(B)/firmware/matrig.elf
-images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin)
+images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
@@ -68,6 +68,13 @@ deps: $(B)/.demo-packages $(B)/.test-packages ## install what is missing (Debian
 
 .PHONY: all
 all: $(images) $(B)/firmware/stack.txt $(programs) ## build firmware images, matrig and matrig-board
+
+.PHONY: have-port
+have-port:
+	@[ -n "$(PORT)" ] || { echo "which board? Give its serial port: make flash PORT=/dev/ttyUSB0" >&2; exit 2; }
+.PHONY: flash
+flash: have-port $(images) $(B)/matrig ## program a board through its boot ROM: make flash PORT=/dev/ttyUSB0
+	@$(B)/matrig flash $(if $(findstring :,$(firstword $(subst /, ,$(PORT)))),,serial:)$(PORT) $(firmware) $(FLASH_OPTIONS)
 
 .PHONY: demo
 demo: all ## play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
@@ -188,14 +195,31 @@ $(B)/arm/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc $(ARM_FLAGS) -fcallgraph-info=su -c $< -o $@
 
-$(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld
+# From which commit, written anew only when it is another one: nothing else of time or place is in an image.
+commit := $(B)/firmware/commit
+stamp := $(B)/host/firmware/stamp/stamp
+.PHONY: always
+$(commit): always
+	@mkdir -p $(@D)
+	@commit=$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown); \
+		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
+$(stamp): $(B)/host/firmware/stamp/stamp.o $(common_lib)
+	$(CC) $^ -o $@
+
+$(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld $(stamp) $(commit)
 	@mkdir -p $(@D)
 	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections \
 		-Wl,-Map=$(@:.elf=.map) $(filter %.o,$^) -lm -o $@
+	$(stamp) $@ $$(cat $(commit))
 %.hex: %.elf
 	$(ARM)objcopy -O ihex $< $@
 %.bin: %.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff $< $@
+# The same in two parts, 0x08000000 and 0x08010000, for tools that would erase the configuration between them.
+$(B)/firmware/vectors.bin: $(firmware)
+	$(ARM)objcopy -O binary --gap-fill 0xff -j .vectors $< $@
+$(B)/firmware/program.bin: $(firmware)
+	$(ARM)objcopy -O binary --gap-fill 0xff -R .vectors $< $@
 
 # Worst-case stack from the compiler's own figures; fails when it does not fit its region.
 $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
@@ -236,6 +260,7 @@ $(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
 	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
 	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
 		$(filter-out $(if $(findstring rest,$@),%/landing.o,$(if $(findstring changing,$@),%/main.o,%/config.o)),$(call objects,arm,$(arm_src))) -lm -o $@
+	$(stamp) $@ $$(cat $(commit))
 
 # --- tests ---
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages

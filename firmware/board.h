@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "common/block.h"
+#include "common/image.h"
 
 enum board_clock_source {
     BOARD_CLOCK_CRYSTAL = 0,   /* HSE and PLL, 168 MHz */
@@ -21,6 +22,8 @@ enum board_clock_source {
 struct board_identity {
     uint32_t uid[3];       /* RM0090 39.1 */
     uint32_t image_crc;    /* CRC-32 of the program in flash, computed at start */
+    struct mr_image image; /* the image's header; zeros when there is none */
+    uint8_t image_state;   /* enum mr_image_state, as found at start */
     uint8_t reset_cause;   /* bits as in the message hello */
     uint8_t clock_source;  /* enum board_clock_source */
 };
@@ -119,7 +122,7 @@ void board_upkeep(void);
 /* Begin both at their beginning. */
 void board_upkeep_restart(void);
 void board_upkeep_state(struct board_upkeep *upkeep);
-/* Is the program the one that was made? False: its image does not say. */
+/* Is flash, read now, the image that was built: vectors, header and program? Some 5 ms. False: it has no header that says. */
 bool board_image_check(bool *good);
 
 /* Sleep until the next interrupt. Returns true when a supervision tick (10 ms) has passed since the last call. */

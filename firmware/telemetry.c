@@ -159,6 +159,10 @@ static void send_hello(struct telemetry *telemetry, const struct landing *landin
          .state = (uint8_t)landing->state);
     SEND(both, telemetry, board_uid, BOARD_UID, .uid0 = identity->uid[0], .uid1 = identity->uid[1]);
     SEND(both, telemetry, board_image, BOARD_IMAGE, .uid2 = identity->uid[2], .image_crc = identity->image_crc);
+    SEND(both, telemetry, image_commit, IMAGE_COMMIT, .commit = identity->image.commit,
+         .commit_more = identity->image.commit_more, .changed = identity->image.changed, .state = identity->image_state);
+    SEND(both, telemetry, image_header, IMAGE_HEADER, .program_crc = identity->image.program_crc,
+         .header_crc = identity->image.header_crc);
     SEND(both, telemetry, board_config, BOARD_CONFIG, .config_crc = telemetry->config_crc, .channels = MR_CHANNELS,
          .switches = MR_CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_CLOSURE_WARNING_MATS);
     if (!telemetry->to_box) {

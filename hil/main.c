@@ -41,6 +41,7 @@ static const char help[] =
     "  --serial LINK    unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program opens) or none\n"
     "  --parity P       of the serial line's other end: none, even, odd or board (what the board has);\n"
     "                   default none, pty: board, for Linux keeps no parity for pseudo-terminals\n"
+    "  --baud N         rate of the serial line's other end (default 2000000; pty: what is set there)\n"
     "  --rig RUNFILE    what the rig does: a matrig-run file; without it nothing moves\n"
     "  --replay FILE    instead of a rig, a recorded landing: a matrig-replay file, which matrig replay writes\n"
     "  --speed max|real at full speed, waiting for a slow host (default); by the wall clock, dropping\n"
@@ -205,6 +206,9 @@ static enum mr_status parse_option(struct arguments *a, const char *name, const 
         ok = parse_parity(a, text);
     } else if (strcmp(name, "--temperature") == 0) {
         ok = parse_temperature(a, text);
+    } else if (strcmp(name, "--baud") == 0) {
+        ok = parse_number(text, 1200, 10e6, &value);
+        a->options.host_baud = (uint32_t)value;
     } else if (strcmp(name, "--times") == 0) {
         ok = parse_times(a, text);
     } else if (strcmp(name, "--faults") == 0) {

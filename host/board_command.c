@@ -8,12 +8,14 @@
 #include "host/boxfill.h"
 #include "host/boxtalk.h"
 #include "host/cli.h"
+#include "host/flash/imagefile.h"
+#include "host/identity.h"
 #include "host/run.h"
 #include "host/slow.h"
 
 struct request {
     const struct cli *cli;
-    const char *serial, *file, *db, *csv;
+    const char *serial, *file, *db, *csv, *image;
     int64_t run;
 };
 
@@ -169,43 +171,148 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
     return exit_code;
 }
 
+/* ---- which board, and which image it runs ---- */
+
+#define IDENTITY_MS 10000u
+
+static int print_identity(const struct request *request, const struct identity *identity, const struct imagefile *image)
+{
+    const struct mr_hello *hello = &identity->hello;
+    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[25], version[12], why[200] = "";
+    bool same = image && identity_runs(identity, &image->header, why, sizeof why);
+    unsigned state = identity->commit_known ? identity->commit.state : (unsigned)MR_IMAGE_NONE;
+    int exit_code = (image && !same) || state != MR_IMAGE_GOOD ? mr_status_exit_code(MR_LIMIT) : 0;
+    if (identity->commit_known)
+        mr_image_commit_text(identity->commit.commit, identity->commit.commit_more, identity->commit.changed != 0, commit);
+    snprintf(uid, sizeof uid, "%08X%08X%08X", (unsigned)identity->uid[0], (unsigned)identity->uid[1], (unsigned)identity->uid[2]);
+    snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
+    if (request->cli->json) {
+        json_t *compared = image ? json_pack("{sssbss}", "file", image->path, "same", same, "difference", why) : json_null();
+        return cli_print_json(json_pack("{sssssssssIso}", "board", uid, "firmware", version, "commit", commit, "image",
+                                        mr_image_state_text(state), "image_crc", (json_int_t)identity->image_crc, "compared", compared),
+                              exit_code);
+    }
+    printf("board      %s\nfirmware   %s, commit %s\nimage      %08x, %s\n", uid, version, commit, (unsigned)identity->image_crc,
+           mr_image_state_text(state));
+    if (image && same)
+        printf("compared   the board runs %s\n", image->path);
+    else if (image)
+        printf("compared   the board does not run %s: %s\n", image->path, why);
+    return exit_code;
+}
+
+static int tell_identity(const struct request *request, struct error *error)
+{
+    struct imagefile image = {0};
+    struct identity_talk talk;
+    struct link *link = NULL;
+    int exit_code;
+    enum mr_status status = request->image ? imagefile_read(request->image, &image, error) : MR_OK;
+    if (status == MR_OK && request->image && !image.stamped)
+        status = error_set(error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request->image);
+    if (status == MR_OK)
+        status = link_open(request->serial, LINK_SERIAL, &link, error);
+    if (status == MR_OK) {
+        identity_begin(&talk, link);
+        status = identity_listen(&talk, IDENTITY_MS, error);
+        if (status == MR_TIMEOUT)
+            status = error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", request->serial);
+    }
+    if (status == MR_OK && talk.identity.hello.layout != MR_LAYOUT)
+        status = error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
+                           talk.identity.hello.layout, MR_LAYOUT, request->serial);
+    exit_code = status == MR_OK ? print_identity(request, &talk.identity, request->image ? &image : NULL) : cli_fail(error);
+    link_close(link);
+    if (request->image)
+        imagefile_free(&image);
+    return exit_code;
+}
+
+/* What each verb takes beside --serial. */
+struct verb {
+    const char *name;
+    bool number, file, db, csv, elf;
+};
+
+static const struct verb verbs[] = {
+    {.name = "list"},
+    {.name = "read", .number = true, .file = true, .db = true},
+    {.name = "free", .number = true},
+    {.name = "slow", .db = true, .csv = true},
+    {.name = "health", .elf = true},
+    {.name = "self-test"},
+    {.name = "reset"},
+};
+
+static const struct verb *find_verb(const char *name)
+{
+    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
+        if (strcmp(verbs[i].name, name) == 0)
+            return &verbs[i];
+    }
+    return NULL;
+}
+
+static enum mr_status check_request(const struct request *request, const struct verb *verb, const char *number, const char *run,
+                                    const char *elf, struct error *error)
+{
+    static const struct verb none = {.name = ""};
+    const char *name = verb ? verb->name : "";
+    if (!verb)
+        verb = &none;
+    if (number && !verb->number)
+        return error_set(error, MR_USAGE, "%s takes no number: '%s'; see matrig board --help", name, number);
+    if (!number && verb->number)
+        return error_set(error, MR_USAGE, "which record? matrig board %s needs its number, see matrig board list", name);
+    if (!request->serial)
+        return error_set(error, MR_USAGE, "no link: matrig board needs --serial LINK; see matrig board --help");
+    if (request->image && verb != &none)
+        return error_set(error, MR_USAGE, "--image is compared with the board's alone: leave '%s' out", name);
+    if ((request->file || run) && !verb->file)
+        return error_set(error, MR_USAGE, "-o and --run are read's: matrig board %s", name);
+    if (request->db && !verb->db)
+        return error_set(error, MR_USAGE, "--db is read's and slow's: matrig board %s", name);
+    if (request->csv && !verb->csv)
+        return error_set(error, MR_USAGE, "--csv is slow's: matrig board %s", name);
+    if (elf && !verb->elf)
+        return error_set(error, MR_USAGE, "--elf is health's: matrig board %s", name);
+    if (verb->file && !request->file && !request->db)
+        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB or -o FILE", name);
+    if (verb->csv && !request->csv && !request->db)
+        return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB or --csv F", name);
+    return MR_OK;
+}
+
 int board_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
     const char *run = NULL, *elf = NULL, *words[2] = {NULL, NULL};
     const struct cli_option options[] = {
         {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL},
-        {"--csv", &request.csv, NULL}};
+        {"--csv", &request.csv, NULL}, {"--elf", &elf, NULL}, {"--image", &request.image, NULL}};
     struct error error = {0};
     double number = 0.0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "config") == 0)
             return config_command(argc, argv, cli);
     }
-    enum mr_status status = cli_parse(argc, argv, options, 5, words, 1, 2, "list|read N|free N|slow", &error);
-    bool is_list = status == MR_OK && strcmp(words[0], "list") == 0;
-    bool is_read = status == MR_OK && strcmp(words[0], "read") == 0;
-    bool is_slow = status == MR_OK && strcmp(words[0], "slow") == 0;
-    if (status == MR_OK && !is_list && !is_read && !is_slow && strcmp(words[0], "free") != 0)
-        status = error_set(&error, MR_USAGE, "not list, read, free or slow: '%s'; see matrig board --help", words[0]);
-    if (status == MR_OK && (is_list || is_slow) == (words[1] != NULL))
-        status = words[1] ? error_set(&error, MR_USAGE, "%s takes no number: '%s'; see matrig board --help", words[0], words[1])
-                          : error_set(&error, MR_USAGE, "which record? matrig board %s needs its number, see matrig board list", words[0]);
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 0, 2,
+                                      "list|read N|free N|slow|config|health|self-test|reset", &error);
+    const struct verb *verb = status == MR_OK && words[0] ? find_verb(words[0]) : NULL;
+    if (status == MR_OK && words[0] && !verb)
+        status = error_set(&error, MR_USAGE,
+                           "not list, read, free, slow, config, health, self-test or reset: '%s'; see matrig board --help", words[0]);
+    if (status == MR_OK)
+        status = check_request(&request, verb, words[1], run, elf, &error);
     if (status == MR_OK && words[1])
         status = cli_number(words[1], "the record", 1, 65535, &number, &error);
-    if (status == MR_OK && !request.serial)
-        status = error_set(&error, MR_USAGE, "no link: matrig board needs --serial LINK; see matrig board --help");
-    if (status == MR_OK && is_read && !request.file && !request.db)
-        status = error_set(&error, MR_USAGE, "nowhere to put it: matrig board read needs --db DB or -o FILE");
-    if (status == MR_OK && is_slow && !request.csv && !request.db)
-        status = error_set(&error, MR_USAGE, "nowhere to put it: matrig board slow needs --db DB or --csv F");
-    if (status == MR_OK && !is_read && (request.file || (request.db && !is_slow) || run))
-        status = error_set(&error, MR_USAGE, "-o, --db and --run are read's: matrig board %s", words[0]);
-    if (status == MR_OK && !is_slow && request.csv)
-        status = error_set(&error, MR_USAGE, "--csv is slow's: matrig board %s", words[0]);
     if (status == MR_OK && run)
         status = run_parse(run, &request.run, &error);
-    if (status == MR_OK && is_health)
-        return board_health(request.serial, words[0], elf, cli);
-    return status == MR_OK ? talk_to_board(&request, words[0], (uint16_t)number, &error) : cli_fail(&error);
+    if (status != MR_OK)
+        return cli_fail(&error);
+    if (!verb)
+        return tell_identity(&request, &error);
+    if (board_health_verb(verb->name))
+        return board_health(request.serial, verb->name, elf, cli);
+    return talk_to_board(&request, verb->name, (uint16_t)number, &error);
 }

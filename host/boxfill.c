@@ -80,6 +80,7 @@ static enum mr_status configure(struct store *store, int64_t run, const struct m
     struct mr_switch_place place;
     struct mr_slack slack;
     struct mr_site site;
+    struct mr_image_commit commit;
     struct store_landing landing;
     const uint8_t *bytes = record->payload;
     enum mr_status status = MR_OK;
@@ -111,6 +112,14 @@ static enum mr_status configure(struct store *store, int64_t run, const struct m
         status = store_landing_get(store, run, &landing, error);
         landing.touchdown_ft = (double)site.touchdown_ft;
         landing.switch_error_ft = (double)site.switch_error_ft;
+        if (status == MR_OK)
+            status = store_landing_put(store, &landing, error);
+        break;
+    case MR_ID_IMAGE_COMMIT:
+        if (mr_image_commit_get(&commit, bytes, record->length) != MR_OK)
+            break;
+        status = store_landing_get(store, run, &landing, error);
+        mr_image_commit_text(commit.commit, commit.commit_more, commit.changed != 0, landing.image_commit);
         if (status == MR_OK)
             status = store_landing_put(store, &landing, error);
         break;

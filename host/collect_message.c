@@ -66,8 +66,10 @@ static enum mr_status refresh_landing(struct collector *collector, struct side *
     if (strcmp(slot->row.board_uid, identity->board_uid) == 0 &&
         strcmp(slot->row.firmware, identity->firmware) == 0 && slot->row.image_crc == identity->image_crc &&
         slot->row.config_crc == identity->config_crc && slot->row.touchdown_ft == identity->touchdown_ft &&
-        slot->row.switch_error_ft == identity->switch_error_ft)
+        slot->row.switch_error_ft == identity->switch_error_ft &&
+        strcmp(slot->row.image_commit, identity->image_commit) == 0)
         return MR_OK;
+    memcpy(slot->row.image_commit, identity->image_commit, sizeof slot->row.image_commit);
     memcpy(slot->row.board_uid, identity->board_uid, sizeof slot->row.board_uid);
     memcpy(slot->row.firmware, identity->firmware, sizeof slot->row.firmware);
     slot->row.image_crc = identity->image_crc;
@@ -444,6 +446,11 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
         collector->uid[2] = m.uid2;
         collector->identity.image_crc = m.image_crc;
         uid_text(collector);
+        break;
+    }
+    case MR_ID_IMAGE_COMMIT: {
+        GET(image_commit);
+        mr_image_commit_text(m.commit, m.commit_more, m.changed != 0, collector->identity.image_commit);
         break;
     }
     case MR_ID_BOARD_CONFIG: {

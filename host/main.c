@@ -31,11 +31,15 @@ static const struct command commands[] = {
      "                 a LAWICEL adapter on a serial port, for CAN\n"
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
+     "  pty:PATH       the pseudo-terminal of an emulated board\n"
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
     {"board", board_command,
-     "--serial LINK list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] | config get|set|check",
-     "what a board's black box and slow log hold; its configuration",
+     "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
+     "                        config get|set|check | health [--elf F] | self-test | reset",
+     "a board: its firmware, black box, slow log, configuration and health",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
+     "  (no word)      the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
+     "                 .hex, .bin) compares it with a file. Exit 1 when it differs or is not whole\n"
      "  list           its records, and how much room there is\n"
      "  read N         record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
      "                 board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
@@ -45,7 +49,28 @@ static const struct command commands[] = {
      "                 (without --db: all that the board holds)\n"
      "  config get     the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial\n"
      "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done\n"
-     "  config check F check F alone, without a board\n"},
+     "  config check F check F alone, without a board\n"
+     "  health         restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
+     "                 its functions). Exit 1 when there is a fault\n"
+     "  self-test      memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails\n"
+     "  reset          restart it\n"},
+    {"flash", flash_command, "LINK IMAGE [--enter | --boot0] [--baud N] [--all] [--force] [--stay] [--erase-configuration]",
+     "program a board through its chip's boot ROM",
+     "  LINK           the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its own rate is for the firmware;\n"
+     "                 the boot ROM is spoken to with 8E1 at --baud. A port that does not do 2000000 baud: serial:TTY:115200,\n"
+     "                 with --boot0 --stay\n"
+     "  IMAGE          .elf, .hex or .bin of the firmware\n"
+     "  --enter        the firmware runs: ask it to restart into the boot ROM (refused from arm to done)\n"
+     "  --boot0        the boot ROM runs already, started with BOOT0 high. Without either: --enter when a board says hello\n"
+     "                 within 2.5 s, else --boot0\n"
+     "  --baud N       9600 to 460800 for the boot ROM, else 115200\n"
+     "  --all          erase and write also what is there already\n"
+     "  --force        flash although the board runs this image, or the image carries no header\n"
+     "  --stay         do not start the firmware afterwards\n"
+     "  --erase-configuration\n"
+     "                 erase sectors 2 and 3 too; else they are never touched\n"
+     "Only sectors that differ are erased. Every byte is read back. After a pulled cable the same command goes on where it was;\n"
+     "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed.\n"},
     {"gages", gages_command, "zero [1|2] --serial LINK | shunt --serial LINK | bridge --excitation V --gain G ...",
      "zero and shunt calibration; pounds per code of a bridge",
      "  zero [1|2]     mean of a quarter of a second is the zero of all channels, of the transducers (1) or the gages (2), until\n"

@@ -1,5 +1,4 @@
 /* board.h on the STM32F407: start-up in order, identity, sleep, supervision tick. */
-#include "common/crc32.h"
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 #include "firmware/tasks.h"
@@ -8,8 +7,6 @@
 #define SHUNT_PIN 1u
 #define WARNING_PIN 0u /* PE0: high holds the lamp off, so a dead board warns */
 #define LAMP_PIN 3u    /* PE3: low while the lamp draws current */
-
-extern const uint8_t program_start[], program_end[]; /* linker script */
 
 static struct board_identity identity;
 static bool quiet;
@@ -52,7 +49,7 @@ void board_start(void)
     enum board_clock_source clock = clock_start();
     memory_start();
     identity.clock_source = (uint8_t)clock;
-    identity.image_crc = mr_crc32(0, program_start, (size_t)(program_end - program_start));
+    image_identify(&identity);
 
     fault_set_image_crc(identity.image_crc);
     memory_set_image_crc(identity.image_crc);

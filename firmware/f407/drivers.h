@@ -37,6 +37,8 @@ void watchdog_feed(void);
 void watchdog_patience(uint32_t counts);
 /* rom.c: goes to the boot ROM when board_enter_rom asked for it before this reset. Before anything else. */
 void rom_if_asked(void);
+/* image.c: header and CRC of the image that runs. */
+void image_identify(struct board_identity *identity);
 /* fault.c: counts what a processor fault or a late task before this reset left behind; `cause` as in the message hello.
  * True: too many in a row, the board only speaks. */
 bool fault_recall(uint8_t cause);

@@ -192,10 +192,3 @@ void board_upkeep_state(struct board_upkeep *out)
     upkeep.stack_size = (uint16_t)(4 * (stack_top - stack_bottom));
     *out = upkeep;
 }
-
-/* What the image says of itself, where it does. */
-__attribute__((weak)) bool board_image_check(bool *good)
-{
-    *good = true;
-    return false;
-}

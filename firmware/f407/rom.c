@@ -21,11 +21,21 @@ void board_enter_rom(void)
     }
 }
 
+/* What a reset starts is what stands at address 0: with BOOT0 high that is the boot ROM itself. */
+static bool rom_came_first(const uint32_t *vectors)
+{
+    uintptr_t at = 4;
+    __asm volatile("" : "+r"(at)); /* or the compiler takes it for a null pointer's neighbour */
+    return *(const volatile uint32_t *)at == vectors[1];
+}
+
 void rom_if_asked(void)
 {
     const uint32_t *vectors = (const uint32_t *)ROM_VECTORS;
     if (note.valid != NOTE_VALID || note.complement != ~NOTE_VALID)
         return;
     note.valid = 0;
+    if (rom_came_first(vectors)) /* and is through: it has started us */
+        return;
     __asm volatile("msr msp, %0\n\tbx %1" : : "r"(vectors[0]), "r"(vectors[1]) : "memory");
 }

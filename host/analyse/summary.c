@@ -385,11 +385,12 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     static const char *const sources[] = {"no readings came", "serial block records, 1 kHz",
                                           "CAN messages, displacements at 500 Hz and tensions at 250 Hz"};
     const struct store_landing *landing = &summary->measured.landing;
-    fprintf(out, "RUN %lld: landing %lld, %s, board %s, firmware %s, image %08llx\n", (long long)landing->id,
+    fprintf(out, "RUN %lld: landing %lld, %s, board %s, firmware %s, image %08llx, commit %s\n", (long long)landing->id,
             (long long)landing->board_landing, collector_state_text((unsigned)landing->state),
             landing->board_uid[0] ? landing->board_uid : "unknown",
             landing->firmware[0] ? landing->firmware : "unknown",
-            landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc);
+            landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
+            landing->image_commit[0] ? landing->image_commit : "unknown");
     fprintf(out, "  %-13s %s\n", "readings", sources[summary->measured.source]);
     print_temperature(&summary->temperature, out);
     print_motion(summary, si, out);
@@ -533,6 +534,7 @@ json_t *summary_json(const struct summary *summary, bool si)
                   (json_int_t)landing->board_landing, "state", collector_state_text((unsigned)landing->state),
                   "board", landing->board_uid, "firmware", landing->firmware);
     json_object_set_new(object, "image_crc", integer_or_null(landing->image_crc));
+    json_object_set_new(object, "image_commit", json_string(landing->image_commit));
     json_object_set_new(object, "config_crc", integer_or_null(landing->config_crc));
     json_object_set_new(object, "clock_source", integer_or_null(landing->clock_source));
     json_object_set_new(object, "source", json_string(sources[measured->source]));

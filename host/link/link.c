@@ -10,13 +10,13 @@
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-#define FORMS "unix:PATH, file:PATH, can:IFACE, slcan:TTY[:BAUD] or serial:TTY[:BAUD]"
+#define FORMS "unix:PATH, file:PATH, can:IFACE, slcan:TTY[:BAUD], serial:TTY[:BAUD] or pty:PATH"
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
 
 static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_can_ops, &link_serial_ops,
-                                               &link_slcan_ops};
+                                               &link_slcan_ops, &link_pty_ops};
 
 static bool starts_with(const char *text, const char *prefix)
 {
@@ -273,4 +273,10 @@ enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t l
     if (status == MR_OK)
         link->counters.sent += length;
     return status;
+}
+
+enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error)
+{
+    link->start = link->end = 0;
+    return link->ops->line ? link->ops->line(link, baud, even_parity, error) : MR_OK;
 }

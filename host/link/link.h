@@ -1,11 +1,12 @@
 /* A link to a board: CAN frames or serial bytes, whatever carries them.
  *
- *     LINK := unix:PATH | file:PATH | can:IFACE | slcan:TTY[:BAUD] | serial:TTY[:BAUD]
+ *     LINK := unix:PATH | file:PATH | can:IFACE | slcan:TTY[:BAUD] | serial:TTY[:BAUD] | pty:PATH
  *
  * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
  * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for
  * serial, from a file or a pipe. can: is a CAN interface of the Linux kernel, slcan: a LAWICEL adapter on a
- * serial port (host/link/slcan.h), serial: a serial port, 8N1, 2000000 baud unless given.
+ * serial port (host/link/slcan.h), serial: a serial port, 8N1, 2000000 baud unless given, pty: the pseudo-terminal of
+ * an emulated board.
  *
  * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW: bytes may
  * wait inside the link where poll does not see them. Call link_service at least once a second: a device that went
@@ -67,6 +68,10 @@ enum mr_status link_service(struct link *link, struct error *error);
 /* Up to `size` serial bytes, `*length` of them. Status as above; truncation is the deframer's to see. */
 enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,
                                   uint64_t *host_us, struct error *error);
+
+/* Rate and parity (8N1 or 8E1) of the line from now on; what was received before is forgotten. Links that have no line stay as
+ * they are. MR_IO: the port does not do it. */
+enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error);
 
 /* Send to the board; waits at most 1 s for room. MR_NOT_NOW: a file cannot be sent to. */
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error);

@@ -17,6 +17,7 @@ struct link_ops {
     /* Those below may be NULL. */
     ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size); /* as read(2); NULL: read(2) of fd */
     void (*service)(struct link *link);                              /* about once a second */
+    enum mr_status (*line)(struct link *link, int baud, bool even_parity, struct error *error);
     void (*close)(struct link *link);                                /* NULL: close(2) of fd */
 };
 
@@ -51,6 +52,7 @@ extern const struct link_ops link_file_ops;
 extern const struct link_ops link_can_ops;
 extern const struct link_ops link_serial_ops;
 extern const struct link_ops link_slcan_ops;
+extern const struct link_ops link_pty_ops;
 
 /* Read more into the buffer. MR_OK: there is more; MR_TOO_FEW: none now; MR_CLOSED: end of file; MR_IO. */
 enum mr_status link_fill(struct link *link, struct error *error);

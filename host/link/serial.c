@@ -34,6 +34,11 @@ static void serial_service(struct link *link)
     link_trouble(link, LINK_UART_LINE, line_errors);
 }
 
+static enum mr_status serial_line(struct link *link, int baud, bool even_parity, struct error *error)
+{
+    return tty_line(link->tty, baud, even_parity, error);
+}
+
 static void serial_close(struct link *link)
 {
     tty_close(link->tty);
@@ -49,5 +54,6 @@ const struct link_ops link_serial_ops = {
     .send = serial_send,
     .read = serial_read,
     .service = serial_service,
+    .line = serial_line,
     .close = serial_close,
 };

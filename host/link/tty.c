@@ -4,6 +4,7 @@
 #include <libserialport.h>
 #include <linux/serial.h>
 #include <poll.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -78,15 +79,15 @@ static enum mr_status open_failed(const char *spec, struct error *error)
     return no_port(spec, strerror(reason), error);
 }
 
-static enum mr_status set_line(struct tty *tty, int baud, struct error *error)
+static enum mr_status set_line(struct tty *tty, int baud, bool even_parity, struct error *error)
 {
     struct sp_port_config *config = NULL;
     int took = 0;
     if (sp_set_baudrate(tty->port, baud) != SP_OK || sp_set_bits(tty->port, 8) != SP_OK ||
-        sp_set_parity(tty->port, SP_PARITY_NONE) != SP_OK || sp_set_stopbits(tty->port, 1) != SP_OK ||
+        sp_set_parity(tty->port, even_parity ? SP_PARITY_EVEN : SP_PARITY_NONE) != SP_OK || sp_set_stopbits(tty->port, 1) != SP_OK ||
         sp_set_flowcontrol(tty->port, SP_FLOWCONTROL_NONE) != SP_OK)
-        return error_set(error, MR_IO, "the serial port does not take %d baud, 8N1 (%s): %s; give another rate",
-                         baud, strerror(sp_last_error_code()), tty->spec);
+        return error_set(error, MR_IO, "the serial port does not take %d baud, 8%c1 (%s): %s; give another rate",
+                         baud, even_parity ? 'E' : 'N', strerror(sp_last_error_code()), tty->spec);
     /* A driver that cannot do a rate takes another one and does not say so. */
     if (sp_new_config(&config) == SP_OK) {
         if (sp_get_config(tty->port, config) != SP_OK || sp_get_config_baudrate(config, &took) != SP_OK)
@@ -129,7 +130,7 @@ enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty
     if (status == MR_OK)
         status = take_alone(made, error);
     if (status == MR_OK)
-        status = set_line(made, baud, error);
+        status = set_line(made, baud, false, error);
     if (status != MR_OK) {
         tty_close(made);
         return status;
@@ -150,6 +151,14 @@ void tty_close(struct tty *tty)
         sp_free_port(tty->port);
     }
     free(tty);
+}
+
+enum mr_status tty_line(struct tty *tty, int baud, bool even_parity, struct error *error)
+{
+    enum mr_status status = set_line(tty, baud, even_parity, error);
+    if (status == MR_OK)
+        sp_flush(tty->port, SP_BUF_INPUT);
+    return status;
 }
 
 int tty_fd(const struct tty *tty)

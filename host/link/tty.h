@@ -1,8 +1,9 @@
-/* A serial port of this computer, through libserialport: raw, 8 data bits, no parity, one stop bit, no flow
+/* A serial port of this computer, through libserialport: raw, 8 data bits, no parity unless set, one stop bit, no flow
  * control, for this program alone. */
 #ifndef MATRIG_HOST_LINK_TTY_H
 #define MATRIG_HOST_LINK_TTY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <sys/types.h>
@@ -24,6 +25,9 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
 enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty, struct error *error);
 void tty_close(struct tty *tty); /* NULL is allowed */
 int tty_fd(const struct tty *tty);
+
+/* Another rate, and even parity or none; what was received before is forgotten. MR_IO as tty_open. */
+enum mr_status tty_line(struct tty *tty, int baud, bool even_parity, struct error *error);
 
 /* As read(2) of a non-blocking descriptor; a port that was unplugged or hung up is -1 with errno ENODEV. */
 ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size);

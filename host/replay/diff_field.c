@@ -22,6 +22,12 @@ static const struct {
     {"hello.minor", FIELD_IMAGE},
     {"hello.patch", FIELD_IMAGE},
     {"board_image.image_crc", FIELD_IMAGE},
+    {"image_commit.commit", FIELD_CIRCUMSTANCE}, /* one program may be built from many commits */
+    {"image_commit.commit_more", FIELD_CIRCUMSTANCE},
+    {"image_commit.changed", FIELD_CIRCUMSTANCE},
+    {"image_commit.state", FIELD_CIRCUMSTANCE},
+    {"image_header.program_crc", FIELD_IMAGE},
+    {"image_header.header_crc", FIELD_CIRCUMSTANCE},
     {"hello.reset_cause", FIELD_CIRCUMSTANCE},
     {"health.load_permille", FIELD_CIRCUMSTANCE},
     {"can_health.dropped", FIELD_CIRCUMSTANCE},

@@ -183,8 +183,9 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
     html_fact(out, "readings from", "%s", sources[measured->source]);
     html_fact(out, "state", "%s", collector_state_text((unsigned)row->state));
     html_fact(out, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
-    html_fact(out, "firmware", "%s, image %08llx", row->firmware[0] ? row->firmware : "unknown",
-              row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc);
+    html_fact(out, "firmware", "%s, image %08llx, commit %s", row->firmware[0] ? row->firmware : "unknown",
+              row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
+              row->image_commit[0] ? row->image_commit : "unknown");
     html_fact(out, "clock", "%s",
               row->clock_source > 0 ? "internal oscillator: 1 % in every speed" : "crystal");
     html_fact(out, "recorded over", "CAN %s, serial %s",

@@ -14,7 +14,8 @@ const char store_schema[] =
     "CREATE TABLE landings(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id),"
     " boot INTEGER NOT NULL, board_landing INTEGER NOT NULL, armed_block INTEGER, armed_us INTEGER NOT NULL,"
     " state INTEGER NOT NULL, board_uid TEXT, firmware TEXT, image_crc INTEGER, config_crc INTEGER,"
-    " clock_source INTEGER, touchdown_ft REAL, switch_error_ft REAL);"
+    " clock_source INTEGER, touchdown_ft REAL, switch_error_ft REAL,"
+    " image_commit TEXT);"
     "CREATE TABLE configurations(crc INTEGER PRIMARY KEY, text TEXT NOT NULL);" /* landings.config_crc is one of them, when read */
     "CREATE TABLE channels(landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, kind "
     "INTEGER NOT NULL,"

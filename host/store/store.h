@@ -18,6 +18,7 @@
 #include "common/catalogue.h"
 #include "common/channels.h"
 #include "common/closure.h"
+#include "common/image.h"
 #include "host/error.h"
 
 #define STORE_VERSION 2              /* of the tables: PRAGMA user_version */
@@ -94,6 +95,7 @@ struct store_landing {
     int64_t clock_source;
     double touchdown_ft;
     double switch_error_ft;
+    char image_commit[MR_IMAGE_COMMIT_TEXT]; /* from which the image was built; empty: not known */
 };
 enum mr_status store_landing_add(struct store *store, struct store_landing *landing, struct error *error);
 enum mr_status store_landing_put(struct store *store, const struct store_landing *landing,

@@ -69,6 +69,7 @@ static void landing_row(sqlite3_stmt *s, void *to)
     landing->clock_source = store_integer(s, 11);
     landing->touchdown_ft = store_real(s, 12);
     landing->switch_error_ft = store_real(s, 13);
+    store_text(s, 14, landing->image_commit, sizeof landing->image_commit);
 }
 
 enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,

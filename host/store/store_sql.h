@@ -17,20 +17,22 @@
     X(LINK_PUT, "iiiiiii", "INSERT OR REPLACE INTO links VALUES(?,?,?,?,?,?,?)")                             \
     X(LINK_GET, "ii", "SELECT received, lost, dropped, bad, outside FROM links WHERE session=? AND link=?")  \
     X(MISSING_PUT, "iiti", "INSERT OR REPLACE INTO missing VALUES(?,?,?,?)")                                 \
-    X(LANDING_ADD, "iiiiiittiiirr",                                                                          \
+    X(LANDING_ADD, "iiiiiittiiirrt",                                                                         \
       "INSERT INTO landings(session, boot, board_landing, armed_block, armed_us, state, board_uid, "         \
       "firmware,"                                                                                            \
-      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft) "                                \
-      "VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")                                                                   \
-    X(LANDING_PUT, "iittiiirri",                                                                             \
+      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit) "                  \
+      "VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?)")                                                                 \
+    X(LANDING_PUT, "iittiiirrti",                                                                            \
       "UPDATE landings SET armed_block=?, state=?, board_uid=?, firmware=?, image_crc=?, config_crc=?,"      \
-      " clock_source=?, touchdown_ft=?, switch_error_ft=? WHERE id=?")                                       \
+      " clock_source=?, touchdown_ft=?, switch_error_ft=?, image_commit=? WHERE id=?")                       \
     X(LANDING_GET, "i",                                                                                      \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
-      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft FROM landings WHERE id=?")        \
+      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit FROM landings"      \
+      " WHERE id=?")                                                                                         \
     X(LANDINGS, "",                                                                                          \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
-      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft FROM landings ORDER BY id")       \
+      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit FROM landings"      \
+      " ORDER BY id")                                                                                        \
     X(CONFIGURATION_PUT, "it", "INSERT OR IGNORE INTO configurations VALUES(?,?)")                           \
     X(CONFIGURATION_GET, "i", "SELECT text FROM configurations WHERE crc=?")                                 \
     X(SURVEY_ADD, "i", "INSERT OR IGNORE INTO surveys(landing, source) VALUES(?, 'board')")                  \

@@ -36,7 +36,7 @@ enum mr_status store_landing_add(struct store *store, struct store_landing *land
         store_run(store, error, STORE_LANDING_ADD, landing->session, landing->boot, landing->board_landing,
                   landing->armed_block, landing->armed_us, landing->state, landing->board_uid,
                   landing->firmware, landing->image_crc, landing->config_crc, landing->clock_source,
-                  landing->touchdown_ft, landing->switch_error_ft);
+                  landing->touchdown_ft, landing->switch_error_ft, landing->image_commit);
     landing->id = sqlite3_last_insert_rowid(store->database);
     return status == MR_OK ? store_run(store, error, STORE_SURVEY_ADD, landing->id) : status;
 }
@@ -46,7 +46,8 @@ enum mr_status store_landing_put(struct store *store, const struct store_landing
 {
     return store_run(store, error, STORE_LANDING_PUT, landing->armed_block, landing->state,
                      landing->board_uid, landing->firmware, landing->image_crc, landing->config_crc,
-                     landing->clock_source, landing->touchdown_ft, landing->switch_error_ft, landing->id);
+                     landing->clock_source, landing->touchdown_ft, landing->switch_error_ft, landing->image_commit,
+                     landing->id);
 }
 
 enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,

@@ -50,6 +50,7 @@ struct fake_board {
     unsigned configurations;
     unsigned rom_entries;
     uint8_t clock_source;
+    uint8_t image_state;
 };
 
 extern struct fake_board fake;

@@ -2,6 +2,7 @@
  * (common/fault.h, catalogue.def, channels.h). The log says each fault with its time. */
 #include <math.h>
 
+#include "common/image.h"
 #include "hil/elf.h"
 #include "tests/hil/ear.h"
 
@@ -150,7 +151,28 @@ static void the_watchdog_outlives_the_clock(void **state)
 
 /* --- bits --- */
 
-/* A bit of the program: the image is no longer the one that was flashed, and the next hello says so. */
+static unsigned image_state(const struct ear *ear)
+{
+    struct mr_image_commit commit;
+    assert_int_equal(mr_image_commit_get(&commit, ear->last[EAR_CAN][MR_ID_IMAGE_COMMIT], MR_MESSAGE_MAX), MR_OK);
+    return commit.state;
+}
+
+/* A bit of a vector that nobody takes, of the header: both are below the header's own CRC. */
+static void a_bit_of_vectors_or_header_is_told(void **state)
+{
+    (void)state;
+    static const char *const flips[] = {"at 0.8 flip 0x08000184 5\nat 0.9 power-cut 1", "at 0.8 flip 0x08000218 0\nat 0.9 power-cut 1"};
+    for (unsigned i = 0; i < 2; i++) {
+        struct ear *ear = ear_open(NULL, 0);
+        ear_order(ear, flips[i]);
+        ear_until(ear, 1.6);
+        assert_int_equal(image_state(ear), MR_IMAGE_HEADER);
+        ear_close(ear);
+    }
+}
+
+/* A bit of the program, where nothing goes: the image is no longer the one that was flashed, and the next hello says so. */
 static void a_bit_of_flash_changes_the_image(void **state)
 {
     (void)state;
@@ -158,11 +180,13 @@ static void a_bit_of_flash_changes_the_image(void **state)
     struct mr_board_image before, after;
     ear_until(ear, 0.7);
     mr_board_image_get(&before, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_MAX);
-    ear_order(ear, "at 0.8 flip data_load+4 0\nat 0.9 power-cut 1");
+    assert_int_equal(image_state(ear), MR_IMAGE_GOOD);
+    ear_order(ear, "at 0.8 flip processor_fault+4 0\nat 0.9 power-cut 1");
     ear_until(ear, 1.6);
     mr_board_image_get(&after, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_MAX);
     assert_int_not_equal(after.image_crc, before.image_crc);
     assert_int_equal(after.uid2, before.uid2);
+    assert_int_equal(image_state(ear), MR_IMAGE_PROGRAM);
     ear_close(ear);
 }
 
@@ -665,6 +689,7 @@ int main(void)
         cmocka_unit_test(without_clock_security_the_clock_stands_still),
         cmocka_unit_test(the_watchdog_outlives_the_clock),
         cmocka_unit_test(a_bit_of_flash_changes_the_image),
+        cmocka_unit_test(a_bit_of_vectors_or_header_is_told),
         cmocka_unit_test(a_bit_of_the_vectors_is_a_processor_fault),
         cmocka_unit_test(a_bit_of_ram_is_survived),
         cmocka_unit_test(dropped_frames_are_missed),

@@ -91,6 +91,7 @@ static inline void stream_hello(struct stream *stream, unsigned layout)
     STREAM_BOTH(stream, board_image, BOARD_IMAGE, .uid2 = 0x33, .image_crc = 0xdeadbeef);
     STREAM_BOTH(stream, board_config, BOARD_CONFIG, .config_crc = 0x12345678, .channels = MR_CHANNELS,
                 .switches = 24, .segments = 42, .warning_mats = 30);
+    STREAM_BOTH(stream, image_commit, IMAGE_COMMIT, .commit = 0xc7a3136a, .commit_more = 0xb3a3, .changed = 1, .state = 1);
     STREAM_BOTH(stream, site, SITE, .touchdown_ft = 3.0f, .switch_error_ft = STREAM_SWITCH_ERROR_FT);
 }
 

@@ -54,6 +54,7 @@ static void both_links_make_one_landing(void **state)
     assert_string_equal(landing.board_uid, "000000110000002200000033");
     assert_string_equal(landing.firmware, "9.8.7");
     assert_int_equal(landing.image_crc, 0xdeadbeef);
+    assert_string_equal(landing.image_commit, "c7a3136ab3a3-dirty");
     assert_near(landing.touchdown_ft, 3.0, 0.0);
 
     struct mr_channel_config channels[MR_CHANNELS];

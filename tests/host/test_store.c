@@ -62,6 +62,7 @@ static struct store_landing add_landing(struct store *store, int64_t session)
                                     .config_crc = 9,
                                     .clock_source = 0,
                                     .touchdown_ft = 3.0,
+                                    .image_commit = "c7a3136ab3a3",
                                     .switch_error_ft = NAN};
     struct error error = {0};
     assert_int_equal(store_landing_add(store, &landing, &error), MR_OK);
@@ -111,6 +112,7 @@ static void rows_come_back(void **state)
     assert_int_equal(back.armed_block, 800);
     assert_string_equal(back.firmware, "1.2.3");
     assert_true(back.image_crc == STORE_NONE);
+    assert_string_equal(back.image_commit, "c7a3136ab3a3");
     assert_true(isnan(back.switch_error_ft));
     struct store_edge *edges;
     struct store_zone *zones;

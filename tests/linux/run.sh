@@ -66,6 +66,9 @@ make_root() {
     cp tests/linux/{init,guest.sh,links.sh,load.sh} $root/
     build/matrig-board --elf build/firmware/matrig.elf --can "file:$root/data/landing5.can" --serial "file:$root/data/landing5.serial" \
         --rig tests/runs/landing5.run 2>$dir/board.log || die "the board does not run; see $dir/board.log"
+    # an image for the boot ROM, short because the line is slow: vectors, and 8000 bytes of program
+    perl -e 'srand(9); print pack("VV", 0x20001000, 0x08010001), "\x11" x 500, "\xff" x (0x10000 - 508),
+        join("", map chr(int(rand(256))), 1 .. 8000)' >$root/data/small.bin
     (cd $root && find . | busybox cpio -o -H newc 2>/dev/null) >$dir/initramfs
 }
 
@@ -74,13 +77,16 @@ make_root() {
 # of a socket closes. At full speed it waits for the guest.
 board() { # N: which links
     local can="unix:$sockets/can$1" serial="unix:$sockets/serial$1" more=()
+    local runs=(--elf build/firmware/matrig.elf --rig tests/runs/landing5.run)
     case $1 in
+    4) # its boot ROM, on the 16550: what the guest's port is set to, 115200 baud 8E1, is what it insists on
+        can=none serial="unix:$sockets/serial2"
+        runs=(--boot0 --baud 115200 --parity even --times typical --flash "$sockets/flash") more=(--speed real) ;; # waiting, hours pass
     1) ;;                              # both links
     2) can=none ;;                     # a 16550
     3) can=none more=(--speed real) ;; # a USB port that is plugged in while the board runs
     esac
-    timeout $limit_s build/matrig-board --elf build/firmware/matrig.elf --can "$can" --serial "$serial" \
-        --rig tests/runs/landing5.run --for 3600 "${more[@]}" 2>>$dir/board$1.log &
+    timeout $limit_s build/matrig-board "${runs[@]}" --can "$can" --serial "$serial" --for 3600 "${more[@]}" 2>>$dir/board$1.log &
     boards[$1]=$!
     children+=($!)
 }
@@ -118,7 +124,7 @@ follow() { # NAME: reads its console, does what it asks for, counts its checks
         echo "$line" >&3
         case $line in
         "# host: start board "*) board "${line##* }" ;;
-        "# host: stop board "*) kill "${boards[${line##* }]}" ;;
+        "# host: stop board "*) kill "${boards[${line##* }]}" && wait "${boards[${line##* }]}" ;; # its sockets are free then
         "# figure: "*) figures+=("${line#\# figure: }") ;;
         "ok "*) passed=$((passed + 1)) seen=$((seen + 1)); echo "ok $1 ${line#ok }" ;;
         "not ok "*) failed=$((failed + 1)) seen=$((seen + 1)); echo "not ok $1 ${line#not ok }" ;;

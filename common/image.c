@@ -1,0 +1,111 @@
+#include "common/image.h"
+
+#include "common/crc32.h"
+#include "common/wire.h"
+
+#define CRC_PLACE (MR_IMAGE_HEAD - 4u)
+#define DIGITS 12u
+
+static bool in_flash(const struct mr_image *image)
+{
+    return image->program_start >= MR_IMAGE_FLASH && image->program_start <= image->program_end &&
+           image->program_end <= MR_IMAGE_FLASH + MR_IMAGE_FLASH_BYTES;
+}
+
+enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD])
+{
+    const uint8_t *p = head + MR_IMAGE_PLACE;
+    memset(image, 0, sizeof *image);
+    if (mr_get_u32(&p) != MR_IMAGE_MAGIC)
+        return MR_UNKNOWN;
+    uint16_t format = mr_get_u16(&p);
+    if (format != MR_IMAGE_FORMAT || mr_get_u16(&p) != MR_IMAGE_BYTES)
+        return MR_VERSION;
+    image->program_start = mr_get_u32(&p);
+    image->program_end = mr_get_u32(&p);
+    image->program_crc = mr_get_u32(&p);
+    image->major = mr_get_u8(&p);
+    image->minor = mr_get_u8(&p);
+    image->patch = mr_get_u8(&p);
+    image->changed = mr_get_u8(&p) != 0;
+    image->commit = mr_get_u32(&p);
+    image->commit_more = mr_get_u16(&p);
+    (void)mr_get_u16(&p);
+    image->header_crc = mr_get_u32(&p);
+    if (image->header_crc != mr_crc32(0, head, CRC_PLACE))
+        return MR_CRC;
+    return in_flash(image) ? MR_OK : MR_MALFORMED;
+}
+
+void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD])
+{
+    uint8_t *p = mr_put_u32(head + MR_IMAGE_PLACE, MR_IMAGE_MAGIC);
+    p = mr_put_u16(mr_put_u16(p, MR_IMAGE_FORMAT), MR_IMAGE_BYTES);
+    p = mr_put_u32(mr_put_u32(p, image->program_start), image->program_end);
+    p = mr_put_u32(p, image->program_crc);
+    p = mr_put_u8(mr_put_u8(mr_put_u8(p, image->major), image->minor), image->patch);
+    p = mr_put_u8(p, image->changed);
+    p = mr_put_u16(mr_put_u32(p, image->commit), image->commit_more);
+    p = mr_put_u16(p, 0);
+    image->header_crc = mr_crc32(0, head, CRC_PLACE);
+    mr_put_u32(p, image->header_crc);
+}
+
+static const char *find_digit(char c)
+{
+    static const char digits[] = "0123456789abcdef";
+    const char *p = digits;
+    while (*p && *p != c)
+        p++;
+    return *p ? p : NULL;
+}
+
+void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed, char text[MR_IMAGE_COMMIT_TEXT])
+{
+    static const char digits[] = "0123456789abcdef";
+    uint64_t value = (uint64_t)commit << 16 | commit_more;
+    if (!value) {
+        memcpy(text, "unknown", sizeof "unknown");
+        return;
+    }
+    for (unsigned i = 0; i < DIGITS; i++)
+        text[i] = digits[value >> 4u * (DIGITS - 1 - i) & 15u];
+    memcpy(text + DIGITS, changed ? "-dirty" : "", changed ? sizeof "-dirty" : 1);
+}
+
+static uint32_t digit_value(char c)
+{
+    return c <= '9' ? (uint32_t)(c - '0') : (uint32_t)(c - 'a') + 10u;
+}
+
+enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text)
+{
+    uint64_t value = 0;
+    image->commit = 0;
+    image->commit_more = 0;
+    image->changed = false;
+    if (strcmp(text, "unknown") == 0)
+        return MR_OK;
+    for (unsigned i = 0; i < DIGITS; i++) {
+        if (!find_digit(text[i]))
+            return MR_MALFORMED;
+        value = value << 4 | digit_value(text[i]);
+    }
+    if (text[DIGITS] && strcmp(text + DIGITS, "-dirty") != 0)
+        return MR_MALFORMED;
+    image->commit = (uint32_t)(value >> 16);
+    image->commit_more = (uint16_t)value;
+    image->changed = text[DIGITS] != '\0';
+    return MR_OK;
+}
+
+const char *mr_image_state_text(unsigned state)
+{
+    switch (state) {
+    case MR_IMAGE_NONE: return "no header";
+    case MR_IMAGE_GOOD: return "whole";
+    case MR_IMAGE_PROGRAM: return "its program is not what its header says";
+    case MR_IMAGE_HEADER: return "its vectors or header are damaged";
+    default: return "unknown state";
+    }
+}

@@ -1,0 +1,84 @@
+/* Completes the header of a linked image (common/image.h): CRCs and commit.
+ * usage: stamp ELF COMMIT, where COMMIT is as `git describe --always --dirty` tells it with 12 digits, or "unknown" */
+#include <elf.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/crc32.h"
+#include "common/image.h"
+
+/* Debug information is most of it. */
+#define FILE_MAX (32u << 20)
+
+static uint8_t file[FILE_MAX];
+static size_t file_bytes;
+
+static int fail(const char *what, const char *where)
+{
+    fprintf(stderr, "stamp: %s: %s; build it again\n", what, where);
+    return 1;
+}
+
+/* Bytes of the file that are loaded from `address` on, `length` of them; NULL: not in one segment. */
+static uint8_t *loaded(uint32_t address, size_t length)
+{
+    Elf32_Ehdr head;
+    memcpy(&head, file, sizeof head);
+    for (unsigned i = 0; i < head.e_phnum; i++) {
+        Elf32_Phdr part;
+        memcpy(&part, file + head.e_phoff + i * sizeof part, sizeof part);
+        if (part.p_type == PT_LOAD && address >= part.p_paddr && address - part.p_paddr + length <= part.p_filesz)
+            return file + part.p_offset + (address - part.p_paddr);
+    }
+    return NULL;
+}
+
+/* Over segments that follow each other; gaps between them are erased flash. */
+static uint32_t program_crc(uint32_t start, uint32_t end)
+{
+    uint32_t crc = 0;
+    for (uint32_t at = start; at < end; at++) {
+        static const uint8_t erased = 0xff;
+        const uint8_t *byte = loaded(at, 1);
+        crc = mr_crc32(crc, byte ? byte : &erased, 1);
+    }
+    return crc;
+}
+
+static int read_file(const char *path)
+{
+    FILE *from = fopen(path, "rb");
+    file_bytes = from ? fread(file, 1, sizeof file, from) : 0;
+    if (from)
+        fclose(from);
+    return file_bytes > sizeof(Elf32_Ehdr) && file_bytes < sizeof file && memcmp(file, ELFMAG, SELFMAG) == 0;
+}
+
+static int write_file(const char *path)
+{
+    FILE *to = fopen(path, "r+b");
+    int written = to && fwrite(file, 1, file_bytes, to) == file_bytes;
+    return to && fclose(to) == 0 && written;
+}
+
+int main(int argc, char **argv)
+{
+    struct mr_image image, built_from = {0};
+    if (argc != 3)
+        return fail("not two words", "usage: stamp ELF COMMIT");
+    if (!read_file(argv[1]))
+        return fail("cannot read the image", argv[1]);
+    if (mr_image_commit_parse(&built_from, argv[2]) != MR_OK)
+        return fail("not a commit", argv[2]);
+    uint8_t *head = loaded(MR_IMAGE_FLASH, MR_IMAGE_HEAD);
+    enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
+    if (status != MR_OK && status != MR_CRC)
+        return fail("no header to complete", argv[1]);
+    image.program_crc = program_crc(image.program_start, image.program_end);
+    image.commit = built_from.commit;
+    image.commit_more = built_from.commit_more;
+    image.changed = built_from.changed;
+    mr_image_put(&image, head);
+    return write_file(argv[1]) ? 0 : fail("cannot write the image", argv[1]);
+}

@@ -1,0 +1,292 @@
+/* matrig flash: programs a board through its chip's boot ROM, and sees to it that it runs what the file holds. */
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+#include "common/command.h"
+#include "host/cli.h"
+#include "host/collect.h"
+#include "host/flash/flash.h"
+#include "host/identity.h"
+#include "host/link/tty.h"
+
+#define BAUD_LEAST 9600.0
+#define BAUD_MOST 460800.0
+#define HELLO_MS 2500u     /* it comes once a second */
+#define HELLO_ASKED_MS 6000u
+#define ORDER_MS 3000u
+#define RESTART_MS 200     /* 50 until it leaves, and what a reset takes */
+#define BAR 40u
+
+struct session {
+    const struct cli *cli;
+    const char *spec;
+    bool enter, boot0, all, force, stay, erase_configuration;
+    int baud, firmware_baud;
+    struct imagefile image;
+    struct link *link;
+    struct identity_talk talk;
+    uint8_t received[4096]; /* from the link and not yet given on */
+    size_t start, end;
+    struct bootrom rom;
+    struct flash_result result;
+    bool entered, same, runs;
+    bool drawn;
+};
+
+static uint64_t now_us(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
+}
+
+/* ---- the line to the boot ROM is a link ---- */
+
+static enum mr_status line_send(void *context, const uint8_t *bytes, size_t count, struct error *error)
+{
+    struct session *session = context;
+    return link_send_bytes(session->link, bytes, count, error);
+}
+
+static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeout_ms, struct error *error)
+{
+    struct session *session = context;
+    uint64_t host_us, until_us = now_us() + 1000u * timeout_ms;
+    while (session->start == session->end) {
+        enum mr_status status = link_receive_bytes(session->link, session->received, sizeof session->received, &session->end, &host_us, error);
+        session->start = 0;
+        if (status == MR_OK)
+            break;
+        session->end = 0;
+        if (status == MR_CLOSED)
+            return error_set(error, MR_CLOSED, "the link ended: %s; run it again: it goes on where it was", session->spec);
+        if (status != MR_TOO_FEW)
+            return status;
+        if (link_fd(session->link) < 0)
+            return error_set(error, MR_IO, "the device went away: %s; plug it in and run it again: it goes on where it was", session->spec);
+        uint64_t now = now_us();
+        if (now >= until_us)
+            return MR_TIMEOUT;
+        struct pollfd ready = {.fd = link_fd(session->link), .events = POLLIN};
+        (void)poll(&ready, 1, (int)((until_us - now) / 1000u) + 1);
+    }
+    *byte = session->received[session->start++];
+    return MR_OK;
+}
+
+static void show(void *context, enum flash_phase phase, unsigned done, unsigned of)
+{
+    static const char *const names[] = {"comparing", "writing", "reading back"};
+    struct session *session = context;
+    char bar[BAR + 1];
+    if (session->cli->quiet || !cli_terminal())
+        return;
+    unsigned filled = of ? done * BAR / of : BAR;
+    memset(bar, '.', BAR);
+    memset(bar, '#', filled < BAR ? filled : BAR);
+    bar[BAR] = '\0';
+    fprintf(stderr, "\rmatrig: flash: %-12s [%s] %u of %u pages\033[K", names[phase], bar, done, of);
+    session->drawn = true;
+}
+
+static void clear_bar(struct session *session)
+{
+    if (session->drawn)
+        fputs("\r\033[K", stderr);
+    session->drawn = false;
+}
+
+/* ---- into the boot ROM ---- */
+
+static enum mr_status order_into_rom(struct session *session, struct error *error)
+{
+    enum mr_status answer = MR_OK;
+    enum mr_status status = identity_order(&session->talk, MR_COMMAND_BOOTROM, ORDER_MS, &answer, error);
+    if (status == MR_OK && answer == MR_NOT_NOW)
+        return error_set(error, MR_NOT_NOW, "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
+                         collector_state_text(session->talk.identity.hello.state), session->spec);
+    if (status == MR_OK && answer != MR_OK)
+        return error_set(error, answer, "the board refuses `bootrom` (%s): %s; start it with BOOT0 high and give --boot0",
+                         mr_status_text(answer), session->spec);
+    session->entered = status == MR_OK;
+    return status;
+}
+
+/* The firmware that runs, if any, is asked who it is and to give way. */
+static enum mr_status meet_firmware(struct session *session, struct error *error)
+{
+    char why[200];
+    if (session->boot0)
+        return MR_OK;
+    identity_begin(&session->talk, session->link);
+    enum mr_status status = identity_listen(&session->talk, session->enter ? HELLO_ASKED_MS : HELLO_MS, error);
+    if (status == MR_TIMEOUT && error->status == MR_OK) {
+        if (session->enter)
+            return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running? Else start it with BOOT0 high and give --boot0",
+                             session->spec);
+        cli_note(session->cli, "flash: no board said hello; expecting the boot ROM, started with BOOT0 high");
+        return MR_OK;
+    }
+    if (status != MR_OK)
+        return status;
+    session->same = session->image.stamped && identity_runs(&session->talk.identity, &session->image.header, why, sizeof why);
+    if (session->same && !session->force && !session->all)
+        return MR_OK;
+    if (!session->same && session->image.stamped)
+        cli_note(session->cli, "flash: %s", why);
+    return order_into_rom(session, error);
+}
+
+/* ---- out of it ---- */
+
+static enum mr_status start_and_compare(struct session *session, struct error *error)
+{
+    char why[200];
+    enum mr_status status = bootrom_go(&session->rom, MR_IMAGE_FLASH, error);
+    if (status == MR_OK)
+        status = link_line(session->link, session->firmware_baud, false, error);
+    if (status != MR_OK)
+        return status;
+    identity_begin(&session->talk, session->link);
+    status = identity_listen(&session->talk, HELLO_ASKED_MS, error);
+    if (status == MR_TIMEOUT && error->status == MR_OK)
+        return error_set(error, MR_TIMEOUT, "flashed and read back, but no board says hello: %s; take BOOT0 off and reset the board",
+                         session->spec);
+    if (status != MR_OK || !session->image.stamped)
+        return status;
+    if (!identity_runs(&session->talk.identity, &session->image.header, why, sizeof why))
+        return error_set(error, MR_LIMIT, "the board does not run what was flashed: %s; %s", session->spec, why);
+    session->runs = true;
+    return MR_OK;
+}
+
+static enum mr_status program(struct session *session, struct error *error)
+{
+    const struct bootrom_line line = {session, session->spec, line_send, line_receive};
+    const struct flash_options options = {session->all, session->erase_configuration, show, session};
+    if (session->entered) /* what it still says is not for the boot ROM's client */
+        (void)poll(NULL, 0, RESTART_MS);
+    enum mr_status status = link_line(session->link, session->baud, true, error);
+    if (status == MR_OK)
+        status = bootrom_begin(&session->rom, &line, error);
+    if (status == MR_OK)
+        status = flash_run(&session->rom, &session->image, &options, &session->result, error);
+    clear_bar(session);
+    return status == MR_OK && !session->stay ? start_and_compare(session, error) : status;
+}
+
+/* ---- the result ---- */
+
+static void sectors_text(unsigned sectors, char *text, size_t size)
+{
+    size_t used = 0;
+    snprintf(text, size, "none");
+    for (unsigned i = 0; i < SECTORS; i++) {
+        if (sectors >> i & 1u)
+            used += (size_t)snprintf(text + used, size - used, "%s%u", used ? ", " : "", i);
+    }
+}
+
+static void print_result(const struct session *session, const char *commit)
+{
+    const struct flash_result *result = &session->result;
+    const struct mr_image *header = &session->image.header;
+    char erased[60];
+    if (session->image.stamped)
+        printf("image      %s: version %u.%u.%u, commit %s, program %08x\n", session->image.path, header->major, header->minor,
+               header->patch, commit, (unsigned)header->program_crc);
+    else
+        printf("image      %s: no header\n", session->image.path);
+    if (session->same && !result->pages) {
+        puts("board      runs it already; --force flashes it again");
+        return;
+    }
+    sectors_text(result->erased, erased, sizeof erased);
+    printf("chip       id 0x%03x, boot ROM %u.%u\n", session->rom.chip, session->rom.version >> 4, session->rom.version & 15u);
+    printf("erased     sectors %s; configuration %s\n", erased, session->erase_configuration ? "erased" : "kept");
+    printf("written    %u of %u pages%s, %u were there%s\n", result->written, result->pages, result->resumed ? ", resumed" : "", result->kept,
+           session->rom.repeated ? "; some exchanges were repeated" : "");
+    printf("read back  %u bytes, all as in the file; %u exchanges repeated, %u pages read twice\n", result->verified, session->rom.repeated,
+           result->reread);
+    if (session->runs)
+        puts("board      runs it");
+    else
+        puts(session->stay ? "board      left in its boot ROM" : "board      started");
+}
+
+static json_t *result_json(const struct session *session, const char *commit)
+{
+    const struct flash_result *result = &session->result;
+    const struct mr_image *header = &session->image.header;
+    json_t *erased = json_array();
+    char version[20], crc[12];
+    for (unsigned i = 0; i < SECTORS; i++) {
+        if (result->erased >> i & 1u)
+            json_array_append_new(erased, json_integer(i));
+    }
+    snprintf(version, sizeof version, "%u.%u.%u", header->major, header->minor, header->patch);
+    snprintf(crc, sizeof crc, "%08x", (unsigned)header->program_crc);
+    json_t *object = json_pack("{sssosisisisisbsisisbsb}", "image", session->image.path, "erased", erased, "pages", result->pages, "written",
+                               result->written, "kept", result->kept, "verified_bytes", result->verified, "resumed", result->resumed,
+                               "repeated", session->rom.repeated, "read_twice", result->reread, "already", session->same && !result->pages,
+                               "runs", session->runs || (session->same && !result->pages));
+    json_object_set_new(object, "version", session->image.stamped ? json_string(version) : json_null());
+    json_object_set_new(object, "commit", session->image.stamped ? json_string(commit) : json_null());
+    json_object_set_new(object, "program_crc", session->image.stamped ? json_string(crc) : json_null());
+    return object;
+}
+
+static int flash(struct session *session, struct error *error)
+{
+    char commit[MR_IMAGE_COMMIT_TEXT] = "";
+    enum mr_status status = link_open(session->spec, LINK_SERIAL, &session->link, error);
+    if (status == MR_OK)
+        status = meet_firmware(session, error);
+    bool nothing_to_do = session->same && !session->force && !session->all;
+    if (status == MR_OK && !nothing_to_do)
+        status = program(session, error);
+    link_close(session->link);
+    if (status != MR_OK)
+        return cli_fail(error);
+    mr_image_commit_text(session->image.header.commit, session->image.header.commit_more, session->image.header.changed, commit);
+    if (session->cli->json)
+        return cli_print_json(result_json(session, commit), 0);
+    print_result(session, commit);
+    return 0;
+}
+
+int flash_command(int argc, char **argv, const struct cli *cli)
+{
+    static struct session session;
+    const char *baud = NULL, *words[2] = {NULL, NULL};
+    const struct cli_option options[] = {
+        {"--enter", NULL, &session.enter}, {"--boot0", NULL, &session.boot0}, {"--baud", &baud, NULL},
+        {"--all", NULL, &session.all},     {"--force", NULL, &session.force}, {"--stay", NULL, &session.stay},
+        {"--erase-configuration", NULL, &session.erase_configuration}};
+    struct error error = {0};
+    double rate = BOOTROM_BAUD;
+    char path[TTY_PATH_MAX];
+    session.cli = cli;
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 2, "LINK IMAGE", &error);
+    session.spec = words[0];
+    if (status == MR_OK && session.enter && session.boot0)
+        status = error_set(&error, MR_USAGE, "--enter and --boot0 together: the firmware runs, or the boot ROM does; give one");
+    if (status == MR_OK && baud)
+        status = cli_number(baud, "--baud", BAUD_LEAST, BAUD_MOST, &rate, &error);
+    session.baud = (int)rate;
+    session.firmware_baud = TTY_BAUD_DEFAULT;
+    if (status == MR_OK && strncmp(session.spec, "serial:", 7) == 0)
+        status = tty_parse(session.spec + 7, "serial:TTY[:BAUD]", path, &session.firmware_baud, &error);
+    if (status == MR_OK && strncmp(session.spec, "file:", 5) == 0)
+        status = error_set(&error, MR_USAGE, "a file is no board: %s; give serial:TTY", session.spec);
+    if (status == MR_OK)
+        status = imagefile_read(words[1], &session.image, &error);
+    if (status == MR_OK && !session.image.stamped && !session.force)
+        status = error_set(&error, MR_UNKNOWN, "an image without matrig's header: %s; --force flashes it all the same", words[1]);
+    int exit_code = status == MR_OK ? flash(&session, &error) : cli_fail(&error);
+    if (session.image.bytes)
+        imagefile_free(&session.image);
+    return exit_code;
+}

@@ -1,0 +1,105 @@
+/* The header of a firmware image. Expected bytes are laid out by hand from the table in common/image.h, and the CRCs computed with
+ * zlib, which shares no code with common/crc32.c. */
+#include <string.h>
+#include <zlib.h>
+
+#include "common/image.h"
+#include "tests/cmocka_all.h"
+
+static const uint8_t by_hand[MR_IMAGE_BYTES - 4] = {
+    'M', 'R', 'I', 'G', 1, 0, 36, 0,
+    0x00, 0x00, 0x01, 0x08, 0x18, 0xe0, 0x01, 0x08, /* 0x08010000 to 0x0801e018 */
+    0xef, 0xbe, 0xad, 0xde, 1, 2, 3, 1,
+    0x6a, 0x13, 0xa3, 0xc7, 0xa3, 0xb3, 0, 0,
+};
+
+static void make_head(uint8_t head[MR_IMAGE_HEAD])
+{
+    for (unsigned i = 0; i < MR_IMAGE_PLACE; i++)
+        head[i] = (uint8_t)(i * 7u);
+    memcpy(head + MR_IMAGE_PLACE, by_hand, sizeof by_hand);
+    uint32_t crc = (uint32_t)crc32(0, head, MR_IMAGE_HEAD - 4);
+    for (unsigned i = 0; i < 4; i++)
+        head[MR_IMAGE_HEAD - 4 + i] = (uint8_t)(crc >> 8 * i);
+}
+
+static void reads_and_writes_the_layout(void **state)
+{
+    (void)state;
+    uint8_t head[MR_IMAGE_HEAD], again[MR_IMAGE_HEAD];
+    struct mr_image image;
+    make_head(head);
+    assert_int_equal(mr_image_get(&image, head), MR_OK);
+    assert_int_equal(image.program_start, 0x08010000);
+    assert_int_equal(image.program_end, 0x0801e018);
+    assert_int_equal(image.program_crc, 0xdeadbeef);
+    assert_int_equal(image.major, 1);
+    assert_int_equal(image.minor, 2);
+    assert_int_equal(image.patch, 3);
+    assert_true(image.changed);
+    assert_int_equal(image.commit, 0xc7a3136a);
+    assert_int_equal(image.commit_more, 0xb3a3);
+    memcpy(again, head, MR_IMAGE_PLACE);
+    image.header_crc = 0;
+    mr_image_put(&image, again);
+    assert_memory_equal(again, head, sizeof head);
+}
+
+/* Every bit of vectors and header, the magic and the format included. */
+static void every_single_bit_is_noticed(void **state)
+{
+    (void)state;
+    uint8_t head[MR_IMAGE_HEAD];
+    struct mr_image image;
+    make_head(head);
+    for (unsigned bit = 0; bit < 8 * MR_IMAGE_HEAD; bit++) {
+        head[bit / 8] ^= (uint8_t)(1u << bit % 8);
+        enum mr_status expected = bit / 8 - MR_IMAGE_PLACE < 4   ? MR_UNKNOWN
+                                  : bit / 8 - MR_IMAGE_PLACE < 8 ? MR_VERSION
+                                                                 : MR_CRC;
+        assert_int_equal(mr_image_get(&image, head), expected);
+        head[bit / 8] ^= (uint8_t)(1u << bit % 8);
+    }
+    assert_int_equal(mr_image_get(&image, head), MR_OK);
+}
+
+static void a_program_out_of_flash_is_refused(void **state)
+{
+    (void)state;
+    static const uint32_t places[][2] = {{0x07ffffff, 0x08000010}, {0x08010000, 0x08100001}, {0x08010010, 0x0801000f}};
+    for (unsigned i = 0; i < 3; i++) {
+        uint8_t head[MR_IMAGE_HEAD] = {0};
+        struct mr_image image = {.program_start = places[i][0], .program_end = places[i][1]};
+        mr_image_put(&image, head);
+        assert_int_equal(mr_image_get(&image, head), MR_MALFORMED);
+    }
+}
+
+static void commits_as_text(void **state)
+{
+    (void)state;
+    static const char *const good[] = {"c7a3136ab3a3", "0000000000ff-dirty", "unknown"};
+    static const char *const bad[] = {"", "c7a3136ab3a", "c7a3136ab3a3f", "C7a3136ab3a3", "c7a3136ab3a3-wet", "v1.0-3-gc7a3136a", "unknow"};
+    char text[MR_IMAGE_COMMIT_TEXT];
+    for (unsigned i = 0; i < 3; i++) {
+        struct mr_image image = {0};
+        assert_int_equal(mr_image_commit_parse(&image, good[i]), MR_OK);
+        mr_image_commit_text(image.commit, image.commit_more, image.changed, text);
+        assert_string_equal(text, good[i]);
+    }
+    for (unsigned i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        struct mr_image image = {0};
+        assert_int_equal(mr_image_commit_parse(&image, bad[i]), MR_MALFORMED);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(reads_and_writes_the_layout),
+        cmocka_unit_test(every_single_bit_is_noticed),
+        cmocka_unit_test(a_program_out_of_flash_is_refused),
+        cmocka_unit_test(commits_as_text),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
