@@ -281,7 +281,7 @@ $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_
 $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
 	$(CC) -Wl,--start-group $^ -Wl,--end-group -lcmocka $(HIL_LIBS) -o $@
 # The application on the host too, to say when a warning was due.
-$(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(app_lib)
+$(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))
