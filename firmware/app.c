@@ -83,8 +83,10 @@ static void tell_blocks_before(struct app *app)
     uint32_t first = app->next_index;
     while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE && app->blocks_in_row > app->next_index - first)
         first--;
-    for (; first != app->next_index; first++)
+    for (; first != app->next_index; first++) {
         telemetry_block(&app->telemetry, &app->newest[first % APP_BLOCKS_BEFORE]);
+        blackbox_block(&app->box, &app->newest[first % APP_BLOCKS_BEFORE]);
+    }
 }
 
 static bool is_fitted(const struct app *app, unsigned channel)
@@ -274,6 +276,8 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
         break;
     }
+    if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
+        blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     telemetry_ack(&app->telemetry, &(struct mr_ack){.code = command.code, .status = (int8_t)status,
                                                     .tag = command.tag, .block = app->next_index});
     return MR_OK;

@@ -184,7 +184,7 @@ static void put_key(struct blackbox *box, const struct mr_block *block)
 void blackbox_block(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!is_rolling(box) && box->state != BLACKBOX_RECORDING)
+    if (!box->armed || (!is_rolling(box) && box->state != BLACKBOX_RECORDING))
         return;
     box->last_block = block->index;
     if (!has_room(box)) {
@@ -200,7 +200,7 @@ void blackbox_block(struct blackbox *box, const struct mr_block *block)
 void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!is_rolling(box) && box->state != BLACKBOX_RECORDING)
+    if (!box->armed || (!is_rolling(box) && box->state != BLACKBOX_RECORDING))
         return;
     if (!has_room(box)) {
         box->end.notes_lost++;
@@ -212,6 +212,8 @@ void blackbox_note(struct blackbox *box, uint16_t id, const uint8_t *payload, si
 
 void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start *start)
 {
+    if (is_rolling(box))
+        begin_ring(box);
     box->armed = true;
     box->reading = -1;
     box->start = *start;
