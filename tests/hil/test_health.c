@@ -186,12 +186,13 @@ static void a_board_without_scans_is_not_reset(void **state)
     static const uint16_t leave[] = {RETURN};
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
-    patch(ear, symbol("scan_start"), leave, 1, NULL);
+    patch(ear, symbol("scan_prepare"), leave, 1, NULL);
     ear_until(ear, 5.0);
     assert_int_equal(hil_board_counters(ear->board)->resets, 0);
     assert_int_equal(ear->blocks, 0);
     assert_true(ear->heard[EAR_SERIAL][MR_ID_HEALTH] >= 4);
-    assert_int_equal(ear_faults(ear, EAR_SERIAL), EAR_BIT(SCAN_STALL));
+    /* the patch itself is seen: the program is not the one that was made */
+    assert_int_equal(ear_faults(ear, EAR_SERIAL) & ~EAR_BIT(SELFTEST), EAR_BIT(SCAN_STALL));
     assert_int_equal(answer(ear, MR_COMMAND_MARK, 3), MR_OK);
     ear_close(ear);
 }
@@ -365,7 +366,7 @@ static void sound_memories_pass_and_the_stack_fits(void **state)
         (void)(sscanf(line, "worst case %u bytes of %u", &bound, &size) == 2);
     fclose(file);
     struct ear *ear = ear_open(NULL, 5);
-    ear_until(ear, ear->run.duration_s + 12.0);
+    ear_until(ear, ear->run.duration_s + 20.0);
     struct mr_upkeep upkeep = GET(ear, EAR_SERIAL, upkeep, UPKEEP);
     print_message("# stack %u bytes used of %u, bound %u; RAM tested %u times, program %u times\n", upkeep.stack_used,
                   upkeep.stack_size, bound, upkeep.ram_tested, upkeep.flash_checked);
@@ -422,7 +423,7 @@ static void a_self_test_names_what_fails(void **state)
         {"at 2 reference open", MR_SELF_TEST_REFERENCE},
         {"at 2 nor dead", MR_SELF_TEST_NOR},
         {"at 2 stick config+200 0 1", MR_SELF_TEST_RAM},
-        {"at 2 flip limit_ticks+1 0", MR_SELF_TEST_FLASH},
+        {"at 2 flip limit_ticks+1 0", MR_SELF_TEST_FLASH}, /* and so IMAGE */
         {"at 2 transducer 1 open\nat 2 transducer 2 open\nat 2 transducer 3 open\nat 2 transducer 4 open\n"
          "at 2 transducer 5 open\nat 2 transducer 6 open\nat 2 transducer 7 open\nat 2 transducer 8 open",
          MR_SELF_TEST_EXCITATION},
@@ -433,7 +434,10 @@ static void a_self_test_names_what_fails(void **state)
         ear_order(ear, cases[i].order);
         ear_until(ear, 2.01);
         struct mr_self_test result = self_test(ear, 1.0);
-        if ((result.done & ALL_TESTS) != ALL_TESTS || result.failed != 1u << cases[i].which)
+        unsigned failed = 1u << cases[i].which;
+        if (cases[i].which == MR_SELF_TEST_FLASH)
+            failed |= 1u << MR_SELF_TEST_IMAGE;
+        if ((result.done & ALL_TESTS) != ALL_TESTS || result.failed != failed)
             fail_msg("%s: done 0x%x, failed 0x%x", cases[i].order, result.done, result.failed);
         ear_until(ear, now_s(ear) + 0.15);
         assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(SELFTEST));
@@ -505,7 +509,7 @@ static struct mr_can_alarm can_alarm(const struct ear *ear, unsigned link)
 }
 
 /* Unplugged: told on serial within 30 ms as what it is, with TEC 128 and never bus-off. Plugged in again: the alarm is the first frame,
- * within 2 ms; 20 ms later the board has said how long it was and what was dropped, and the counts agree. */
+ * within 0.7 ms; 20 ms later the board has said how long it was and what was dropped, and the counts agree. */
 static void an_unplugged_cable_is_told_apart(void **state)
 {
     (void)state;
@@ -525,7 +529,7 @@ static void an_unplugged_cable_is_told_apart(void **state)
     assert_false(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_BUS_OFF));
     assert_int_equal(ear->fault[MR_FAULT_CAN_PASSIVE].count, 1);
     unsigned frames = ear->can_frames, alarms = ear->heard[EAR_CAN][MR_ID_CAN_ALARM];
-    ear_until(ear, 3.702);
+    ear_until(ear, 3.7007);
     assert_int_equal(ear->can_frames, frames + 1);
     assert_int_equal(ear->heard[EAR_CAN][MR_ID_CAN_ALARM], alarms + 1); /* the first */
     ear_until(ear, 3.72);
@@ -538,6 +542,7 @@ static void an_unplugged_cable_is_told_apart(void **state)
     assert_true(drops.timeout > 100);
     ear_until(ear, 4.5);
     assert_int_equal(ear->can_sent, ear->can_at_health);
+    drops = GET(ear, EAR_CAN, can_drops, CAN_DROPS);
     assert_int_equal(GET(ear, EAR_CAN, can_health, CAN_HEALTH).dropped, drops.timeout);
     ear_close(ear);
 }
@@ -622,7 +627,7 @@ static void drops_are_counted_by_cause(void **state)
 
 /* ---- supply and clock ---- */
 
-/* The level of the option bytes is told (0 off, as delivered); a dip below it resets at once, and the board speaks 20 ms after the
+/* The level of the option bytes is told (0 off, as delivered); a dip below it resets at once, and the board speaks 30 ms after the
  * supply is back. RAM stays, and no restart is held against the firmware. */
 static void the_brown_out_level_is_told(void **state)
 {
@@ -637,7 +642,7 @@ static void the_brown_out_level_is_told(void **state)
         if (cases[i].level == 3) {
             ear_order(ear, "at 0.7 brown-out 2.6 5");
             assert_true(until_reset(ear, 0.2) < 0.7061); /* the reset ends when the supply is back */
-            until_heard(ear, EAR_CAN, MR_ID_HELLO, 0.02);
+            until_heard(ear, EAR_CAN, MR_ID_HELLO, 0.03);
             ear_until(ear, 1.5);
             assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause, 2 | 32);
             assert_int_equal(GET(ear, EAR_CAN, restarts, RESTARTS).restarts, 0);
