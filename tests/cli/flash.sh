@@ -178,11 +178,11 @@ refused() { # before any board is spoken to
         fails_with 2 'give one' build/matrig flash serial:/dev/null $elf --enter --boot0 &&
         fails_with 2 'out of range: 300 for --baud' build/matrig flash serial:/dev/null $elf --baud 300 &&
         fails_with 2 'something is missing' build/matrig flash serial:/dev/null || return 1
-    make -s flash >"$tmp/out" 2>"$tmp/err"
+    MAKEFLAGS= make -s flash >"$tmp/out" 2>"$tmp/err"
     [ $? -eq 2 ] && head -n 1 "$tmp/err" | grep -q 'make flash PORT=/dev/ttyUSB0'
 }
 same_from_the_same() { # nothing of time or place: linked again, the same bytes
-    make -s $firmware/matrig.elf >/dev/null && cp $firmware/matrig.elf "$tmp/first.elf" && rm $firmware/matrig.elf && make -s $firmware/matrig.elf >/dev/null && cmp "$tmp/first.elf" $firmware/matrig.elf
+    MAKEFLAGS= make -s $firmware/matrig.elf >/dev/null && cp $firmware/matrig.elf "$tmp/first.elf" && rm $firmware/matrig.elf && MAKEFLAGS= make -s $firmware/matrig.elf >/dev/null && cmp "$tmp/first.elf" $firmware/matrig.elf
 }
 
 check "matrig flash programs and verifies a .hex, and the board runs it" flashes $firmware/matrig.hex
