@@ -1,6 +1,6 @@
 /* The black box: every landing complete in NOR memory, whatever becomes of the links and of the supply.
  *
- * Blocks and messages are packed (common/blockpack.h) into pages (common/boxpage.h) in a ring in RAM. Until the first edge the ring
+ * Blocks and messages are packed (common/blockpack.h) into pages (common/boxpage.h) in a ring in RAM. From arming until the first edge the ring
  * rolls: it holds what came before, 0.4 s of blocks that do not pack at all, 1.2 s of quiet ones. From the first edge
  * on pages go to the memory as they fill, behind a start page and the configuration as it was when armed.
  *

@@ -40,7 +40,7 @@ gaps_are_filled() { # a log with CAN alone has no block; one with serial has los
     box read 1 --db "$tmp/holes.db" >"$tmp/read.json" && box read 1 --db "$tmp/can.db" >"$tmp/read2.json" || return 1
     cat "$tmp/read.json" "$tmp/read2.json"
     first=$(sqlite3 "$tmp/whole.db" "select min(idx) from kept where landing = 1")
-    [ "$(one "$tmp/read.json" "['first_block']")" -lt "$first" ] || return 1 # the box reaches back further
+    [ "$(one "$tmp/read.json" "['first_block']")" -le "$first" ] || return 1 # the box reaches back as far
     sqlite3 "$tmp/whole.db" "delete from blocks; insert into blocks select * from kept"
     blocks "$tmp/whole.db" "$first" >"$tmp/whole.txt"
     blocks "$tmp/holes.db" "$first" >"$tmp/holes.txt"

@@ -211,9 +211,9 @@ static void check_whole(uint16_t record, uint16_t landing, unsigned blocks, uint
 static void a_landing_comes_back_with_what_was_before(void **state)
 {
     (void)state;
-    play(3000);
-    uint32_t trigger = index_now + 700;
-    uint16_t record = land(5, 700, 2500);
+    play(3000); /* nothing is armed: none of it is kept */
+    uint32_t trigger = index_now + 2000;
+    uint16_t record = land(5, 2000, 2500);
     check_whole(record, 5, 2500, trigger);
     struct told told = check_pages();
     assert_in_range(trigger - told.first, 900, 1400); /* the ring's worth of quiet blocks */
@@ -223,6 +223,11 @@ static void a_landing_comes_back_with_what_was_before(void **state)
     check_whole(record, 6, 500, trigger);
     told = check_pages();
     assert_in_range(trigger - told.first, 390, 475); /* 112 pages of 244 bytes, 58.25 a block, from a key on */
+    trigger = index_now + 300;
+    record = land(7, 300, 500);
+    check_whole(record, 7, 500, trigger);
+    told = check_pages();
+    assert_int_equal(trigger - told.first, 300); /* from arming on, when that is not long ago */
     fetch(record, 40); /* resumed */
     assert_true(present[40] && present[41]);
 }
@@ -315,10 +320,9 @@ static void fill(unsigned least)
     unsigned landings = 0;
     uint32_t trigger[BLACKBOX_RECORDS];
     while (blackbox_ready(&box) == MR_OK && landings < BLACKBOX_RECORDS) {
-        trigger[landings] = index_now;
-        land((uint16_t)(100 + landings), 0, 10000 - (white ? 440 : 950)); /* 10 s with what was before */
+        trigger[landings] = index_now + 1600;
+        land((uint16_t)(100 + landings), 1600, 10000 - (white ? 440 : 950)); /* 10 s with what was before */
         landings++;
-        play(1600); /* the ring has a past again */
     }
     assert_int_equal(blackbox_ready(&box), MR_FULL);
     assert_true(isnan(blackbox_wait_s(&box)));
