@@ -105,12 +105,17 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
     int length = all ? snprintf(out, size, "all %zu seen", seen)
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
     const char *before = ", missing ";
+    uint64_t unseen = measured->fitted & ~measured->seen;
+    unsigned last = measured->seen ? 63u - (unsigned)__builtin_clzll(measured->seen) : 63u; /* beyond it the gear may have stopped */
+    uint64_t beyond = last < 63 ? unseen >> (last + 1) << (last + 1) : 0;
     for (size_t p = 0; p < 64 && length > 0 && (size_t)length < size; p++) {
-        if (!(measured->fitted & ~measured->seen & 1ull << p))
+        if (!(unseen & ~beyond & 1ull << p))
             continue;
         length += snprintf(out + length, size - (size_t)length, "%s%zu", before, p + 1);
         before = ", ";
     }
+    if (beyond && length > 0 && (size_t)length < size)
+        length += snprintf(out + length, size - (size_t)length, ", not reached from %d on", __builtin_ctzll(beyond) + 1);
     if (measured->edges > seen && length > 0 && (size_t)length < size)
         snprintf(out + length, size - (size_t)length, "; %zu edges not named", measured->edges - seen);
 }
