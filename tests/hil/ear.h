@@ -2,6 +2,8 @@
 #ifndef MATRIG_TESTS_HIL_EAR_H
 #define MATRIG_TESTS_HIL_EAR_H
 
+#include <errno.h>
+
 #include "common/block.h"
 #include "common/catalogue.h"
 #include "common/command.h"
