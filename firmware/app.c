@@ -84,8 +84,8 @@ static void tell_blocks_before(struct app *app)
     while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE && app->blocks_in_row > app->next_index - first)
         first--;
     for (; first != app->next_index; first++) {
-        telemetry_block(&app->telemetry, &app->newest[first % APP_BLOCKS_BEFORE]);
-        blackbox_block(&app->box, &app->newest[first % APP_BLOCKS_BEFORE]);
+        telemetry_block(&app->telemetry, &app->newest[first % APP_NEWEST]);
+        blackbox_block(&app->box, &app->newest[first % APP_NEWEST]);
     }
 }
 
@@ -120,7 +120,7 @@ static bool is_told_while_idle(uint32_t index)
 static void read_blocks_before(struct app *app)
 {
     for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
-        read_channels(app, &app->newest[(app->next_index - age) % APP_BLOCKS_BEFORE]);
+        read_channels(app, &app->newest[(app->next_index - age) % APP_NEWEST]);
 }
 
 static enum mr_status arm(struct app *app, const struct mr_command *command)
@@ -407,8 +407,9 @@ static void take_slow(struct app *app, uint32_t index)
                                           .state = (uint8_t)((app->telemetry.identity.reset_cause & 0x3fu) | state << 6)});
     for (unsigned i = 0; i < APP_SLOW_PARTS; i++) {
         size_t length = slowlog_take_part(&app->slowlog, &id, payload);
-        if (length)
-            telemetry_slow(&app->telemetry, id, payload, length);
+        if (!length)
+            break;
+        telemetry_slow(&app->telemetry, id, payload, length);
     }
 }
 
@@ -485,17 +486,28 @@ static void miss_blocks(struct app *app, uint32_t next_index)
     app->next_index = next_index;
 }
 
+/* The next block, in its place among the newest, where one stands that nobody asks for any more. NULL: none. */
+static struct mr_block *next_block(struct app *app)
+{
+    struct mr_block *expected = &app->newest[app->next_index % APP_NEWEST];
+    if (!board_block_take(expected))
+        return NULL;
+    struct mr_block *block = &app->newest[expected->index % APP_NEWEST];
+    if (block != expected) /* after a gap */
+        *block = *expected;
+    return block;
+}
+
 bool app_poll(struct app *app)
 {
-    struct mr_block block;
+    struct mr_block *block;
     bool any = false;
-    while (board_block_take(&block)) {
-        miss_blocks(app, block.index);
+    while ((block = next_block(app)) != NULL) {
+        miss_blocks(app, block->index);
         take_commands(app);
-        take_block(app, &block);
-        app->newest[block.index % APP_BLOCKS_BEFORE] = block;
+        take_block(app, block);
         app->blocks_in_row++;
-        app->next_index = block.index + 1;
+        app->next_index = block->index + 1;
         any = true;
         tasks_done(MR_TASK_BLOCKS);
     }

@@ -21,6 +21,7 @@
 #define APP_ZONE_SEND_BLOCKS 50u   /* and told every 50 ms, at once when the warning changes */
 #define APP_IDLE_BLOCKS 100u       /* while idle, readings go out at 10 Hz */
 #define APP_BLOCKS_BEFORE 4u       /* a record begins so many blocks before arming: as far back as the first means reach */
+#define APP_NEWEST 8u              /* blocks kept: those, and the one that comes */
 /* Taken per block, so that no flood of commands keeps blocks waiting or fills the links with answers: two commands from each
  * link. The queues behind hold a whole survey. */
 #define APP_CAN_COMMANDS 2u
@@ -35,7 +36,7 @@ struct app {
     uint32_t next_index;  /* of the block expected next */
     uint32_t fitted;      /* bit c: channel c is */
 
-    struct mr_block newest[APP_BLOCKS_BEFORE]; /* by index modulo their number */
+    struct mr_block newest[APP_NEWEST]; /* by index modulo their number */
     uint32_t blocks_in_row;                    /* up to the newest, without a gap */
 
     /* Readings of the newest block and of the three before it, NaN for one that was lost; a decimated message is the mean of

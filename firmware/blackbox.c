@@ -32,7 +32,7 @@ enum job {
 #define READ_TRIES 4u
 #define ERASE_TRIES 2u
 #define FAILURES_MAX 64u
-#define LOOK_MS 10u        /* a sector that looked erased at start is looked at page by page */
+#define LOOK_MS 20u        /* a sector that looked erased at start is looked at page by page: all of them in 22 min */
 #define SLACK 16u         /* pages of the ring: 8 of configuration at 4 ms each, 58 bytes per ms meanwhile, twice over */
 #define SLACK_ERASE 112u  /* 400 ms of the same, and those */
 #define ERASE_MS 60u      /* until one was timed */
@@ -472,10 +472,15 @@ static bool begin_idle_work(struct blackbox *box)
     if (box->now_ms - box->looked_ms < LOOK_MS)
         return false;
     box->looked_ms = box->now_ms;
-    sector = find_sector(box, box->head, SECTOR_BLANK, SECTOR_BLANK);
-    if (sector != NOR_SECTORS)
-        begin_read(box, JOB_LOOK, sector, box->look_page);
-    return sector != NOR_SECTORS;
+    if (box->all_looked)
+        return false;
+    sector = find_sector(box, box->look_sector, SECTOR_BLANK, SECTOR_BLANK);
+    box->all_looked = sector == NOR_SECTORS; /* only the scan at start finds such */
+    if (box->all_looked)
+        return false;
+    box->look_sector = sector;
+    begin_read(box, JOB_LOOK, sector, box->look_page);
+    return true;
 }
 
 /* --- freeing --- */
@@ -635,6 +640,7 @@ static void scan_ends(struct blackbox *box)
             drop_record(box, i);
     }
     box->head = (box->newest_sector + 1) % NOR_SECTORS;
+    box->look_sector = box->head;
     box->state = BLACKBOX_ROLLING;
 }
 

@@ -95,7 +95,8 @@ struct blackbox {
     uint32_t erase_begun_ms, erase_ms;
     bool waits;                 /* for an erase of the slow log (norshare.h) */
     int freeing;                /* place of a record; -1 */
-    unsigned look_page;
+    unsigned look_sector, look_page; /* where one that looked erased is sought from, and its next page */
+    bool all_looked;
     uint32_t looked_ms;
     unsigned scan_sector, scan_place;
     bool freed[BLACKBOX_RECORDS];

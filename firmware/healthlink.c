@@ -138,7 +138,7 @@ void healthlink_tick(struct healthlink *link, struct telemetry *telemetry, bool 
     watch_can(telemetry);
     if (selftest_tick(&link->test, &result))
         SEND(TELEMETRY_BOTH, telemetry, self_test, SELF_TEST, &result);
-    if (idle && !link->test.running)
+    if (idle && !link->test.running && ++link->ticks % HEALTHLINK_UPKEEP_TICKS == 0)
         board_upkeep();
     tasks_done(MR_TASK_UPKEEP);
     if (link->ticks_to_reset && --link->ticks_to_reset == 0 && idle)

@@ -7,12 +7,14 @@
 #include "firmware/telemetry.h"
 
 #define HEALTHLINK_RESET_TICKS 5u  /* for the acknowledgement to get out */
+#define HEALTHLINK_UPKEEP_TICKS 2u /* background tests: all RAM in use in 14 s */
 #define HEALTHLINK_SLICES 8u       /* of background tests for each block, while a self-test goes on */
 
 struct healthlink {
     struct selftest test;
     struct board_restart restart;
     unsigned crash_next;     /* word to be told; MR_CRASH_ITEMS: none */
+    unsigned ticks;          /* of background tests */
     unsigned ticks_to_reset; /* 0: not asked for */
 };
 

@@ -150,8 +150,6 @@ static void take_edges(struct landing *landing, uint32_t index, const uint32_t *
 {
     struct mr_switch_edge edge;
     uint16_t steps_codes[MR_CONFIG_SWITCHES];
-    for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        steps_codes[i] = config.gate[i].step_codes;
     if (edge_count == 0 && index - landing->edge_block >= MR_PASSAGE_QUIET_BLOCKS)
         landing->edges_in_row = 0;
     for (unsigned i = 0; i < edge_count; i++) {
@@ -159,6 +157,10 @@ static void take_edges(struct landing *landing, uint32_t index, const uint32_t *
             landing->edges_in_row++;
         landing->edge_block = index;
     }
+    if (!landing->switches.count)
+        return;
+    for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
+        steps_codes[i] = config.gate[i].step_codes;
     while (mr_switches_next(&landing->switches, steps_codes, MR_CONFIG_SWITCHES, &edge))
         take_answer(landing, &edge, index);
 }

@@ -76,10 +76,10 @@ static double noise_lsb(struct hil_adc *a)
     return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
 
-static uint16_t convert(struct hil_board *board, unsigned unit, unsigned channel, uint64_t at)
+static uint16_t convert(struct hil_board *board, unsigned unit, unsigned k, uint64_t at)
 {
     struct hil_adc *a = &board->state.adc[unit];
-    struct pin pin = pins[unit][channel];
+    struct pin pin = pins[unit][a->channel[k]];
     double volts;
     if (board->replay)
         return hil_replay_code(board, (unsigned)pin.port, (unsigned)pin.number, at);
@@ -88,7 +88,7 @@ static uint16_t convert(struct hil_board *board, unsigned unit, unsigned channel
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
         volts = hil_gpio_level(board, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V : 0.0;
     else
-        volts = hil_rig_volts(board, (unsigned)pin.port, (unsigned)pin.number, at);
+        volts = hil_rig_volts(board, a->rig_channel[k], at);
     double code = volts / HIL_VREF_V * 4096.0 + 0.5;
     if (board->options.adc_noise)
         code += noise_lsb(a);
@@ -107,7 +107,7 @@ static void sample_until(struct hil_board *board, unsigned unit, uint64_t at)
         uint64_t instant = end_of(a, a->sampled) - (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
         if (instant > at)
             break;
-        a->code[a->sampled] = convert(board, unit, a->channel[a->sampled], instant);
+        a->code[a->sampled] = convert(board, unit, a->sampled, instant);
         a->sampled++;
     }
 }
@@ -238,6 +238,7 @@ static bool plan(struct hil_board *board, unsigned unit)
         uint32_t smp = channel < 10 ? a->smpr[1] >> (3u * channel) : a->smpr[0] >> (3u * (channel - 10u));
         clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
         a->channel[k] = (uint8_t)channel;
+        a->rig_channel[k] = (int8_t)hil_rig_channel((unsigned)pins[unit][channel].port, (unsigned)pins[unit][channel].number);
         a->end_clock[k] = (uint16_t)clocks;
     }
     a->planned = true;

@@ -24,9 +24,10 @@ struct hil_adc {
     bool running;
     uint64_t start_cycle;  /* first sampling window opens */
     uint32_t clock_cycles; /* HCLK cycles of an ADC clock, for this sequence */
-    bool planned;           /* length, channel and end_clock are those of the registers */
+    bool planned;           /* length, channels and end_clock are those of the registers */
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
+    int8_t rig_channel[16]; /* of the rig, on the pin of channel[k] */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
     uint64_t noise;         /* of the generator */

@@ -46,10 +46,6 @@ static const struct peripheral peripherals[] = {
 #define NO_PERIPHERAL 0xffu
 _Static_assert(sizeof peripherals / sizeof peripherals[0] <= HIL_PERIPHERALS_MAX, "room in registers_of");
 
-static const struct hil_register_set *table(const struct hil_board *board, const struct peripheral *p)
-{
-    return board->registers_of[p - peripherals];
-}
 
 void hil_bus_init(struct hil_board *board)
 {
@@ -60,20 +56,34 @@ void hil_bus_init(struct hil_board *board)
     }
 }
 
-/* May the access go on, by the table of registers? A peripheral without a table decides itself. */
-static bool is_modelled(struct hil_board *board, const struct hil_register_set *set, uint32_t offset, bool write,
-                        uint32_t value)
+static bool may_go_on(struct hil_board *board, const struct hil_register *r, bool write, uint32_t value)
 {
-    const struct hil_register *r = set ? hil_register_at(set, offset) : NULL;
-    if (set && !r) {
+    if (!r) {
         hil_bus_no_register(board);
         return false;
     }
-    const char *objection = r && write ? hil_register_objection(r, value) : NULL;
+    const char *objection = write ? hil_register_objection(r, value) : NULL;
     if (!objection)
         return true;
     hil_bus_refuse(board, objection);
     return false;
+}
+
+/* May the access go on, by the table of registers? A peripheral without a table decides itself. */
+static bool is_modelled(struct hil_board *board, const struct peripheral *p, uint32_t offset, bool write, uint32_t value)
+{
+    const struct hil_register_set *set = board->registers_of[p - peripherals];
+    if (!set)
+        return true;
+    const struct hil_register **r = &board->register_at[p - peripherals][offset / 4u % HIL_REGISTER_WORDS];
+    if (!*r)
+        *r = hil_register_at(set, offset);
+    return may_go_on(board, *r, write, value);
+}
+
+static bool is_core_modelled(struct hil_board *board, uint32_t offset, bool write, uint32_t value)
+{
+    return may_go_on(board, hil_register_at(hil_registers_of(0xe000e000u), offset), write, value);
 }
 
 static const struct peripheral *find(const struct hil_board *board, uint32_t address)
@@ -205,12 +215,12 @@ uint32_t hil_bus_read(struct hil_board *board, uint32_t address, unsigned size)
         const struct peripheral *p = find(board, address);
         if (!p)
             return hil_bus_no_register(board);
-        if (!clock_is_on(board, p) || !is_modelled(board, table(board, p), (address - p->base) & ~3u, false, 0))
+        if (!clock_is_on(board, p) || !is_modelled(board, p, (address - p->base) & ~3u, false, 0))
             return 0;
         return lane(p->read(board, p->unit, (address - p->base) & ~3u), address, size);
     }
     if ((address & ~0xfffu) == 0xe000e000u
-        && !is_modelled(board, hil_registers_of(0xe000e000u), address & 0xffcu, false, 0))
+        && !is_core_modelled(board, address & 0xffcu, false, 0))
         return 0;
     if (address - 0xe0000000u < 0x00100000u)
         return hil_scb_read(board, address, size);
@@ -236,7 +246,7 @@ void hil_bus_write(struct hil_board *board, uint32_t address, unsigned size, uin
             return;
         uint32_t offset = address - p->base;
         if (size == 4 && !(offset & 3u)) {
-            if (!is_modelled(board, table(board, p), offset, true, value))
+            if (!is_modelled(board, p, offset, true, value))
                 return;
             p->write(board, p->unit, offset, value);
             return;
@@ -248,13 +258,13 @@ void hil_bus_write(struct hil_board *board, uint32_t address, unsigned size, uin
         uint32_t mask = (size == 1 ? 0xffu : 0xffffu) << (8u * (offset & 3u));
         uint32_t shifted = value << (8u * (offset & 3u)) & mask;
         uint32_t rest = other_lanes(board, p, offset & ~3u) & ~mask;
-        if (!is_modelled(board, table(board, p), offset & ~3u, true, rest | shifted))
+        if (!is_modelled(board, p, offset & ~3u, true, rest | shifted))
             return;
         p->write(board, p->unit, offset & ~3u, rest | shifted);
         return;
     }
     if ((address & ~0xfffu) == 0xe000e000u && size == 4 && !(address & 3u)
-        && !is_modelled(board, hil_registers_of(0xe000e000u), address & 0xffcu, true, value))
+        && !is_core_modelled(board, address & 0xffcu, true, value))
         return;
     if (address - 0xe0000000u < 0x00100000u) {
         hil_scb_write(board, address, size, value);

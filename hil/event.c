@@ -51,16 +51,25 @@ void hil_event_init(struct hil_events *events)
     events->next_cycle = HIL_NEVER;
 }
 
+/* Least of the times with their slots below them, so that of those at the same time the first slot wins; in chains that do not wait
+ * for one another. */
+#define SLOT_BITS 5u
+#define CHAINS 4u
+_Static_assert(HIL_EVENT_COUNT % CHAINS == 0 && HIL_EVENT_COUNT <= 1u << SLOT_BITS, "slots in whole steps");
+
 static void find_next(struct hil_board *board)
 {
     struct hil_events *events = &board->state.events;
-    uint64_t next = HIL_NEVER;
-    unsigned slot = 0;
+    uint64_t least[CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
+#pragma GCC unroll 28
     for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
-        bool earlier = events->at_cycle[i] < next;
-        next = earlier ? events->at_cycle[i] : next;
-        slot = earlier ? i : slot;
+        uint64_t key = events->at_cycle[i] << SLOT_BITS | i; /* cycles of a hundred years take 59 bits */
+        least[i % CHAINS] = key < least[i % CHAINS] ? key : least[i % CHAINS];
     }
+    least[0] = least[1] < least[0] ? least[1] : least[0];
+    least[2] = least[3] < least[2] ? least[3] : least[2];
+    unsigned slot = (unsigned)((least[2] < least[0] ? least[2] : least[0]) & ((1u << SLOT_BITS) - 1u));
+    uint64_t next = events->at_cycle[slot];
     events->next_cycle = next;
     events->next_slot = slot;
     if (next < board->limit_cycle)

@@ -74,9 +74,14 @@ bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin)
     return (p->pupdr >> (2u * pin) & 3u) == 1u;
 }
 
-void hil_gpio_changed(struct hil_board *board, uint64_t at)
+void hil_gpio_excitation_changed(struct hil_board *board, uint64_t at)
 {
     hil_rig_excitation(board, hil_gpio_level(board, PORT_D, 12), hil_gpio_level(board, PORT_D, 13), at);
+}
+
+void hil_gpio_changed(struct hil_board *board, uint64_t at)
+{
+    hil_gpio_excitation_changed(board, at);
     hil_rig_shunt(board, hil_gpio_level(board, PORT_E, 1), at);
     hil_spi_pins_changed(board, at);
     hil_i2c_lines_changed(board, at);

@@ -35,6 +35,8 @@ bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin);
 void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool level, uint64_t at);
 /* Something that pins depend on changed at cycle `at` (ODR, mode, a timer's output): tell those who watch. */
 void hil_gpio_changed(struct hil_board *board, uint64_t at);
+/* The same of the pins that TIM4 can drive, which are those of the excitation. */
+void hil_gpio_excitation_changed(struct hil_board *board, uint64_t at);
 
 uint32_t hil_gpio_read(struct hil_board *board, unsigned unit, uint32_t offset);
 void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);

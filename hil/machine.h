@@ -47,6 +47,7 @@
 #define HIL_CCM_SIZE 0x00010000u
 #define HIL_REGIONS 7
 #define HIL_PERIPHERALS_MAX 64u
+#define HIL_REGISTER_WORDS 256u /* a kilobyte */
 
 struct hil_memory {
     uint8_t flash[HIL_FLASH_SIZE];
@@ -146,6 +147,7 @@ struct hil_board {
     struct hil_region regions[HIL_REGIONS];
     uint8_t peripheral_of[512]; /* index by kilobyte from 0x40000000 */
     const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX]; /* NULL: without a table */
+    const struct hil_register *register_at[HIL_PERIPHERALS_MAX][HIL_REGISTER_WORDS]; /* by word of a peripheral; NULL: not yet looked for, or none */
 };
 
 /* Stop the run, with a message. The first stop wins. */

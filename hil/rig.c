@@ -224,8 +224,7 @@ static unsigned gage_on(unsigned port, unsigned pin)
     return port == 2 && pin < 4 ? pin + 11 : 0;
 }
 
-/* Channel on a pin, 0..23, or -1. */
-static int channel_on(unsigned port, unsigned pin)
+int hil_rig_channel(unsigned port, unsigned pin)
 {
     unsigned gage = gage_on(port, pin);
     if (gage)
@@ -245,11 +244,12 @@ static double quantity(const struct hil_board *board, unsigned channel, double t
     return board->run ? hil_run_truth(board->run, channel, t_s) : 0.0;
 }
 
-/* Most of them do not move where there is no run: the time of each conversion costs more than the rest of it. */
+/* Nothing moves where there is no run: the time of each conversion costs more than the rest of it. */
 static double quantity_at(const struct hil_board *board, unsigned channel, uint64_t at)
 {
-    bool moves = board->run || channel == CHANNEL_STAIRCASE;
-    return quantity(board, channel, moves ? (double)hil_clock_ps(&board->state.clock, at) * 1e-12 : 0.0);
+    if (board->run)
+        return quantity(board, channel, (double)hil_clock_ps(&board->state.clock, at) * 1e-12);
+    return channel == CHANNEL_STAIRCASE ? STAIRCASE_ZERO_V : channel == CHANNEL_REFERENCE ? REFERENCE_V : 0.0;
 }
 
 void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fault fault)
@@ -259,9 +259,8 @@ void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fa
     board->state.rig.held[channel] = quantity(board, channel, (double)hil_board_now_ps(board) * 1e-12);
 }
 
-double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at)
+double hil_rig_volts(struct hil_board *board, int channel, uint64_t at)
 {
-    int channel = channel_on(port, pin);
     if (channel < 0)
         return 0.0;
     enum hil_channel_fault fault = (enum hil_channel_fault)board->state.rig.channel_fault[channel];

@@ -80,8 +80,10 @@ void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fa
 void hil_rig_drift(struct hil_board *board, unsigned gage, double gain, double offset_lb);
 void hil_rig_skip(struct hil_board *board, unsigned position);
 void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps);
-/* Voltage on a pin at cycle `at`, not clipped. */
-double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
+/* Channel that the rig has on a pin, 0..23, or -1. */
+int hil_rig_channel(unsigned port, unsigned pin);
+/* Voltage of a channel at cycle `at`, not clipped; of a pin with none (-1) 0. */
+double hil_rig_volts(struct hil_board *board, int channel, uint64_t at);
 /* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is low while it does. */
 bool hil_rig_lamp_draws(const struct hil_board *board);
 /* Step of a switch, position 1..24, in codes. */

@@ -63,16 +63,21 @@ static uint8_t reversed(uint8_t byte)
     return out;
 }
 
+static bool is_connected(const struct hil_board *board)
+{
+    for (unsigned pin = 13; pin < 16; pin++) {
+        if (hil_gpio_alternate(board, PORT_B, pin) != 5)
+            return false;
+    }
+    return true;
+}
+
 /* One byte over the wires. */
 static uint8_t exchange(struct hil_board *board, uint8_t out, uint64_t at)
 {
     struct hil_spi *spi = &board->state.spi;
     bool lsb_first = (spi->cr1 & CR1_LSBFIRST) != 0;
     bool shifted_mode = ((spi->cr1 & CR1_CPOL) != 0) != ((spi->cr1 & CR1_CPHA) != 0);
-    for (unsigned pin = 13; pin < 16; pin++) {
-        if (hil_gpio_alternate(board, PORT_B, pin) != 5)
-            return 0xff;
-    }
     uint8_t wire = lsb_first ? reversed(out) : out;
     uint8_t seen = shifted_mode ? (uint8_t)(spi->last_out << 7 | wire >> 1) : wire;
     uint8_t in = spi->selected ? hil_w25q_exchange(board, seen, at) : 0xff;
@@ -149,18 +154,17 @@ static void schedule(struct hil_board *board)
 void hil_spi_catch_up(struct hil_board *board, uint64_t at)
 {
     struct hil_spi *spi = &board->state.spi;
-    bool moved = false;
+    if (!spi->shifting || spi->shift_end_cycle > at)
+        return;
+    bool connected = is_connected(board);
     while (spi->shifting && spi->shift_end_cycle <= at) {
         uint64_t end = spi->shift_end_cycle;
-        receive(board, exchange(board, spi->shifted, end));
+        receive(board, connected ? exchange(board, spi->shifted, end) : 0xff);
         spi->shifting = false;
-        moved = true;
         begin(board, end);
     }
-    if (moved) {
-        update_irq(board);
-        schedule(board);
-    }
+    update_irq(board);
+    schedule(board);
 }
 
 void hil_spi_event(struct hil_board *board, uint64_t at) { hil_spi_catch_up(board, at); }

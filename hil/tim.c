@@ -127,6 +127,7 @@ struct levels {
 static struct levels output_levels(const struct hil_tim *t)
 {
     struct levels levels;
+#pragma GCC unroll 4
     for (unsigned i = 0; i < 4; i++)
         levels.of[i] = output_level(t, i);
     return levels;
@@ -137,7 +138,7 @@ static void tell_outputs(struct hil_board *board, unsigned unit, struct levels b
 {
     struct levels after = output_levels(&board->state.tim[unit]);
     if (unit == HIL_TIM4 && (after.of[0] != before.of[0] || after.of[1] != before.of[1]))
-        hil_gpio_changed(board, at);
+        hil_gpio_excitation_changed(board, at);
     for (unsigned i = 0; i < 4; i++) {
         if (after.of[i] != before.of[i])
             trigger_converters(board, unit, i, after.of[i], at);
@@ -224,8 +225,8 @@ static void event(struct hil_board *board, unsigned unit, uint64_t at)
     }
     if (t->cr1 & CR1_CEN) {
         struct levels before = output_levels(t);
-        uint64_t ticks = (at - t->base_cycle) / tick_cycles(board, t);
-        bool on_tick = (at - t->base_cycle) % tick_cycles(board, t) == 0;
+        uint64_t tick = tick_cycles(board, t), ticks = (at - t->base_cycle) / tick;
+        bool on_tick = ticks * tick == at - t->base_cycle;
         uint64_t count = t->base_count + ticks;
         if (on_tick && ticks && (count == (uint64_t)t->arr_now + 1u || count > counter_mask(unit))) {
             update_event(board, unit, at, false);

@@ -390,7 +390,8 @@ void hil_w25q_select(struct hil_board *board, uint64_t at)
 uint8_t hil_w25q_exchange(struct hil_board *board, uint8_t in, uint64_t at)
 {
     struct hil_w25q *w = &board->state.w25q;
-    settle(board, hil_clock_ps(&board->state.clock, at));
+    if (w->operation)
+        settle(board, hil_clock_ps(&board->state.clock, at));
     uint32_t n = w->count++;
     if (n == 0) {
         w->command = in;

@@ -181,8 +181,13 @@ refused() { # before any board is spoken to
     MAKEFLAGS= make -s flash >"$tmp/out" 2>"$tmp/err"
     [ $? -eq 2 ] && head -n 1 "$tmp/err" | grep -q 'make flash PORT=/dev/ttyUSB0'
 }
-same_from_the_same() { # nothing of time or place: linked again, the same bytes
-    MAKEFLAGS= make -s $firmware/matrig.elf >/dev/null && cp $firmware/matrig.elf "$tmp/first.elf" && rm $firmware/matrig.elf && MAKEFLAGS= make -s $firmware/matrig.elf >/dev/null && cmp "$tmp/first.elf" $firmware/matrig.elf
+same_from_the_same() { # nothing of time or place: linked twice, in two folders, the same bytes
+    for place in "$tmp/here" "$tmp/there"; do
+        mkdir -p "$place/host/common" "$place/host/firmware" && touch "$place/.demo-packages" && cp -a build/arm "$place/" &&
+            cp -a build/host/common/. "$place/host/common/" && cp -a build/host/firmware/stamp "$place/host/firmware/" &&
+            make -s B="$place" "$place/firmware/matrig.elf" || return 1
+    done
+    cmp "$tmp/here/firmware/matrig.elf" "$tmp/there/firmware/matrig.elf"
 }
 
 check "matrig flash programs and verifies a .hex, and the board runs it" flashes $firmware/matrig.hex

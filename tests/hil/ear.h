@@ -2,6 +2,8 @@
 #ifndef MATRIG_TESTS_HIL_EAR_H
 #define MATRIG_TESTS_HIL_EAR_H
 
+#include <errno.h>
+
 #include "common/block.h"
 #include "common/catalogue.h"
 #include "common/command.h"
@@ -158,7 +160,9 @@ static inline void ear_order(struct ear *ear, const char *line)
     static struct hil_fault_script script;
     char text[512], error[256];
     int n = snprintf(text, sizeof text, "matrig-faults 1\n%s\n", line);
-    const char *path = bench_scratch("order.faults", text, (size_t)n);
+    char name[80];
+    snprintf(name, sizeof name, "%s.faults", program_invocation_short_name); /* programs run at the same time */
+    const char *path = bench_scratch(name, text, (size_t)n);
     if (hil_faults_read(path, EAR_ELF, &script, error, sizeof error) != MR_OK)
         fail_msg("%s", error);
     if (hil_board_add_faults(ear->board, &script) != MR_OK)
