@@ -21,7 +21,7 @@
 #define LIMIT_S 18.0   /* of the talk; the campaign takes the rest of 20 s */
 #define CHECK_S 1.5    /* of going through the campaign */
 #define S_PER_DAY 86400
-#define LIVE_S 30
+#define LIVE_S 30      /* a board whose host went away is quiet again after that */
 #define RENEW_S 5.0
 #define WALK_MEET_S 10.0
 
@@ -374,10 +374,11 @@ static enum mr_status wanted_kinds(const char *of, bool wanted[WALK_KINDS], stru
 static enum mr_status go_along(struct readytalk *talk, struct walk *walk, double for_s, struct error *error)
 {
     double until_s = now_s() + for_s, renew_s = 0.0;
+    uint32_t renew_ms = 0; /* of the board: one that is emulated is faster than the clock on the wall */
     enum mr_status status = MR_OK;
     bool over = false;
     while (status == MR_OK && !over && !interrupted && now_s() < until_s) {
-        if (now_s() >= renew_s) {
+        if (now_s() >= renew_s || (int32_t)(talk->newest_clock - renew_ms) >= 0) {
             enum mr_status live = readytalk_live(talk, LIVE_S, error);
             if (error->status != MR_OK)
                 return error->status;
@@ -385,6 +386,7 @@ static enum mr_status go_along(struct readytalk *talk, struct walk *walk, double
                 return error_set(error, live, "the board does not let itself be walked (%s): %s; it must be idle", mr_status_text(live),
                                  link_spec(talk->link[LINK_SERIAL]));
             renew_s = now_s() + RENEW_S;
+            renew_ms = talk->newest_clock + (uint32_t)(1000.0 * RENEW_S);
         }
         status = readytalk_listen(talk, error);
         over = true;
