@@ -357,9 +357,10 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
         advise(ready_add(report, READY_NO_GO, "readings", "no block records came"), "the board must be idle, with its scans running: matrig board health");
         return;
     }
-    struct ready_check *c = ready_add(report, f->blocks_lost ? READY_NO_GO : READY_GO, "readings", "%u blocks looked at, %u lost by the board",
-                                      f->blocks, f->blocks_lost);
-    limit(c, "none lost");
+    bool good = f->blocks_lost == 0 && f->blocks >= READY_BLOCKS / 2;
+    struct ready_check *c = ready_add(report, good ? READY_GO : READY_NO_GO, "readings", "%u blocks looked at, %u lost by the board", f->blocks,
+                                      f->blocks_lost);
+    snprintf(c->limit, sizeof c->limit, "%u or more, none lost", READY_BLOCKS / 2);
     advise(c, "matrig board health says what it counts");
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_measures(&f->config.channel[i]))
