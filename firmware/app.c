@@ -250,6 +250,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     case MR_COMMAND_SLOW_READ:
         status = read_slow_log(app, &command);
         break;
+    case MR_COMMAND_LIVE:
+        status = live_begin(&app->live, &app->landing, &command, app->next_index);
+        break;
     case MR_COMMAND_CAMERA:
         status = camera_command(&app->camera);
         break;
@@ -442,6 +445,7 @@ static void take_block(struct app *app, const struct mr_block *block)
                   app->tension_lb[row]);
     if (news.state && app->landing.state == LANDING_DONE)
         bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
+    live_block(&app->live, &app->landing, &app->telemetry, block);
     tell_landing(app, &news, block->index);
     camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + EDGE_WINDOW_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);

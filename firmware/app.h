@@ -11,6 +11,7 @@
 #include "firmware/configstore.h"
 #include "firmware/healthlink.h"
 #include "firmware/landing.h"
+#include "firmware/live.h"
 #include "firmware/slowlog.h"
 #include "firmware/telemetry.h"
 #include "firmware/thermometer.h"
@@ -59,6 +60,7 @@ struct app {
     struct calibrate calibrate;
     struct timesync timesync;
     struct camera camera;
+    struct live live;
     struct boxlink boxlink;
     struct healthlink healthlink;
     struct blackbox box;

@@ -8,6 +8,9 @@
 #define IN_PER_CODE (3.3f / 4096.0f / 0.5f)
 #define DISPLACEMENT_ZERO_CODE (0.050f * 4096.0f / 3.3f)
 
+/* With all switches closed the staircase gives 0.050 V. */
+#define STAIRCASE_ZERO_CODE (0.050f * 4096.0f / 3.3f)
+
 /* Bridges through their amplifiers: 0.400 V at no tension, 5 mV/lb. */
 #define LB_PER_CODE (3.3f / 4096.0f / 0.005f)
 #define TENSION_ZERO_CODE (0.400f * 4096.0f / 3.3f)
@@ -74,7 +77,7 @@ struct mr_config config = {
         GAGE(12, 2, 65.0f),
         GAGE(13, 2, 75.0f),
         GAGE(14, 2, 85.0f),
-        {.kind = MR_KIND_STAIRCASE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f},
+        {.kind = MR_KIND_STAIRCASE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .zero_code = STAIRCASE_ZERO_CODE},
         {.kind = MR_KIND_REFERENCE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .gain_error = REFERENCE_GAIN_ERROR},
     },
     .gate = {

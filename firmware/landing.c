@@ -30,6 +30,7 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
 {
     if (landing->state != LANDING_IDLE && landing->state != LANDING_DONE)
         return MR_NOT_NOW;
+    landing->live = false;
     landing->number = number ? number : (uint16_t)(landing->number + 1);
     forget_passage(landing);
     landing->edges = 0;
@@ -69,10 +70,15 @@ bool landing_may_warn(const struct landing *landing, uint32_t block)
     return landing_recording(landing) && !mr_passage_unclear(&landing->passage, block);
 }
 
+static bool tells_edges(const struct landing *landing)
+{
+    return landing->live || landing_recording(landing);
+}
+
 static void put_event(struct landing *landing, uint8_t count, uint8_t position, enum mr_switch_reason reason,
                       float late_ms, uint32_t block)
 {
-    if (landing_recording(landing) && landing->news.events < LANDING_EVENTS)
+    if (tells_edges(landing) && landing->news.events < LANDING_EVENTS)
         landing->event[landing->news.events++] = (struct mr_switch_event){
             .count = count, .position = position, .reason = (uint8_t)reason, .late_ms = late_ms, .block16 = (uint16_t)block};
 }
@@ -136,7 +142,7 @@ static void take_answer(struct landing *landing, const struct mr_switch_edge *ed
     if (landing->edges < UINT8_MAX)
         landing->edges++;
     uint8_t number = (uint8_t)landing->edges;
-    if (landing_recording(landing) && landing->news.edges < MR_SWITCHES_WAITING)
+    if (tells_edges(landing) && landing->news.edges < MR_SWITCHES_WAITING)
         landing->edge[landing->news.edges++] =
             (struct mr_edge){.tick = edge->tick, .position = counts ? edge->position : 0, .count = number,
                              .step_codes = edge->step_codes < 0.0f ? 0.0f : edge->step_codes};
@@ -150,7 +156,7 @@ static void take_edges(struct landing *landing, uint32_t index, const uint32_t *
 {
     struct mr_switch_edge edge;
     uint16_t steps_codes[MR_CONFIG_SWITCHES];
-    if (edge_count == 0 && index - landing->edge_block >= MR_PASSAGE_QUIET_BLOCKS)
+    if (edge_count == 0 && index - landing->edge_block >= (landing->live ? LANDING_LIVE_PAUSE_BLOCKS : MR_PASSAGE_QUIET_BLOCKS))
         landing->edges_in_row = 0;
     for (unsigned i = 0; i < edge_count; i++) {
         if (landing->edges_in_row < LANDING_EDGES && mr_switches_add(&landing->switches, edge_ticks[i]))

@@ -9,7 +9,7 @@
  * any time, is counted and told, and changes no state (common/passage.h).
  *
  * Edges are told while armed, landing or settling, LANDING_EDGES between two pauses of 30 s at most: a contact that chatters
- * does not fill the links.
+ * does not fill the links. While live they are told too; there a pause of a second is enough.
  *
  * Pure but for the configuration: blocks and edges in, state out. */
 #ifndef MATRIG_FIRMWARE_LANDING_H
@@ -29,6 +29,7 @@
 #define LANDING_EVENTS 80u            /* told of one block; the queues of the links hold them */
 #define LANDING_LIMIT_BLOCKS 20000u
 #define LANDING_SETTLE_BLOCKS 2000u
+#define LANDING_LIVE_PAUSE_BLOCKS 1000u
 #define LANDING_REST_BLOCKS 500u      /* after the predicted stop */
 #define LANDING_FIT_BLOCKS 16u        /* between two steps of the final fit: blocks that waited meanwhile are taken */
 #define LANDING_NO_EDGE_BLOCKS 3000u  /* without one the gear is at rest, whatever was predicted */
@@ -60,6 +61,7 @@ struct landing {
     struct mr_passage passage;
     unsigned edges;      /* since arming; not more than 255 are told apart */
     unsigned edges_in_row; /* without a pause */
+    bool live;           /* edges are told while idle too (firmware/live.h); arming ends it */
     uint32_t edge_block; /* of the last one */
     uint32_t opened;     /* by gates: bit p-1 */
 

@@ -71,6 +71,20 @@ static const struct command commands[] = {
      "                 erase sectors 2 and 3 too; else they are never touched\n"
      "Only sectors that differ are erased. Every byte is read back. After a pulled cable the same command goes on where it was;\n"
      "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed.\n"},
+    {"ready", ready_command, "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] [--room MB] | DB --serial LINK --walk [--for S] [--of KINDS]",
+     "go or no-go before a landing, and the walk test",
+     "  DB             campaign database, made when it does not exist; what was found is kept in it, with the landings of the next 12 h\n"
+     "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle, or done with a landing\n"
+     "  --can LINK     listen to its CAN bus too\n"
+     "  --image FILE   (.elf, .hex, .bin) the board must run this; else what it ran in the campaign's last landing\n"
+     "  --expect-config CRC|FILE\n"
+     "                 it must be configured so; else as in the campaign's last landing\n"
+     "  --room MB      so much of the disk must be free; else ten landings\n"
+     "Takes at most 20 s: readings at rest, shunt calibration, self-test (the warning lamp lights for 0.2 s). Exit 1: no-go.\n"
+     "  --walk         walk along the rig: trip each switch, push at each transducer, pull at each gage, in order. Nothing is recorded.\n"
+     "                 Names what did not answer and what answered in another's place. Exit 1 when there is any\n"
+     "  --for S        the walk ends after S seconds; else after 600, when all have answered, or on Ctrl-C\n"
+     "  --of KINDS     only these, of switches,transducers,gages\n"},
     {"gages", gages_command, "zero [1|2] --serial LINK | shunt --serial LINK | bridge --excitation V --gain G ...",
      "zero and shunt calibration; pounds per code of a bridge",
      "  zero [1|2]     mean of a quarter of a second is the zero of all channels, of the transducers (1) or the gages (2), until\n"

@@ -83,6 +83,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
         status = bands_load(store, &summary->measured, &summary->bands, error);
     if (status == MR_OK)
         status = store_temperature_get(store, run, &summary->temperature, error);
+    if (status == MR_OK)
+        status = summary_ready_load(store, &summary->measured.landing, summary->ready, error);
     return status;
 }
 
@@ -396,6 +398,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
             landing->firmware[0] ? landing->firmware : "unknown",
             landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
             landing->image_commit[0] ? landing->image_commit : "unknown");
+    summary_ready_print(summary->ready, out);
     fprintf(out, "  %-13s %s\n", "readings", sources[summary->measured.source]);
     print_temperature(&summary->temperature, out);
     print_motion(summary, si, out);
@@ -566,6 +569,7 @@ json_t *summary_json(const struct summary *summary, bool si)
         json_object_set_new(object, "temperature_error_c", cli_json_number(summary->temperature.error_c, 4));
     }
     summary_time_json(summary, object);
+    json_object_set_new(object, "readiness", summary_ready_json(summary->ready));
     json_object_set_new(object, "links", links_json(summary));
     json_object_set_new(object, "gaps", gaps_json(summary));
     json_t *faults = json_array();

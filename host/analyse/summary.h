@@ -8,6 +8,7 @@
 
 #include "host/analyse/bands.h"
 #include "host/analyse/film.h"
+#include "host/analyse/summary_ready.h"
 #include "host/analyse/zones.h"
 #include "host/link/link.h"
 
@@ -44,6 +45,7 @@ struct summary {
     struct store_result result; /* the board's own fit */
     bool result_known;
     struct store_temperature temperature; /* of the mat */
+    struct summary_ready ready[SUMMARY_READY_KINDS];
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error);

@@ -331,6 +331,20 @@ static void losses(FILE *out, const struct summary *summary)
     }
 }
 
+/* What had been looked at before the landing. */
+static void readiness(FILE *out, const struct summary *summary)
+{
+    char text[460];
+    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
+        if (!summary->ready[kind].known)
+            continue;
+        summary_ready_text(&summary->ready[kind], text, sizeof text);
+        fprintf(out, "<p%s>%s: ", summary->ready[kind].go ? "" : " class=\"say\"", kind == 0 ? "Ready" : "Walk test");
+        html_text(out, text);
+        fputs(".</p>\n", out);
+    }
+}
+
 static void figure(FILE *out, const char *head, void (*plot)(FILE *, const struct report_landing *, bool),
                    const struct report_landing *landing, bool si, const char *caption)
 {
@@ -368,6 +382,7 @@ static void landing_section(FILE *out, const struct report_landing *landing, boo
         gage_table(out, measured, si);
         bands_page(&landing->summary.bands, measured, si, out);
     }
+    readiness(out, &landing->summary);
     fputs("<h3>Losses and faults</h3>\n", out);
     losses(out, &landing->summary);
     fputs("</section>\n", out);

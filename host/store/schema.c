@@ -94,6 +94,9 @@ const char store_schema[] =
     " host_half_us REAL);"
     "CREATE TABLE frames_film(landing INTEGER NOT NULL REFERENCES landings(id), number INTEGER NOT NULL, tick INTEGER NOT NULL,"
     " board_us REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, number)) WITHOUT ROWID;"
+    /* kind: ready, walk; verdict: go, no-go; checks: an object of host/ready_command.c as JSON */
+    "CREATE TABLE readiness(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, board_uid TEXT NOT NULL, kind TEXT NOT NULL,"
+    " verdict TEXT NOT NULL, checks TEXT NOT NULL);"
     "CREATE TABLE simulations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), "
     "scene TEXT NOT NULL,"
     " made_us INTEGER NOT NULL);"

@@ -3,6 +3,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/store/store_readiness.h"
 #include "host/store/store_sql.h"
 
 #define SQL_MAX 4000
@@ -28,6 +29,9 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
         return "survey IN (SELECT id FROM main.surveys WHERE landing=?1)";
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
+    if (strcmp(table, "readiness") == 0) /* that of the landing, and those before it within hours */
+        return "board_uid=(SELECT board_uid FROM main.landings WHERE id=?1) AND (SELECT armed_us FROM main.landings WHERE id=?1)"
+               " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
     if (strcmp(table, "configurations") == 0)
         return "crc=(SELECT config_crc FROM main.landings WHERE id=?1)";
     return has_landing ? "landing=?1" : has_session ? "session=?2" : "0";

@@ -185,6 +185,15 @@
       " board_us=coalesce(board_us, excluded.board_us)")                                                     \
     X(FILM_FRAMES, "i",                                                                                      \
       "SELECT number, tick, board_us, links FROM frames_film WHERE landing=? ORDER BY number")               \
+    X(READINESS_PUT, "itttt", "INSERT INTO readiness(made_us, board_uid, kind, verdict, checks) VALUES(?,?,?,?,?)") \
+    X(READINESS_GET, "ttii",                                                                                \
+      "SELECT made_us, verdict, checks FROM readiness WHERE board_uid=? AND kind=? AND made_us BETWEEN ? AND ?" \
+      " ORDER BY made_us DESC, id DESC LIMIT 1")                                                            \
+    X(BOARD_SHUNTS, "t",                                                                                    \
+      "SELECT gage, span_lb, started_us FROM shunts JOIN sessions ON sessions.id=session WHERE session IN"  \
+      " (SELECT session FROM landings WHERE board_uid=?) ORDER BY session, boot, number, gage")             \
+    X(SIZE, "", "SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size),"  \
+      " (SELECT count(*) FROM landings)")                                                                   \
     X(SIMULATION_ADD, "iti", "INSERT INTO simulations(landing, scene, made_us) VALUES(?,?,?)")               \
     X(SIMULATION_CHANNEL, "iirrrrrrrrrrb",                                                                   \
       "INSERT INTO simulation_channels VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")                                   \

@@ -1,0 +1,544 @@
+/* matrig ready: go or no-go before a landing, and the walk test. */
+#include <limits.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/statvfs.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "common/channels.h"
+#include "common/switches.h"
+#include "host/cli.h"
+#include "host/configtext.h"
+#include "host/flash/imagefile.h"
+#include "host/readytalk.h"
+#include "host/readywalk.h"
+#include "host/store/store_readiness.h"
+
+#define LIMIT_S 18.0   /* of the talk; the campaign takes the rest of 20 s */
+#define CHECK_S 1.5    /* of going through the campaign */
+#define S_PER_DAY 86400
+#define LIVE_S 30      /* a board whose host went away is quiet again after that */
+#define RENEW_S 5.0
+#define WALK_MEET_S 10.0
+
+enum walk_kind { WALK_SWITCHES, WALK_TRANSDUCERS, WALK_GAGES, WALK_KINDS };
+
+static const char *const kind_words[WALK_KINDS] = {"switches", "transducers", "gages"};
+static const char *const kind_names[WALK_KINDS] = {"switch", "transducer", "gage"};
+static const char *const kind_verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"};
+
+struct request {
+    const struct cli *cli;
+    const char *db, *serial, *can, *image, *expected, *room, *for_text, *of;
+    bool walk;
+};
+
+static volatile sig_atomic_t interrupted;
+
+static void note_signal(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+static double now_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- what the campaign and this computer say ---- */
+
+static enum mr_status open_campaign(const struct request *request, struct ready_facts *f, struct store **store, struct error *error)
+{
+    struct error wrong = {0};
+    struct statvfs disk;
+    char folder[PATH_MAX];
+    int64_t bytes = 0, landings = 0;
+    enum mr_status status = store_open(request->db, STORE_CREATE, store, error);
+    if (status != MR_OK)
+        return status;
+    if (store_check(*store, CHECK_S, &f->database_checked, &wrong) != MR_OK || store_begin(*store, &wrong) != MR_OK ||
+        store_commit(*store, &wrong) != MR_OK)
+        snprintf(f->database, sizeof f->database, "%.180s", wrong.text);
+    wrong = (struct error){0};
+    f->landing_bytes = READY_LANDING_BYTES;
+    if (store_size(*store, &bytes, &landings, &wrong) == MR_OK && landings > 0 && (double)bytes / (double)landings > f->landing_bytes)
+        f->landing_bytes = (double)bytes / (double)landings;
+    snprintf(folder, sizeof folder, "%s", request->db);
+    if (statvfs(folder, &disk) != 0)
+        return error_set(error, MR_IO, "cannot ask for the space that is left: %s; is the disk there?", request->db);
+    f->free_bytes = (double)disk.f_bavail * (double)disk.f_frsize;
+    return MR_OK;
+}
+
+static void uid_text(const struct identity *identity, char out[25])
+{
+    snprintf(out, 25, "%08X%08X%08X", (unsigned)identity->uid[0], (unsigned)identity->uid[1], (unsigned)identity->uid[2]);
+}
+
+/* The spans that the last `matrig ready` of this board kept. */
+static void take_spans(const char *checks, float span_lb[MR_GAGES])
+{
+    json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
+    for (unsigned i = 0; i < MR_GAGES; i++) {
+        json_t *span = json_array_get(spans, i);
+        if (json_is_number(span))
+            span_lb[i] = (float)json_number_value(span);
+    }
+    json_decref(object);
+}
+
+/* What this board was at its last landing, and its last shunt calibration. */
+static enum mr_status look_back(struct store *store, struct ready_facts *f, struct error *error)
+{
+    char uid[25];
+    struct store_landing *rows = NULL;
+    struct store_readiness last;
+    size_t count = 0;
+    bool found = false;
+    int64_t kept_us = STORE_NONE;
+    uid_text(&f->identity, uid);
+    enum mr_status status = store_landings(store, &rows, &count, error);
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        if (strcmp(rows[i].board_uid, uid) != 0)
+            continue;
+        f->before = true;
+        f->before_run = rows[i].id;
+        f->before_image = rows[i].image_crc;
+        f->before_config = rows[i].config_crc;
+    }
+    free(rows);
+    if (status == MR_OK)
+        status = store_board_spans(store, uid, f->before_span_lb, &kept_us, error);
+    if (status == MR_OK)
+        status = store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, error);
+    if (status == MR_OK && found && last.made_us > kept_us)
+        take_spans(last.checks, f->before_span_lb);
+    if (status == MR_OK && found)
+        free(last.checks);
+    return status;
+}
+
+static enum mr_status save(struct store *store, const struct identity *identity, const char *kind, const struct ready_report *report,
+                           const struct ready_facts *f, int64_t made_us, struct error *error)
+{
+    char uid[25];
+    json_t *spans = json_array();
+    struct store_readiness row = {.made_us = made_us};
+    for (unsigned gage = 1; f && gage <= MR_GAGES; gage++) {
+        double span_lb = (double)NAN;
+        for (unsigned i = 0; i < f->shunts; i++) {
+            if (f->shunt[i].gage == gage)
+                span_lb = (double)f->shunt[i].span_lb;
+        }
+        json_array_append_new(spans, cli_json_number(span_lb, 7));
+    }
+    json_t *object = json_pack("{soso}", "checks", ready_json(report), "spans_lb", spans);
+    row.checks = json_dumps(object, JSON_COMPACT);
+    json_decref(object);
+    if (!row.checks)
+        abort();
+    snprintf(row.verdict, sizeof row.verdict, "%s", ready_verdict(report) == READY_GO ? "go" : "no-go");
+    uid_text(identity, uid);
+    enum mr_status status = store_begin(store, error);
+    if (status == MR_OK)
+        status = store_readiness_put(store, uid, kind, &row, error);
+    if (status == MR_OK)
+        status = store_commit(store, error);
+    free(row.checks);
+    return status;
+}
+
+/* ---- telling ---- */
+
+static void print_report(const struct ready_report *report)
+{
+    for (unsigned i = 0; i < report->count; i++) {
+        const struct ready_check *c = &report->check[i];
+        printf("%-8s  %-17s  %s%s%s%s\n", ready_text(c->verdict), c->name, c->value, c->limit[0] ? "  [" : "", c->limit, c->limit[0] ? "]" : "");
+        if (c->advice[0])
+            printf("%29s-> %s\n", "", c->advice);
+    }
+}
+
+static void print_verdict(const struct ready_report *report, double took_s)
+{
+    unsigned no_go = ready_count(report, READY_NO_GO), open = ready_count(report, READY_NOT_DONE);
+    const char *before = ": ";
+    printf("%s after %.1f s", ready_text(ready_verdict(report)), took_s);
+    for (unsigned i = 0; i < report->count; i++) {
+        if (report->check[i].verdict == READY_NO_GO) {
+            printf("%s%s", before, report->check[i].name);
+            before = ", ";
+        }
+    }
+    printf("%s%u of %u checks%s", no_go ? "; " : ": ", report->count - no_go - open, report->count, no_go ? " are go" : " are go");
+    if (open)
+        printf(", %u not done", open);
+    printf("\n");
+}
+
+static int tell(const struct request *request, const char *kind, const struct ready_report *report, const struct identity *identity,
+                int64_t made_us, double took_s)
+{
+    int exit_code = ready_verdict(report) == READY_GO ? 0 : mr_status_exit_code(MR_LIMIT);
+    char uid[25];
+    uid_text(identity, uid);
+    if (request->cli->json)
+        return cli_print_json(json_pack("{sssssssIsoso}", "kind", kind, "verdict", ready_verdict(report) == READY_GO ? "go" : "no-go",
+                                        "board", uid, "made_us", (json_int_t)made_us, "took_s", cli_json_number(took_s, 4), "checks",
+                                        ready_json(report)), exit_code);
+    print_report(report);
+    print_verdict(report, took_s);
+    return exit_code;
+}
+
+/* ---- ready ---- */
+
+static enum mr_status open_links(const struct request *request, struct link *link[LINK_KINDS], struct error *error)
+{
+    enum mr_status status = link_open(request->serial, LINK_SERIAL, &link[LINK_SERIAL], error);
+    if (status == MR_OK && request->can)
+        status = link_open(request->can, LINK_CAN, &link[LINK_CAN], error);
+    return status;
+}
+
+static enum mr_status examine(struct store *store, struct readytalk *talk, struct ready_facts *f, struct error *error)
+{
+    enum mr_status status = readytalk_meet(talk, error);
+    if (status != MR_OK || !f->hello)
+        return status;
+    status = look_back(store, f, error);
+    return status == MR_OK && f->identity.hello.state == 0 ? readytalk_ask(talk, error) : status;
+}
+
+static int ready(const struct request *request, struct ready_facts *f)
+{
+    struct error error = {0};
+    struct store *store = NULL;
+    struct link *link[LINK_KINDS] = {NULL, NULL};
+    struct readytalk *talk = calloc(1, sizeof *talk);
+    struct ready_report *report = calloc(1, sizeof *report);
+    int64_t made_us = (int64_t)link_now_us();
+    double begun_s = now_s();
+    if (!talk || !report)
+        abort();
+    enum mr_status status = open_campaign(request, f, &store, &error);
+    if (status == MR_OK)
+        status = open_links(request, link, &error);
+    if (status == MR_OK) {
+        readytalk_begin(talk, link[LINK_SERIAL], link[LINK_CAN], f, LIMIT_S - (now_s() - begun_s));
+        status = examine(store, talk, f, &error);
+    }
+    if (status == MR_OK)
+        ready_judge(f, report);
+    if (status == MR_OK && f->hello && !f->database[0])
+        status = save(store, &f->identity, "ready", report, f, made_us, &error);
+    int exit_code = status == MR_OK ? tell(request, "ready", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
+    link_close(link[LINK_SERIAL]);
+    link_close(link[LINK_CAN]);
+    store_close(store);
+    free(talk);
+    free(report);
+    return exit_code;
+}
+
+/* ---- the walk ---- */
+
+struct walk {
+    const struct request *request;
+    const struct mr_config *config;
+    struct walk_order order[WALK_KINDS];
+    struct walk_motion transducers, gages;
+    unsigned bounces[WALK_ITEMS], strange;
+    bool gage_disturbed; /* a transducer was pushed while a gage moved: that is the push */
+};
+
+static void say(const struct walk *walk, enum walk_kind kind, unsigned n, const char *detail)
+{
+    if (walk->request->cli->quiet || walk->request->cli->json)
+        return;
+    printf("%s %u%s\n", kind_names[kind], n, detail);
+    fflush(stdout);
+}
+
+static void answer(struct walk *walk, enum walk_kind kind, unsigned n, const char *detail)
+{
+    char text[200];
+    struct walk_order *order = &walk->order[kind];
+    unsigned next = walk_next(order);
+    if (!order->fitted)
+        return;
+    switch (walk_take(order, n)) {
+    case WALK_NEXT:
+        say(walk, kind, n, detail);
+        break;
+    case WALK_ANOTHER:
+        snprintf(text, sizeof text, "%s: %s %u was next; swapped?", detail, kind_names[kind], next);
+        say(walk, kind, n, text);
+        break;
+    case WALK_AGAIN:
+        snprintf(text, sizeof text, "%s: once more", detail);
+        say(walk, kind, n, text);
+        break;
+    case WALK_NOT_FITTED:
+        snprintf(text, sizeof text, "%s: not fitted", detail);
+        say(walk, kind, n, text);
+        break;
+    }
+}
+
+static void take_edge(void *context, const struct mr_edge *edge)
+{
+    struct walk *walk = context;
+    char text[80];
+    if (edge->position == 0 || edge->position > MR_CONFIG_SWITCHES)
+        return; /* its event tells why */
+    snprintf(text, sizeof text, " (%.1f ft): step of %.1f codes, configured %u", (double)walk->config->gate[edge->position - 1].station_ft,
+             (double)edge->step_codes, walk->config->gate[edge->position - 1].step_codes);
+    answer(walk, WALK_SWITCHES, edge->position, text);
+}
+
+static void take_event(void *context, const struct mr_switch_event *event)
+{
+    struct walk *walk = context;
+    bool unnamed = event->reason == MR_SWITCH_NO_STEP || event->reason == MR_SWITCH_OTHER_STEP || event->reason == MR_SWITCH_TOO_NEAR;
+    if (event->reason == MR_SWITCH_BOUNCE && event->position >= 1 && event->position <= WALK_ITEMS)
+        walk->bounces[event->position - 1]++;
+    if (!unnamed || !walk->order[WALK_SWITCHES].fitted)
+        return;
+    walk->strange++;
+    say(walk, WALK_SWITCHES, 0, "?: ");
+    if (!walk->request->cli->quiet && !walk->request->cli->json)
+        printf("    %s\n", mr_switch_reason_text(event->reason));
+}
+
+static void take_reading(void *context, const struct mr_block *block)
+{
+    struct walk *walk = context;
+    float in[MR_TRANSDUCERS], lb[MR_GAGES];
+    float ratio = mr_channels_ratio(block);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        in[i] = mr_channel_read(&walk->config->channel[i], block, i, ratio).value;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        lb[i] = mr_channel_read(&walk->config->channel[MR_TRANSDUCERS + i], block, MR_TRANSDUCERS + i, ratio).value;
+    unsigned pushed = walk_motion_take(&walk->transducers, in);
+    unsigned pulled = walk_motion_take(&walk->gages, lb);
+    walk->gage_disturbed |= walk->gages.moving && walk->transducers.moving;
+    if (pushed)
+        answer(walk, WALK_TRANSDUCERS, walk->config->channel[pushed - 1].number, ": pushed");
+    if (pulled && !walk->gage_disturbed)
+        answer(walk, WALK_GAGES, walk->config->channel[MR_TRANSDUCERS + pulled - 1].number, ": pulled");
+    if (!walk->gages.moving && !walk->transducers.moving)
+        walk->gage_disturbed = false;
+}
+
+/* What is fitted of the kinds that were asked for, by number. */
+static void fit_out(struct walk *walk, const bool wanted[WALK_KINDS])
+{
+    for (unsigned i = 0; wanted[WALK_SWITCHES] && i < MR_CONFIG_SWITCHES; i++) {
+        if (walk->config->gate[i].step_codes)
+            walk->order[WALK_SWITCHES].fitted |= 1u << i;
+    }
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        const struct mr_channel_config *channel = &walk->config->channel[i];
+        enum walk_kind kind = i < MR_TRANSDUCERS ? WALK_TRANSDUCERS : WALK_GAGES;
+        if (wanted[kind] && mr_channel_measures(channel) && channel->number >= 1)
+            walk->order[kind].fitted |= 1u << (channel->number - 1);
+    }
+}
+
+static enum mr_status wanted_kinds(const char *of, bool wanted[WALK_KINDS], struct error *error)
+{
+    for (const char *p = of; p && *p;) {
+        size_t length = strcspn(p, ",");
+        int kind = 0;
+        while (kind < WALK_KINDS && (strlen(kind_words[kind]) != length || strncmp(kind_words[kind], p, length) != 0))
+            kind++;
+        if (kind == WALK_KINDS)
+            return error_set(error, MR_USAGE, "not switches, transducers or gages: '%s' for --of; write for example switches,transducers", of);
+        wanted[kind] = true;
+        p += length + (p[length] == ',');
+    }
+    for (int kind = 0; !of && kind < WALK_KINDS; kind++)
+        wanted[kind] = true;
+    return MR_OK;
+}
+
+static enum mr_status go_along(struct readytalk *talk, struct walk *walk, double for_s, struct error *error)
+{
+    double until_s = now_s() + for_s, renew_s = 0.0;
+    uint32_t renew_ms = 0; /* of the board: one that is emulated is faster than the clock on the wall */
+    enum mr_status status = MR_OK;
+    bool over = false;
+    while (status == MR_OK && !over && !interrupted && now_s() < until_s) {
+        if (now_s() >= renew_s || (int32_t)(talk->newest_clock - renew_ms) >= 0) {
+            enum mr_status live = readytalk_live(talk, LIVE_S, error);
+            if (error->status != MR_OK)
+                return error->status;
+            if (live != MR_OK)
+                return error_set(error, live, "the board does not let itself be walked (%s): %s; it must be idle", mr_status_text(live),
+                                 link_spec(talk->link[LINK_SERIAL]));
+            renew_s = now_s() + RENEW_S;
+            renew_ms = talk->newest_clock + (uint32_t)(1000.0 * RENEW_S);
+        }
+        status = readytalk_listen(talk, error);
+        over = true;
+        for (int kind = 0; kind < WALK_KINDS; kind++)
+            over &= walk_over(&walk->order[kind]);
+    }
+    if (status == MR_CLOSED) { /* what was seen until then counts */
+        *error = (struct error){0};
+        return MR_OK;
+    }
+    if (status == MR_OK)
+        (void)readytalk_live(talk, 0, error);
+    return error->status;
+}
+
+static void judge_walk(const struct walk *walk, struct ready_report *report)
+{
+    for (int kind = 0; kind < WALK_KINDS; kind++)
+        walk_judge(&walk->order[kind], kind_names[kind], kind_verbs[kind], report);
+    for (unsigned i = 0; i < WALK_ITEMS; i++) {
+        char name[20];
+        snprintf(name, sizeof name, "switch %u", i + 1);
+        if (walk->bounces[i])
+            ready_add(report, READY_GO, name, "bounced %u times: its first edge counts", walk->bounces[i]);
+        if (walk->order[WALK_SWITCHES].again[i])
+            ready_add(report, READY_GO, name, "answered %u times more", walk->order[WALK_SWITCHES].again[i]);
+    }
+    if (walk->strange) {
+        struct ready_check *c = ready_add(report, READY_NO_GO, "edges", "%u edges of no switch of the table", walk->strange);
+        snprintf(c->advice, sizeof c->advice, "does a step of the configuration differ from its resistor? is a contact bad?");
+    }
+}
+
+static int walk_along(const struct request *request, struct ready_facts *f, const bool wanted[WALK_KINDS], double for_s)
+{
+    struct error error = {0};
+    struct store *store = NULL;
+    struct link *link[LINK_KINDS] = {NULL, NULL};
+    struct readytalk *talk = calloc(1, sizeof *talk);
+    struct walk *walk = calloc(1, sizeof *walk);
+    struct ready_report *report = calloc(1, sizeof *report);
+    int64_t made_us = (int64_t)link_now_us();
+    double begun_s = now_s();
+    if (!talk || !walk || !report)
+        abort();
+    enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error);
+    if (status == MR_OK)
+        status = open_links(request, link, &error);
+    if (status == MR_OK) {
+        readytalk_begin(talk, link[LINK_SERIAL], link[LINK_CAN], f, WALK_MEET_S);
+        status = readytalk_meet(talk, &error);
+    }
+    if (status == MR_OK && !f->hello)
+        status = error_set(&error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", request->serial);
+    if (status == MR_OK && !f->config_known)
+        status = error_set(&error, MR_TIMEOUT, "the board did not tell its configuration: %s; it must be idle, try again", request->serial);
+    if (status == MR_OK) {
+        *walk = (struct walk){.request = request, .config = &f->config};
+        fit_out(walk, wanted);
+        walk_motion_start(&walk->transducers, MR_TRANSDUCERS, WALK_PUSH_IN);
+        walk_motion_start(&walk->gages, MR_GAGES, WALK_PULL_LB);
+        talk->context = walk;
+        talk->edge = take_edge;
+        talk->event = take_event;
+        talk->reading = take_reading;
+        talk->until_ms = UINT64_MAX;
+        cli_note(request->cli, "walk along the rig; it ends when all have answered, after %.0f s, or with Ctrl-C", for_s);
+        signal(SIGINT, note_signal);
+        status = go_along(talk, walk, for_s, &error);
+    }
+    if (status == MR_OK)
+        judge_walk(walk, report);
+    if (status == MR_OK)
+        status = save(store, &f->identity, "walk", report, NULL, made_us, &error);
+    int exit_code = status == MR_OK ? tell(request, "walk", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
+    link_close(link[LINK_SERIAL]);
+    link_close(link[LINK_CAN]);
+    store_close(store);
+    free(talk);
+    free(walk);
+    free(report);
+    return exit_code;
+}
+
+/* ---- the command line ---- */
+
+/* Eight hexadecimal digits, or a file of `matrig board config get`. */
+static enum mr_status expected_crc(const char *text, uint32_t *crc, struct error *error)
+{
+    static uint8_t image[MR_CONFIG_IMAGE];
+    struct mr_config config;
+    char *end;
+    unsigned long value = strtoul(text, &end, 16);
+    if (strlen(text) == 8 && *end == '\0') {
+        *crc = (uint32_t)value;
+        return MR_OK;
+    }
+    enum mr_status status = configtext_load(text, &config, error);
+    if (status == MR_OK)
+        *crc = mr_config_encode(&config, image);
+    return status;
+}
+
+static enum mr_status check_request(const struct request *r, struct error *error)
+{
+    if (!r->serial)
+        return error_set(error, MR_USAGE, "no link: matrig ready needs --serial LINK; see matrig ready --help");
+    if (r->walk && (r->image || r->expected || r->room))
+        return error_set(error, MR_USAGE, "--walk goes without --image, --expect-config and --room: walk apart; see matrig ready --help");
+    if (!r->walk && (r->for_text || r->of))
+        return error_set(error, MR_USAGE, "--for and --of are --walk's: matrig ready; see matrig ready --help");
+    return MR_OK;
+}
+
+int ready_command(int argc, char **argv, const struct cli *cli)
+{
+    struct request request = {.cli = cli};
+    const struct cli_option options[] = {
+        {"--serial", &request.serial, NULL}, {"--can", &request.can, NULL}, {"--image", &request.image, NULL},
+        {"--expect-config", &request.expected, NULL}, {"--room", &request.room, NULL}, {"--walk", NULL, &request.walk},
+        {"--for", &request.for_text, NULL}, {"--of", &request.of, NULL}};
+    struct ready_facts *facts = calloc(1, sizeof *facts);
+    struct imagefile image = {0};
+    struct error error = {0};
+    bool wanted[WALK_KINDS] = {false, false, false};
+    double for_s = 600.0, room_mb = 0.0;
+    if (!facts)
+        abort();
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &request.db, 1, 1, "DB", &error);
+    if (status == MR_OK)
+        status = check_request(&request, &error);
+    if (status == MR_OK && request.for_text)
+        status = cli_number(request.for_text, "--for", 1.0, 86400.0, &for_s, &error);
+    if (status == MR_OK && request.room)
+        status = cli_number(request.room, "--room", 0.001, 1e9, &room_mb, &error);
+    if (status == MR_OK)
+        status = wanted_kinds(request.of, wanted, &error);
+    if (status == MR_OK && request.expected)
+        status = expected_crc(request.expected, &facts->expected_crc, &error);
+    if (status == MR_OK && request.image)
+        status = imagefile_read(request.image, &image, &error);
+    if (status == MR_OK && request.image && !image.stamped)
+        status = error_set(&error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request.image);
+    facts->crc_expected = request.expected != NULL;
+    facts->image = request.image ? &image.header : NULL;
+    facts->image_path = request.image;
+    facts->wanted_bytes = 1e6 * room_mb;
+    facts->today_day = (uint32_t)(time(NULL) / S_PER_DAY);
+    signal(SIGPIPE, SIG_IGN);
+    int exit_code = status != MR_OK ? cli_fail(&error) : request.walk ? walk_along(&request, facts, wanted, for_s) : ready(&request, facts);
+    if (request.image)
+        imagefile_free(&image);
+    free(facts);
+    return exit_code;
+}

@@ -1,0 +1,103 @@
+#include "host/store/store_readiness.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "host/store/store_sql.h"
+
+#define CHECK_STEPS 20000 /* of SQLite's machine between two looks at the clock */
+
+enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind, const struct store_readiness *row,
+                                   struct error *error)
+{
+    return store_run(store, error, STORE_READINESS_PUT, row->made_us, board_uid, kind, row->verdict, row->checks);
+}
+
+enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind, int64_t until_us, bool hours,
+                                   struct store_readiness *row, bool *found, struct error *error)
+{
+    sqlite3_stmt *s;
+    *row = (struct store_readiness){0};
+    *found = false;
+    enum mr_status status = store_query(store, error, &s, STORE_READINESS_GET, board_uid, kind,
+                                        hours ? until_us - STORE_READINESS_US : (int64_t)0, until_us);
+    if (status == MR_OK)
+        status = store_step(store, s, error);
+    if (status != MR_OK)
+        return status == MR_TOO_FEW ? MR_OK : status;
+    const char *checks = (const char *)sqlite3_column_text(s, 2);
+    row->made_us = store_integer(s, 0);
+    store_text(s, 1, row->verdict, sizeof row->verdict);
+    row->checks = strdup(checks ? checks : "");
+    store_reset(s);
+    if (!row->checks)
+        abort();
+    *found = true;
+    return MR_OK;
+}
+
+enum mr_status store_board_spans(struct store *store, const char *board_uid, float span_lb[MR_GAGES], int64_t *started_us,
+                                 struct error *error)
+{
+    sqlite3_stmt *s;
+    *started_us = STORE_NONE;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        span_lb[i] = NAN;
+    enum mr_status status = store_query(store, error, &s, STORE_BOARD_SHUNTS, board_uid);
+    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
+        int64_t gage = store_integer(s, 0);
+        if (gage >= 1 && gage <= (int64_t)MR_GAGES)
+            span_lb[gage - 1] = (float)store_real(s, 1);
+        *started_us = store_integer(s, 2);
+    }
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings, struct error *error)
+{
+    sqlite3_stmt *s;
+    enum mr_status status = store_query(store, error, &s, STORE_SIZE);
+    if (status == MR_OK)
+        status = store_step(store, s, error);
+    if (status != MR_OK)
+        return status;
+    *bytes = store_integer(s, 0);
+    *landings = store_integer(s, 1);
+    store_reset(s);
+    return MR_OK;
+}
+
+static double now_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static int too_late(void *until_s)
+{
+    return now_s() > *(double *)until_s;
+}
+
+enum mr_status store_check(struct store *store, double most_s, bool *whole, struct error *error)
+{
+    double until_s = now_s() + most_s;
+    sqlite3_stmt *s = NULL;
+    enum mr_status status = MR_OK;
+    *whole = false;
+    if (sqlite3_prepare_v2(store->database, "PRAGMA quick_check(1)", -1, &s, NULL) != SQLITE_OK)
+        return store_failed(store, "check", error);
+    sqlite3_progress_handler(store->database, CHECK_STEPS, too_late, &until_s);
+    int step = sqlite3_step(s);
+    sqlite3_progress_handler(store->database, 0, NULL, NULL);
+    const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
+    *whole = text && strcmp(text, "ok") == 0;
+    if (text && !*whole)
+        status = error_set(error, MR_MALFORMED, "damaged (%s): %s; begin a new campaign", text, store->path);
+    else if (step != SQLITE_ROW && step != SQLITE_INTERRUPT)
+        status = store_failed(store, "check", error);
+    sqlite3_finalize(s);
+    return status;
+}

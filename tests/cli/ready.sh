@@ -1,0 +1,181 @@
+#!/usr/bin/env bash
+# matrig ready against the emulated board: go; no-go for each thing that is not right, named; the walk test; what landings say of it.
+. "$(dirname "$0")/tap.sh"
+elf=build/firmware/matrig.elf
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'rm -rf "$sockets"' EXIT
+
+# rig NAME KEY=VALUE...: a run file of a rig at rest, all bands at lb= (100). switches=, push=, pull=: in that order, one each gap= s from
+# 3 s on, by 0.2 in for half a second (the mats beside it by 0.08) or 20 lb.
+rig() {
+    python3 - "$tmp/$1.run" "${@:2}" <<'P'
+import sys, zlib
+given = dict(a.split("=") for a in sys.argv[2:])
+of = lambda name: [int(x) for x in given[name].split(",")] if given.get(name) else []
+gap, tension, rate, first = float(given.get("gap", 1.4)), float(given.get("lb", 100)), 10, 3.0
+seconds = first + gap * max(len(of("push")) + len(of("pull")), 1) + 2 + 0.5 * len(of("switches"))
+opens = {p: first + float(given.get("trip", 0.5)) * i for i, p in enumerate(of("switches"))}
+lines = []
+for line in open("tests/runs/landing5.run"):
+    if line.startswith("samples"):
+        break
+    if not line.startswith(("command", "switch", "duration")):
+        lines.append(line.rstrip("\n"))
+lines.append("duration_s %g" % seconds)
+for p in range(1, 25):
+    ft = -2.5 + 5 * (p - 1)
+    lines.append("switch %d %g %g %s" % (p, ft, ft, "%.3f" % opens[p] if p in opens else "-"))
+rows = [[0] * 8 + [int(100 * tension)] * 14 for _ in range(int(seconds * rate))]
+def during(i):
+    return range(int((first + gap * i) * rate), int((first + gap * i + 0.5) * rate))
+for i, k in enumerate(of("push")):
+    for row in during(i):
+        for beside in (k - 1, k + 1):
+            if 1 <= beside <= 8:
+                rows[row][beside - 1] = 8000
+        rows[row][k - 1] = 20000
+for i, k in enumerate(of("pull"), len(of("push"))):
+    for row in during(i):
+        rows[row][8 + k - 1] += 2000
+lines.append("samples %d %d" % (len(rows), rate))
+lines += [" ".join(map(str, row)) for row in rows]
+text = "\n".join(lines) + "\n"
+open(sys.argv[1], "w").write(text + "end %08x\n" % zlib.crc32(text.encode()))
+P
+}
+# with_board BOARD-OPTION... -- ARGUMENTS...: matrig ready against a board; its exit code
+with_board() {
+    local board status options=()
+    while [ "$1" != -- ]; do options+=("$1"); shift; done
+    shift
+    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${options[@]}" 2>"$tmp/board.err" &
+    board=$!
+    timeout 60 build/matrig --quiet ready "$1" --serial "unix:$sockets/serial" --can "unix:$sockets/can" "${@:2}" >"$tmp/ready.txt" 2>&1
+    status=$?
+    kill -INT $board 2>/dev/null
+    wait $board 2>/dev/null
+    cat "$tmp/ready.txt"
+    return $status
+}
+# no_go FAULTS LINE ARGUMENTS...: with these faults (lines, or none) the check is no-go, as LINE says, and so is the whole
+no_go() {
+    local line=$2
+    printf 'matrig-faults 1\n%b\n' "$1" >"$tmp/faults"
+    with_board --rig "$tmp/rest.run" --for 60 --faults "$tmp/faults" -- "$tmp/campaign.db" "${@:3}"
+    [ $? = 1 ] && grep -Eq "^NO-GO +$line" "$tmp/ready.txt" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^NO-GO after [0-9.]+ s: '
+}
+only_no_go() { no_go "$@" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 2 ]; } # that check and the verdict
+walk() { # NAME ARGUMENTS...
+    with_board --rig "$tmp/$1.run" -- "$tmp/walks.db" --walk --for 30 "${@:2}"
+}
+
+rig rest
+a_first_time_is_go() { # nothing to compare with yet: told, no reason for a no-go
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && tail -n 1 "$tmp/ready.txt" | grep -Eq '^GO after [0-9.]+ s: [0-9]+ of [0-9]+ checks are go, 4 not done$' &&
+        grep -Eq '^not done +firmware ' "$tmp/ready.txt" && [ "$(grep -Ec '^GO +(transducer|gage) +[0-9]' "$tmp/ready.txt")" = 22 ] &&
+        grep -Eq '^GO +band 2 +pretension (99|100)\.[0-9] lb' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; no earlier one' "$tmp/ready.txt"
+}
+a_landing_names_it() { # logged at once after, it says so; and the next time has something to compare with
+    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
+    build/matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/campaign.db" >"$tmp/log.txt" 2>&1
+    wait
+    cat "$tmp/log.txt"
+    grep -Eq '^  ready +go, [0-9]+ min before$' "$tmp/log.txt" && build/matrig --quiet report "$tmp/campaign.db" -o "$tmp/report.html" >/dev/null &&
+        grep -Eq '<p>Ready: go, [0-9]+ min before' "$tmp/report.html" && build/matrig --quiet bundle "$tmp/campaign.db" 1 -o "$tmp/bundle.db" >/dev/null &&
+        [ "$(sqlite3 "$tmp/bundle.db" 'select kind, verdict from readiness')" = 'ready|go' ]
+}
+the_second_time_compares() {
+    with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" --image $elf && grep -Eq '^GO +configuration .*as RUN 1 had' "$tmp/ready.txt" &&
+        grep -Eq '^GO +firmware .*of build/firmware/matrig.elf' "$tmp/ready.txt" && grep -Eq '^GO +shunt calibration +14 gages good; since the last one [+-]0\.[0-9]+ lb at most' "$tmp/ready.txt" &&
+        with_board --rig "$tmp/rest.run" --for 60 -- "$tmp/campaign.db" && grep -Eq '^GO +firmware .*as RUN 1 had' "$tmp/ready.txt"
+}
+json_says_the_same() {
+    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --rig "$tmp/rest.run" --for 60 2>"$tmp/board.err" &
+    local board=$! status
+    timeout 60 build/matrig --json ready "$tmp/campaign.db" --serial "unix:$sockets/serial" >"$tmp/ready.json"
+    status=$?
+    kill -INT $board; wait $board
+    [ $status = 0 ] && python3 - "$tmp/ready.json" <<'P'
+import json, sys
+d = json.load(open(sys.argv[1]))
+checks = {c["name"]: c["verdict"] for c in d["checks"]}
+assert d["verdict"] == "go" and d["kind"] == "ready" and d["took_s"] <= 20, d
+assert checks["warning lamp"] == "GO" and checks["black box"] == "GO" and checks["CAN"] == "not done", checks
+P
+}
+another_image() { # the landing ran the program of another build
+    sqlite3 "$tmp/campaign.db" 'update landings set image_crc = image_crc + 1'
+    only_no_go '' 'firmware .*as RUN 1 had'
+    local status=$?
+    sqlite3 "$tmp/campaign.db" 'update landings set image_crc = image_crc - 1'
+    return $status
+}
+pretension() {
+    rig slack lb=80
+    with_board --rig "$tmp/slack.run" --for 60 -- "$tmp/campaign.db"
+    [ $? = 1 ] && grep -Eq '^NO-GO +band 1 +pretension (79|80)\.[0-9] lb' "$tmp/ready.txt" && grep -q -- '-> tension the band' "$tmp/ready.txt" && ! grep -Eq '^NO-GO +gage' "$tmp/ready.txt"
+}
+a_latch_left_open() {
+    rig latch switches=9 trip=0
+    python3 - "$tmp/latch.run" <<'P'
+import re, sys, zlib
+text = re.sub(r"(?m)^end .*\n", "", open(sys.argv[1]).read()).replace("switch 9 37.5 37.5 3.000", "switch 9 37.5 37.5 0.050")
+open(sys.argv[1], "w").write(text + "end %08x\n" % zlib.crc32(text.encode()))
+P
+    with_board --rig "$tmp/latch.run" --for 60 -- "$tmp/campaign.db"
+    [ $? = 1 ] && grep -Eq '^NO-GO +switches +switch 9 is open' "$tmp/ready.txt"
+}
+all_answer() {
+    rig good "switches=$(seq -s, 24)" push=1,2,3,4,5,6,7,8 "pull=$(seq -s, 14)" gap=1.2 trip=1
+    walk good && grep -q '^GO  *switch walk  *all 24 answered, in order' "$tmp/ready.txt" && grep -q '^GO  *transducer walk  *all 8 answered' "$tmp/ready.txt" &&
+        grep -q '^GO  *gage walk  *all 14 answered' "$tmp/ready.txt" && [ "$(sqlite3 "$tmp/walks.db" 'select kind, verdict from readiness')" = 'walk|go' ]
+}
+# 7 and 8 swapped; told while it goes on, with the step seen and the step configured
+swapped_switches() {
+    rig swap switches=1,2,3,4,5,6,8,7,9,10,11,12,13,14,15,16,17,18,19,20,21,22,23,24
+    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "file:$tmp/walk.log" --rig "$tmp/swap.run" 2>"$tmp/board.err" &
+    timeout 60 build/matrig ready "$tmp/walks.db" --serial "unix:$sockets/serial" --walk --for 30 --of switches >"$tmp/ready.txt" 2>&1
+    local status=$?
+    wait
+    cat "$tmp/ready.txt"
+    [ $status = 1 ] && grep -Eq '^NO-GO +switch 7 +switch 8 answered when 7 was next, and 7 when 8 was: swapped' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 2 ] &&
+        grep -Eq '^switch 8 \(32\.5 ft\): step of 7[12]\.[0-9] codes, configured 72: switch 7 was next; swapped\?' "$tmp/ready.txt"
+}
+a_walk_is_no_landing() { # what the board said on CAN meanwhile: edges, but no landing, no record in the black box
+    build/matrig --quiet log --can "file:$tmp/walk.log" --db "$tmp/walklog.db" >"$tmp/log.txt" 2>&1
+    cat "$tmp/log.txt"
+    [ "$(sqlite3 "$tmp/walklog.db" 'select count(*) from landings')" = 0 ] && [ "$(grep -c ' 090#' "$tmp/walk.log")" = 24 ] && ! grep -Eq ' 0A0#0[1-4]' "$tmp/walk.log" &&
+        grep -q ' 0C0#0200' "$tmp/walk.log" && ! grep -Eq ' 0C0#02(0[1-9]|[1-9A-F].)' "$tmp/walk.log"
+}
+dead_and_swapped() {
+    rig dead "switches=$(seq -s, 11),$(seq -s, 13 24)" push=1,3,2,4,5,6,7,8
+    walk dead --of switches,transducers
+    [ $? = 1 ] && grep -Eq '^NO-GO +switch 12 +did not answer' "$tmp/ready.txt" && [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 3 ] &&
+        grep -Eq '^NO-GO +transducer 2 +transducer 3 answered when 2 was next, and 2 when 3 was: swapped' "$tmp/ready.txt"
+}
+
+check "the first time: go, and what could not be compared is told" a_first_time_is_go
+check "a landing, its report and its bundle say that it was go" a_landing_names_it
+check "the second time compares image, configuration and shunts with the landing's" the_second_time_compares
+check "as JSON, without CAN" json_says_the_same
+check "no-go: a transducer's lead is off" only_no_go 'at 0.01 transducer 3 open' 'transducer 3 +signal lead open, 100 of 100 readings not valid'
+check "no-go: a gage's gain has drifted" only_no_go 'at 0.01 gage 5 drift 1.03 0' 'shunt calibration +gage 5 wrong \(41\.'
+check "no-go: the black box is dead" no_go 'at 0 nor dead' 'black box +no memory answers'
+check "no-go: the warning lamp is broken" only_no_go 'at 0 lamp broken' 'warning lamp +warning lamp does not light'
+check "no-go: another configuration" only_no_go '' 'configuration .*CRC 12345678, as given' --expect-config 12345678
+check "no-go: another image than the last landing's" another_image
+check "no-go: CAN is unplugged" no_go 'at 0.3 bus unplug' 'CAN +nobody acknowledges'
+check "no-go: no thermometer answers" no_go 'at 0.01 thermometer dead' 'thermometer +no'
+check "no-go: the disk is too small" only_no_go '' 'disk .*\[1000000000 MB, as given\]' --room 1e9
+check "no-go: both bands are slack" pretension
+check "no-go: a switch was left open, by name" a_latch_left_open
+check "walk: all answer" all_answer
+check "walk: switches 7 and 8 are swapped" swapped_switches
+check "walk: no landing, nothing recorded" a_walk_is_no_landing
+check "walk: switch 12 is dead, transducers 2 and 3 are swapped" dead_and_swapped
+check "no board" fails_with 3 'the board closed the link: file:/dev/null' build/matrig ready "$tmp/none.db" --serial file:/dev/null
+check "no link" fails_with 2 'no link: matrig ready needs --serial LINK' build/matrig ready "$tmp/x.db"
+check "--of is the walk's" fails_with 2 "--for and --of are --walk's" build/matrig ready "$tmp/x.db" --serial unix:x --of gages
+check "an unknown kind" fails_with 2 "not switches, transducers or gages: 'bands'" build/matrig ready "$tmp/x.db" --serial unix:x --walk --of bands
+check "not a database" fails_with 4 'no campaign' build/matrig ready README.md --serial unix:x
+finish

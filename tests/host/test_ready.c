@@ -1,0 +1,333 @@
+/* Ready: what facts are go and what no-go; what a walk says; movements by hand. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "common/channels.h"
+#include "common/crash.h"
+#include "host/ready.h"
+#include "host/readywalk.h"
+#include "host/store/store.h"
+#include "tests/cmocka_all.h"
+
+static struct ready_facts f;
+static struct ready_report report;
+
+/* A rig with one transducer, two gages on a band of 100 lb, two switches of 64 and 120 codes, on which nothing is wrong. */
+static int all_well(void **state)
+{
+    (void)state;
+    memset(&f, 0, sizeof f);
+    f.today_day = 20000;
+    f.hello = f.config_known = f.config_state_known = f.shunt_done = f.tested = f.box_known = f.temperature_known = f.alarm_known = true;
+    f.can_used = f.database_checked = f.before = true;
+    f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
+    f.identity.commit_known = true;
+    f.identity.commit.state = MR_IMAGE_GOOD;
+    f.identity.image_crc = 0x1234;
+    f.before_run = 3;
+    f.before_image = 0x1234;
+    f.before_config = f.config_crc = 0xabcd;
+    f.config.site[0] = (struct mr_site_config){.black_box = 1, .thermometer = 1};
+    f.config.channel[0] = (struct mr_channel_config){.kind = MR_KIND_DISPLACEMENT, .number = 1, .calibrated_day = 1, .expires_day = 20001};
+    for (unsigned i = 8; i < 10; i++)
+        f.config.channel[i] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = (uint8_t)(i - 7), .band = 1, .shunt_lb = 40.0f,
+                                                         .calibrated_day = 1};
+    f.config.channel[22] = (struct mr_channel_config){.kind = MR_KIND_STAIRCASE, .zero_code = 62.0f};
+    f.config.gate[0].step_codes = 64;
+    f.config.gate[1].step_codes = 120;
+    f.config.band[0].pretension_lb = 100.0f;
+    f.blocks = 100;
+    f.channel[0] = (struct ready_channel){.blocks = 100, .mean = 0.01f, .noise_codes = 0.7f};
+    f.channel[8] = f.channel[9] = (struct ready_channel){.blocks = 100, .mean = 101.0f, .noise_codes = 0.7f};
+    f.channel[22] = (struct ready_channel){.blocks = 100, .mean = 62.3f, .noise_codes = 0.3f};
+    f.time = (struct timemap_fit){.refusal = TIMEMAP_GOOD, .pairs = 30, .fast_ppm = {.value = 20.0, .half = 50.0}};
+    f.shunts = 2;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        f.before_span_lb[i] = NAN;
+    for (unsigned i = 0; i < 2; i++) {
+        f.shunt[i] = (struct mr_shunt_result){.gage = (uint8_t)(i + 1), .noise_lb = 0.05f, .span_lb = 40.0f};
+        f.shunt_check[i] = (struct mr_shunt_check){.gage = (uint8_t)(i + 1), .expected_lb = 40.0f};
+        f.before_span_lb[i] = 40.1f;
+    }
+    f.test.done = 0x7f;
+    f.box = (struct mr_box_state){.state = 2, .ready = 400, .reserve = 288};
+    f.temperature.temperature_c = 21.0f;
+    f.can_frames = 1000;
+    f.serial_frames = 2000;
+    f.landing_bytes = 3e6;
+    f.free_bytes = 30e6;
+    return 0;
+}
+
+static const struct ready_check *check_named(const char *name)
+{
+    for (unsigned i = 0; i < report.count; i++) {
+        if (strcmp(report.check[i].name, name) == 0)
+            return &report.check[i];
+    }
+    fail_msg("no check %s", name);
+    return NULL;
+}
+
+/* That check alone is no-go, with this in its words and something to do about it. */
+static void only_no_go(const char *name, const char *words)
+{
+    ready_judge(&f, &report);
+    const struct ready_check *c = check_named(name);
+    if (c->verdict != READY_NO_GO || !strstr(c->value, words) || !c->advice[0])
+        fail_msg("%s: %s: %s -> %s", name, ready_text(c->verdict), c->value, c->advice);
+    assert_int_equal(ready_count(&report, READY_NO_GO), 1);
+    assert_int_equal(ready_verdict(&report), READY_NO_GO);
+    all_well(NULL);
+}
+
+static void what_is_well_is_go(void **state)
+{
+    (void)state;
+    ready_judge(&f, &report);
+    for (unsigned i = 0; i < report.count; i++) {
+        if (report.check[i].verdict != READY_GO)
+            fail_msg("%s: %s", report.check[i].name, report.check[i].value);
+    }
+    assert_int_equal(ready_verdict(&report), READY_GO);
+    assert_true(report.count >= 20);
+    f.free_bytes = 29.9e6; /* ten landings of 3 MB */
+    only_no_go("disk", "30 MB free");
+}
+
+static void each_thing_that_is_wrong_is_named(void **state)
+{
+    (void)state;
+    f.identity.image_crc = 0x1235;
+    only_no_go("firmware", "image 00001235");
+    f.identity.commit.state = MR_IMAGE_PROGRAM;
+    only_no_go("firmware", mr_image_state_text(MR_IMAGE_PROGRAM));
+    f.config_crc = 1;
+    only_no_go("configuration", "CRC 00000001");
+    f.crc_expected = true;
+    f.expected_crc = 2;
+    only_no_go("configuration", "CRC 0000abcd");
+    f.config.channel[8].expires_day = 20000;
+    only_no_go("calibration", "expired: gage 1");
+    f.identity.hello.clock_source = 1;
+    only_no_go("clock", "internal oscillator");
+    f.time.fast_ppm.value = 260.0;
+    only_no_go("time of day", "+260");
+    f.blocks_lost = 1;
+    only_no_go("readings", "1 lost");
+    f.blocks = 49;
+    only_no_go("readings", "49 blocks");
+    f.channel[0].invalid = 4;
+    f.channel[0].validity = MR_INVALID_OPEN;
+    only_no_go("transducer 1", "4 of 100");
+    f.channel[0].mean = -0.26f;
+    only_no_go("transducer 1", "-0.2600 in");
+    f.channel[9].noise_codes = 3.1f;
+    only_no_go("gage 2", "noise 3.10");
+    f.channel[8].mean = 126.0f; /* the band's mean is 102: good, but this gage is not */
+    f.channel[9].mean = 78.0f;
+    only_no_go("gage 1", "126.0 lb");
+    f.channel[8].mean = f.channel[9].mean = 89.9f;
+    only_no_go("band 1", "89.9 lb");
+    f.channel[22].mean = 62.0f + 120.0f;
+    only_no_go("switches", "switch 2 is open");
+    f.channel[22].mean = 62.0f + 184.0f;
+    only_no_go("switches", "switches are open");
+    f.channel[22].mean = 20.0f;
+    only_no_go("switches", "cannot be so low");
+    f.shunt[1].verdict = 3;
+    f.shunt[1].span_lb = 41.2f;
+    only_no_go("shunt calibration", "gage 2 wrong (41.20 lb of 40.00)");
+    f.shunt[0].span_lb = 40.7f; /* 0.6 lb more than before: beyond 0.401 + 3 * 0.05 */
+    only_no_go("shunt calibration", "gage 1 drifted by +0.60 lb");
+    f.shunt_done = false;
+    only_no_go("shunt calibration", "did not answer");
+    f.box.state = 0;
+    only_no_go("black box", "no memory answers");
+    f.box.wait_s = 12.5f;
+    only_no_go("black box", "12.5 s until");
+    f.box.wait_s = NAN;
+    f.box.records = 26;
+    only_no_go("black box", "26 records not freed");
+    f.test.failed = 1u << MR_SELF_TEST_NOR;
+    only_no_go("self-test", "memory of the black box");
+    f.test.failed = 1u << MR_SELF_TEST_LAMP_OFF;
+    only_no_go("warning lamp", "does not go out");
+    f.test.done = 0x1f;
+    only_no_go("warning lamp", "not tested");
+    f.temperature.temperature_c = NAN;
+    only_no_go("thermometer", "no reading");
+    f.fault[MR_FAULT_BLOCK_LATE].count = 9;
+    f.fault_rise[MR_FAULT_BLOCK_LATE] = 2;
+    only_no_go("faults", mr_fault_text(MR_FAULT_BLOCK_LATE));
+    f.alarm.state = MR_CAN_UNPLUGGED;
+    only_no_go("CAN", mr_can_state_text(MR_CAN_UNPLUGGED));
+    f.can_lost = 1;
+    only_no_go("CAN", "1 lost");
+    f.can_frames = 0;
+    only_no_go("CAN", "0 frames");
+    f.serial_dropped = 1;
+    only_no_go("serial", "1 dropped");
+    snprintf(f.database, sizeof f.database, "read-only");
+    only_no_go("database", "read-only");
+    f.identity.hello.state = 2;
+    only_no_go("board", "armed or going on");
+}
+
+static void what_was_not_done_is_no_reason(void **state)
+{
+    (void)state;
+    f.before = f.can_used = false;
+    f.alarm.state = MR_CAN_UNPLUGGED; /* nobody wants CAN */
+    f.time.refusal = TIMEMAP_OTHER_PACE;
+    f.config.channel[0].calibrated_day = 0;
+    f.fault[MR_FAULT_WATCHDOG_RESET].count = 1; /* of some time before */
+    f.shunt[0].span_lb = 40.5f;                 /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */
+    ready_judge(&f, &report);
+    assert_int_equal(ready_verdict(&report), READY_GO);
+    assert_int_equal(ready_count(&report, READY_NOT_DONE), 5);
+    assert_int_equal(check_named("CAN")->verdict, READY_NOT_DONE);
+    assert_non_null(strstr(check_named("faults")->value, mr_fault_text(MR_FAULT_WATCHDOG_RESET)));
+    f.hello = false;
+    ready_judge(&f, &report);
+    assert_int_equal(ready_verdict(&report), READY_NO_GO);
+    assert_string_equal(check_named("board")->value, "no hello");
+    memset(&report, 0, sizeof report); /* nothing was looked at: that is no go */
+    assert_int_equal(ready_verdict(&report), READY_NO_GO);
+}
+
+/* Codes 100 and 104 in turn: mean 102, standard deviation sqrt(n / (n - 1)) * 2; 0.1 lb per code from 2 on: 10 lb. */
+static void mean_and_noise(void **state)
+{
+    (void)state;
+    static struct mr_block blocks[50];
+    struct mr_config config = {0};
+    struct ready_channel channel;
+    memset(blocks, 0, sizeof blocks);
+    config.channel[8] = (struct mr_channel_config){.kind = MR_KIND_TENSION, .number = 1, .unit_per_code = 0.1f, .zero_code = 2.0f};
+    for (unsigned i = 0; i < 50; i++) {
+        blocks[i].sum[0] = (uint16_t)(8u * (i % 2 ? 100u : 104u));
+        blocks[i].sum[MR_ADC1_REFERENCE] = 8u * 3103u;
+    }
+    ready_measure(&config, blocks, 50, 8, &channel);
+    assert_near(channel.mean, 10.0, 1e-5);
+    assert_near(channel.noise_codes, 2.0 * sqrt(50.0 / 49.0), 1e-4);
+    assert_int_equal(channel.invalid, 0);
+    blocks[7].sum[MR_ADC1_REFERENCE] = 0;
+    ready_measure(&config, blocks, 50, 8, &channel);
+    assert_int_equal(channel.invalid, 1);
+    assert_int_equal(channel.validity, MR_INVALID_REFERENCE);
+    ready_measure(&config, blocks, 0, 8, &channel);
+    assert_true(isnan(channel.mean));
+}
+
+/* ---- the walk ---- */
+
+static void walked(struct walk_order *order, unsigned fitted, const char *answers)
+{
+    memset(order, 0, sizeof *order);
+    order->fitted = (1u << fitted) - 1u;
+    for (const char *p = answers; *p; p++)
+        walk_take(order, (unsigned)(*p - 'a') + 1u);
+    memset(&report, 0, sizeof report);
+    walk_judge(order, "switch", "tripped", &report);
+}
+
+static void an_order_is_held_against_what_is_fitted(void **state)
+{
+    (void)state;
+    struct walk_order order;
+    walked(&order, 6, "abcdef");
+    assert_int_equal(ready_verdict(&report), READY_GO);
+    assert_true(walk_over(&order));
+    walked(&order, 6, "fedcba"); /* from the other end */
+    assert_int_equal(ready_verdict(&report), READY_GO);
+    walked(&order, 6, "abdcef");
+    assert_int_equal(report.count, 1);
+    assert_string_equal(check_named("switch 3")->value, "switch 4 answered when 3 was next, and 3 when 4 was: swapped");
+    walked(&order, 6, "fecdba");
+    assert_string_equal(check_named("switch 4")->value, "switch 3 answered when 4 was next, and 4 when 3 was: swapped");
+    walked(&order, 6, "ebcdaf"); /* far apart */
+    assert_int_equal(report.count, 1);
+    assert_string_equal(check_named("switch 1")->value, "switch 5 answered when 1 was next, and 1 when 5 was: swapped");
+    walked(&order, 6, "abdef");
+    assert_int_equal(report.count, 1);
+    assert_string_equal(check_named("switch 3")->value, "did not answer");
+    assert_false(walk_over(&order));
+    walked(&order, 6, "abdfe"); /* one dead, two swapped */
+    assert_int_equal(report.count, 2);
+    assert_string_equal(check_named("switch 5")->value, "switch 6 answered when 5 was next, and 5 when 6 was: swapped");
+    walked(&order, 6, "acdbef"); /* three in a ring */
+    assert_int_equal(report.count, 3);
+    assert_string_equal(check_named("switch 2")->value, "switch 3 answered when 2 was next");
+    walked(&order, 6, "");
+    assert_int_equal(report.count, 6);
+    walked(&order, 0, ""); /* none fitted: nothing to say */
+    assert_int_equal(report.count, 0);
+}
+
+static void what_comes_next(void **state)
+{
+    (void)state;
+    struct walk_order order = {.fitted = 0x2f}; /* 1 to 4 and 6 */
+    assert_int_equal(walk_next(&order), 1);
+    assert_int_equal(walk_take(&order, 1), WALK_NEXT);
+    assert_int_equal(walk_take(&order, 1), WALK_AGAIN);
+    assert_int_equal(order.again[0], 1);
+    assert_int_equal(walk_take(&order, 5), WALK_NOT_FITTED);
+    assert_int_equal(walk_take(&order, 0), WALK_NOT_FITTED);
+    assert_int_equal(walk_take(&order, 33), WALK_NOT_FITTED);
+    assert_int_equal(walk_take(&order, 3), WALK_ANOTHER);
+    assert_int_equal(walk_next(&order), 2); /* it may be swapped with 3 */
+    assert_int_equal(walk_take(&order, 4), WALK_ANOTHER);
+    assert_int_equal(walk_next(&order), 6); /* 2 was passed by two: it is dead, and no longer waited for */
+    assert_int_equal(walk_take(&order, 6), WALK_NEXT);
+    assert_int_equal(walk_next(&order), 0);
+    assert_false(walk_over(&order));
+    assert_int_equal(walk_take(&order, 2), WALK_ANOTHER);
+    assert_true(walk_over(&order));
+}
+
+/* ---- movements ---- */
+
+static struct walk_motion motion;
+
+/* `rows` readings with channel k at v[k] and a noise of +- 1/10 of the limit; the channel named meanwhile. */
+static unsigned feed(const float v[3], unsigned rows)
+{
+    unsigned named = 0;
+    for (unsigned i = 0; i < rows; i++) {
+        float row[3];
+        for (unsigned c = 0; c < 3; c++)
+            row[c] = v[c] + ((i + c) % 2 ? 0.005f : -0.005f);
+        unsigned now = walk_motion_take(&motion, row);
+        assert_false(now && named);
+        named = now ? now : named;
+    }
+    return named;
+}
+
+static void the_one_that_moved_most_is_meant(void **state)
+{
+    (void)state;
+    walk_motion_start(&motion, 3, 0.05f);
+    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.0f}, 100), 0); /* where it stood before is no movement */
+    assert_int_equal(feed((float[]){1.08f, 0.2f, -0.92f}, 20), 0);
+    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.0f}, 40), 2);
+    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.3f}, 100), 3); /* it stays where it was pushed to: once */
+    assert_int_equal(feed((float[]){1.0f, 0.0f, -1.3f}, 100), 0);
+    assert_int_equal(feed((float[]){1.03f, 0.0f, -1.3f}, 100), 0); /* less than the limit */
+    assert_int_equal(feed((float[]){1.03f, NAN, -1.3f}, 100), 0); /* not valid is no movement */
+    assert_int_equal(feed((float[]){1.2f, NAN, -1.3f}, 100), 1);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup(name, all_well)
+    const struct CMUnitTest tests[] = {
+        TEST(what_is_well_is_go), TEST(each_thing_that_is_wrong_is_named), TEST(what_was_not_done_is_no_reason), TEST(mean_and_noise),
+        TEST(an_order_is_held_against_what_is_fitted), TEST(what_comes_next), TEST(the_one_that_moved_most_is_meant),
+    };
+    return cmocka_run_group_tests_name("host/ready", tests, NULL, NULL);
+}
