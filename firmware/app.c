@@ -35,9 +35,31 @@ static void forget_baseline(struct app *app)
     }
 }
 
+/* No mean goes over readings of two zeros. */
+static void follow_zeros(struct app *app)
+{
+    uint32_t changed = zero_take_changed();
+    if (!changed)
+        return;
+    for (unsigned row = 0; row < 4; row++) {
+        for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+            if (changed >> i & 1u)
+                app->displacement_in[row][i] = MR_NAN;
+        }
+        for (unsigned i = 0; i < MR_GAGES; i++) {
+            if (changed >> (MR_TRANSDUCERS + i) & 1u)
+                app->tension_lb[row][i] = MR_NAN;
+        }
+    }
+    slowlog_forget(&app->slowlog);
+    channels_zeroed(&app->channels, changed, app->next_index);
+}
+
 void app_configured(struct app *app)
 {
     zero_start();
+    channels_zeroed(&app->channels, UINT32_MAX, 0);
+    slowlog_forget(&app->slowlog);
     app->fitted = config_fitted();
     board_scans_configure(app->fitted);
     for (unsigned i = 0; i < 4; i++)
@@ -267,6 +289,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing, &command, app->next_index);
         if (status == MR_OK && calibrate_busy(&app->calibrate))
             return MR_OK; /* answered when it is over */
+        follow_zeros(app);
         break;
     case MR_COMMAND_RESET:
     case MR_COMMAND_SELF_TEST:
@@ -466,6 +489,7 @@ static void take_block(struct app *app, const struct mr_block *block)
         bandwatch_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
     calibrate_block(&app->calibrate, &app->telemetry, &app->landing, block);
+    follow_zeros(app);
     configstore_block(&app->configstore, &app->telemetry, recording);
     take_slow(app, block->index);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);

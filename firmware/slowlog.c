@@ -43,7 +43,7 @@ void slowlog_start(struct slowlog *log)
     log->missing = nor_poll() == NOR_MISSING;
 }
 
-static void forget_means(struct slowlog *log)
+void slowlog_forget(struct slowlog *log)
 {
     log->blocks = 0;
     memset(log->sum, 0, sizeof log->sum);
@@ -100,7 +100,7 @@ void slowlog_block(struct slowlog *log, const struct slowlog_block *block)
     if (!is_since(block->index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
     if (!block->quiet) { /* as soon as the landing is over */
-        forget_means(log);
+        slowlog_forget(log);
         log->due = block->index + SLOWLOG_MEAN_BLOCKS;
         return;
     }
@@ -110,7 +110,7 @@ void slowlog_block(struct slowlog *log, const struct slowlog_block *block)
     if (!is_since(block->index, log->due))
         return;
     make_row(log, block);
-    forget_means(log);
+    slowlog_forget(log);
     log->due = block->index - block->index % SLOWLOG_PERIOD_BLOCKS + SLOWLOG_PERIOD_BLOCKS;
 }
 

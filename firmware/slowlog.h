@@ -75,6 +75,8 @@ struct slowlog {
 
 void slowlog_start(struct slowlog *log);
 void slowlog_block(struct slowlog *log, const struct slowlog_block *block);
+/* Readings of before are of another zero, or another configuration: no mean goes over both. */
+void slowlog_forget(struct slowlog *log);
 
 /* The memory. An operation that was begun: go on with it; true: it still holds the memory. */
 bool slowlog_busy(struct slowlog *log);

@@ -304,6 +304,58 @@ static void a_zero_can_be_given(void **state)
     assert_int_equal(zero_of(2).measured, 1);
 }
 
+/* Ten pounds are the new zero: what is told after it is ten, nothing or missing, never in between. */
+static void no_mean_goes_over_two_zeros(void **state)
+{
+    (void)state;
+    struct mr_tension_1_3 tension;
+    struct mr_slow_tension slow;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        tension_lb[i] = 10.0;
+    play_gages(144);
+    command("zero 2");
+    play_gages(256); /* up to block 399 */
+    assert_int_equal(last_ack().status, MR_OK);
+    GET_LAST(tension_1_3, TENSION_1_3, &tension);
+    assert_near(tension.t1_lb, 10.0, 0.05);
+    play_gages(2); /* the mean of blocks 398 to 401 */
+    GET_LAST(tension_1_3, TENSION_1_3, &tension);
+    assert_true(isnan(tension.t1_lb));
+    play_gages(100);
+    GET_LAST(tension_1_3, TENSION_1_3, &tension);
+    assert_near(tension.t1_lb, 0.0, 0.05);
+
+    zero_forget();
+    index_now = 57000; /* 3 s before a row of the slow log: its mean would begin 1.1 s before the zero */
+    fake.sent_count = 0;
+    command("zero 2");
+    play_gages(3010);
+    assert_int_equal(last_ack().status, MR_OK);
+    assert_int_equal(count_frames(MR_ID_SLOW_TENSION), 5);
+    GET_LAST(slow_tension, SLOW_TENSION, &slow);
+    assert_near(slow.a_lb, 0.0, 0.05);
+}
+
+/* As built in: 1 lb of the zero, 0.5 lb an hour of drift. Ten hours after power on, and just after a zero of the gages alone. */
+static void drift_counts_from_the_zero(void **state)
+{
+    (void)state;
+    double error_lb[MR_GAGES] = {0};
+    index_now = 36000000;
+    command("zero 2");
+    play_gages(300);
+    assert_int_equal(last_ack().status, MR_OK);
+    command("arm 1");
+    play_gages(1100);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_channel_quality each;
+        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY && mr_channel_quality_get(&each, fake.sent[i].data, 8) == MR_OK && each.index >= MR_TRANSDUCERS)
+            error_lb[each.index - MR_TRANSDUCERS] = (double)each.error_codes / CODES_PER_LB;
+    }
+    for (unsigned g = 0; g < MR_GAGES; g++)
+        assert_near(error_lb[g], 1.0, 0.1); /* not the root of 1 + 5 squared */
+}
+
 static void a_band_that_gives_way_is_told_with_its_figures(void **state)
 {
     (void)state;
@@ -355,6 +407,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_zero_holds_whatever_the_converters_scale, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_of_what_moves_fails_or_is_under_tension_is_refused, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_can_be_given, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(no_mean_goes_over_two_zeros, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(drift_counts_from_the_zero, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_band_that_gives_way_is_told_with_its_figures, start_rig, end_rig),
     };
     return cmocka_run_group_tests_name("firmware/calibrate", tests, NULL, NULL);
