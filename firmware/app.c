@@ -183,8 +183,9 @@ static void warn(struct app *app, bool warning)
 /* The landing is over: a warning ends with it, and that is told. */
 static void end_warning(struct app *app, uint32_t index)
 {
-    if (app->warning)
-        telemetry_zone(&app->telemetry, &(struct mr_closure_zone){.lead_s = MR_NAN}, MR_NAN, false, index);
+    if (!app->warning) /* the lamp is dark, or a self-test's */
+        return;
+    telemetry_zone(&app->telemetry, &(struct mr_closure_zone){.lead_s = MR_NAN}, MR_NAN, false, index);
     warn(app, false);
 }
 
@@ -216,10 +217,18 @@ static enum mr_status read_slow_log(struct app *app, const struct mr_command *co
     return landing_recording(&app->landing) ? MR_NOT_NOW : slowlog_read(&app->slowlog, (uint32_t)command->argument);
 }
 
+/* What would end the last landing's record before its last pages are written has to wait. */
+static bool box_closing(const struct app *app)
+{
+    return app->box.state == BLACKBOX_CLOSING;
+}
+
 static enum mr_status enter_rom(struct app *app)
 {
     if (landing_recording(&app->landing))
         return MR_NOT_NOW;
+    if (box_closing(app))
+        return MR_WAIT;
     app->ticks_to_rom = APP_ROM_TICKS;
     return MR_OK;
 }
@@ -228,7 +237,7 @@ static enum mr_status enter_rom(struct app *app)
 static enum mr_status apply_configuration(struct app *app, const struct mr_command *command)
 {
     bool locked = landing_recording(&app->landing);
-    if (calibrate_busy(&app->calibrate))
+    if (calibrate_busy(&app->calibrate) || box_closing(app))
         return MR_WAIT;
     enum mr_status status = configstore_apply(&app->configstore, &app->telemetry, (uint32_t)command->argument, locked);
     if (status == MR_OK) {
@@ -293,7 +302,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_RESET:
     case MR_COMMAND_SELF_TEST:
-        status = healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
+        status = command.code == MR_COMMAND_RESET && box_closing(app)
+                     ? MR_WAIT
+                     : healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
         break;
     default:
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
