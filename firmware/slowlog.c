@@ -74,7 +74,7 @@ static void make_row(struct slowlog *log, const struct slowlog_block *block)
         row.displacement_in[i] = mean(log, i);
     for (unsigned i = 0; i < MR_GAGES; i++)
         row.tension_lb[i] = mean(log, MR_TRANSDUCERS + i);
-    if (log->missing) { /* told at once; one that comes while another is told is not */
+    if (log->missing || log->left_out) { /* told at once; one that comes while another is told is not */
         log->news = row;
         log->has_news = true;
         return;
@@ -362,7 +362,7 @@ void slowlog_begin(struct slowlog *log, bool may_erase)
 
 enum mr_status slowlog_read(struct slowlog *log, uint32_t seq)
 {
-    if (log->missing)
+    if (log->missing || log->left_out)
         return MR_NOT_NOW;
     if (!log->scanned)
         return MR_WAIT;
