@@ -50,10 +50,10 @@ enum mr_task {
     X(REFERENCE,   2, "reference channel")                                      \
     X(EXCITATION,  3, "excitation of the transducers")                          \
     X(NOR,         4, "memory of the black box")                                \
-    X(LAMP_ON,     5, "warning lamp does not light")                            \
-    X(LAMP_OFF,    6, "warning lamp does not go out")                           \
+    X(LAMP_ON,     5, "warning lamp, lit")                                      \
+    X(LAMP_OFF,    6, "warning lamp, put out")                                  \
     X(RAM_START,   7, "RAM not in use, at start")                               \
-    X(IMAGE,       8, "the program is not the one that was made")
+    X(IMAGE,       8, "the program, whole as it was built")
 
 enum mr_self_test_number {
 #define MR_SELF_TEST_ENUM(NAME, number, text) MR_SELF_TEST_##NAME = (number),

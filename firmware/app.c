@@ -35,9 +35,31 @@ static void forget_baseline(struct app *app)
     }
 }
 
+/* No mean goes over readings of two zeros. */
+static void follow_zeros(struct app *app)
+{
+    uint32_t changed = zero_take_changed();
+    if (!changed)
+        return;
+    for (unsigned row = 0; row < 4; row++) {
+        for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+            if (changed >> i & 1u)
+                app->displacement_in[row][i] = MR_NAN;
+        }
+        for (unsigned i = 0; i < MR_GAGES; i++) {
+            if (changed >> (MR_TRANSDUCERS + i) & 1u)
+                app->tension_lb[row][i] = MR_NAN;
+        }
+    }
+    slowlog_forget(&app->slowlog);
+    channels_zeroed(&app->channels, changed, app->next_index);
+}
+
 void app_configured(struct app *app)
 {
     zero_start();
+    channels_zeroed(&app->channels, UINT32_MAX, 0);
+    slowlog_forget(&app->slowlog);
     app->fitted = config_fitted();
     board_scans_configure(app->fitted);
     for (unsigned i = 0; i < 4; i++)
@@ -161,8 +183,9 @@ static void warn(struct app *app, bool warning)
 /* The landing is over: a warning ends with it, and that is told. */
 static void end_warning(struct app *app, uint32_t index)
 {
-    if (app->warning)
-        telemetry_zone(&app->telemetry, &(struct mr_closure_zone){.lead_s = MR_NAN}, MR_NAN, false, index);
+    if (!app->warning) /* the lamp is dark, or a self-test's */
+        return;
+    telemetry_zone(&app->telemetry, &(struct mr_closure_zone){.lead_s = MR_NAN}, MR_NAN, false, index);
     warn(app, false);
 }
 
@@ -194,10 +217,18 @@ static enum mr_status read_slow_log(struct app *app, const struct mr_command *co
     return landing_recording(&app->landing) ? MR_NOT_NOW : slowlog_read(&app->slowlog, (uint32_t)command->argument);
 }
 
+/* What would end the last landing's record before its last pages are written has to wait. */
+static bool box_closing(const struct app *app)
+{
+    return app->box.state == BLACKBOX_CLOSING;
+}
+
 static enum mr_status enter_rom(struct app *app)
 {
     if (landing_recording(&app->landing))
         return MR_NOT_NOW;
+    if (box_closing(app))
+        return MR_WAIT;
     app->ticks_to_rom = APP_ROM_TICKS;
     return MR_OK;
 }
@@ -206,7 +237,7 @@ static enum mr_status enter_rom(struct app *app)
 static enum mr_status apply_configuration(struct app *app, const struct mr_command *command)
 {
     bool locked = landing_recording(&app->landing);
-    if (calibrate_busy(&app->calibrate))
+    if (calibrate_busy(&app->calibrate) || box_closing(app))
         return MR_WAIT;
     enum mr_status status = configstore_apply(&app->configstore, &app->telemetry, (uint32_t)command->argument, locked);
     if (status == MR_OK) {
@@ -270,10 +301,13 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         status = calibrate_begin(&app->calibrate, &app->telemetry, &app->landing, &command, app->next_index);
         if (status == MR_OK && calibrate_busy(&app->calibrate))
             return MR_OK; /* answered when it is over */
+        follow_zeros(app);
         break;
     case MR_COMMAND_RESET:
     case MR_COMMAND_SELF_TEST:
-        status = healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
+        status = command.code == MR_COMMAND_RESET && box_closing(app)
+                     ? MR_WAIT
+                     : healthlink_obey(&app->healthlink, &command, !landing_recording(&app->landing));
         break;
     default:
         status = boxlink_obey(&app->boxlink, &app->box, &app->telemetry, &command);
@@ -471,6 +505,7 @@ static void take_block(struct app *app, const struct mr_block *block)
         bandwatch_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
     calibrate_block(&app->calibrate, &app->telemetry, &app->landing, block);
+    follow_zeros(app);
     configstore_block(&app->configstore, &app->telemetry, recording);
     take_slow(app, block->index);
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);

@@ -22,6 +22,14 @@ void channels_arm(struct channels *channels, uint32_t index)
     mr_watch_begin(&channels->watch, config.channel, index);
 }
 
+void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index)
+{
+    for (unsigned c = 0; c < MR_WATCHED; c++) {
+        if (which >> c & 1u)
+            channels->zero_block[c] = index;
+    }
+}
+
 float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel, float ratio)
 {
     struct mr_reading reading = mr_channel_read(&config.channel[channel], block, channel, ratio);
@@ -54,7 +62,7 @@ static void tell_quality(const struct channels *channels, struct telemetry *tele
         .noise = mr_watch_noise(&channels->watch, c),
         .averaged = 1.0f,
         .baseline_blocks = movement ? (float)APP_BASELINE_BLOCKS : 0.0f,
-        .hours = movement ? 0.0f : (float)(index - channels->zero_block) / BLOCKS_PER_H,
+        .hours = movement ? 0.0f : (float)(index - channels->zero_block[c]) / BLOCKS_PER_H,
         .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,
     };
     float unit = channel->unit_per_code < 0.0f ? -channel->unit_per_code : channel->unit_per_code;

@@ -8,12 +8,15 @@
 
 struct channels {
     struct mr_watch watch;
-    uint32_t zero_block; /* hours of drift count from here: power on, or a later zero */
+    uint32_t zero_block[MR_WATCHED]; /* hours of drift count from here: power on, or a later zero */
 };
 
 void channels_start(struct channels *channels);
 /* A landing is armed: its record begins with block `index`, and with it all that is known of the channels. */
 void channels_arm(struct channels *channels, uint32_t index);
+
+/* The zeros of these channels, a bit each, were measured just before block `index`. */
+void channels_zeroed(struct channels *channels, uint32_t which, uint32_t index);
 
 /* Reading of channel 0..MR_WATCHED-1 of a block; call for each block, channels rising. */
 float channels_read(struct channels *channels, const struct mr_block *block, unsigned channel, float ratio);

@@ -43,7 +43,7 @@ void slowlog_start(struct slowlog *log)
     log->missing = nor_poll() == NOR_MISSING;
 }
 
-static void forget_means(struct slowlog *log)
+void slowlog_forget(struct slowlog *log)
 {
     log->blocks = 0;
     memset(log->sum, 0, sizeof log->sum);
@@ -74,7 +74,7 @@ static void make_row(struct slowlog *log, const struct slowlog_block *block)
         row.displacement_in[i] = mean(log, i);
     for (unsigned i = 0; i < MR_GAGES; i++)
         row.tension_lb[i] = mean(log, MR_TRANSDUCERS + i);
-    if (log->missing) { /* told at once; one that comes while another is told is not */
+    if (log->missing || log->left_out) { /* told at once; one that comes while another is told is not */
         log->news = row;
         log->has_news = true;
         return;
@@ -100,7 +100,7 @@ void slowlog_block(struct slowlog *log, const struct slowlog_block *block)
     if (!is_since(block->index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
     if (!block->quiet) { /* as soon as the landing is over */
-        forget_means(log);
+        slowlog_forget(log);
         log->due = block->index + SLOWLOG_MEAN_BLOCKS;
         return;
     }
@@ -110,7 +110,7 @@ void slowlog_block(struct slowlog *log, const struct slowlog_block *block)
     if (!is_since(block->index, log->due))
         return;
     make_row(log, block);
-    forget_means(log);
+    slowlog_forget(log);
     log->due = block->index - block->index % SLOWLOG_PERIOD_BLOCKS + SLOWLOG_PERIOD_BLOCKS;
 }
 
@@ -362,7 +362,7 @@ void slowlog_begin(struct slowlog *log, bool may_erase)
 
 enum mr_status slowlog_read(struct slowlog *log, uint32_t seq)
 {
-    if (log->missing)
+    if (log->missing || log->left_out)
         return MR_NOT_NOW;
     if (!log->scanned)
         return MR_WAIT;

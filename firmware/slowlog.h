@@ -2,7 +2,7 @@
  * of the black box's memory.
  *
  * A row (common/slowrow.h) is made at each full minute of the block index while no landing is going on, of the means of its last
- * four seconds, and told when it is kept (or at once when there is no memory). Rows fill the pages of a ring of SLOWLOG_SECTORS
+ * four seconds, and told when it is kept (or at once when there is no memory, or none is configured). Rows fill the pages of a ring of SLOWLOG_SECTORS
  * sectors, four to a page; SLOWLOG_AHEAD of them ahead of the newest row are kept erased, so that rows go on for four hours of
  * standing armed, when nothing is erased. So 27 to 28 sectors of 64 rows are held: 28.8 hours at least.
  *
@@ -51,6 +51,7 @@ struct slowlog {
 
     /* the memory */
     bool missing, scanned;
+    bool left_out;                /* by the configuration, with the black box: the memory is left alone */
     unsigned job, page, tries;    /* page: within the ring */
     uint8_t buffer[NOR_PAGE];
     uint32_t next_seq;
@@ -75,6 +76,8 @@ struct slowlog {
 
 void slowlog_start(struct slowlog *log);
 void slowlog_block(struct slowlog *log, const struct slowlog_block *block);
+/* Readings of before are of another zero, or another configuration: no mean goes over both. */
+void slowlog_forget(struct slowlog *log);
 
 /* The memory. An operation that was begun: go on with it; true: it still holds the memory. */
 bool slowlog_busy(struct slowlog *log);
@@ -82,7 +85,7 @@ bool slowlog_busy(struct slowlog *log);
 void slowlog_begin(struct slowlog *log, bool may_erase);
 bool slowlog_erasing(const struct slowlog *log);
 
-/* Tell all rows from number `seq` on. MR_OK; MR_WAIT: it is still being looked through; MR_NOT_NOW: no memory. */
+/* Tell all rows from number `seq` on. MR_OK; MR_WAIT: it is still being looked through; MR_NOT_NOW: no memory, or none is configured. */
 enum mr_status slowlog_read(struct slowlog *log, uint32_t seq);
 void slowlog_read_stop(struct slowlog *log);
 /* The next message to be said. Its length; 0: none. */

@@ -14,6 +14,8 @@ void zero_start(void);
 /* `channel` 0 to MR_CHANNELS - 1. */
 void zero_measure(unsigned channel, float zero_code);
 bool zero_is_measured(unsigned channel);
+/* Bit per channel: measured since the last call. Its readings of before are of another zero. */
+uint32_t zero_take_changed(void);
 float zero_configured(unsigned channel);
 /* Swap: the configured zeros in force, and back again, doing it twice. For whoever tells the configuration. */
 void zero_exchange(void);

@@ -8,6 +8,8 @@
 #include "host/boxfill.h"
 #include "host/boxtalk.h"
 #include "host/cli.h"
+#include "host/configtalk.h"
+#include "host/configtext.h"
 #include "host/flash/imagefile.h"
 #include "host/identity.h"
 #include "host/run.h"
@@ -105,6 +107,37 @@ static int tell_read(const struct request *request, const struct boxtalk_record 
     return absent ? 1 : 0;
 }
 
+/* The record names the configuration that it was recorded by; the board tells it as long as it is in force. Without it only replay
+ * does worse, so what fails here is told and no more. */
+static enum mr_status keep_configuration(const struct request *request, struct boxtalk *talk, struct store *store, int64_t run,
+                                         struct error *error)
+{
+    static struct configtalk other;
+    static struct mr_config config;
+    struct store_landing landing;
+    struct error why = {0};
+    char *text = NULL;
+    uint32_t crc = 0;
+    enum mr_status status = store_landing_get(store, run, &landing, error);
+    if (status == MR_OK && landing.config_crc != STORE_NONE)
+        status = store_configuration_get(store, (uint32_t)landing.config_crc, &text, error);
+    bool there = text != NULL || landing.config_crc == STORE_NONE;
+    free(text);
+    if (status != MR_OK || there)
+        return status;
+    if (configtalk_begin(&other, talk->link, LINK_SERIAL, &why) == MR_OK)
+        (void)configtalk_get(&other, &config, &crc, &why);
+    if (why.status == MR_OK && crc == (uint32_t)landing.config_crc) {
+        text = configtext_write(&config);
+        status = store_configuration_put(store, crc, text, error);
+        free(text);
+    } else {
+        cli_note(request->cli, "the configuration of the landing, CRC %08x, is not to be had: %s", (unsigned)landing.config_crc,
+                 why.status == MR_OK ? "the board has another one by now; replay will differ" : why.text);
+    }
+    return status;
+}
+
 static int read_record(const struct request *request, struct boxtalk *talk, uint16_t number, struct error *error)
 {
     const struct boxtalk_record *r = NULL;
@@ -136,6 +169,8 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
         status = store_open(request->db, STORE_CREATE, &store, error);
     if (status == MR_OK && request->db)
         status = boxfill(store, request->serial, request->run, (const uint8_t(*)[MR_BOXPAGE])pages, present, count, &filled, error);
+    if (status == MR_OK && request->db)
+        status = keep_configuration(request, talk, store, filled.run, error);
     store_close(store);
     free(pages);
     free(present);

@@ -8,7 +8,18 @@
 #include "common/boardtime.h"
 #include "common/boxread.h"
 #include "common/catalogue.h"
-#include "host/link/link.h"
+#include "host/collect_state.h"
+
+/* Beside CAN and serial. */
+#define THE_BOX ((enum link_kind)2)
+_Static_assert(1 << 2 == BOXFILL_LINK, "as its rows are marked");
+
+/* Where the record's messages go: a collector that follows this one landing. */
+struct messages {
+    struct collector collector;
+    struct side side;
+    struct slot slot;
+};
 
 struct known {
     uint32_t *index; /* of the blocks the database has, ascending */
@@ -62,7 +73,7 @@ static enum mr_status make_landing(struct store *store, int64_t session, const s
 {
     struct store_landing landing = {
         .session = session, .board_landing = start->landing, .armed_block = start->armed_block,
-        .armed_us = (int64_t)link_now_us(), .state = 4, .image_crc = start->image_crc, .config_crc = start->config_crc,
+        .armed_us = (int64_t)link_now_us(), .state = STATE_ARMED, .image_crc = start->image_crc, .config_crc = start->config_crc,
         .clock_source = start->clock_source, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN,
     };
     snprintf(landing.board_uid, sizeof landing.board_uid, "%s", uid);
@@ -72,61 +83,34 @@ static enum mr_status make_landing(struct store *store, int64_t session, const s
     return status;
 }
 
-/* A message of the configuration, for a landing that the database did not have. */
-static enum mr_status configure(struct store *store, int64_t run, const struct mr_record *record, struct mr_channel *channel,
-                                struct error *error)
+/* What the board said goes the way of what comes over a link, under the landing's own session and boot: what the log holds already is
+ * marked, not doubled. */
+static void begin_messages(struct messages *m, struct store *store, const struct store_landing *landing)
 {
-    struct mr_channel_zero zero;
-    struct mr_switch_place place;
-    struct mr_slack slack;
-    struct mr_site site;
-    struct mr_image_commit commit;
-    struct store_landing landing;
-    const uint8_t *bytes = record->payload;
-    enum mr_status status = MR_OK;
-    switch (record->id) {
-    case MR_ID_CHANNEL:
-        (void)mr_channel_get(channel, bytes, record->length);
-        break;
-    case MR_ID_CHANNEL_ZERO:
-        if (mr_channel_zero_get(&zero, bytes, record->length) == MR_OK && zero.index == channel->index) {
-            struct mr_channel_config config = {.kind = channel->kind, .number = zero.number, .band = zero.band,
-                                               .station_ft = channel->station_ft, .unit_per_code = channel->unit_per_code,
-                                               .zero_code = zero.zero_code};
-            status = store_channel_put(store, run, zero.index, &config, error);
-        }
-        break;
-    case MR_ID_SWITCH_PLACE:
-        if (mr_switch_place_get(&place, bytes, record->length) == MR_OK)
-            status = store_switch_put(store, run, &(struct store_switch){place.position, place.step_codes, (double)place.station_ft},
-                                      error);
-        break;
-    case MR_ID_SLACK:
-        if (mr_slack_get(&slack, bytes, record->length) == MR_OK)
-            status = store_segment_put(store, run, &(struct store_segment){slack.segment, slack.joints, (double)slack.slack_in,
-                                                                           (double)slack.start_ft, (double)slack.end_ft}, error);
-        break;
-    case MR_ID_SITE:
-        if (mr_site_get(&site, bytes, record->length) != MR_OK)
-            break;
-        status = store_landing_get(store, run, &landing, error);
-        landing.touchdown_ft = (double)site.touchdown_ft;
-        landing.switch_error_ft = (double)site.switch_error_ft;
-        if (status == MR_OK)
-            status = store_landing_put(store, &landing, error);
-        break;
-    case MR_ID_IMAGE_COMMIT:
-        if (mr_image_commit_get(&commit, bytes, record->length) != MR_OK)
-            break;
-        status = store_landing_get(store, run, &landing, error);
-        mr_image_commit_text(commit.commit, commit.commit_more, commit.changed != 0, landing.image_commit);
-        if (status == MR_OK)
-            status = store_landing_put(store, &landing, error);
-        break;
-    default:
-        break;
-    }
-    return status;
+    *m = (struct messages){.collector = {.store = store, .session = landing->session, .hello = true, .identity = *landing},
+                           .side = {.kind = THE_BOX, .boot = landing->boot},
+                           .slot = {.row = *landing}};
+    m->side.current = &m->slot;
+}
+
+/* The newest state that is told, but what a log saw end has ended. */
+static enum mr_status take_state(struct messages *m, const struct mr_record *record, bool made, struct error *error)
+{
+    struct store_landing *row = &m->slot.row;
+    struct mr_landing landing;
+    if (mr_landing_get(&landing, record->payload, record->length) != MR_OK || landing.landing != row->board_landing)
+        return MR_OK;
+    if (made || (row->state != STATE_IDLE && row->state != STATE_DONE))
+        row->state = landing.state;
+    enum mr_status status = store_landing_put(m->collector.store, row, error);
+    return status == MR_OK && landing.cause ? collect_state_event(&m->collector, &m->side, &landing, link_now_us(), error) : status;
+}
+
+static enum mr_status take_message(struct messages *m, const struct mr_record *record, bool made, struct error *error)
+{
+    if (record->id == MR_ID_LANDING)
+        return take_state(m, record, made, error);
+    return collect_message(&m->collector, &m->side, record->id, record->payload, record->length, link_now_us(), error);
 }
 
 static enum mr_status fill_edge(struct store *store, int64_t run, const struct mr_record *record, const struct mr_block *block,
@@ -191,15 +175,21 @@ static enum mr_status fill(struct store *store, int64_t session, const struct kn
 {
     struct mr_record record;
     struct mr_block newest = {0};
-    struct mr_channel channel = {0};
+    struct messages *messages = malloc(sizeof *messages);
+    struct store_landing landing;
     uint32_t first = 0;
     int64_t film_number = 0;
-    enum mr_status status = MR_OK;
+    if (!messages)
+        abort();
+    enum mr_status status = store_landing_get(store, result->run, &landing, error);
+    if (status == MR_OK)
+        begin_messages(messages, store, &landing);
     while (status == MR_OK && mr_boxread_next(reader, &record) == MR_OK) {
         if (record.kind == MR_RECORD_BLOCK) {
             if (!result->blocks)
                 first = record.block.index;
             newest = record.block;
+            timebase_clock(&messages->side.time, newest.index, newest.tick);
             status = fill_block(store, session, result->run, known, &newest, result, error);
         } else if (record.id == MR_ID_EDGE) {
             status = fill_edge(store, result->run, &record, &newest, result, error);
@@ -207,10 +197,11 @@ static enum mr_status fill(struct store *store, int64_t session, const struct kn
             status = fill_temperature(store, result->run, &record, error);
         } else if (record.id == MR_ID_FILM_FRAME) {
             status = fill_film(store, result->run, &record, &newest, &film_number, error);
-        } else if (result->made) {
-            status = configure(store, result->run, &record, &channel, error);
+        } else {
+            status = take_message(messages, &record, result->made, error);
         }
     }
+    free(messages);
     if (result->blocks)
         result->absent_blocks = (int64_t)(newest.index - first) + 1 - result->blocks;
     return status;

@@ -331,6 +331,12 @@ static enum mr_status stop(struct collector *collector, const struct side *side,
     return put_result(collector, side, &row, error);
 }
 
+enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
+                                   uint64_t host_us, struct error *error)
+{
+    return put_event(collector, side, "state", message->block, message->state, message->cause, message->landing, host_us, error);
+}
+
 static enum mr_status landing(struct collector *collector, struct side *side,
                               const struct mr_landing *message, uint64_t host_us, struct error *error)
 {
@@ -340,8 +346,7 @@ static enum mr_status landing(struct collector *collector, struct side *side,
         return status;
     struct slot *after = side->current;
     side->current = after ? after : before; /* the message that ends a landing belongs to it */
-    status = put_event(collector, side, "state", message->block, message->state, message->cause,
-                       message->landing, host_us, error);
+    status = collect_state_event(collector, side, message, host_us, error);
     side->current = after;
     return status;
 }

@@ -90,6 +90,9 @@ struct collector {
 /* Does what a message of the catalogue says. */
 enum mr_status collect_message(struct collector *collector, struct side *side, uint16_t id,
                                const uint8_t *payload, size_t length, uint64_t host_us, struct error *error);
+/* A change of a landing's state, as an event of the landing that the side is in. */
+enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
+                                   uint64_t host_us, struct error *error);
 /* A word of the board's configuration; the last one writes it. */
 enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
                                    struct error *error);

@@ -107,6 +107,8 @@ static enum mr_status order_into_rom(struct session *session, struct error *erro
     if (status == MR_OK && answer == MR_NOT_NOW)
         return error_set(error, MR_NOT_NOW, "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
                          collector_state_text(session->talk.identity.hello.state), session->spec);
+    if (status == MR_OK && answer == MR_WAIT)
+        return error_set(error, MR_WAIT, "the black box still writes the last landing: %s; try again in a second", session->spec);
     if (status == MR_OK && answer != MR_OK)
         return error_set(error, answer, "the board refuses `bootrom` (%s): %s; start it with BOOT0 high and give --boot0",
                          mr_status_text(answer), session->spec);

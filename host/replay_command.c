@@ -162,6 +162,9 @@ static void print(const struct replay *replay)
     if (!replay->same_image)
         printf(" (firmware %s); recorded by %08x (firmware %s)\n", replay->replayed.landing.firmware, recorded,
                replay->recorded.landing.firmware);
+    if (replay->recorded.landing.config_crc != replay->replayed.landing.config_crc)
+        printf("  configuration %08x recorded, %08x replayed: the database does not hold it\n",
+               (unsigned)replay->recorded.landing.config_crc, (unsigned)replay->replayed.landing.config_crc);
     if (input->zeros)
         printf("  zeros         %zu measured before the landing, given again\n", input->zeros);
     if (input->shift_blocks)

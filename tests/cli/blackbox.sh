@@ -60,6 +60,27 @@ a_database_without_it_gets_it() {
         [ "$(sqlite3 "$tmp/new.db" "select count(*) from switches")" = 24 ] &&
         [ "$(stat -c %s "$tmp/record.box")" = $((256 * $(one "$tmp/read3.json" "['pages']"))) ]
 }
+# What the log of both links has of the landing, the black box brings to a database without it: by the rows, but for which links they
+# came by.
+it_lacks_nothing_that_the_log_has() {
+    local table
+    build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/log.db" >/dev/null || return 1
+    for table in calibration channels switches slack results motion bands band_events quality edges temperatures; do
+        for db in log new; do
+            sqlite3 "$tmp/$db.db" "select * from $table" | sed -E "s/\|[0-9]+$//" >"$tmp/$db.rows"
+        done
+        case $table in calibration | channels | switches | slack | results | motion | bands | quality | edges)
+            [ -s "$tmp/log.rows" ] || { echo "$table: the log has none"; return 1; } ;;
+        esac
+        cmp "$tmp/log.rows" "$tmp/new.rows" || { echo "$table differs"; return 1; }
+    done
+    for db in log new; do
+        sqlite3 "$tmp/$db.db" "select kind, board_us, code, detail, value from events where landing = 1 and kind <> 'blackbox' order by 1, 2, 3, 5" >"$tmp/$db.rows"
+        sqlite3 "$tmp/$db.db" "select state, armed_block, board_uid, firmware, image_crc, config_crc, touchdown_ft, switch_error_ft, image_commit from landings" >>"$tmp/$db.rows"
+    done
+    [ "$(sqlite3 "$tmp/new.db" "select count(*) from configurations join landings on crc = config_crc")" = 1 ] || return 1
+    grep -q "^state" "$tmp/log.rows" && diff "$tmp/log.rows" "$tmp/new.rows"
+}
 a_broken_reading_goes_on() { # the first half is there: only the rest is asked for, and the whole is the same
     cp "$tmp/record.box" "$tmp/all.box"
     truncate -s $((256 * 200)) "$tmp/record.box"
@@ -79,6 +100,7 @@ check "a landing is recorded" a_landing_is_recorded
 check "board list tells it" it_is_listed
 check "board read fills the gaps of a landing" gaps_are_filled
 check "board read makes a landing that the database has not" a_database_without_it_gets_it
+check "and lacks nothing that the log has" it_lacks_nothing_that_the_log_has
 check "a reading that broke off goes on" a_broken_reading_goes_on
 check "ten seconds of landing are read within ten" reading_takes_less_than_10_s
 check "board free gives the space back" it_is_freed

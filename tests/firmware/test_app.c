@@ -1,4 +1,6 @@
 /* The application: readings, rates, commands, links, faults. */
+#include "common/boxread.h"
+#include "common/wire.h"
 #include "tests/firmware/play.h"
 
 #include "common/framing.h"
@@ -474,6 +476,48 @@ static void another_configuration_begins_the_scans_again(void **state)
     assert_false(app.box.left_out);
 }
 
+/* Every channel with a whole table, every segment surveyed: the box keeps all of it with the landing. */
+static void the_box_has_room_for_the_longest_configuration(void **state)
+{
+    (void)state;
+    static uint8_t present[BLACKBOX_CONFIG];
+    struct mr_boxread reader;
+    struct mr_record record;
+    struct mr_calibration calibration = {0};
+    unsigned calibrations = 0, channels = 0, segments = 0;
+    for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++) {
+        config.channel[c].points = MR_CONFIG_POINTS;
+        for (unsigned i = 0; i < MR_CONFIG_POINTS; i++)
+            config.channel[c].point_reading[i] = config.channel[c].point_value[i] = (float)i;
+    }
+    for (unsigned i = 0; i < MR_SEGMENTS; i++)
+        app.slack_in[i] = 0.3f;
+    play(10);
+    command("arm 1");
+    play(1);
+    assert_true(app.box.configuring);
+    mr_put_u32(app.box.meta.page + MR_BOXPAGE_HEADER + app.box.meta.bit / 32 * 4, app.box.meta.held); /* what is not in the page yet */
+    memset(present + 1, 1, app.box.config_put);
+    mr_boxread_begin(&reader, app.box.config[0], present, app.box.config_put + 1);
+    while (mr_boxread_next(&reader, &record) == MR_OK) {
+        channels += record.id == MR_ID_CHANNEL;
+        segments += record.id == MR_ID_SLACK;
+        calibrations += record.id == MR_ID_CALIBRATION && mr_calibration_get(&calibration, record.payload, record.length) == MR_OK;
+    }
+    assert_int_equal(channels, 24);
+    assert_int_equal(segments, 42);
+    assert_int_equal(calibrations, 22 * (8 + 16) + 1); /* and the reference's gain error, the last */
+    assert_int_equal(calibration.index, 23);
+}
+
+static int start_and_keep(void **state)
+{
+    static struct mr_config kept;
+    kept = config;
+    *state = &kept;
+    return start(NULL);
+}
+
 static void stopped_scans_are_started_again_and_said(void **state)
 {
     (void)state;
@@ -513,6 +557,7 @@ int main(void)
         TEST(stopped_scans_are_started_again_and_said),
         cmocka_unit_test_setup_teardown(what_is_not_fitted_is_neither_scanned_nor_sent, start_with_four, put_back),
         cmocka_unit_test_setup_teardown(switches_alone_send_neither_readings_nor_box, start_with_switches, put_back),
+        cmocka_unit_test_setup_teardown(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back),
         cmocka_unit_test_setup_teardown(another_configuration_begins_the_scans_again, start_with_four, put_back),
     };
     return cmocka_run_group_tests_name("firmware/app", tests, NULL, NULL);

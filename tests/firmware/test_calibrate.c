@@ -3,6 +3,7 @@
 
 #include "common/bands.h"
 #include "common/channels.h"
+#include "common/wire.h"
 #include "firmware/zero.h"
 
 #define CODES_PER_LB (0.005 * 4096.0 / 3.3)
@@ -304,6 +305,114 @@ static void a_zero_can_be_given(void **state)
     assert_int_equal(zero_of(2).measured, 1);
 }
 
+/* What is read out is to be edited and sent back: a measured zero must not become a configured one on the way. It stays in force. */
+static void the_configuration_read_out_has_the_configured_zeros(void **state)
+{
+    (void)state;
+    static struct mr_config told;
+    static uint8_t image[MR_CONFIG_IMAGE];
+    moved_in[1] = 0.25f;
+    command("zero 1");
+    play_gages(257);
+    assert_int_equal(last_ack().status, MR_OK);
+    float in_force = config.channel[1].zero_code;
+    fake.sent_count = 0;
+    command("config-read");
+    play_gages(MR_CONFIG_WORDS);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_config_image word;
+        if (fake.sent[i].id == MR_ID_CONFIG_IMAGE && mr_config_image_get(&word, fake.sent[i].data, 8) == MR_OK)
+            mr_put_u32(image + 4u * word.offset, word.value);
+    }
+    assert_int_equal(mr_config_decode(image, sizeof image, &told), MR_OK);
+    assert_near(told.channel[1].zero_code, 0.050 * 4096.0 / 3.3, 1e-3);
+    assert_near(in_force, 0.175 * 4096.0 / 3.3, 0.2);
+    assert_true(config.channel[1].zero_code == in_force);
+    assert_true(zero_is_measured(1));
+}
+
+/* A band that creeps by half a pound while its shunt is on: the span is taken from the middle of before and after. */
+static void creep_is_taken_out_of_a_span(void **state)
+{
+    (void)state;
+    command("shunt");
+    play_gages(256 + 64); /* the first rest, and the relay settles */
+    tension_lb[6] += 0.25;
+    play_gages(256);
+    tension_lb[6] += 0.25;
+    play_gages(400);
+    assert_int_equal(result_of(7).verdict, 0);
+    assert_near(result_of(7).span_lb, 40.0, 0.03); /* not 40.25 */
+}
+
+/* A movement since the baseline: as built in, zero and drift drop out and 0.002 in of linearity near the zero is left; an
+ * absolute reading of a gage keeps its zero's pound. */
+static void a_movement_is_without_the_error_of_the_zero(void **state)
+{
+    (void)state;
+    double error_in = 0.0;
+    command("arm 1");
+    play_gages(2100);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_channel_quality each;
+        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY && mr_channel_quality_get(&each, fake.sent[i].data, 8) == MR_OK && each.index == 3)
+            error_in = (double)each.error_codes * 3.3 / 2048.0;
+    }
+    assert_in_range((unsigned)lround(error_in * 1e6), 1, 2000); /* the zero's error alone is 5800 */
+}
+
+/* Ten pounds are the new zero: what is told after it is ten, nothing or missing, never in between. */
+static void no_mean_goes_over_two_zeros(void **state)
+{
+    (void)state;
+    struct mr_tension_1_3 tension;
+    struct mr_slow_tension slow;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        tension_lb[i] = 10.0;
+    play_gages(144);
+    command("zero 2");
+    play_gages(256); /* up to block 399 */
+    assert_int_equal(last_ack().status, MR_OK);
+    GET_LAST(tension_1_3, TENSION_1_3, &tension);
+    assert_near(tension.t1_lb, 10.0, 0.05);
+    play_gages(2); /* the mean of blocks 398 to 401 */
+    GET_LAST(tension_1_3, TENSION_1_3, &tension);
+    assert_true(isnan(tension.t1_lb));
+    play_gages(100);
+    GET_LAST(tension_1_3, TENSION_1_3, &tension);
+    assert_near(tension.t1_lb, 0.0, 0.05);
+
+    zero_forget();
+    index_now = 57000; /* 3 s before a row of the slow log: its mean would begin 1.1 s before the zero */
+    fake.sent_count = 0;
+    command("zero 2");
+    play_gages(3010);
+    assert_int_equal(last_ack().status, MR_OK);
+    assert_int_equal(count_frames(MR_ID_SLOW_TENSION), 5);
+    GET_LAST(slow_tension, SLOW_TENSION, &slow);
+    assert_near(slow.a_lb, 0.0, 0.05);
+}
+
+/* As built in: 1 lb of the zero, 0.5 lb an hour of drift. Ten hours after power on, and just after a zero of the gages alone. */
+static void drift_counts_from_the_zero(void **state)
+{
+    (void)state;
+    double error_lb[MR_GAGES] = {0};
+    index_now = 36000000;
+    command("zero 2");
+    play_gages(300);
+    assert_int_equal(last_ack().status, MR_OK);
+    command("arm 1");
+    play_gages(1100);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_channel_quality each;
+        if (fake.sent[i].id == MR_ID_CHANNEL_QUALITY && mr_channel_quality_get(&each, fake.sent[i].data, 8) == MR_OK && each.index >= MR_TRANSDUCERS)
+            error_lb[each.index - MR_TRANSDUCERS] = (double)each.error_codes / CODES_PER_LB;
+    }
+    for (unsigned g = 0; g < MR_GAGES; g++)
+        assert_near(error_lb[g], 1.0, 0.1); /* not the root of 1 + 5 squared */
+}
+
 static void a_band_that_gives_way_is_told_with_its_figures(void **state)
 {
     (void)state;
@@ -355,6 +464,11 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_zero_holds_whatever_the_converters_scale, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_of_what_moves_fails_or_is_under_tension_is_refused, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_zero_can_be_given, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(the_configuration_read_out_has_the_configured_zeros, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(creep_is_taken_out_of_a_span, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_movement_is_without_the_error_of_the_zero, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(no_mean_goes_over_two_zeros, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(drift_counts_from_the_zero, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_band_that_gives_way_is_told_with_its_figures, start_rig, end_rig),
     };
     return cmocka_run_group_tests_name("firmware/calibrate", tests, NULL, NULL);

@@ -170,6 +170,21 @@ static void frames_go_on_over_the_wrap_of_the_clock(void **state)
     assert_int_equal(frame.tick, (uint32_t)(51255000ull * 84u));
 }
 
+/* Longer than half a round of the clock (25.6 s) after the frame before it, a pulse is told like any other. */
+static void a_pause_of_half_a_minute_refuses_no_frame(void **state)
+{
+    (void)state;
+    fit_camera(NAN);
+    play(5);
+    command("arm 5");
+    play(100);
+    pulse_at(0.1);
+    play(30000);
+    pulse_at(30.1);
+    play(10);
+    assert_int_equal(count_frames(MR_ID_FILM_FRAME), 2);
+}
+
 static void without_a_camera_it_costs_nothing(void **state)
 {
     (void)state;
@@ -219,6 +234,7 @@ int main(void)
         cmocka_unit_test_setup(each_landing_counts_its_own_frames, without_camera),
         cmocka_unit_test_setup(noise_is_refused_and_counted, without_camera),
         cmocka_unit_test_setup(frames_go_on_over_the_wrap_of_the_clock, without_camera),
+        cmocka_unit_test_setup(a_pause_of_half_a_minute_refuses_no_frame, without_camera),
         cmocka_unit_test_setup(without_a_camera_it_costs_nothing, without_camera),
         cmocka_unit_test_setup(sync_is_followed_by_its_time, without_camera),
     };

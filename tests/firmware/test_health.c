@@ -53,6 +53,13 @@ static void ten_good_seconds_are_noted_once(void **state)
     assert_int_equal(fake.good_notes, 0);
     tick_all_but((enum mr_task)0, 1000);
     assert_int_equal(fake.good_notes, 1);
+    tasks_start(); /* a late task in between: counted anew */
+    tick_all_but((enum mr_task)0, 800);
+    tick_all_but(MR_TASK_BOX, 150);
+    tick_all_but((enum mr_task)0, 998);
+    assert_int_equal(fake.good_notes, 1);
+    tick_all_but((enum mr_task)0, 2);
+    assert_int_equal(fake.good_notes, 2);
 }
 
 /* A loop that is driven as main.c drives it is well, with blocks and without. */
@@ -264,6 +271,14 @@ static void a_reset_waits_for_its_answer(void **state)
     struct mr_ack ack;
     GET_LAST(ack, ACK, &ack);
     assert_int_equal(ack.status, MR_NOT_NOW);
+    command("disarm"); /* armed while the reset is due: the landing goes first */
+    command("reset");
+    play(1);
+    command("arm 2");
+    play(1);
+    for (unsigned i = 0; i < 10; i++)
+        app_supervise(&app);
+    assert_int_equal(fake.resets, 1);
 }
 
 /* Words of a fault go out one a block, once; on the command state again; an old one only then. */

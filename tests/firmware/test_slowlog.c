@@ -285,6 +285,23 @@ static void standing_armed(void **state)
     assert_true(fake_nor.erases > erases);
 }
 
+/* A configuration without the black box leaves the memory alone: rows are told at once, as without one. */
+static void rows_are_told_without_the_box(void **state)
+{
+    (void)state;
+    uint16_t failed = health_counted(MR_FAULT_NOR_FAILED);
+    blackbox_leave_out(&box);
+    minutes(6);
+    assert_int_equal(told_count, 6);
+    assert_int_equal(told[5].seq, 0);
+    assert_int_equal(health_counted(MR_FAULT_NOR_FAILED), failed);
+    assert_int_equal(slowlog_read(&row_log, 1), MR_NOT_NOW);
+    blackbox_start(&box);
+    minutes(2);
+    assert_int_equal(told_count, 8);
+    assert_int_not_equal(told[7].seq, 0);
+}
+
 /* The box erases for minutes: rows wait, and are told when it lets go; one too many shows as a number that is missing. */
 static void the_box_goes_first(void **state)
 {
@@ -416,6 +433,7 @@ int main(void)
         cmocka_unit_test(bad_places_are_passed_over),
         cmocka_unit_test_setup(a_sector_that_does_not_erase_is_left_out, fresh),
         cmocka_unit_test_setup(standing_armed, fresh),
+        cmocka_unit_test_setup(rows_are_told_without_the_box, fresh),
         cmocka_unit_test_setup(the_box_goes_first, fresh),
         cmocka_unit_test_setup(an_erase_under_way_is_told_to_the_box, fresh),
         cmocka_unit_test(rows_of_the_application),
