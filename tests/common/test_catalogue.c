@@ -24,6 +24,9 @@ static void messages_put_the_bytes_worked_out_by_hand(void **state)
     assert_int_equal(mr_displacement_1_3_put(&(struct mr_displacement_1_3){-0.3312f, NAN, 4.0f, 0x1234}, out), 8);
     assert_memory_equal(out, displacement, 8);
 
+    assert_int_equal(mr_displacement_1_3_put(&(struct mr_displacement_1_3){-4.0f, 0.0f, 0.0f, 0}, out), 8);
+    assert_memory_equal(out, ((const uint8_t[]){0x01, 0x80, 0, 0, 0, 0, 0, 0}), 8); /* -4 in clips to -32767 */
+
     const uint8_t edge[] = {0xef, 0xbe, 0xad, 0xde, 17, 3, 0x64, 0x03}; /* 108.5 * 8 = 868 = 0x364 */
     assert_int_equal(mr_edge_put(&(struct mr_edge){0xdeadbeefu, 17, 3, 108.5f}, out), 8);
     assert_memory_equal(out, edge, 8);
@@ -266,6 +269,23 @@ static void commands_parse_as_people_write_them(void **state)
     assert_int_equal(mr_command_parse("survey 1 300000", 0, &command), MR_USAGE); /* 3e9 steps of 0.0001 in */
     assert_int_equal(mr_command_parse("arm 4.6", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("survey 1.5 0.1", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("\tmark\r\n", 0, &command), MR_OK);
+    assert_int_equal(mr_command_parse("survey\t2\t0.5\r", 0, &command), MR_OK);
+    assert_int_equal(command.index, 2);
+    assert_int_equal(command.argument, 5000);
+    assert_int_equal(mr_command_parse("survey 2 -0.30503", 0, &command), MR_OK);
+    assert_int_equal(command.argument, -3050);
+    assert_int_equal(mr_command_parse("survey 2 0.30504999999999", 0, &command), MR_OK); /* digits beyond the ninth do not count */
+    assert_int_equal(command.argument, 3050);
+    assert_int_equal(mr_command_parse("survey -1 0.1", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey x 0.1", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey 1 0.1/", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey 1 0.1:", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("arm 5:", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("arm /", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("arm\r", 0, &command), MR_OK);
+    assert_int_equal(mr_command_parse("disarm\n", 0, &command), MR_OK);
     assert_string_equal(mr_command_name(MR_COMMAND_MARK), "mark");
     assert_string_equal(mr_command_name(200), "unknown");
 }
