@@ -144,6 +144,7 @@ static void a_landing_is_listed_read_out_and_freed(void **state)
     assert_int_equal(list(&record), 0); /* what there is can be told at any time; the memory is the landing's from arm to done */
     assert_int_equal(ask("box-read 32768"), MR_NOT_NOW);
     assert_int_equal(ask("box-free 1"), MR_NOT_NOW);
+    assert_true(app.box.configuring && app.box.config_put + 2 < BLACKBOX_CONFIG); /* a configuration leaves two pages free */
     pass(1500);
     uint32_t trigger = index_now;
     land();
