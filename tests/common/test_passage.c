@@ -204,6 +204,18 @@ static void no_gear_gets_much_faster(void **state)
     assert_int_equal(passage.gates, 3);
 }
 
+/* With two gates nobody knows yet how fast it came in: what no gear does is refused all the same, and neither gate is taken back. */
+static void the_third_edge_may_be_nonsense(void **state)
+{
+    (void)state;
+    open_after(1, 0.0);
+    open_after(2, 0.2);
+    assert_false(open_after(9, 0.05).gate); /* 700 ft/s */
+    assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
+    assert_int_equal(passage.gates, 2);
+    assert_true(open_after(3, 0.15).gate);
+}
+
 static void a_late_switch_is_taken_back(void **state)
 {
     (void)state;
@@ -284,6 +296,7 @@ int main(void)
         TEST(pushed_after_the_stop_is_a_pushback_and_no_gate),
         TEST(there_are_32_gates),
         TEST(the_next_landing_begins_without_the_last),
+        TEST(the_third_edge_may_be_nonsense),
     };
     return cmocka_run_group_tests_name("common/passage", tests, NULL, NULL);
 }

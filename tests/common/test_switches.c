@@ -161,6 +161,23 @@ static void a_burst_without_a_step_is_no_switch(void **state)
     assert_int_equal(answers, 2);
 }
 
+/* An edge without a step 7 ms after one that had its answer is that contact's bounce; 20 ms after it, nobody's. */
+static void an_edge_without_a_step_soon_after_is_a_bounce(void **state)
+{
+    (void)state;
+    for (unsigned n = 0; n < 2; n++) {
+        begin(NULL);
+        rest(8);
+        edge(176);
+        rest(n ? 19 : 6);
+        assert_int_equal(answers, 1);
+        edge(0);
+        rest(30);
+        check(0, 3, MR_SWITCH_GOOD);
+        check(1, 0, n ? MR_SWITCH_NO_STEP : MR_SWITCH_BOUNCE);
+    }
+}
+
 /* 6 ms apart: each is steady by itself, and together they are no switch of the table. */
 static void two_switches_near_each_other_are_told_apart_by_their_own_steps(void **state)
 {
@@ -272,6 +289,7 @@ int main(void)
         TEST(a_bouncing_switch_that_is_open_already_is_its_bounce),
         TEST(edges_before_any_level_have_no_step),
         TEST(there_is_room_for_32),
+        TEST(an_edge_without_a_step_soon_after_is_a_bounce),
     };
     return cmocka_run_group_tests_name("common/switches", tests, NULL, NULL);
 }

@@ -553,6 +553,34 @@ static void messages_that_are_not_for_it_are_passed_over(void **state)
     assert_int_equal(fake.serial_in_taken, fake.serial_in_count);
 }
 
+/* Neither beyond the table nor while gages are being calibrated, and half a word is none. */
+static void configuration_commands_that_are_refused(void **state)
+{
+    struct mr_ack ack;
+    struct board_can_frame *frame;
+    (void)state;
+    command("config-read 99999");
+    play(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.status, MR_USAGE);
+    command("zero 1");
+    command("config-apply 1");
+    play(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.code, MR_COMMAND_CONFIG_APPLY);
+    assert_int_equal(ack.status, MR_WAIT);
+    play(300);
+    frame = &fake.received[fake.received_count++];
+    *frame = (struct board_can_frame){.id = MR_ID_CONFIG_WORD, .length = 3};
+    play(1);
+    assert_false(app.configstore.staging);
+    frame = &fake.received[fake.received_count++];
+    frame->id = MR_ID_CONFIG_WORD;
+    frame->length = (uint8_t)mr_config_word_put(&(struct mr_config_word){.tag = 1, .offset = MR_CONFIG_WORDS}, frame->data);
+    play(1);
+    assert_false(app.configstore.staging);
+}
+
 /* Backward over two switches while idle: told once, with speed and place, on CAN. */
 static void a_pushback_is_told(void **state)
 {
@@ -616,6 +644,7 @@ int main(void)
         TEST(without_reference_there_are_no_readings),
         TEST(messages_that_are_not_for_it_are_passed_over),
         TEST(a_pushback_is_told),
+        TEST(configuration_commands_that_are_refused),
     };
     return cmocka_run_group_tests_name("firmware/app", tests, NULL, NULL);
 }

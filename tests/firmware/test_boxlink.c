@@ -179,6 +179,34 @@ static void a_landing_is_listed_read_out_and_freed(void **state)
     assert_int_equal(ask("box-read 32768"), MR_UNKNOWN);
 }
 
+/* All places taken: arming is refused, and that waiting does not help is told. */
+static void a_full_box_refuses_arming(void **state)
+{
+    struct mr_box_state told;
+    (void)state;
+    arm_when_ready("arm 7");
+    assert_int_equal(ask("disarm"), MR_OK);
+    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
+        app.box.records[i] = (struct blackbox_record){.used = true, .record = (uint16_t)(i + 1)};
+    fake.sent_count = 0;
+    assert_int_equal(ask("arm 8"), MR_FULL);
+    GET_LAST(box_state, BOX_STATE, &told);
+    assert_int_equal(told.records, BLACKBOX_RECORDS);
+    assert_true(isnan(told.wait_s));
+    assert_int_equal(app.landing.state, LANDING_IDLE);
+}
+
+/* A configuration that keeps the black box does not make it look through its memory again. */
+static void another_configuration_leaves_the_box_as_it_is(void **state)
+{
+    (void)state;
+    arm_when_ready("arm 7");
+    assert_int_equal(ask("disarm"), MR_OK);
+    app_configured(&app);
+    assert_int_equal(app.box.state, BLACKBOX_ROLLING);
+    assert_int_equal(ask("arm 8"), MR_OK);
+}
+
 /* Before anybody knows what the memory holds. */
 static void before_the_memory_is_known_it_says_wait(void **state)
 {
@@ -211,6 +239,8 @@ int main(void)
         cmocka_unit_test_setup(a_landing_is_listed_read_out_and_freed, begin),
         cmocka_unit_test_setup(before_the_memory_is_known_it_says_wait, begin),
         cmocka_unit_test_setup(nonsense_is_refused, begin),
+        cmocka_unit_test_setup(a_full_box_refuses_arming, begin),
+        cmocka_unit_test_setup(another_configuration_leaves_the_box_as_it_is, begin),
     };
     return cmocka_run_group_tests_name("firmware/boxlink", tests, NULL, NULL);
 }

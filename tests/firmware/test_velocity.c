@@ -76,6 +76,8 @@ static void a_hundred_pushbacks_are_no_landing(void **state)
     }
     assert_int_equal(landing.state, LANDING_LANDING);
     assert_near(landing.motion.speed_ft_s.value, 28.0, 0.2);
+    assert_int_equal(landing_arm(&landing, 8, index), MR_NOT_NOW); /* not in the middle of it */
+    assert_int_equal(landing.number, 7);
 }
 
 static void a_pushback_leaves_the_landing_before_as_it_was(void **state)
