@@ -66,7 +66,7 @@ double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gat
 enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gates_summary *summary);
 
 /* Chi-square that chance exceeds by so many normal standard deviations (Wilson and Hilferty 1931): MR_ONE_IN_100 within 1 %,
- * MR_ONE_IN_1000 within 2 % of the tables from 1 degree of freedom on. */
+ * MR_ONE_IN_1000 within 3.1 % of the tables from 1 degree of freedom on. */
 #define MR_ONE_IN_100 2.3263479
 #define MR_ONE_IN_1000 3.0902323
 double mr_chi_square(unsigned freedom, double deviations);

@@ -137,8 +137,6 @@ static void append(struct blackbox *box, struct blackbox_writer *writer, const u
         mr_put_u32(writer->page + MR_BOXPAGE_HEADER + 4u * (end - 1), writer->held);
         if (end == MR_BOXPAGE_PAYLOAD / 4u) {
             close_page(box, writer);
-            if (writer == &box->meta && !box->configuring)
-                return; /* there is no page for the rest */
             writer->bit = held + n - 32;
         }
         writer->held = word >> 1 >> (31 - held); /* by 32 when nothing was held */
@@ -226,8 +224,17 @@ void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start *start)
 void blackbox_configure(struct blackbox *box, uint16_t id, const uint8_t *payload, size_t length)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (box->configuring)
-        append(box, &box->meta, bits, mr_pack_message(id, payload, length, bits));
+    if (!box->configuring)
+        return;
+    size_t count = mr_pack_message(id, payload, length, bits);
+    unsigned left = (BLACKBOX_CONFIG - box->config_put) * MR_BOXPAGE_PAYLOAD * 8u - box->meta.bit;
+    if (count + MR_PACK_TAG_BITS + 32u <= left) { /* the end tag, and a word that flush may close the page with */
+        append(box, &box->meta, bits, count);
+        return;
+    }
+    health_count(MR_FAULT_BOX_LOST, 1);
+    flush(box, &box->meta); /* what is there ends as it should: a reader would go on with the stream's bits otherwise */
+    box->configuring = false;
 }
 
 /* --- a landing begins and ends --- */

@@ -467,6 +467,112 @@ static void damage_is_recognised(void **state)
     assert_true(rate > 0.5 && noticed > 0.9);
 }
 
+/* A rig's table need not go along the runway, and a gage may have no station: the neighbours are those by station. */
+static void neighbours_are_those_by_station(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {85.0, 20.0, NAN, 50.0, 5.0};
+    set_up(station_ft, 5, 100.0f);
+    play((const double[]){100.0, 100.0, 100.0, 100.0, 100.0}, 5, 150, true, NAN);
+    for (int s = 1; s <= 50; s++)
+        play((const double[]){100.0, 100.0 + 0.7 * s, 100.0, 100.0 - 0.5 * s, 100.0}, 5, 1, false, 30.0);
+    play((const double[]){100.0, 100.0, 100.0, 100.0, 100.0}, 5, 300, false, 30.0);
+    mr_bands_end(&bands);
+    assert_int_equal(finds, 1);
+    assert_int_equal(found[0].reason, MR_BAND_PULLOUT);
+    assert_int_equal(found[0].gage, 2);
+    assert_int_equal(found[0].other, 4);
+    assert_near(found[0].value_lb, 60.0, 3.0);
+}
+
+/* The slip of slip() with a gage before the others that has no reading, then one behind them. */
+static void a_slip_is_seen_beside_a_gage_without_a_reading(void **state)
+{
+    (void)state;
+    static const double station_ft[2][4] = {{20.0, 50.0, 80.0, 10.0}, {20.0, 50.0, 80.0, 95.0}};
+    for (unsigned n = 0; n < 2; n++) {
+        set_up(station_ft[n], 4, 100.0f);
+        play((const double[]){100.0, 100.0, 100.0, NAN}, 4, 150, true, NAN);
+        play((const double[]){100.0, 98.0, 99.0, NAN}, 4, 20, false, 5.0);
+        play((const double[]){90.0, 74.0, 94.0, NAN}, 4, 100, false, 5.0);
+        mr_bands_end(&bands);
+        assert_int_equal(finds, 1);
+        assert_int_equal(found[0].reason, MR_BAND_SLIP);
+        assert_int_equal(found[0].gage, 2);
+        assert_near(found[0].value_lb, 24.0, 0.5);
+    }
+}
+
+/* 14 gages overloaded and four bands unequal in one step are 18 findings; 16 are told, the overloads first. */
+static void no_more_than_16_findings_come_of_one_step(void **state)
+{
+    (void)state;
+    float tension_lb[MR_GAGES];
+    double station_ft[MR_GAGES];
+    unsigned count = 0;
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        station_ft[i] = 5.0 * i;
+    set_up(station_ft, MR_GAGES, 100.0f);
+    for (unsigned b = 0; b < MR_CONFIG_BANDS; b++)
+        band[b] = (struct mr_band_config){.pretension_lb = 100.0f, .yield_lb = 300.0f};
+    for (unsigned i = 0; i < MR_GAGES; i++)
+        gage[i].band = (uint8_t)(1 + i % MR_CONFIG_BANDS);
+    mr_bands_arm(&bands, gage, band);
+    for (unsigned step = 1; step <= MR_BANDS_GROUP; step++) {
+        for (unsigned i = 0; i < MR_GAGES; i++)
+            tension_lb[i] = step == MR_BANDS_GROUP ? 310.0f : i < MR_CONFIG_BANDS ? 50.0f : 150.0f;
+        count = mr_bands_step(&bands, tension_lb, true, NAN, 4 * step);
+        assert_int_equal(count, step == MR_BANDS_GROUP ? MR_BANDS_EVENTS : 0);
+    }
+    for (unsigned n = 0; n < count; n++)
+        assert_int_equal(bands.finding[n].reason, n < MR_GAGES ? MR_BAND_OVERLOAD : MR_BAND_UNEQUAL);
+}
+
+/* Zeros that have drifted below nothing: a band without tension has no pretension of which 10 % would be slack. */
+static void a_band_below_zero_is_not_slack_of_nothing(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 80.0};
+    struct mr_band_figures figures;
+    set_up(station_ft, 2, 5.0f);
+    play((const double[]){-0.2, -0.4}, 2, MR_BANDS_GROUP, true, NAN);
+    unsigned before = findings_of(MR_BAND_LOOSE) + findings_of(MR_BAND_SLACK);
+    assert_int_equal(before, 2); /* of the 5 lb that were to be there, 0.5 */
+    finds = 0;
+    play((const double[]){0.3, 0.1}, 2, 100, false, 30.0);
+    play((const double[]){4.3, 4.1}, 2, 100, false, 30.0); /* less than 5 lb is no sudden change */
+    mr_bands_end(&bands);
+    mr_bands_figures(&bands, 0, &figures);
+    assert_int_equal(finds, 0);
+    assert_near(figures.before_lb, -0.3, 1e-5);
+}
+
+static void what_a_band_has_now(void **state)
+{
+    (void)state;
+    static const double station_ft[] = {20.0, 50.0, 80.0, 95.0};
+    float least, mean, most, tension_lb[MR_GAGES] = {90.0f, 120.0f, NAN, 700.0f, 800.0f};
+    set_up(station_ft, 4, 100.0f);
+    gage[3].band = 2;
+    assert_int_equal(mr_bands_now(gage, tension_lb, 0, &least, &mean, &most), 2);
+    assert_near(least, 90.0, 0.0);
+    assert_near(mean, 105.0, 1e-5);
+    assert_near(most, 120.0, 0.0);
+    assert_int_equal(mr_bands_now(gage, tension_lb, 3, &least, &mean, &most), 0);
+    assert_true(isnan(least) && isnan(mean) && isnan(most));
+}
+
+static void every_reason_has_its_own_text(void **state)
+{
+    (void)state;
+    for (unsigned a = MR_BAND_SLACK; a <= MR_BAND_STEP; a++) {
+        assert_string_not_equal(mr_band_reason_text(a), "unknown");
+        for (unsigned b = MR_BAND_SLACK; b < a; b++)
+            assert_string_not_equal(mr_band_reason_text(a), mr_band_reason_text(b));
+    }
+    assert_string_equal(mr_band_reason_text(0), "unknown");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -483,6 +589,12 @@ int main(void)
         cmocka_unit_test(the_recorded_landings_raise_nothing),
         cmocka_unit_test(landings_without_damage_raise_nothing),
         cmocka_unit_test(damage_is_recognised),
+        cmocka_unit_test(neighbours_are_those_by_station),
+        cmocka_unit_test(a_slip_is_seen_beside_a_gage_without_a_reading),
+        cmocka_unit_test(no_more_than_16_findings_come_of_one_step),
+        cmocka_unit_test(a_band_below_zero_is_not_slack_of_nothing),
+        cmocka_unit_test(what_a_band_has_now),
+        cmocka_unit_test(every_reason_has_its_own_text),
     };
     return cmocka_run_group_tests_name("common/bands", tests, NULL, NULL);
 }

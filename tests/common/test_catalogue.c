@@ -1,9 +1,11 @@
 #include "common/catalogue.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/command.h"
+#include "common/wire.h"
 #include "tests/cmocka_all.h"
 
 /* Bytes worked out by hand from catalogue.def, little-endian. */
@@ -21,6 +23,9 @@ static void messages_put_the_bytes_worked_out_by_hand(void **state)
     const uint8_t displacement[] = {0x10, 0xf3, 0x00, 0x80, 0xff, 0x7f, 0x34, 0x12};
     assert_int_equal(mr_displacement_1_3_put(&(struct mr_displacement_1_3){-0.3312f, NAN, 4.0f, 0x1234}, out), 8);
     assert_memory_equal(out, displacement, 8);
+
+    assert_int_equal(mr_displacement_1_3_put(&(struct mr_displacement_1_3){-4.0f, 0.0f, 0.0f, 0}, out), 8);
+    assert_memory_equal(out, ((const uint8_t[]){0x01, 0x80, 0, 0, 0, 0, 0, 0}), 8); /* -4 in clips to -32767 */
 
     const uint8_t edge[] = {0xef, 0xbe, 0xad, 0xde, 17, 3, 0x64, 0x03}; /* 108.5 * 8 = 868 = 0x364 */
     assert_int_equal(mr_edge_put(&(struct mr_edge){0xdeadbeefu, 17, 3, 108.5f}, out), 8);
@@ -52,6 +57,139 @@ static void a_wrong_length_is_refused(void **state)
     assert_int_equal(mr_clock_get(&clock, bytes, 7), MR_TRUNCATED);
     assert_int_equal(mr_clock_get(&clock, bytes, 9), MR_TOO_LONG);
     assert_int_equal(mr_clock_get(&clock, bytes, 8), MR_OK);
+}
+
+/* ---- every message, against a reading of the bytes that shares nothing with wire.h ---- */
+
+static uint64_t little_endian(const uint8_t *bytes, unsigned size)
+{
+    uint64_t value = 0;
+    for (unsigned i = size; i-- > 0;)
+        value = value << 8 | bytes[i];
+    return value;
+}
+
+/* The integer of a field: types whose name begins with i are two's complement. */
+static int64_t integer_of(const char *type, const uint8_t *bytes)
+{
+    unsigned bits = (unsigned)strtoul(type + 1, NULL, 10);
+    uint64_t value = little_endian(bytes, bits / 8);
+    return type[0] == 'i' && value >> (bits - 1) ? (int64_t)value - ((int64_t)1 << bits) : (int64_t)value;
+}
+
+static unsigned size_of(const char *type)
+{
+    return (unsigned)strtoul(type + 1, NULL, 10) / 8;
+}
+
+static void check_real(float value, float per_unit, const char *type, const uint8_t *bytes)
+{
+    int64_t counts = integer_of(type, bytes);
+    if (counts == (type[0] == 'i' ? -32768 : 65535))
+        assert_true(isnan(value));
+    else
+        assert_near((double)value * (double)per_unit, (double)counts, 0.01);
+}
+
+static void check_float(float value, const uint8_t *bytes)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } image = {.bits = (uint32_t)little_endian(bytes, 4)};
+    assert_true(value == image.value || (isnan(value) && isnan(image.value)));
+}
+
+/* A payload gives each field its own bytes in the order of the table, other lengths are refused by what is wrong with them,
+ * and putting gives the payload back. */
+#define MESSAGE(name, NAME, id, direction, text)                                   \
+    static void check_##name(const uint8_t bytes[MR_MESSAGE_MAX + 1])              \
+    {                                                                              \
+        struct mr_##name message;                                                  \
+        uint8_t out[MR_MESSAGE_MAX];                                               \
+        unsigned at = 0;                                                           \
+        size_t length = mr_message_find(id)->length;                               \
+        assert_int_equal(mr_##name##_get(&message, bytes, length - 1), MR_TRUNCATED); \
+        assert_int_equal(mr_##name##_get(&message, bytes, length + 1), MR_TOO_LONG);  \
+        assert_int_equal(mr_##name##_get(&message, bytes, length), MR_OK);
+#define INTEGER(name, type, field, unit, text)                          \
+        assert_true(message.field == integer_of(#type, bytes + at)); \
+        at += size_of(#type);
+#define REAL(name, type, field, per_unit, unit, text)            \
+        check_real(message.field, per_unit, #type, bytes + at); \
+        at += size_of(#type);
+#define FLOAT(name, field, unit, text)            \
+        check_float(message.field, bytes + at); \
+        at += 4;
+#define END(name, NAME)                                              \
+        assert_int_equal(at, length);                                \
+        assert_int_equal(mr_##name##_put(&message, out), length);    \
+        assert_memory_equal(out, bytes, length);                     \
+    }
+#include "common/catalogue.def"
+#undef MESSAGE
+#undef END
+#undef INTEGER
+#undef REAL
+#undef FLOAT
+#define INTEGER(name, type, field, unit, text)
+#define REAL(name, type, field, per_unit, unit, text)
+#define FLOAT(name, field, unit, text)
+#define END(name, NAME)
+
+static void every_message_is_its_fields_in_order(void **state)
+{
+    (void)state;
+    uint8_t missing[MR_MESSAGE_MAX + 1], bytes[MR_MESSAGE_MAX + 1];
+    uint32_t random = 1973;
+    for (unsigned round = 0; round < 20; round++) {
+        for (unsigned i = 0; i < sizeof bytes; i++) {
+            random = random * 1664525u + 1013904223u;
+            bytes[i] = (uint8_t)(random >> 24);
+        }
+        memset(missing, 0xff, sizeof missing);
+#define MESSAGE(name, NAME, id, direction, text) check_##name(round ? bytes : missing);
+#include "common/catalogue.def"
+#undef MESSAGE
+    }
+}
+
+/* Places number the messages in the order of the table, then blocks and parts of the black box. */
+static void places_go_there_and_back(void **state)
+{
+    (void)state;
+    size_t count;
+    const struct mr_message_info *messages = mr_catalogue(&count);
+    for (unsigned m = 0; m < count; m++) {
+        assert_int_equal(mr_message_place(messages[m].id), m);
+        assert_int_equal(mr_message_at(m), messages[m].id);
+        assert_string_equal(mr_message_text(m), messages[m].name);
+    }
+    assert_int_equal(MR_PLACES, count + 2);
+    assert_int_equal(mr_message_at(mr_message_place(MR_ID_BLOCK)), MR_ID_BLOCK);
+    assert_int_equal(mr_message_at(mr_message_place(MR_ID_BOX_PART)), MR_ID_BOX_PART);
+    assert_string_equal(mr_message_text(MR_PLACE_BLOCK), "block");
+    assert_string_equal(mr_message_text(MR_PLACE_BOX_PART), "box_part");
+    assert_int_equal(mr_message_place(0x7ff), MR_PLACES);
+    assert_int_equal(mr_message_at(MR_PLACES), 0);
+}
+
+/* wire.h: rounded to nearest, clipped at the ends of the range, the missing code never made by a value. */
+static void reals_are_rounded_and_clipped(void **state)
+{
+    (void)state;
+    const struct {
+        float value;
+        int64_t i16, u16; /* counts, 10 to a unit */
+    } cases[] = {{0.04f, 0, 0},         {0.06f, 1, 1},          {-0.04f, 0, 0},         {-0.06f, -1, 0},
+                 {3276.6f, 32766, 32766}, {1e9f, 32767, 65534}, {-1e9f, -32767, 0}, {-3276.6f, -32766, 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        uint8_t out[2];
+        mr_put_real_i16(out, cases[i].value, 10.0f);
+        assert_int_equal(integer_of("i16", out), cases[i].i16);
+        mr_put_real_u16(out, cases[i].value, 10.0f);
+        assert_int_equal(integer_of("u16", out), cases[i].u16);
+    }
 }
 
 static void the_table_is_consistent(void **state)
@@ -90,6 +228,23 @@ static void field_values_are_in_units(void **state)
     assert_true(isnan(mr_field_value(&info->fields[2], missing)));
 }
 
+/* Bytes 0xfe 0xff 0xff 0xff: 254, -2, 65534, -2, 2^32 - 2 and -2 by type. */
+static void field_values_are_read_by_type(void **state)
+{
+    (void)state;
+    const uint8_t payload[8] = {0xfe, 0xff, 0xff, 0xff, 0x00, 0x00, 0x80, 0xbf};
+    const struct {
+        enum mr_wire_type type;
+        uint8_t offset;
+        double value;
+    } cases[] = {{MR_WIRE_u8, 0, 254.0},  {MR_WIRE_i8, 0, -2.0},         {MR_WIRE_u16, 0, 65534.0}, {MR_WIRE_i16, 0, -2.0},
+                 {MR_WIRE_u32, 0, 4294967294.0}, {MR_WIRE_i32, 0, -2.0}, {MR_WIRE_f32, 4, -1.0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const struct mr_field_info field = {.type = cases[i].type, .offset = cases[i].offset};
+        assert_near(mr_field_value(&field, payload), cases[i].value, 0.0);
+    }
+}
+
 static void commands_parse_as_people_write_them(void **state)
 {
     (void)state;
@@ -114,6 +269,23 @@ static void commands_parse_as_people_write_them(void **state)
     assert_int_equal(mr_command_parse("survey 1 300000", 0, &command), MR_USAGE); /* 3e9 steps of 0.0001 in */
     assert_int_equal(mr_command_parse("arm 4.6", 0, &command), MR_USAGE);
     assert_int_equal(mr_command_parse("survey 1.5 0.1", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("\tmark\r\n", 0, &command), MR_OK);
+    assert_int_equal(mr_command_parse("survey\t2\t0.5\r", 0, &command), MR_OK);
+    assert_int_equal(command.index, 2);
+    assert_int_equal(command.argument, 5000);
+    assert_int_equal(mr_command_parse("survey 2 -0.30503", 0, &command), MR_OK);
+    assert_int_equal(command.argument, -3050);
+    assert_int_equal(mr_command_parse("survey 2 0.30504999999999", 0, &command), MR_OK); /* digits beyond the ninth do not count */
+    assert_int_equal(command.argument, 3050);
+    assert_int_equal(mr_command_parse("survey -1 0.1", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey x 0.1", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey 1 0.1/", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("survey 1 0.1:", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("arm 5:", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("arm /", 0, &command), MR_USAGE);
+    assert_int_equal(mr_command_parse("arm\r", 0, &command), MR_OK);
+    assert_int_equal(mr_command_parse("disarm\n", 0, &command), MR_OK);
     assert_string_equal(mr_command_name(MR_COMMAND_MARK), "mark");
     assert_string_equal(mr_command_name(200), "unknown");
 }
@@ -124,8 +296,12 @@ int main(void)
         cmocka_unit_test(messages_put_the_bytes_worked_out_by_hand),
         cmocka_unit_test(missing_stays_missing),
         cmocka_unit_test(a_wrong_length_is_refused),
+        cmocka_unit_test(every_message_is_its_fields_in_order),
+        cmocka_unit_test(places_go_there_and_back),
+        cmocka_unit_test(reals_are_rounded_and_clipped),
         cmocka_unit_test(the_table_is_consistent),
         cmocka_unit_test(field_values_are_in_units),
+        cmocka_unit_test(field_values_are_read_by_type),
         cmocka_unit_test(commands_parse_as_people_write_them),
     };
     return cmocka_run_group_tests_name("common/catalogue", tests, NULL, NULL);

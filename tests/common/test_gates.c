@@ -185,6 +185,195 @@ static void a_changing_deceleration_is_followed(void **state)
     assert_near(summary.stop_t_s.value, stop_s, 3.0 * summary.stop_t_s.error);
 }
 
+/* Quantile 0.975 of Student's t from a table. */
+static void students_factor_is_that_of_the_tables(void **state)
+{
+    (void)state;
+    const struct {
+        unsigned freedom;
+        double t;
+    } rows[] = {{1, 12.706}, {2, 4.303}, {5, 2.571}, {10, 2.228}, {15, 2.131}, {20, 2.086}, {30, 2.042}, {60, 2.000}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+        assert_near(mr_gates_student(rows[i].freedom), rows[i].t / 1.96, 0.005 * rows[i].t / 1.96);
+    assert_near(mr_gates_student(0), mr_gates_student(1), 0.0); /* as bad as can be stated */
+}
+
+/* Gates of a polynomial of order 1 to 4 with exact stations: the lowest order that is enough, and its derivatives. */
+static void the_lowest_order_that_is_enough_is_taken(void **state)
+{
+    (void)state;
+    const double c[] = {3.0, 40.0, -3.0, -0.35, 0.04};
+    for (unsigned order = 2; order <= MR_GATES_ORDER_MAX; order++) {
+        struct mr_gate gates[MR_GATES_MAX];
+        struct mr_gates_fit fit;
+        struct mr_motion_estimate motion;
+        for (unsigned i = 0; i < 20; i++) {
+            double t = 0.2 * i, x = 0.0;
+            for (unsigned k = order + 1; k-- > 0;)
+                x = x * t + c[k];
+            gates[i] = (struct mr_gate){.t_s = t, .station_ft = x};
+        }
+        assert_int_equal(mr_gates_fit_best(gates, 20, SWITCH_ERROR_FT, &fit), MR_OK);
+        assert_int_equal(fit.order, order);
+        mr_gates_at(&fit, 2.0, &motion);
+        double speed = c[1] + 4.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) + (order > 3 ? 32.0 * c[4] : 0.0);
+        double rise = 2.0 * c[2] + (order > 2 ? 12.0 * c[3] : 0.0) + (order > 3 ? 48.0 * c[4] : 0.0);
+        assert_near(motion.speed_ft_s.value, speed, 1e-9);
+        assert_near(motion.deceleration_ft_s2.value, -rise, 1e-8);
+        /* with few gates no higher order is tried: three degrees of freedom must remain */
+        assert_int_equal(mr_gates_fit_best(gates, 6, SWITCH_ERROR_FT, &fit), MR_OK);
+        assert_int_equal(fit.order, 2);
+        assert_int_equal(mr_gates_fit_best(gates, 2, SWITCH_ERROR_FT, &fit), MR_OK);
+        assert_int_equal(fit.order, 1);
+        assert_int_equal(mr_gates_fit_best(gates, 1, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
+        assert_int_equal(mr_gates_at_station(&fit, 1e4, &motion), MR_NUMERICS);  /* never there */
+        assert_int_equal(mr_gates_at_station(&fit, -1e4, &motion), MR_NUMERICS);
+        assert_int_equal(mr_gates_fit(gates, 20, 0, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
+        assert_int_equal(mr_gates_fit(gates, 20, MR_GATES_ORDER_MAX + 1, SWITCH_ERROR_FT, &fit), MR_TOO_FEW);
+    }
+}
+
+/* Of the last six, one opens 5 ms late: at 15 to 28 ft/s that is an inch off, and the speed does not feel it. */
+static void the_online_estimate_leaves_one_out(void **state)
+{
+    (void)state;
+    for (size_t late = 7; late < 11; late++) {
+        struct mr_gate gates[MR_GATES_MAX];
+        struct mr_motion_estimate now;
+        (void)uniform_gates(3.0, 28.0, 4.0, gates);
+        double since_s = gates[11].t_s - 10.0;
+        gates[late].t_s += 5e-3;
+        assert_int_equal(mr_gates_now(gates, 12, SWITCH_ERROR_FT, &now), MR_OK);
+        assert_near(now.speed_ft_s.value, 28.0 - 4.0 * (since_s - DELAY_S), 1e-3);
+        gates[late].t_s = gates[late - 1].t_s;
+        assert_int_equal(mr_gates_now(gates, 12, SWITCH_ERROR_FT, &now), MR_MALFORMED);
+    }
+}
+
+/* Comes in at 32 ft/s, brakes with a1 up to 50 ft from touchdown and with a2 from there on. Times by v = sqrt(v0^2 - 2 a x). */
+static size_t two_brakes(double a1_ft_s2, double a2_ft_s2, unsigned first, struct mr_gate *gates)
+{
+    const double v0 = 32.0, change_ft = 50.0;
+    double v1 = sqrt(v0 * v0 - 2.0 * a1_ft_s2 * change_ft), t1 = DELAY_S + (v0 - v1) / a1_ft_s2;
+    size_t count = 0;
+    for (unsigned i = first; i < 24; i++) {
+        double x = -5.5 + 5.0 * i, t = x / v0, braked = x - v0 * DELAY_S;
+        if (braked > change_ft) {
+            double left = v1 * v1 - 2.0 * a2_ft_s2 * (braked - change_ft);
+            if (left < 0.0)
+                break;
+            t = t1 + (v1 - sqrt(left)) / a2_ft_s2;
+        } else if (x > 0.0) {
+            t = DELAY_S + (v0 - sqrt(v0 * v0 - 2.0 * a1_ft_s2 * braked)) / a1_ft_s2;
+        }
+        gates[count++] = (struct mr_gate){.t_s = 10.0 + t, .station_ft = 3.0 + x};
+    }
+    return count;
+}
+
+/* A brake that is let off or pulled on half way is not even: its ends are taken apart, and each is still right. */
+static void an_uneven_brake_is_taken_apart(void **state)
+{
+    (void)state;
+    const struct {
+        double a1, a2;
+    } brakes[] = {{4.0, 9.0}, {6.0, 4.0}, {3.0, 12.0}, {7.0, 2.9}};
+    for (size_t b = 0; b < sizeof brakes / sizeof brakes[0]; b++) {
+        for (unsigned first = 0; first < 3; first++) { /* with both switches on the track, one, none */
+            struct mr_gate gates[MR_GATES_MAX];
+            struct mr_gates_summary summary;
+            double a1 = brakes[b].a1, a2 = brakes[b].a2, v1 = sqrt(32.0 * 32.0 - 100.0 * a1);
+            double stop_s = 10.0 + DELAY_S + (32.0 - v1) / a1 + v1 / a2;
+            double stop_ft = 3.0 + 32.0 * DELAY_S + 50.0 + 0.5 * v1 * v1 / a2;
+            size_t count = two_brakes(a1, a2, first, gates);
+            assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+            assert_false(summary.even);
+            assert_int_equal(summary.before_touchdown, 2 - first);
+            assert_near(summary.touchdown_speed_ft_s.value, 32.0, 0.01 * 32.0);
+            assert_near(summary.stop_t_s.value, stop_s, 0.01 + 3.0 * summary.stop_t_s.error);
+            assert_near(summary.stop_station_ft.value, stop_ft, 0.01 + 3.0 * summary.stop_station_ft.error);
+            assert_near(summary.mean_deceleration_ft_s2.value, 32.0 / (stop_s - 10.0), 0.02 * 32.0 / (stop_s - 10.0));
+        }
+    }
+}
+
+/* The same, and the third switch from the end opens 10 ms late: it alone keeps the others off a parabola. */
+static void a_late_switch_near_the_stop_is_left_out(void **state)
+{
+    (void)state;
+    struct mr_gate gates[MR_GATES_MAX];
+    struct mr_gates_summary summary;
+    size_t count = two_brakes(6.0, 4.0, 0, gates);
+    double v1 = sqrt(32.0 * 32.0 - 600.0), stop_ft = 3.0 + 32.0 * DELAY_S + 50.0 + v1 * v1 / 8.0;
+    assert_true(count > 18);
+    gates[count - 3].t_s += 10e-3;
+    assert_int_equal(mr_gates_summarise(gates, count, 3.0, SWITCH_ERROR_FT, &summary), MR_OK);
+    assert_false(summary.even);
+    assert_int_equal(summary.alien, 1u << (count - 3));
+    assert_near(summary.late_s[count - 3], 10e-3, 1e-3);
+    assert_int_equal(summary.used_for_stop, 7);
+    assert_near(summary.stop_station_ft.value, stop_ft, 0.05);
+}
+
+/* Four gates, one of them 0.1 ft off: nobody can tell which, so the errors say that something is wrong. */
+static void few_gates_that_disagree_have_wide_errors(void **state)
+{
+    (void)state;
+    struct mr_gate gates[MR_GATES_MAX];
+    struct mr_gates_summary good, bad;
+    uniform_gates(3.0, 28.0, 4.0, gates);
+    gates[2] = gates[6];
+    gates[3] = gates[14];
+    assert_int_equal(mr_gates_summarise(gates, 4, 3.0, SWITCH_ERROR_FT, &good), MR_OK);
+    assert_true(good.even);
+    gates[2].station_ft += 0.1;
+    assert_int_equal(mr_gates_summarise(gates, 4, 3.0, SWITCH_ERROR_FT, &bad), MR_OK);
+    assert_false(bad.even);
+    assert_int_equal(bad.used_for_stop, 4);
+    assert_true(bad.touchdown_speed_ft_s.error > 5.0 * good.touchdown_speed_ft_s.error);
+    assert_true(bad.stop_station_ft.error > 5.0 * good.stop_station_ft.error);
+    assert_near(bad.touchdown_speed_ft_s.value, 28.0, 1.96 * bad.touchdown_speed_ft_s.error);
+}
+
+/* Whatever the gates, there is an answer within bounds or a refusal: times strictly rising, stations not, gears that get
+ * faster, that roll back, that jump. An answer has finite values, errors, and comes to rest after touchdown. */
+static void nonsense_is_refused_or_bounded(void **state)
+{
+    (void)state;
+    unsigned answered = 0, refused = 0;
+    lcg_state = 5;
+    for (unsigned n = 0; n < 4000; n++) {
+        struct mr_gate gates[MR_GATES_MAX];
+        struct mr_gates_summary summary;
+        size_t count = 3 + (size_t)(uniform() * 22.0);
+        double v = 5.0 + 41.0 * uniform(), a = 30.0 * uniform() - 4.0, noise_ft = pow(10.0, -4.0 + 5.0 * uniform());
+        double t = 0.0, step_s = 0.05 + 0.3 * uniform(), uneven = uniform() < 0.3 ? 3.0 * uniform() - 1.5 : 0.0;
+        double touchdown_ft = 10.0 * uniform();
+        for (size_t i = 0; i < count; i++) {
+            gates[i].t_s = t;
+            gates[i].station_ft = v * t - 0.5 * a * t * t - uneven * t * t * t / 6.0 + noise_ft * (uniform() - 0.5);
+            t += step_s * (0.2 + uniform());
+        }
+        enum mr_status status = mr_gates_summarise(gates, count, touchdown_ft, SWITCH_ERROR_FT, &summary);
+        answered += (unsigned)(status == MR_OK);
+        refused += (unsigned)(status != MR_OK);
+        if (status == MR_OK) {
+            assert_true(isfinite(summary.stop_station_ft.value) && summary.touchdown_speed_ft_s.value > 0.0);
+            assert_true(summary.stop_t_s.value > summary.touchdown_t_s.value);
+            assert_true(summary.touchdown_speed_ft_s.error > 0.0 && summary.stop_t_s.error > 0.0);
+            assert_true(summary.mean_deceleration_ft_s2.value > 0.0 && isfinite(summary.mean_deceleration_ft_s2.error));
+        } else {
+            assert_true(status == MR_NUMERICS || status == MR_TOO_FEW);
+        }
+        size_t twice = 1 + (size_t)(uniform() * (double)(count - 1));
+        gates[twice].t_s = gates[twice - 1].t_s;
+        status = mr_gates_summarise(gates, count, touchdown_ft, SWITCH_ERROR_FT, &summary);
+        assert_int_equal(status, MR_MALFORMED);
+    }
+    printf("# of 4000: %u answered, %u refused\n", answered, refused);
+    assert_true(answered > 400 && refused > 400);
+}
+
 static void too_little_is_refused(void **state)
 {
     (void)state;
@@ -259,6 +448,13 @@ int main(void)
         cmocka_unit_test(the_online_intervals_hold),
         cmocka_unit_test(the_error_at_a_station_is_that_of_moved_switches),
         cmocka_unit_test(a_changing_deceleration_is_followed),
+        cmocka_unit_test(students_factor_is_that_of_the_tables),
+        cmocka_unit_test(the_lowest_order_that_is_enough_is_taken),
+        cmocka_unit_test(the_online_estimate_leaves_one_out),
+        cmocka_unit_test(an_uneven_brake_is_taken_apart),
+        cmocka_unit_test(a_late_switch_near_the_stop_is_left_out),
+        cmocka_unit_test(few_gates_that_disagree_have_wide_errors),
+        cmocka_unit_test(nonsense_is_refused_or_bounded),
         cmocka_unit_test(too_little_is_refused),
         cmocka_unit_test(the_staircase_names_the_switch),
         cmocka_unit_test(a_step_is_read_next_to_its_edge),

@@ -93,6 +93,17 @@ static void commits_as_text(void **state)
     }
 }
 
+static void every_state_has_its_own_text(void **state)
+{
+    (void)state;
+    for (unsigned a = 0; a <= MR_IMAGE_HEADER; a++) {
+        assert_string_not_equal(mr_image_state_text(a), "unknown state");
+        for (unsigned b = 0; b < a; b++)
+            assert_string_not_equal(mr_image_state_text(a), mr_image_state_text(b));
+    }
+    assert_string_equal(mr_image_state_text(MR_IMAGE_HEADER + 1), "unknown state");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -100,6 +111,7 @@ int main(void)
         cmocka_unit_test(every_single_bit_is_noticed),
         cmocka_unit_test(a_program_out_of_flash_is_refused),
         cmocka_unit_test(commits_as_text),
+        cmocka_unit_test(every_state_has_its_own_text),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -17,10 +17,25 @@ static void exit_codes_keep_the_contract(void **state)
     assert_int_equal(mr_status_exit_code((enum mr_status)-99), 3);
 }
 
+/* The rest by what kind of failure it is (README, exit codes): usage, input or output, malformed, numerics. */
+static void failures_of_a_kind_exit_alike(void **state)
+{
+    (void)state;
+    const enum mr_status usage[] = {MR_NOT_NOW, MR_UNKNOWN}, malformed[] = {MR_TRUNCATED, MR_CRC, MR_TOO_LONG};
+    const enum mr_status input[] = {MR_CLOSED, MR_FULL, MR_UNMODELLED, MR_HALTED, MR_WAIT};
+    for (size_t i = 0; i < sizeof usage / sizeof usage[0]; i++)
+        assert_int_equal(mr_status_exit_code(usage[i]), 2);
+    for (size_t i = 0; i < sizeof malformed / sizeof malformed[0]; i++)
+        assert_int_equal(mr_status_exit_code(malformed[i]), 4);
+    for (size_t i = 0; i < sizeof input / sizeof input[0]; i++)
+        assert_int_equal(mr_status_exit_code(input[i]), 3);
+    assert_int_equal(mr_status_exit_code(MR_TOO_FEW), 5);
+}
+
 static void every_status_has_its_own_text(void **state)
 {
     (void)state;
-    for (int a = 0; a >= -17; a--) {
+    for (int a = 0; a >= MR_WAIT; a--) {
         assert_string_not_equal(mr_status_text((enum mr_status)a), "unknown status");
         for (int b = 0; b > a; b--)
             assert_string_not_equal(mr_status_text((enum mr_status)a), mr_status_text((enum mr_status)b));
@@ -40,6 +55,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exit_codes_keep_the_contract),
+        cmocka_unit_test(failures_of_a_kind_exit_alike),
         cmocka_unit_test(every_status_has_its_own_text),
         cmocka_unit_test(every_fault_has_a_text),
     };

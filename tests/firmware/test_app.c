@@ -518,6 +518,131 @@ static int start_and_keep(void **state)
     return start(NULL);
 }
 
+/* Of the messages that hold several channels, only those are sent of which one is fitted: one channel, one message. */
+static void one_channel_costs_one_message(void **state)
+{
+    static const uint16_t group[] = {MR_ID_DISPLACEMENT_1_3, MR_ID_DISPLACEMENT_4_6, MR_ID_DISPLACEMENT_7_8, MR_ID_TENSION_1_3,
+                                     MR_ID_TENSION_4_6, MR_ID_TENSION_7_9, MR_ID_TENSION_10_12, MR_ID_TENSION_13_14};
+    struct mr_config full = config;
+    (void)state;
+    for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++) {
+        unsigned wanted = c < MR_TRANSDUCERS ? c / 3 : 3 + (c - MR_TRANSDUCERS) / 3;
+        for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
+            config.channel[i].kind = i == c ? full.channel[i].kind : 0;
+        start(NULL);
+        play(300);
+        config = full;
+        for (unsigned g = 0; g < sizeof group / sizeof group[0]; g++)
+            assert_int_equal(count_frames(group[g]) > 0, g == wanted);
+    }
+}
+
+/* The count of lost blocks ends at 65535, by one jump or by several. */
+static void lost_blocks_are_counted_to_the_end(void **state)
+{
+    (void)state;
+    static const uint32_t jumps[][3] = {{70000, 0, 65535}, {40000, 3, 40003}, {40000, 40000, 65535}};
+    for (unsigned i = 0; i < 3; i++) {
+        start(NULL);
+        play(10);
+        index_now += jumps[i][0];
+        play(10);
+        index_now += jumps[i][1];
+        play(10);
+        assert_int_equal(app.telemetry.blocks_lost, jumps[i][2]);
+    }
+}
+
+/* Without the reference nothing can be said in inches or pounds: missing, and a fault. */
+static void without_reference_there_are_no_readings(void **state)
+{
+    (void)state;
+    struct mr_displacement_1_3 d;
+    struct mr_tension_1_3 t;
+    uint16_t before = health_counted(MR_FAULT_REFERENCE);
+    play(100);
+    assert_int_equal(health_counted(MR_FAULT_REFERENCE), before);
+    for (unsigned n = 0; n < 100; n++) {
+        play_block();
+        fake.block.index = index_now++;
+        fake.block.tick = 2352u + 84000u * fake.block.index;
+        fake.block.sum[MR_ADC1_REFERENCE] = 8u * 1000u;
+        fake.block_ready = true;
+        app_poll(&app);
+    }
+    assert_int_equal(health_counted(MR_FAULT_REFERENCE), before + 100);
+    fake.sent_count = 0;
+    for (unsigned n = 0; n < 50; n++) { /* every block without */
+        fake.block.index = index_now++;
+        fake.block.tick += 84000u;
+        fake.block_ready = true;
+        app_poll(&app);
+    }
+    GET_LAST(displacement_1_3, DISPLACEMENT_1_3, &d);
+    GET_LAST(tension_1_3, TENSION_1_3, &t);
+    assert_true(isnan(d.d1_in) && isnan(d.d2_in) && isnan(t.t1_lb) && isnan(t.t3_lb));
+}
+
+/* Frames of others on either link are none of the board's business: neither answered nor a fault. */
+static void messages_that_are_not_for_it_are_passed_over(void **state)
+{
+    (void)state;
+    struct board_can_frame *frame = &fake.received[fake.received_count++];
+    *frame = (struct board_can_frame){.id = MR_ID_HELLO, .length = 8};
+    fake.serial_in_count = mr_frame_encode(0, MR_ID_HELLO, (const uint8_t[8]){0}, 8, fake.serial_in);
+    play(5);
+    assert_int_equal(count_frames(MR_ID_ACK), 0);
+    assert_int_equal(app.telemetry.serial_bad, 0);
+    assert_int_equal(fake.received_taken, 1);
+    assert_int_equal(fake.serial_in_taken, fake.serial_in_count);
+}
+
+/* Neither beyond the table nor while gages are being calibrated, and half a word is none. */
+static void configuration_commands_that_are_refused(void **state)
+{
+    struct mr_ack ack;
+    struct board_can_frame *frame;
+    (void)state;
+    command("config-read 99999");
+    play(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.status, MR_USAGE);
+    command("zero 1");
+    command("config-apply 1");
+    play(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.code, MR_COMMAND_CONFIG_APPLY);
+    assert_int_equal(ack.status, MR_WAIT);
+    play(300);
+    frame = &fake.received[fake.received_count++];
+    *frame = (struct board_can_frame){.id = MR_ID_CONFIG_WORD, .length = 3};
+    play(1);
+    assert_false(app.configstore.staging);
+    frame = &fake.received[fake.received_count++];
+    frame->id = MR_ID_CONFIG_WORD;
+    frame->length = (uint8_t)mr_config_word_put(&(struct mr_config_word){.tag = 1, .offset = MR_CONFIG_WORDS}, frame->data);
+    play(1);
+    assert_false(app.configstore.staging);
+}
+
+/* Backward over two switches while idle: told once, with speed and place, on CAN. */
+static void a_pushback_is_told(void **state)
+{
+    (void)state;
+    struct mr_pushback pushback;
+    play(50);
+    for (unsigned position = 9; position > 6; position--) {
+        pass_switch(position, ((double)index_now - 0.5) * 1e-3);
+        play(2500); /* -2 ft/s */
+    }
+    assert_int_equal(count_frames(MR_ID_PUSHBACK), 1);
+    GET_LAST(pushback, PUSHBACK, &pushback);
+    assert_int_equal(pushback.count, 1);
+    assert_int_equal(pushback.position, 8);
+    assert_int_equal(pushback.state, LANDING_IDLE);
+    assert_near(pushback.speed_ft_s, -2.0, 0.003);
+}
+
 static void stopped_scans_are_started_again_and_said(void **state)
 {
     (void)state;
@@ -559,6 +684,12 @@ int main(void)
         cmocka_unit_test_setup_teardown(switches_alone_send_neither_readings_nor_box, start_with_switches, put_back),
         cmocka_unit_test_setup_teardown(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back),
         cmocka_unit_test_setup_teardown(another_configuration_begins_the_scans_again, start_with_four, put_back),
+        TEST(one_channel_costs_one_message),
+        TEST(lost_blocks_are_counted_to_the_end),
+        TEST(without_reference_there_are_no_readings),
+        TEST(messages_that_are_not_for_it_are_passed_over),
+        TEST(a_pushback_is_told),
+        TEST(configuration_commands_that_are_refused),
     };
     return cmocka_run_group_tests_name("firmware/app", tests, NULL, NULL);
 }

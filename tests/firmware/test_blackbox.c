@@ -553,6 +553,139 @@ static void an_armed_landing_that_is_called_off_leaves_nothing(void **state)
     blackbox_finish(&box);
 }
 
+static unsigned records_there(void)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < BLACKBOX_RECORDS + 1; i++) /* beyond the last place there is none */
+        count += blackbox_record(&box, i) != NULL;
+    return count;
+}
+
+/* 64 places: then it is full however much space is left, and a landing that begins all the same is not recorded over another. */
+static void it_has_64_places(void **state)
+{
+    (void)state;
+    for (unsigned n = 1; n <= BLACKBOX_RECORDS; n++) {
+        assert_int_equal(blackbox_ready(&box), MR_OK);
+        assert_int_equal(land((uint16_t)n, 0, 20), n);
+    }
+    assert_int_equal(blackbox_ready(&box), MR_FULL);
+    assert_true(isnan(blackbox_wait_s(&box)));
+    assert_int_equal(records_there(), BLACKBOX_RECORDS);
+    uint64_t operations = fake_nor.operations;
+    land(65, 0, 100);
+    assert_int_equal(fake_nor.operations, operations);
+    assert_int_equal(records_there(), BLACKBOX_RECORDS);
+    assert_int_equal(blackbox_free(&box, 7), MR_OK);
+    assert_int_equal(blackbox_ready(&box), MR_WAIT);
+    assert_true(blackbox_wait_s(&box) > 0.0f);
+    assert_true(get_ready(1000));
+    uint32_t trigger = index_now;
+    uint16_t record = land(66, 0, 200);
+    check_whole(record, 66, 200, trigger);
+}
+
+/* Arming asks for 288 sectors, room for a landing of 19 s that does not pack (58.25 bytes a block, 3904 in a sector). One that goes on
+ * for 30 s keeps its beginning, without a hole, and says that it is not complete. */
+static void a_landing_longer_than_the_space_keeps_its_beginning(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < NOR_SECTORS; i++) {
+        if (i < 1000 || i >= 1000 + BLACKBOX_RESERVE)
+            fake_nor.cell[i * NOR_SECTOR] = 0x11; /* something else, to be erased first */
+    }
+    boot();
+    while (box.state == BLACKBOX_SCANNING)
+        ms_passes(), index_now++;
+    assert_int_equal(box.ready, BLACKBOX_RESERVE);
+    assert_int_equal(blackbox_ready(&box), MR_OK);
+    white = true;
+    uint32_t trigger = index_now;
+    uint16_t record = land(5, 0, 30000);
+    const struct blackbox_record *there = blackbox_record(&box, 0);
+    assert_non_null(there);
+    assert_false(there->complete);
+    fetch(record, 0);
+    struct told told = check_pages(); /* an exact prefix */
+    assert_int_equal(told.first, trigger);
+    assert_in_range(told.blocks, 19000, 19400);
+    assert_true(health_take(MR_FAULT_BOX_LOST).count > 0);
+}
+
+/* 16 pages, one of them the start: what does not fit in 15 of 244 bytes is left out whole, and the landing is kept all the same. */
+static void a_configuration_too_long_is_cut_at_a_message(void **state)
+{
+    (void)state;
+    uint32_t trigger;
+    uint16_t record = box.next_record;
+    blackbox_arm(&box, &(struct mr_boxpage_start){.landing = 3});
+    for (unsigned i = 0; i < 1000; i++) {
+        uint8_t payload[8];
+        configuration(i, payload);
+        blackbox_configure(&box, 0x1f5, payload, 8);
+    }
+    play(50);
+    blackbox_trigger(&box, trigger = index_now);
+    play(300);
+    blackbox_finish(&box);
+    assert_int_equal(blackbox_free(&box, record), MR_WAIT); /* its last pages are on their way */
+    assert_int_equal(blackbox_ready(&box), MR_WAIT);
+    play(500);
+    fetch(record, 0);
+    struct told told = check_pages();
+    assert_in_range(told.config, 300, 15 * 244 / 8);
+    assert_int_equal(told.first, trigger - 50);
+    assert_int_equal(told.blocks, 350);
+}
+
+/* Freed in the middle of being read: no page of it comes any more, nor an end. */
+static void freeing_ends_reading(void **state)
+{
+    (void)state;
+    uint16_t of, page, record = land(1, 100, 1000);
+    uint8_t part;
+    const uint8_t *bytes;
+    assert_int_equal(blackbox_read(&box, record, 0), MR_OK);
+    for (unsigned n = 0; n < 20; n++)
+        ms_passes();
+    assert_int_equal(blackbox_take_part(&box, &of, &page, &part, &bytes), BLACKBOX_A_PART);
+    assert_int_equal(blackbox_free(&box, record), MR_OK);
+    for (unsigned n = 0; n < 200; n++) {
+        ms_passes();
+        assert_int_equal(blackbox_take_part(&box, &of, &page, &part, &bytes), BLACKBOX_NO_PART);
+    }
+    assert_int_equal(records_there(), 0);
+    assert_int_equal(blackbox_read(&box, record, 0), MR_UNKNOWN);
+}
+
+/* What cannot be read from where the reader was: any page of a record may be missing; then at most the 16 pages to the next key and the
+ * page itself are lost with it, and what is told is true. */
+static void a_missing_page_costs_17_pages(void **state)
+{
+    (void)state;
+    white = true;
+    fetch(land(2, 100, 2000), 0);
+    unsigned whole = check_pages().blocks;
+    for (size_t missing = 1; missing < page_count; missing++) {
+        struct mr_boxread reader;
+        struct mr_record record;
+        unsigned blocks = 0;
+        uint32_t last = 0;
+        present[missing] = 0;
+        mr_boxread_begin(&reader, pages[0], present, page_count);
+        while (mr_boxread_next(&reader, &record) == MR_OK) {
+            if (record.kind != MR_RECORD_BLOCK)
+                continue;
+            assert_true(blocks == 0 || record.block.index > last);
+            assert_memory_equal(&record.block, &sent[record.block.index % SENT], sizeof record.block);
+            last = record.block.index;
+            blocks++;
+        }
+        present[missing] = 1;
+        assert_in_range(blocks, whole - 17 * 244 / 58 - 2, whole);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -568,6 +701,11 @@ int main(void)
         cmocka_unit_test_setup(sectors_that_do_not_erase_are_left, fresh),
         cmocka_unit_test_setup(without_a_chip_landings_go_on, fresh),
         cmocka_unit_test_setup(an_armed_landing_that_is_called_off_leaves_nothing, fresh),
+        cmocka_unit_test_setup(it_has_64_places, fresh),
+        cmocka_unit_test_setup(a_landing_longer_than_the_space_keeps_its_beginning, fresh),
+        cmocka_unit_test_setup(a_configuration_too_long_is_cut_at_a_message, fresh),
+        cmocka_unit_test_setup(freeing_ends_reading, fresh),
+        cmocka_unit_test_setup(a_missing_page_costs_17_pages, fresh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

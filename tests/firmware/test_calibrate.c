@@ -413,6 +413,81 @@ static void drift_counts_from_the_zero(void **state)
         assert_near(error_lb[g], 1.0, 0.1); /* not the root of 1 + 5 squared */
 }
 
+/* Gage 5 has no shunt, gage 14 is none at all: neither is told, and the others are good. */
+static void a_gage_without_a_shunt_is_left_out(void **state)
+{
+    (void)state;
+    const struct mr_channel_config without = config.channel[MR_TRANSDUCERS + 4], none = config.channel[MR_TRANSDUCERS + 13];
+    config.channel[MR_TRANSDUCERS + 4].shunt_lb = 0.0f;
+    config.channel[MR_TRANSDUCERS + 13].kind = MR_KIND_NONE;
+    fake.sent_count = 0;
+    command("shunt");
+    play_gages(1000);
+    config.channel[MR_TRANSDUCERS + 4] = without;
+    config.channel[MR_TRANSDUCERS + 13] = none;
+    assert_int_equal(last_ack().status, MR_OK);
+    assert_int_equal(count_frames(MR_ID_SHUNT_RESULT), MR_GAGES - 2);
+    assert_int_equal(count_frames(MR_ID_SHUNT_CHECK), MR_GAGES - 2);
+}
+
+/* It goes from 0 to 2 lb while the shunts are on, and stays: not a span. */
+static void a_gage_that_moves_between_is_not_measured(void **state)
+{
+    (void)state;
+    command("shunt");
+    play_gages(300);
+    assert_true(fake.shunted);
+    while (fake.shunted)
+        play_gages(1);
+    tension_lb[6] = 2.0;
+    play_gages(600);
+    assert_int_equal(last_ack().status, MR_LIMIT);
+    assert_int_equal(result_of(7).verdict, 2);
+    assert_int_equal(result_of(8).verdict, 0);
+}
+
+static void nonsense_is_refused(void **state)
+{
+    (void)state;
+    const float codes[] = {5000.0f, -5000.0f, NAN};
+    for (unsigned i = 0; i < 4; i++) {
+        struct mr_command message = {.code = MR_COMMAND_ZERO, .index = i < 3 ? 3 : MR_TRANSDUCERS + MR_GAGES + 1, .tag = (uint16_t)(90 + i)};
+        struct board_can_frame *frame = &fake.received[fake.received_count++];
+        if (i < 3)
+            memcpy(&message.argument, &codes[i], sizeof codes[i]);
+        frame->id = MR_ID_COMMAND;
+        frame->length = (uint8_t)mr_command_put(&message, frame->data);
+        play_gages(1);
+        assert_int_equal(last_ack().tag, 90 + i);
+        assert_int_equal(last_ack().status, MR_USAGE);
+    }
+    command("zero -1");
+    play_gages(1);
+    assert_int_equal(last_ack().status, MR_USAGE);
+    command("shunt 1");
+    play_gages(1);
+    assert_int_equal(last_ack().status, MR_USAGE);
+    assert_false(zero_is_measured(2));
+}
+
+/* For what a landing records, the zeros as configured stand for a moment in place of the measured ones, and come back. A zero that
+ * is measured twice has the configured one behind it still. */
+static void measured_zeros_change_places_with_the_configured(void **state)
+{
+    (void)state;
+    float configured = config.channel[9].zero_code, untouched = config.channel[4].zero_code;
+    zero_measure(9, 500.0f);
+    zero_measure(9, 510.0f);
+    assert_true(zero_configured(9) == configured);
+    zero_exchange();
+    assert_true(config.channel[9].zero_code == configured);
+    assert_true(config.channel[4].zero_code == untouched);
+    zero_exchange();
+    assert_true(config.channel[9].zero_code == 510.0f);
+    assert_true(zero_configured(9) == configured);
+    assert_true(config.channel[4].zero_code == untouched);
+}
+
 static void a_band_that_gives_way_is_told_with_its_figures(void **state)
 {
     (void)state;
@@ -470,6 +545,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(no_mean_goes_over_two_zeros, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(drift_counts_from_the_zero, start_rig, end_rig),
         cmocka_unit_test_setup_teardown(a_band_that_gives_way_is_told_with_its_figures, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_gage_without_a_shunt_is_left_out, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(a_gage_that_moves_between_is_not_measured, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(nonsense_is_refused, start_rig, end_rig),
+        cmocka_unit_test_setup_teardown(measured_zeros_change_places_with_the_configured, start_rig, end_rig),
     };
     return cmocka_run_group_tests_name("firmware/calibrate", tests, NULL, NULL);
 }

@@ -2,6 +2,7 @@
 #include "tests/firmware/play.h"
 
 #include "common/crash.h"
+#include "firmware/config.h"
 #include "firmware/health.h"
 #include "firmware/tasks.h"
 #include "tests/firmware/fake_nor.h"
@@ -306,6 +307,150 @@ static void a_crash_is_told(void **state)
     assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEMS);
 }
 
+/* What is not fitted is not tested: neither excitation nor black box, and a second test at the same time is refused. */
+static void what_is_not_fitted_is_not_tested(void **state)
+{
+    (void)state;
+    struct mr_config full = config;
+    for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++)
+        config.channel[c].kind = 0;
+    config.site[0].black_box = 0;
+    start(NULL);
+    struct mr_ack ack;
+    command("self-test");
+    command("self-test");
+    play(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.tag, 2);
+    assert_int_equal(ack.status, MR_WAIT);
+    for (unsigned i = 0; i < 40 && !last_frame(MR_ID_SELF_TEST); i++) {
+        play(10);
+        app_supervise(&app);
+    }
+    struct mr_self_test result = {0};
+    GET_LAST(self_test, SELF_TEST, &result);
+    config = full;
+    assert_int_equal(result.tag, 1);
+    assert_int_equal(result.failed, 0);
+    assert_int_equal(result.done, 0x7f & ~(1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR));
+}
+
+/* At 0.1 in below its mechanical zero of 50 mV a transducer gives no signal of either polarity: as if none were driven. Beyond it
+ * the sign is the other one, and that is a signal. */
+static void transducers_without_a_signal_fail_the_excitation(void **state)
+{
+    (void)state;
+    fake_nor_reset();
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        moved_in[i] = -0.1f;
+    assert_int_equal(test_until_result(40).failed, 1u << MR_SELF_TEST_EXCITATION);
+    moved_in[4] = -0.2f;
+    assert_int_equal(test_until_result(40).failed, 0);
+}
+
+/* Arming does not wait for it: what was not done by then stays undone, and that is told. */
+static void arming_breaks_a_self_test_off(void **state)
+{
+    (void)state;
+    struct mr_self_test result;
+    fake_nor.present = false;
+    start(NULL);
+    command("self-test");
+    play(5);
+    assert_true(fake.warning); /* the lamp is being tried */
+    command("arm 3");
+    play(1);
+    GET_LAST(self_test, SELF_TEST, &result);
+    assert_int_equal(result.done & (1u << MR_SELF_TEST_LAMP_ON | 1u << MR_SELF_TEST_REFERENCE), 0);
+    assert_int_equal(app.landing.state, LANDING_ARMED);
+    assert_false(fake.warning);
+}
+
+static void a_landing_armed_meanwhile_keeps_the_board(void **state)
+{
+    (void)state;
+    fake_nor.present = false;
+    start(NULL);
+    command("reset");
+    command("bootrom");
+    command("arm 1");
+    play(1);
+    for (unsigned i = 0; i < 100; i++) {
+        play(10);
+        app_supervise(&app);
+    }
+    assert_int_equal(app.landing.state, LANDING_ARMED);
+    assert_int_equal(fake.resets, 0);
+    assert_int_equal(fake.rom_entries, 0);
+}
+
+/* A program that is not what its header says is a fault from the start on. */
+static void a_damaged_image_is_a_fault_at_start(void **state)
+{
+    (void)state;
+    fake.image_known = true;
+    uint16_t before = health_counted(MR_FAULT_SELFTEST);
+    app_start(&app);
+    assert_int_equal(health_counted(MR_FAULT_SELFTEST), before);
+    fake.image_bad = true;
+    app_start(&app);
+    assert_int_equal(health_counted(MR_FAULT_SELFTEST), before + 1);
+    unsigned told = 0;
+    play(1000); /* each second */
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_fault fault;
+        if (fake.sent[i].id == MR_ID_FAULT && mr_fault_get(&fault, fake.sent[i].data, fake.sent[i].length) == MR_OK)
+            told += fault.code == MR_FAULT_SELFTEST && fault.detail == MR_SELF_TEST_IMAGE;
+    }
+    assert_true(told > 0);
+}
+
+/* The cable is pulled and plugged in again: one frame asks whether it is back, and when it has passed the alarm is told on CAN. */
+static void the_alarm_follows_an_outage(void **state)
+{
+    (void)state;
+    struct mr_can_alarm alarm;
+    play(10);
+    fake.can_errors = (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .pending = true};
+    for (unsigned i = 0; i < 20; i++) {
+        play(10);
+        app_supervise(&app);
+    }
+    assert_int_equal(app.telemetry.can.state, MR_CAN_UNPLUGGED);
+    fake.sent_count = 0;
+    fake.can_errors.pending = false;
+    app_supervise(&app);
+    assert_int_equal(count_frames(MR_ID_CAN_ALARM), 1); /* the one that asks */
+    assert_int_equal(fake.sent_count, 1);
+    fake.can_errors = (struct board_can_errors){.passed = 1};
+    app_supervise(&app);
+    assert_int_equal(count_frames(MR_ID_CAN_ALARM), 2);
+    assert_int_equal(count_frames(MR_ID_CAN_DROPS), 1);
+    GET_LAST(can_alarm, CAN_ALARM, &alarm);
+    assert_int_equal(alarm.state, MR_CAN_GOOD);
+    assert_int_equal(alarm.outages, 1);
+}
+
+/* Of several tasks that are late the first of the table is named; a loop that stands nowhere known is named itself. */
+static void of_late_tasks_the_first_is_named(void **state)
+{
+    (void)state;
+    tasks_start();
+    for (unsigned i = 0; i < 120; i++)
+        tasks_tick(0x08000000);
+    assert_int_equal(fake.late_task, 1);
+    tasks_start();
+    tasks_begin((enum mr_task)0);
+    tick_all_but(MR_TASK_LOOP, 150);
+    assert_int_equal(fake.late_task, MR_TASK_LOOP);
+    for (unsigned i = 0; i < 600; i++) /* ages end at 255 and do not come round to good */
+        tasks_tick(0x08000000);
+    assert_false(tasks_well());
+    tasks_begin((enum mr_task)(MR_TASK_COUNT + 5)); /* RAM after power on */
+    assert_int_equal(tasks_current(), 0);
+    tasks_start();
+}
+
 static void names_end_where_the_tables_end(void **state)
 {
     (void)state;
@@ -342,6 +487,13 @@ int main(void)
         cmocka_unit_test_setup(a_reset_waits_for_its_answer, start),
         cmocka_unit_test_setup(a_crash_is_told, start),
         cmocka_unit_test(names_end_where_the_tables_end),
+        cmocka_unit_test_setup(what_is_not_fitted_is_not_tested, start),
+        cmocka_unit_test_setup(transducers_without_a_signal_fail_the_excitation, start),
+        cmocka_unit_test_setup(arming_breaks_a_self_test_off, start),
+        cmocka_unit_test_setup(a_landing_armed_meanwhile_keeps_the_board, start),
+        cmocka_unit_test_setup(a_damaged_image_is_a_fault_at_start, start),
+        cmocka_unit_test_setup(the_alarm_follows_an_outage, start),
+        cmocka_unit_test_setup(of_late_tasks_the_first_is_named, start),
     };
     return cmocka_run_group_tests_name("firmware/health", tests, NULL, NULL);
 }

@@ -76,6 +76,8 @@ static void a_hundred_pushbacks_are_no_landing(void **state)
     }
     assert_int_equal(landing.state, LANDING_LANDING);
     assert_near(landing.motion.speed_ft_s.value, 28.0, 0.2);
+    assert_int_equal(landing_arm(&landing, 8, index), MR_NOT_NOW); /* not in the middle of it */
+    assert_int_equal(landing.number, 7);
 }
 
 static void a_pushback_leaves_the_landing_before_as_it_was(void **state)
@@ -105,6 +107,91 @@ static void a_pushback_leaves_the_landing_before_as_it_was(void **state)
     assert_int_equal(landing.state, LANDING_DONE);
     assert_int_equal(landing_states, states);
     assert_memory_equal(&summary, &landing.summary, sizeof summary);
+}
+
+/* 200 edges without a step, as a loose plug makes them: 96 are told, then no more until there was a pause of 30 s. */
+static void interference_does_not_fill_the_links(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    unsigned told = 0;
+    seed_state = 3;
+    open_codes = 0.0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    for (unsigned round = 0; round < 2; round++) {
+        told = 0;
+        for (unsigned n = 0; n < 200; n++) {
+            uint32_t tick = 4000000000u + 84000u * index + 42000u;
+            next_block(index++, &tick, 1);
+            told += landing.news.edges;
+            for (unsigned k = 0; k < 19; k++) {
+                next_block(index++, NULL, 0);
+                told += landing.news.edges;
+            }
+        }
+        assert_int_equal(told, LANDING_EDGES);
+        wait(&index, 30.1);
+    }
+    assert_int_equal(landing.edges, 2 * LANDING_EDGES);
+    assert_int_equal(landing.state, LANDING_ARMED);
+    for (unsigned position = 1; position < 4; position++) { /* 20 ft/s: what comes then is a landing */
+        open_switch(&index, position);
+        wait(&index, 0.25);
+    }
+    assert_int_equal(landing.state, LANDING_LANDING);
+    for (unsigned n = 0; n < 100; n++) /* and 255 edges are "255 or more" */
+        open_switch(&index, 24), open_codes -= step_of(24), wait(&index, 0.02);
+    assert_int_equal(landing.edges, UINT8_MAX);
+}
+
+/* Armed, the model is pushed to and fro over the same switches, which stay open: that opened twice is no news then. */
+static void pushing_to_and_fro_is_followed(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    seed_state = 4;
+    open_codes = 0.0;
+    pushed_told = landing_states = 0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    for (unsigned n = 0; n < 3; n++) {
+        for (unsigned position = 8; position > 4; position--) {
+            open_switch(&index, position);
+            wait(&index, 5.0); /* 1 ft/s backward */
+            open_codes -= step_of(position); /* closed behind it by hand */
+            wait(&index, 0.1);
+        }
+        wait(&index, 5.0); /* forward again, 15 ft in 10 s */
+    }
+    assert_int_equal(pushed_told, 1);
+    assert_int_equal(landing.passage.pushbacks, 1);
+    assert_int_equal(landing.passage.pushed_position, 5); /* of the last time round: each was seen again */
+    assert_int_equal(landing_states, 0);
+}
+
+/* A switch that closes by itself makes a step down: told as 0 codes, for the message has no negative ones, and named by none. */
+static void a_closing_switch_has_no_name(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    seed_state = 5;
+    open_codes = 0.0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    open_switch(&index, 3);
+    wait(&index, 1.0);
+    uint32_t tick = 4000000000u + 84000u * index + 42000u;
+    next_block(index++, &tick, 1);
+    open_codes -= step_of(3);
+    while (!landing.news.edges)
+        next_block(index++, NULL, 0);
+    assert_int_equal(landing.edge[0].position, 0);
+    assert_near(landing.edge[0].step_codes, 0.0, 0.0);
+    assert_int_equal(landing.event[0].reason, MR_SWITCH_OTHER_STEP);
 }
 
 /* ---- damaged switches, as messages ---- */
@@ -209,6 +296,9 @@ int main(void)
         TEST(a_late_switch_is_named_with_its_lateness),
         TEST(a_switch_later_than_the_next_is_out_of_order),
         TEST(swapped_cables_are_survived),
+        cmocka_unit_test(interference_does_not_fill_the_links),
+        cmocka_unit_test(pushing_to_and_fro_is_followed),
+        cmocka_unit_test(a_closing_switch_has_no_name),
     };
     return cmocka_run_group_tests_name("firmware/velocity", tests, NULL, NULL);
 }

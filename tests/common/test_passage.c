@@ -1,0 +1,302 @@
+/* Passage: edges with a station and a time become a landing's gates, a push-back, or nothing. Expected speeds by hand. */
+#include "common/passage.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "tests/cmocka_all.h"
+
+#define SWITCHES 40
+
+static float stations[SWITCHES];
+static struct mr_passage passage;
+static double now_s;
+
+static int begin(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < SWITCHES; i++)
+        stations[i] = -2.5f + 5.0f * (float)i;
+    mr_passage_start(&passage);
+    now_s = 10.0;
+    return 0;
+}
+
+/* Switch `position` opens `after_s` later, while the last estimate says `speed_ft_s`. */
+static struct mr_passage_news open_at(unsigned position, double after_s, double speed_ft_s)
+{
+    now_s += after_s;
+    struct mr_passage_edge edge = {.tick = (uint32_t)(uint64_t)llround(now_s * 84e6), /* wraps */
+                                   .block = (uint32_t)(now_s * 1000.0),
+                                   .station_ft = (double)stations[position - 1],
+                                   .position = (uint8_t)position,
+                                   .number = (uint8_t)position};
+    return mr_passage_edge(&passage, &edge, speed_ft_s, stations, SWITCHES);
+}
+
+static struct mr_passage_news open_after(unsigned position, double after_s)
+{
+    return open_at(position, after_s, (double)NAN);
+}
+
+static unsigned notes_of(unsigned position, enum mr_switch_reason reason)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < passage.notes; i++)
+        count += passage.note[i].position == position && passage.note[i].reason == reason;
+    return count;
+}
+
+static uint32_t block_after(double s)
+{
+    return (uint32_t)((now_s + s) * 1000.0);
+}
+
+static void two_edges_along_the_runway_are_a_landing(void **state)
+{
+    (void)state;
+    struct mr_passage_news news = open_after(1, 0.0);
+    assert_false(news.started || news.gate || news.pushed);
+    assert_true(mr_passage_unclear(&passage, block_after(2.9)));
+    assert_false(mr_passage_unclear(&passage, block_after(3.1))); /* 5 ft at 2 ft/s take 2.5 s: nothing is coming */
+    news = open_after(2, 0.25); /* 20 ft/s */
+    assert_true(news.started && news.gate);
+    assert_int_equal(passage.gates, 2);
+    assert_near(passage.gate[1].t_s, 0.25, 1e-7);
+    assert_near(passage.entry_ft_s, 20.0, 1e-5);
+    assert_int_equal(passage.notes, 0);
+    assert_false(mr_passage_unclear(&passage, block_after(0.1)));
+    assert_false(mr_passage_block(&passage, block_after(31.0))); /* a landing is not given up by waiting */
+    assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
+}
+
+static void switches_that_did_not_open_are_missing(void **state)
+{
+    (void)state;
+    open_after(3, 0.0);
+    open_after(6, 0.75);
+    assert_int_equal(notes_of(1, MR_SWITCH_MISSING), 1);
+    assert_int_equal(notes_of(2, MR_SWITCH_MISSING), 1);
+    assert_int_equal(notes_of(4, MR_SWITCH_MISSING), 1);
+    assert_int_equal(notes_of(5, MR_SWITCH_MISSING), 1);
+    assert_int_equal(passage.notes, 4);
+    open_after(8, 0.5);
+    assert_int_equal(notes_of(7, MR_SWITCH_MISSING), 1);
+    assert_int_equal(passage.notes, 1);
+}
+
+/* 1.9 and 81 ft/s are no gear; 2.1 and 79 are. */
+static void the_speeds_of_a_landing_are_bounded(void **state)
+{
+    (void)state;
+    const struct {
+        double speed_ft_s;
+        bool lands;
+    } cases[] = {{1.9, false}, {2.1, true}, {79.0, true}, {81.0, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        begin(NULL);
+        open_after(1, 0.0);
+        assert_int_equal(open_after(2, 5.0 / cases[i].speed_ft_s).started, cases[i].lands);
+    }
+    begin(NULL);
+    open_after(1, 0.0);
+    assert_false(open_after(2, 0.0).started); /* in the same tick */
+}
+
+static void an_edge_out_of_order_before_the_landing_does_not_hide_it(void **state)
+{
+    (void)state;
+    open_after(2, 0.0);
+    open_after(9, 0.05); /* 700 ft/s: no gear */
+    assert_true(open_after(3, 0.15).started); /* 25 ft/s from the first */
+    assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
+    assert_int_equal(passage.source[0].position, 2);
+    assert_near(passage.entry_ft_s, 25.0, 1e-4);
+}
+
+/* Four are held; the fifth pushes the oldest out. */
+static void a_handful_of_strays_is_remembered(void **state)
+{
+    (void)state;
+    const unsigned strays[] = {2, 12, 22, 32};
+    for (unsigned i = 0; i < 4; i++)
+        assert_false(open_after(strays[i], 0.01).started); /* 5000 ft/s */
+    assert_int_equal(passage.notes, 0);
+    assert_false(open_after(40, 0.01).started);
+    assert_int_equal(notes_of(2, MR_SWITCH_OUT_OF_ORDER), 1);
+    assert_true(mr_passage_block(&passage, block_after(30.001)));
+    for (unsigned i = 1; i < 4; i++)
+        assert_int_equal(notes_of(strays[i], MR_SWITCH_ALONE), 1);
+    assert_int_equal(passage.notes, 4);
+    assert_int_equal(passage.state, MR_PASSAGE_NONE);
+    assert_int_equal(passage.pushbacks, 0);
+}
+
+static void pushed_backward_is_one_pushback(void **state)
+{
+    (void)state;
+    open_after(8, 0.0);
+    struct mr_passage_news news = open_after(7, 5.0); /* -1 ft/s */
+    assert_true(news.pushed);
+    assert_int_equal(notes_of(8, MR_SWITCH_REVERSE), 1);
+    assert_near(passage.pushed_ft_s, -1.0, 1e-6);
+    assert_int_equal(passage.pushed_position, 7);
+    assert_false(open_after(6, 5.0).pushed); /* the same one */
+    assert_int_equal(passage.pushbacks, 1);
+    assert_true(mr_passage_unclear(&passage, block_after(29.0)));
+    assert_false(mr_passage_block(&passage, block_after(29.9)));
+    assert_true(mr_passage_block(&passage, block_after(30.1)));
+    assert_int_equal(notes_of(6, MR_SWITCH_REVERSE), 1);
+    assert_false(mr_passage_unclear(&passage, block_after(30.2)));
+    open_after(8, 40.0);
+    assert_true(open_after(7, 5.0).pushed); /* another one */
+    assert_int_equal(passage.pushbacks, 2);
+}
+
+static void pushed_slowly_forward_is_one_too(void **state)
+{
+    (void)state;
+    open_after(4, 0.0);
+    assert_true(open_after(5, 5.0).pushed); /* 1 ft/s */
+    assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
+    assert_true(mr_passage_block(&passage, block_after(30.1)));
+    assert_int_equal(notes_of(5, MR_SWITCH_SLOW), 1);
+}
+
+static void the_count_of_pushbacks_stays_at_its_end(void **state)
+{
+    (void)state;
+    passage.pushbacks = UINT16_MAX;
+    open_after(8, 0.0);
+    assert_true(open_after(7, 5.0).pushed);
+    assert_int_equal(passage.pushbacks, UINT16_MAX);
+}
+
+/* Nobody pushes at 25 ft/s backward: a switch was late, and the landing may still come. */
+static void fast_backward_is_no_pushback(void **state)
+{
+    (void)state;
+    open_after(2, 0.0);
+    assert_false(open_after(1, 0.2).pushed);
+    assert_int_equal(passage.pushbacks, 0);
+    assert_true(open_after(3, 0.1).started); /* 33 ft/s since the second switch, 0.3 s for 5 ft from it */
+}
+
+static void roll_in(void)
+{
+    open_after(1, 0.0);
+    open_after(2, 0.2);
+    open_after(3, 0.2); /* 25 ft/s */
+    assert_int_equal(passage.gates, 3);
+    assert_near(passage.entry_ft_s, 25.0, 1e-4);
+}
+
+/* It came in at 25 ft/s: 25 * 1.25 + 3 = 34.25 ft/s is what a gear could have. */
+static void no_gear_gets_much_faster(void **state)
+{
+    (void)state;
+    roll_in();
+    assert_true(open_after(4, 5.0 / 34.0).gate);
+    begin(NULL);
+    roll_in();
+    assert_false(open_after(6, 15.0 / 40.0).gate); /* 40 ft/s, and 20 / 0.575 = 34.8 from the second on */
+    assert_int_equal(notes_of(6, MR_SWITCH_OUT_OF_ORDER), 1);
+    assert_int_equal(passage.gates, 3);
+}
+
+/* With two gates nobody knows yet how fast it came in: what no gear does is refused all the same, and neither gate is taken back. */
+static void the_third_edge_may_be_nonsense(void **state)
+{
+    (void)state;
+    open_after(1, 0.0);
+    open_after(2, 0.2);
+    assert_false(open_after(9, 0.05).gate); /* 700 ft/s */
+    assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
+    assert_int_equal(passage.gates, 2);
+    assert_true(open_after(3, 0.15).gate);
+}
+
+static void a_late_switch_is_taken_back(void **state)
+{
+    (void)state;
+    roll_in();
+    assert_true(open_after(4, 0.3).gate);  /* 0.1 s late */
+    assert_true(open_after(5, 0.1).gate);  /* 50 ft/s from there, 25 ft/s from the third */
+    assert_int_equal(notes_of(4, MR_SWITCH_LATE), 1);
+    assert_int_equal(passage.gates, 4);
+    assert_int_equal(passage.source[3].position, 5);
+    assert_near(passage.gate[3].t_s, 0.8, 1e-6);
+}
+
+static void passed_once_more_while_it_rolls_is_out_of_order(void **state)
+{
+    (void)state;
+    roll_in();
+    assert_false(open_at(1, 0.1, 24.0).gate);
+    assert_int_equal(notes_of(1, MR_SWITCH_OUT_OF_ORDER), 1);
+    assert_int_equal(passage.pushbacks, 0);
+}
+
+static void pushed_after_the_stop_is_a_pushback_and_no_gate(void **state)
+{
+    (void)state;
+    roll_in();
+    struct mr_passage_news news = open_at(2, 8.0, 0.0); /* at rest, then back */
+    assert_true(news.pushed && !news.gate);
+    assert_int_equal(notes_of(2, MR_SWITCH_REVERSE), 1);
+    assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
+    news = open_at(4, 4.0, 0.0); /* forward again: 5 ft since the last gate in 12 s */
+    assert_false(news.pushed); /* the same one goes on */
+    assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
+    assert_int_equal(passage.gates, 3);
+    assert_int_equal(passage.pushbacks, 1);
+}
+
+/* More switches than gates: those beyond are left out without a word that would be wrong. */
+static void there_are_32_gates(void **state)
+{
+    (void)state;
+    for (unsigned position = 1; position <= MR_GATES_MAX; position++)
+        assert_int_equal(open_after(position, 0.2).gate, position > 1);
+    assert_int_equal(passage.gates, MR_GATES_MAX);
+    assert_false(open_after(33, 0.2).gate);
+    assert_int_equal(passage.gates, MR_GATES_MAX);
+    assert_int_equal(passage.notes, 0);
+}
+
+static void the_next_landing_begins_without_the_last(void **state)
+{
+    (void)state;
+    open_after(8, 0.0);
+    open_after(7, 5.0);
+    mr_passage_clear(&passage);
+    assert_int_equal(passage.pushbacks, 1);
+    assert_false(open_after(1, 0.1).started);
+    assert_true(open_after(2, 0.2).started);
+    assert_int_equal(passage.notes, 0);
+    assert_int_equal(passage.gates, 2);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup(name, begin)
+    const struct CMUnitTest tests[] = {
+        TEST(two_edges_along_the_runway_are_a_landing),
+        TEST(switches_that_did_not_open_are_missing),
+        TEST(the_speeds_of_a_landing_are_bounded),
+        TEST(an_edge_out_of_order_before_the_landing_does_not_hide_it),
+        TEST(a_handful_of_strays_is_remembered),
+        TEST(pushed_backward_is_one_pushback),
+        TEST(pushed_slowly_forward_is_one_too),
+        TEST(the_count_of_pushbacks_stays_at_its_end),
+        TEST(fast_backward_is_no_pushback),
+        TEST(no_gear_gets_much_faster),
+        TEST(a_late_switch_is_taken_back),
+        TEST(passed_once_more_while_it_rolls_is_out_of_order),
+        TEST(pushed_after_the_stop_is_a_pushback_and_no_gate),
+        TEST(there_are_32_gates),
+        TEST(the_next_landing_begins_without_the_last),
+        TEST(the_third_edge_may_be_nonsense),
+    };
+    return cmocka_run_group_tests_name("common/passage", tests, NULL, NULL);
+}

@@ -1,0 +1,246 @@
+/* The black box over the links: refusals, a landing armed, recorded, listed, read out and freed, as a host sees it. */
+#include "tests/firmware/play.h"
+
+#include "common/boxread.h"
+#include "common/framing.h"
+#include "firmware/config.h"
+#include "tests/firmware/fake_nor.h"
+
+#define PAGES_MAX 2000u
+
+static uint8_t pages[PAGES_MAX][MR_BOXPAGE], present[PAGES_MAX];
+static size_t page_count;
+
+/* The memory's clock goes with the blocks. */
+static void pass(unsigned blocks)
+{
+    while (blocks--) {
+        play_block();
+        fake_nor.now_us += 1000;
+        app_poll(&app);
+    }
+}
+
+static enum mr_status ask(const char *words)
+{
+    struct mr_ack ack;
+    fake.received_count = fake.received_taken = 0;
+    command(words);
+    pass(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.tag, 1);
+    return (enum mr_status)ack.status;
+}
+
+static int begin(void **state)
+{
+    fake_nor_reset();
+    start(state);
+    memset(present, 0, sizeof present);
+    page_count = 0;
+    return 0;
+}
+
+/* Arming waits for space and says so. */
+static void arm_when_ready(const char *words)
+{
+    for (unsigned n = 0; n < 10000; n++) {
+        unsigned told = count_frames(MR_ID_BOX_STATE);
+        enum mr_status status = ask(words);
+        if (status == MR_OK)
+            return;
+        assert_int_equal(status, MR_WAIT);
+        assert_true(count_frames(MR_ID_BOX_STATE) > told); /* with the time remaining */
+    }
+    fail_msg("never ready");
+}
+
+/* Seven switches at 28 ft/s and slower, then rest: a landing. */
+static void land(void)
+{
+    for (unsigned position = 1; position < 8; position++) {
+        pass_switch(position, ((double)index_now - 0.5) * 1e-3);
+        pass(position < 3 ? 178 : 178 + 20 * position);
+    }
+    pass(8000);
+    assert_int_equal(app.landing.state, LANDING_DONE);
+}
+
+/* Pages and the end from what serial carried. Returns the pages that the end told; 0: no end. */
+static unsigned collect(void)
+{
+    static struct mr_deframer deframer;
+    unsigned told = 0;
+    mr_deframer_init(&deframer);
+    for (size_t i = 0; i < fake.serial_count; i++) {
+        struct mr_frame frame;
+        struct mr_box_end end;
+        if (mr_deframer_push(&deframer, fake.serial[i], &frame) != MR_OK)
+            continue;
+        if (frame.type == MR_ID_BOX_PART) {
+            unsigned record = frame.payload[0] | (unsigned)frame.payload[1] << 8, page = frame.payload[2] | (unsigned)frame.payload[3] << 8;
+            assert_int_equal(frame.length, MR_BOX_PART_BYTES);
+            assert_int_equal(record, 1);
+            assert_true(page < PAGES_MAX && frame.payload[4] < 2);
+            memcpy(pages[page] + 128 * frame.payload[4], frame.payload + 6, 128);
+            present[page] = (uint8_t)(present[page] | 1u << frame.payload[4]);
+            page_count = page + 1u > page_count ? page + 1u : page_count;
+        } else if (frame.type == MR_ID_BOX_END) {
+            assert_int_equal(mr_box_end_get(&end, frame.payload, frame.length), MR_OK);
+            assert_int_equal(end.record, 1);
+            told = end.pages;
+        }
+    }
+    return told;
+}
+
+static unsigned check_pages(uint32_t trigger)
+{
+    struct mr_boxpage_header header;
+    struct mr_boxpage_start first;
+    struct mr_boxread reader;
+    struct mr_record record;
+    unsigned blocks = 0;
+    for (size_t i = 0; i < page_count; i++) {
+        assert_int_equal(present[i], 3);
+        assert_int_equal(mr_boxpage_check(pages[i], &header), MR_OK);
+        assert_int_equal(header.record, 1);
+    }
+    mr_boxpage_get_start(pages[0], &first);
+    assert_int_equal(first.landing, 7);
+    assert_true(first.trigger_block >= trigger && first.trigger_block < trigger + 400); /* with the second edge */
+    mr_boxread_begin(&reader, pages[0], present, page_count);
+    while (mr_boxread_next(&reader, &record) == MR_OK)
+        blocks += record.kind == MR_RECORD_BLOCK;
+    return blocks;
+}
+
+static unsigned list(struct mr_box_record *record)
+{
+    unsigned count = 0;
+    fake.sent_count = 0;
+    assert_int_equal(ask("box-list"), MR_OK);
+    pass(100);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        struct mr_box_record each;
+        if (fake.sent[i].id != MR_ID_BOX_RECORD)
+            continue;
+        assert_int_equal(mr_box_record_get(&each, fake.sent[i].data, fake.sent[i].length), MR_OK);
+        if (each.record) {
+            *record = each;
+            count++;
+        }
+    }
+    assert_int_equal(count_frames(MR_ID_BOX_RECORD), count + 1); /* and one that ends the list */
+    return count;
+}
+
+static void a_landing_is_listed_read_out_and_freed(void **state)
+{
+    (void)state;
+    struct mr_box_record record = {0};
+    struct mr_box_span span;
+    arm_when_ready("arm 7");
+    assert_int_equal(list(&record), 0); /* what there is can be told at any time; the memory is the landing's from arm to done */
+    assert_int_equal(ask("box-read 32768"), MR_NOT_NOW);
+    assert_int_equal(ask("box-free 1"), MR_NOT_NOW);
+    assert_true(app.box.configuring && app.box.config_put + 2 < BLACKBOX_CONFIG); /* a configuration leaves two pages free */
+    pass(1500);
+    uint32_t trigger = index_now;
+    land();
+    assert_int_equal(ask("disarm"), MR_OK);
+    assert_int_equal(list(&record), 1);
+    assert_int_equal(record.record, 1);
+    assert_int_equal(record.landing, 7);
+    assert_int_equal(record.complete, 1);
+    GET_LAST(box_span, BOX_SPAN, &span);
+    assert_int_equal(span.lost, 0);
+
+    fake.serial_count = 0;
+    assert_int_equal(ask("box-read 32768"), MR_OK); /* record 1 from page 0 on */
+    pass(2 * PAGES_MAX);
+    assert_int_equal(collect(), record.pages);
+    assert_int_equal(page_count, record.pages);
+    assert_in_range(span.blocks, 5000, 12000);
+    assert_int_equal(check_pages(trigger), span.blocks);
+
+    fake.serial_count = 0; /* and once more from page 5 on: what a host asks for after a pulled cable */
+    memset(present, 0, sizeof present);
+    assert_int_equal(ask("box-read 32773"), MR_OK);
+    pass(2 * PAGES_MAX);
+    assert_int_equal(collect(), record.pages);
+    for (size_t i = 0; i < page_count; i++)
+        assert_int_equal(present[i], i < 5 ? 0 : 3);
+
+    assert_int_equal(ask("box-free 2"), MR_UNKNOWN);
+    assert_int_equal(ask("box-free 1"), MR_OK);
+    pass(3000);
+    assert_int_equal(list(&record), 0);
+    assert_int_equal(ask("box-read 32768"), MR_UNKNOWN);
+}
+
+/* All places taken: arming is refused, and that waiting does not help is told. */
+static void a_full_box_refuses_arming(void **state)
+{
+    struct mr_box_state told;
+    (void)state;
+    arm_when_ready("arm 7");
+    assert_int_equal(ask("disarm"), MR_OK);
+    for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
+        app.box.records[i] = (struct blackbox_record){.used = true, .record = (uint16_t)(i + 1)};
+    fake.sent_count = 0;
+    assert_int_equal(ask("arm 8"), MR_FULL);
+    GET_LAST(box_state, BOX_STATE, &told);
+    assert_int_equal(told.records, BLACKBOX_RECORDS);
+    assert_true(isnan(told.wait_s));
+    assert_int_equal(app.landing.state, LANDING_IDLE);
+}
+
+/* A configuration that keeps the black box does not make it look through its memory again. */
+static void another_configuration_leaves_the_box_as_it_is(void **state)
+{
+    (void)state;
+    arm_when_ready("arm 7");
+    assert_int_equal(ask("disarm"), MR_OK);
+    app_configured(&app);
+    assert_int_equal(app.box.state, BLACKBOX_ROLLING);
+    assert_int_equal(ask("arm 8"), MR_OK);
+}
+
+/* Before anybody knows what the memory holds. */
+static void before_the_memory_is_known_it_says_wait(void **state)
+{
+    (void)state;
+    assert_int_equal(ask("box-list"), MR_WAIT);
+    assert_true(count_frames(MR_ID_BOX_STATE) > 0);
+    assert_int_equal(ask("box-free 1"), MR_WAIT);
+    assert_int_equal(ask("box-read 32768"), MR_WAIT);
+}
+
+static void nonsense_is_refused(void **state)
+{
+    (void)state;
+    assert_int_equal(ask("box-free -1"), MR_USAGE);
+    assert_int_equal(ask("box-list -1"), MR_USAGE);
+    assert_int_equal(ask("box-free 65536"), MR_USAGE); /* record 0 it is not */
+    struct mr_ack ack;
+    struct board_can_frame *frame = &fake.received[fake.received_count++];
+    frame->id = MR_ID_COMMAND;
+    frame->length = (uint8_t)mr_command_put(&(struct mr_command){.code = 200, .tag = 77}, frame->data);
+    pass(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.tag, 77);
+    assert_int_equal(ack.status, MR_UNKNOWN);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(a_landing_is_listed_read_out_and_freed, begin),
+        cmocka_unit_test_setup(before_the_memory_is_known_it_says_wait, begin),
+        cmocka_unit_test_setup(nonsense_is_refused, begin),
+        cmocka_unit_test_setup(a_full_box_refuses_arming, begin),
+        cmocka_unit_test_setup(another_configuration_leaves_the_box_as_it_is, begin),
+    };
+    return cmocka_run_group_tests_name("firmware/boxlink", tests, NULL, NULL);
+}
