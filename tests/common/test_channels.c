@@ -93,6 +93,12 @@ static void the_reference_takes_the_scale_out_of_reading_and_zero(void **state)
     reading = mr_channel_read(&transducer, &block, 2, ratio);
     assert_near(reading.value, 0.5, 0.0012);
     assert_near(reading.code, 0.303 / 3.3 * 4096.0, 1.0);
+    const uint8_t reference = MR_TRANSDUCERS + MR_ADC1_REFERENCE; /* a mean that looks good of codes that were not */
+    block.low[reference] = 1;
+    assert_true(isnan(mr_channels_ratio(&block)));
+    block.low[reference] = 0;
+    block.high[reference] = 1;
+    assert_true(isnan(mr_channels_ratio(&block)));
 }
 
 static void a_table_is_straight_lines(void **state)

@@ -27,6 +27,28 @@ static void open_joints_are_no_zone(void **state)
     assert_int_equal(zone.mats, 0);
 }
 
+/* All joints closed: the zone goes to the end of the runway, 42 segments of 20/7 ft, none of it between two transducers that see
+ * it. At 20 ft/s and no deceleration known the wheel at 115 ft is in it; before a zone it would be distance over speed. */
+static void a_runway_without_slack_is_one_zone(void **state)
+{
+    (void)state;
+    struct mr_closure_zone zone;
+    struct mr_closure_input input = even_slack(0.0f);
+    input.wheel_ft = 115.0f;
+    input.speed_ft_s = 20.0f;
+    mr_closure_find(&input, &zone, NULL);
+    assert_near(zone.start_ft, 115.0, 1e-4);
+    assert_near(zone.end_ft, 120.0, 1e-4);
+    assert_near(zone.inferred, 1.0, 1e-5);
+    assert_near(zone.lead_s, 0.0, 0.0);
+    for (unsigned i = 0; i < 14; i++) /* open to 40 ft */
+        slack_in[i] = 0.2f;
+    input.wheel_ft = 30.0f;
+    mr_closure_find(&input, &zone, NULL);
+    assert_near(zone.start_ft, 40.0, 1e-4);
+    assert_near(zone.lead_s, 0.5, 1e-5);
+}
+
 /* Segment 14 begins at 14 * 20/7 = 40 ft. 0.30 in of closure between 40 and 50 ft at 0.1 in a segment closes segments 14, 15
  * and 16: 40.000 to 48.571 ft, 30 mats. The wheel at 35 ft with 20 ft/s and 4 ft/s2 gets there in
  * t = (20 - sqrt(400 - 2*4*5)) / 4 = 0.256584 s. */
@@ -169,6 +191,7 @@ int main(void)
         cmocka_unit_test(nothing_closes_behind_the_wheel),
         cmocka_unit_test(of_equal_runs_the_nearest_is_told),
         cmocka_unit_test(what_was_not_surveyed_is_never_closed),
+        cmocka_unit_test(a_runway_without_slack_is_one_zone),
     };
     return cmocka_run_group_tests_name("common/closure", tests, NULL, NULL);
 }

@@ -146,6 +146,10 @@ static void what_is_wrong_has_a_name(void **state)
         seal(image, MR_CONFIG_IMAGE);
         assert_int_equal(mr_config_examine(image, sizeof image), MR_VERSION);
     }
+    mr_config_encode(&c, image); /* a length too short for its own header */
+    image[8] = 4;
+    image[9] = 0;
+    assert_int_equal(mr_config_examine(image, sizeof image), MR_MALFORMED);
     mr_config_encode(&c, longer); /* a later version's, with a field more: whole, but not ours */
     longer[8] = (uint8_t)(sizeof longer & 0xff);
     longer[9] = (uint8_t)(sizeof longer >> 8);
@@ -304,6 +308,8 @@ static void calibrations_make_sense(void **state)
     (void)state;
     WRONG(c.channel[0].high = c.channel[0].low, channel, 0, high, 0, NOT_ABOVE);
     RIGHT(c.channel[0].high = 0.0f; c.channel[0].low = 0.0f); /* none given */
+    RIGHT(c.channel[0].high = 0.0f; c.channel[0].low = -1.0f);
+    RIGHT(c.channel[0].high = 1.0f; c.channel[0].low = 0.0f);
     WRONG(c.channel[3].points = 1, channel, 3, points, 0, ONE_POINT);
     WRONG(c.channel[3].point_reading[2] = 0.1f, channel, 3, point_reading, 2, NOT_RISING);
     WRONG(c.channel[3].point_value[1] = -2.01f, channel, 3, point_value, 1, NOT_RISING);

@@ -659,6 +659,72 @@ static void freeing_ends_reading(void **state)
     assert_int_equal(blackbox_read(&box, record, 0), MR_UNKNOWN);
 }
 
+/* The mark of a freed record does not hold: the record stays whole, that is a fault, and it can be freed later. */
+static void a_mark_that_does_not_hold_frees_nothing(void **state)
+{
+    (void)state;
+    uint32_t trigger = index_now + 100;
+    uint16_t record = land(1, 100, 1000);
+    unsigned failed = health_take(MR_FAULT_NOR_FAILED).count;
+    fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
+    fake_nor.to = FAKE_NOR_SIZE;
+    assert_int_equal(blackbox_free(&box, record), MR_OK);
+    assert_int_equal(blackbox_free(&box, record), MR_WAIT); /* one at a time */
+    for (unsigned n = 0; n < 100; n++)
+        ms_passes();
+    assert_int_equal(health_take(MR_FAULT_NOR_FAILED).count, failed + 1);
+    check_whole(record, 1, 1000, trigger);
+    fake_nor.faults = 0;
+    assert_int_equal(blackbox_free(&box, record), MR_OK);
+    for (unsigned n = 0; n < 100; n++)
+        ms_passes();
+    assert_int_equal(records_there(), 0);
+}
+
+/* A record's first page cannot be read any more: which landing it was is not known, all its other pages are. */
+static void an_unreadable_start_page_costs_the_landings_number(void **state)
+{
+    (void)state;
+    uint16_t record = land(9, 100, 1000);
+    fetch(record, 0);
+    size_t whole = page_count;
+    fake_nor.faults = FAKE_NOR_READ_ERROR;
+    fake_nor.from = box.records[0].first_sector * NOR_SECTOR;
+    fake_nor.to = fake_nor.from + NOR_PAGE;
+    boot();
+    assert_true(get_ready(1000));
+    assert_non_null(blackbox_record(&box, 0));
+    assert_int_equal(blackbox_record(&box, 0)->record, record);
+    assert_int_equal(blackbox_record(&box, 0)->landing, 0);
+    assert_true(blackbox_record(&box, 0)->complete);
+    fetch(record, 0);
+    assert_int_equal(page_count, whole);
+    for (size_t i = 0; i < page_count; i++)
+        assert_int_equal(present[i], i > 0);
+}
+
+/* From a page beyond its end: nothing comes but the end. */
+static void a_page_beyond_the_end_is_the_end(void **state)
+{
+    (void)state;
+    uint16_t of, page, record = land(1, 100, 1000);
+    uint8_t part;
+    const uint8_t *bytes;
+    fetch(record, 0);
+    size_t whole = page_count;
+    assert_int_equal(blackbox_read(&box, record, 5000), MR_OK);
+    for (unsigned n = 0; n < 1000; n++) {
+        enum blackbox_part what = blackbox_take_part(&box, &of, &page, &part, &bytes);
+        assert_int_not_equal(what, BLACKBOX_A_PART);
+        if (what == BLACKBOX_LAST_READ) {
+            assert_int_equal(page, whole);
+            return;
+        }
+        ms_passes();
+    }
+    fail_msg("reading never ended");
+}
+
 /* What cannot be read from where the reader was: any page of a record may be missing; then at most the 16 pages to the next key and the
  * page itself are lost with it, and what is told is true. */
 static void a_missing_page_costs_17_pages(void **state)
@@ -707,6 +773,9 @@ int main(void)
         cmocka_unit_test_setup(a_configuration_too_long_is_cut_at_a_message, fresh),
         cmocka_unit_test_setup(freeing_ends_reading, fresh),
         cmocka_unit_test_setup(a_missing_page_costs_17_pages, fresh),
+        cmocka_unit_test_setup(a_mark_that_does_not_hold_frees_nothing, fresh),
+        cmocka_unit_test_setup(an_unreadable_start_page_costs_the_landings_number, fresh),
+        cmocka_unit_test_setup(a_page_beyond_the_end_is_the_end, fresh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -288,6 +288,9 @@ static void a_crash_is_told(void **state)
     static uint32_t word[MR_CRASH_ITEMS] = {3, 77};
     struct mr_crash crash;
     (void)state;
+    command("state");
+    play(50);
+    assert_int_equal(count_frames(MR_ID_CRASH), 0); /* there has been none */
     fake.restart = (struct board_restart){.crash = word};
     app_start(&app);
     play(MR_CRASH_ITEMS + 10);

@@ -239,6 +239,24 @@ static void bad_places_are_passed_over(void **state)
     }
 }
 
+/* A memory that takes nothing any more: the row of that minute is lost, told as a fault, and its number with it; the next is kept. */
+static void a_row_that_finds_no_place_is_lost_alone(void **state)
+{
+    (void)state;
+    minutes(5);
+    uint16_t before = health_counted(MR_FAULT_NOR_FAILED);
+    fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
+    fake_nor.to = FAKE_NOR_SIZE;
+    minutes(1);
+    assert_int_equal(told_count, 5);
+    assert_int_equal(health_counted(MR_FAULT_NOR_FAILED), before + 1);
+    fake_nor.faults = 0;
+    minutes(5);
+    assert_int_equal(read_all(0), 10);
+    for (unsigned i = 0; i < 10; i++)
+        assert_int_equal(told[i].seq, i < 5 ? i + 1 : i + 2);
+}
+
 static void a_sector_that_does_not_erase_is_left_out(void **state)
 {
     (void)state;
@@ -438,6 +456,7 @@ int main(void)
         cmocka_unit_test_setup(an_erase_under_way_is_told_to_the_box, fresh),
         cmocka_unit_test(rows_of_the_application),
         cmocka_unit_test(commands),
+        cmocka_unit_test_setup(a_row_that_finds_no_place_is_lost_alone, fresh),
     };
     return cmocka_run_group_tests_name("firmware/slowlog", tests, NULL, NULL);
 }

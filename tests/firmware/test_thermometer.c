@@ -58,7 +58,10 @@ static void one_reading_a_second(void **state)
     fake_i2c.temperature = 0xf670; /* -9.5625 */
     assert_true((double)second() == -9.5625);
     assert_near(thermometer.error_c, 0.577, 0.001);
-    assert_int_equal(fake_i2c.conversions, 2);
+    fake_i2c.temperature = 0x4600; /* 70 C */
+    assert_true((double)second() == 70.0);
+    assert_near(thermometer.error_c, 0.577, 0.001);
+    assert_int_equal(fake_i2c.conversions, 3);
     assert_int_equal(faults(), before);
 }
 

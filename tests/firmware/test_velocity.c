@@ -146,6 +146,29 @@ static void interference_does_not_fill_the_links(void **state)
     assert_int_equal(landing.edges, UINT8_MAX);
 }
 
+/* 40 edges in one block, more than wait: 32 are answered, the rest are not taken, and nothing was a landing. */
+static void a_burst_beyond_what_waits_is_cut(void **state)
+{
+    (void)state;
+    uint32_t index = 0, ticks[40];
+    unsigned told = 0;
+    seed_state = 6;
+    open_codes = 0.0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    for (unsigned i = 0; i < 40; i++)
+        ticks[i] = 4000000000u + 84000u * index + 2000u * i;
+    next_block(index++, ticks, 40);
+    for (unsigned n = 0; n < 60; n++) {
+        next_block(index++, NULL, 0);
+        told += landing.news.edges;
+    }
+    assert_int_equal(told, MR_SWITCHES_WAITING);
+    assert_int_equal(landing.state, LANDING_ARMED);
+    assert_int_equal(landing.passage.state, MR_PASSAGE_NONE);
+}
+
 /* Armed, the model is pushed to and fro over the same switches, which stay open: that opened twice is no news then. */
 static void pushing_to_and_fro_is_followed(void **state)
 {
@@ -299,6 +322,7 @@ int main(void)
         cmocka_unit_test(interference_does_not_fill_the_links),
         cmocka_unit_test(pushing_to_and_fro_is_followed),
         cmocka_unit_test(a_closing_switch_has_no_name),
+        cmocka_unit_test(a_burst_beyond_what_waits_is_cut),
     };
     return cmocka_run_group_tests_name("firmware/velocity", tests, NULL, NULL);
 }
