@@ -72,8 +72,10 @@ void camera_block(struct camera *camera, struct telemetry *telemetry, const stru
         (void)board_camera(false);
         camera->high = false;
     }
-    if (!fitted)
+    if (!fitted) {
+        camera->due = CAMERA_BY_NOTHING; /* it was for the camera that is gone */
         return;
+    }
     tell_frames(camera, telemetry, index, until_tick, landing_recording(landing));
     if (!camera->passed && at_station(landing, tick)) {
         camera->passed = true;

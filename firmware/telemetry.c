@@ -60,12 +60,13 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
     }
 }
 
-/* Edges, motion, states, results, marks, acknowledgements, what channels are worth, what befell a band, the temperature, and faults. */
+/* Zones and the warning, edges, motion, states, results, marks, acknowledgements, what channels are worth, what befell a band, the
+ * temperature, and faults. */
 static bool belongs_to_record(uint16_t id)
 {
-    return id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT || id == MR_ID_CHANNEL_QUALITY || id == MR_ID_BAND_EVENT ||
-           id == MR_ID_TEMPERATURE || (id >= MR_ID_BAND_BEFORE && id <= MR_ID_BAND_AFTER) ||
-           (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
+    return id == MR_ID_ZONE || id == MR_ID_ZONE_LEAD || id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT ||
+           id == MR_ID_CHANNEL_QUALITY || id == MR_ID_BAND_EVENT || id == MR_ID_TEMPERATURE ||
+           (id >= MR_ID_BAND_BEFORE && id <= MR_ID_BAND_AFTER) || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
 }
 
 static void send_both(struct telemetry *telemetry, uint16_t id, const uint8_t *payload, size_t length)

@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -39,6 +40,8 @@ static enum mr_status pty_open(struct link *link, const char *path, struct error
     if (link->fd < 0)
         return error_set(error, MR_IO, "cannot open the terminal (%s): %s; start the emulated board there first",
                          strerror(errno), link->spec);
+    if (flock(link->fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
+        return error_set(error, MR_IO, "another matrig has the terminal: %s; end it first", link->spec);
     return pty_line(link, TTY_BAUD_DEFAULT, false, error);
 }
 

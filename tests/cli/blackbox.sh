@@ -65,11 +65,11 @@ a_database_without_it_gets_it() {
 it_lacks_nothing_that_the_log_has() {
     local table
     build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/log.db" >/dev/null || return 1
-    for table in calibration channels switches slack results motion bands band_events quality edges temperatures; do
+    for table in calibration channels switches slack results motion zones bands band_events quality edges temperatures; do
         for db in log new; do
             sqlite3 "$tmp/$db.db" "select * from $table" | sed -E "s/\|[0-9]+$//" >"$tmp/$db.rows"
         done
-        case $table in calibration | channels | switches | slack | results | motion | bands | quality | edges)
+        case $table in calibration | channels | switches | slack | results | motion | zones | bands | quality | edges)
             [ -s "$tmp/log.rows" ] || { echo "$table: the log has none"; return 1; } ;;
         esac
         cmp "$tmp/log.rows" "$tmp/new.rows" || { echo "$table differs"; return 1; }

@@ -185,6 +185,25 @@ static void a_pause_of_half_a_minute_refuses_no_frame(void **state)
     assert_int_equal(count_frames(MR_ID_FILM_FRAME), 2);
 }
 
+/* A second command in the pulse of the first waits for its end; a camera that is taken out meanwhile is not triggered when it
+ * comes back. */
+static void a_trigger_does_not_outlast_its_camera(void **state)
+{
+    (void)state;
+    fit_camera(NAN);
+    play(5);
+    command("camera");
+    play(1);
+    command("camera");
+    play(1);
+    config.site[0].camera = 0;
+    play(20);
+    assert_false(fake.camera);
+    config.site[0].camera = 1;
+    play(20);
+    assert_int_equal(fake.camera_pulses, 1);
+}
+
 static void without_a_camera_it_costs_nothing(void **state)
 {
     (void)state;
@@ -235,6 +254,7 @@ int main(void)
         cmocka_unit_test_setup(noise_is_refused_and_counted, without_camera),
         cmocka_unit_test_setup(frames_go_on_over_the_wrap_of_the_clock, without_camera),
         cmocka_unit_test_setup(a_pause_of_half_a_minute_refuses_no_frame, without_camera),
+        cmocka_unit_test_setup(a_trigger_does_not_outlast_its_camera, without_camera),
         cmocka_unit_test_setup(without_a_camera_it_costs_nothing, without_camera),
         cmocka_unit_test_setup(sync_is_followed_by_its_time, without_camera),
     };

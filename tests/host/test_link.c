@@ -1,4 +1,5 @@
 /* Links: what a LINK is, candump lines, files and sockets. */
+#include <fcntl.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -328,10 +329,30 @@ static void socket_carries_bytes(void **state)
     link_close(link);
 }
 
+/* Two that read one terminal take bytes from each other. */
+static void a_terminal_is_for_one_alone(void **state)
+{
+    (void)state;
+    struct error error = {0};
+    struct link *first = NULL, *second = NULL;
+    char spec[80];
+    int board = posix_openpt(O_RDWR | O_NOCTTY);
+    assert_true(board >= 0 && grantpt(board) == 0 && unlockpt(board) == 0);
+    snprintf(spec, sizeof spec, "pty:%s", ptsname(board));
+    assert_int_equal(link_open(spec, LINK_SERIAL, &first, &error), MR_OK);
+    assert_int_equal(link_open(spec, LINK_SERIAL, &second, &error), MR_IO);
+    assert_non_null(strstr(error.text, "another matrig has the terminal"));
+    link_close(first);
+    assert_int_equal(link_open(spec, LINK_SERIAL, &second, &error), MR_OK);
+    link_close(second);
+    close(board);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(refused_specs),
+        cmocka_unit_test(a_terminal_is_for_one_alone),
         cmocka_unit_test(serial_ports_and_rates),
         cmocka_unit_test(bytes_are_no_frames),
         cmocka_unit_test(socket_path_too_long),
