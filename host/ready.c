@@ -12,6 +12,9 @@
 #include "host/store/store.h"
 
 #define MB 1e6
+/* Every rig has these to be tested; and these have a name of their own when they are good. */
+#define SELF_TESTS_ALWAYS (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
+#define SELF_TESTS_NAMED (SELF_TESTS_ALWAYS | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
 
 const char *ready_text(enum ready_verdict verdict)
 {
@@ -179,6 +182,8 @@ static void judge_calibration(const struct ready_facts *f, struct ready_report *
         size_t at = strlen(text);
         snprintf(text + at, sizeof text - at, "%s%s", expired++ ? ", " : "", name);
     }
+    if (sensors == 0)
+        return;
     if (expired) {
         struct ready_check *c = ready_add(report, READY_NO_GO, "calibration", "expired: %s", text);
         limit(c, "expires_day after today");
@@ -404,18 +409,19 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
 {
     const unsigned lamp = (1u << MR_SELF_TEST_LAMP_ON) | (1u << MR_SELF_TEST_LAMP_OFF);
     char text[140] = "";
-    unsigned failed = f->test.failed & ~lamp;
+    unsigned failed = f->test.failed & ~lamp, undone = SELF_TESTS_ALWAYS & ~(unsigned)f->test.done;
+    unsigned named = failed ? failed : undone ? undone : f->test.done & SELF_TESTS_NAMED;
     if (!f->tested) {
         advise(ready_add(report, READY_NO_GO, "self-test", "the board did not do it"), "the board must be idle; try again, reset it");
         return;
     }
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
         size_t at = strlen(text);
-        if (failed >> i & 1u)
+        if (named >> i & 1u)
             snprintf(text + at, sizeof text - at, "%s%s", at ? ", " : "", mr_self_test_text(i));
     }
-    struct ready_check *c = failed ? ready_add(report, READY_NO_GO, "self-test", "failed: %s", text)
-                                   : ready_add(report, READY_GO, "self-test", "memories, reference, excitation, black box good");
+    struct ready_check *c = failed || undone ? ready_add(report, READY_NO_GO, "self-test", "%s: %s", failed ? "failed" : "not tested", text)
+                                             : ready_add(report, READY_GO, "self-test", "good: %s", text);
     advise(c, "matrig board self-test and health tell more");
     bool lit = (f->test.done & lamp) == lamp && !(f->test.failed & lamp);
     c = ready_add(report, lit ? READY_GO : READY_NO_GO, "warning lamp", "%s",
