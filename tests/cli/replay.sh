@@ -28,7 +28,7 @@ in_json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), 
 vary marks 's/^command 7\.175 .*/command 1.9 can mark 1\ncommand 2.0 serial mark 2\ncommand 2.0 serial state\ncommand 2.0 can mark 3\ncommand 2.0 can state/'
 vary refused 's/^command 7\.175 .*/command 1.2 can arm 6\ncommand 1.3 serial survey 3 0.1\ncommand 1.5 serial mark -3\ncommand 2.5 can disarm/;/^command 8\.875/d'
 vary twice 's/^command 7\.175 .*/command 1.0 can disarm\ncommand 1.1 serial arm 9/'
-vary bare '/survey/d;s/^command 0\.800 .*/command 0.05 serial arm 0/'
+vary bare '/survey/d;s/^command 0\.800 .*/command 0.06 serial arm 0/'
 vary late '/survey/d;/^command/d;s/^samples/command 21.3 can arm 77\nsamples/'
 vary close 's/^switch 5 .*/switch 5 17.5 17.5 1.7478/' # 0.6 ms after switch 3: neither can be named
 vary saturated '/^[-0-9]+ [-0-9]+ .*/s/^[-0-9]+ ([-0-9]+) ([-0-9]+) /500000 \1000 -\2000 /'
