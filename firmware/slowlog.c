@@ -131,13 +131,13 @@ static void set_bit(uint32_t *bits, unsigned sector, bool on)
 
 static bool has_bit(uint32_t bits, unsigned sector) { return bits >> sector & 1u; }
 
+_Static_assert(MR_SLOWROW % 4 == 0 && NOR_PAGE % 4 == 0, "whole words");
 static bool is_blank(const uint8_t *bytes, unsigned n)
 {
-    for (unsigned i = 0; i < n; i++) {
-        if (bytes[i] != 0xff)
-            return false;
-    }
-    return true;
+    uint32_t all = UINT32_MAX;
+    for (const uint8_t *end = bytes + n; bytes < end;)
+        all &= mr_get_u32(&bytes);
+    return all == UINT32_MAX;
 }
 
 static unsigned next_sector(const struct slowlog *log, unsigned sector)
@@ -173,8 +173,8 @@ static void scan_page(struct slowlog *log)
 {
     unsigned sector = log->page / PAGES;
     struct mr_slowrow row;
-    unsigned whole = 0, torn = 0;
-    for (unsigned i = 0; i < SLOWLOG_ROWS_PER_PAGE; i++) {
+    unsigned rows = is_blank(log->buffer, NOR_PAGE) ? 0 : SLOWLOG_ROWS_PER_PAGE, whole = 0, torn = 0;
+    for (unsigned i = 0; i < rows; i++) {
         enum mr_status status = mr_slowrow_get(&row, log->buffer + MR_SLOWROW * i);
         whole += status == MR_OK;
         torn += status == MR_CRC;
@@ -187,7 +187,7 @@ static void scan_page(struct slowlog *log)
     if (whole + torn)
         set_bit(&log->blank, sector, false);
     log->rows_in[sector] = (uint8_t)(log->rows_in[sector] + whole);
-    for (unsigned i = 0; i < SLOWLOG_ROWS_PER_PAGE; i++) {
+    for (unsigned i = 0; i < rows; i++) {
         if (mr_slowrow_get(&row, log->buffer + MR_SLOWROW * i) == MR_OK && row.seq > log->newest_seq) {
             log->newest_seq = row.seq;
             log->newest_place = log->page * SLOWLOG_ROWS_PER_PAGE + i;

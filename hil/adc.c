@@ -88,7 +88,7 @@ static uint16_t convert(struct hil_board *board, unsigned unit, unsigned k, uint
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
         volts = hil_gpio_level(board, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V : 0.0;
     else
-        volts = hil_rig_volts(board, a->rig_channel[k], at);
+        volts = hil_rig_channel_volts(board, a->rig_channel[k], at);
     double code = volts / HIL_VREF_V * 4096.0 + 0.5;
     if (board->options.adc_noise)
         code += noise_lsb(a);

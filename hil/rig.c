@@ -259,7 +259,7 @@ void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fa
     board->state.rig.held[channel] = quantity(board, channel, (double)hil_board_now_ps(board) * 1e-12);
 }
 
-double hil_rig_volts(struct hil_board *board, int channel, uint64_t at)
+double hil_rig_channel_volts(struct hil_board *board, int channel, uint64_t at)
 {
     if (channel < 0)
         return 0.0;
@@ -271,4 +271,9 @@ double hil_rig_volts(struct hil_board *board, int channel, uint64_t at)
     if (channel < (int)HIL_RUN_TRANSDUCERS)
         return TRANSDUCER_MID_V + amplitude(board, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
     return channel < (int)HIL_RUN_COLUMNS ? gage_volts(&board->state.rig, (unsigned)channel - HIL_RUN_TRANSDUCERS, value) : value;
+}
+
+double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at)
+{
+    return hil_rig_channel_volts(board, hil_rig_channel(port, pin), at);
 }

@@ -82,8 +82,9 @@ void hil_rig_skip(struct hil_board *board, unsigned position);
 void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps);
 /* Channel that the rig has on a pin, 0..23, or -1. */
 int hil_rig_channel(unsigned port, unsigned pin);
-/* Voltage of a channel at cycle `at`, not clipped; of a pin with none (-1) 0. */
-double hil_rig_volts(struct hil_board *board, int channel, uint64_t at);
+/* Voltage of a channel at cycle `at`, not clipped (none, -1: 0 V), and of a pin. */
+double hil_rig_channel_volts(struct hil_board *board, int channel, uint64_t at);
+double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
 /* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is low while it does. */
 bool hil_rig_lamp_draws(const struct hil_board *board);
 /* Step of a switch, position 1..24, in codes. */
