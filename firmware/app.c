@@ -149,6 +149,8 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
         return MR_USAGE;
+    if (app->ticks_without_block >= STALL_TICKS) /* nothing is measured: it would be armed for nothing */
+        return MR_NOT_NOW;
     if (calibrate_busy(&app->calibrate))
         return MR_WAIT;
     enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW : blackbox_ready(&app->box);
@@ -542,6 +544,7 @@ bool app_poll(struct app *app)
     struct mr_block *block;
     bool any = false;
     while ((block = next_block(app)) != NULL) {
+        app->ticks_without_block = 0;
         miss_blocks(app, block->index);
         take_commands(app);
         take_block(app, block);
@@ -556,8 +559,6 @@ bool app_poll(struct app *app)
     tasks_begin(MR_TASK_UPKEEP);
     healthlink_idle(&app->healthlink);
     tasks_begin(MR_TASK_LOOP);
-    if (any)
-        app->ticks_without_block = 0;
     return any;
 }
 

@@ -171,7 +171,7 @@ static void print_zeros(const struct talk *talk)
                tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u, (double)z->zero_code, (double)z->spread_codes,
                zero_text(z->verdict));
     }
-    printf(talk->ack.status == MR_OK ? "these are the zeros now, until the board is reset\n" : "no zero was taken\n");
+    printf(talk->ack.status == MR_OK ? "these are the zeros now, until the board is reset or configured anew\n" : "no zero was taken\n");
 }
 
 static json_t *results_json(const struct talk *talk)

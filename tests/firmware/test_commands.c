@@ -138,6 +138,26 @@ static void each_command_is_answered_in_each_state(void **state)
     }
 }
 
+/* A board whose scans stand obeys, but does not promise to record a landing; when they go on, it does. */
+static void without_scans_it_is_not_armed(void **state)
+{
+    (void)state;
+    struct mr_ack ack;
+    reach(IDLE);
+    for (unsigned n = 0; n < 5; n++)
+        app_supervise(&app);
+    command("arm 1");
+    app_supervise(&app);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.status, MR_NOT_NOW);
+    assert_int_equal(app.landing.state, LANDING_IDLE);
+    pass(1);
+    command("arm 1");
+    pass(1);
+    GET_LAST(ack, ACK, &ack);
+    assert_int_equal(ack.status, MR_OK);
+}
+
 /* disarm, whatever for, while the self-test has the lamp lit. */
 static void nothing_puts_out_the_lamp_of_a_self_test(void **state)
 {
@@ -156,6 +176,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(each_command_is_answered_in_each_state, start_whole, put_back),
+        cmocka_unit_test_setup_teardown(without_scans_it_is_not_armed, start_whole, put_back),
         cmocka_unit_test_setup_teardown(nothing_puts_out_the_lamp_of_a_self_test, start_whole, put_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
