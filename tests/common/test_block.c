@@ -106,6 +106,10 @@ static void damaged_records_are_refused(void **state)
     assert_int_equal(mr_block_get(&got, out, length), MR_TRUNCATED);
     out[78] = 0x54; /* 5 low and 4 high of 8 */
     assert_int_equal(mr_block_get(&got, out, length + 1), MR_MALFORMED);
+    out[78] = 0x00; /* announced, and then none */
+    assert_int_equal(mr_block_get(&got, out, length + 1), MR_MALFORMED);
+    out[78] = 0x44;
+    assert_int_equal(mr_block_get(&got, out, length + 1), MR_OK);
 }
 
 /* The channels that are there read as they would beside all others, for every count of them on both converters. */

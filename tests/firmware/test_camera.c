@@ -83,6 +83,25 @@ static void by_command_it_is_triggered_at_any_time(void **state)
     assert_int_equal(fake.camera_pulses, 1);
 }
 
+/* Asked for once more within the pulse of 10 ms: that one is as long as ever, and another follows it. */
+static void a_second_trigger_waits_for_the_first(void **state)
+{
+    (void)state;
+    fit_camera(NAN);
+    play(5);
+    command("camera");
+    play(3);
+    assert_true(fake.camera);
+    command("camera");
+    play(7);
+    assert_true(fake.camera);
+    assert_int_equal(fake.camera_pulses, 1);
+    play(20);
+    assert_int_equal(fake.camera_pulses, 2);
+    assert_int_equal(count_frames(MR_ID_CAMERA), 2);
+    assert_false(fake.camera);
+}
+
 static void frames_are_told_with_number_and_time(void **state)
 {
     (void)state;
@@ -257,6 +276,7 @@ int main(void)
         cmocka_unit_test_setup(a_trigger_does_not_outlast_its_camera, without_camera),
         cmocka_unit_test_setup(without_a_camera_it_costs_nothing, without_camera),
         cmocka_unit_test_setup(sync_is_followed_by_its_time, without_camera),
+        cmocka_unit_test_setup(a_second_trigger_waits_for_the_first, without_camera),
     };
     return cmocka_run_group_tests_name("firmware/camera", tests, NULL, NULL);
 }
