@@ -130,13 +130,13 @@ static unsigned last_of(const struct mr_chain *chain, unsigned bay)
 }
 
 /* Moves the mats of a bay on; `left_lb` is the tension of its first joint, and that of the next bay's afterwards. */
-static void step_bay(struct mr_chain *chain, unsigned bay, unsigned wheel, float thrust_lb, float *left_lb)
+static void step_bay(struct mr_chain *chain, unsigned bay, float *left_lb)
 {
     float per_lb = chain->step_s / chain->mass_slug;
     unsigned last = last_of(chain, bay);
     for (unsigned n = first_of(bay); n <= last; n++) {
         float right_lb = pull(chain, n + 1u); /* before mat n moves on: joints see one moment */
-        float x_lb = right_lb - *left_lb + (n == wheel ? thrust_lb : 0.0f);
+        float x_lb = right_lb - *left_lb + chain->push_lb[n];
         float v_ft_s = slip(chain->v_ft_s[n], x_lb, chain->friction_lb, per_lb);
         *left_lb = right_lb;
         chain->v_ft_s[n] = v_ft_s;
@@ -150,16 +150,20 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
     unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats ? place_of(chain, mat) : 0;
     float left_lb = 0.0f;
     bool carried = false; /* left_lb is the tension of the bay's first joint, of before the bay on its left moved */
-    if (wheel)
+    float pushed_lb = chain->push_lb[wheel];
+    if (wheel) {
         chain->awake[(wheel - 1u) / MR_CHAIN_BAY + 1u] = true;
+        chain->push_lb[wheel] = pushed_lb + thrust_lb;
+    }
     for (unsigned bay = 1; bay <= chain->bays; bay++) {
         if (chain->awake[bay]) {
             if (!carried)
                 left_lb = pull(chain, first_of(bay));
-            step_bay(chain, bay, wheel, thrust_lb, &left_lb);
+            step_bay(chain, bay, &left_lb);
         }
         carried = chain->awake[bay];
     }
+    chain->push_lb[wheel] = pushed_lb;
     for (unsigned bay = 1; bay <= chain->bays; bay++) {
         if (!chain->awake[bay])
             continue;
@@ -168,6 +172,14 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
         if (chain->v_ft_s[last_of(chain, bay)] != 0.0f)
             chain->awake[bay + 1u] = true;
     }
+}
+
+void mr_chain_push(struct mr_chain *chain, unsigned mat, float push_lb)
+{
+    unsigned n = place_of(chain, mat);
+    chain->push_lb[n] = push_lb;
+    if (push_lb > chain->friction_lb || push_lb < -chain->friction_lb)
+        chain->awake[(n - 1u) / MR_CHAIN_BAY + 1u] = true;
 }
 
 static bool moves(const struct mr_chain *chain, unsigned from, unsigned to)
@@ -199,6 +211,16 @@ bool mr_chain_settle(struct mr_chain *chain)
 float mr_chain_opening_ft(const struct mr_chain *chain, unsigned joint)
 {
     return chain->gap_ft[joint] + (chain->u_ft[joint] - chain->u_ft[joint - 1u]);
+}
+
+float mr_chain_compression_lb(const struct mr_chain *chain, unsigned joint)
+{
+    float g_ft = mr_chain_opening_ft(chain, joint), reach_ft = chain->reach_ft[joint];
+    float press_ft = (reach_ft > 0.0f ? reach_ft : 0.0f) - g_ft;
+    if (!(press_ft > 0.0f))
+        return 0.0f;
+    float press_lb = chain->kl_lb_ft * press_ft;
+    return reach_ft > 0.0f && press_lb > chain->grit_lb[joint] ? chain->grit_lb[joint] : press_lb;
 }
 
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat)

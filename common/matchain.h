@@ -55,6 +55,7 @@ struct mr_chain {
     float gap_ft[MR_CHAIN_PLACES]; /* opening of joint j at u = 0 */
     float reach_ft[MR_CHAIN_PLACES];
     float grit_lb[MR_CHAIN_PLACES];
+    float push_lb[MR_CHAIN_PLACES]; /* from outside, on each group */
     uint32_t updates;             /* mats computed since the last mr_chain_take_updates */
     bool runaway;                 /* a guard has tripped: nothing here is to be believed */
 };
@@ -69,11 +70,15 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
 
 /* One step with `thrust_lb` on the mat (1..mats) under the wheel; 0: none. */
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb);
+/* From now on a force (0: none) on the mat, besides the thrust: what corrects the chain towards a reading. */
+void mr_chain_push(struct mr_chain *chain, unsigned mat, float push_lb);
 /* After the steps of a block: bays at rest go to sleep, guards look. False: it has run away. */
 bool mr_chain_settle(struct mr_chain *chain);
 
 /* Opening of joint j (of groups), feet. */
 float mr_chain_opening_ft(const struct mr_chain *chain, unsigned joint);
+/* Compression of joint j (of groups) at rest in its present opening, lb; 0: none. */
+float mr_chain_compression_lb(const struct mr_chain *chain, unsigned joint);
 /* Displacement of a mat (1..mats), feet. */
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat);
 uint32_t mr_chain_take_updates(struct mr_chain *chain);

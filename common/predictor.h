@@ -2,10 +2,15 @@
  * transducers say of the mats, and what follows from it for the wheel: where joints are closed, how well that is known, how close
  * the compression ahead of the wheel is to the one that an irregularity does not bear.
  *
+ * Correction. At each transducer's mat a spring of limited force draws the model's mat to the reading, so that the joints on
+ * either side answer by their own laws; and the resistance against closing, of which nobody knows the size on a runway, is scaled
+ * down while the springs draw forward, up while they hold back. Joints have closing resistances and gaps of their own that are not
+ * known either: the model gives them evenly spread ones (by the golden ratio), so that any ten in a row are a fair sample.
+ *
  * One call per block (1 ms). Inputs are a function of block records, edges and commands alone; the level is chosen by counting mat
  * updates, never by time: a replay says the same. No heap, single precision, square root the only library call.
  *
- * Units: feet, pounds, seconds; displacements of transducers in inches as they are read. */
+ * Units: feet, pounds, seconds; displacements of transducers and gaps of surveys in inches as they are read. */
 #ifndef MATRIG_COMMON_PREDICTOR_H
 #define MATRIG_COMMON_PREDICTOR_H
 
@@ -16,6 +21,11 @@
 #include "common/closure.h"
 #include "common/matchain.h"
 
+#define MR_PREDICTOR_LOOK_BLOCKS 50u     /* between statements: 20 Hz */
+#define MR_PREDICTOR_WARNING_MATS 50u    /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
+#define MR_PREDICTOR_ADVISORY_MATS 30u
+#define MR_PREDICTOR_TALLY_MATS 10u      /* of so many joints in a row of a zone one may be open */
+
 enum mr_predictor_level {
     MR_PREDICTOR_FULL,      /* every mat */
     MR_PREDICTOR_TWO,       /* two mats in one */
@@ -25,6 +35,14 @@ enum mr_predictor_level {
 };
 
 enum mr_predictor_verdict { MR_PREDICTOR_QUIET, MR_PREDICTOR_ADVISORY, MR_PREDICTOR_WARNING };
+
+/* Why a verdict is not quiet. */
+enum mr_predictor_reason {
+    MR_PREDICTOR_NO_REASON,
+    MR_PREDICTOR_LONG_ZONE,     /* a closed zone lies ahead now */
+    MR_PREDICTOR_GROWING_ZONE,  /* at the present deceleration one will before the gear stops */
+    MR_PREDICTOR_COMPRESSION,   /* the compression ahead is beyond the critical one */
+};
 
 /* What the statement rests on, as bits. */
 enum mr_predictor_basis {
@@ -38,11 +56,12 @@ enum mr_predictor_basis {
 
 struct mr_predictor_config {
     struct mr_chain_params chain;
-    float grit_lb;               /* mean closing resistance of a joint */
+    float grit_lb;               /* mean closing resistance of a joint; to begin with */
     float thrust_lb_per_g;       /* thrust of the lead axle on the strip at 1 g of deceleration: weight / axles */
-    float bump_ft;               /* irregularity assumed: half of h0 in P_c = w L / (2 h0) */
+    float deceleration_ft_s2;    /* assumed until the switches tell */
+    float bump_ft;               /* irregularity assumed: h0 in P_c = w L / (2 h0) */
     float mat_weight_lb;
-    uint32_t updates_per_block;  /* budget */
+    uint32_t updates_per_block;  /* budget, mean over a look */
     enum mr_predictor_level level; /* the best one asked for */
     float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
 };
@@ -53,6 +72,7 @@ struct mr_predictor_input {
     float speed_ft_s;
     float deceleration_ft_s2;
     bool braking_known;          /* deceleration rests on switches beyond touchdown */
+    bool on_runway;              /* touched down, or so it is taken */
     float displacement_in[MR_TRANSDUCERS]; /* since arming */
 };
 
@@ -62,13 +82,51 @@ struct mr_predictor_zone {
     float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score` */
     unsigned closed_joints;
     float mean_gap_in;           /* of the joints inside */
-    float distance_ft, lead_s;   /* of the wheel to the start; NaN: it stops before, or is inside, or not known */
+    float distance_ft, lead_s;   /* of the wheel to the start; NaN: it stops before, or not known; 0: there */
+    unsigned coming_mats;        /* longest zone that the wheel will have before it before it stops, deceleration kept */
+    float coming_ft;             /* where the wheel is then */
     float compression_lb;        /* largest ahead of the wheel now */
     float critical_lb;           /* P_c of the irregularity assumed */
     enum mr_predictor_verdict verdict;
+    enum mr_predictor_reason reason;
     enum mr_predictor_level level;
     unsigned basis;              /* bits of enum mr_predictor_basis */
-    uint32_t age_blocks;         /* since a transducer last corrected the part of the model that the zone lies in */
+    uint32_t age_blocks;         /* since a transducer ahead of the wheel was last valid */
+    float grit_scale;            /* closing resistance found, relative to the configured one */
 };
 
-struct mr_predictor; /* in full below: placed by its owner */
+/* Why a transducer is left out. */
+enum mr_predictor_doubt { MR_PREDICTOR_TRUSTED, MR_PREDICTOR_MISSING, MR_PREDICTOR_DOUBTED };
+
+struct mr_predictor {
+    struct mr_predictor_config config;
+    struct mr_chain chain;
+    float gap_ft[MR_CHAIN_MATS + 1u]; /* at the start of the landing, by joint */
+    float surveyed_in[MR_SEGMENTS];   /* sums; NaN: not surveyed since a landing */
+    float scale;                      /* of the closing resistance */
+    float wheel_ft, deceleration_ft_s2;
+    bool armed, rolled, blind, fell_back;
+    enum mr_predictor_level level;    /* now */
+    uint32_t block, changed_block, last_valid_block;
+    uint32_t updates;                 /* of this landing */
+    uint32_t look_updates;            /* since the last look */
+    unsigned calm_looks;              /* in a row within half the budget */
+    float drawn_lb;                   /* mean force of the springs ahead since the last look */
+    uint8_t doubt[MR_TRANSDUCERS];
+    uint16_t doubtful_blocks[MR_TRANSDUCERS];
+    float last_in[MR_TRANSDUCERS];    /* newest readings */
+};
+
+/* A runway nobody has measured. MR_OK, MR_USAGE, MR_NUMERICS as mr_chain_start. */
+enum mr_status mr_predictor_start(struct mr_predictor *predictor, const struct mr_predictor_config *config);
+/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. */
+void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
+/* A landing begins: displacements count from here. */
+void mr_predictor_arm(struct mr_predictor *predictor);
+void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
+/* What is to be said now. */
+void mr_predictor_zone(struct mr_predictor *predictor, struct mr_predictor_zone *zone);
+/* The landing is over: what the joints have become is the start of the next one. */
+void mr_predictor_fold(struct mr_predictor *predictor);
+
+#endif
