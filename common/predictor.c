@@ -7,13 +7,14 @@
 #define IN_PER_FT 12.0f
 #define G_FT_S2 32.174f
 #define DESIGN_GAP_IN 0.036f        /* gaps as laid: evenly up to this, none beyond the slack (report 2.6) */
-#define CLOSED_FT (0.001f / 12.0f)
-#define SPRING_LB_FT 1500.0f
-#define SPRING_MOST_LB 8.0f
-#define SCALE_RATE 0.004f           /* per look and pound drawn */
+#define CLOSED_FT (0.002f / 12.0f)
+#define SPRING_LB_FT 3000.0f
+#define SPRING_MOST_LB 16.0f
+#define SCALE_RATE 0.0f           /* per look and pound drawn */
 #define SCALE_LEAST 0.3f
 #define SCALE_MOST 2.5f
 #define REACH_FT 20.0f              /* ahead of the wheel: what moves there tells of the resistance */
+#define AHEAD_GROUPS 2.0f
 #define SURVEY_ERROR_IN 0.005f
 
 /* Evenly spread over 0..1: fractions of the multiples of an irrational number, in 24 bits. */
@@ -71,26 +72,37 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
     return start_chain(p);
 }
 
-/* Ten joints come to sum to `sum_ft`: all by one factor, what the slack cuts off given to the others. */
-static void rescale(float *gap_ft, unsigned count, float sum_ft, float slack_ft)
+/* Ten joints as laid come to sum to `sum_ft`: all by one factor, or nearer to the slack by one. */
+static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
 {
-    for (unsigned pass = 0; pass < 4; pass++) {
-        float have_ft = 0.0f, room_ft = 0.0f;
-        for (unsigned j = 0; j < count; j++) {
-            have_ft += gap_ft[j];
-            room_ft += slack_ft - gap_ft[j];
-        }
-        float missing_ft = sum_ft - have_ft;
-        if (missing_ft < 0.0f) {
-            for (unsigned j = 0; j < count && have_ft > 0.0f; j++)
-                gap_ft[j] *= sum_ft > 0.0f ? sum_ft / have_ft : 0.0f;
-            return;
-        }
-        if (!(room_ft > 0.0f))
-            return;
-        float part = missing_ft < room_ft ? missing_ft / room_ft : 1.0f;
+    float room_ft = slack_ft * (float)count - have_ft;
+    if (sum_ft < have_ft) {
         for (unsigned j = 0; j < count; j++)
-            gap_ft[j] += part * (slack_ft - gap_ft[j]);
+            gap_ft[j] *= sum_ft / have_ft;
+        return;
+    }
+    float part = sum_ft - have_ft < room_ft ? (sum_ft - have_ft) / room_ft : 1.0f;
+    for (unsigned j = 0; j < count && room_ft > 0.0f; j++)
+        gap_ft[j] += part * (slack_ft - gap_ft[j]);
+}
+
+/* Joints that have been pushed come to differ by `missing_ft` in sum: those of least resistance close first, those of most
+ * are the open ones, for a few wide gaps are likelier there than many narrow ones. */
+static void reopen(float *gap_ft, unsigned first, unsigned count, float missing_ft, float slack_ft)
+{
+    bool taken[MR_MATS_PER_SEGMENT] = {false};
+    for (unsigned pass = 0; pass < count && missing_ft != 0.0f; pass++) {
+        unsigned pick = count;
+        for (unsigned j = 0; j < count; j++) {
+            bool better = pick == count || (missing_ft < 0.0f) == (grit_share(first + j + 1u) < grit_share(first + pick + 1u));
+            if (!taken[j] && better)
+                pick = j;
+        }
+        taken[pick] = true;
+        float to_ft = gap_ft[first + pick] + missing_ft;
+        to_ft = to_ft < 0.0f ? 0.0f : to_ft > slack_ft ? slack_ft : to_ft;
+        missing_ft -= to_ft - gap_ft[first + pick];
+        gap_ft[first + pick] = to_ft;
     }
 }
 
@@ -107,8 +119,12 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
         for (unsigned j = 0; j < count; j++)
             have_ft += p->gap_ft[first + j];
         float off_ft = sum_in[s] / IN_PER_FT - have_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
-        if (off_ft > error_ft || off_ft < -error_ft)
-            rescale(p->gap_ft + first, count, sum_in[s] / IN_PER_FT, p->config.chain.slack_ft);
+        if (off_ft <= error_ft && off_ft >= -error_ft)
+            continue;
+        if (p->landings == 0)
+            rescale(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, p->config.chain.slack_ft);
+        else
+            reopen(p->gap_ft, first, count, off_ft, p->config.chain.slack_ft);
     }
 }
 
@@ -143,7 +159,10 @@ static float draw(struct mr_predictor *p, const struct mr_predictor_input *input
         if (!mat)
             continue;
         float reading_in = input->displacement_in[i];
-        p->last_in[i] = reading_in;
+        float was_in = p->last_in[i];
+        p->last_in[i] = was_in + (reading_in - was_in) * 0.02f;
+        if (__builtin_isnan(was_in))
+            p->last_in[i] = reading_in;
         if (__builtin_isnan(reading_in)) {
             mr_chain_push(&p->chain, mat, 0.0f);
             continue;
@@ -155,8 +174,8 @@ static float draw(struct mr_predictor *p, const struct mr_predictor_input *input
         float ahead_ft = p->config.station_ft[i] - input->wheel_ft;
         if (ahead_ft > 0.0f) {
             p->last_valid_block = p->block;
-            if (ahead_ft < REACH_FT)
-                drawn_lb += force_lb;
+            if (ahead_ft < REACH_FT && !__builtin_isnan(was_in))
+                drawn_lb += force_lb * (reading_in - was_in);
         }
     }
     return drawn_lb;
@@ -181,16 +200,17 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
     if (input->braking_known && input->deceleration_ft_s2 > 0.0f)
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
     p->wheel_ft = input->wheel_ft;
+    p->speed_ft_s = input->speed_ft_s;
     if (__builtin_isnan(input->wheel_ft))
         return;
     float drawn_lb = draw(p, input);
-    p->drawn_lb += drawn_lb * (1.0f / (float)MR_PREDICTOR_LOOK_BLOCKS);
+    p->drawn_lb += drawn_lb * 0.02f;
     roll(p, input);
     (void)mr_chain_settle(&p->chain);
     p->updates += mr_chain_take_updates(&p->chain);
     if (p->block % MR_PREDICTOR_LOOK_BLOCKS != 0)
         return;
-    float factor = 1.0f - SCALE_RATE * p->drawn_lb;
+    float factor = 1.0f / (1.0f + SCALE_RATE * p->drawn_lb);
     p->scale *= factor;
     p->scale = p->scale < SCALE_LEAST ? SCALE_LEAST : p->scale > SCALE_MOST ? SCALE_MOST : p->scale;
     p->drawn_lb = 0.0f;
@@ -225,6 +245,50 @@ static unsigned longest(const struct mr_chain *chain, unsigned from, unsigned *f
     return best;
 }
 
+/* Length of the zone that begins at group `from` when `thrust_lb` pushes there and nothing has inertia: compression falls by each
+ * group's friction, and joints close that it overcomes. */
+static unsigned ploughed(const struct mr_chain *chain, unsigned from, float thrust_lb)
+{
+    unsigned best = 0, first = 0, last_open = 0, tally = MR_PREDICTOR_TALLY_MATS / chain->group;
+    float press_lb = thrust_lb;
+    for (unsigned j = from + 1u; j <= chain->count + 1u; j++) {
+        press_lb -= chain->friction_lb;
+        bool open = mr_chain_opening_ft(chain, j) > CLOSED_FT * (float)chain->group && !(press_lb > chain->grit_lb[j]);
+        if (!open) {
+            if (!first)
+                first = j;
+            best = j - first;
+            continue;
+        }
+        if (first && last_open && j - last_open < tally)
+            break;
+        if (!first && j - from > tally)
+            break; /* nothing begins at the wheel */
+        last_open = j;
+    }
+    return best;
+}
+
+/* What the wheel will push together on its way to where it stops at the present deceleration. */
+static void look_ahead(const struct mr_predictor *p, float speed_ft_s, struct mr_predictor_zone *zone)
+{
+    const struct mr_chain *chain = &p->chain;
+    float group_ft = p->config.chain.mat_length_ft * (float)chain->group;
+    float thrust_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
+    float stop_ft = p->wheel_ft + 0.5f * speed_ft_s * speed_ft_s / p->deceleration_ft_s2;
+    zone->coming_ft = MR_NAN;
+    for (float at_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f; at_ft < stop_ft; at_ft += AHEAD_GROUPS * group_ft) {
+        unsigned n = (unsigned)(at_ft / group_ft) + 1u;
+        if (n >= chain->count)
+            break;
+        unsigned mats = ploughed(chain, n, thrust_lb) * chain->group;
+        if (mats > zone->coming_mats) {
+            zone->coming_mats = mats;
+            zone->coming_ft = at_ft;
+        }
+    }
+}
+
 void mr_predictor_zone(struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     float length_ft = p->config.chain.mat_length_ft;
@@ -239,6 +303,12 @@ void mr_predictor_zone(struct mr_predictor *p, struct mr_predictor_zone *zone)
         zone->start_ft = (float)((first - 1u) * p->chain.group) * length_ft;
         zone->end_ft = zone->start_ft + (float)mats * length_ft;
     }
+    if (p->speed_ft_s > 0.0f && p->deceleration_ft_s2 > 0.0f)
+        look_ahead(p, p->speed_ft_s, zone);
+    if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS) {
+        zone->verdict = MR_PREDICTOR_WARNING;
+        zone->reason = MR_PREDICTOR_GROWING_ZONE;
+    }
 }
 
 void mr_predictor_fold(struct mr_predictor *p)
@@ -249,4 +319,5 @@ void mr_predictor_fold(struct mr_predictor *p)
         p->gap_ft[j - 1u] = g_ft > p->config.chain.slack_ft ? p->config.chain.slack_ft : g_ft;
     }
     p->armed = false;
+    p->landings++;
 }

@@ -104,7 +104,8 @@ struct mr_predictor {
     float gap_ft[MR_CHAIN_MATS + 1u]; /* at the start of the landing, by joint */
     float surveyed_in[MR_SEGMENTS];   /* sums; NaN: not surveyed since a landing */
     float scale;                      /* of the closing resistance */
-    float wheel_ft, deceleration_ft_s2;
+    float wheel_ft, speed_ft_s, deceleration_ft_s2;
+    uint32_t landings;                /* folded in */
     bool armed, rolled, blind, fell_back;
     enum mr_predictor_level level;    /* now */
     uint32_t block, changed_block, last_valid_block;

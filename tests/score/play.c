@@ -179,7 +179,7 @@ static void look(struct player *player, const struct score_landing *landing, uns
             outcome->warned_s[SCORE_KINEMATIC] = (float)t_s;
     }
     if (!(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
-        float by[SCORE_RANKS] = {(float)(zone.mats > zone.coming_mats ? zone.mats : zone.coming_mats),
+        float by[SCORE_RANKS] = {RANKBY,
                                  player->predictor.deceleration_ft_s2, (float)landing->number, (float)closed.mats};
         for (unsigned r = 0; r < SCORE_RANKS; r++)
             outcome->rank[r] = fmaxf(outcome->rank[r], by[r]);
@@ -245,6 +245,12 @@ void score_play(const struct score_truth *truth, unsigned view, const struct sco
                   .slack_ft = 0.0025f, .step_s = 1e-3f / 6.0f},
         .grit_lb = 10.0f, .thrust_lb_per_g = 1300.0f / 12.0f, .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
         .mat_weight_lb = 0.466f, .updates_per_block = 1u << 30, .level = MR_PREDICTOR_FULL};
+#ifdef ORACLE
+    config.thrust_lb_per_g *= (float)series->thrust_share; config.grit_lb = (float)series->grit_mean_lb; config.chain.friction_lb = 0.466f * (float)series->friction;
+#endif
+#ifdef GRIT
+    config.grit_lb = GRIT;
+#endif
     memcpy(config.station_ft, player.rig.station_ft, sizeof config.station_ft);
     if (mr_predictor_start(&player.predictor, &config) != MR_OK)
         return;
