@@ -62,7 +62,7 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
     p->scale = 1.0f;
     p->level = config->level;
     p->deceleration_ft_s2 = config->deceleration_ft_s2;
-    p->wheel_ft = MR_NAN;
+    p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
         float gap_ft = DESIGN_GAP_IN / IN_PER_FT * spread(j + 1u, 1779033704u); /* 2^32 (sqrt 2 - 1) */
         p->gap_ft[j] = gap_ft < config->chain.slack_ft ? gap_ft : config->chain.slack_ft;
@@ -131,12 +131,12 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
 void mr_predictor_arm(struct mr_predictor *p)
 {
     p->armed = true;
-    p->rolled = p->fell_back = false;
+    p->rolled = p->fell_back = p->braking = false;
     p->level = p->config.level;
     p->block = p->changed_block = p->last_valid_block = 0;
     p->updates = p->look_updates = 0;
     p->drawn_lb = 0.0f;
-    p->wheel_ft = MR_NAN;
+    p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         p->last_in[i] = MR_NAN;
     (void)start_chain(p); /* of parameters that mr_predictor_start has accepted */
@@ -199,6 +199,7 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
     p->block++;
     if (input->braking_known && input->deceleration_ft_s2 > 0.0f)
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
+    p->braking = p->braking || input->braking_known;
     p->wheel_ft = input->wheel_ft;
     p->speed_ft_s = input->speed_ft_s;
     if (__builtin_isnan(input->wheel_ft))
@@ -269,13 +270,15 @@ static unsigned ploughed(const struct mr_chain *chain, unsigned from, float thru
     return best;
 }
 
-/* What the wheel will push together on its way to where it stops at the present deceleration. */
-static void look_ahead(const struct mr_predictor *p, float speed_ft_s, struct mr_predictor_zone *zone)
+/* What the wheel will meet or push together on its way to where it stops at the present deceleration; before that is known, where
+ * twice the assumed one would stop it: so far it comes nearly always. */
+static void look_ahead(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     const struct mr_chain *chain = &p->chain;
     float group_ft = p->config.chain.mat_length_ft * (float)chain->group;
     float thrust_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
-    float stop_ft = p->wheel_ft + 0.5f * speed_ft_s * speed_ft_s / p->deceleration_ft_s2;
+    float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
+    float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
     zone->coming_ft = MR_NAN;
     for (float at_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f; at_ft < stop_ft; at_ft += AHEAD_GROUPS * group_ft) {
         unsigned n = (unsigned)(at_ft / group_ft) + 1u;
@@ -303,8 +306,8 @@ void mr_predictor_zone(struct mr_predictor *p, struct mr_predictor_zone *zone)
         zone->start_ft = (float)((first - 1u) * p->chain.group) * length_ft;
         zone->end_ft = zone->start_ft + (float)mats * length_ft;
     }
-    if (p->speed_ft_s > 0.0f && p->deceleration_ft_s2 > 0.0f)
-        look_ahead(p, p->speed_ft_s, zone);
+    if (p->speed_ft_s > 0.0f)
+        look_ahead(p, zone);
     if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS) {
         zone->verdict = MR_PREDICTOR_WARNING;
         zone->reason = MR_PREDICTOR_GROWING_ZONE;

@@ -106,7 +106,7 @@ struct mr_predictor {
     float scale;                      /* of the closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
     uint32_t landings;                /* folded in */
-    bool armed, rolled, blind, fell_back;
+    bool armed, rolled, braking, blind, fell_back;
     enum mr_predictor_level level;    /* now */
     uint32_t block, changed_block, last_valid_block;
     uint32_t updates;                 /* of this landing */

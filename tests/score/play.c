@@ -169,21 +169,21 @@ static void look(struct player *player, const struct score_landing *landing, uns
                                                .speed_ft_s = input->speed_ft_s,
                                                .deceleration_ft_s2 = input->deceleration_ft_s2};
     mr_closure_find(&kinematic, &closed, player->left_in);
-    if (isnan(input->wheel_ft) || !(landing->speed_at_ft_s[k] > (float)SCORE_SLOW_FT_S) || landing->wheel_ft[k] < 12.5f)
-        return;
     if (!(t_s > (double)outcome->event_s)) {
         if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)
             outcome->warned_s[SCORE_PREDICTOR] = (float)t_s;
         if (isnan(outcome->warned_s[SCORE_KINEMATIC]) && closed.mats >= SCORE_EVENT_MATS &&
-            closed.start_ft - input->wheel_ft < LOOK_AHEAD_FT)
+            !(closed.start_ft - input->wheel_ft > LOOK_AHEAD_FT))
             outcome->warned_s[SCORE_KINEMATIC] = (float)t_s;
     }
-    if (!(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
+    if (k == 0 || !(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
         float by[SCORE_RANKS] = {RANKBY,
                                  player->predictor.deceleration_ft_s2, (float)landing->number, (float)closed.mats};
         for (unsigned r = 0; r < SCORE_RANKS; r++)
             outcome->rank[r] = fmaxf(outcome->rank[r], by[r]);
     }
+    if (isnan(input->wheel_ft) || !(landing->speed_at_ft_s[k] > (float)SCORE_SLOW_FT_S) || landing->wheel_ft[k] < 12.5f)
+        return;
     for (unsigned m = 0; m < SCORE_METHODS; m++) {
         struct score_look seen = {.truth = zones[k], .start_error = NAN, .end_error = NAN,
                                   .series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
