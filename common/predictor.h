@@ -91,42 +91,65 @@ struct mr_predictor_zone {
     enum mr_predictor_reason reason;
     enum mr_predictor_level level;
     unsigned basis;              /* bits of enum mr_predictor_basis */
-    uint32_t age_blocks;         /* since a transducer ahead of the wheel was last valid */
+    uint32_t age_blocks;         /* since a transducer last corrected the model; of a blind one since arming */
     float grit_scale;            /* closing resistance found, relative to the configured one */
 };
 
 /* Why a transducer is left out. */
-enum mr_predictor_doubt { MR_PREDICTOR_TRUSTED, MR_PREDICTOR_MISSING, MR_PREDICTOR_DOUBTED };
+enum mr_predictor_doubt {
+    MR_PREDICTOR_TRUSTED,
+    MR_PREDICTOR_MISSING,  /* no valid reading */
+    MR_PREDICTOR_DRIFTS,   /* it moves where nothing can have moved */
+    MR_PREDICTOR_DISAGREES /* the model cannot be drawn to it: stuck, or of another scale */
+};
 
 struct mr_predictor {
     struct mr_predictor_config config;
     struct mr_chain chain;
-    float gap_ft[MR_CHAIN_MATS + 1u]; /* at the start of the landing, by joint */
+    float gap_ft[MR_CHAIN_MATS + 1u]; /* when the chain was started, by joint */
     float surveyed_in[MR_SEGMENTS];   /* sums; NaN: not surveyed since a landing */
     float scale;                      /* of the closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
     uint32_t landings;                /* folded in */
-    bool armed, rolled, braking, blind, fell_back;
+    bool armed, braking, degraded, fell_back, moved;
     enum mr_predictor_level level;    /* now */
-    uint32_t block, changed_block, last_valid_block;
-    uint32_t updates;                 /* of this landing */
+    uint32_t block;                   /* since arming */
+    uint32_t corrected_block;
+    uint32_t updates;                 /* of this landing, mats */
     uint32_t look_updates;            /* since the last look */
-    unsigned calm_looks;              /* in a row within half the budget */
-    float drawn_lb;                   /* mean force of the springs ahead since the last look */
-    uint8_t doubt[MR_TRANSDUCERS];
+    unsigned calm_looks;              /* in a row in which the next better level would have fitted into the budget */
+    unsigned failures;                /* guards that tripped in this landing */
+    unsigned ploughed_mat;            /* last mat from which the plough has pushed */
+    float due_s;                      /* not yet stepped */
+    float work_lb_in;                 /* of the springs on what the transducers have moved, since the last look */
+    float base_in[MR_TRANSDUCERS];    /* model's displacement when the chain was last started */
+    float slow_in[MR_TRANSDUCERS];    /* readings, 50 ms behind */
+    float last_in[MR_TRANSDUCERS];    /* newest readings that are trusted; NaN: none */
+    uint8_t doubt[MR_TRANSDUCERS];    /* enum mr_predictor_doubt */
     uint16_t doubtful_blocks[MR_TRANSDUCERS];
-    float last_in[MR_TRANSDUCERS];    /* newest readings */
 };
 
-/* A runway nobody has measured. MR_OK, MR_USAGE, MR_NUMERICS as mr_chain_start. */
+/* What is kept between landings and over a reset: openings of joints 1..mats+1 in hundredths of a mil, and the resistance found. */
+struct mr_predictor_state {
+    uint16_t mats;
+    uint16_t landings;
+    float scale;
+    uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
+};
+
+/* A runway nobody has measured. MR_OK; MR_USAGE: a parameter that makes no sense; MR_NUMERICS: the step is beyond the stability
+ * limit. */
 enum mr_status mr_predictor_start(struct mr_predictor *predictor, const struct mr_predictor_config *config);
-/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. */
+void mr_predictor_save(const struct mr_predictor *predictor, struct mr_predictor_state *state);
+/* After mr_predictor_start. MR_MALFORMED: of another runway, or with openings that no joint can have; nothing is changed then. */
+enum mr_status mr_predictor_load(struct mr_predictor *predictor, const struct mr_predictor_state *state);
+/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between landings. */
 void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
 /* A landing begins: displacements count from here. */
 void mr_predictor_arm(struct mr_predictor *predictor);
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
 /* What is to be said now. */
-void mr_predictor_zone(struct mr_predictor *predictor, struct mr_predictor_zone *zone);
+void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
 /* The landing is over: what the joints have become is the start of the next one. */
 void mr_predictor_fold(struct mr_predictor *predictor);
 
