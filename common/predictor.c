@@ -16,8 +16,8 @@
 #define SPRING_LB_FT 3000.0f
 #define SPRING_MOST_LB 16.0f
 #define DRAWN_AHEAD_FT 60.0f        /* stations so far ahead of the wheel are drawn, */
-#define DRAWN_BEHIND_FT 15.0f       /* and so far behind it: the mat practically ceases to move as the gear passes (2.7.2) */
-#define TELLING_FT 20.0f            /* ahead of the wheel: what moves there tells of the resistance */
+#define DRAWN_BEHIND_FT 5.0f        /* and so far behind it: the mat practically ceases to move as the gear passes (2.7.2) */
+#define TELLING_FT 40.0f            /* ahead of the wheel: what moves there tells of the resistance */
 #define SCALE_PER_LB_IN 0.02f
 #define SCALE_LEAST 0.3f
 #define SCALE_MOST 2.5f
@@ -25,6 +25,7 @@
 
 /* Doubt. */
 #define DRIFT_IN 0.02f
+#define MOST_IN (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* no reading */
 #define DISAGREE_IN 0.25f
 #define DISAGREE_BLOCKS 300u
 
@@ -353,6 +354,8 @@ static void draw_all(struct mr_predictor *p, const struct mr_predictor_input *in
         float reading_in = input->displacement_in[i];
         if (!mat)
             continue;
+        if (!(reading_in < MOST_IN && reading_in > -MOST_IN))
+            reading_in = MR_NAN;
         bool missing = __builtin_isnan(reading_in) || p->doubt[i] == MR_PREDICTOR_DRIFTS || p->doubt[i] == MR_PREDICTOR_DISAGREES;
         if (missing)
             p->last_in[i] = MR_NAN;

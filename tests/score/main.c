@@ -1,6 +1,6 @@
 /* score: how good the predictor's zones and warnings are on landings that are not its own model. See README.md.
  *
- *   score FOLDER FROM COUNT    series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on stdout
+ *   score FOLDER FROM COUNT [calibrate]    series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on stdout
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
 #include <errno.h>
@@ -66,8 +66,8 @@ int main(int argc, char **argv)
     FILE *looks[JOBS], *outcomes[JOBS];
     pid_t child[JOBS];
     int code = 0;
-    if (argc != 4 || atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
-        fprintf(stderr, "score: usage: score FOLDER FROM COUNT (series FROM and on, below 65535)\n");
+    if (argc < 4 || argc > 5 || (argc == 5 && strcmp(argv[4], "calibrate") != 0) || atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
+        fprintf(stderr, "score: usage: score FOLDER FROM COUNT [calibrate] (series FROM and on, below 65535)\n");
         return 2;
     }
     for (unsigned j = 0; j < JOBS; j++) {
@@ -97,6 +97,8 @@ int main(int argc, char **argv)
         return 5;
     }
     score_print(all_looks, look_count, all_outcomes, outcome_count);
+    if (argc == 5)
+        score_calibrate(all_looks, look_count);
     free(all_looks);
     free(all_outcomes);
     return code;

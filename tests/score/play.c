@@ -156,6 +156,19 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
     return event_s;
 }
 
+/* As in common/predictor.c, from what is said. */
+static uint8_t start_class(const struct mr_predictor_zone *zone)
+{
+    return (uint8_t)((zone->basis & MR_PREDICTOR_SURVEY ? 4 : 0) + (zone->basis & MR_PREDICTOR_BRACKETED ? 2 : 0) +
+                     (zone->distance_ft > 1.0f ? 1 : 0));
+}
+
+static uint8_t end_class(const struct mr_predictor_zone *zone)
+{
+    return (uint8_t)((zone->basis & MR_PREDICTOR_SURVEY ? 6 : 0) + (zone->basis & MR_PREDICTOR_BRACKETED ? 3 : 0) +
+                     (zone->mats >= 60 ? 2 : zone->mats >= 40 ? 1 : 0));
+}
+
 /* One look: what both methods say, beside the truth. */
 static void look(struct player *player, const struct score_landing *landing, unsigned k, const struct score_zone *zones,
                  const struct mr_predictor_input *input, struct score_outcome *outcome)
@@ -177,7 +190,7 @@ static void look(struct player *player, const struct score_landing *landing, uns
             outcome->warned_s[SCORE_KINEMATIC] = (float)t_s;
     }
     if (k == 0 || !(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
-        float by[SCORE_RANKS] = {RANKBY,
+        float by[SCORE_RANKS] = {(float)zone.coming_mats,
                                  player->predictor.deceleration_ft_s2, (float)landing->number, (float)closed.mats};
         for (unsigned r = 0; r < SCORE_RANKS; r++)
             outcome->rank[r] = fmaxf(outcome->rank[r], by[r]);
@@ -192,9 +205,9 @@ static void look(struct player *player, const struct score_landing *landing, uns
         if (m == SCORE_PREDICTOR) {
             seen.start_error = zone.start_error_ft / (float)SCORE_MAT_FT;
             seen.end_error = zone.end_error_ft / (float)SCORE_MAT_FT;
+            seen.start_class = start_class(&zone);
+            seen.end_class = end_class(&zone);
         }
-        double low_ft = player->view & SCORE_UPFIELD ? 10.0 : 40.0, high_ft = player->view & SCORE_UPFIELD ? 70.0 : 110.0;
-        seen.in_reach = zones[k].first * SCORE_MAT_FT >= low_ft && zones[k].last * SCORE_MAT_FT <= high_ft;
         player->sink->look(player->sink->ctx, &seen);
     }
 }
@@ -225,6 +238,8 @@ static void play_landing(struct player *player, const struct score_landing *land
             look(player, landing, ms / SCORE_LOOK_MS, zones, &input, &outcome);
         mr_predictor_block(&player->predictor, &input);
     }
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        outcome.doubted = (uint8_t)(outcome.doubted + (player->predictor.doubt[i] > MR_PREDICTOR_MISSING));
     mr_predictor_fold(&player->predictor);
     player->sink->outcome(player->sink->ctx, &outcome);
 }
@@ -245,12 +260,6 @@ void score_play(const struct score_truth *truth, unsigned view, const struct sco
                   .slack_ft = 0.0025f, .step_s = 1e-3f / 6.0f},
         .grit_lb = 10.0f, .thrust_lb_per_g = 1300.0f / 12.0f, .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
         .mat_weight_lb = 0.466f, .updates_per_block = 1u << 30, .level = MR_PREDICTOR_FULL};
-#ifdef ORACLE
-    config.thrust_lb_per_g *= (float)series->thrust_share; config.grit_lb = (float)series->grit_mean_lb; config.chain.friction_lb = 0.466f * (float)series->friction;
-#endif
-#ifdef GRIT
-    config.grit_lb = GRIT;
-#endif
     memcpy(config.station_ft, player.rig.station_ft, sizeof config.station_ft);
     if (mr_predictor_start(&player.predictor, &config) != MR_OK)
         return;

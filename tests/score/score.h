@@ -10,6 +10,8 @@
 
 /* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70. */
 enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4 };
+#define SCORE_START_CLASSES 8
+#define SCORE_END_CLASSES 12
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };
 /* What ranks landings by danger. */
 enum score_rank { SCORE_BY_PREDICTOR, SCORE_BY_THRUST, SCORE_BY_COUNT, SCORE_BY_KINEMATIC, SCORE_RANKS };
@@ -29,7 +31,8 @@ struct score_look {
     struct score_zone truth, said;
     float start_error, end_error; /* stated, mats; NaN: none stated */
     uint16_t series;
-    uint8_t landing, view, method, in_reach; /* in reach: the true zone lies between the transducers */
+    uint8_t landing, view, method;
+    uint8_t start_class, end_class; /* of the predictor's stated errors */
 };
 
 struct score_outcome {
@@ -37,6 +40,7 @@ struct score_outcome {
     uint8_t landing, view;
     float event_s;                     /* NaN: none */
     float warned_s[SCORE_METHODS];     /* first warning; NaN: none */
+    uint8_t doubted;                   /* sound transducers left out */
     float rank[SCORE_RANKS];           /* until SCORE_AHEAD_S before the event, or the stop */
 };
 
@@ -54,6 +58,9 @@ void score_play(const struct score_truth *truth, unsigned view, const struct sco
 
 /* Prints the tables. */
 void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count);
+
+/* 95 % points of the errors over 1.96, by class: what common/predictor.c states. */
+void score_calibrate(const struct score_look *looks, size_t count);
 
 /* Area under the curve that hits against false alarms make, ties half; NaN with one kind only. */
 double score_auc(const float *rank, const bool *event, size_t count);

@@ -36,6 +36,30 @@ static bool same(struct score_zone a, struct score_zone b)
     return shorter > 0 && high - low >= OVERLAP * shorter;
 }
 
+static void calibrate(const struct score_look *looks, size_t count, bool end, unsigned class)
+{
+    float *off = malloc((count + 1) * sizeof *off);
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_look *l = &looks[i];
+        if (l->method != SCORE_PREDICTOR || mats_of(l->truth) < SCORE_ZONE_MATS || !same(l->truth, l->said) ||
+            (end ? l->end_class : l->start_class) != class)
+            continue;
+        off[n++] = fabsf((float)(end ? l->said.last - l->truth.last : l->said.first - l->truth.first));
+    }
+    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, quantile(off, n, 0.95) / 1.96, n);
+    free(off);
+}
+
+void score_calibrate(const struct score_look *looks, size_t count)
+{
+    printf("\n95 %% points of the errors over 1.96\n");
+    for (unsigned class = 0; class < SCORE_START_CLASSES; class++)
+        calibrate(looks, count, false, class);
+    for (unsigned class = 0; class < SCORE_END_CLASSES; class++)
+        calibrate(looks, count, true, class);
+}
+
 struct rank_value {
     float rank;
     bool event;
@@ -222,6 +246,10 @@ static void print_ranks(const struct score_outcome *outcomes, size_t count)
     free(rank);
     free(event);
     free(of);
+    size_t doubted = 0;
+    for (size_t i = 0; i < count; i++)
+        doubted += outcomes[i].doubted;
+    printf("\nsound transducers left out: %zu in %zu landings\n", doubted, count);
 }
 
 void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count)
