@@ -31,6 +31,7 @@
 
 #define MOVED_IN 0.05f              /* without switches: something rolls */
 #define AHEAD_GROUPS 4.0f           /* between places the wheel is imagined at */
+#define AT_WHEEL_FT 1.0f
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
 
@@ -641,12 +642,19 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
     zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
 }
 
-/* Standard errors of the ends, mats. */
+/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 249, over 1.96 (tests/score/README.md). They hold
+ * where there is a zone of 30 mats or more at all. Rows: not surveyed; surveyed. Start: at the wheel, ahead of it; end: zones
+ * below 40, below 60, of 60 mats and more; first those that reach beyond the transducers, then those between. */
+static const float start_error_mats[2][2][2] = {{{3.32f, 21.68f}, {0.77f, 20.15f}}, {{1.28f, 10.97f}, {0.77f, 6.38f}}};
+static const float end_error_mats[2][2][3] = {{{14.54f, 12.50f, 20.66f}, {12.50f, 15.05f, 18.62f}},
+                                              {{12.50f, 8.93f, 11.99f}, {10.46f, 8.42f, 10.97f}}};
+
 static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
-    float length_ft = p->config.chain.mat_length_ft;
-    zone->start_error_ft = 5.0f * length_ft;
-    zone->end_error_ft = 12.0f * length_ft;
+    unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 1u : 0u, between = zone->basis & MR_PREDICTOR_BRACKETED ? 1u : 0u;
+    unsigned ahead = zone->distance_ft > AT_WHEEL_FT ? 1u : 0u, length = zone->mats >= 60u ? 2u : zone->mats >= 40u ? 1u : 0u;
+    zone->start_error_ft = p->config.chain.mat_length_ft * start_error_mats[surveyed][between][ahead];
+    zone->end_error_ft = p->config.chain.mat_length_ft * end_error_mats[surveyed][between][length];
 }
 
 static void judge(struct mr_predictor_zone *zone)
@@ -681,9 +689,9 @@ void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *z
     zone->basis = unmoved ? MR_PREDICTOR_NO_MOTION : 0u;
     state_basis(p, zone);
     if (zone->mats) {
-        state_errors(p, zone);
         float distance_ft = zone->start_ft - p->wheel_ft;
         zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
+        state_errors(p, zone);
         if (!unmoved)
             zone->lead_s = mr_closure_lead_s(zone->distance_ft, p->speed_ft_s, p->deceleration_ft_s2);
     }

@@ -59,7 +59,7 @@ void score_play(const struct score_truth *truth, unsigned view, const struct sco
 /* Prints the tables. */
 void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count);
 
-/* 95 % points of the errors over 1.96, by class: what common/predictor.c states. */
+/* 95 % points of the errors, and half a mat as they are whole, over 1.96, by class: what common/predictor.c states. */
 void score_calibrate(const struct score_look *looks, size_t count);
 
 /* Area under the curve that hits against false alarms make, ties half; NaN with one kind only. */

@@ -47,13 +47,13 @@ static void calibrate(const struct score_look *looks, size_t count, bool end, un
             continue;
         off[n++] = fabsf((float)(end ? l->said.last - l->truth.last : l->said.first - l->truth.first));
     }
-    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, quantile(off, n, 0.95) / 1.96, n);
+    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, (quantile(off, n, 0.95) + 0.5) / 1.96, n);
     free(off);
 }
 
 void score_calibrate(const struct score_look *looks, size_t count)
 {
-    printf("\n95 %% points of the errors over 1.96\n");
+    printf("\n95 %% points of the errors, and half a mat, over 1.96\n");
     for (unsigned class = 0; class < SCORE_START_CLASSES; class++)
         calibrate(looks, count, false, class);
     for (unsigned class = 0; class < SCORE_END_CLASSES; class++)

@@ -8,7 +8,7 @@
 
 #include "host/sim/sim.h"
 
-#define VERSION 3u
+#define VERSION 4u
 #define STEP_S 2.5e-5
 #define G_FT_S2 32.174
 #define GEAR_LB 1300.0
@@ -18,6 +18,7 @@
 #define GAP_MOST_IN 0.036
 #define NODE_S 1e-3
 #define AFTER_STOP_S 0.3
+#define LOOK_MOST_FT 118.0 /* the runway ends at 120 ft */
 #define LEAD_S 0.4 /* rolling on the track before touchdown */
 #define SWITCH_ERROR_FT (0.02 / 12.0)
 
@@ -118,7 +119,7 @@ static void roll(struct score_landing *landing, const struct gear *gear, const s
     landing->touchdown_s = LEAD_S;
     for (unsigned k = 0; v_ft_s > 0.0; k++) {
         double t_s = NODE_S * k, a = braking_ft_s2(gear, t_s + 0.5 * NODE_S);
-        if (k % SCORE_LOOK_MS == 0 && landing->looks < SCORE_LOOKS_MAX) {
+        if (k % SCORE_LOOK_MS == 0 && landing->looks < SCORE_LOOKS_MAX && at_ft < LOOK_MOST_FT) {
             landing->wheel_ft[landing->looks] = (float)at_ft;
             landing->speed_at_ft_s[landing->looks++] = (float)v_ft_s;
         }
