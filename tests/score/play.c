@@ -142,7 +142,7 @@ struct player {
     uint64_t noise;
 };
 
-static double event_of(const struct score_landing *landing, struct score_zone *zones)
+static double event_of(const struct score_landing *landing, struct score_zone *zones, int16_t *most)
 {
     double event_s = NAN;
     for (unsigned k = 0; k < landing->looks; k++) {
@@ -150,7 +150,10 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
         zones[k] = score_longest(landing->gap_hmil[k], wheel_ft);
         double near_ft = zones[k].first * SCORE_MAT_FT - wheel_ft;
         bool at_it = wheel_ft > 0.0 && near_ft < SCORE_EVENT_FT && (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S;
-        if (isnan(event_s) && at_it && zones[k].last - zones[k].first >= SCORE_EVENT_MATS)
+        int16_t mats = (int16_t)(zones[k].last - zones[k].first);
+        if (at_it && mats > *most)
+            *most = mats;
+        if (isnan(event_s) && at_it && mats >= SCORE_EVENT_MATS)
             event_s = 1e-3 * SCORE_LOOK_MS * k;
     }
     return event_s;
@@ -216,10 +219,10 @@ static void play_landing(struct player *player, const struct score_landing *land
 {
     static struct score_zone zones[SCORE_LOOKS_MAX];
     struct score_outcome outcome = {.series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
-                                    .view = (uint8_t)player->view, .warned_s = {NAN, NAN}};
+                                    .view = (uint8_t)player->view, .warned_s = {NAN, NAN}, .known_s = NAN};
     struct motion motion = {.gates = 0};
     struct mr_predictor_input input = {.wheel_ft = NAN};
-    outcome.event_s = (float)event_of(landing, zones);
+    outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
     if (player->view & SCORE_SURVEYED) {
         read_survey(landing, player->slack_in, &player->noise);
         mr_predictor_survey(&player->predictor, player->slack_in);
@@ -233,6 +236,8 @@ static void play_landing(struct player *player, const struct score_landing *land
         double t_s = 1e-3 * ms;
         take_edges(&motion, landing, t_s);
         tell_motion(&motion, t_s, &input);
+        if (isnan(outcome.known_s) && input.braking_known)
+            outcome.known_s = (float)t_s;
         read_transducers(landing, &player->rig, ms, input.displacement_in, &player->noise);
         if (ms % SCORE_LOOK_MS == 0 && ms / SCORE_LOOK_MS < landing->looks)
             look(player, landing, ms / SCORE_LOOK_MS, zones, &input, &outcome);
@@ -240,11 +245,12 @@ static void play_landing(struct player *player, const struct score_landing *land
     }
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         outcome.doubted = (uint8_t)(outcome.doubted + (player->predictor.doubt[i] > MR_PREDICTOR_MISSING));
+    outcome.updates = (float)player->predictor.updates;
     mr_predictor_fold(&player->predictor);
     player->sink->outcome(player->sink->ctx, &outcome);
 }
 
-void score_play(const struct score_truth *truth, unsigned view, const struct score_sink *sink)
+void score_play(const struct score_truth *truth, unsigned view, unsigned level, const struct score_sink *sink)
 {
     static struct player player;
     const struct score_series *series = &truth->series;
@@ -259,7 +265,7 @@ void score_play(const struct score_truth *truth, unsigned view, const struct sco
                   .friction_lb = 0.466f * (float)series->told_friction, .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f,
                   .slack_ft = 0.0025f, .step_s = 1e-3f / 6.0f},
         .grit_lb = 10.0f, .thrust_lb_per_g = 1300.0f / 12.0f, .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
-        .mat_weight_lb = 0.466f, .updates_per_block = 1u << 30, .level = MR_PREDICTOR_FULL};
+        .mat_weight_lb = 0.466f, .updates_per_block = 1u << 30, .level = (enum mr_predictor_level)level};
     memcpy(config.station_ft, player.rig.station_ft, sizeof config.station_ft);
     if (mr_predictor_start(&player.predictor, &config) != MR_OK)
         return;

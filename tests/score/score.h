@@ -40,6 +40,9 @@ struct score_outcome {
     uint8_t landing, view;
     float event_s;                     /* NaN: none */
     float warned_s[SCORE_METHODS];     /* first warning; NaN: none */
+    float known_s;                     /* the third switch beyond touchdown: before, nobody knows the braking */
+    float updates;                     /* of mats */
+    int16_t most_mats;                 /* longest true zone at the wheel */
     uint8_t doubted;                   /* sound transducers left out */
     float rank[SCORE_RANKS];           /* until SCORE_AHEAD_S before the event, or the stop */
 };
@@ -54,7 +57,7 @@ struct score_sink {
     void (*outcome)(void *ctx, const struct score_outcome *outcome);
     void *ctx;
 };
-void score_play(const struct score_truth *truth, unsigned view, const struct score_sink *sink);
+void score_play(const struct score_truth *truth, unsigned view, unsigned level, const struct score_sink *sink);
 
 /* Prints the tables. */
 void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count);

@@ -105,6 +105,7 @@ static void print_zones(const struct score_look *looks, size_t count)
     printf("zone ends, mats (true zones of %d and more, every %d ms while the wheel rolls)\n", SCORE_ZONE_MATS, SCORE_LOOK_MS);
     printf("%-20s %-10s %7s | start: median  90 %% | end: median  90 %%  bias | missed  false | 95 %% holds: start   end\n", "view",
            "method", "zones");
+    size_t all = 0, all_start = 0, all_end = 0;
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         for (unsigned method = 0; method < SCORE_METHODS; method++) {
             size_t matched = 0, zones = 0, said = 0, missed = 0, falsely = 0, stated = 0, held_start = 0, held_end = 0;
@@ -138,8 +139,13 @@ static void print_zones(const struct score_look *looks, size_t count)
                 printf(" | %17.1f%% %5.1f%%", 100.0 * (double)held_start / (double)stated,
                        100.0 * (double)held_end / (double)stated);
             printf("\n");
+            all += stated;
+            all_start += held_start;
+            all_end += held_end;
         }
     }
+    printf("all views: 95 %% intervals hold at the start in %.1f %%, at the end in %.1f %%\n", 100.0 * (double)all_start / (double)all,
+           100.0 * (double)all_end / (double)all);
     free(start);
     free(end);
 }
@@ -148,11 +154,11 @@ static void print_warnings(const struct score_outcome *outcomes, size_t count)
 {
     float *lead = malloc((count + 1) * sizeof *lead);
     printf("\nwarnings (event: the wheel within %.0f ft of a zone of %d compressed mats or more)\n", SCORE_EVENT_FT, SCORE_EVENT_MATS);
-    printf("%-20s %-10s %8s %7s | %5s %6s | lead: median s, part of events warned %.1f s before\n", "view", "method", "landings",
-           "events", "hit", "false", SCORE_AHEAD_S);
+    printf("%-20s %-10s %8s %7s | %5s %6s (with a true zone below %d mats) | lead: median s, part of events warned %.1f s before\n",
+           "view", "method", "landings", "events", "hit", "false", SCORE_ZONE_MATS, SCORE_AHEAD_S);
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         for (unsigned method = 0; method < SCORE_METHODS; method++) {
-            size_t landings = 0, events = 0, hits = 0, alarms = 0, early = 0;
+            size_t landings = 0, events = 0, hits = 0, alarms = 0, early = 0, far = 0;
             for (size_t i = 0; i < count; i++) {
                 const struct score_outcome *o = &outcomes[i];
                 if (o->view != view)
@@ -160,6 +166,7 @@ static void print_warnings(const struct score_outcome *outcomes, size_t count)
                 landings++;
                 if (isnan(o->event_s)) {
                     alarms += isnan(o->warned_s[method]) ? 0 : 1;
+                    far += !isnan(o->warned_s[method]) && o->most_mats < SCORE_ZONE_MATS ? 1 : 0;
                     continue;
                 }
                 events++;
@@ -168,9 +175,9 @@ static void print_warnings(const struct score_outcome *outcomes, size_t count)
                 lead[hits++] = o->event_s - o->warned_s[method];
                 early += (double)(o->event_s - o->warned_s[method]) >= SCORE_AHEAD_S;
             }
-            printf("%-20s %-10s %8zu %7zu | %4.0f%% %5.0f%% | %6.2f %13.0f%%\n", view_name(view),
+            printf("%-20s %-10s %8zu %7zu | %4.0f%% %5.0f%% (%3.0f%%) | %6.2f %13.0f%%\n", view_name(view),
                    method == SCORE_PREDICTOR ? "predictor" : "kinematic", landings, events, 100.0 * (double)hits / (double)events,
-                   100.0 * (double)alarms / (double)(landings - events), quantile(lead, hits, 0.5),
+                   100.0 * (double)alarms / (double)(landings - events), 100.0 * (double)far / (double)(landings - events), quantile(lead, hits, 0.5),
                    100.0 * (double)early / (double)events);
         }
     }
@@ -213,19 +220,21 @@ static void bootstrap(const struct score_outcome *outcomes, const size_t *of, si
     free(event);
 }
 
-static void print_ranks(const struct score_outcome *outcomes, size_t count)
+/* `knowable`: without the events that come before anybody can know the braking and still be SCORE_AHEAD_S ahead. */
+static void print_ranks(const struct score_outcome *outcomes, size_t count, bool knowable)
 {
     float *rank = malloc((count + 1) * sizeof *rank);
     bool *event = malloc(count + 1);
     size_t *of = malloc((count + 1) * sizeof *of);
-    printf("\nranking landings %.1f s before: area under the curve, and the predictor's lead with its 95 %% bootstrap interval\n",
-           SCORE_AHEAD_S);
+    printf("\nranking landings %.1f s before%s: area under the curve, and the predictor's lead with its 95 %% bootstrap interval\n",
+           SCORE_AHEAD_S, knowable ? ", events at least as long after braking is known" : "");
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
         double own = NAN;
         for (unsigned r = 0; r < SCORE_RANKS; r++) {
             size_t n = 0;
             for (size_t i = 0; i < count; i++) {
-                if (outcomes[i].view != view)
+                if (outcomes[i].view != view ||
+                    (knowable && !isnan(outcomes[i].event_s) && !((double)(outcomes[i].event_s - outcomes[i].known_s) >= SCORE_AHEAD_S)))
                     continue;
                 of[n] = i;
                 rank[n] = outcomes[i].rank[r];
@@ -246,15 +255,24 @@ static void print_ranks(const struct score_outcome *outcomes, size_t count)
     free(rank);
     free(event);
     free(of);
+}
+
+static void print_rest(const struct score_outcome *outcomes, size_t count)
+{
     size_t doubted = 0;
-    for (size_t i = 0; i < count; i++)
+    double updates = 0.0;
+    for (size_t i = 0; i < count; i++) {
         doubted += outcomes[i].doubted;
-    printf("\nsound transducers left out: %zu in %zu landings\n", doubted, count);
+        updates += (double)outcomes[i].updates;
+    }
+    printf("\nsound transducers left out: %zu in %zu landings; mat updates a landing: %.0f\n", doubted, count, updates / (double)count);
 }
 
 void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count)
 {
     print_zones(looks, look_count);
     print_warnings(outcomes, outcome_count);
-    print_ranks(outcomes, outcome_count);
+    print_ranks(outcomes, outcome_count, false);
+    print_ranks(outcomes, outcome_count, true);
+    print_rest(outcomes, outcome_count);
 }
