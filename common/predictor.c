@@ -126,10 +126,16 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
         p->surveyed_in[s] = sum_in[s];
         if (!(off_ft > error_ft || off_ft < -error_ft))
             continue;
-        if (p->landings == 0)
+        if (p->landings == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
             rescale(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
-        else
-            reopen(p->gap_ft, first, count, off_ft, slack_ft);
+            continue;
+        }
+        if (p->landings == 0) { /* somebody has landed before: as few are open as can be */
+            for (unsigned j = 0; j < count; j++)
+                p->gap_ft[first + j] = 0.0f;
+            off_ft = sum_in[s] / IN_PER_FT;
+        }
+        reopen(p->gap_ft, first, count, off_ft, slack_ft);
     }
 }
 
@@ -296,6 +302,7 @@ void mr_predictor_arm(struct mr_predictor *p)
     p->block = p->corrected_block = p->updates = p->look_updates = 0;
     p->calm_looks = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
+    p->deceleration_ft_s2 = p->config.deceleration_ft_s2; /* the last landing's tells nothing of this one's */
     p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         p->last_in[i] = p->slow_in[i] = MR_NAN;

@@ -10,6 +10,7 @@
 
 /* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70. */
 enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4 };
+#define SCORE_TRAINED 250          /* series below have made the stated errors: those are held against the others only */
 #define SCORE_START_CLASSES 8
 #define SCORE_END_CLASSES 12
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };

@@ -125,7 +125,7 @@ static void print_zones(const struct score_look *looks, size_t count)
                 start[matched] = fabsf(off_start);
                 end[matched++] = fabsf(off_end);
                 bias += (double)off_end;
-                if (isnan(l->end_error))
+                if (isnan(l->end_error) || l->series < SCORE_TRAINED)
                     continue;
                 stated++;
                 held_start += fabsf(off_start) <= 1.96f * l->start_error;
@@ -144,7 +144,7 @@ static void print_zones(const struct score_look *looks, size_t count)
             all_end += held_end;
         }
     }
-    printf("all views: 95 %% intervals hold at the start in %.1f %%, at the end in %.1f %%\n", 100.0 * (double)all_start / (double)all,
+    printf("all views, series from %d on: 95 %% intervals hold at the start in %.1f %%, at the end in %.1f %%\n", SCORE_TRAINED, 100.0 * (double)all_start / (double)all,
            100.0 * (double)all_end / (double)all);
     free(start);
     free(end);
