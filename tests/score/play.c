@@ -192,10 +192,11 @@ static void look(struct player *player, const struct score_landing *landing, uns
             !(closed.start_ft - input->wheel_ft > LOOK_AHEAD_FT))
             outcome->warned_s[SCORE_KINEMATIC] = (float)t_s;
     }
+    outcome->rank[SCORE_BY_HINDSIGHT] = fmaxf(outcome->rank[SCORE_BY_HINDSIGHT], player->predictor.deceleration_ft_s2);
     if (k == 0 || !(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
         float by[SCORE_RANKS] = {(float)zone.coming_mats,
                                  player->predictor.deceleration_ft_s2, (float)landing->number, (float)closed.mats};
-        for (unsigned r = 0; r < SCORE_RANKS; r++)
+        for (unsigned r = 0; r < SCORE_BY_HINDSIGHT; r++)
             outcome->rank[r] = fmaxf(outcome->rank[r], by[r]);
     }
     if (isnan(input->wheel_ft) || !(landing->speed_at_ft_s[k] > (float)SCORE_SLOW_FT_S) || landing->wheel_ft[k] < 12.5f)

@@ -15,7 +15,7 @@ enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4 };
 #define SCORE_END_CLASSES 12
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };
 /* What ranks landings by danger. */
-enum score_rank { SCORE_BY_PREDICTOR, SCORE_BY_THRUST, SCORE_BY_COUNT, SCORE_BY_KINEMATIC, SCORE_RANKS };
+enum score_rank { SCORE_BY_PREDICTOR, SCORE_BY_THRUST, SCORE_BY_COUNT, SCORE_BY_KINEMATIC, SCORE_BY_HINDSIGHT, SCORE_RANKS };
 
 #define SCORE_EVENT_MATS 50      /* a zone of so many compressed mats with the wheel at it */
 #define SCORE_EVENT_FT 2.0       /* that near */
@@ -45,7 +45,7 @@ struct score_outcome {
     float updates;                     /* of mats */
     int16_t most_mats;                 /* longest true zone at the wheel */
     uint8_t doubted;                   /* sound transducers left out */
-    float rank[SCORE_RANKS];           /* until SCORE_AHEAD_S before the event, or the stop */
+    float rank[SCORE_RANKS];           /* until SCORE_AHEAD_S before the event, or the stop; hindsight: thrust to the stop */
 };
 
 /* Longest zone of joints with their left ends at `from_ft` or beyond: closed joints (a gap of 0.001 in at most) at both ends, no

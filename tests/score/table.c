@@ -8,7 +8,7 @@
 #define RESAMPLES 1000
 #define OVERLAP 0.5
 
-static const char *const rank_names[SCORE_RANKS] = {"predictor", "thrust alone", "landing count", "kinematic"};
+static const char *const rank_names[SCORE_RANKS] = {"predictor", "thrust alone", "landing count", "kinematic", "thrust, later"};
 
 static int by_value(const void *a, const void *b)
 {
