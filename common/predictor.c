@@ -32,6 +32,7 @@
 #define MOVED_IN 0.05f              /* without switches: something rolls */
 #define AHEAD_GROUPS 4.0f           /* between places the wheel is imagined at */
 #define AT_WHEEL_FT 1.0f
+#define COARSER 1.5f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
 
@@ -188,8 +189,14 @@ static void fold_chain(struct mr_predictor *p)
 static void set_grits(struct mr_predictor *p)
 {
     struct mr_chain *chain = &p->chain;
-    for (unsigned j = 1; j <= chain->count + 1u; j++)
-        chain->grit_lb[j] = p->config.grit_lb * p->scale * grit_share((j - 1u) * chain->group + 1u);
+    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+        float most = 0.0f; /* four are closed when the last of them is; of two, as the score has it, either stands for both */
+        for (unsigned i = 1; i <= (chain->group == 4u ? 4u : 1u); i++) {
+            float share = grit_share((j - 1u) * chain->group + i);
+            most = share > most ? share : most;
+        }
+        chain->grit_lb[j] = p->config.grit_lb * p->scale * most;
+    }
 }
 
 static enum mr_status start_chain(struct mr_predictor *p)
@@ -321,7 +328,7 @@ static bool doubted(struct mr_predictor *p, unsigned i, float reading_in, float 
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     if (ahead_ft > DRAWN_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
         p->doubt[i] = MR_PREDICTOR_DRIFTS;
-    bool near = ahead_ft < TELLING_FT && ahead_ft > -DRAWN_BEHIND_FT;
+    bool near = ahead_ft < TELLING_FT && ahead_ft > -DRAWN_BEHIND_FT && p->level != MR_PREDICTOR_PLOUGH; /* which is not drawn */
     if (!near || (off_in < DISAGREE_IN && off_in > -DISAGREE_IN))
         p->doubtful_blocks[i] = 0;
     else if (++p->doubtful_blocks[i] >= DISAGREE_BLOCKS)
@@ -515,7 +522,7 @@ static bool is_open(const struct mr_chain *chain, unsigned joint)
  * its first joint. */
 static unsigned longest(const struct mr_chain *chain, unsigned from, unsigned *first_out)
 {
-    unsigned best = 0, first = 0, last_open = 0, tally = MR_PREDICTOR_TALLY_MATS / chain->group;
+    unsigned best = 0, first = 0, last_open = 0, tally = (MR_PREDICTOR_TALLY_MATS + chain->group - 1u) / chain->group;
     for (unsigned j = from; j <= chain->count + 1u; j++) {
         if (is_open(chain, j)) {
             bool broken = last_open && j - last_open < tally; /* only what follows the last open joint may go on */
@@ -538,7 +545,7 @@ static unsigned longest(const struct mr_chain *chain, unsigned from, unsigned *f
  * group's friction, and joints close that it overcomes. */
 static unsigned ploughed(const struct mr_chain *chain, unsigned from, float push_lb)
 {
-    unsigned best = 0, first = 0, last_open = 0, tally = MR_PREDICTOR_TALLY_MATS / chain->group;
+    unsigned best = 0, first = 0, last_open = 0, tally = (MR_PREDICTOR_TALLY_MATS + chain->group - 1u) / chain->group;
     float press_lb = push_lb;
     for (unsigned j = from + 1u; j <= chain->count + 1u; j++) {
         press_lb -= chain->friction_lb;
@@ -660,8 +667,11 @@ static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone 
 {
     unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 1u : 0u, between = zone->basis & MR_PREDICTOR_BRACKETED ? 1u : 0u;
     unsigned ahead = zone->distance_ft > AT_WHEEL_FT ? 1u : 0u, length = zone->mats >= 60u ? 2u : zone->mats >= 40u ? 1u : 0u;
-    zone->start_error_ft = p->config.chain.mat_length_ft * start_error_mats[surveyed][between][ahead];
-    zone->end_error_ft = p->config.chain.mat_length_ft * end_error_mats[surveyed][between][length];
+    float mat_ft = p->config.chain.mat_length_ft;
+    if (zone->level != MR_PREDICTOR_FULL) /* beginning and wheel are further apart there */
+        ahead = 1u;
+    zone->start_error_ft = mat_ft * start_error_mats[surveyed][between][ahead];
+    zone->end_error_ft = mat_ft * (zone->level == MR_PREDICTOR_FULL ? 1.0f : COARSER) * end_error_mats[surveyed][between][length];
 }
 
 static void judge(struct mr_predictor_zone *zone)
