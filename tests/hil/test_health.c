@@ -366,7 +366,7 @@ static void sound_memories_pass_and_the_stack_fits(void **state)
         (void)(sscanf(line, "worst case %u bytes of %u", &bound, &size) == 2);
     fclose(file);
     struct ear *ear = ear_open(NULL, 5);
-    ear_until(ear, ear->run.duration_s + 25.0);
+    ear_until(ear, ear->run.duration_s + 32.0);
     struct mr_upkeep upkeep = GET(ear, EAR_SERIAL, upkeep, UPKEEP);
     print_message("# stack %u bytes used of %u, bound %u; RAM tested %u times, program %u times\n", upkeep.stack_used,
                   upkeep.stack_size, bound, upkeep.ram_tested, upkeep.flash_checked);
