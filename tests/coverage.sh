@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Branch coverage of common/ and of the firmware above board.h by their own tests (`make coverage`): the share of branches taken,
 # and each line with a branch that no test takes, with the reason that tests/uncovered.txt gives for its function. Fails below
-# 95 %, and when a line has no reason or a reason has no line.
+# 95 %, and when a line has no reason.
 # usage: tests/coverage.sh DIRECTORY   of objects made with --coverage
 set -euo pipefail
 cd "$(dirname "$0")/.."
