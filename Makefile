@@ -35,6 +35,7 @@ figures_src := $(wildcard tests/figures/*.c)
 bench_src := $(wildcard tests/bench/*.c)
 error_report_src := $(wildcard tests/error_report/*.c)
 stability_src := $(wildcard tests/stability/*.c)
+score_src := $(wildcard tests/score/*.c)
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
@@ -57,7 +58,7 @@ test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/c
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
-	$(B)/tests/stability/stability
+	$(B)/tests/stability/stability $(B)/tests/score/score
 
 .PHONY: help
 help: ## list the targets
@@ -120,6 +121,11 @@ error-report: $(B)/tests/error_report/error-report ## every solver's error again
 stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, every answer checked by a second method: build/stability/table.csv
 	@mkdir -p $(B)/stability
 	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
+
+.PHONY: score
+score: $(B)/tests/score/score ## the predictor on seeded landings that are not its model, 1,500 in all: build/score/table.txt
+	@mkdir -p $(B)/score
+	$(B)/tests/score/score $(B)/score $(or $(FROM),0) $(or $(SERIES),500) | tee $(B)/score/table.txt
 
 .PHONY: budget
 budget: all ## what each task of the firmware costs in a landing, on the emulated board: build/budget/budget.txt
@@ -296,6 +302,8 @@ $(B)/tests/bench/sim_bench: $(patsubst %.c,$(B)/%.o,$(bench_src)) $(host_lib) $(
 $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/score/score: $(patsubst %.c,$(B)/%.o,$(score_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 # The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
 $(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)

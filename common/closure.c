@@ -66,9 +66,8 @@ static void bracketed_ft(const struct mr_closure_input *input, float *low_ft, fl
     }
 }
 
-/* Time to travel `distance_ft` at constant deceleration: the smaller root of d = v t - a t^2 / 2, in a form without
- * cancellation. NaN when the gear stops before. */
-static float lead_time_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
+/* The smaller root of d = v t - a t^2 / 2, in a form without cancellation. */
+float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
 {
     if (!(speed_ft_s > 0.0f))
         return MR_NAN;
@@ -118,7 +117,7 @@ void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zon
         float measured_ft = to_ft > from_ft ? to_ft - from_ft : 0.0f;
         zone->inferred = 1.0f - measured_ft / (zone->end_ft - zone->start_ft);
         if (!__builtin_isnan(input->wheel_ft))
-            zone->lead_s = lead_time_s(zone->start_ft - wheel_ft, input->speed_ft_s, input->deceleration_ft_s2);
+            zone->lead_s = mr_closure_lead_s(zone->start_ft - wheel_ft, input->speed_ft_s, input->deceleration_ft_s2);
     }
     if (remaining_out) {
         for (unsigned s = 0; s < MR_SEGMENTS; s++)

@@ -46,4 +46,8 @@ struct mr_closure_zone {
  * lengths the nearest. `remaining_in` (MR_SEGMENTS, may be NULL) receives what is left of each segment's slack. */
 void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone, float *remaining_in);
 
+/* Time to travel `distance_ft` (up to 0: 0 s) at constant deceleration (NaN: none). NaN when the gear stops before, or has no
+ * speed. */
+float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2);
+
 #endif

@@ -28,6 +28,7 @@ int gages_command(int argc, char **argv, const struct cli *cli);
 int sim_command(int argc, char **argv, const struct cli *cli);
 int compare_command(int argc, char **argv, const struct cli *cli);
 int bundle_command(int argc, char **argv, const struct cli *cli);
+int predict_command(int argc, char **argv, const struct cli *cli);
 int replay_command(int argc, char **argv, const struct cli *cli);
 int report_command(int argc, char **argv, const struct cli *cli);
 int export_command(int argc, char **argv, const struct cli *cli);

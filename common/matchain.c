@@ -1,0 +1,236 @@
+#include "common/matchain.h"
+
+#include <string.h>
+
+static float square_root(float x)
+{
+    return __builtin_sqrtf(x);
+}
+
+float mr_chain_step_limit_s(const struct mr_chain_params *params)
+{
+    float rate2 = 4.0f * params->kl_lb_ft / params->mass_slug;
+    float damping = 4.0f * params->cl_lb_s_ft / params->mass_slug;
+    return 4.0f / (damping + square_root(damping * damping + 4.0f * rate2));
+}
+
+static bool positive(float x)
+{
+    return x > 0.0f && x < 1e30f;
+}
+
+static bool not_negative(float x)
+{
+    return x >= 0.0f && x < 1e30f;
+}
+
+enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_params *params, unsigned group,
+                              const float *gap_ft, const float *grit_lb)
+{
+    if (params->mats < 1 || params->mats > MR_CHAIN_MATS || (group != 1 && group != 2 && group != 4) ||
+        !positive(params->mat_length_ft) || !positive(params->mass_slug) || !positive(params->kl_lb_ft) ||
+        !positive(params->step_s) || !not_negative(params->friction_lb) || !not_negative(params->cl_lb_s_ft) ||
+        !not_negative(params->slack_ft))
+        return MR_USAGE;
+    if (params->step_s > MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(params))
+        return MR_NUMERICS;
+
+    memset(chain, 0, sizeof *chain);
+    chain->params = *params;
+    chain->group = group;
+    chain->count = (params->mats + group - 1u) / group;
+    chain->mass_slug = params->mass_slug * (float)group;
+    chain->friction_lb = params->friction_lb * (float)group;
+    chain->kl_lb_ft = params->kl_lb_ft / (float)group;
+    chain->slack_ft = params->slack_ft * (float)group;
+    chain->step_s = params->step_s * (float)group;
+    chain->bays = (chain->count + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
+    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+        float opening_ft = 0.0f, held_lb = 0.0f;
+        unsigned inside = 0;
+        for (unsigned i = 0; i < group; i++) {
+            unsigned single = (j - 1u) * group + i; /* joint single + 1 */
+            if (single > params->mats)
+                break;
+            opening_ft += __builtin_isnan(gap_ft[single]) ? 0.5f * params->slack_ft : gap_ft[single];
+            held_lb += __builtin_isnan(grit_lb[single]) ? 0.0f : grit_lb[single];
+            inside++;
+        }
+        chain->gap_ft[j] = opening_ft;
+        chain->grit_lb[j] = inside ? held_lb / (float)inside : 0.0f;
+        chain->reach_ft[j] = opening_ft < 0.0f ? 0.0f : opening_ft > chain->slack_ft ? chain->slack_ft : opening_ft;
+    }
+    return MR_OK;
+}
+
+/* Tension of joint j, tension positive; moves its reach. */
+static inline float pull(struct mr_chain *chain, unsigned j)
+{
+    float g_ft = chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1]);
+    float reach_ft = chain->reach_ft[j];
+    if (g_ft >= reach_ft && g_ft <= chain->slack_ft) {
+        chain->reach_ft[j] = g_ft;
+        return 0.0f;
+    }
+    float damper_lb = chain->params.cl_lb_s_ft * (chain->v_ft_s[j] - chain->v_ft_s[j - 1]);
+    if (g_ft > chain->slack_ft) {
+        chain->reach_ft[j] = chain->slack_ft;
+        return chain->kl_lb_ft * (g_ft - chain->slack_ft) + damper_lb;
+    }
+    float grit_lb = chain->grit_lb[j];
+    float held_lb = chain->kl_lb_ft * (g_ft - reach_ft);
+    if (reach_ft > 0.0f && held_lb >= -grit_lb) {
+        float kept_lb = held_lb + damper_lb;
+        return kept_lb < -grit_lb ? -grit_lb : kept_lb > 0.0f ? 0.0f : kept_lb;
+    }
+    float yielded_ft = g_ft + grit_lb / chain->kl_lb_ft;
+    if (reach_ft > 0.0f && yielded_ft > 0.0f) {
+        chain->reach_ft[j] = yielded_ft;
+        return -grit_lb;
+    }
+    chain->reach_ft[j] = 0.0f;
+    return g_ft < 0.0f ? chain->kl_lb_ft * g_ft + damper_lb : 0.0f;
+}
+
+/* Speed after a step under the force X without friction. */
+static inline float slip(float v_ft_s, float x_lb, float friction_lb, float per_lb)
+{
+    if (v_ft_s == 0.0f) {
+        if (x_lb > friction_lb)
+            return (x_lb - friction_lb) * per_lb;
+        if (x_lb < -friction_lb)
+            return (x_lb + friction_lb) * per_lb;
+        return 0.0f;
+    }
+    float after_ft_s = v_ft_s + (x_lb - (v_ft_s > 0.0f ? friction_lb : -friction_lb)) * per_lb;
+    if (after_ft_s * v_ft_s > 0.0f)
+        return after_ft_s;
+    if (x_lb <= friction_lb && x_lb >= -friction_lb)
+        return 0.0f;
+    /* It stops within the step and is thrown back: what is left of the step with friction the other way. */
+    float braking = x_lb - (v_ft_s > 0.0f ? friction_lb : -friction_lb);
+    float left = 1.0f + v_ft_s / (braking * per_lb);
+    float back_lb = x_lb > 0.0f ? x_lb - friction_lb : x_lb + friction_lb;
+    return left > 0.0f ? back_lb * per_lb * left : 0.0f;
+}
+
+static unsigned place_of(const struct mr_chain *chain, unsigned mat)
+{
+    return (mat - 1u) / chain->group + 1u;
+}
+
+static unsigned first_of(unsigned bay)
+{
+    return (bay - 1u) * MR_CHAIN_BAY + 1u;
+}
+
+static unsigned last_of(const struct mr_chain *chain, unsigned bay)
+{
+    return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
+}
+
+/* Moves the mats of a bay on; `left_lb` is the tension of its first joint, and that of the next bay's afterwards. */
+static void step_bay(struct mr_chain *chain, unsigned bay, float *left_lb)
+{
+    float per_lb = chain->step_s / chain->mass_slug;
+    unsigned last = last_of(chain, bay);
+    for (unsigned n = first_of(bay); n <= last; n++) {
+        float right_lb = pull(chain, n + 1u); /* before mat n moves on: joints see one moment */
+        float x_lb = right_lb - *left_lb + chain->push_lb[n];
+        float v_ft_s = slip(chain->v_ft_s[n], x_lb, chain->friction_lb, per_lb);
+        *left_lb = right_lb;
+        chain->v_ft_s[n] = v_ft_s;
+        chain->u_ft[n] += chain->step_s * v_ft_s;
+    }
+    chain->updates += last - first_of(bay) + 1u;
+}
+
+void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
+{
+    unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats ? place_of(chain, mat) : 0;
+    float left_lb = 0.0f;
+    bool carried = false; /* left_lb is the tension of the bay's first joint, of before the bay on its left moved */
+    float pushed_lb = chain->push_lb[wheel];
+    if (wheel) {
+        chain->awake[(wheel - 1u) / MR_CHAIN_BAY + 1u] = true;
+        chain->push_lb[wheel] = pushed_lb + thrust_lb;
+    }
+    for (unsigned bay = 1; bay <= chain->bays; bay++) {
+        if (chain->awake[bay]) {
+            if (!carried)
+                left_lb = pull(chain, first_of(bay));
+            step_bay(chain, bay, &left_lb);
+        }
+        carried = chain->awake[bay];
+    }
+    chain->push_lb[wheel] = pushed_lb;
+    for (unsigned bay = 1; bay <= chain->bays; bay++) {
+        if (!chain->awake[bay])
+            continue;
+        if (chain->v_ft_s[first_of(bay)] != 0.0f)
+            chain->awake[bay - 1u] = true;
+        if (chain->v_ft_s[last_of(chain, bay)] != 0.0f)
+            chain->awake[bay + 1u] = true;
+    }
+}
+
+void mr_chain_push(struct mr_chain *chain, unsigned mat, float push_lb)
+{
+    unsigned n = place_of(chain, mat);
+    chain->push_lb[n] = push_lb;
+    if (push_lb > chain->friction_lb || push_lb < -chain->friction_lb)
+        chain->awake[(n - 1u) / MR_CHAIN_BAY + 1u] = true;
+}
+
+static bool moves(const struct mr_chain *chain, unsigned from, unsigned to)
+{
+    for (unsigned n = from; n <= to; n++) {
+        if (chain->v_ft_s[n] != 0.0f)
+            return true;
+    }
+    return false;
+}
+
+bool mr_chain_settle(struct mr_chain *chain)
+{
+    for (unsigned bay = 1; bay <= chain->bays; bay++) {
+        unsigned first = first_of(bay), last = last_of(chain, bay);
+        if (!chain->awake[bay])
+            continue;
+        for (unsigned n = first; n <= last; n++) {
+            float u_ft = chain->u_ft[n], v_ft_s = chain->v_ft_s[n];
+            if (!(u_ft < MR_CHAIN_RUNAWAY_FT && u_ft > -MR_CHAIN_RUNAWAY_FT && v_ft_s < MR_CHAIN_RUNAWAY_FT_S &&
+                  v_ft_s > -MR_CHAIN_RUNAWAY_FT_S))
+                chain->runaway = true;
+        }
+        chain->awake[bay] = moves(chain, first - 1u, last + 1u);
+    }
+    return !chain->runaway;
+}
+
+float mr_chain_opening_ft(const struct mr_chain *chain, unsigned joint)
+{
+    return chain->gap_ft[joint] + (chain->u_ft[joint] - chain->u_ft[joint - 1u]);
+}
+
+float mr_chain_compression_lb(const struct mr_chain *chain, unsigned joint)
+{
+    float g_ft = mr_chain_opening_ft(chain, joint), reach_ft = chain->reach_ft[joint];
+    float press_ft = (reach_ft > 0.0f ? reach_ft : 0.0f) - g_ft;
+    if (!(press_ft > 0.0f))
+        return 0.0f;
+    float press_lb = chain->kl_lb_ft * press_ft;
+    return reach_ft > 0.0f && press_lb > chain->grit_lb[joint] ? chain->grit_lb[joint] : press_lb;
+}
+
+float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat)
+{
+    return chain->u_ft[place_of(chain, mat)];
+}
+
+uint32_t mr_chain_take_updates(struct mr_chain *chain)
+{
+    uint32_t updates = chain->updates;
+    chain->updates = 0;
+    return updates;
+}

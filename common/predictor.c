@@ -1,0 +1,716 @@
+#include "common/predictor.h"
+
+#include <string.h>
+
+#include "common/wire.h"
+
+#define IN_PER_FT 12.0f
+#define G_FT_S2 32.174f
+#define BLOCK_S 1e-3f
+#define LAID_GAP_IN 0.036f          /* gaps as laid: evenly up to this, none beyond the slack (report 2.6) */
+#define CLOSED_FT (0.002f / 12.0f)  /* the truth's 0.001 in, and as much again for what the springs leave */
+#define SURVEY_ERROR_IN 0.005f
+#define HMIL_PER_FT 1.2e6f
+
+/* Correction. Found on seeds of `make score` that the tables are not made of. */
+#define SPRING_LB_FT 3000.0f
+#define SPRING_MOST_LB 16.0f
+#define DRAWN_AHEAD_FT 60.0f        /* stations so far ahead of the wheel are drawn, */
+#define DRAWN_BEHIND_FT 5.0f        /* and so far behind it: the mat practically ceases to move as the gear passes (2.7.2) */
+#define TELLING_FT 40.0f            /* ahead of the wheel: what moves there tells of the resistance */
+#define SCALE_PER_LB_IN 0.02f
+#define SCALE_LEAST 0.3f
+#define SCALE_MOST 2.5f
+#define SLOW 0.02f                  /* 1 over 50 blocks */
+
+/* Doubt. */
+#define DRIFT_IN 0.02f
+#define MOST_IN (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* no reading */
+#define DISAGREE_IN 0.25f
+#define DISAGREE_BLOCKS 300u
+
+#define MOVED_IN 0.05f              /* without switches: something rolls */
+#define AHEAD_GROUPS 4.0f           /* between places the wheel is imagined at */
+#define AT_WHEEL_FT 1.0f
+#define COARSER 1.5f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
+#define CALM_LOOKS 10u
+#define MOST_FAILURES 3u
+
+/* Evenly spread over 0..1: fractions of the multiples of an irrational number, in 24 bits. */
+static float spread(uint32_t i, uint32_t multiplier)
+{
+    return (float)(i * multiplier >> 8) * (1.0f / 16777216.0f);
+}
+
+/* Closing resistance of a joint over their mean. */
+static float grit_share(unsigned joint)
+{
+    return 2.0f * spread(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
+}
+
+static unsigned joints_of(const struct mr_predictor *p)
+{
+    return p->config.chain.mats + 1u;
+}
+
+static unsigned group_of(enum mr_predictor_level level)
+{
+    return level == MR_PREDICTOR_TWO ? 2u : level == MR_PREDICTOR_FOUR ? 4u : 1u;
+}
+
+static unsigned mat_at(const struct mr_predictor *p, float station_ft)
+{
+    if (!(station_ft >= 0.0f && station_ft < 1e6f))
+        return 0;
+    unsigned mat = (unsigned)(station_ft / p->config.chain.mat_length_ft + 1e-4f) + 1u;
+    return mat <= p->config.chain.mats ? mat : 0;
+}
+
+/* --- the joints at rest --- */
+
+/* Ten joints as laid come to sum to `sum_ft`: all by one factor, or nearer to the slack by one. */
+static void rescale(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
+{
+    float room_ft = slack_ft * (float)count - have_ft;
+    if (sum_ft < have_ft) {
+        for (unsigned j = 0; j < count; j++)
+            gap_ft[j] *= sum_ft / have_ft;
+        return;
+    }
+    float part = sum_ft - have_ft < room_ft ? (sum_ft - have_ft) / room_ft : 1.0f;
+    for (unsigned j = 0; j < count && room_ft > 0.0f; j++)
+        gap_ft[j] += part * (slack_ft - gap_ft[j]);
+}
+
+/* Joints that have been pushed come to differ by `missing_ft` in sum: those of least resistance close first, those of most
+ * are the open ones, for a few wide gaps are likelier there than many narrow ones. */
+static void reopen(float *gap_ft, unsigned first, unsigned count, float missing_ft, float slack_ft)
+{
+    bool taken[MR_MATS_PER_SEGMENT] = {false};
+    for (unsigned pass = 0; pass < count && missing_ft != 0.0f; pass++) {
+        unsigned pick = count;
+        for (unsigned j = 0; j < count; j++) {
+            bool better = pick == count || (missing_ft < 0.0f) == (grit_share(first + j + 1u) < grit_share(first + pick + 1u));
+            if (!taken[j] && better)
+                pick = j;
+        }
+        taken[pick] = true;
+        float to_ft = gap_ft[first + pick] + missing_ft;
+        to_ft = to_ft < 0.0f ? 0.0f : to_ft > slack_ft ? slack_ft : to_ft;
+        missing_ft -= to_ft - gap_ft[first + pick];
+        gap_ft[first + pick] = to_ft;
+    }
+}
+
+/* Joints of a segment, 0 beyond the runway. */
+static unsigned joints_in(const struct mr_predictor *p, unsigned segment)
+{
+    unsigned first = segment * MR_MATS_PER_SEGMENT;
+    unsigned left = first < joints_of(p) ? joints_of(p) - first : 0;
+    return left < MR_MATS_PER_SEGMENT ? left : MR_MATS_PER_SEGMENT;
+}
+
+static float sum_ft(const struct mr_predictor *p, unsigned segment)
+{
+    float sum = 0.0f;
+    for (unsigned j = 0; j < joints_in(p, segment); j++)
+        sum += p->gap_ft[segment * MR_MATS_PER_SEGMENT + j];
+    return sum;
+}
+
+void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
+{
+    float slack_ft = p->config.chain.slack_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        unsigned first = s * MR_MATS_PER_SEGMENT, count = joints_in(p, s);
+        float have_ft = sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
+        p->surveyed_in[s] = sum_in[s];
+        if (!(off_ft > error_ft || off_ft < -error_ft))
+            continue;
+        if (p->landings == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
+            rescale(p->gap_ft + first, count, have_ft, sum_in[s] / IN_PER_FT, slack_ft);
+            continue;
+        }
+        if (p->landings == 0) { /* somebody has landed before: as few are open as can be */
+            for (unsigned j = 0; j < count; j++)
+                p->gap_ft[first + j] = 0.0f;
+            off_ft = sum_in[s] / IN_PER_FT;
+        }
+        reopen(p->gap_ft, first, count, off_ft, slack_ft);
+    }
+}
+
+/* What transducers and survey say without the model. */
+static void find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone, float *left_in)
+{
+    float slack_in[MR_SEGMENTS];
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * sum_ft(p, s) : MR_NAN;
+    const struct mr_closure_input input = {.station_ft = p->config.station_ft, .displacement_in = p->last_in, .slack_in = slack_in,
+                                           .wheel_ft = p->wheel_ft, .speed_ft_s = p->speed_ft_s,
+                                           .deceleration_ft_s2 = p->deceleration_ft_s2};
+    mr_closure_find(&input, zone, left_in);
+}
+
+/* The joints as the transducers alone would have them. */
+static void fold_kinematic(struct mr_predictor *p)
+{
+    struct mr_closure_zone zone;
+    float left_in[MR_SEGMENTS];
+    find_kinematic(p, &zone, left_in);
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        float off_ft = left_in[s] / IN_PER_FT - sum_ft(p, s);
+        if (off_ft < 0.0f)
+            reopen(p->gap_ft, s * MR_MATS_PER_SEGMENT, joints_in(p, s), off_ft, p->config.chain.slack_ft);
+    }
+}
+
+/* The joints as the chain has them. */
+static void fold_chain(struct mr_predictor *p)
+{
+    const struct mr_chain *chain = &p->chain;
+    float slack_ft = p->config.chain.slack_ft;
+    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+        unsigned first = (j - 1u) * chain->group, count = chain->group;
+        float have_ft = 0.0f, to_ft = mr_chain_opening_ft(chain, j);
+        if (first >= joints_of(p))
+            break;
+        if (first + count > joints_of(p))
+            count = joints_of(p) - first;
+        for (unsigned i = 0; i < count; i++)
+            have_ft += p->gap_ft[first + i];
+        to_ft = to_ft < 0.0f ? 0.0f : to_ft > slack_ft * (float)count ? slack_ft * (float)count : to_ft;
+        reopen(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
+    }
+}
+
+/* --- the chain --- */
+
+static void set_grits(struct mr_predictor *p)
+{
+    struct mr_chain *chain = &p->chain;
+    for (unsigned j = 1; j <= chain->count + 1u; j++) {
+        float most = 0.0f; /* four are closed when the last of them is; of two, as the score has it, either stands for both */
+        for (unsigned i = 1; i <= (chain->group == 4u ? 4u : 1u); i++) {
+            float share = grit_share((j - 1u) * chain->group + i);
+            most = share > most ? share : most;
+        }
+        chain->grit_lb[j] = p->config.grit_lb * p->scale * most;
+    }
+}
+
+static enum mr_status start_chain(struct mr_predictor *p)
+{
+    static const float none[MR_CHAIN_MATS + 1u]; /* resistances follow */
+    const struct mr_chain_params params = p->config.chain;
+    enum mr_status status = mr_chain_start(&p->chain, &params, group_of(p->level), p->gap_ft, none);
+    p->due_s = 0.0f;
+    if (status == MR_OK)
+        set_grits(p);
+    return status;
+}
+
+/* Model's displacement at a transducer, inches since arming. */
+static float modelled_in(const struct mr_predictor *p, unsigned i, unsigned mat)
+{
+    return p->base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
+}
+
+/* Go on at another level from where the mats are now. */
+static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
+{
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        unsigned mat = mat_at(p, p->config.station_ft[i]);
+        if (mat)
+            p->base_in[i] = modelled_in(p, i, mat);
+    }
+    fold_chain(p);
+    p->level = level;
+    p->calm_looks = 0;
+    p->degraded = level > p->config.level;
+    (void)start_chain(p); /* of parameters that mr_predictor_start has accepted */
+}
+
+/* A guard has tripped: begin again from what is measured, and after too many times go without a model. */
+static void fall_back(struct mr_predictor *p)
+{
+    p->fell_back = true;
+    p->failures++;
+    fold_kinematic(p);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        p->base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
+    if (p->failures > MOST_FAILURES)
+        p->level = MR_PREDICTOR_KINEMATIC;
+    (void)start_chain(p);
+}
+
+static bool sensible(const struct mr_predictor_config *config)
+{
+    const float positive[] = {config->thrust_lb_per_g, config->deceleration_ft_s2, config->bump_ft, config->mat_weight_lb};
+    for (unsigned i = 0; i < sizeof positive / sizeof positive[0]; i++) {
+        if (!(positive[i] > 0.0f && positive[i] < 1e9f))
+            return false;
+    }
+    return config->grit_lb >= 0.0f && config->grit_lb < 1e9f && config->level <= MR_PREDICTOR_PLOUGH;
+}
+
+enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predictor_config *config)
+{
+    memset(p, 0, sizeof *p);
+    p->config = *config;
+    p->scale = 1.0f;
+    p->level = config->level;
+    p->deceleration_ft_s2 = config->deceleration_ft_s2;
+    p->wheel_ft = p->speed_ft_s = MR_NAN;
+    for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
+        float gap_ft = LAID_GAP_IN / IN_PER_FT * spread(j + 1u, 1779033704u); /* 2^32 (sqrt 2 - 1) */
+        p->gap_ft[j] = gap_ft < config->chain.slack_ft ? gap_ft : config->chain.slack_ft;
+    }
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        p->surveyed_in[s] = MR_NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        p->last_in[i] = p->slow_in[i] = MR_NAN;
+    if (!sensible(config))
+        return MR_USAGE;
+    return start_chain(p);
+}
+
+void mr_predictor_save(const struct mr_predictor *p, struct mr_predictor_state *state)
+{
+    memset(state, 0, sizeof *state);
+    state->mats = p->config.chain.mats;
+    state->landings = (uint16_t)(p->landings < UINT16_MAX ? p->landings : UINT16_MAX);
+    state->scale = p->scale;
+    for (unsigned j = 0; j < joints_of(p); j++)
+        state->gap_hmil[j] = (uint16_t)(p->gap_ft[j] * HMIL_PER_FT + 0.5f);
+}
+
+enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predictor_state *state)
+{
+    uint16_t most_hmil = (uint16_t)(p->config.chain.slack_ft * HMIL_PER_FT + 1.5f);
+    if (state->mats != p->config.chain.mats || !(state->scale >= SCALE_LEAST && state->scale <= SCALE_MOST))
+        return MR_MALFORMED;
+    for (unsigned j = 0; j < joints_of(p); j++) {
+        if (state->gap_hmil[j] > most_hmil)
+            return MR_MALFORMED;
+    }
+    p->landings = state->landings;
+    p->scale = state->scale;
+    for (unsigned j = 0; j < joints_of(p); j++)
+        p->gap_ft[j] = (float)state->gap_hmil[j] / HMIL_PER_FT;
+    return start_chain(p);
+}
+
+void mr_predictor_arm(struct mr_predictor *p)
+{
+    p->armed = true;
+    p->braking = p->degraded = p->fell_back = p->moved = false;
+    p->level = p->config.level;
+    p->block = p->corrected_block = p->updates = p->look_updates = 0;
+    p->calm_looks = p->failures = p->ploughed_mat = 0;
+    p->work_lb_in = 0.0f;
+    p->deceleration_ft_s2 = p->config.deceleration_ft_s2; /* the last landing's tells nothing of this one's */
+    p->wheel_ft = p->speed_ft_s = MR_NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        p->last_in[i] = p->slow_in[i] = MR_NAN;
+        p->base_in[i] = 0.0f;
+        p->doubt[i] = MR_PREDICTOR_TRUSTED;
+        p->doubtful_blocks[i] = 0;
+    }
+    (void)start_chain(p); /* of parameters that mr_predictor_start has accepted */
+}
+
+/* --- a block --- */
+
+/* Whether to leave a reading out, from now on in this landing. `off_in`: it minus the model. */
+static bool doubted(struct mr_predictor *p, unsigned i, float reading_in, float off_in)
+{
+    float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
+    if (ahead_ft > DRAWN_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
+        p->doubt[i] = MR_PREDICTOR_DRIFTS;
+    bool near = ahead_ft < TELLING_FT && ahead_ft > -DRAWN_BEHIND_FT && p->level != MR_PREDICTOR_PLOUGH; /* which is not drawn */
+    if (!near || (off_in < DISAGREE_IN && off_in > -DISAGREE_IN))
+        p->doubtful_blocks[i] = 0;
+    else if (++p->doubtful_blocks[i] >= DISAGREE_BLOCKS)
+        p->doubt[i] = MR_PREDICTOR_DISAGREES;
+    return p->doubt[i] != MR_PREDICTOR_TRUSTED;
+}
+
+/* One transducer: its spring's force, and what it tells of the resistance. */
+static float draw(struct mr_predictor *p, unsigned i, unsigned mat, float reading_in)
+{
+    float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
+    float off_in = reading_in - modelled_in(p, i, mat);
+    if (doubted(p, i, reading_in, off_in)) {
+        p->last_in[i] = MR_NAN;
+        return 0.0f;
+    }
+    p->last_in[i] = reading_in;
+    if (reading_in > MOVED_IN || reading_in < -MOVED_IN)
+        p->moved = true;
+    if (__builtin_isnan(p->slow_in[i]))
+        p->slow_in[i] = reading_in;
+    float moved_in = (reading_in - p->slow_in[i]) * SLOW;
+    p->slow_in[i] += moved_in;
+    if (!(ahead_ft < DRAWN_AHEAD_FT && ahead_ft > -DRAWN_BEHIND_FT))
+        return 0.0f;
+    float force_lb = SPRING_LB_FT / IN_PER_FT * off_in;
+    force_lb = force_lb > SPRING_MOST_LB ? SPRING_MOST_LB : force_lb < -SPRING_MOST_LB ? -SPRING_MOST_LB : force_lb;
+    p->corrected_block = p->block;
+    if (ahead_ft > 0.0f && ahead_ft < TELLING_FT)
+        p->work_lb_in += force_lb * moved_in;
+    return force_lb;
+}
+
+static void draw_all(struct mr_predictor *p, const struct mr_predictor_input *input)
+{
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        unsigned mat = mat_at(p, p->config.station_ft[i]);
+        float reading_in = input->displacement_in[i];
+        if (!mat)
+            continue;
+        if (!(reading_in < MOST_IN && reading_in > -MOST_IN))
+            reading_in = MR_NAN;
+        bool missing = __builtin_isnan(reading_in) || p->doubt[i] == MR_PREDICTOR_DRIFTS || p->doubt[i] == MR_PREDICTOR_DISAGREES;
+        if (missing)
+            p->last_in[i] = MR_NAN;
+        if (__builtin_isnan(reading_in) && p->doubt[i] == MR_PREDICTOR_TRUSTED)
+            p->doubt[i] = MR_PREDICTOR_MISSING;
+        else if (p->doubt[i] == MR_PREDICTOR_MISSING && !missing)
+            p->doubt[i] = MR_PREDICTOR_TRUSTED;
+        mr_chain_push(&p->chain, mat, missing ? 0.0f : draw(p, i, mat, reading_in));
+    }
+}
+
+static float thrust_lb(const struct mr_predictor *p)
+{
+    return p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
+}
+
+/* The plough: the wheel on mat n closes joints ahead, nearest first, as far as what is left of the thrust overcomes their
+ * resistance; each mat that it moves takes its friction off. Mats behind follow when the slack is used up. */
+static void plough(struct mr_predictor *p, unsigned n)
+{
+    struct mr_chain *chain = &p->chain;
+    float press_lb = thrust_lb(p), shift_ft = 0.0f;
+    unsigned last = n;
+    for (unsigned j = n + 1u; j <= chain->count; j++) {
+        press_lb -= chain->friction_lb;
+        if (!(press_lb > 0.0f))
+            break;
+        if (press_lb > chain->grit_lb[j] && mr_chain_opening_ft(chain, j) > 0.0f)
+            last = j;
+    }
+    for (unsigned j = last; j > n; j--) { /* from the far end: each mat moves by all that closes beyond it */
+        float left_lb = thrust_lb(p) - (float)(j - n) * chain->friction_lb;
+        float open_ft = chain->gap_ft[j] + chain->u_ft[j] - shift_ft - chain->u_ft[j - 1u]; /* mat j has moved on already */
+        if (left_lb > chain->grit_lb[j] && open_ft > 0.0f)
+            shift_ft += open_ft;
+        else if (open_ft > 0.0f)
+            open_ft = 0.0f;
+        chain->u_ft[j - 1u] += shift_ft;
+    }
+    p->updates += 2u * (last - n) + 1u;
+    p->look_updates += 2u * (last - n) + 1u;
+    for (unsigned j = n; j > 1u; j--) {
+        float over_ft = mr_chain_opening_ft(chain, j) - chain->slack_ft;
+        if (!(over_ft > 0.0f))
+            break;
+        chain->u_ft[j - 1u] += over_ft;
+        p->look_updates++;
+    }
+}
+
+static void roll(struct mr_predictor *p, const struct mr_predictor_input *input)
+{
+    float push_lb = input->on_runway && input->speed_ft_s > 0.0f ? thrust_lb(p) : 0.0f;
+    if (p->level == MR_PREDICTOR_PLOUGH) {
+        unsigned mat = mat_at(p, input->wheel_ft);
+        if (mat && push_lb > 0.0f && mat != p->ploughed_mat)
+            plough(p, mat);
+        p->ploughed_mat = mat;
+        return;
+    }
+    float step_s = p->chain.step_s, at_ft = input->wheel_ft;
+    for (p->due_s += BLOCK_S; p->due_s > 0.999f * step_s; p->due_s -= step_s) {
+        at_ft += input->speed_ft_s * step_s;
+        mr_chain_step(&p->chain, push_lb > 0.0f ? mat_at(p, at_ft - 0.5f * input->speed_ft_s * step_s) : 0, push_lb);
+    }
+    if (!mr_chain_settle(&p->chain))
+        fall_back(p);
+    uint32_t updates = mr_chain_take_updates(&p->chain);
+    p->updates += updates;
+    p->look_updates += updates;
+}
+
+/* Mat updates of the next better level for one of this one: twice the mats and twice the steps. */
+static uint32_t dearer(const struct mr_predictor *p)
+{
+    return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
+}
+
+static void mind_budget(struct mr_predictor *p, bool look)
+{
+    uint32_t budget = p->config.updates_per_block * MR_PREDICTOR_LOOK_BLOCKS;
+    if (p->level > MR_PREDICTOR_PLOUGH)
+        return;
+    if (p->look_updates > budget && p->level < MR_PREDICTOR_PLOUGH) {
+        change_level(p, p->level + 1);
+        p->look_updates = 0;
+    }
+    if (!look)
+        return;
+    bool fits = p->look_updates < budget / dearer(p);
+    p->calm_looks = fits ? p->calm_looks + 1u : 0;
+    p->look_updates = 0;
+    if (p->calm_looks >= CALM_LOOKS && p->level > p->config.level)
+        change_level(p, p->level - 1);
+}
+
+void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input *input)
+{
+    if (!p->armed)
+        return;
+    p->block++;
+    p->wheel_ft = input->wheel_ft;
+    p->speed_ft_s = input->speed_ft_s;
+    if (input->braking_known && input->deceleration_ft_s2 > 0.0f) {
+        p->deceleration_ft_s2 = input->deceleration_ft_s2;
+        p->braking = true;
+    }
+    draw_all(p, input);
+    if (p->level == MR_PREDICTOR_KINEMATIC || __builtin_isnan(input->wheel_ft) || __builtin_isnan(input->speed_ft_s))
+        return;
+    roll(p, input);
+    bool look = p->block % MR_PREDICTOR_LOOK_BLOCKS == 0;
+    mind_budget(p, look);
+    if (!look)
+        return;
+    float factor = 1.0f + SCALE_PER_LB_IN * p->work_lb_in; /* beyond a half either way is no matter of one look */
+    p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
+    p->scale = p->scale < SCALE_LEAST ? SCALE_LEAST : p->scale > SCALE_MOST ? SCALE_MOST : p->scale;
+    p->work_lb_in = 0.0f;
+    set_grits(p);
+}
+
+void mr_predictor_fold(struct mr_predictor *p)
+{
+    if (!p->armed)
+        return;
+    if (p->level == MR_PREDICTOR_KINEMATIC || (__builtin_isnan(p->wheel_ft) && p->moved))
+        fold_kinematic(p);
+    else
+        fold_chain(p);
+    p->armed = false;
+    p->landings++;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        p->surveyed_in[s] = MR_NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        p->base_in[i] = 0.0f;
+    p->level = p->config.level;
+    (void)start_chain(p);
+}
+
+/* --- what is said --- */
+
+static bool is_open(const struct mr_chain *chain, unsigned joint)
+{
+    return mr_chain_opening_ft(chain, joint) > CLOSED_FT * (float)chain->group;
+}
+
+/* Longest run of joints from `from` on, closed at both ends, in which no ten in a row have more than one open. Its length, and
+ * its first joint. */
+static unsigned longest(const struct mr_chain *chain, unsigned from, unsigned *first_out)
+{
+    unsigned best = 0, first = 0, last_open = 0, tally = (MR_PREDICTOR_TALLY_MATS + chain->group - 1u) / chain->group;
+    for (unsigned j = from; j <= chain->count + 1u; j++) {
+        if (is_open(chain, j)) {
+            bool broken = last_open && j - last_open < tally; /* only what follows the last open joint may go on */
+            if (broken)
+                first = j - last_open > 1u ? last_open + 1u : 0;
+            last_open = j;
+            continue;
+        }
+        if (!first)
+            first = j;
+        if (j - first > best) {
+            best = j - first;
+            *first_out = first;
+        }
+    }
+    return best;
+}
+
+/* Length of the zone that begins at group `from` when `push_lb` pushes there and nothing has inertia: compression falls by each
+ * group's friction, and joints close that it overcomes. */
+static unsigned ploughed(const struct mr_chain *chain, unsigned from, float push_lb)
+{
+    unsigned best = 0, first = 0, last_open = 0, tally = (MR_PREDICTOR_TALLY_MATS + chain->group - 1u) / chain->group;
+    float press_lb = push_lb;
+    for (unsigned j = from + 1u; j <= chain->count + 1u; j++) {
+        press_lb -= chain->friction_lb;
+        if (press_lb > chain->grit_lb[j] || !is_open(chain, j)) {
+            if (!first)
+                first = j;
+            best = j - first;
+            continue;
+        }
+        if (first && last_open && j - last_open < tally)
+            break;
+        if (!first && j - from > tally)
+            break; /* nothing begins at the wheel */
+        last_open = j;
+    }
+    return best;
+}
+
+/* What the wheel will meet or push together on its way to where it stops at the present deceleration; before that is known, where
+ * twice the assumed one would stop it: so far it comes nearly always. */
+static void look_ahead(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    const struct mr_chain *chain = &p->chain;
+    float group_ft = p->config.chain.mat_length_ft * (float)chain->group;
+    float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
+    float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
+    float end_ft = (float)chain->count * group_ft;
+    if (stop_ft > end_ft)
+        stop_ft = end_ft;
+    for (float at_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f; at_ft < stop_ft; at_ft += AHEAD_GROUPS * group_ft) {
+        unsigned n = (unsigned)(at_ft / group_ft) + 1u;
+        if (n >= chain->count)
+            break;
+        unsigned mats = ploughed(chain, n, thrust_lb(p)) * chain->group;
+        if (mats > zone->coming_mats) {
+            zone->coming_mats = mats;
+            zone->coming_ft = at_ft;
+        }
+    }
+}
+
+/* The zone as the chain has it. */
+static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    const struct mr_chain *chain = &p->chain;
+    float group_ft = p->config.chain.mat_length_ft * (float)chain->group;
+    float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f, open_ft = 0.0f;
+    unsigned first = 0, from = wheel_ft < group_ft * (float)chain->count ? (unsigned)(wheel_ft / group_ft) + 2u : chain->count + 2u;
+    unsigned groups = longest(chain, from, &first);
+    for (unsigned j = from; j <= chain->count + 1u; j++) {
+        float press_lb = mr_chain_compression_lb(chain, j);
+        if (press_lb > zone->compression_lb)
+            zone->compression_lb = press_lb;
+    }
+    if (p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f)
+        zone->compression_lb = thrust_lb(p);
+    if (!groups)
+        return;
+    zone->mats = groups * chain->group;
+    zone->start_ft = (float)(first - 1u) * group_ft;
+    zone->end_ft = zone->start_ft + (float)groups * group_ft;
+    for (unsigned j = first; j <= first + groups; j++) {
+        float g_ft = mr_chain_opening_ft(chain, j);
+        open_ft += g_ft > 0.0f ? g_ft : 0.0f;
+        zone->closed_joints += is_open(chain, j) ? 0u : chain->group;
+    }
+    zone->mean_gap_in = IN_PER_FT * open_ft / (float)((groups + 1u) * chain->group);
+}
+
+static void describe_kinematic(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    struct mr_closure_zone found;
+    float left_in[MR_SEGMENTS];
+    find_kinematic(p, &found, left_in);
+    zone->mats = zone->coming_mats = found.mats;
+    zone->start_ft = found.start_ft;
+    zone->end_ft = found.end_ft;
+    zone->closed_joints = found.mats ? found.mats + 1u : 0;
+    zone->coming_ft = found.start_ft;
+    zone->mean_gap_in = found.mats ? 0.5f * MR_CLOSURE_OPEN_IN / (float)MR_MATS_PER_SEGMENT : 0.0f;
+}
+
+static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    float low_ft = MR_NAN, high_ft = MR_NAN;
+    unsigned surveyed = 0, segments = 0;
+    bool any = false;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        bool fitted = !__builtin_isnan(p->config.station_ft[i]);
+        if (!fitted || p->doubt[i] != MR_PREDICTOR_TRUSTED || (p->block && __builtin_isnan(p->last_in[i])))
+            continue;
+        if (!any)
+            low_ft = p->config.station_ft[i];
+        high_ft = p->config.station_ft[i];
+        any = true;
+    }
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        float start_ft = (float)(s * MR_MATS_PER_SEGMENT) * p->config.chain.mat_length_ft;
+        if (start_ft + (float)MR_MATS_PER_SEGMENT * p->config.chain.mat_length_ft <= zone->start_ft || start_ft >= zone->end_ft)
+            continue;
+        segments++;
+        surveyed += __builtin_isnan(p->surveyed_in[s]) ? 0u : 1u;
+    }
+    zone->basis |= !any ? MR_PREDICTOR_BLIND : 0u;
+    zone->basis |= any && zone->mats && zone->start_ft >= low_ft && zone->end_ft <= high_ft ? MR_PREDICTOR_BRACKETED : 0u;
+    zone->basis |= segments && 2u * surveyed > segments ? MR_PREDICTOR_SURVEY : 0u;
+    zone->basis |= p->degraded ? MR_PREDICTOR_DEGRADED : 0u;
+    zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
+}
+
+/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 249, over 1.96 (tests/score/README.md). They hold
+ * where there is a zone of 30 mats or more at all. Rows: not surveyed; surveyed. Start: at the wheel, ahead of it; end: zones
+ * below 40, below 60, of 60 mats and more; first those that reach beyond the transducers, then those between. */
+static const float start_error_mats[2][2][2] = {{{3.32f, 21.68f}, {0.77f, 20.15f}}, {{1.28f, 10.97f}, {0.77f, 6.38f}}};
+static const float end_error_mats[2][2][3] = {{{14.54f, 12.50f, 20.66f}, {12.50f, 15.05f, 18.62f}},
+                                              {{12.50f, 8.93f, 11.99f}, {10.46f, 8.42f, 10.97f}}};
+
+static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 1u : 0u, between = zone->basis & MR_PREDICTOR_BRACKETED ? 1u : 0u;
+    unsigned ahead = zone->distance_ft > AT_WHEEL_FT ? 1u : 0u, length = zone->mats >= 60u ? 2u : zone->mats >= 40u ? 1u : 0u;
+    float mat_ft = p->config.chain.mat_length_ft;
+    if (zone->level != MR_PREDICTOR_FULL) /* beginning and wheel are further apart there */
+        ahead = 1u;
+    zone->start_error_ft = mat_ft * start_error_mats[surveyed][between][ahead];
+    zone->end_error_ft = mat_ft * (zone->level == MR_PREDICTOR_FULL ? 1.0f : COARSER) * end_error_mats[surveyed][between][length];
+}
+
+static void judge(struct mr_predictor_zone *zone)
+{
+    if (zone->coming_mats >= MR_PREDICTOR_WARNING_MATS) {
+        zone->verdict = MR_PREDICTOR_WARNING;
+        zone->reason = zone->mats >= MR_PREDICTOR_WARNING_MATS ? MR_PREDICTOR_LONG_ZONE : MR_PREDICTOR_GROWING_ZONE;
+    } else if (zone->coming_mats >= MR_PREDICTOR_ADVISORY_MATS) {
+        zone->verdict = MR_PREDICTOR_ADVISORY;
+        zone->reason = zone->mats >= MR_PREDICTOR_ADVISORY_MATS ? MR_PREDICTOR_LONG_ZONE : MR_PREDICTOR_GROWING_ZONE;
+    } else if (zone->compression_lb > zone->critical_lb) {
+        zone->verdict = MR_PREDICTOR_ADVISORY;
+        zone->reason = MR_PREDICTOR_COMPRESSION;
+    }
+}
+
+void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+{
+    bool unmoved = __builtin_isnan(p->wheel_ft) || __builtin_isnan(p->speed_ft_s);
+    *zone = (struct mr_predictor_zone){.level = p->level, .grit_scale = p->scale, .coming_ft = MR_NAN, .distance_ft = MR_NAN,
+                                       .lead_s = MR_NAN, .start_error_ft = MR_NAN, .end_error_ft = MR_NAN};
+    zone->critical_lb = p->config.mat_weight_lb * p->config.chain.mat_length_ft / (2.0f * p->config.bump_ft);
+    zone->age_blocks = p->block - p->corrected_block;
+    if (p->level == MR_PREDICTOR_KINEMATIC || (unmoved && p->moved)) {
+        zone->level = MR_PREDICTOR_KINEMATIC;
+        describe_kinematic(p, zone);
+    } else {
+        describe(p, zone);
+        if (p->speed_ft_s > 0.0f)
+            look_ahead(p, zone);
+    }
+    zone->basis = unmoved ? MR_PREDICTOR_NO_MOTION : 0u;
+    state_basis(p, zone);
+    if (zone->mats) {
+        float distance_ft = zone->start_ft - p->wheel_ft;
+        zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
+        state_errors(p, zone);
+        if (!unmoved)
+            zone->lead_s = mr_closure_lead_s(zone->distance_ft, p->speed_ft_s, p->deceleration_ft_s2);
+    }
+    judge(zone);
+}

@@ -1,0 +1,156 @@
+/* The onboard predictor: the chain of mats (common/matchain.h) driven by what the switches say of the gear, corrected by what the
+ * transducers say of the mats, and what follows from it for the wheel: where joints are closed, how well that is known, how close
+ * the compression ahead of the wheel is to the one that an irregularity does not bear.
+ *
+ * Correction. At each transducer's mat a spring of limited force draws the model's mat to the reading, so that the joints on
+ * either side answer by their own laws; and the resistance against closing, of which nobody knows the size on a runway, is scaled
+ * down while the springs draw forward, up while they hold back. Joints have closing resistances and gaps of their own that are not
+ * known either: the model gives them evenly spread ones (by the golden ratio), so that any ten in a row are a fair sample.
+ *
+ * One call per block (1 ms). Inputs are a function of block records, edges and commands alone; the level is chosen by counting mat
+ * updates, never by time: a replay says the same. No heap, single precision, square root the only library call.
+ *
+ * Units: feet, pounds, seconds; displacements of transducers and gaps of surveys in inches as they are read. */
+#ifndef MATRIG_COMMON_PREDICTOR_H
+#define MATRIG_COMMON_PREDICTOR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/block.h"
+#include "common/closure.h"
+#include "common/matchain.h"
+
+#define MR_PREDICTOR_LOOK_BLOCKS 50u     /* between statements: 20 Hz */
+#define MR_PREDICTOR_WARNING_MATS 50u    /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
+#define MR_PREDICTOR_ADVISORY_MATS 30u
+#define MR_PREDICTOR_TALLY_MATS 10u      /* of so many joints in a row of a zone one may be open */
+
+enum mr_predictor_level {
+    MR_PREDICTOR_FULL,      /* every mat */
+    MR_PREDICTOR_TWO,       /* two mats in one */
+    MR_PREDICTOR_FOUR,
+    MR_PREDICTOR_PLOUGH,    /* quasi-static: the wheel closes joints until the resistance ahead equals the thrust */
+    MR_PREDICTOR_KINEMATIC, /* no motion known: zones from transducers and survey alone (common/closure.h) */
+};
+
+enum mr_predictor_verdict { MR_PREDICTOR_QUIET, MR_PREDICTOR_ADVISORY, MR_PREDICTOR_WARNING };
+
+/* Why a verdict is not quiet. */
+enum mr_predictor_reason {
+    MR_PREDICTOR_NO_REASON,
+    MR_PREDICTOR_LONG_ZONE,     /* a closed zone lies ahead now */
+    MR_PREDICTOR_GROWING_ZONE,  /* at the present deceleration one will before the gear stops */
+    MR_PREDICTOR_COMPRESSION,   /* the compression ahead is beyond the critical one */
+};
+
+/* What the statement rests on, as bits. */
+enum mr_predictor_basis {
+    MR_PREDICTOR_SURVEY = 1,      /* most segments around the zone were surveyed */
+    MR_PREDICTOR_BRACKETED = 2,   /* the zone lies between valid transducers; else it is inferred */
+    MR_PREDICTOR_BLIND = 4,       /* no valid transducer at all */
+    MR_PREDICTOR_NO_MOTION = 8,   /* no switches: kinematic */
+    MR_PREDICTOR_DEGRADED = 16,   /* the budget keeps the level below the one asked for */
+    MR_PREDICTOR_FELL_BACK = 32,  /* a guard tripped: the model was started again from what is measured */
+};
+
+struct mr_predictor_config {
+    struct mr_chain_params chain;
+    float grit_lb;               /* mean closing resistance of a joint; to begin with */
+    float thrust_lb_per_g;       /* thrust of the lead axle on the strip at 1 g of deceleration: weight / axles */
+    float deceleration_ft_s2;    /* assumed until the switches tell */
+    float bump_ft;               /* irregularity assumed: h0 in P_c = w L / (2 h0) */
+    float mat_weight_lb;
+    uint32_t updates_per_block;  /* budget, mean over a look */
+    enum mr_predictor_level level; /* the best one asked for */
+    float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
+};
+
+/* One block. NaN: not known, not valid. */
+struct mr_predictor_input {
+    float wheel_ft;              /* station of the lead wheel; NaN before the first switch */
+    float speed_ft_s;
+    float deceleration_ft_s2;
+    bool braking_known;          /* deceleration rests on switches beyond touchdown */
+    bool on_runway;              /* touched down, or so it is taken */
+    float displacement_in[MR_TRANSDUCERS]; /* since arming */
+};
+
+struct mr_predictor_zone {
+    unsigned mats;               /* 0: none */
+    float start_ft, end_ft;
+    float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score` */
+    unsigned closed_joints;
+    float mean_gap_in;           /* of the joints inside */
+    float distance_ft, lead_s;   /* of the wheel to the start; NaN: it stops before, or not known; 0: there */
+    unsigned coming_mats;        /* longest zone that the wheel will have before it before it stops, deceleration kept */
+    float coming_ft;             /* where the wheel is then */
+    float compression_lb;        /* largest ahead of the wheel now */
+    float critical_lb;           /* P_c of the irregularity assumed */
+    enum mr_predictor_verdict verdict;
+    enum mr_predictor_reason reason;
+    enum mr_predictor_level level;
+    unsigned basis;              /* bits of enum mr_predictor_basis */
+    uint32_t age_blocks;         /* since a transducer last corrected the model; of a blind one since arming */
+    float grit_scale;            /* closing resistance found, relative to the configured one */
+};
+
+/* Why a transducer is left out. */
+enum mr_predictor_doubt {
+    MR_PREDICTOR_TRUSTED,
+    MR_PREDICTOR_MISSING,  /* no valid reading */
+    MR_PREDICTOR_DRIFTS,   /* it moves where nothing can have moved */
+    MR_PREDICTOR_DISAGREES /* the model cannot be drawn to it: stuck, or of another scale */
+};
+
+struct mr_predictor {
+    struct mr_predictor_config config;
+    struct mr_chain chain;
+    float gap_ft[MR_CHAIN_MATS + 1u]; /* when the chain was started, by joint */
+    float surveyed_in[MR_SEGMENTS];   /* sums; NaN: not surveyed since a landing */
+    float scale;                      /* of the closing resistance */
+    float wheel_ft, speed_ft_s, deceleration_ft_s2;
+    uint32_t landings;                /* folded in */
+    bool armed, braking, degraded, fell_back, moved;
+    enum mr_predictor_level level;    /* now */
+    uint32_t block;                   /* since arming */
+    uint32_t corrected_block;
+    uint32_t updates;                 /* of this landing, mats */
+    uint32_t look_updates;            /* since the last look */
+    unsigned calm_looks;              /* in a row in which the next better level would have fitted into the budget */
+    unsigned failures;                /* guards that tripped in this landing */
+    unsigned ploughed_mat;            /* last mat from which the plough has pushed */
+    float due_s;                      /* not yet stepped */
+    float work_lb_in;                 /* of the springs on what the transducers have moved, since the last look */
+    float base_in[MR_TRANSDUCERS];    /* model's displacement when the chain was last started */
+    float slow_in[MR_TRANSDUCERS];    /* readings, 50 ms behind */
+    float last_in[MR_TRANSDUCERS];    /* newest readings that are trusted; NaN: none */
+    uint8_t doubt[MR_TRANSDUCERS];    /* enum mr_predictor_doubt */
+    uint16_t doubtful_blocks[MR_TRANSDUCERS];
+};
+
+/* What is kept between landings and over a reset: openings of joints 1..mats+1 in hundredths of a mil, and the resistance found. */
+struct mr_predictor_state {
+    uint16_t mats;
+    uint16_t landings;
+    float scale;
+    uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
+};
+
+/* A runway nobody has measured. MR_OK; MR_USAGE: a parameter that makes no sense; MR_NUMERICS: the step is beyond the stability
+ * limit. */
+enum mr_status mr_predictor_start(struct mr_predictor *predictor, const struct mr_predictor_config *config);
+void mr_predictor_save(const struct mr_predictor *predictor, struct mr_predictor_state *state);
+/* After mr_predictor_start. MR_MALFORMED: of another runway, or with openings that no joint can have; nothing is changed then. */
+enum mr_status mr_predictor_load(struct mr_predictor *predictor, const struct mr_predictor_state *state);
+/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between landings. */
+void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
+/* A landing begins: displacements count from here. */
+void mr_predictor_arm(struct mr_predictor *predictor);
+void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
+/* What is to be said now. */
+void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
+/* The landing is over: what the joints have become is the start of the next one. */
+void mr_predictor_fold(struct mr_predictor *predictor);
+
+#endif

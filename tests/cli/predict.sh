@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# matrig predict: landings 1 and 5 of tests/runs, played to the emulated board and logged. Their truth comes from a chain that shares
+# no code with the predictor (tests/runs/README.md) and is written in the run files; the tolerances are the intervals it states.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+db=$tmp/campaign.db
+
+record() { # RUNFILE
+    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$1" --seed 13 \
+        2>"$tmp/board.err" &&
+        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
+}
+predict() { $matrig predict "$db" 1 >"$tmp/1.txt" && $matrig predict "$db" 2 >"$tmp/5.txt" && $matrig --json predict "$db" 2 >"$tmp/5.json"; }
+truth() { sed -n "s/^truth $1 //p" tests/runs/landing5.run; }
+in_json() { sqlite3 :memory: "select $1 from json_each(json_extract(cast(readfile('$tmp/5.json') as text), '$.statements'))"; }
+stated() { in_json "json_extract(value, '\$.$1')" | tail -n 1; }
+within() { awk -v a="$1" -v b="$2" -v most="$3" 'BEGIN { d = a - b; print a, b; exit !(d <= most && d >= -most) }'; }
+
+last_zone_holds() {
+    tail -n 5 "$tmp/5.txt"
+    within "$(stated start_ft)" "$(truth zone_at_end_start_station_ft)" 2.0 && within "$(stated end_ft)" "$(truth zone_at_end_end_station_ft)" 6.7
+}
+longest_zone_holds() {
+    within "$(in_json "max(json_extract(value, '\$.mats'))")" "$(truth zone_ahead_longest_mats)" 20
+}
+warned_in_time() { # after braking is known, before the wheel stands in 50 mats
+    grep '^predictor' "$tmp/5.txt"
+    awk '/first warning/ { sub(/ s;.*/, ""); t = $NF; exit !(t > 1 && t < 3.5) }' "$tmp/5.txt"
+}
+one_is_quiet() { ! grep -q ' warning ' "$tmp/1.txt" && grep -q '^predictor: no warning' "$tmp/1.txt"; }
+json_agrees() {
+    local rows
+    rows=$(grep -c '[0-9]  \(quiet\|advisory\|warning\)' "$tmp/5.txt")
+    [ "$rows" -gt 20 ] && [ "$rows" -eq "$(in_json 'count(*)')" ]
+}
+
+check "landings 1 and 5 are played and logged" eval 'record tests/runs/landing1.run && record tests/runs/landing5.run'
+check "both are predicted" predict
+check "landing 5: the zone at the end lies where it is stated" last_zone_holds
+check "landing 5: the longest zone ahead" longest_zone_holds
+check "landing 5 is warned of" warned_in_time
+check "landing 1 is not" one_is_quiet
+check "JSON has the same rows" json_agrees
+check "a RUN that is not there" fails_with 2 'RUN 9' $matrig predict "$db" 9
+check "no RUN" fails_with 2 'DB RUN' $matrig predict "$db"
+finish

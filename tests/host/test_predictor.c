@@ -1,0 +1,514 @@
+/* The predictor against closed forms, the host's fine chain, and everything that can go wrong with what it is given. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/predictor.h"
+#include "host/sim/sim.h"
+
+#define MATS 420
+#define MAT_FT (2.0 / 7.0)
+#define ROW_S 0.01
+#define ROWS 800
+#define TOUCHDOWN_FT 3.0
+#define MAT_LB 0.466
+#define GEAR_LB 1300.0
+#define G_FT_S2 32.174
+
+static struct mr_predictor predictor;
+static struct mr_predictor_zone zone;
+
+static struct mr_predictor_config rig(void)
+{
+    struct mr_predictor_config config = {
+        .chain = {.mats = MATS, .mat_length_ft = (float)MAT_FT, .mass_slug = (float)(MAT_LB / G_FT_S2),
+                  .friction_lb = (float)(0.5 * MAT_LB), .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f, .slack_ft = 0.0025f,
+                  .step_s = 1e-3f / 6.0f},
+        .grit_lb = 10.0f, .thrust_lb_per_g = (float)(GEAR_LB / 12.0), .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
+        .mat_weight_lb = (float)MAT_LB, .updates_per_block = 100000, .level = MR_PREDICTOR_FULL};
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        config.station_ft[i] = 40.0f + 10.0f * (float)i;
+    return config;
+}
+
+/* --- a landing of even braking --- */
+
+struct landing {
+    double speed_ft_s, braking_ft_s2;
+    size_t count;
+    double *u_in; /* by millisecond and transducer; NULL: no truth */
+    size_t rows;
+    double gap_end_in[MATS + 1];
+};
+
+static double stop_s(const struct landing *landing)
+{
+    return landing->speed_ft_s / landing->braking_ft_s2;
+}
+
+static struct mr_predictor_input gear_at(const struct landing *landing, double t_s)
+{
+    double s = fmin(t_s, stop_s(landing)), v = landing->speed_ft_s, a = landing->braking_ft_s2;
+    struct mr_predictor_input input = {.wheel_ft = (float)(TOUCHDOWN_FT + (v - 0.5 * a * s) * s), .speed_ft_s = (float)(v - a * s),
+                                       .deceleration_ft_s2 = (float)a, .braking_known = true, .on_runway = true};
+    size_t row = (size_t)(t_s * 1000.0 + 0.5);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        input.displacement_in[i] = landing->u_in ? (float)landing->u_in[(row < landing->rows ? row : landing->rows - 1) * MR_TRANSDUCERS + i]
+                                                 : NAN;
+    return input;
+}
+
+static uint64_t random_state;
+
+static double uniform(void)
+{
+    uint64_t z = random_state += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+}
+
+/* The host's chain in double precision, with gaps and resistances of its own. */
+static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MATS + 1])
+{
+    static double gap_ft[MATS + 1], grit_lb[MATS + 1], stations_ft[MR_TRANSDUCERS];
+    static struct sim_path_row rows[ROWS];
+    struct error error = {0};
+    struct sim_scene scene;
+    struct sim_result result;
+    size_t count = 0;
+    random_state = seed;
+    for (int j = 0; j <= MATS; j++) {
+        gap_ft[j] = fmin(0.036 * uniform(), 0.030) / 12.0;
+        gap_in[j] = 12.0 * gap_ft[j];
+        grit_lb[j] = 20.0 * uniform();
+    }
+    for (; (double)count * ROW_S < stop_s(landing); count++) {
+        struct mr_predictor_input gear = gear_at(&(struct landing){landing->speed_ft_s, landing->braking_ft_s2, 0, NULL, 0, {0}},
+                                                 (double)count * ROW_S);
+        rows[count] = (struct sim_path_row){(double)count * ROW_S, (double)gear.wheel_ft,
+                                            GEAR_LB / 12.0 * landing->braking_ft_s2 / G_FT_S2};
+    }
+    rows[count - 1].force_lb = 0.0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        stations_ft[i] = 40.0 + 10.0 * i;
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.mats = MATS;
+    scene.length_ft = MAT_FT;
+    scene.weight_lb = MAT_LB;
+    scene.kl_lb_ft = 2.9e5;
+    scene.cl_lb_s_ft = 5.0;
+    scene.slack_ft = 0.0025;
+    scene.left = scene.right = SIM_FIXED;
+    scene.v0_ft_s = 0.0;
+    scene.t_dwell_s = 0.3;
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gap_ft, MATS + 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.grit_lb, grit_lb, MATS + 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_path(&scene, rows, count, &error), MR_OK);
+    const struct sim_options options = {.dt_s = 5e-5, .rtol = 0.5, .sample_dt_s = 1e-3, .station_ft = stations_ft,
+                                        .station_count = MR_TRANSDUCERS};
+    assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
+    landing->rows = result.sample_count;
+    landing->u_in = calloc(landing->rows * MR_TRANSDUCERS, sizeof *landing->u_in);
+    for (size_t i = 0; i < landing->rows * MR_TRANSDUCERS; i++)
+        landing->u_in[i] = 12.0 * result.sample_u_ft[i];
+    for (int j = 0; j <= MATS; j++)
+        landing->gap_end_in[j] = 12.0 * result.gap_ft[j + 1];
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+static void survey(const double *gap_in)
+{
+    float sum_in[MR_SEGMENTS] = {0};
+    for (unsigned j = 0; j < MR_SEGMENTS * 10u; j++)
+        sum_in[j / 10u] += (float)gap_in[j];
+    mr_predictor_survey(&predictor, sum_in);
+}
+
+/* Plays it; `spoil` may change what is told. */
+static void play(const struct landing *landing, void (*spoil)(struct mr_predictor_input *, unsigned ms))
+{
+    unsigned last = (unsigned)(stop_s(landing) * 1000.0) + 200u;
+    mr_predictor_arm(&predictor);
+    for (unsigned ms = 0; ms < last; ms++) {
+        struct mr_predictor_input input = gear_at(landing, 1e-3 * ms);
+        if (spoil)
+            spoil(&input, ms);
+        mr_predictor_block(&predictor, &input);
+    }
+    mr_predictor_zone(&predictor, &zone);
+}
+
+static void assert_sane(void)
+{
+    mr_predictor_zone(&predictor, &zone);
+    for (unsigned j = 0; j <= predictor.config.chain.mats; j++)
+        assert_true(predictor.gap_ft[j] >= 0.0f && predictor.gap_ft[j] <= predictor.config.chain.slack_ft);
+    assert_true(zone.mats <= predictor.config.chain.mats + 4u);
+    assert_true(zone.grit_scale > 0.1f && zone.grit_scale < 10.0f);
+}
+
+/* --- closed forms --- */
+
+/* P_c = w L / (2 h0); and n = F / (f w) mats are closed when nothing but friction resists. */
+static void critical_compression_and_length(void **state)
+{
+    (void)state;
+    struct mr_predictor_config config = rig();
+    config.grit_lb = 0.0f;
+    config.level = MR_PREDICTOR_PLOUGH;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    struct landing landing = {.speed_ft_s = 28.0, .braking_ft_s2 = 4.0};
+    struct mr_predictor_input input = gear_at(&landing, 1.0);
+    mr_predictor_block(&predictor, &input);
+    mr_predictor_zone(&predictor, &zone);
+    assert_true(fabs((double)zone.critical_lb - MAT_LB * MAT_FT / (2.0 * 0.0036)) < 1e-3);
+    double mats = GEAR_LB / 12.0 * 4.0 / G_FT_S2 / (0.5 * MAT_LB); /* 57.8 */
+    assert_true(fabs(zone.coming_mats - mats) < 2.5);
+    assert_int_equal(zone.verdict, MR_PREDICTOR_WARNING);
+    assert_true(fabs((double)zone.mats - mats) < 2.5);
+}
+
+static double plough_closes_in(float grit_lb)
+{
+    struct mr_predictor_config config = rig();
+    config.grit_lb = grit_lb;
+    config.level = MR_PREDICTOR_PLOUGH;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    struct landing landing = {.speed_ft_s = 28.0, .braking_ft_s2 = 4.0};
+    double before_in = 0.0, after_in = 0.0;
+    struct mr_predictor_input input = gear_at(&landing, 1.0);
+    unsigned mat = (unsigned)((double)input.wheel_ft / MAT_FT) + 1u;
+    for (unsigned j = mat; j < MATS; j++)
+        before_in += 12.0 * (double)predictor.gap_ft[j];
+    mr_predictor_block(&predictor, &input);
+    for (unsigned j = mat + 1u; j <= MATS; j++)
+        after_in += 12.0 * (double)mr_chain_opening_ft(&predictor.chain, j);
+    assert_true(fabs(before_in - after_in - 12.0 * (double)mr_chain_displacement_ft(&predictor.chain, mat)) < 1e-4);
+    return before_in - after_in;
+}
+
+/* What closes ahead is what the wheel's mat has moved, and no more closes the more resists. */
+static void plough_keeps_lengths(void **state)
+{
+    (void)state;
+    double free_in = plough_closes_in(0.0f), gritty_in = plough_closes_in(10.0f);
+    assert_true(free_in > 0.8 && gritty_in > 0.05 && gritty_in < 0.7 * free_in);
+    assert_true(plough_closes_in(1000.0f) < 0.02);
+}
+
+/* --- against the fine chain --- */
+
+static void follows_the_fine_chain(void **state)
+{
+    (void)state;
+    static double gap_in[MATS + 1];
+    struct landing landing = {.speed_ft_s = 33.0, .braking_ft_s2 = 8.0};
+    struct mr_predictor_config config = rig();
+    find_truth(&landing, 11, gap_in);
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    survey(gap_in);
+    play(&landing, NULL);
+    assert_true(!(zone.basis & (MR_PREDICTOR_BLIND | MR_PREDICTOR_NO_MOTION | MR_PREDICTOR_DEGRADED | MR_PREDICTOR_FELL_BACK)));
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        assert_int_equal(predictor.doubt[i], MR_PREDICTOR_TRUSTED);
+    /* The sums of openings over 35 joints between stations are what the fine chain has, though each joint differs. */
+    mr_predictor_fold(&predictor);
+    for (unsigned s = 4; s < 10; s++) {
+        double off_in = 0.0;
+        for (unsigned j = 35 * s; j < 35 * (s + 1); j++)
+            off_in += 12.0 * (double)predictor.gap_ft[j] - landing.gap_end_in[j];
+        assert_true(fabs(off_in) < 0.12); /* 0.6 in as laid */
+    }
+    free(landing.u_in);
+}
+
+static unsigned bad_channel;
+
+static void stuck(struct mr_predictor_input *input, unsigned ms)
+{
+    (void)ms;
+    input->displacement_in[bad_channel] = 0.0f;
+}
+
+static void drifting(struct mr_predictor_input *input, unsigned ms)
+{
+    input->displacement_in[bad_channel] += 0.2f * 1e-3f * (float)ms;
+}
+
+static void lost(struct mr_predictor_input *input, unsigned ms)
+{
+    (void)ms;
+    input->displacement_in[bad_channel] = NAN;
+}
+
+static void a_bad_channel_is_left_out(void **state)
+{
+    (void)state;
+    static double gap_in[MATS + 1];
+    struct landing landing = {.speed_ft_s = 35.5, .braking_ft_s2 = 8.0};
+    struct mr_predictor_config config = rig();
+    static const struct {
+        void (*spoil)(struct mr_predictor_input *, unsigned);
+        unsigned channel, doubt;
+    } faults[] = {{stuck, 1, MR_PREDICTOR_DISAGREES}, {drifting, 7, MR_PREDICTOR_DRIFTS}, {lost, 2, MR_PREDICTOR_MISSING}};
+    find_truth(&landing, 12, gap_in);
+    for (unsigned k = 0; k < 3; k++) {
+        bad_channel = faults[k].channel;
+        assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+        survey(gap_in);
+        play(&landing, faults[k].spoil);
+        for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+            assert_int_equal(predictor.doubt[i], i == bad_channel ? faults[k].doubt : MR_PREDICTOR_TRUSTED);
+    }
+    free(landing.u_in);
+}
+
+/* --- what is missing --- */
+
+static void without_channels_it_runs_blind(void **state)
+{
+    (void)state;
+    struct landing landing = {.speed_ft_s = 28.0, .braking_ft_s2 = 5.0};
+    struct mr_predictor_config config = rig();
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    play(&landing, NULL);
+    assert_true(zone.basis & MR_PREDICTOR_BLIND);
+    assert_false(zone.basis & (MR_PREDICTOR_BRACKETED | MR_PREDICTOR_SURVEY));
+    assert_int_equal(zone.age_blocks, predictor.block);
+    assert_true(zone.mats > 5); /* it has ploughed */
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        config.station_ft[i] = NAN;
+    struct mr_predictor_zone seen = zone;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    play(&landing, NULL);
+    assert_memory_equal(&seen, &zone, sizeof seen); /* not fitted is as good as lost */
+}
+
+/* All gaps 0.01 in: a segment has 0.1 in of slack. Station 40 has moved by what 40 to 60 holds (70 joints, 0.7 in), 50 by half. */
+static void without_switches_it_is_kinematic(void **state)
+{
+    (void)state;
+    struct mr_predictor_config config = rig();
+    float sum_in[MR_SEGMENTS];
+    struct mr_predictor_input input = {.wheel_ft = NAN, .speed_ft_s = NAN, .deceleration_ft_s2 = NAN};
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        sum_in[s] = 0.1f;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_survey(&predictor, sum_in);
+    mr_predictor_arm(&predictor);
+    mr_predictor_block(&predictor, &input);
+    mr_predictor_zone(&predictor, &zone);
+    assert_int_equal(zone.mats, 0);
+    input.displacement_in[0] = 0.70f;
+    input.displacement_in[1] = 0.35f;
+    mr_predictor_block(&predictor, &input);
+    mr_predictor_zone(&predictor, &zone);
+    assert_int_equal(zone.level, MR_PREDICTOR_KINEMATIC);
+    assert_true(zone.basis & MR_PREDICTOR_NO_MOTION);
+    assert_true(fabs((double)zone.start_ft - 40.0) < 3.0 && fabs((double)zone.end_ft - 60.0) < 3.0);
+    assert_int_equal(zone.verdict, MR_PREDICTOR_WARNING);
+    mr_predictor_fold(&predictor); /* and the next landing begins with it */
+    mr_predictor_arm(&predictor);
+    mr_predictor_zone(&predictor, &zone);
+    assert_true(fabs((double)zone.start_ft - 40.0) < 3.0 && fabs((double)zone.end_ft - 60.0) < 3.0);
+}
+
+static void level_follows_the_budget(void **state)
+{
+    (void)state;
+    struct landing landing = {.speed_ft_s = 35.5, .braking_ft_s2 = 8.0};
+    struct mr_predictor_config config = rig();
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    play(&landing, NULL);
+    uint32_t whole = predictor.updates, blocks = predictor.block;
+    assert_int_equal(zone.level, MR_PREDICTOR_FULL);
+    config.updates_per_block = whole / blocks / 3u;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    enum mr_predictor_level worst = MR_PREDICTOR_FULL, before = MR_PREDICTOR_FULL;
+    for (unsigned ms = 0; ms < blocks + 5000u; ms++) {
+        struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
+        mr_predictor_block(&predictor, &input);
+        assert_true(abs((int)predictor.level - (int)before) <= 1);
+        before = predictor.level;
+        worst = before > worst ? before : worst;
+        mr_predictor_zone(&predictor, &zone);
+        assert_int_equal(!(zone.basis & MR_PREDICTOR_DEGRADED), before == MR_PREDICTOR_FULL);
+    }
+    assert_true(worst > MR_PREDICTOR_FULL);
+    assert_int_equal(before, MR_PREDICTOR_FULL); /* at rest for 5 s: recovered */
+    assert_true(predictor.updates < whole / 2u);
+}
+
+/* --- what is wrong --- */
+
+static unsigned wrong_kind;
+
+static void wrong(struct mr_predictor_input *input, unsigned ms)
+{
+    static const float values[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 0.0f};
+    float value = values[wrong_kind % 6];
+    if (ms % 400 < 300)
+        return;
+    switch (wrong_kind / 6) {
+    case 0: input->wheel_ft = value; break;
+    case 1: input->speed_ft_s = value; break;
+    case 2: input->deceleration_ft_s2 = value; break;
+    default:
+        for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+            input->displacement_in[i] = value;
+    }
+}
+
+static void wrong_inputs_end_in_sane_statements(void **state)
+{
+    (void)state;
+    struct landing landing = {.speed_ft_s = 28.0, .braking_ft_s2 = 5.0};
+    struct mr_predictor_config config = rig();
+    bool fell_back = false;
+    for (wrong_kind = 0; wrong_kind < 24; wrong_kind++) {
+        assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+        play(&landing, wrong);
+        fell_back = fell_back || zone.basis & MR_PREDICTOR_FELL_BACK;
+        mr_predictor_fold(&predictor);
+        assert_sane();
+    }
+    assert_true(fell_back);
+}
+
+static void extremes_stay_bounded(void **state)
+{
+    (void)state;
+    for (unsigned k = 0; k < 10; k++) {
+        struct mr_predictor_config config = rig();
+        struct landing landing = {.speed_ft_s = 30.0, .braking_ft_s2 = 6.0};
+        float sum_in[MR_SEGMENTS];
+        for (unsigned s = 0; s < MR_SEGMENTS; s++)
+            sum_in[s] = k == 3 ? 0.0f : k == 4 ? 0.30f : k == 5 ? 3.0f : NAN; /* 5: in other units */
+        switch (k) {
+        case 0: landing.braking_ft_s2 = 32.0; break;
+        case 1: config.chain.friction_lb = (float)(0.05 * MAT_LB); break;
+        case 2: config.chain.friction_lb = (float)MAT_LB; break;
+        case 6: config.chain.mats = 1; break;
+        case 7: config.chain.mats = MR_CHAIN_MATS; break;
+        case 8: config.grit_lb = 0.0f; config.chain.friction_lb = 0.0f; break;
+        case 9: config.thrust_lb_per_g *= 12.0f; break; /* all axles on one strip */
+        default: break;
+        }
+        assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+        mr_predictor_survey(&predictor, sum_in);
+        for (unsigned n = 0; n < 3; n++) {
+            play(&landing, NULL);
+            assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
+            mr_predictor_fold(&predictor);
+            assert_sane();
+        }
+    }
+}
+
+static void impossible_parameters_are_refused(void **state)
+{
+    (void)state;
+    struct mr_predictor_config config = rig();
+    config.chain.kl_lb_ft *= 10.0f; /* limit: 2/sqrt(4 KL/m) / (1 + ...) falls below the step */
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_NUMERICS);
+    config = rig();
+    config.chain.mass_slug = NAN;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_USAGE);
+    config = rig();
+    config.chain.mats = MR_CHAIN_MATS + 1u;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_USAGE);
+    config = rig();
+    config.thrust_lb_per_g = INFINITY;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_USAGE);
+    config = rig();
+    config.bump_ft = 0.0f;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_USAGE);
+}
+
+/* --- what is kept --- */
+
+static void state_survives(void **state)
+{
+    (void)state;
+    static struct mr_predictor_state kept, again;
+    struct landing landing = {.speed_ft_s = 30.0, .braking_ft_s2 = 7.0};
+    struct mr_predictor_config config = rig();
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    play(&landing, NULL);
+    mr_predictor_fold(&predictor);
+    mr_predictor_zone(&predictor, &zone);
+    struct mr_predictor_zone before = zone;
+    mr_predictor_save(&predictor, &kept);
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    assert_int_equal(mr_predictor_load(&predictor, &kept), MR_OK);
+    mr_predictor_save(&predictor, &again);
+    assert_memory_equal(&kept, &again, sizeof kept);
+    mr_predictor_arm(&predictor);
+    mr_predictor_zone(&predictor, &zone);
+    assert_int_equal(zone.mats, before.mats);
+    assert_true(zone.mats > 5);
+    again.gap_hmil[17] = 60000;
+    assert_int_equal(mr_predictor_load(&predictor, &again), MR_MALFORMED);
+    again = kept;
+    again.scale = NAN;
+    assert_int_equal(mr_predictor_load(&predictor, &again), MR_MALFORMED);
+    again = kept;
+    again.mats--;
+    assert_int_equal(mr_predictor_load(&predictor, &again), MR_MALFORMED);
+    mr_predictor_save(&predictor, &again);
+    assert_memory_equal(&kept, &again, sizeof kept); /* refused: nothing has changed */
+}
+
+static void survey_is_taken_over(void **state)
+{
+    (void)state;
+    struct landing landing = {.speed_ft_s = 30.0, .braking_ft_s2 = 7.0};
+    struct mr_predictor_config config = rig();
+    float sum_in[MR_SEGMENTS];
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    for (unsigned pass = 0; pass < 2; pass++) {
+        for (unsigned s = 0; s < MR_SEGMENTS; s++)
+            sum_in[s] = s == 7 ? NAN : 0.007f * (float)s;
+        mr_predictor_survey(&predictor, sum_in);
+        for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+            double sum = 0.0;
+            for (unsigned j = 10u * s; j < 10u * (s + 1u); j++)
+                sum += 12.0 * (double)predictor.gap_ft[j];
+            if (s != 7)
+                assert_true(fabs(sum - (double)sum_in[s]) <= 0.0101); /* what the reading's error allows is left alone */
+        }
+        play(&landing, NULL);
+        mr_predictor_fold(&predictor);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(critical_compression_and_length),
+        cmocka_unit_test(plough_keeps_lengths),
+        cmocka_unit_test(follows_the_fine_chain),
+        cmocka_unit_test(a_bad_channel_is_left_out),
+        cmocka_unit_test(without_channels_it_runs_blind),
+        cmocka_unit_test(without_switches_it_is_kinematic),
+        cmocka_unit_test(level_follows_the_budget),
+        cmocka_unit_test(wrong_inputs_end_in_sane_statements),
+        cmocka_unit_test(extremes_stay_bounded),
+        cmocka_unit_test(impossible_parameters_are_refused),
+        cmocka_unit_test(state_survives),
+        cmocka_unit_test(survey_is_taken_over),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,275 @@
+#include <math.h>
+#include <string.h>
+
+#include "common/closure.h"
+#include "common/gates.h"
+#include "common/predictor.h"
+#include "tests/score/score.h"
+
+#define NOISE_IN 0.0015
+#define GAIN_ERROR 0.001
+#define SURVEY_ERROR_IN 0.005
+#define SWITCH_ERROR_FT (0.02 / 12.0)
+#define TOLD_TOUCHDOWN_FT 3.0
+#define CLOSED_HMIL 100
+#define LOOK_AHEAD_FT 40.0f
+#define LAID_SUM_IN 0.175f /* ten gaps evenly up to 0.036 in, none beyond 0.030 */
+
+struct score_zone score_longest(const uint16_t *gap_hmil, double from_ft)
+{
+    struct score_zone best = {0, 0};
+    int from = from_ft > 0.0 ? (int)ceil(from_ft / SCORE_MAT_FT) : 0;
+    for (int first = from; first < SCORE_JOINTS; first++) {
+        int last_open = first - 10;
+        if (gap_hmil[first] > CLOSED_HMIL)
+            continue;
+        for (int j = first + 1; j < SCORE_JOINTS; j++) {
+            if (gap_hmil[j] > CLOSED_HMIL) {
+                if (j - last_open < 10)
+                    break;
+                last_open = j;
+            } else if (j - first > best.last - best.first) {
+                best = (struct score_zone){(int16_t)first, (int16_t)j};
+            }
+        }
+    }
+    return best;
+}
+
+/* Eight transducers as they are, drawn once a series. */
+struct rig {
+    float station_ft[MR_TRANSDUCERS];
+    double gain[MR_TRANSDUCERS];
+    bool missing[MR_TRANSDUCERS];
+};
+
+static void draw_rig(struct rig *rig, unsigned view, uint64_t *state)
+{
+    bool some = score_uniform(state) < 0.3;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        rig->station_ft[i] = view & SCORE_UPFIELD ? 10.0f * (float)(i + 1) : 40.0f + 10.0f * (float)i;
+        rig->gain[i] = 1.0 + GAIN_ERROR * score_normal(state);
+        rig->missing[i] = score_uniform(state) < 0.25 && some;
+        if (view & SCORE_UPFIELD && i == 7)
+            rig->station_ft[i] = NAN; /* 10 to 70 is seven */
+    }
+}
+
+static void read_survey(const struct score_landing *landing, float *sum_in, uint64_t *state)
+{
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        double sum = SURVEY_ERROR_IN * score_normal(state);
+        for (unsigned j = 0; j < MR_MATS_PER_SEGMENT; j++)
+            sum += (double)landing->gap_in[s * MR_MATS_PER_SEGMENT + j];
+        sum_in[s] = sum > 0.0 ? (float)sum : 0.0f;
+    }
+}
+
+static void read_transducers(const struct score_landing *landing, const struct rig *rig, unsigned ms, float *reading_in,
+                             uint64_t *state)
+{
+    unsigned row = ms / SCORE_ROW_MS;
+    double part = (double)(ms % SCORE_ROW_MS) / SCORE_ROW_MS;
+    if (row + 1 >= landing->rows) {
+        row = landing->rows - 2;
+        part = 1.0;
+    }
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        reading_in[i] = NAN;
+        if (isnan(rig->station_ft[i]) || rig->missing[i])
+            continue;
+        unsigned s = (unsigned)(rig->station_ft[i] / 10.0f + 0.5f) - 1u;
+        double u = (1.0 - part) * (double)landing->u_in[row][s] + part * (double)landing->u_in[row + 1][s];
+        reading_in[i] = (float)(u * rig->gain[i] + NOISE_IN * score_normal(state));
+    }
+}
+
+/* What the firmware knows of the gear: its own estimates, from the edges so far. */
+struct motion {
+    struct mr_gate gate[MR_GATES_MAX];
+    size_t gates, beyond;
+    struct mr_motion_estimate now;
+    bool known;
+};
+
+static void take_edges(struct motion *motion, const struct score_landing *landing, double t_s)
+{
+    bool news = false;
+    while (motion->gates < landing->edges && (double)landing->edge_s[motion->gates] + 0.005 <= t_s) {
+        motion->gate[motion->gates] = (struct mr_gate){(double)landing->edge_s[motion->gates],
+                                                       (double)landing->edge_ft[motion->gates]};
+        motion->beyond += motion->gate[motion->gates].station_ft >= TOLD_TOUCHDOWN_FT;
+        motion->gates++;
+        news = true;
+    }
+    if (!news)
+        return;
+    size_t skip = motion->beyond >= 2 ? motion->gates - motion->beyond : 0;
+    motion->known = mr_gates_now(motion->gate + skip, motion->gates - skip, SWITCH_ERROR_FT, &motion->now) == MR_OK;
+}
+
+static void tell_motion(const struct motion *motion, double t_s, struct mr_predictor_input *input)
+{
+    input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = NAN;
+    input->braking_known = false;
+    if (!motion->known)
+        return;
+    double v = motion->now.speed_ft_s.value, a = motion->now.deceleration_ft_s2.value;
+    input->braking_known = motion->beyond >= 3 && !isnan(a);
+    a = isnan(a) ? 0.0 : a;
+    double since_s = t_s - motion->now.t_s;
+    if (a > 0.0 && since_s > v / a)
+        since_s = v / a;
+    input->wheel_ft = (float)(motion->now.position_ft.value + (v - 0.5 * a * since_s) * since_s);
+    input->speed_ft_s = (float)(v - a * since_s);
+    input->deceleration_ft_s2 = (float)a;
+    input->on_runway = (double)input->wheel_ft >= TOLD_TOUCHDOWN_FT;
+}
+
+static struct score_zone said_zone(unsigned mats, float start_ft)
+{
+    int first = (int)(start_ft / (float)SCORE_MAT_FT + 0.5f);
+    return (struct score_zone){(int16_t)first, (int16_t)(first + (int)mats)};
+}
+
+struct player {
+    const struct score_truth *truth;
+    const struct score_sink *sink;
+    unsigned view;
+    struct rig rig;
+    struct mr_predictor predictor;
+    float slack_in[MR_SEGMENTS], left_in[MR_SEGMENTS]; /* of the kinematic method */
+    uint64_t noise;
+};
+
+static double event_of(const struct score_landing *landing, struct score_zone *zones, int16_t *most)
+{
+    double event_s = NAN;
+    for (unsigned k = 0; k < landing->looks; k++) {
+        double wheel_ft = (double)landing->wheel_ft[k];
+        zones[k] = score_longest(landing->gap_hmil[k], wheel_ft);
+        double near_ft = zones[k].first * SCORE_MAT_FT - wheel_ft;
+        bool at_it = wheel_ft > 0.0 && near_ft < SCORE_EVENT_FT && (double)landing->speed_at_ft_s[k] > SCORE_SLOW_FT_S;
+        int16_t mats = (int16_t)(zones[k].last - zones[k].first);
+        if (at_it && mats > *most)
+            *most = mats;
+        if (isnan(event_s) && at_it && mats >= SCORE_EVENT_MATS)
+            event_s = 1e-3 * SCORE_LOOK_MS * k;
+    }
+    return event_s;
+}
+
+/* As in common/predictor.c, from what is said. */
+static uint8_t start_class(const struct mr_predictor_zone *zone)
+{
+    return (uint8_t)((zone->basis & MR_PREDICTOR_SURVEY ? 4 : 0) + (zone->basis & MR_PREDICTOR_BRACKETED ? 2 : 0) +
+                     (zone->distance_ft > 1.0f ? 1 : 0));
+}
+
+static uint8_t end_class(const struct mr_predictor_zone *zone)
+{
+    return (uint8_t)((zone->basis & MR_PREDICTOR_SURVEY ? 6 : 0) + (zone->basis & MR_PREDICTOR_BRACKETED ? 3 : 0) +
+                     (zone->mats >= 60 ? 2 : zone->mats >= 40 ? 1 : 0));
+}
+
+/* One look: what both methods say, beside the truth. */
+static void look(struct player *player, const struct score_landing *landing, unsigned k, const struct score_zone *zones,
+                 const struct mr_predictor_input *input, struct score_outcome *outcome)
+{
+    double t_s = 1e-3 * SCORE_LOOK_MS * k;
+    struct mr_predictor_zone zone;
+    struct mr_closure_zone closed;
+    mr_predictor_zone(&player->predictor, &zone);
+    const struct mr_closure_input kinematic = {.station_ft = player->rig.station_ft, .displacement_in = input->displacement_in,
+                                               .slack_in = player->slack_in, .wheel_ft = input->wheel_ft,
+                                               .speed_ft_s = input->speed_ft_s,
+                                               .deceleration_ft_s2 = input->deceleration_ft_s2};
+    mr_closure_find(&kinematic, &closed, player->left_in);
+    if (!(t_s > (double)outcome->event_s)) {
+        if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)
+            outcome->warned_s[SCORE_PREDICTOR] = (float)t_s;
+        if (isnan(outcome->warned_s[SCORE_KINEMATIC]) && closed.mats >= SCORE_EVENT_MATS &&
+            !(closed.start_ft - input->wheel_ft > LOOK_AHEAD_FT))
+            outcome->warned_s[SCORE_KINEMATIC] = (float)t_s;
+    }
+    outcome->rank[SCORE_BY_HINDSIGHT] = fmaxf(outcome->rank[SCORE_BY_HINDSIGHT], player->predictor.deceleration_ft_s2);
+    if (k == 0 || !(t_s > (double)outcome->event_s - SCORE_AHEAD_S)) {
+        float by[SCORE_RANKS] = {(float)zone.coming_mats,
+                                 player->predictor.deceleration_ft_s2, (float)landing->number, (float)closed.mats};
+        for (unsigned r = 0; r < SCORE_BY_HINDSIGHT; r++)
+            outcome->rank[r] = fmaxf(outcome->rank[r], by[r]);
+    }
+    if (isnan(input->wheel_ft) || !(landing->speed_at_ft_s[k] > (float)SCORE_SLOW_FT_S) || landing->wheel_ft[k] < 12.5f)
+        return;
+    for (unsigned m = 0; m < SCORE_METHODS; m++) {
+        struct score_look seen = {.truth = zones[k], .start_error = NAN, .end_error = NAN,
+                                  .series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
+                                  .view = (uint8_t)player->view, .method = (uint8_t)m};
+        seen.said = m == SCORE_PREDICTOR ? said_zone(zone.mats, zone.start_ft) : said_zone(closed.mats, closed.start_ft);
+        if (m == SCORE_PREDICTOR) {
+            seen.start_error = zone.start_error_ft / (float)SCORE_MAT_FT;
+            seen.end_error = zone.end_error_ft / (float)SCORE_MAT_FT;
+            seen.start_class = start_class(&zone);
+            seen.end_class = end_class(&zone);
+        }
+        player->sink->look(player->sink->ctx, &seen);
+    }
+}
+
+static void play_landing(struct player *player, const struct score_landing *landing)
+{
+    static struct score_zone zones[SCORE_LOOKS_MAX];
+    struct score_outcome outcome = {.series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
+                                    .view = (uint8_t)player->view, .warned_s = {NAN, NAN}, .known_s = NAN};
+    struct motion motion = {.gates = 0};
+    struct mr_predictor_input input = {.wheel_ft = NAN};
+    outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
+    if (player->view & SCORE_SURVEYED) {
+        read_survey(landing, player->slack_in, &player->noise);
+        mr_predictor_survey(&player->predictor, player->slack_in);
+    } else {
+        for (unsigned s = 0; s < MR_SEGMENTS; s++)
+            player->slack_in[s] = landing->number == 1 ? LAID_SUM_IN : player->left_in[s];
+    }
+    mr_predictor_arm(&player->predictor);
+    unsigned last = (unsigned)(landing->stop_s * 1000.0) + 300u;
+    for (unsigned ms = 0; ms < last; ms++) {
+        double t_s = 1e-3 * ms;
+        take_edges(&motion, landing, t_s);
+        tell_motion(&motion, t_s, &input);
+        if (isnan(outcome.known_s) && input.braking_known)
+            outcome.known_s = (float)t_s;
+        read_transducers(landing, &player->rig, ms, input.displacement_in, &player->noise);
+        if (ms % SCORE_LOOK_MS == 0 && ms / SCORE_LOOK_MS < landing->looks)
+            look(player, landing, ms / SCORE_LOOK_MS, zones, &input, &outcome);
+        mr_predictor_block(&player->predictor, &input);
+    }
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        outcome.doubted = (uint8_t)(outcome.doubted + (player->predictor.doubt[i] > MR_PREDICTOR_MISSING));
+    outcome.updates = (float)player->predictor.updates;
+    mr_predictor_fold(&player->predictor);
+    player->sink->outcome(player->sink->ctx, &outcome);
+}
+
+void score_play(const struct score_truth *truth, unsigned view, unsigned level, const struct score_sink *sink)
+{
+    static struct player player;
+    const struct score_series *series = &truth->series;
+    memset(&player, 0, sizeof player);
+    player.truth = truth;
+    player.sink = sink;
+    player.view = view;
+    player.noise = 0xd15ea5e0000u + 8u * series->number + view;
+    draw_rig(&player.rig, view, &player.noise);
+    struct mr_predictor_config config = {
+        .chain = {.mats = SCORE_MATS, .mat_length_ft = (float)SCORE_MAT_FT, .mass_slug = 0.466f / 32.174f,
+                  .friction_lb = 0.466f * (float)series->told_friction, .kl_lb_ft = 2.9e5f, .cl_lb_s_ft = 5.0f,
+                  .slack_ft = 0.0025f, .step_s = 1e-3f / 6.0f},
+        .grit_lb = 10.0f, .thrust_lb_per_g = 1300.0f / 12.0f, .deceleration_ft_s2 = 5.0f, .bump_ft = 0.0036f,
+        .mat_weight_lb = 0.466f, .updates_per_block = 1u << 30, .level = (enum mr_predictor_level)level};
+    memcpy(config.station_ft, player.rig.station_ft, sizeof config.station_ft);
+    if (mr_predictor_start(&player.predictor, &config) != MR_OK)
+        return;
+    for (uint32_t i = 0; i < series->landings; i++)
+        play_landing(&player, &truth->landing[i]);
+}

@@ -1,0 +1,278 @@
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/score/score.h"
+
+#define RESAMPLES 1000
+#define OVERLAP 0.5
+
+static const char *const rank_names[SCORE_RANKS] = {"predictor", "thrust alone", "landing count", "kinematic", "thrust, later"};
+
+static int by_value(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static double quantile(float *values, size_t count, double part)
+{
+    if (!count)
+        return NAN;
+    qsort(values, count, sizeof *values, by_value);
+    return (double)values[(size_t)(part * (double)(count - 1) + 0.5)];
+}
+
+static int mats_of(struct score_zone zone)
+{
+    return zone.last - zone.first;
+}
+
+static bool same(struct score_zone a, struct score_zone b)
+{
+    int low = a.first > b.first ? a.first : b.first, high = a.last < b.last ? a.last : b.last;
+    int shorter = mats_of(a) < mats_of(b) ? mats_of(a) : mats_of(b);
+    return shorter > 0 && high - low >= OVERLAP * shorter;
+}
+
+static void calibrate(const struct score_look *looks, size_t count, bool end, unsigned class)
+{
+    float *off = malloc((count + 1) * sizeof *off);
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_look *l = &looks[i];
+        if (l->method != SCORE_PREDICTOR || mats_of(l->truth) < SCORE_ZONE_MATS || !same(l->truth, l->said) ||
+            (end ? l->end_class : l->start_class) != class)
+            continue;
+        off[n++] = fabsf((float)(end ? l->said.last - l->truth.last : l->said.first - l->truth.first));
+    }
+    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, (quantile(off, n, 0.95) + 0.5) / 1.96, n);
+    free(off);
+}
+
+void score_calibrate(const struct score_look *looks, size_t count)
+{
+    printf("\n95 %% points of the errors, and half a mat, over 1.96\n");
+    for (unsigned class = 0; class < SCORE_START_CLASSES; class++)
+        calibrate(looks, count, false, class);
+    for (unsigned class = 0; class < SCORE_END_CLASSES; class++)
+        calibrate(looks, count, true, class);
+}
+
+struct rank_value {
+    float rank;
+    bool event;
+};
+
+static int by_rank(const void *a, const void *b)
+{
+    float x = ((const struct rank_value *)a)->rank, y = ((const struct rank_value *)b)->rank;
+    return (x > y) - (x < y);
+}
+
+double score_auc(const float *rank, const bool *event, size_t count)
+{
+    struct rank_value *sorted = calloc(count ? count : 1, sizeof *sorted);
+    double sum = 0.0, events = 0.0, others = 0.0;
+    for (size_t i = 0; i < count; i++)
+        sorted[i] = (struct rank_value){rank[i], event[i]};
+    qsort(sorted, count, sizeof *sorted, by_rank);
+    for (size_t i = 0; i < count;) {
+        double here = 0.0, quiet = 0.0;
+        float value = sorted[i].rank;
+        for (; i < count && !(sorted[i].rank > value); i++) {
+            here += sorted[i].event;
+            quiet += !sorted[i].event;
+        }
+        sum += here * (others + 0.5 * quiet);
+        events += here;
+        others += quiet;
+    }
+    free(sorted);
+    return events > 0.0 && others > 0.0 ? sum / (events * others) : (double)NAN;
+}
+
+static const char *view_name(unsigned view)
+{
+    static const char *const names[SCORE_VIEWS] = {"no survey, 40-110", "survey, 40-110", "no survey, 10-70", "survey, 10-70"};
+    return names[view];
+}
+
+static void print_zones(const struct score_look *looks, size_t count)
+{
+    float *start = malloc(count * sizeof *start), *end = malloc(count * sizeof *end);
+    printf("zone ends, mats (true zones of %d and more, every %d ms while the wheel rolls)\n", SCORE_ZONE_MATS, SCORE_LOOK_MS);
+    printf("%-20s %-10s %7s | start: median  90 %% | end: median  90 %%  bias | missed  false | 95 %% holds: start   end\n", "view",
+           "method", "zones");
+    size_t all = 0, all_start = 0, all_end = 0;
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        for (unsigned method = 0; method < SCORE_METHODS; method++) {
+            size_t matched = 0, zones = 0, said = 0, missed = 0, falsely = 0, stated = 0, held_start = 0, held_end = 0;
+            double bias = 0.0;
+            for (size_t i = 0; i < count; i++) {
+                const struct score_look *l = &looks[i];
+                if (l->view != view || l->method != method)
+                    continue;
+                bool true_one = mats_of(l->truth) >= SCORE_ZONE_MATS, both = same(l->truth, l->said);
+                zones += true_one;
+                said += mats_of(l->said) >= SCORE_ZONE_MATS;
+                missed += true_one && !both;
+                falsely += mats_of(l->said) >= SCORE_ZONE_MATS && !(both && 2 * mats_of(l->truth) >= mats_of(l->said));
+                if (!true_one || !both)
+                    continue;
+                float off_start = (float)(l->said.first - l->truth.first), off_end = (float)(l->said.last - l->truth.last);
+                start[matched] = fabsf(off_start);
+                end[matched++] = fabsf(off_end);
+                bias += (double)off_end;
+                if (isnan(l->end_error) || l->series < SCORE_TRAINED)
+                    continue;
+                stated++;
+                held_start += fabsf(off_start) <= 1.96f * l->start_error;
+                held_end += fabsf(off_end) <= 1.96f * l->end_error;
+            }
+            printf("%-20s %-10s %7zu | %13.0f %5.0f | %11.0f %5.0f %5.1f | %5.1f%% %5.1f%%", view_name(view),
+                   method == SCORE_PREDICTOR ? "predictor" : "kinematic", zones, quantile(start, matched, 0.5),
+                   quantile(start, matched, 0.9), quantile(end, matched, 0.5), quantile(end, matched, 0.9),
+                   bias / (double)matched, 100.0 * (double)missed / (double)zones, 100.0 * (double)falsely / (double)said);
+            if (stated)
+                printf(" | %17.1f%% %5.1f%%", 100.0 * (double)held_start / (double)stated,
+                       100.0 * (double)held_end / (double)stated);
+            printf("\n");
+            all += stated;
+            all_start += held_start;
+            all_end += held_end;
+        }
+    }
+    printf("all views, series from %d on: 95 %% intervals hold at the start in %.1f %%, at the end in %.1f %%\n", SCORE_TRAINED, 100.0 * (double)all_start / (double)all,
+           100.0 * (double)all_end / (double)all);
+    free(start);
+    free(end);
+}
+
+static void print_warnings(const struct score_outcome *outcomes, size_t count)
+{
+    float *lead = malloc((count + 1) * sizeof *lead);
+    printf("\nwarnings (event: the wheel within %.0f ft of a zone of %d compressed mats or more)\n", SCORE_EVENT_FT, SCORE_EVENT_MATS);
+    printf("%-20s %-10s %8s %7s | %5s %6s (with a true zone below %d mats) | lead: median s, part of events warned %.1f s before\n",
+           "view", "method", "landings", "events", "hit", "false", SCORE_ZONE_MATS, SCORE_AHEAD_S);
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        for (unsigned method = 0; method < SCORE_METHODS; method++) {
+            size_t landings = 0, events = 0, hits = 0, alarms = 0, early = 0, far = 0;
+            for (size_t i = 0; i < count; i++) {
+                const struct score_outcome *o = &outcomes[i];
+                if (o->view != view)
+                    continue;
+                landings++;
+                if (isnan(o->event_s)) {
+                    alarms += isnan(o->warned_s[method]) ? 0 : 1;
+                    far += !isnan(o->warned_s[method]) && o->most_mats < SCORE_ZONE_MATS ? 1 : 0;
+                    continue;
+                }
+                events++;
+                if (isnan(o->warned_s[method]))
+                    continue;
+                lead[hits++] = o->event_s - o->warned_s[method];
+                early += (double)(o->event_s - o->warned_s[method]) >= SCORE_AHEAD_S;
+            }
+            printf("%-20s %-10s %8zu %7zu | %4.0f%% %5.0f%% (%3.0f%%) | %6.2f %13.0f%%\n", view_name(view),
+                   method == SCORE_PREDICTOR ? "predictor" : "kinematic", landings, events, 100.0 * (double)hits / (double)events,
+                   100.0 * (double)alarms / (double)(landings - events), 100.0 * (double)far / (double)(landings - events), quantile(lead, hits, 0.5),
+                   100.0 * (double)early / (double)events);
+        }
+    }
+    free(lead);
+}
+
+/* The difference of two areas when whole series are drawn again with replacement. */
+static void bootstrap(const struct score_outcome *outcomes, const size_t *of, size_t count, unsigned rank, double *low, double *high)
+{
+    size_t series_count = 0;
+    size_t *begin = malloc((count + 1) * sizeof *begin);
+    float *one = malloc(2 * count * SCORE_LANDINGS * sizeof *one), *two = one + count * SCORE_LANDINGS;
+    bool *event = malloc(count * SCORE_LANDINGS);
+    static float differences[RESAMPLES];
+    uint64_t state = 0xb007;
+    for (size_t i = 0; i < count; i++) {
+        if (i == 0 || outcomes[of[i]].series != outcomes[of[i - 1]].series)
+            begin[series_count++] = i;
+    }
+    begin[series_count] = count;
+    size_t used = 0;
+    for (unsigned r = 0; r < RESAMPLES; r++) {
+        size_t n = 0;
+        for (size_t k = 0; k < series_count; k++) {
+            size_t s = (size_t)(score_uniform(&state) * (double)series_count);
+            for (size_t i = begin[s]; i < begin[s + 1]; i++, n++) {
+                one[n] = outcomes[of[i]].rank[SCORE_BY_PREDICTOR];
+                two[n] = outcomes[of[i]].rank[rank];
+                event[n] = !isnan(outcomes[of[i]].event_s);
+            }
+        }
+        double difference = score_auc(one, event, n) - score_auc(two, event, n);
+        if (!isnan(difference))
+            differences[used++] = (float)difference;
+    }
+    *low = quantile(differences, used, 0.025);
+    *high = quantile(differences, used, 0.975);
+    free(begin);
+    free(one);
+    free(event);
+}
+
+/* `knowable`: without the events that come before anybody can know the braking and still be SCORE_AHEAD_S ahead. */
+static void print_ranks(const struct score_outcome *outcomes, size_t count, bool knowable)
+{
+    float *rank = malloc((count + 1) * sizeof *rank);
+    bool *event = malloc(count + 1);
+    size_t *of = malloc((count + 1) * sizeof *of);
+    printf("\nranking landings %.1f s before%s: area under the curve, and the predictor's lead with its 95 %% bootstrap interval\n",
+           SCORE_AHEAD_S, knowable ? ", events at least as long after braking is known" : "");
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        double own = NAN;
+        for (unsigned r = 0; r < SCORE_RANKS; r++) {
+            size_t n = 0;
+            for (size_t i = 0; i < count; i++) {
+                if (outcomes[i].view != view ||
+                    (knowable && !isnan(outcomes[i].event_s) && !((double)(outcomes[i].event_s - outcomes[i].known_s) >= SCORE_AHEAD_S)))
+                    continue;
+                of[n] = i;
+                rank[n] = outcomes[i].rank[r];
+                event[n++] = !isnan(outcomes[i].event_s);
+            }
+            double auc = score_auc(rank, event, n);
+            printf("%-20s %-14s %.3f", view_name(view), rank_names[r], auc);
+            if (r == SCORE_BY_PREDICTOR) {
+                own = auc;
+                printf("\n");
+                continue;
+            }
+            double low, high;
+            bootstrap(outcomes, of, n, r, &low, &high);
+            printf("   %+.3f (%+.3f to %+.3f)\n", own - auc, low, high);
+        }
+    }
+    free(rank);
+    free(event);
+    free(of);
+}
+
+static void print_rest(const struct score_outcome *outcomes, size_t count)
+{
+    size_t doubted = 0;
+    double updates = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        doubted += outcomes[i].doubted;
+        updates += (double)outcomes[i].updates;
+    }
+    printf("\nsound transducers left out: %zu in %zu landings; mat updates a landing: %.0f\n", doubted, count, updates / (double)count);
+}
+
+void score_print(const struct score_look *looks, size_t look_count, const struct score_outcome *outcomes, size_t outcome_count)
+{
+    print_zones(looks, look_count);
+    print_warnings(outcomes, outcome_count);
+    print_ranks(outcomes, outcome_count, false);
+    print_ranks(outcomes, outcome_count, true);
+    print_rest(outcomes, outcome_count);
+}

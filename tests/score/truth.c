@@ -1,0 +1,275 @@
+#include "tests/score/truth.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/sim.h"
+
+#define VERSION 4u
+#define STEP_S 2.5e-5
+#define G_FT_S2 32.174
+#define GEAR_LB 1300.0
+#define AXLES 12.0
+#define MAT_LB 0.466
+#define SLACK_IN 0.030
+#define GAP_MOST_IN 0.036
+#define NODE_S 1e-3
+#define AFTER_STOP_S 0.3
+#define LOOK_MOST_FT 118.0 /* the runway ends at 120 ft */
+#define LEAD_S 0.4 /* rolling on the track before touchdown */
+#define SWITCH_ERROR_FT (0.02 / 12.0)
+
+double score_uniform(uint64_t *state)
+{
+    uint64_t z = *state += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return (double)((z ^ z >> 31) >> 11) * 0x1p-53;
+}
+
+double score_normal(uint64_t *state)
+{
+    double u = 1.0 - score_uniform(state);
+    return sqrt(-2.0 * log(u)) * cos(6.283185307179586 * score_uniform(state));
+}
+
+static double between(uint64_t *state, double low, double high)
+{
+    return low + (high - low) * score_uniform(state);
+}
+
+static double draw_grit_lb(const struct score_series *series, uint64_t *state)
+{
+    double m = series->grit_mean_lb;
+    switch (series->grit_shape) {
+    case 1: return -m * log(1.0 - score_uniform(state));
+    case 2: return m * (score_uniform(state) + score_uniform(state));
+    case 3: return score_uniform(state) < 0.25 ? 0.0 : between(state, 0.0, 2.0 * m / 0.75);
+    default: return between(state, 0.0, 2.0 * m);
+    }
+}
+
+static void draw_series(struct score_series *series, uint32_t number, uint64_t *state)
+{
+    *series = (struct score_series){.number = number};
+    series->landings = 1u + (uint32_t)(SCORE_LANDINGS * score_uniform(state));
+    series->friction = between(state, 0.4, 0.9);
+    series->told_friction = series->friction * fmax(0.5, 1.0 + 0.1 * score_normal(state));
+    series->kl_lb_ft = 2.9e5 * exp(between(state, -0.5, 0.4));
+    series->cl_lb_s_ft = between(state, 2.0, 10.0);
+    series->thrust_share = between(state, 0.7, 1.3);
+    series->grit_mean_lb = 10.0 * exp(between(state, -0.6, 0.4));
+    series->grit_shape = (uint32_t)(4.0 * score_uniform(state));
+    series->touchdown_ft = between(state, 2.0, 4.0);
+}
+
+/* The gear: rolls on, brakes from touchdown with an onset, a change from one deceleration to another, and a ripple. */
+struct gear {
+    double v0_ft_s, touchdown_ft, touchdown_s;
+    double first_ft_s2, last_ft_s2, bend_from_s, bend_to_s, onset_s;
+    double ripple[3], ripple_hz[3], turn[3];
+};
+
+static double braking_ft_s2(const struct gear *gear, double t_s)
+{
+    double since_s = t_s - gear->touchdown_s;
+    if (since_s <= 0.0)
+        return 0.0;
+    double onset = fmin(since_s / gear->onset_s, 1.0);
+    double bend = fmin(fmax((since_s - gear->bend_from_s) / (gear->bend_to_s - gear->bend_from_s), 0.0), 1.0);
+    double wave = 1.0;
+    for (int i = 0; i < 3; i++)
+        wave += gear->ripple[i] * sin(6.283185307179586 * (gear->ripple_hz[i] * since_s + gear->turn[i]));
+    return onset * onset * (3.0 - 2.0 * onset) * (gear->first_ft_s2 + bend * (gear->last_ft_s2 - gear->first_ft_s2)) * wave;
+}
+
+static void draw_gear(struct gear *gear, const struct score_series *series, uint64_t *state)
+{
+    gear->v0_ft_s = between(state, 24.0, 40.0);
+    gear->touchdown_ft = series->touchdown_ft;
+    gear->touchdown_s = LEAD_S;
+    double stop_ft = between(state, 55.0, 114.0), ratio = between(state, 0.8, 1.6);
+    double mean_ft_s2 = gear->v0_ft_s * gear->v0_ft_s / (2.0 * (stop_ft - gear->touchdown_ft));
+    gear->first_ft_s2 = mean_ft_s2 * 2.0 / (1.0 + ratio);
+    gear->last_ft_s2 = gear->first_ft_s2 * ratio;
+    gear->bend_from_s = between(state, 0.2, 2.0);
+    gear->bend_to_s = gear->bend_from_s + between(state, 0.3, 3.0);
+    gear->onset_s = between(state, 0.03, 0.1);
+    for (int i = 0; i < 3; i++) {
+        gear->ripple[i] = between(state, 0.003, 0.02);
+        gear->ripple_hz[i] = between(state, 0.5, 6.0);
+        gear->turn[i] = score_uniform(state);
+    }
+}
+
+/* Path of the thrust, looks and edges. */
+static void roll(struct score_landing *landing, const struct gear *gear, const struct score_series *series,
+                 struct sim_path_row *rows, size_t *count, uint64_t *state)
+{
+    double at_ft = gear->touchdown_ft - LEAD_S * gear->v0_ft_s, v_ft_s = gear->v0_ft_s;
+    double switch_ft[SCORE_SWITCHES];
+    unsigned next = 0;
+    for (unsigned i = 0; i < SCORE_SWITCHES; i++)
+        switch_ft[i] = -2.5 + 5.0 * i + SWITCH_ERROR_FT * (2.0 * score_uniform(state) - 1.0);
+    *count = 0;
+    landing->speed_ft_s = gear->v0_ft_s;
+    landing->touchdown_s = LEAD_S;
+    for (unsigned k = 0; v_ft_s > 0.0; k++) {
+        double t_s = NODE_S * k, a = braking_ft_s2(gear, t_s + 0.5 * NODE_S);
+        if (k % SCORE_LOOK_MS == 0 && landing->looks < SCORE_LOOKS_MAX && at_ft < LOOK_MOST_FT) {
+            landing->wheel_ft[landing->looks] = (float)at_ft;
+            landing->speed_at_ft_s[landing->looks++] = (float)v_ft_s;
+        }
+        if (k % 5 == 0 && at_ft > 0.0 && at_ft < SCORE_MATS * SCORE_MAT_FT) /* rows are joined by straight lines */
+            rows[(*count)++] = (struct sim_path_row){t_s, at_ft, series->thrust_share * GEAR_LB / AXLES *
+                                                                     braking_ft_s2(gear, t_s) / G_FT_S2};
+        double to_ft = at_ft + v_ft_s * NODE_S - 0.5 * a * NODE_S * NODE_S;
+        for (; next < SCORE_SWITCHES && switch_ft[next] <= to_ft; next++) {
+            if (switch_ft[next] < at_ft)
+                continue;
+            landing->edge_s[landing->edges] = (float)(t_s + NODE_S * (switch_ft[next] - at_ft) / (to_ft - at_ft));
+            landing->edge_ft[landing->edges++] = (float)(-2.5 + 5.0 * next);
+        }
+        at_ft = to_ft;
+        v_ft_s -= a * NODE_S;
+        landing->stop_s = t_s + NODE_S;
+        landing->stop_ft = at_ft;
+    }
+    rows[*count] = (struct sim_path_row){landing->stop_s, at_ft, 0.0};
+    (*count)++;
+}
+
+static bool land(const struct score_series *series, struct score_landing *landing, const double *gap_ft, const double *grit_lb,
+                 double *gap_end_ft, uint64_t *state)
+{
+    static struct sim_path_row rows[SCORE_ROWS_MAX];
+    static double stations_ft[SCORE_STATIONS], looks_s[SCORE_LOOKS_MAX];
+    struct error error = {0};
+    struct sim_scene scene;
+    struct sim_result result;
+    struct gear gear;
+    size_t count;
+    draw_gear(&gear, series, state);
+    roll(landing, &gear, series, rows, &count, state);
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.mats = SCORE_MATS;
+    scene.length_ft = SCORE_MAT_FT;
+    scene.weight_lb = MAT_LB;
+    scene.friction = series->friction;
+    scene.kl_lb_ft = series->kl_lb_ft;
+    scene.cl_lb_s_ft = series->cl_lb_s_ft;
+    scene.slack_ft = SLACK_IN / 12.0;
+    scene.left = scene.right = SIM_FIXED;
+    scene.v0_ft_s = 0.0;
+    scene.t_dwell_s = AFTER_STOP_S;
+    for (unsigned i = 0; i < landing->looks; i++)
+        looks_s[i] = 1e-3 * SCORE_LOOK_MS * i;
+    for (int i = 0; i < SCORE_STATIONS; i++)
+        stations_ft[i] = 10.0 * (i + 1);
+    const struct sim_options options = {.dt_s = STEP_S, .rtol = 0.5, .sample_dt_s = 1e-3 * SCORE_ROW_MS, .station_ft = stations_ft,
+                                        .station_count = SCORE_STATIONS};
+    bool good = sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS, &error) == MR_OK &&
+                sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS, &error) == MR_OK &&
+                sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks, &error) == MR_OK &&
+                sim_scene_set_path(&scene, rows, count, &error) == MR_OK &&
+                sim_run(&scene, &options, &result, &error) == MR_OK;
+    if (!good) {
+        fprintf(stderr, "score: series %u, landing %u: %s\n", series->number, landing->number, error.text);
+        return false;
+    }
+    landing->rows = result.sample_count < SCORE_ROWS_MAX ? (uint32_t)result.sample_count : SCORE_ROWS_MAX;
+    for (unsigned k = 0; k < landing->rows; k++) {
+        for (int i = 0; i < SCORE_STATIONS; i++)
+            landing->u_in[k][i] = (float)(12.0 * result.sample_u_ft[k * SCORE_STATIONS + (size_t)i]);
+    }
+    for (unsigned k = 0; k < landing->looks && k < result.output_count; k++) {
+        const double *u_ft = result.outputs[k].u_ft;
+        for (int j = 1; j <= SCORE_JOINTS; j++) {
+            double opening_ft = gap_ft[j - 1] + (j <= SCORE_MATS ? u_ft[j] : 0.0) - (j > 1 ? u_ft[j - 1] : 0.0);
+            landing->gap_hmil[k][j - 1] = (uint16_t)(fmax(0.0, opening_ft) * 12e5 + 0.5);
+        }
+    }
+    for (int j = 1; j <= SCORE_JOINTS; j++) {
+        double g = result.gap_ft[j];
+        gap_end_ft[j - 1] = fmin(fmax(g, 0.0), SLACK_IN / 12.0);
+    }
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+    return true;
+}
+
+static bool compute(struct score_truth *truth, uint32_t number)
+{
+    static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
+    uint64_t state = 0x5c0e0000u + number;
+    memset(truth, 0, sizeof *truth);
+    draw_series(&truth->series, number, &state);
+    for (int j = 0; j < SCORE_JOINTS; j++) {
+        gap_ft[j] = fmin(GAP_MOST_IN * score_uniform(&state), SLACK_IN) / 12.0;
+        grit_lb[j] = draw_grit_lb(&truth->series, &state);
+    }
+    for (uint32_t i = 0; i < truth->series.landings; i++) {
+        struct score_landing *landing = &truth->landing[i];
+        landing->number = i + 1;
+        for (int j = 0; j < SCORE_JOINTS; j++)
+            landing->gap_in[j] = (float)(12.0 * gap_ft[j]);
+        if (!land(&truth->series, landing, gap_ft, grit_lb, gap_ft, &state))
+            return false;
+    }
+    return true;
+}
+
+/* A landing on disk: only the rows and looks it has. */
+static bool carry(struct score_landing *landing, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
+{
+    size_t head = offsetof(struct score_landing, u_in);
+    return move(landing, head, 1, file) == 1 && landing->rows <= SCORE_ROWS_MAX && landing->looks <= SCORE_LOOKS_MAX &&
+           move(landing->u_in, sizeof landing->u_in[0], landing->rows, file) == landing->rows &&
+           move(landing->wheel_ft, sizeof(float), landing->looks, file) == landing->looks &&
+           move(landing->speed_at_ft_s, sizeof(float), landing->looks, file) == landing->looks &&
+           move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) == landing->looks;
+}
+
+static size_t put(void *from, size_t size, size_t count, FILE *file)
+{
+    return fwrite(from, size, count, file);
+}
+
+static bool carry_all(struct score_truth *truth, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
+{
+    uint32_t version = VERSION;
+    if (move(&version, sizeof version, 1, file) != 1 || version != VERSION ||
+        move(&truth->series, sizeof truth->series, 1, file) != 1 || truth->series.landings > SCORE_LANDINGS)
+        return false;
+    for (uint32_t i = 0; i < truth->series.landings; i++) {
+        if (!carry(&truth->landing[i], file, move))
+            return false;
+    }
+    return true;
+}
+
+bool score_truth_get(struct score_truth *truth, uint32_t number, const char *folder)
+{
+    char path[512], made[528];
+    snprintf(path, sizeof path, "%s/truth-%u.bin", folder, number);
+    snprintf(made, sizeof made, "%s.new", path);
+    FILE *file = fopen(path, "rb");
+    if (file) {
+        bool good = carry_all(truth, file, fread);
+        fclose(file);
+        if (good)
+            return true;
+    }
+    if (!compute(truth, number))
+        return false;
+    file = fopen(made, "wb");
+    if (!file || !carry_all(truth, file, put) || fclose(file) != 0 || rename(made, path) != 0) {
+        fprintf(stderr, "score: %s cannot be written; is the disk full?\n", path);
+        return false;
+    }
+    return true;
+}
