@@ -756,7 +756,7 @@ static void a_missing_page_costs_17_pages(void **state)
 {
     (void)state;
     white = true;
-    fetch(land(2, 100, 2000), 0);
+    fetch(land(2, 100, 600), 0);
     unsigned whole = check_pages().blocks;
     for (size_t missing = 1; missing < page_count; missing++) {
         struct mr_boxread reader;
