@@ -725,13 +725,38 @@ static void a_page_beyond_the_end_is_the_end(void **state)
     fail_msg("reading never ended");
 }
 
+/* A sector that begins blank and is not, as an erase that the power cut off leaves it: found by looking when there is time, erased,
+ * and once all have been looked at there is nothing to be done. */
+static void what_only_begins_blank_is_found_and_erased(void **state)
+{
+    (void)state;
+    static const uint32_t at[] = {7 * NOR_SECTOR + 1000, 2000 * NOR_SECTOR + NOR_SECTOR - 1};
+    for (unsigned i = 0; i < COUNT_OF(at); i++)
+        fake_nor.cell[at[i]] = 0x55;
+    boot();
+    assert_true(get_ready(1000));
+    for (unsigned n = 0; n < 200000 && !box.all_looked; n++) {
+        index_now += 20;
+        ms_passes();
+    }
+    assert_true(box.all_looked);
+    for (unsigned i = 0; i < COUNT_OF(at); i++)
+        assert_int_equal(fake_nor.cell[at[i]], 0xff);
+    assert_int_equal(fake_nor.erases, COUNT_OF(at));
+    assert_int_equal(box.dirty + box.bad, 0);
+    for (unsigned n = 0; n < 1000; n++)
+        index_now += 20, ms_passes();
+    assert_true(blackbox_idle(&box));
+    assert_int_equal(fake_nor.erases, COUNT_OF(at));
+}
+
 /* What cannot be read from where the reader was: any page of a record may be missing; then at most the 16 pages to the next key and the
  * page itself are lost with it, and what is told is true. */
 static void a_missing_page_costs_17_pages(void **state)
 {
     (void)state;
     white = true;
-    fetch(land(2, 100, 2000), 0);
+    fetch(land(2, 100, 600), 0);
     unsigned whole = check_pages().blocks;
     for (size_t missing = 1; missing < page_count; missing++) {
         struct mr_boxread reader;
@@ -776,6 +801,7 @@ int main(void)
         cmocka_unit_test_setup(a_mark_that_does_not_hold_frees_nothing, fresh),
         cmocka_unit_test_setup(an_unreadable_start_page_costs_the_landings_number, fresh),
         cmocka_unit_test_setup(a_page_beyond_the_end_is_the_end, fresh),
+        cmocka_unit_test_setup(what_only_begins_blank_is_found_and_erased, fresh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
