@@ -69,6 +69,11 @@ enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings
     return MR_OK;
 }
 
+void store_wait(struct store *store, double most_s)
+{
+    sqlite3_busy_timeout(store->database, (int)(1000.0 * most_s));
+}
+
 static double now_s(void)
 {
     struct timespec now;

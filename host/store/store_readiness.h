@@ -25,6 +25,8 @@ enum mr_status store_readiness_get(struct store *store, const char *board_uid, c
 enum mr_status store_board_spans(struct store *store, const char *board_uid, float span_lb[MR_GAGES], int64_t *started_us,
                                  struct error *error);
 enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings, struct error *error);
+/* From now on wait at most so long for another program that writes. */
+void store_wait(struct store *store, double most_s);
 /* Goes through the pages for `most_s` at most. `*whole`: it came to the end. MR_MALFORMED: damaged, `error` says how. */
 enum mr_status store_check(struct store *store, double most_s, bool *whole, struct error *error);
 

@@ -110,6 +110,72 @@ another_image() { # the landing ran the program of another build
     sqlite3 "$tmp/campaign.db" 'update landings set image_crc = image_crc - 1'
     return $status
 }
+somebody_writes() { # another program holds the campaign: told, and what was found is printed though not kept
+    local kept writer status
+    kept=$(sqlite3 "$tmp/campaign.db" 'select count(*) from readiness')
+    mkfifo "$tmp/hold"
+    timeout 60 python3 - "$tmp/campaign.db" "$tmp/hold" <<'P' &
+import sqlite3, sys
+db = sqlite3.connect(sys.argv[1], isolation_level=None)
+db.execute("begin immediate")
+open(sys.argv[2], "w").close()
+open(sys.argv[2]).close()
+P
+    writer=$!
+    timeout 20 cat "$tmp/hold"
+    only_no_go '' 'database +.*locked'
+    status=$?
+    timeout 5 bash -c ": >'$tmp/hold'"
+    wait $writer
+    [ $status = 0 ] && [ "$(sqlite3 "$tmp/campaign.db" 'select count(*) from readiness')" = "$kept" ]
+}
+# from_state STATE: matrig ready once the board's CAN has told that state of landing 5, which nobody disarms
+from_state() {
+    local board relay status
+    grep -Ev '^(end |command 8.875)' tests/runs/landing5.run >"$tmp/undisarmed.run"
+    printf 'end %s\n' "$(gzip -c "$tmp/undisarmed.run" | tail -c 8 | head -c 4 | od -An -tx4 | tr -d ' ')" >>"$tmp/undisarmed.run"
+    timeout 60 build/matrig-board --elf $elf --can "file:$tmp/state.log" --serial "unix:$sockets/serial" --rig "$tmp/undisarmed.run" --for 60 2>"$tmp/board.err" &
+    board=$!
+    timeout 40 python3 - "$sockets/serial" "$sockets/relay" "$tmp/state.log" " 0A0#0$1" <<'P' &
+import os, select, socket, sys, time
+for _ in range(100):
+    try:
+        board = socket.socket(socket.AF_UNIX)
+        board.connect(sys.argv[1])
+        break
+    except OSError:
+        time.sleep(0.05)
+while not (os.path.exists(sys.argv[3]) and sys.argv[4].encode() in open(sys.argv[3], "rb").read()):
+    if select.select([board], [], [], 0.05)[0]:
+        board.recv(1 << 20)
+door = socket.socket(socket.AF_UNIX)
+door.bind(sys.argv[2])
+door.listen(1)
+host = door.accept()[0]
+while True:
+    for s in select.select([board, host], [], [])[0]:
+        data = s.recv(65536)
+        if not data:
+            sys.exit(0)
+        (host if s is board else board).sendall(data)
+P
+    relay=$!
+    for _ in $(seq 200); do
+        [ -S "$sockets/relay" ] && break
+        sleep 0.05
+    done
+    timeout 30 build/matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/relay" >"$tmp/ready.txt" 2>&1
+    status=$?
+    kill -INT $board 2>/dev/null
+    wait $board $relay 2>/dev/null
+    cat "$tmp/ready.txt"
+    return $status
+}
+after_a_landing() { # band 2 of landing 5 is slack and its switches are open; its record is in the black box
+    from_state 4
+    [ $? = 1 ] && grep -Eq '^GO +board .*idle' "$tmp/ready.txt" && grep -Eq '^NO-GO +band 2' "$tmp/ready.txt" && grep -Eq '^NO-GO +switches .*switches are open' "$tmp/ready.txt" &&
+        grep -Eq '^GO +black box +ready, .* 1 records not freed' "$tmp/ready.txt"
+}
 pretension() {
     rig slack lb=80
     with_board --rig "$tmp/slack.run" --for 60 -- "$tmp/campaign.db"
@@ -169,6 +235,8 @@ check "no-go: no thermometer answers" no_go 'at 0.01 thermometer dead' 'thermome
 check "no-go: the disk is too small" only_no_go '' 'disk .*\[1000000000 MB, as given\]' --room 1e9
 check "no-go: both bands are slack" pretension
 check "no-go: a switch was left open, by name" a_latch_left_open
+check "no-go: another program holds the database" somebody_writes
+check "after a landing: what it left behind" after_a_landing
 check "walk: all answer" all_answer
 check "walk: switches 7 and 8 are swapped" swapped_switches
 check "walk: no landing, nothing recorded" a_walk_is_no_landing
