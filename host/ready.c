@@ -426,8 +426,8 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
     bool lit = (f->test.done & lamp) == lamp && !(f->test.failed & lamp);
     c = ready_add(report, lit ? READY_GO : READY_NO_GO, "warning lamp", "%s",
                   lit                                            ? "lights and goes out"
-                  : f->test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? mr_self_test_text(MR_SELF_TEST_LAMP_ON)
-                  : f->test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? mr_self_test_text(MR_SELF_TEST_LAMP_OFF)
+                  : f->test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
+                  : f->test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
                                                                  : "not tested");
     advise(c, "look at lamp, fuse and driver on PE0; the read-back is PE3");
 }
