@@ -107,9 +107,12 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
                                         "basis", (int)zone->basis));
         return;
     }
-    printf("%7.3f %7.1f %6u %6.1f +- %-4.1f %6.1f +- %-4.1f %7u %7.1f %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
+    char coming[16] = "-";
+    if (zone->coming_mats)
+        snprintf(coming, sizeof coming, "%.1f", (double)zone->coming_ft);
+    printf("%7.3f %7.1f %6u %6.1f +- %-4.1f %6.1f +- %-4.1f %7u %7s %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
            (double)zone->start_ft, 1.96 * (double)zone->start_error_ft, (double)zone->end_ft, 1.96 * (double)zone->end_error_ft,
-           zone->coming_mats, (double)zone->coming_ft, (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
+           zone->coming_mats, coming, (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
            zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
 }
 

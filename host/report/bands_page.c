@@ -42,6 +42,7 @@ void bands_page(const struct bands_summary *bands, const struct measured *measur
     char head[60], text[400];
     snprintf(head, sizeof head, "before, %s", force->text);
     if (bands->bands) {
+        fputs("<h3>Bands</h3>\n", out);
         html_table(out, (const char *const[]){"band", head, "spread", "least", "most", "after", "recovered", NULL});
         for (size_t i = 0; i < bands->bands; i++) {
             const struct store_band *band = &bands->band[i];

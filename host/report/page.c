@@ -374,9 +374,8 @@ static void landing_section(FILE *out, const struct report_landing *landing, boo
         fputs("<h3>Transducers</h3>\n", out);
         channel_table(out, landing, si);
         fprintf(out,
-                "<p>Peaks are extremes of an %d ms moving mean; &plusmn; is one standard error from the "
-                "noise before the"
-                " landing, or the simulation's own estimate%s.</p>\n",
+                "<p>Peaks are extremes of an %d ms moving mean; &plusmn; is one standard error, calibration "
+                "and noise together, or the simulation's own estimate%s.</p>\n",
                 MEASURED_WINDOW, landing->simulations ? "" : ". No comparison has been run: matrig compare");
         fputs("<h3>Gages</h3>\n", out);
         gage_table(out, measured, si);
