@@ -37,11 +37,11 @@ fails_with() { # CODE PATTERN COMMAND...: that exit code, and one line on stderr
     [ $status -eq "$code" ] && [ "$(wc -l <err)" -eq 1 ] && grep -Eq -- "$pattern" err
 }
 db() { sqlite3 "$1.db" "$2"; }
-# matrig log in the background, as NAME: NAME.db, NAME.txt, NAME.err
+# matrig log in the background, as NAME: NAME.db, NAME.txt, NAME.err. It asks the board nothing, so that what it keeps is what others see.
 start_log() {
     local name=$1
     shift
-    "$@" matrig log $links --db $name.db >$name.txt 2>$name.err &
+    "$@" matrig log $links --listen --db $name.db >$name.txt 2>$name.err &
     logger=$!
     wait_for 20 test -s $name.db && usleep 300000
 }
