@@ -1,12 +1,11 @@
 #include "host/boxtalk.h"
 
-#include <errno.h>
-#include <poll.h>
 #include <string.h>
 #include <time.h>
 
 #include "common/command.h"
 #include "common/wire.h"
+#include "host/listen.h"
 
 #define ANSWER_S 10.0  /* without any, the board is taken not to listen */
 #define ROUNDS 6       /* of asking for what has not come */
@@ -66,8 +65,9 @@ static void take_slow(struct boxtalk *talk, uint16_t id, const uint8_t *bytes, s
     }
 }
 
-static enum mr_status take_frame(struct boxtalk *talk, const struct mr_frame *frame, struct error *error)
+static enum mr_status take_frame(void *context, const struct mr_frame *frame, struct error *error)
 {
+    struct boxtalk *talk = context;
     struct mr_hello hello;
     struct mr_ack ack;
     struct mr_box_end end;
@@ -122,24 +122,7 @@ static enum mr_status take_frame(struct boxtalk *talk, const struct mr_frame *fr
 /* What comes within a tenth of a second. */
 static enum mr_status listen(struct boxtalk *talk, struct error *error)
 {
-    uint8_t bytes[16384];
-    size_t length;
-    uint64_t host_us;
-    enum mr_status status = link_receive_bytes(talk->link, bytes, sizeof bytes, &length, &host_us, error);
-    if (status == MR_TOO_FEW) {
-        struct pollfd ready = {.fd = link_fd(talk->link), .events = POLLIN};
-        if (poll(&ready, 1, 100) < 0 && errno != EINTR)
-            return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno), link_spec(talk->link));
-        return MR_OK;
-    }
-    if (status == MR_CLOSED)
-        return error_set(error, MR_CLOSED, "the board closed the link: %s; is it still running?", link_spec(talk->link));
-    for (size_t i = 0; status == MR_OK && i < length; i++) {
-        struct mr_frame frame;
-        if (mr_deframer_push(&talk->deframer, bytes[i], &frame) == MR_OK)
-            status = take_frame(talk, &frame, error);
-    }
-    return status;
+    return listen_tenth(talk->link, &talk->deframer, take_frame, talk, error);
 }
 
 enum mr_status boxtalk_begin(struct boxtalk *talk, struct link *link, struct error *error)

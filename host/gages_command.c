@@ -1,7 +1,5 @@
 /* matrig gages: zero and shunt calibration of a board's channels, and what a bridge should be configured as. */
-#include <errno.h>
 #include <math.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +11,7 @@
 #include "host/analyse/bands.h"
 #include "host/cli.h"
 #include "host/link/link.h"
+#include "host/listen.h"
 
 #define ANSWER_S 10.0 /* a shunt calibration takes 0.9 s; hello comes once a second */
 #define TAG 0x6a67u
@@ -36,8 +35,9 @@ static double now_s(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static enum mr_status take_frame(struct talk *talk, const struct mr_frame *frame, struct error *error)
+static enum mr_status take_frame(void *context, const struct mr_frame *frame, struct error *error)
 {
+    struct talk *talk = context;
     const uint8_t *bytes = frame->payload;
     size_t length = frame->length;
     struct mr_hello hello;
@@ -80,24 +80,7 @@ static enum mr_status take_frame(struct talk *talk, const struct mr_frame *frame
 /* What comes within a tenth of a second. */
 static enum mr_status listen(struct talk *talk, struct error *error)
 {
-    uint8_t bytes[16384];
-    size_t length;
-    uint64_t host_us;
-    enum mr_status status = link_receive_bytes(talk->link, bytes, sizeof bytes, &length, &host_us, error);
-    if (status == MR_TOO_FEW) {
-        struct pollfd ready = {.fd = link_fd(talk->link), .events = POLLIN};
-        if (poll(&ready, 1, 100) < 0 && errno != EINTR)
-            return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno), link_spec(talk->link));
-        return MR_OK;
-    }
-    if (status == MR_CLOSED)
-        return error_set(error, MR_CLOSED, "the board closed the link: %s; is it still running?", link_spec(talk->link));
-    for (size_t i = 0; status == MR_OK && i < length; i++) {
-        struct mr_frame frame;
-        if (mr_deframer_push(&talk->deframer, bytes[i], &frame) == MR_OK)
-            status = take_frame(talk, &frame, error);
-    }
-    return status;
+    return listen_tenth(talk->link, &talk->deframer, take_frame, talk, error);
 }
 
 static enum mr_status wait_for(struct talk *talk, const bool *what, const char *name, struct error *error)

@@ -1,11 +1,10 @@
 #include "host/healthtalk.h"
 
-#include <errno.h>
-#include <poll.h>
 #include <string.h>
 #include <time.h>
 
 #include "common/command.h"
+#include "host/listen.h"
 
 #define ANSWER_S 10.0
 
@@ -30,8 +29,9 @@ static void forget(struct healthtalk *talk)
     memset(talk->fault, 0, sizeof talk->fault);
 }
 
-static enum mr_status take_frame(struct healthtalk *talk, const struct mr_frame *frame, struct error *error)
+static enum mr_status take_frame(void *context, const struct mr_frame *frame, struct error *error)
 {
+    struct healthtalk *talk = context;
     const uint8_t *bytes = frame->payload;
     size_t length = frame->length;
     struct mr_fault fault;
@@ -83,24 +83,7 @@ static enum mr_status take_frame(struct healthtalk *talk, const struct mr_frame 
 /* What comes within a tenth of a second. */
 static enum mr_status listen(struct healthtalk *talk, struct error *error)
 {
-    uint8_t bytes[16384];
-    size_t length;
-    uint64_t host_us;
-    enum mr_status status = link_receive_bytes(talk->link, bytes, sizeof bytes, &length, &host_us, error);
-    if (status == MR_TOO_FEW) {
-        struct pollfd ready = {.fd = link_fd(talk->link), .events = POLLIN};
-        if (poll(&ready, 1, 100) < 0 && errno != EINTR)
-            return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno), link_spec(talk->link));
-        return MR_OK;
-    }
-    if (status == MR_CLOSED)
-        return error_set(error, MR_CLOSED, "the board closed the link: %s; is it still running?", link_spec(talk->link));
-    for (size_t i = 0; status == MR_OK && i < length; i++) {
-        struct mr_frame frame;
-        if (mr_deframer_push(&talk->deframer, bytes[i], &frame) == MR_OK)
-            status = take_frame(talk, &frame, error);
-    }
-    return status;
+    return listen_tenth(talk->link, &talk->deframer, take_frame, talk, error);
 }
 
 static enum mr_status until_hello(struct healthtalk *talk, unsigned hellos, struct error *error)

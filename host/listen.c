@@ -1,0 +1,28 @@
+#include "host/listen.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <string.h>
+
+enum mr_status listen_tenth(struct link *link, struct mr_deframer *deframer, listen_frame *take, void *context,
+                            struct error *error)
+{
+    uint8_t bytes[16384];
+    size_t length;
+    uint64_t host_us;
+    enum mr_status status = link_receive_bytes(link, bytes, sizeof bytes, &length, &host_us, error);
+    if (status == MR_TOO_FEW) {
+        struct pollfd ready = {.fd = link_fd(link), .events = POLLIN};
+        if (poll(&ready, 1, 100) < 0 && errno != EINTR)
+            return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno), link_spec(link));
+        return MR_OK;
+    }
+    if (status == MR_CLOSED)
+        return error_set(error, MR_CLOSED, "the board closed the link: %s; is it still running?", link_spec(link));
+    for (size_t i = 0; status == MR_OK && i < length; i++) {
+        struct mr_frame frame;
+        if (mr_deframer_push(deframer, bytes[i], &frame) == MR_OK)
+            status = take(context, &frame, error);
+    }
+    return status;
+}
