@@ -68,7 +68,6 @@ static void take_slow(struct boxtalk *talk, uint16_t id, const uint8_t *bytes, s
 static enum mr_status take_frame(void *context, const struct mr_frame *frame, struct error *error)
 {
     struct boxtalk *talk = context;
-    struct mr_hello hello;
     struct mr_ack ack;
     struct mr_box_end end;
     struct mr_box_record record;
@@ -76,9 +75,8 @@ static enum mr_status take_frame(void *context, const struct mr_frame *frame, st
     size_t length = frame->length;
     switch (frame->type) {
     case MR_ID_HELLO:
-        if (mr_hello_get(&hello, bytes, length) == MR_OK && hello.layout != MR_LAYOUT)
-            return error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
-                             hello.layout, MR_LAYOUT, link_spec(talk->link));
+        if (listen_hello(talk->link, bytes, length, error) != MR_OK)
+            return MR_VERSION;
         talk->hello = true;
         break;
     case MR_ID_ACK:

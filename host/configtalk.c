@@ -8,6 +8,7 @@
 #include "common/command.h"
 #include "common/wire.h"
 #include "host/configtext.h"
+#include "host/listen.h"
 
 #define ANSWER_S 10.0  /* without any, the board is taken not to listen */
 #define WINDOW_S 2.0   /* without the answer to a window of words, they are sent again */
@@ -32,15 +33,13 @@ static void take_word(struct configtalk *talk, const struct mr_config_image *wor
 
 static enum mr_status take_message(struct configtalk *talk, uint32_t id, const uint8_t *bytes, size_t length, struct error *error)
 {
-    struct mr_hello hello;
     struct mr_ack ack;
     struct mr_config_image word;
     struct mr_config_staged staged;
     switch (id) {
     case MR_ID_HELLO:
-        if (mr_hello_get(&hello, bytes, length) == MR_OK && hello.layout != MR_LAYOUT)
-            return error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
-                             hello.layout, MR_LAYOUT, link_spec(talk->link));
+        if (listen_hello(talk->link, bytes, length, error) != MR_OK)
+            return MR_VERSION;
         talk->hello = true;
         break;
     case MR_ID_ACK:

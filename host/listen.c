@@ -4,6 +4,8 @@
 #include <poll.h>
 #include <string.h>
 
+#include "common/catalogue.h"
+
 enum mr_status listen_tenth(struct link *link, struct mr_deframer *deframer, listen_frame *take, void *context,
                             struct error *error)
 {
@@ -25,4 +27,13 @@ enum mr_status listen_tenth(struct link *link, struct mr_deframer *deframer, lis
             status = take(context, &frame, error);
     }
     return status;
+}
+
+enum mr_status listen_hello(const struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+{
+    struct mr_hello hello;
+    if (mr_hello_get(&hello, bytes, length) == MR_OK && hello.layout != MR_LAYOUT)
+        return error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
+                         hello.layout, MR_LAYOUT, link_spec(link));
+    return MR_OK;
 }

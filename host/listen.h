@@ -13,4 +13,7 @@ typedef enum mr_status listen_frame(void *context, const struct mr_frame *frame,
 enum mr_status listen_tenth(struct link *link, struct mr_deframer *deframer, listen_frame *take, void *context,
                             struct error *error);
 
+/* MR_OK: the hello is of a board that speaks this matrig's layout, or broken; else MR_VERSION. */
+enum mr_status listen_hello(const struct link *link, const uint8_t *bytes, size_t length, struct error *error);
+
 #endif
