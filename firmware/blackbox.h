@@ -58,7 +58,7 @@ struct blackbox {
     bool left_out;    /* by the configuration */
     uint32_t now_ms; /* block index */
 
-    uint8_t sector[NOR_SECTORS]; /* a record's place in `records`, or what else it is (blackbox.c) */
+    uint8_t sector[NOR_SECTORS]; /* a record's place in `records`, or what else it is (blackbox_parts.h) */
     unsigned ready, dirty, bad;  /* sectors erased, to be erased, not to be used */
     struct blackbox_record records[BLACKBOX_RECORDS];
     uint16_t next_record;

@@ -49,12 +49,3 @@ void zero_exchange(void)
         configured_code[i] = in_force;
     }
 }
-
-void zero_forget(void)
-{
-    for (unsigned i = 0; i < MR_CHANNELS; i++) {
-        if (zero_is_measured(i))
-            config.channel[i].zero_code = configured_code[i];
-    }
-    measured = 0;
-}

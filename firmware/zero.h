@@ -2,7 +2,7 @@
  *
  * A measured zero is in force at once: it is config.channel[].zero_code, so that whatever reads a channel uses it, and the
  * message channel_zero tells it, with `measured`, to the host and into every record. It is volatile: the configured one is
- * kept here, comes back with reset and with zero_forget, and is what a stored configuration must hold. */
+ * kept here, comes back with reset, and is what a stored configuration must hold. */
 #ifndef MATRIG_FIRMWARE_ZERO_H
 #define MATRIG_FIRMWARE_ZERO_H
 
@@ -19,7 +19,5 @@ uint32_t zero_take_changed(void);
 float zero_configured(unsigned channel);
 /* Swap: the configured zeros in force, and back again, doing it twice. For whoever tells the configuration. */
 void zero_exchange(void);
-/* The configured zeros again, all. Before the configuration is changed or stored. */
-void zero_forget(void);
 
 #endif

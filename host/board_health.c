@@ -36,8 +36,8 @@ static void print_health(const struct healthtalk *talk, const struct hil_symbols
     printf("brown-out      %s\n", brown_out_text(talk->restarts.brown_out));
     printf("stack          %u of %u bytes used at most\n", talk->upkeep.stack_used, talk->upkeep.stack_size);
     printf("memories       RAM gone through %u times, program %u times, idle\n", talk->upkeep.ram_tested, talk->upkeep.flash_checked);
-    printf("CAN            %s; TEC %u, REC %u, %u outages (last %.2f s)\n", mr_can_state_text(talk->alarm.state), talk->alarm.tec,
-           talk->alarm.rec, talk->alarm.outages, (double)talk->alarm.outage_s);
+    printf("CAN            %s; TEC %u, REC %u, %u %s (last %.2f s)\n", mr_can_state_text(talk->alarm.state), talk->alarm.tec,
+           talk->alarm.rec, talk->alarm.outages, talk->alarm.outages == 1 ? "outage" : "outages", (double)talk->alarm.outage_s);
     printf("CAN dropped    %u queue full, %u bus-off, %u nothing passed, %u silent\n", talk->drops.queue_full, talk->drops.bus_off,
            talk->drops.timeout, talk->drops.silent);
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {

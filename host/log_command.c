@@ -266,8 +266,8 @@ static void note_health(struct logger *logger)
     if (alarm && alarm->state > MR_CAN_GOOD)
         cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state), alarm->tec);
     else if (alarm && alarm->outages)
-        cli_note(logger->cli, "the board says of CAN: good again after %.2f s; %u outages since its reset", (double)alarm->outage_s,
-                 alarm->outages);
+        cli_note(logger->cli, "the board says of CAN: good again after %.2f s; %u %s since its reset", (double)alarm->outage_s,
+                 alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
 static void show_progress(struct logger *logger, bool last)
