@@ -18,9 +18,9 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libserialport-dev libc6-dev
+	libsundials-dev libserialport-dev libmd-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
-	gdb-multiarch gtkwave stm32flash
+	gdb-multiarch gtkwave stm32flash python3
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
@@ -49,7 +49,7 @@ app_lib := $(B)/host/libapp.a
 # only matrig and the tests of host link it, never matrig-board.
 HIL_LIBS := -lunicorn -lm
 HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
-	-lsundials_sunlinsolband -lm
+	-lsundials_sunlinsolband -lmd -lm
 
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin

@@ -5,6 +5,7 @@
 #include "host/analyse/film.h"
 #include "host/analyse/summary.h"
 #include "host/cli.h"
+#include "host/export_mdf4.h"
 #include "host/link/candump.h"
 #include "host/output.h"
 #include "host/run.h"
@@ -238,12 +239,13 @@ int export_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = cli_parse(argc, argv, options, 2, words, 2, 2, "DB RUN", &error);
     bool candump = format && strcmp(format, "candump") == 0;
     bool frames = format && strcmp(format, "frames") == 0;
+    bool mdf4 = format && strcmp(format, "mdf4") == 0;
     if (status == MR_OK && !format)
         status = error_set(
             &error, MR_USAGE,
-            "no format: matrig export needs --format csv, candump or frames; see matrig export --help");
-    if (status == MR_OK && !candump && !frames && strcmp(format, "csv") != 0)
-        status = error_set(&error, MR_USAGE, "unknown format: '%s'; use csv, candump or frames", format);
+            "no format: matrig export needs --format csv, candump, frames or mdf4; see matrig export --help");
+    if (status == MR_OK && !candump && !frames && !mdf4 && strcmp(format, "csv") != 0)
+        status = error_set(&error, MR_USAGE, "unknown format: '%s'; use csv, candump, frames or mdf4", format);
     if (status == MR_OK && cli->json && !path)
         status =
             error_set(&error, MR_USAGE,
@@ -261,6 +263,8 @@ int export_command(int argc, char **argv, const struct cli *cli)
             export_candump(store, run, out, cli, &rows, &error);
         else if (frames)
             export_frames(store, run, out, cli, &rows, &error);
+        else if (mdf4)
+            export_mdf4(store, run, out, cli->si, &rows, &error);
         else
             export_csv(store, run, out, cli, &rows, &error);
         output_close(out, path, &error);

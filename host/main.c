@@ -137,7 +137,7 @@ static const struct command commands[] = {
     {"report", report_command, "DB [-o F.html]", "the campaign as one page, with plots",
      "  DB             campaign database\n"
      "  -o F           where to write the page; else the database's name with .html\n"},
-    {"export", export_command, "DB RUN --format csv|candump|frames [-o F]", "one landing for other tools",
+    {"export", export_command, "DB RUN --format csv|candump|frames|mdf4 [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"
      "  --format candump\n"
@@ -145,6 +145,8 @@ static const struct command commands[] = {
      "                 (plus 1000000000 s, so that other tools take it for a date)\n"
      "  --format frames\n"
      "                 each frame of the camera's film: time, where the gear stood and how well that is known\n"
+     "  --format mdf4  ASAM MDF 4.10: readings and gear at 1 kHz with units and what is not valid, CAN frames as bus logging\n"
+     "                 with the DBC attached\n"
      "  -o F           where to write; else standard output\n"},
     {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
      "  -o F           where to write; else standard output\n"},

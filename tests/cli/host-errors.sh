@@ -28,7 +28,7 @@ check "can: carries no serial bytes" fails_with 2 "carries no serial bytes: can:
 check "compare without RUN" fails_with 2 "compare needs DB RUN" $matrig compare x.db
 check "RUN that is no number" fails_with 2 "not a RUN: 'last'" $matrig compare x.db last
 check "RUN 0" fails_with 2 "not a RUN: '0'" $matrig export x.db 0 --format csv
-check "export without a format" fails_with 2 "--format csv, candump or frames" $matrig export x.db 1
+check "export without a format" fails_with 2 "--format csv, candump, frames or mdf4" $matrig export x.db 1
 check "unknown format" fails_with 2 "unknown format: 'mdf'" $matrig export x.db 1 --format mdf
 check "JSON and data on one output" fails_with 2 "needs -o F" $matrig --json export x.db 1 --format csv
 check "report without a database" fails_with 2 "report needs DB" $matrig report
