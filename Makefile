@@ -22,6 +22,7 @@ DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsql
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash python3
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
+FUZZ_PACKAGES := $(TEST_PACKAGES) clang
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 
@@ -60,6 +61,9 @@ variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switc
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score
 
+fuzz_targets := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
+fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
+
 .PHONY: help
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -82,7 +86,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_programs) ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_programs) $(fuzz_programs) ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: test-linux
@@ -165,6 +169,8 @@ $(B)/.linux-packages: $(B)/.test-packages
 	$(call install_packages,$(LINUX_PACKAGES))
 $(B)/.coverage-packages: $(B)/.test-packages
 	$(call install_packages,$(COVERAGE_PACKAGES))
+$(B)/.fuzz-packages: $(B)/.test-packages
+	$(call install_packages,$(FUZZ_PACKAGES))
 
 # --- host side ---
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
@@ -320,6 +326,24 @@ $(B)/tests/conformance/images/%.elf: tests/conformance/images/%.c $(wildcard tes
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=gnu11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib \
 		-T tests/conformance/images/image.ld $< -lgcc -o $@
+
+# --- fuzzing ---
+# Parsers with sanitizers and libFuzzer, in a folder of their own, look for inputs (make fuzz); as they are, they are given what was
+# found before (make test): a second build with sanitizers would take as long as all other tests.
+SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=all
+
+.PHONY: fuzz
+fuzz: $(B)/.fuzz-packages ## SECONDS=600 PARSERS="candump ...": every parser, bytes by libFuzzer, with sanitizers: build/fuzz/table.txt
+	@$(MAKE) -s B=$(B)/fuzz CC="clang $(SANITIZE) -fsanitize=fuzzer-no-link" COVERAGE="-O1 -Wno-error" FUZZ_MAIN=-fsanitize=fuzzer \
+		$(patsubst %,$(B)/fuzz/tests/fuzz/fuzz_%,$(fuzz_targets))
+	@tests/fuzz/run.sh $(B)/fuzz $(or $(SECONDS),600) $(or $(PARSERS),$(fuzz_targets))
+
+FUZZ_MAIN = $(B)/tests/fuzz/replay.o
+$(fuzz_programs): | $(B)/tests/fuzz/replay.o
+$(patsubst %,$(B)/tests/fuzz/fuzz_%,$(filter-out board,$(fuzz_targets))): $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/file.o $(B)/tests/fuzz/store.o $(host_lib) $(common_lib)
+	$(CC) $^ $(FUZZ_MAIN) $(HOST_LIBS) -o $@
+$(B)/tests/fuzz/fuzz_board: $(B)/tests/fuzz/fuzz_board.o $(B)/tests/fuzz/file.o $(hil_lib) $(common_lib)
+	$(CC) -Wl,--start-group $^ -Wl,--end-group $(FUZZ_MAIN) $(HIL_LIBS) -o $@
 
 .SECONDARY:
 -include $(shell find $(B) -name '*.d' 2>/dev/null)

@@ -12,7 +12,7 @@
 #define MISSING_BITS 0x7fc00000u
 #define CODES 4095u
 
-_Static_assert((float)MR_CONFIG_STEP_CODES >= 2.0f * MR_STAIRCASE_TOLERANCE_CODES, "two steps within the tolerance of one name");
+_Static_assert(MR_CONFIG_STEP_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_CODES, "two steps within the tolerance of one name");
 
 #define GROUP(name, count) static const struct mr_config_field name##_fields[] = {
 #define INTEGER(group, type, field, least, most, unit, text) \

@@ -64,7 +64,7 @@ static bool take_id(struct cursor *at, uint32_t *id)
     }
     if (digits == 3 && value <= 0x7ff)
         *id = value;
-    else if (digits == 8 && value & LINK_ID_ERROR)
+    else if (digits == 8 && value & LINK_ID_ERROR && value <= (LINK_ID_ERROR | 0x1fffffff))
         *id = value;
     else if (digits == 8 && value <= 0x1fffffff)
         *id = value | LINK_ID_EXTENDED;
@@ -77,7 +77,7 @@ static bool take_data(struct cursor *at, struct link_frame *frame)
 {
     frame->length = 0;
     memset(frame->data, 0, sizeof frame->data);
-    if (take(at, 'R')) {
+    if (!(frame->id & LINK_ID_ERROR) && take(at, 'R')) {
         frame->id |= LINK_ID_REMOTE;
         if (at->p < at->end && *at->p >= '0' && *at->p <= '8')
             frame->length = (uint8_t)(*at->p++ - '0');

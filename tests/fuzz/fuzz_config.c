@@ -1,0 +1,29 @@
+/* Configurations as text. What is accepted is written and read again as the same. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/configtext.h"
+#include "tests/fuzz/fuzz.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static struct mr_config config, again;
+    struct error error = {0};
+    char *text = malloc(size + 1);
+    FUZZ_REQUIRE(text);
+    memcpy(text, data, size);
+    text[size] = '\0';
+    if (configtext_read(text, "fuzz", &config, &error) == MR_OK) {
+        char *written = configtext_write(&config);
+        FUZZ_REQUIRE(written && configtext_read(written, "fuzz", &again, &error) == MR_OK);
+        uint8_t one[MR_CONFIG_IMAGE], two[MR_CONFIG_IMAGE];
+        mr_config_encode(&config, one);
+        mr_config_encode(&again, two);
+        FUZZ_REQUIRE(memcmp(one, two, sizeof one) == 0);
+        free(written);
+    } else {
+        FUZZ_REQUIRE(error.text[0]);
+    }
+    free(text);
+    return 0;
+}
