@@ -10,6 +10,12 @@
  * One call per block (1 ms). Inputs are a function of block records, edges and commands alone; the level is chosen by counting mat
  * updates, never by time: a replay says the same. No heap, single precision, square root the only library call.
  *
+ * The search for zones is spread over blocks: MR_PREDICTOR_VISITS_PER_BLOCK joints in each, the budget counts them. A whole one takes
+ * 1,150 visits at most on 420 mats with the wheel at their beginning, 10 blocks, and fewer further on. The deciding sample is in most
+ * landings that of the switch edge that changes the deceleration: then the search begins anew in that block. What it finds on the
+ * way speaks at once when it is worse than what was said; what is better waits for the end. So a verdict is 10 blocks behind an
+ * edge at most; behind what grows by itself, 20.
+ *
  * Units: feet, pounds, seconds; displacements of transducers and gaps of surveys in inches as they are read. */
 #ifndef MATRIG_COMMON_PREDICTOR_H
 #define MATRIG_COMMON_PREDICTOR_H
@@ -20,11 +26,13 @@
 #include "common/block.h"
 #include "common/closure.h"
 #include "common/matchain.h"
+#include "common/zonescan.h"
 
 #define MR_PREDICTOR_LOOK_BLOCKS 50u     /* between statements: 20 Hz */
 #define MR_PREDICTOR_WARNING_MATS 50u    /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
 #define MR_PREDICTOR_ADVISORY_MATS 30u
-#define MR_PREDICTOR_TALLY_MATS 10u      /* of so many joints in a row of a zone one may be open */
+#define MR_PREDICTOR_VISITS_PER_BLOCK 128u /* joints looked at in a block, of the search for zones (common/zonescan.h) */
+#define MR_PREDICTOR_VISITS_PER_UPDATE 3u  /* so many of them cost about one mat update on the board */
 
 enum mr_predictor_level {
     MR_PREDICTOR_FULL,      /* every mat */
@@ -106,6 +114,12 @@ enum mr_predictor_doubt {
 struct mr_predictor {
     struct mr_predictor_config config;
     struct mr_chain chain;
+    struct mr_zonescan scan;          /* going on */
+    struct mr_zonescan_found found;   /* by the last complete one */
+    uint32_t found_block;             /* in which it was completed */
+    float scanned_ft_s2;              /* deceleration that the scan going on was begun with */
+    bool scan_begun_anew;             /* it took the place of an incomplete one */
+    uint8_t found_group;              /* mats in a group of `found` */
     float gap_ft[MR_CHAIN_MATS + 1u]; /* when the chain was started, by joint */
     float surveyed_in[MR_SEGMENTS];   /* sums; NaN: not surveyed since a landing */
     float scale;                      /* of the closing resistance */
@@ -116,7 +130,9 @@ struct mr_predictor {
     uint32_t block;                   /* since arming */
     uint32_t corrected_block;
     uint32_t updates;                 /* of this landing, mats */
-    uint32_t look_updates;            /* since the last look */
+    uint32_t visits;                  /* of this landing, joints */
+    uint32_t most_updates;            /* in one block of this landing, visits counted in */
+    uint32_t look_updates;            /* since the last look, visits counted in */
     unsigned calm_looks;              /* in a row in which the next better level would have fitted into the budget */
     unsigned failures;                /* guards that tripped in this landing */
     unsigned ploughed_mat;            /* last mat from which the plough has pushed */
@@ -148,7 +164,7 @@ void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
 /* A landing begins: displacements count from here. */
 void mr_predictor_arm(struct mr_predictor *predictor);
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
-/* What is to be said now. */
+/* What is to be said now. Cheap but for the level MR_PREDICTOR_KINEMATIC, where it sums up all joints: may be asked in every block. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
 /* The landing is over: what the joints have become is the start of the next one. */
 void mr_predictor_fold(struct mr_predictor *predictor);
