@@ -28,12 +28,20 @@
 #define DISAGREE_IN 0.25f
 #define DISAGREE_BLOCKS 300u
 
+#define MOST_FT 10000.0f            /* no place of a wheel */
+#define MOST_FT_S 300.0f
+#define MOST_FT_S2 64.0f            /* twice what locked wheels have */
 #define MOVED_IN 0.05f              /* without switches: something rolls */
 #define SAME_BRAKING 0.01f          /* a deceleration that differs by less does not begin a search anew */
 #define AT_WHEEL_FT 1.0f
 #define COARSER 1.5f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
+
+static bool between(float x, float least, float most)
+{
+    return x >= least && x <= most;
+}
 
 /* Evenly spread over 0..1: fractions of the multiples of an irrational number, in 24 bits. */
 static float spread(uint32_t i, uint32_t multiplier)
@@ -123,7 +131,10 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         unsigned first = s * MR_MATS_PER_SEGMENT, count = joints_in(p, s);
         float have_ft = sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
-        p->surveyed_in[s] = sum_in[s];
+        float most_in = IN_PER_FT * slack_ft * (float)count + 4.0f * SURVEY_ERROR_IN;
+        p->surveyed_in[s] = between(sum_in[s], -4.0f * SURVEY_ERROR_IN, most_in) ? sum_in[s] : MR_NAN;
+        if (__builtin_isnan(p->surveyed_in[s]))
+            continue;
         if (!(off_ft > error_ft || off_ft < -error_ft))
             continue;
         if (p->landings == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
@@ -178,6 +189,8 @@ static void fold_chain(struct mr_predictor *p)
             count = joints_of(p) - first;
         for (unsigned i = 0; i < count; i++)
             have_ft += p->gap_ft[first + i];
+        if (__builtin_isnan(to_ft))
+            continue; /* as it was */
         to_ft = to_ft < 0.0f ? 0.0f : to_ft > slack_ft * (float)count ? slack_ft * (float)count : to_ft;
         reopen(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
     }
@@ -305,14 +318,17 @@ static void fall_back(struct mr_predictor *p)
     begin_scan(p);
 }
 
+/* Whether these can be feet, pounds and seconds of a model runway: figures far from it are of another unit, mostly. */
 static bool sensible(const struct mr_predictor_config *config)
 {
-    const float positive[] = {config->thrust_lb_per_g, config->deceleration_ft_s2, config->bump_ft, config->mat_weight_lb};
-    for (unsigned i = 0; i < sizeof positive / sizeof positive[0]; i++) {
-        if (!(positive[i] > 0.0f && positive[i] < 1e9f))
-            return false;
-    }
-    return config->grit_lb >= 0.0f && config->grit_lb < 1e9f && config->level <= MR_PREDICTOR_PLOUGH;
+    const struct mr_chain_params *chain = &config->chain;
+    float length_ft = chain->mat_length_ft, weight_lb = config->mat_weight_lb;
+    return between(length_ft, 0.1f, 2.0f) && between(weight_lb, 0.01f, 100.0f) &&
+           between(chain->mass_slug * G_FT_S2 / weight_lb, 0.9f, 1.1f) && between(chain->friction_lb / weight_lb, 0.0f, 1.5f) &&
+           between(chain->slack_ft / length_ft, 0.0f, 0.05f) && between(config->bump_ft / length_ft, 1e-5f, 0.1f) &&
+           (chain->slack_ft == 0.0f || between(chain->kl_lb_ft * chain->slack_ft, 100.0f, 20000.0f)) &&
+           between(config->thrust_lb_per_g / weight_lb, 10.0f, 5000.0f) && between(config->grit_lb, 0.0f, 2000.0f) &&
+           between(config->deceleration_ft_s2, 0.1f, MOST_FT_S2) && config->level <= MR_PREDICTOR_PLOUGH;
 }
 
 enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predictor_config *config)
@@ -546,14 +562,15 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
     if (!p->armed)
         return;
     p->block++;
-    p->wheel_ft = input->wheel_ft;
-    p->speed_ft_s = input->speed_ft_s;
-    if (input->braking_known && input->deceleration_ft_s2 > 0.0f) {
+    bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) && between(input->speed_ft_s, 0.0f, MOST_FT_S);
+    p->wheel_ft = known ? input->wheel_ft : MR_NAN;
+    p->speed_ft_s = known ? input->speed_ft_s : MR_NAN;
+    if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f && input->deceleration_ft_s2 <= MOST_FT_S2) {
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
         p->braking = true;
     }
     draw_all(p, input);
-    if (p->level == MR_PREDICTOR_KINEMATIC || __builtin_isnan(input->wheel_ft) || __builtin_isnan(input->speed_ft_s))
+    if (p->level == MR_PREDICTOR_KINEMATIC || !known)
         return;
     uint32_t before = p->look_updates;
     bool look = p->block % MR_PREDICTOR_LOOK_BLOCKS == 0;

@@ -153,16 +153,19 @@ struct mr_predictor_state {
     uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
 };
 
-/* A runway nobody has measured. MR_OK; MR_USAGE: a parameter that makes no sense; MR_NUMERICS: the step is beyond the stability
- * limit. */
+/* A runway nobody has measured. MR_OK; MR_USAGE: a parameter that makes no sense, or is in another unit, as far as that shows (inches
+ * for feet, a weight in kilograms beside a mass in slugs, lb/in for lb/ft); MR_NUMERICS: the step is beyond the stability limit. */
 enum mr_status mr_predictor_start(struct mr_predictor *predictor, const struct mr_predictor_config *config);
 void mr_predictor_save(const struct mr_predictor *predictor, struct mr_predictor_state *state);
 /* After mr_predictor_start. MR_MALFORMED: of another runway, or with openings that no joint can have; nothing is changed then. */
 enum mr_status mr_predictor_load(struct mr_predictor *predictor, const struct mr_predictor_state *state);
-/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between landings. */
+/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between landings. A sum that ten joints cannot
+ * have (negative, or wider than their slack) counts as not read. */
 void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
 /* A landing begins: displacements count from here. */
 void mr_predictor_arm(struct mr_predictor *predictor);
+/* Inputs are not trusted: a wheel or a speed that no gear has counts as not known, a deceleration as the last one, a reading as
+ * missing. A chain that runs away is begun again from what is measured, and said so (MR_PREDICTOR_FELL_BACK). */
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
 /* What is to be said now. Cheap but for the level MR_PREDICTOR_KINEMATIC, where it sums up all joints: may be asked in every block. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
