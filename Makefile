@@ -290,6 +290,15 @@ $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) 
 $(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
+# The predictor with every float a double, its other names hidden: both kinds go into one program.
+double_objects := $(patsubst %,$(B)/tests/double/%.o,common/predictor common/zonescan common/matchain common/closure tests/double/double)
+$(double_objects): $(B)/tests/double/%.o: %.c | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(CC) $(HOST_FLAGS) -Wno-double-promotion -Dfloat=double -D__builtin_sqrtf=__builtin_sqrt -c $< -o $@
+$(B)/tests/double/double.o: $(double_objects)
+	$(LD) -r $^ -o $@
+	objcopy $(foreach name,start block displacement_ft size,--keep-global-symbol=double_$(name)) $@
+$(B)/tests/host/test_predictor_double: $(B)/tests/double/double.o
 $(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))
 	$(CC) $^ -lm -o $@
 $(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_reference/test_%.o \
