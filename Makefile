@@ -324,6 +324,12 @@ $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsu
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
+# The predictor as the firmware has it.
+$(B)/tests/hil/images/predictor_cost.elf: tests/hil/images/predictor_cost.c tests/hil/images/image.ld tests/hil/images/image.h \
+		$(patsubst %,$(B)/arm/common/%.o,predictor zonescan matchain closure)
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib -I. \
+		-T tests/hil/images/image.ld $(filter %.c %.o,$^) -lgcc -o $@
 
 $(B)/tests/conformance/images/%.elf: tests/conformance/images/%.c $(wildcard tests/conformance/images/*.h) tests/conformance/images/image.ld | $(B)/.test-packages
 	@mkdir -p $(@D)
