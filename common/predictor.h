@@ -11,10 +11,10 @@
  * updates, never by time: a replay says the same. No heap, single precision, square root the only library call.
  *
  * The search for zones is spread over blocks: MR_PREDICTOR_VISITS_PER_BLOCK joints in each, the budget counts them. A whole one takes
- * 1,150 visits at most on 420 mats with the wheel at their beginning, 10 blocks, and fewer further on. The deciding sample is in most
+ * 1,300 visits at most on 420 mats with the wheel at their beginning, 11 blocks, and fewer further on. The deciding sample is in most
  * landings that of the switch edge that changes the deceleration: then the search begins anew in that block. What it finds on the
- * way speaks at once when it is worse than what was said; what is better waits for the end. So a verdict is 10 blocks behind an
- * edge at most; behind what grows by itself, 20.
+ * way speaks at once when it is worse than what was said; what is better waits for the end. So a verdict is 11 blocks behind an
+ * edge at most; behind what grows by itself, 22.
  *
  * Units: feet, pounds, seconds; displacements of transducers and gaps of surveys in inches as they are read. */
 #ifndef MATRIG_COMMON_PREDICTOR_H
@@ -32,7 +32,8 @@
 #define MR_PREDICTOR_WARNING_MATS 50u    /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
 #define MR_PREDICTOR_ADVISORY_MATS 30u
 #define MR_PREDICTOR_VISITS_PER_BLOCK 128u /* joints looked at in a block, of the search for zones (common/zonescan.h) */
-#define MR_PREDICTOR_VISITS_PER_UPDATE 3u  /* so many of them cost about one mat update on the board */
+#define MR_PREDICTOR_VISITS_PER_UPDATE 2u  /* so many of them cost one mat update on the board (host/sim/predictor_cost.h) */
+#define MR_PREDICTOR_UPDATES_PER_BLOCK 900u /* budget: 60 % of 168 MHz, the rest of a block's work taken off (the same) */
 
 enum mr_predictor_level {
     MR_PREDICTOR_FULL,      /* every mat */

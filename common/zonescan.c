@@ -2,18 +2,18 @@
 
 #include <string.h>
 
-enum { COMING_START, COMING_END, LYING, COMPLETE };
+enum { COMING_START, COMING_END, LYING, SUMMING, COMPLETE };
 
-static bool is_open(const struct mr_chain *chain, unsigned joint)
+static float closed_ft(const struct mr_chain *chain)
 {
-    return mr_chain_opening_ft(chain, joint) > MR_ZONE_CLOSED_FT * (float)chain->group;
+    return MR_ZONE_CLOSED_FT * (float)chain->group;
 }
 
 /* Whether joint j is closed, or closed by a wheel at the place. */
-static bool closes(const struct mr_zonescan *scan, const struct mr_chain *chain, unsigned j)
+static inline bool closes(const struct mr_zonescan *scan, const struct mr_chain *chain, unsigned j)
 {
     float press_lb = scan->order.push_lb - (float)(j - scan->order.place) * chain->friction_lb;
-    return press_lb > chain->grit_lb[j] || !is_open(chain, j);
+    return press_lb > chain->grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
 }
 
 static void begin_place(struct mr_zonescan *scan)
@@ -53,6 +53,7 @@ static void leave_place(struct mr_zonescan *scan)
 static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
 {
     unsigned j = scan->joint;
+    scan->visits++;
     if (j > chain->count + 1u || j > scan->order.place + scan->tally + 1u) {
         scan->end = 0;
         leave_place(scan);
@@ -78,66 +79,91 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
     scan->joint = scan->end;
 }
 
-static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain)
+/* The end of the zone of a place, as far as the visits reach. */
+static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    unsigned j = scan->joint;
-    bool beyond = j > chain->count + 1u;
-    scan->end = (uint16_t)j;
-    if (!beyond && closes(scan, chain, j)) {
-        scan->last_closed = (uint16_t)j;
-    } else if (beyond || (scan->last_open && j - scan->last_open < scan->tally)) {
-        leave_place(scan);
-        return;
-    } else {
-        scan->last_open = (uint16_t)j;
+    unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed, beyond = chain->count + 2u;
+    uint32_t visits = scan->visits;
+    bool ended = false;
+    for (; visits < until && !ended; visits++) {
+        if (j >= beyond) {
+            ended = true;
+        } else if (closes(scan, chain, j)) {
+            last_closed = j++;
+        } else if (last_open && j - last_open < scan->tally) {
+            ended = true;
+        } else {
+            last_open = j++;
+        }
     }
-    scan->joint++;
+    scan->visits = visits;
+    scan->joint = scan->end = (uint16_t)j;
+    scan->last_open = (uint16_t)last_open;
+    scan->last_closed = (uint16_t)last_closed;
+    if (ended)
+        leave_place(scan);
 }
 
-/* The chain as it is, one joint. */
-static void lie(struct mr_zonescan *scan, const struct mr_chain *chain)
+/* The chain as it is, as far as the visits reach: the longest zone, and the largest compression. */
+static void lie(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    unsigned j = scan->joint++;
-    float opening_ft = mr_chain_opening_ft(chain, j), press_lb = mr_chain_compression_lb(chain, j);
-    float open_ft = opening_ft > 0.0f ? opening_ft : 0.0f;
-    bool closed = !is_open(chain, j);
-    if (press_lb > scan->found.compression_lb)
-        scan->found.compression_lb = press_lb;
-    if (closed) {
-        if (!scan->run.first)
-            scan->run.first = (uint16_t)j;
-        if (!scan->rest.first)
-            scan->rest.first = (uint16_t)j;
-        scan->run.closed++;
-        scan->rest.closed++;
-        scan->rest.open_ft += open_ft;
-    } else {
-        if (scan->last_open && j - scan->last_open < scan->tally)
-            scan->run = scan->rest; /* only what follows the last open joint may go on */
-        scan->rest = (struct mr_zonescan_run){0};
-        scan->last_open = (uint16_t)j;
+    unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start, last_open = scan->last_open, best = scan->found.groups;
+    unsigned stop = beyond < j + (until - scan->visits) ? beyond : j + (until - scan->visits);
+    float most_lb = scan->found.compression_lb, limit_ft = closed_ft(chain);
+    scan->visits += stop > j ? stop - j : 1u;
+    for (; j < stop; j++) {
+        float press_lb = mr_chain_compression_lb(chain, j);
+        most_lb = press_lb > most_lb ? press_lb : most_lb;
+        if (mr_chain_opening_ft(chain, j) > limit_ft) {
+            if (last_open && j - last_open < scan->tally) /* only what follows the last open joint may go on */
+                first = j - last_open > 1u ? last_open + 1u : 0;
+            last_open = j;
+            continue;
+        }
+        first = first ? first : j;
+        if (j - first > best) {
+            best = j - first;
+            scan->found.first = (uint16_t)first;
+        }
     }
-    if (scan->run.first)
-        scan->run.open_ft += open_ft;
-    if (!closed || j - scan->run.first <= scan->found.groups)
+    scan->joint = (uint16_t)j;
+    scan->start = (uint16_t)first;
+    scan->last_open = (uint16_t)last_open;
+    scan->found.groups = (uint16_t)best;
+    scan->found.compression_lb = most_lb;
+    if (j < beyond)
         return;
-    scan->found.groups = (uint16_t)(j - scan->run.first);
-    scan->found.first = scan->run.first;
-    scan->found.closed = scan->run.closed;
-    scan->found.open_ft = scan->run.open_ft;
+    scan->phase = best ? SUMMING : COMPLETE;
+    scan->joint = scan->found.first;
+}
+
+/* What there is in the zone found. */
+static void sum(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
+{
+    struct mr_zonescan_found *found = &scan->found;
+    unsigned j = scan->joint, beyond = found->first + found->groups + 1u;
+    for (; j < beyond && scan->visits < until; j++, scan->visits++) {
+        float opening_ft = mr_chain_opening_ft(chain, j);
+        found->open_ft += opening_ft > 0.0f ? opening_ft : 0.0f;
+        found->closed = (uint16_t)(found->closed + !(opening_ft > closed_ft(chain)));
+    }
+    scan->joint = (uint16_t)j;
+    if (j == beyond)
+        scan->phase = COMPLETE;
 }
 
 bool mr_zonescan_go(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits)
 {
-    for (uint32_t until = scan->visits + visits; scan->phase != COMPLETE && scan->visits < until; scan->visits++) {
+    uint32_t until = scan->visits + visits;
+    while (scan->phase != COMPLETE && scan->visits < until) {
         if (scan->phase == COMING_START)
             find_start(scan, chain);
         else if (scan->phase == COMING_END)
-            find_end(scan, chain);
-        else if (scan->joint <= chain->count + 1u)
-            lie(scan, chain);
+            find_end(scan, chain, until);
+        else if (scan->phase == LYING)
+            lie(scan, chain, until);
         else
-            scan->phase = COMPLETE;
+            sum(scan, chain, until);
     }
     return scan->phase == COMPLETE;
 }

@@ -36,21 +36,14 @@ struct mr_zonescan_found {
     uint16_t coming, coming_place; /* the longest zone to come, and the wheel's place then; 0: none */
 };
 
-/* A run of joints while it grows. */
-struct mr_zonescan_run {
-    uint16_t first, closed; /* first 0: none */
-    float open_ft;
-};
-
 struct mr_zonescan {
     struct mr_zonescan_order order;
     struct mr_zonescan_found found; /* so far; of places on the way first */
     uint8_t phase;
     uint16_t joint, tally;
-    uint16_t start, start_before; /* first joint that closes, of this place and the last; 0: none */
+    uint16_t start, start_before; /* first joint that closes, of this place and the last, or of the zone; 0: none */
     uint16_t end, last_open, last_closed; /* joint that ends the zone; last ones before it */
-    struct mr_zonescan_run run, rest; /* rest: what there is of the run after its last open joint */
-    uint32_t visits;                  /* joints looked at */
+    uint32_t visits; /* joints looked at */
 };
 
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain, const struct mr_zonescan_order *order);

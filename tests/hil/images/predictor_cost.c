@@ -1,5 +1,6 @@
 /* The predictor by itself, from the firmware's own objects: a landing of even braking (33 ft/s, 8 ft/s2), readings of 0. control[0]: the
- * level; control[1]: blocks; control[2]: bits: 1 no transducer is fitted, 2 a survey is read before. results: 5 begun; 0 blocks done; 1 mat
+ * level; control[1]: blocks; control[2]: bits: 1 no transducer is fitted, 2 a survey is read before, 4 transducer 1
+ * alone is fitted. results: 5 begun; 0 blocks done; 1 mat
  * updates; 2 visits; 3 most in a block, visits counted in; 4 blocks done while a mat moved; 55: done. */
 #include "common/predictor.h"
 #include "tests/hil/images/image.h"
@@ -43,7 +44,7 @@ static void set_up(uint32_t level, uint32_t lacks)
     config.updates_per_block = 1u << 20;
     config.level = (enum mr_predictor_level)level;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        config.station_ft[i] = lacks & 1u ? __builtin_nanf("") : 40.0f + 10.0f * (float)i;
+        config.station_ft[i] = lacks & 1u || (lacks & 4u && i > 0) ? __builtin_nanf("") : 40.0f + 10.0f * (float)i;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = 0.17f;
 }
