@@ -106,8 +106,10 @@ static const struct command commands[] = {
      "  --csv F        write the history of the mats in u_mats (or all): displacements, heights of their left ends\n"
      "  --progress     say how far the run is\n"
      "Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5).\n"},
-    {"error", error_command, "SCENE [--plot F.svg]", "every solver's error against its run time",
+    {"error", error_command, "SCENE|--predictor [--plot F.svg]", "every solver's error against its run time",
      "  SCENE          scene file, JSON\n"
+     "  --predictor    instead: the onboard predictor at each of its levels and several steps, on five landings: error against\n"
+     "                 the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg\n"
      "  --plot F.svg   draw error against run time. Errors are in ft, also with --si\n"
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
