@@ -131,8 +131,10 @@ static const struct command commands[] = {
      "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
      "                 is compared within tolerances, which the output states\n"
      "Exit 1 when anything differs.\n"},
-    {"predict", predict_command, "DB RUN", "the predictor of zones and warnings on a recorded landing",
-     "  DB RUN         campaign database and number of the landing in it, from 1\n"
+    {"predict", predict_command, "DB RUN...", "the predictor of zones and warnings on recorded landings",
+     "  DB RUN         campaign database and number of the landing in it, from 1; of several, in order, each begins with\n"
+     "                 what the joints have become in the one before, and with the segments surveyed since:\n"
+     "                 matrig predict campaign.db 1 2 3 4 5\n"
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
      "board knew then: edges so far, readings so far, the survey.\n"},

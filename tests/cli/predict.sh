@@ -41,6 +41,20 @@ check "landing 5: the longest zone ahead" longest_zone_holds
 check "landing 5 is warned of" warned_in_time
 check "landing 1 is not" one_is_quiet
 check "JSON has the same rows" json_agrees
+# Both in order: the second begins with the zone that the first has left, which the landing by itself does not know of.
+several() { $matrig predict "$db" 1 2 >"$tmp/both.txt" && $matrig --json predict "$db" 1 2 >"$tmp/both.json"; }
+of_both() { sqlite3 :memory: "select $1 from json_each(json_extract(cast(readfile('$tmp/both.json') as text), '$.runs')) where json_extract(value, '$.run') = $2"; }
+first_is_the_same() { # and the second is not
+    [ -s "$tmp/both.txt" ] && diff <(sed '1d; /^$/,$d' "$tmp/both.txt") "$tmp/1.txt" && ! diff -q <(sed '1,/^run 2/d' "$tmp/both.txt") "$tmp/5.txt"
+}
+second_is_surveyed() { # read anew by the landing's own script, so taken over
+    [ "$(of_both "json_extract(value, '$.segments_surveyed')" 1)" -gt 30 ] && [ "$(of_both "json_extract(value, '$.segments_surveyed')" 2)" -gt 30 ]
+}
+check "two landings in order" several
+check "the first is as by itself, the second is not" first_is_the_same
+check "both were surveyed" second_is_surveyed
+check "out of order" fails_with 2 'out of order: RUN 1 after 2' $matrig predict "$db" 2 1
+check "a RUN that is not there, after one that is" fails_with 2 'RUN 9' $matrig predict "$db" 1 9
 check "a RUN that is not there" fails_with 2 'RUN 9' $matrig predict "$db" 9
 check "no RUN" fails_with 2 'DB RUN' $matrig predict "$db"
 finish
