@@ -29,7 +29,9 @@ LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
 hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c))
-host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c
+# The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
+host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
+	firmware/predict_feed.c
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
@@ -296,6 +298,15 @@ $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) 
 $(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
+# The predictor with every float a double, its other names hidden: both kinds go into one program.
+double_objects := $(patsubst %,$(B)/tests/double/%.o,common/predictor common/zonescan common/matchain common/closure tests/double/double)
+$(double_objects): $(B)/tests/double/%.o: %.c | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(CC) $(HOST_FLAGS) -Wno-double-promotion -Dfloat=double -D__builtin_sqrtf=__builtin_sqrt -c $< -o $@
+$(B)/tests/double/double.o: $(double_objects)
+	$(LD) -r $^ -o $@
+	objcopy $(foreach name,start block displacement_ft size,--keep-global-symbol=double_$(name)) $@
+$(B)/tests/host/test_predictor_double: $(B)/tests/double/double.o
 $(B)/tests/runs/synthesise: $(patsubst %.c,$(B)/%.o,$(runs_src))
 	$(CC) $^ -lm -o $@
 $(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_reference/test_%.o \
@@ -321,6 +332,12 @@ $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsu
 $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld tests/hil/images/image.h | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
+# The predictor as the firmware has it.
+$(B)/tests/hil/images/predictor_cost.elf: tests/hil/images/predictor_cost.c tests/hil/images/image.ld tests/hil/images/image.h \
+		$(patsubst %,$(B)/arm/common/%.o,predictor zonescan matchain closure)
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib -I. \
+		-T tests/hil/images/image.ld $(filter %.c %.o,$^) -lgcc -o $@
 
 $(B)/tests/conformance/images/%.elf: tests/conformance/images/%.c $(wildcard tests/conformance/images/*.h) tests/conformance/images/image.ld | $(B)/.test-packages
 	@mkdir -p $(@D)

@@ -44,6 +44,8 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     chain->kl_lb_ft = params->kl_lb_ft / (float)group;
     chain->slack_ft = params->slack_ft * (float)group;
     chain->step_s = params->step_s * (float)group;
+    chain->per_lb = chain->step_s / chain->mass_slug;
+    chain->low = MR_CHAIN_BAYS + 1u;
     chain->bays = (chain->count + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
         float opening_ft = 0.0f, held_lb = 0.0f;
@@ -63,33 +65,47 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     return MR_OK;
 }
 
-/* Tension of joint j, tension positive; moves its reach. */
-static inline float pull(struct mr_chain *chain, unsigned j)
+/* What is the same for all joints and mats of a chain, kept in registers while a bay moves. */
+struct law {
+    float kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
+};
+
+static inline struct law law_of(const struct mr_chain *chain)
 {
-    float g_ft = chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1]);
+    return (struct law){chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft, chain->friction_lb, chain->per_lb, chain->step_s};
+}
+
+/* Tension of joint j that is open by g_ft and opens at opening_ft_s, tension positive; moves its reach. */
+static inline float pull(struct mr_chain *chain, const struct law *law, unsigned j, float g_ft, float opening_ft_s)
+{
     float reach_ft = chain->reach_ft[j];
-    if (g_ft >= reach_ft && g_ft <= chain->slack_ft) {
+    if (g_ft >= reach_ft && g_ft <= law->slack_ft) {
         chain->reach_ft[j] = g_ft;
         return 0.0f;
     }
-    float damper_lb = chain->params.cl_lb_s_ft * (chain->v_ft_s[j] - chain->v_ft_s[j - 1]);
-    if (g_ft > chain->slack_ft) {
-        chain->reach_ft[j] = chain->slack_ft;
-        return chain->kl_lb_ft * (g_ft - chain->slack_ft) + damper_lb;
+    float damper_lb = law->cl_lb_s_ft * opening_ft_s;
+    if (g_ft > law->slack_ft) {
+        chain->reach_ft[j] = law->slack_ft;
+        return law->kl_lb_ft * (g_ft - law->slack_ft) + damper_lb;
     }
     float grit_lb = chain->grit_lb[j];
-    float held_lb = chain->kl_lb_ft * (g_ft - reach_ft);
+    float held_lb = law->kl_lb_ft * (g_ft - reach_ft);
     if (reach_ft > 0.0f && held_lb >= -grit_lb) {
         float kept_lb = held_lb + damper_lb;
         return kept_lb < -grit_lb ? -grit_lb : kept_lb > 0.0f ? 0.0f : kept_lb;
     }
-    float yielded_ft = g_ft + grit_lb / chain->kl_lb_ft;
+    float yielded_ft = g_ft + grit_lb / law->kl_lb_ft;
     if (reach_ft > 0.0f && yielded_ft > 0.0f) {
         chain->reach_ft[j] = yielded_ft;
         return -grit_lb;
     }
     chain->reach_ft[j] = 0.0f;
-    return g_ft < 0.0f ? chain->kl_lb_ft * g_ft + damper_lb : 0.0f;
+    return g_ft < 0.0f ? law->kl_lb_ft * g_ft + damper_lb : 0.0f;
+}
+
+static inline float pull_now(struct mr_chain *chain, const struct law *law, unsigned j)
+{
+    return pull(chain, law, j, chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]), chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
 }
 
 /* Speed after a step under the force X without friction. */
@@ -129,48 +145,61 @@ static unsigned last_of(const struct mr_chain *chain, unsigned bay)
     return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
 }
 
-/* Moves the mats of a bay on; `left_lb` is the tension of its first joint, and that of the next bay's afterwards. */
-static void step_bay(struct mr_chain *chain, unsigned bay, float *left_lb)
+/* Moves the mats of a bay on; `left_lb` is the tension of its first joint; that of the next bay's is returned. */
+static float step_bay(struct mr_chain *chain, const struct law *law, unsigned bay, float left_lb)
 {
-    float per_lb = chain->step_s / chain->mass_slug;
-    unsigned last = last_of(chain, bay);
-    for (unsigned n = first_of(bay); n <= last; n++) {
-        float right_lb = pull(chain, n + 1u); /* before mat n moves on: joints see one moment */
-        float x_lb = right_lb - *left_lb + chain->push_lb[n];
-        float v_ft_s = slip(chain->v_ft_s[n], x_lb, chain->friction_lb, per_lb);
-        *left_lb = right_lb;
-        chain->v_ft_s[n] = v_ft_s;
-        chain->u_ft[n] += chain->step_s * v_ft_s;
+    unsigned first = first_of(bay), last = last_of(chain, bay);
+    float u_ft = chain->u_ft[first], v_ft_s = chain->v_ft_s[first];
+    for (unsigned n = first; n <= last; n++) {
+        float next_ft = chain->u_ft[n + 1u], next_ft_s = chain->v_ft_s[n + 1u];
+        float right_lb = pull(chain, law, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft), next_ft_s - v_ft_s);
+        float x_lb = right_lb - left_lb + chain->push_lb[n];
+        if (v_ft_s != 0.0f || x_lb > law->friction_lb || x_lb < -law->friction_lb) {
+            v_ft_s = slip(v_ft_s, x_lb, law->friction_lb, law->per_lb);
+            chain->v_ft_s[n] = v_ft_s;
+            chain->u_ft[n] = u_ft + law->step_s * v_ft_s;
+        }
+        left_lb = right_lb;
+        u_ft = next_ft;
+        v_ft_s = next_ft_s;
     }
-    chain->updates += last - first_of(bay) + 1u;
+    chain->updates += last - first + 1u;
+    return left_lb;
+}
+
+static void wake(struct mr_chain *chain, unsigned bay)
+{
+    chain->awake[bay] = true;
+    if (bay < chain->low)
+        chain->low = bay;
+    if (bay > chain->high)
+        chain->high = bay;
 }
 
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
 {
+    const struct law law = law_of(chain);
     unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats ? place_of(chain, mat) : 0;
     float left_lb = 0.0f;
     bool carried = false; /* left_lb is the tension of the bay's first joint, of before the bay on its left moved */
     float pushed_lb = chain->push_lb[wheel];
     if (wheel) {
-        chain->awake[(wheel - 1u) / MR_CHAIN_BAY + 1u] = true;
+        wake(chain, (wheel - 1u) / MR_CHAIN_BAY + 1u);
         chain->push_lb[wheel] = pushed_lb + thrust_lb;
     }
-    for (unsigned bay = 1; bay <= chain->bays; bay++) {
-        if (chain->awake[bay]) {
-            if (!carried)
-                left_lb = pull(chain, first_of(bay));
-            step_bay(chain, bay, &left_lb);
-        }
+    for (unsigned bay = chain->low; bay <= chain->high; bay++) {
+        if (chain->awake[bay])
+            left_lb = step_bay(chain, &law, bay, carried ? left_lb : pull_now(chain, &law, first_of(bay)));
         carried = chain->awake[bay];
     }
     chain->push_lb[wheel] = pushed_lb;
-    for (unsigned bay = 1; bay <= chain->bays; bay++) {
+    for (unsigned bay = chain->low, high = chain->high; bay <= high; bay++) {
         if (!chain->awake[bay])
             continue;
-        if (chain->v_ft_s[first_of(bay)] != 0.0f)
-            chain->awake[bay - 1u] = true;
-        if (chain->v_ft_s[last_of(chain, bay)] != 0.0f)
-            chain->awake[bay + 1u] = true;
+        if (bay > 1u && !chain->awake[bay - 1u] && chain->v_ft_s[first_of(bay)] != 0.0f)
+            wake(chain, bay - 1u);
+        if (bay < chain->bays && !chain->awake[bay + 1u] && chain->v_ft_s[last_of(chain, bay)] != 0.0f)
+            wake(chain, bay + 1u);
     }
 }
 
@@ -179,48 +208,31 @@ void mr_chain_push(struct mr_chain *chain, unsigned mat, float push_lb)
     unsigned n = place_of(chain, mat);
     chain->push_lb[n] = push_lb;
     if (push_lb > chain->friction_lb || push_lb < -chain->friction_lb)
-        chain->awake[(n - 1u) / MR_CHAIN_BAY + 1u] = true;
-}
-
-static bool moves(const struct mr_chain *chain, unsigned from, unsigned to)
-{
-    for (unsigned n = from; n <= to; n++) {
-        if (chain->v_ft_s[n] != 0.0f)
-            return true;
-    }
-    return false;
+        wake(chain, (n - 1u) / MR_CHAIN_BAY + 1u);
 }
 
 bool mr_chain_settle(struct mr_chain *chain)
 {
-    for (unsigned bay = 1; bay <= chain->bays; bay++) {
+    unsigned low = chain->low, high = chain->high;
+    chain->low = MR_CHAIN_BAYS + 1u;
+    chain->high = 0;
+    for (unsigned bay = low; bay <= high; bay++) {
         unsigned first = first_of(bay), last = last_of(chain, bay);
         if (!chain->awake[bay])
             continue;
+        bool moves = chain->v_ft_s[first - 1u] != 0.0f || chain->v_ft_s[last + 1u] != 0.0f;
         for (unsigned n = first; n <= last; n++) {
             float u_ft = chain->u_ft[n], v_ft_s = chain->v_ft_s[n];
+            moves = moves || v_ft_s != 0.0f;
             if (!(u_ft < MR_CHAIN_RUNAWAY_FT && u_ft > -MR_CHAIN_RUNAWAY_FT && v_ft_s < MR_CHAIN_RUNAWAY_FT_S &&
                   v_ft_s > -MR_CHAIN_RUNAWAY_FT_S))
                 chain->runaway = true;
         }
-        chain->awake[bay] = moves(chain, first - 1u, last + 1u);
+        chain->awake[bay] = moves;
+        if (moves)
+            wake(chain, bay);
     }
     return !chain->runaway;
-}
-
-float mr_chain_opening_ft(const struct mr_chain *chain, unsigned joint)
-{
-    return chain->gap_ft[joint] + (chain->u_ft[joint] - chain->u_ft[joint - 1u]);
-}
-
-float mr_chain_compression_lb(const struct mr_chain *chain, unsigned joint)
-{
-    float g_ft = mr_chain_opening_ft(chain, joint), reach_ft = chain->reach_ft[joint];
-    float press_ft = (reach_ft > 0.0f ? reach_ft : 0.0f) - g_ft;
-    if (!(press_ft > 0.0f))
-        return 0.0f;
-    float press_lb = chain->kl_lb_ft * press_ft;
-    return reach_ft > 0.0f && press_lb > chain->grit_lb[joint] ? chain->grit_lb[joint] : press_lb;
 }
 
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat)

@@ -47,9 +47,10 @@ struct mr_chain {
     struct mr_chain_params params;
     unsigned group;               /* mats in one */
     unsigned count;               /* of such */
-    unsigned bays;
+    unsigned bays, low, high;     /* bays low..high are those awake, and some between; low > high: none */
     bool awake[MR_CHAIN_BAYS + 2u]; /* by bay, from 1; bay b has mats (b - 1) MR_CHAIN_BAY + 1 and on */
     float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* of a group */
+    float per_lb;                 /* step over mass */
     float u_ft[MR_CHAIN_PLACES];  /* by group, from 1; 0 and count + 1 are the ground */
     float v_ft_s[MR_CHAIN_PLACES];
     float gap_ft[MR_CHAIN_PLACES]; /* opening of joint j at u = 0 */
@@ -76,9 +77,19 @@ void mr_chain_push(struct mr_chain *chain, unsigned mat, float push_lb);
 bool mr_chain_settle(struct mr_chain *chain);
 
 /* Opening of joint j (of groups), feet. */
-float mr_chain_opening_ft(const struct mr_chain *chain, unsigned joint);
+static inline float mr_chain_opening_ft(const struct mr_chain *chain, unsigned joint)
+{
+    return chain->gap_ft[joint] + (chain->u_ft[joint] - chain->u_ft[joint - 1u]);
+}
 /* Compression of joint j (of groups) at rest in its present opening, lb; 0: none. */
-float mr_chain_compression_lb(const struct mr_chain *chain, unsigned joint);
+static inline float mr_chain_compression_lb(const struct mr_chain *chain, unsigned joint)
+{
+    float reach_ft = chain->reach_ft[joint], press_ft = (reach_ft > 0.0f ? reach_ft : 0.0f) - mr_chain_opening_ft(chain, joint);
+    if (!(press_ft > 0.0f))
+        return 0.0f;
+    float press_lb = chain->kl_lb_ft * press_ft;
+    return reach_ft > 0.0f && press_lb > chain->grit_lb[joint] ? chain->grit_lb[joint] : press_lb;
+}
 /* Displacement of a mat (1..mats), feet. */
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat);
 uint32_t mr_chain_take_updates(struct mr_chain *chain);

@@ -8,7 +8,6 @@
 #define G_FT_S2 32.174f
 #define BLOCK_S 1e-3f
 #define LAID_GAP_IN 0.036f          /* gaps as laid: evenly up to this, none beyond the slack (report 2.6) */
-#define CLOSED_FT (0.002f / 12.0f)  /* the truth's 0.001 in, and as much again for what the springs leave */
 #define SURVEY_ERROR_IN 0.005f
 #define HMIL_PER_FT 1.2e6f
 
@@ -29,12 +28,20 @@
 #define DISAGREE_IN 0.25f
 #define DISAGREE_BLOCKS 300u
 
+#define MOST_FT 10000.0f            /* no place of a wheel */
+#define MOST_FT_S 300.0f
+#define MOST_FT_S2 64.0f            /* twice what locked wheels have */
 #define MOVED_IN 0.05f              /* without switches: something rolls */
-#define AHEAD_GROUPS 4.0f           /* between places the wheel is imagined at */
+#define SAME_BRAKING 0.01f          /* a deceleration that differs by less does not begin a search anew */
 #define AT_WHEEL_FT 1.0f
 #define COARSER 1.5f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
+
+static bool between(float x, float least, float most)
+{
+    return x >= least && x <= most;
+}
 
 /* Evenly spread over 0..1: fractions of the multiples of an irrational number, in 24 bits. */
 static float spread(uint32_t i, uint32_t multiplier)
@@ -124,7 +131,10 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         unsigned first = s * MR_MATS_PER_SEGMENT, count = joints_in(p, s);
         float have_ft = sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
-        p->surveyed_in[s] = sum_in[s];
+        float most_in = IN_PER_FT * slack_ft * (float)count + 4.0f * SURVEY_ERROR_IN;
+        p->surveyed_in[s] = between(sum_in[s], -4.0f * SURVEY_ERROR_IN, most_in) ? sum_in[s] : MR_NAN;
+        if (__builtin_isnan(p->surveyed_in[s]))
+            continue;
         if (!(off_ft > error_ft || off_ft < -error_ft))
             continue;
         if (p->landings == 0 && sum_in[s] / IN_PER_FT > 0.5f * have_ft) {
@@ -179,6 +189,8 @@ static void fold_chain(struct mr_predictor *p)
             count = joints_of(p) - first;
         for (unsigned i = 0; i < count; i++)
             have_ft += p->gap_ft[first + i];
+        if (__builtin_isnan(to_ft))
+            continue; /* as it was */
         to_ft = to_ft < 0.0f ? 0.0f : to_ft > slack_ft * (float)count ? slack_ft * (float)count : to_ft;
         reopen(p->gap_ft, first, count, to_ft - have_ft, slack_ft);
     }
@@ -216,6 +228,66 @@ static float modelled_in(const struct mr_predictor *p, unsigned i, unsigned mat)
     return p->base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
 }
 
+static float thrust_lb(const struct mr_predictor *p)
+{
+    return p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
+}
+
+/* Groups joints are looked at from, and places the wheel is imagined at: up to where it stops at the present deceleration; before
+ * that is known, where twice the assumed one would stop it: so far it comes nearly always. */
+static void begin_scan(struct mr_predictor *p)
+{
+    const struct mr_chain *chain = &p->chain;
+    float group_ft = p->config.chain.mat_length_ft * (float)chain->group, end_ft = group_ft * (float)chain->count;
+    float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f;
+    struct mr_zonescan_order order = {.from = (uint16_t)(chain->count + 2u), .place = 1, .push_lb = thrust_lb(p)};
+    if (wheel_ft < end_ft) {
+        order.place = (uint16_t)((unsigned)(wheel_ft / group_ft) + 1u);
+        order.from = (uint16_t)(order.place + 1u);
+    }
+    if (p->speed_ft_s > 0.0f && wheel_ft < end_ft) {
+        float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
+        float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
+        order.last_place = stop_ft < end_ft ? (uint16_t)((unsigned)((stop_ft > 0.0f ? stop_ft : 0.0f) / group_ft) + 1u) : (uint16_t)chain->count;
+    }
+    p->scanned_ft_s2 = p->deceleration_ft_s2;
+    mr_zonescan_begin(&p->scan, chain, &order);
+}
+
+static void take_found(struct mr_predictor *p)
+{
+    p->found = p->scan.found;
+    p->found_group = (uint8_t)p->chain.group;
+    p->found_block = p->block;
+    p->scan_begun_anew = false;
+    begin_scan(p);
+}
+
+/* Between landings: all at once. */
+static void scan_all(struct mr_predictor *p)
+{
+    begin_scan(p);
+    while (!mr_zonescan_go(&p->scan, &p->chain, MR_CHAIN_PLACES)) {}
+    take_found(p);
+}
+
+/* This block's share of the search. */
+static void scan_on(struct mr_predictor *p)
+{
+    float off_ft_s2 = p->deceleration_ft_s2 - p->scanned_ft_s2, same_ft_s2 = SAME_BRAKING * p->scanned_ft_s2;
+    if ((off_ft_s2 > same_ft_s2 || off_ft_s2 < -same_ft_s2) && !p->scan_begun_anew) {
+        begin_scan(p);
+        p->scan_begun_anew = true;
+    }
+    uint32_t before = p->scan.visits;
+    bool complete = mr_zonescan_go(&p->scan, &p->chain, MR_PREDICTOR_VISITS_PER_BLOCK);
+    uint32_t visits = p->scan.visits - before;
+    p->visits += visits;
+    p->look_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) / MR_PREDICTOR_VISITS_PER_UPDATE;
+    if (complete)
+        take_found(p);
+}
+
 /* Go on at another level from where the mats are now. */
 static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
 {
@@ -229,6 +301,7 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
     p->calm_looks = 0;
     p->degraded = level > p->config.level;
     (void)start_chain(p); /* of parameters that mr_predictor_start has accepted */
+    begin_scan(p);
 }
 
 /* A guard has tripped: begin again from what is measured, and after too many times go without a model. */
@@ -242,16 +315,20 @@ static void fall_back(struct mr_predictor *p)
     if (p->failures > MOST_FAILURES)
         p->level = MR_PREDICTOR_KINEMATIC;
     (void)start_chain(p);
+    begin_scan(p);
 }
 
+/* Whether these can be feet, pounds and seconds of a model runway: figures far from it are of another unit, mostly. */
 static bool sensible(const struct mr_predictor_config *config)
 {
-    const float positive[] = {config->thrust_lb_per_g, config->deceleration_ft_s2, config->bump_ft, config->mat_weight_lb};
-    for (unsigned i = 0; i < sizeof positive / sizeof positive[0]; i++) {
-        if (!(positive[i] > 0.0f && positive[i] < 1e9f))
-            return false;
-    }
-    return config->grit_lb >= 0.0f && config->grit_lb < 1e9f && config->level <= MR_PREDICTOR_PLOUGH;
+    const struct mr_chain_params *chain = &config->chain;
+    float length_ft = chain->mat_length_ft, weight_lb = config->mat_weight_lb;
+    return between(length_ft, 0.1f, 2.0f) && between(weight_lb, 0.01f, 100.0f) &&
+           between(chain->mass_slug * G_FT_S2 / weight_lb, 0.9f, 1.1f) && between(chain->friction_lb / weight_lb, 0.0f, 1.5f) &&
+           between(chain->slack_ft / length_ft, 0.0f, 0.05f) && between(config->bump_ft / length_ft, 1e-5f, 0.1f) &&
+           (chain->slack_ft == 0.0f || between(chain->kl_lb_ft * chain->slack_ft, 100.0f, 20000.0f)) &&
+           between(config->thrust_lb_per_g / weight_lb, 10.0f, 5000.0f) && between(config->grit_lb, 0.0f, 2000.0f) &&
+           between(config->deceleration_ft_s2, 0.1f, MOST_FT_S2) && config->level <= MR_PREDICTOR_PLOUGH;
 }
 
 enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predictor_config *config)
@@ -272,7 +349,10 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
         p->last_in[i] = p->slow_in[i] = MR_NAN;
     if (!sensible(config))
         return MR_USAGE;
-    return start_chain(p);
+    enum mr_status status = start_chain(p);
+    if (status == MR_OK)
+        scan_all(p);
+    return status;
 }
 
 void mr_predictor_save(const struct mr_predictor *p, struct mr_predictor_state *state)
@@ -298,7 +378,10 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
     p->scale = state->scale;
     for (unsigned j = 0; j < joints_of(p); j++)
         p->gap_ft[j] = (float)state->gap_hmil[j] / HMIL_PER_FT;
-    return start_chain(p);
+    enum mr_status status = start_chain(p);
+    if (status == MR_OK)
+        scan_all(p);
+    return status;
 }
 
 void mr_predictor_arm(struct mr_predictor *p)
@@ -306,7 +389,7 @@ void mr_predictor_arm(struct mr_predictor *p)
     p->armed = true;
     p->braking = p->degraded = p->fell_back = p->moved = false;
     p->level = p->config.level;
-    p->block = p->corrected_block = p->updates = p->look_updates = 0;
+    p->block = p->corrected_block = p->updates = p->visits = p->most_updates = p->look_updates = 0;
     p->calm_looks = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
     p->deceleration_ft_s2 = p->config.deceleration_ft_s2; /* the last landing's tells nothing of this one's */
@@ -318,6 +401,7 @@ void mr_predictor_arm(struct mr_predictor *p)
         p->doubtful_blocks[i] = 0;
     }
     (void)start_chain(p); /* of parameters that mr_predictor_start has accepted */
+    scan_all(p);
 }
 
 /* --- a block --- */
@@ -380,11 +464,6 @@ static void draw_all(struct mr_predictor *p, const struct mr_predictor_input *in
             p->doubt[i] = MR_PREDICTOR_TRUSTED;
         mr_chain_push(&p->chain, mat, missing ? 0.0f : draw(p, i, mat, reading_in));
     }
-}
-
-static float thrust_lb(const struct mr_predictor *p)
-{
-    return p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
 }
 
 /* The plough: the wheel on mat n closes joints ahead, nearest first, as far as what is left of the thrust overcomes their
@@ -467,30 +546,49 @@ static void mind_budget(struct mr_predictor *p, bool look)
         change_level(p, p->level - 1);
 }
 
-void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input *input)
+void mr_predictor_hurry(struct mr_predictor *p)
 {
-    if (!p->armed)
+    if (!p->armed || p->level >= MR_PREDICTOR_PLOUGH)
         return;
-    p->block++;
-    p->wheel_ft = input->wheel_ft;
-    p->speed_ft_s = input->speed_ft_s;
-    if (input->braking_known && input->deceleration_ft_s2 > 0.0f) {
-        p->deceleration_ft_s2 = input->deceleration_ft_s2;
-        p->braking = true;
-    }
-    draw_all(p, input);
-    if (p->level == MR_PREDICTOR_KINEMATIC || __builtin_isnan(input->wheel_ft) || __builtin_isnan(input->speed_ft_s))
-        return;
-    roll(p, input);
-    bool look = p->block % MR_PREDICTOR_LOOK_BLOCKS == 0;
-    mind_budget(p, look);
-    if (!look)
-        return;
+    change_level(p, p->level + 1);
+    p->look_updates = 0;
+}
+
+/* What the springs have done since the last look tells of the resistance against closing. */
+static void learn(struct mr_predictor *p)
+{
     float factor = 1.0f + SCALE_PER_LB_IN * p->work_lb_in; /* beyond a half either way is no matter of one look */
     p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
     p->scale = p->scale < SCALE_LEAST ? SCALE_LEAST : p->scale > SCALE_MOST ? SCALE_MOST : p->scale;
     p->work_lb_in = 0.0f;
     set_grits(p);
+    p->look_updates += p->chain.count / MR_PREDICTOR_VISITS_PER_UPDATE;
+}
+
+void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input *input)
+{
+    if (!p->armed)
+        return;
+    p->block++;
+    bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) && between(input->speed_ft_s, 0.0f, MOST_FT_S);
+    p->wheel_ft = known ? input->wheel_ft : MR_NAN;
+    p->speed_ft_s = known ? input->speed_ft_s : MR_NAN;
+    if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f && input->deceleration_ft_s2 <= MOST_FT_S2) {
+        p->deceleration_ft_s2 = input->deceleration_ft_s2;
+        p->braking = true;
+    }
+    draw_all(p, input);
+    if (p->level == MR_PREDICTOR_KINEMATIC || !known)
+        return;
+    uint32_t before = p->look_updates;
+    bool look = p->block % MR_PREDICTOR_LOOK_BLOCKS == 0;
+    roll(p, input);
+    scan_on(p);
+    if (look)
+        learn(p);
+    if (p->look_updates - before > p->most_updates)
+        p->most_updates = p->look_updates - before;
+    mind_budget(p, look);
 }
 
 void mr_predictor_fold(struct mr_predictor *p)
@@ -509,110 +607,45 @@ void mr_predictor_fold(struct mr_predictor *p)
         p->base_in[i] = 0.0f;
     p->level = p->config.level;
     (void)start_chain(p);
+    scan_all(p);
 }
 
 /* --- what is said --- */
 
-static bool is_open(const struct mr_chain *chain, unsigned joint)
+/* Where the wheel is when its place is under it, not behind where it is now. */
+static float place_ft(const struct mr_predictor *p, unsigned place, float group_ft)
 {
-    return mr_chain_opening_ft(chain, joint) > CLOSED_FT * (float)chain->group;
+    float at_ft = (float)(place - 1u) * group_ft;
+    return at_ft > p->wheel_ft ? at_ft : p->wheel_ft;
 }
 
-/* Longest run of joints from `from` on, closed at both ends, in which no ten in a row have more than one open. Its length, and
- * its first joint. */
-static unsigned longest(const struct mr_chain *chain, unsigned from, unsigned *first_out)
-{
-    unsigned best = 0, first = 0, last_open = 0, tally = (MR_PREDICTOR_TALLY_MATS + chain->group - 1u) / chain->group;
-    for (unsigned j = from; j <= chain->count + 1u; j++) {
-        if (is_open(chain, j)) {
-            bool broken = last_open && j - last_open < tally; /* only what follows the last open joint may go on */
-            if (broken)
-                first = j - last_open > 1u ? last_open + 1u : 0;
-            last_open = j;
-            continue;
-        }
-        if (!first)
-            first = j;
-        if (j - first > best) {
-            best = j - first;
-            *first_out = first;
-        }
-    }
-    return best;
-}
-
-/* Length of the zone that begins at group `from` when `push_lb` pushes there and nothing has inertia: compression falls by each
- * group's friction, and joints close that it overcomes. */
-static unsigned ploughed(const struct mr_chain *chain, unsigned from, float push_lb)
-{
-    unsigned best = 0, first = 0, last_open = 0, tally = (MR_PREDICTOR_TALLY_MATS + chain->group - 1u) / chain->group;
-    float press_lb = push_lb;
-    for (unsigned j = from + 1u; j <= chain->count + 1u; j++) {
-        press_lb -= chain->friction_lb;
-        if (press_lb > chain->grit_lb[j] || !is_open(chain, j)) {
-            if (!first)
-                first = j;
-            best = j - first;
-            continue;
-        }
-        if (first && last_open && j - last_open < tally)
-            break;
-        if (!first && j - from > tally)
-            break; /* nothing begins at the wheel */
-        last_open = j;
-    }
-    return best;
-}
-
-/* What the wheel will meet or push together on its way to where it stops at the present deceleration; before that is known, where
- * twice the assumed one would stop it: so far it comes nearly always. */
-static void look_ahead(const struct mr_predictor *p, struct mr_predictor_zone *zone)
-{
-    const struct mr_chain *chain = &p->chain;
-    float group_ft = p->config.chain.mat_length_ft * (float)chain->group;
-    float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
-    float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
-    float end_ft = (float)chain->count * group_ft;
-    if (stop_ft > end_ft)
-        stop_ft = end_ft;
-    for (float at_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f; at_ft < stop_ft; at_ft += AHEAD_GROUPS * group_ft) {
-        unsigned n = (unsigned)(at_ft / group_ft) + 1u;
-        if (n >= chain->count)
-            break;
-        unsigned mats = ploughed(chain, n, thrust_lb(p)) * chain->group;
-        if (mats > zone->coming_mats) {
-            zone->coming_mats = mats;
-            zone->coming_ft = at_ft;
-        }
-    }
-}
-
-/* The zone as the chain has it. */
+/* As it was found by the last search; what is to come also as far as the search going on has it, when that is worse. */
 static void describe(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
-    const struct mr_chain *chain = &p->chain;
-    float group_ft = p->config.chain.mat_length_ft * (float)chain->group;
-    float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f, open_ft = 0.0f;
-    unsigned first = 0, from = wheel_ft < group_ft * (float)chain->count ? (unsigned)(wheel_ft / group_ft) + 2u : chain->count + 2u;
-    unsigned groups = longest(chain, from, &first);
-    for (unsigned j = from; j <= chain->count + 1u; j++) {
-        float press_lb = mr_chain_compression_lb(chain, j);
-        if (press_lb > zone->compression_lb)
-            zone->compression_lb = press_lb;
+    const struct mr_zonescan_found *found = &p->found;
+    unsigned group = p->found_group, coming = found->coming, place = found->coming_place;
+    float group_ft = p->config.chain.mat_length_ft * (float)group;
+    zone->compression_lb = p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f ? thrust_lb(p) : found->compression_lb;
+    if (p->speed_ft_s > 0.0f) {
+        float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.group;
+        zone->coming_mats = coming * group;
+        zone->coming_ft = coming ? place_ft(p, place, group_ft) : MR_NAN;
+        if (p->scan.found.coming * p->chain.group > zone->coming_mats) {
+            zone->coming_mats = p->scan.found.coming * p->chain.group;
+            zone->coming_ft = place_ft(p, p->scan.found.coming_place, ahead_ft);
+        }
     }
-    if (p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f)
-        zone->compression_lb = thrust_lb(p);
-    if (!groups)
+    unsigned first = found->first, end = found->first + found->groups;
+    unsigned wheel = p->wheel_ft > 0.0f && p->wheel_ft < 1e6f ? (unsigned)(p->wheel_ft / group_ft) + 2u : 0;
+    first = first < wheel ? wheel : first; /* it has rolled on since */
+    if (!found->groups || first >= end)
         return;
-    zone->mats = groups * chain->group;
+    zone->mats = (end - first) * group;
     zone->start_ft = (float)(first - 1u) * group_ft;
-    zone->end_ft = zone->start_ft + (float)groups * group_ft;
-    for (unsigned j = first; j <= first + groups; j++) {
-        float g_ft = mr_chain_opening_ft(chain, j);
-        open_ft += g_ft > 0.0f ? g_ft : 0.0f;
-        zone->closed_joints += is_open(chain, j) ? 0u : chain->group;
-    }
-    zone->mean_gap_in = IN_PER_FT * open_ft / (float)((groups + 1u) * chain->group);
+    zone->end_ft = (float)(end - 1u) * group_ft;
+    unsigned passed = (first - found->first) * group, closed = found->closed * group;
+    zone->closed_joints = closed > passed + 2u ? closed - passed : 2u;
+    zone->mean_gap_in = IN_PER_FT * found->open_ft / (float)((found->groups + 1u) * group);
 }
 
 static void describe_kinematic(const struct mr_predictor *p, struct mr_predictor_zone *zone)
@@ -642,10 +675,8 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
         high_ft = p->config.station_ft[i];
         any = true;
     }
-    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float start_ft = (float)(s * MR_MATS_PER_SEGMENT) * p->config.chain.mat_length_ft;
-        if (start_ft + (float)MR_MATS_PER_SEGMENT * p->config.chain.mat_length_ft <= zone->start_ft || start_ft >= zone->end_ft)
-            continue;
+    float segment_ft = (float)MR_MATS_PER_SEGMENT * p->config.chain.mat_length_ft;
+    for (unsigned s = (unsigned)(zone->start_ft / segment_ft); s < MR_SEGMENTS && (float)s * segment_ft < zone->end_ft; s++) {
         segments++;
         surveyed += __builtin_isnan(p->surveyed_in[s]) ? 0u : 1u;
     }
@@ -700,8 +731,6 @@ void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *z
         describe_kinematic(p, zone);
     } else {
         describe(p, zone);
-        if (p->speed_ft_s > 0.0f)
-            look_ahead(p, zone);
     }
     zone->basis = unmoved ? MR_PREDICTOR_NO_MOTION : 0u;
     state_basis(p, zone);

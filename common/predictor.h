@@ -10,6 +10,12 @@
  * One call per block (1 ms). Inputs are a function of block records, edges and commands alone; the level is chosen by counting mat
  * updates, never by time: a replay says the same. No heap, single precision, square root the only library call.
  *
+ * The search for zones is spread over blocks: MR_PREDICTOR_VISITS_PER_BLOCK joints in each, the budget counts them. A whole one takes
+ * 1,300 visits at most on 420 mats with the wheel at their beginning, 11 blocks, and fewer further on. The deciding sample is in most
+ * landings that of the switch edge that changes the deceleration: then the search begins anew in that block. What it finds on the
+ * way speaks at once when it is worse than what was said; what is better waits for the end. So a verdict is 11 blocks behind an
+ * edge at most; behind what grows by itself, 22.
+ *
  * Units: feet, pounds, seconds; displacements of transducers and gaps of surveys in inches as they are read. */
 #ifndef MATRIG_COMMON_PREDICTOR_H
 #define MATRIG_COMMON_PREDICTOR_H
@@ -20,11 +26,14 @@
 #include "common/block.h"
 #include "common/closure.h"
 #include "common/matchain.h"
+#include "common/zonescan.h"
 
 #define MR_PREDICTOR_LOOK_BLOCKS 50u     /* between statements: 20 Hz */
 #define MR_PREDICTOR_WARNING_MATS 50u    /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
 #define MR_PREDICTOR_ADVISORY_MATS 30u
-#define MR_PREDICTOR_TALLY_MATS 10u      /* of so many joints in a row of a zone one may be open */
+#define MR_PREDICTOR_VISITS_PER_BLOCK 128u /* joints looked at in a block, of the search for zones (common/zonescan.h) */
+#define MR_PREDICTOR_VISITS_PER_UPDATE 2u  /* so many of them cost one mat update on the board (host/sim/predictor_cost.h) */
+#define MR_PREDICTOR_UPDATES_PER_BLOCK 900u /* budget: 60 % of 168 MHz, the rest of a block's work taken off (the same) */
 
 enum mr_predictor_level {
     MR_PREDICTOR_FULL,      /* every mat */
@@ -106,6 +115,12 @@ enum mr_predictor_doubt {
 struct mr_predictor {
     struct mr_predictor_config config;
     struct mr_chain chain;
+    struct mr_zonescan scan;          /* going on */
+    struct mr_zonescan_found found;   /* by the last complete one */
+    uint32_t found_block;             /* in which it was completed */
+    float scanned_ft_s2;              /* deceleration that the scan going on was begun with */
+    bool scan_begun_anew;             /* it took the place of an incomplete one */
+    uint8_t found_group;              /* mats in a group of `found` */
     float gap_ft[MR_CHAIN_MATS + 1u]; /* when the chain was started, by joint */
     float surveyed_in[MR_SEGMENTS];   /* sums; NaN: not surveyed since a landing */
     float scale;                      /* of the closing resistance */
@@ -116,7 +131,9 @@ struct mr_predictor {
     uint32_t block;                   /* since arming */
     uint32_t corrected_block;
     uint32_t updates;                 /* of this landing, mats */
-    uint32_t look_updates;            /* since the last look */
+    uint32_t visits;                  /* of this landing, joints */
+    uint32_t most_updates;            /* in one block of this landing, visits counted in */
+    uint32_t look_updates;            /* since the last look, visits counted in */
     unsigned calm_looks;              /* in a row in which the next better level would have fitted into the budget */
     unsigned failures;                /* guards that tripped in this landing */
     unsigned ploughed_mat;            /* last mat from which the plough has pushed */
@@ -137,18 +154,23 @@ struct mr_predictor_state {
     uint16_t gap_hmil[MR_CHAIN_MATS + 1u];
 };
 
-/* A runway nobody has measured. MR_OK; MR_USAGE: a parameter that makes no sense; MR_NUMERICS: the step is beyond the stability
- * limit. */
+/* A runway nobody has measured. MR_OK; MR_USAGE: a parameter that makes no sense, or is in another unit, as far as that shows (inches
+ * for feet, a weight in kilograms beside a mass in slugs, lb/in for lb/ft); MR_NUMERICS: the step is beyond the stability limit. */
 enum mr_status mr_predictor_start(struct mr_predictor *predictor, const struct mr_predictor_config *config);
 void mr_predictor_save(const struct mr_predictor *predictor, struct mr_predictor_state *state);
 /* After mr_predictor_start. MR_MALFORMED: of another runway, or with openings that no joint can have; nothing is changed then. */
 enum mr_status mr_predictor_load(struct mr_predictor *predictor, const struct mr_predictor_state *state);
-/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between landings. */
+/* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between landings. A sum that ten joints cannot
+ * have (negative, or wider than their slack) counts as not read. */
 void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
 /* A landing begins: displacements count from here. */
 void mr_predictor_arm(struct mr_predictor *predictor);
+/* Inputs are not trusted: a wheel or a speed that no gear has counts as not known, a deceleration as the last one, a reading as
+ * missing. A chain that runs away is begun again from what is measured, and said so (MR_PREDICTOR_FELL_BACK). */
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
-/* What is to be said now. */
+/* Blocks wait for it: on at the next cheaper level from here, as when the budget is exceeded. */
+void mr_predictor_hurry(struct mr_predictor *predictor);
+/* What is to be said now. Cheap but for the level MR_PREDICTOR_KINEMATIC, where it sums up all joints: may be asked in every block. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
 /* The landing is over: what the joints have become is the start of the next one. */
 void mr_predictor_fold(struct mr_predictor *predictor);

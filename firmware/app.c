@@ -7,13 +7,9 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
-#include "firmware/norshare.h"
 #include "firmware/zero.h"
 #include "firmware/tasks.h"
 
-/* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
- * first trigger, every edge up to there has been stored, however busy the processor was. */
-#define EDGE_WINDOW_TICKS 75600u
 #define STALL_TICKS 5u             /* supervision ticks without a block */
 #define TICKS_PER_S 100u
 
@@ -24,15 +20,6 @@ static void miss_block(struct app *app, uint32_t index)
         app->displacement_in[index % 4][i] = MR_NAN;
     for (unsigned i = 0; i < MR_GAGES; i++)
         app->tension_lb[index % 4][i] = MR_NAN;
-}
-
-static void forget_baseline(struct app *app)
-{
-    app->baseline_blocks = 0;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        app->baseline_sum_in[i] = 0.0f;
-        app->baseline_in[i] = MR_NAN;
-    }
 }
 
 /* No mean goes over readings of two zeros. */
@@ -55,6 +42,12 @@ static void follow_zeros(struct app *app)
     channels_zeroed(&app->channels, changed, app->next_index);
 }
 
+static void forget_survey(struct app *app)
+{
+    for (unsigned i = 0; i < MR_SEGMENTS; i++)
+        app->slack_in[i] = MR_NAN;
+}
+
 void app_configured(struct app *app)
 {
     zero_start();
@@ -65,11 +58,13 @@ void app_configured(struct app *app)
     for (unsigned i = 0; i < 4; i++)
         miss_block(app, i);
     app->blocks_in_row = 0;
-    forget_baseline(app);
+    baseline_forget(&app->baseline);
+    predict_configure(&app->predict);
     if (!config.site[0].black_box)
         blackbox_leave_out(&app->box);
     else if (app->box.state == BLACKBOX_MISSING)
         blackbox_start(&app->box);
+    runwaystore_follow(&app->runwaystore, app->box.state != BLACKBOX_MISSING);
 }
 
 static void tell_configuration(struct app *app)
@@ -86,10 +81,10 @@ void app_start(struct app *app)
     landing_start(&app->landing);
     channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
-    for (unsigned i = 0; i < MR_SEGMENTS; i++)
-        app->slack_in[i] = MR_NAN;
+    forget_survey(app);
     calibrate_start(&app->calibrate);
     slowlog_start(&app->slowlog);
+    runwaystore_start(&app->runwaystore);
     thermometer_start(&app->thermometer);
     app_configured(app);
     telemetry_start(&app->telemetry);
@@ -154,41 +149,47 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     if (calibrate_busy(&app->calibrate))
         return MR_WAIT;
     enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW : blackbox_ready(&app->box);
+    if (status == MR_OK && app->predict.status == MR_OK && !runwaystore_loaded(&app->runwaystore))
+        status = MR_WAIT;
     if (status == MR_WAIT || status == MR_FULL)
         boxlink_tell_state(&app->box, &app->telemetry);
     if (status != MR_OK)
         return status;
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
-        forget_baseline(app);
+        baseline_forget(&app->baseline);
         camera_arm(&app->camera);
         read_blocks_before(app);
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
         healthlink_arm(&app->healthlink, &app->telemetry);
-        board_warn(app->warning);
+        board_warn(false);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         slowlog_read_stop(&app->slowlog);
         telemetry_state(&app->telemetry, &app->landing);
+        predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
+        predict_store(&app->predict, &app->telemetry, app->runwaystore.copy);
         tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);
     }
     return status;
 }
 
-static void warn(struct app *app, bool warning)
+/* The landing is over; where a gear rolled, the survey holds no more. */
+static void end_prediction(struct app *app, bool moved, uint32_t index)
 {
-    app->warning = warning;
-    board_warn(warning);
+    if (predict_end(&app->predict, &app->telemetry, moved, index))
+        forget_survey(app);
 }
 
-/* The landing is over: a warning ends with it, and that is told. */
-static void end_warning(struct app *app, uint32_t index)
+static enum mr_status obey_runway(struct app *app, const struct mr_command *command)
 {
-    if (!app->warning) /* the lamp is dark, or a self-test's */
-        return;
-    telemetry_zone(&app->telemetry, &(struct mr_closure_zone){.lead_s = MR_NAN}, MR_NAN, false, index);
-    warn(app, false);
+    bool forgotten = false;
+    enum mr_status status = predict_obey(&app->predict, &app->telemetry, command, landing_recording(&app->landing), app->next_index,
+                                         &forgotten);
+    if (forgotten)
+        forget_survey(app);
+    return status;
 }
 
 static enum mr_status mark(struct app *app, const struct mr_command *command)
@@ -209,6 +210,7 @@ static enum mr_status survey(struct app *app, const struct mr_command *command)
         command->argument >= (int32_t)MR_MISSING_U16)
         return MR_USAGE;
     app->slack_in[command->index] = (float)command->argument / 10000.0f;
+    predict_survey(&app->predict, app->slack_in, app->next_index);
     return MR_OK;
 }
 
@@ -270,8 +272,8 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_DISARM:
         bandwatch_end(&app->bandwatch, &app->telemetry);
+        end_prediction(app, app->landing.state != LANDING_ARMED, app->next_index);
         landing_disarm(&app->landing, app->next_index);
-        end_warning(app, app->next_index);
         telemetry_state(&app->telemetry, &app->landing);
         break;
     case MR_COMMAND_MARK:
@@ -304,6 +306,14 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         if (status == MR_OK && calibrate_busy(&app->calibrate))
             return MR_OK; /* answered when it is over */
         follow_zeros(app);
+        break;
+    case MR_COMMAND_BACKLOG:
+    case MR_COMMAND_RUNWAY_FORGET:
+    case MR_COMMAND_RUNWAY_READ:
+    case MR_COMMAND_RUNWAY_JOINTS:
+    case MR_COMMAND_RUNWAY_WORD:
+    case MR_COMMAND_RUNWAY_TAKE:
+        status = obey_runway(app, &command);
         break;
     case MR_COMMAND_RESET:
     case MR_COMMAND_SELF_TEST:
@@ -364,52 +374,6 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
     }
 }
 
-/* While armed, the mean of each full group of blocks becomes the zero: the newest one before the first edge stands. */
-static void follow_baseline(struct app *app, unsigned row)
-{
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->baseline_sum_in[i] += app->displacement_in[row][i];
-    if (++app->baseline_blocks < APP_BASELINE_BLOCKS)
-        return;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        app->baseline_in[i] = app->baseline_sum_in[i] / (float)APP_BASELINE_BLOCKS;
-        app->baseline_sum_in[i] = 0.0f;
-    }
-    app->baseline_blocks = 0;
-}
-
-/* The group that was being summed ends with something that may move the mat. */
-static void forget_partial_baseline(struct app *app)
-{
-    app->baseline_blocks = 0;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->baseline_sum_in[i] = 0.0f;
-}
-
-static void seek_zone(struct app *app, const struct mr_block *block)
-{
-    float station_ft[MR_TRANSDUCERS];
-    float moved_in[MR_TRANSDUCERS];
-    struct mr_closure_zone zone;
-    struct landing_wheel wheel = landing_wheel_at(&app->landing, block->tick);
-
-    mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, block->index % 4, 4, moved_in);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        station_ft[i] = config.channel[i].station_ft;
-        moved_in[i] -= app->baseline_in[i];
-    }
-    mr_closure_find(&(struct mr_closure_input){.station_ft = station_ft, .displacement_in = moved_in,
-                                               .slack_in = app->slack_in, .wheel_ft = wheel.station_ft,
-                                               .speed_ft_s = wheel.speed_ft_s,
-                                               .deceleration_ft_s2 = wheel.deceleration_ft_s2},
-                    &zone, NULL);
-    bool warning = zone.mats >= MR_CLOSURE_WARNING_MATS && landing_may_warn(&app->landing, block->index);
-    bool changed = warning != app->warning;
-    warn(app, warning);
-    if (changed || block->index % APP_ZONE_SEND_BLOCKS == 0)
-        telemetry_zone(&app->telemetry, &zone, wheel.station_ft, warning, block->index);
-}
-
 static void tell_landing(struct app *app, const struct landing_news *news, uint32_t index)
 {
     const struct landing *landing = &app->landing;
@@ -455,7 +419,7 @@ static void take_slow(struct app *app, uint32_t index)
 static void take_block(struct app *app, const struct mr_block *block)
 {
     uint32_t edge_ticks[MR_SWITCHES_WAITING];
-    size_t edges = board_edges_take(block->tick + EDGE_WINDOW_TICKS, edge_ticks, MR_SWITCHES_WAITING);
+    size_t edges = board_edges_take(block->tick + LANDING_EDGE_TICKS, edge_ticks, MR_SWITCHES_WAITING);
     float staircase_code = (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
     unsigned row = block->index % 4;
     bool was_recording = landing_recording(&app->landing);
@@ -477,24 +441,18 @@ static void take_block(struct app *app, const struct mr_block *block)
         read_channels(app, block);
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
-    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline_in,
+    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline.in,
                   app->tension_lb[row]);
     if (news.state && app->landing.state == LANDING_DONE)
         bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
     live_block(&app->live, &app->landing, &app->telemetry, block);
     tell_landing(app, &news, block->index);
-    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + EDGE_WINDOW_TICKS);
+    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + LANDING_EDGE_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
-    if (recording) {
-        if (landing_quiet(&app->landing, block->index))
-            follow_baseline(app, row);
-        else
-            forget_partial_baseline(app);
-        if (block->index % APP_ZONE_BLOCKS == 0)
-            seek_zone(app, block);
-    } else if (was_recording) {
-        end_warning(app, block->index);
-    }
+    if (recording)
+        baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index));
+    else if (was_recording)
+        end_prediction(app, true, block->index);
     if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
         float mean_in[MR_TRANSDUCERS];
         mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);
@@ -513,6 +471,13 @@ static void take_block(struct app *app, const struct mr_block *block)
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
     healthlink_regular(&app->healthlink, &app->telemetry, block->index);
     tasks_done(MR_TASK_TELEMETRY);
+
+    tasks_begin(MR_TASK_PREDICTOR);
+    predict_regular(&app->predict, &app->telemetry, app->runwaystore.copy, block->index);
+    predict_block(&app->predict, &app->telemetry, &app->landing,
+                  &(struct predict_block){.index = block->index, .tick = block->tick, .displacement_in = app->displacement_in[row],
+                                          .baseline_in = app->baseline.in, .waiting = board_blocks_waiting()});
+    tasks_done(MR_TASK_PREDICTOR);
 }
 
 static void miss_blocks(struct app *app, uint32_t next_index)
@@ -554,7 +519,8 @@ bool app_poll(struct app *app)
         tasks_done(MR_TASK_BLOCKS);
     }
     tasks_begin(MR_TASK_BOX);
-    norshare_poll(&app->box, &app->slowlog, app->next_index, !landing_recording(&app->landing));
+    norshare_poll(&(struct norshare){&app->box, &app->slowlog, &app->runwaystore, &app->predict, app->slack_in}, app->next_index,
+                  !landing_recording(&app->landing));
     tasks_done(MR_TASK_BOX);
     tasks_begin(MR_TASK_UPKEEP);
     healthlink_idle(&app->healthlink);
@@ -568,6 +534,7 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_BLOCKS);
     tasks_done(MR_TASK_LANDING);
     tasks_done(MR_TASK_TELEMETRY);
+    tasks_done(MR_TASK_PREDICTOR);
 }
 
 void app_supervise(struct app *app)

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "host/cli.h"
+#include "host/error_predictor.h"
 #include "host/output.h"
 #include "host/report/plot_error.h"
 #include "host/sim/error_study.h"
@@ -211,14 +212,23 @@ static enum mr_status write_plot(const char *path, const char *name, const struc
 int error_command(int argc, char **argv, const struct cli *cli)
 {
     const char *plot = NULL, *words[1];
-    const struct cli_option options[] = {{"--plot", &plot, NULL}};
+    bool predictor = false;
+    const struct cli_option options[] = {{"--plot", &plot, NULL}, {"--predictor", NULL, &predictor}};
     struct error error = {0};
     struct sim_scene scene;
     struct error_study study;
     int code = 0;
 
-    if (cli_parse(argc, argv, options, 1, words, 1, 1, "SCENE", &error) != MR_OK ||
-        sim_scene_load(&scene, words[0], &error) != MR_OK)
+    words[0] = NULL;
+    if (cli_parse(argc, argv, options, 2, words, 0, 1, "SCENE", &error) != MR_OK)
+        return cli_fail(&error);
+    if (predictor && words[0])
+        error_set(&error, MR_USAGE, "one word too many: '%s' of error; --predictor takes no SCENE", words[0]);
+    else if (!predictor && !words[0])
+        error_set(&error, MR_USAGE, "something is missing: matrig error needs SCENE or --predictor; see matrig error --help");
+    if (error.status == MR_OK && predictor && (!plot || can_write(plot, &error) == MR_OK))
+        return error_predictor(plot, cli);
+    if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)
         return cli_fail(&error);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);

@@ -35,8 +35,8 @@ static const struct command commands[] = {
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
     {"board", board_command,
      "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
-     "                        config get|set|check | health [--elf F] | self-test | reset",
-     "a board: its firmware, black box, slow log, configuration and health",
+     "                        config get|set|check | runway [show|load F|forget] [-o F] | health [--elf F] | self-test | reset",
+     "a board: its firmware, black box, slow log, configuration, runway and health",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  (no word)      the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
      "                 .hex, .bin) compares it with a file. Exit 1 when it differs or is not whole\n"
@@ -50,6 +50,9 @@ static const struct command commands[] = {
      "  config get     the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial\n"
      "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done\n"
      "  config check F check F alone, without a board\n"
+     "  runway         what the board's predictor knows of the runway: landings, joints, where it comes from; -o writes it to a file.\n"
+     "                 load F gives the board that of a file, forget: nobody has measured it. Not from arm to done.\n"
+     "                 matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt\n"
      "  health         restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
      "                 its functions). Exit 1 when there is a fault\n"
      "  self-test      memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails\n"
@@ -106,8 +109,10 @@ static const struct command commands[] = {
      "  --csv F        write the history of the mats in u_mats (or all): displacements, heights of their left ends\n"
      "  --progress     say how far the run is\n"
      "Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5).\n"},
-    {"error", error_command, "SCENE [--plot F.svg]", "every solver's error against its run time",
+    {"error", error_command, "SCENE|--predictor [--plot F.svg]", "every solver's error against its run time",
      "  SCENE          scene file, JSON\n"
+     "  --predictor    instead: the onboard predictor at each of its levels and several steps, on five landings: error against\n"
+     "                 the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg\n"
      "  --plot F.svg   draw error against run time. Errors are in ft, also with --si\n"
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
@@ -129,8 +134,10 @@ static const struct command commands[] = {
      "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
      "                 is compared within tolerances, which the output states\n"
      "Exit 1 when anything differs.\n"},
-    {"predict", predict_command, "DB RUN", "the predictor of zones and warnings on a recorded landing",
-     "  DB RUN         campaign database and number of the landing in it, from 1\n"
+    {"predict", predict_command, "DB RUN...", "the predictor of zones and warnings on recorded landings",
+     "  DB RUN         campaign database and number of the landing in it, from 1; of several, in order, each begins with\n"
+     "                 what the joints have become in the one before, and with the segments surveyed since:\n"
+     "                 matrig predict campaign.db 1 2 3 4 5\n"
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
      "board knew then: edges so far, readings so far, the survey.\n"},

@@ -1,4 +1,5 @@
-/* matrig predict: the predictor (common/predictor.h) on a recorded landing, from its readings and edges. */
+/* matrig predict: the predictor (common/predictor.h) on recorded landings, from their readings and edges; what the joints have become is
+ * carried from one to the next. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,12 +7,14 @@
 
 #include "common/gates.h"
 #include "common/predictor.h"
+#include "host/analyse/predict_again.h"
 #include "host/analyse/zones.h"
 #include "host/cli.h"
 #include "host/run.h"
 
 #define EDGE_KNOWN_S 0.005 /* after it, an edge has its name (common/switches.h) */
 #define CHANGED_MATS 5     /* less is no news */
+#define RUNS_MAX 1000
 
 /* The model rig: what the report gives, and what reproduces its movements (tests/runs/README.md). */
 static const struct mr_predictor_config rig = {
@@ -35,10 +38,32 @@ struct predict {
     struct mr_motion_estimate motion;
     bool known;
     json_t *rows;
+    /* From the landing before: */
+    bool carried;
+    struct mr_predictor_state state;
+    float slack_in[MR_SEGMENTS];
+    size_t fresh; /* segments surveyed since */
+    bool differ;  /* the board said something else than what follows from a record */
 };
 
 static const char *const verdicts[] = {"quiet", "advisory", "warning"};
 static const char *const reasons[] = {"", "zone ahead", "zone growing", "compression"};
+
+/* The segments that were surveyed since the landing before: the board keeps a reading until there is another, so what is the same to
+ * the last digit is no news. */
+static void take_survey(struct predict *predict)
+{
+    float sum_in[MR_SEGMENTS];
+    predict->fresh = 0;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        float slack_in = predict->survey.slack_in[s], before_in = predict->slack_in[s];
+        bool stale = predict->carried && !(slack_in < before_in || slack_in > before_in || isnan(before_in));
+        sum_in[s] = stale ? NAN : slack_in;
+        predict->fresh += isnan(sum_in[s]) ? 0u : 1u;
+        predict->slack_in[s] = slack_in;
+    }
+    mr_predictor_survey(&predict->predictor, sum_in);
+}
 
 static enum mr_status prepare(struct predict *predict, struct error *error)
 {
@@ -48,9 +73,11 @@ static enum mr_status prepare(struct predict *predict, struct error *error)
         config.station_ft[i] = channel->kind == MR_KIND_DISPLACEMENT ? channel->station_ft : NAN;
     }
     enum mr_status status = mr_predictor_start(&predict->predictor, &config);
+    if (status == MR_OK && predict->carried)
+        status = mr_predictor_load(&predict->predictor, &predict->state);
     if (status != MR_OK)
         return error_set(error, status, "the predictor refuses its parameters; this is a defect");
-    mr_predictor_survey(&predict->predictor, predict->survey.slack_in);
+    take_survey(predict);
     mr_predictor_arm(&predict->predictor);
     return MR_OK;
 }
@@ -145,20 +172,19 @@ static double run_all(struct predict *predict, const struct cli *cli)
     return warned_s;
 }
 
-static void conclude(const struct predict *predict, double warned_s, const struct cli *cli)
+static json_t *conclude_json(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left)
 {
-    const struct zone_warning *board = &predict->zones.warning;
-    double board_s = board->warned ? board->t_s : (double)NAN;
-    if (cli->json) {
-        json_t *whole = json_pack("{s:i, s:O, s:o, s:o, s:i, s:f}", "run", (int)predict->measured.landing.id, "statements",
-                                  predict->rows, "first_warning_s", number(warned_s), "board_first_warning_s", number(board_s),
-                                  "mat_updates", (int)predict->predictor.updates, "resistance_scale",
-                                  (double)predict->predictor.scale);
-        json_dumpf(whole, stdout, JSON_INDENT(1));
-        putchar('\n');
-        json_decref(whole);
-        return;
-    }
+    return json_pack("{s:i, s:O, s:o, s:o, s:i, s:i, s:f, s:o}", "run", (int)predict->measured.landing.id, "statements", predict->rows,
+                     "first_warning_s", number(warned_s), "board_first_warning_s", number(board_s), "mat_updates",
+                     (int)predict->predictor.updates, "segments_surveyed", (int)predict->fresh, "resistance_scale",
+                     (double)predict->predictor.scale, "left",
+                     left->mats ? json_pack("{s:i, s:f, s:f, s:i}", "mats", (int)left->mats, "start_ft", (double)left->start_ft, "end_ft",
+                                            (double)left->end_ft, "closed_joints", (int)left->closed_joints)
+                                : json_null());
+}
+
+static void conclude(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left)
+{
     if (isnan(warned_s))
         printf("predictor: no warning");
     else
@@ -167,48 +193,139 @@ static void conclude(const struct predict *predict, double warned_s, const struc
         printf("; board: none");
     else
         printf("; board: at %.3f s", board_s);
-    printf(". Segments surveyed: %zu. Closing resistance found: %.2f of the one assumed. Mat updates: %.2f million.\n",
-           predict->survey.surveyed, (double)predict->predictor.scale, (double)predict->predictor.updates / 1e6);
+    printf(". Segments surveyed: %zu. Closing resistance found: %.2f of the one assumed. Mat updates: %.2f million.\n", predict->fresh,
+           (double)predict->predictor.scale, (double)predict->predictor.updates / 1e6);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         if (predict->predictor.doubt[i] > MR_PREDICTOR_MISSING)
             printf("transducer %u was left out: it %s\n", i + 1u,
                    predict->predictor.doubt[i] == MR_PREDICTOR_DRIFTS ? "drifted" : "disagreed with the model");
     }
+    if (left->mats)
+        printf("left ahead of the stop: %u mats closed, stations %.1f to %.1f ft, %u closed joints\n", left->mats, (double)left->start_ft,
+               (double)left->end_ft, left->closed_joints);
+}
+
+/* Did the board say what follows from its record, bit by bit? */
+static void tell_again(const struct predict_again *again)
+{
+    if (!again->possible)
+        printf("the board's own run cannot be computed again: the record lacks %s\n", again->lacks);
+    else if (!again->differ)
+        printf("computed again from the record: %zu statements of the board, %zu fields, all the same to the last bit\n", again->said,
+               again->fields);
+    else
+        printf("computed again from the record: %zu of %zu fields of %zu statements DIFFER; first block %lld, %s: board %.10g, host %.10g\n",
+               again->differ, again->fields, again->made, (long long)again->first.block, again->first.field, again->first.said,
+               again->first.made);
+}
+
+static json_t *again_json(const struct predict_again *again)
+{
+    json_t *object = json_pack("{s:b, s:i, s:i, s:i, s:i}", "possible", again->possible, "statements", (int)again->said, "fields",
+                               (int)again->fields, "differ", (int)again->differ, "backlogs", (int)again->backlogs);
+    json_object_set_new(object, "lacks", again->lacks ? json_string(again->lacks) : json_null());
+    json_object_set_new(object, "first",
+                        again->differ ? json_pack("{s:I, s:s, s:o, s:o}", "block", (json_int_t)again->first.block, "field", again->first.field,
+                                                  "board", number(again->first.said), "host", number(again->first.made))
+                                      : json_null());
+    return object;
+}
+
+/* One landing. `results`: NULL, or where its object goes. */
+static enum mr_status predict_run(struct predict *predict, struct store *store, int64_t run, json_t *results, const struct cli *cli,
+                                  struct error *error)
+{
+    struct mr_predictor_zone left;
+    struct predict_again again;
+    double board_s, warned_s;
+    predict->gates = predict->beyond = 0;
+    predict->known = false;
+    predict->rows = json_array();
+    enum mr_status status = measured_load(store, run, &predict->measured, error);
+    if (status == MR_OK && predict->measured.source == MEASURED_NOTHING)
+        status = error_set(error, MR_USAGE, "no readings: RUN %lld has neither blocks nor displacements", (long long)run);
+    if (status == MR_OK)
+        status = zones_load_survey(store, run, &predict->survey, error);
+    if (status == MR_OK)
+        status = zones_load(store, &predict->measured, &predict->zones, error);
+    if (status == MR_OK)
+        status = prepare(predict, error);
+    if (status == MR_OK) {
+        if (!results)
+            printf("    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict\n");
+        warned_s = run_all(predict, cli);
+        board_s = predict->zones.warning.warned ? predict->zones.warning.t_s : (double)NAN;
+        mr_predictor_zone(&predict->predictor, &left);
+        status = predict_again(store, run, &again, error);
+        if (results) {
+            json_t *object = conclude_json(predict, warned_s, board_s, &left);
+            json_object_set_new(object, "again", again_json(&again));
+            json_array_append_new(results, object);
+        } else {
+            conclude(predict, warned_s, board_s, &left);
+            tell_again(&again);
+        }
+        predict->differ |= again.differ > 0;
+        mr_predictor_fold(&predict->predictor);
+        mr_predictor_save(&predict->predictor, &predict->state);
+        predict->carried = true;
+    }
+    json_decref(predict->rows);
+    zones_free(&predict->zones);
+    measured_free(&predict->measured);
+    memset(&predict->zones, 0, sizeof predict->zones);
+    memset(&predict->measured, 0, sizeof predict->measured);
+    return status;
+}
+
+static enum mr_status parse_runs(const char *const *words, int64_t *runs, size_t *count, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (*count = 0; words[*count] && status == MR_OK; ++*count) {
+        status = run_parse(words[*count], &runs[*count], error);
+        if (status == MR_OK && *count > 0 && runs[*count] <= runs[*count - 1])
+            return error_set(error, MR_USAGE, "out of order: RUN %s after %s; give landings in the order in which they were made",
+                             words[*count], words[*count - 1]);
+    }
+    return status;
+}
+
+static int print_results(json_t *results, int exit_code)
+{
+    json_t *whole = json_array_size(results) == 1 ? json_incref(json_array_get(results, 0)) : json_pack("{s:O}", "runs", results);
+    json_decref(results);
+    bool failed = json_dumpf(whole, stdout, JSON_INDENT(1)) != 0 || putchar('\n') == EOF || fflush(stdout) != 0;
+    json_decref(whole);
+    return failed ? 3 : exit_code;
 }
 
 int predict_command(int argc, char **argv, const struct cli *cli)
 {
     static struct predict predict; /* some ten kilobytes */
-    const char *words[2];
+    static const char *words[RUNS_MAX + 2];
+    static int64_t runs[RUNS_MAX];
     struct error error = {0};
     struct store *store = NULL;
-    int64_t run;
-    enum mr_status status = cli_parse(argc, argv, NULL, 0, words, 2, 2, "DB RUN", &error);
+    json_t *results = cli->json ? json_array() : NULL;
+    size_t count = 0;
+    enum mr_status status = cli_parse(argc, argv, NULL, 0, words, 2, RUNS_MAX + 1, "DB RUN", &error);
     if (status == MR_OK)
-        status = run_parse(words[1], &run, &error);
+        status = parse_runs(words + 1, runs, &count, &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
-    if (status != MR_OK)
+    if (status != MR_OK) {
+        json_decref(results);
         return cli_fail(&error);
-    memset(&predict, 0, sizeof predict);
-    predict.rows = json_array();
-    status = measured_load(store, run, &predict.measured, &error);
-    if (status == MR_OK && predict.measured.source == MEASURED_NOTHING)
-        status = error_set(&error, MR_USAGE, "no readings: RUN %lld of %s has neither blocks nor displacements", (long long)run, words[0]);
-    if (status == MR_OK)
-        status = zones_load_survey(store, run, &predict.survey, &error);
-    if (status == MR_OK)
-        status = zones_load(store, &predict.measured, &predict.zones, &error);
-    if (status == MR_OK)
-        status = prepare(&predict, &error);
-    if (status == MR_OK) {
-        if (!cli->json)
-            printf("    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict\n");
-        conclude(&predict, run_all(&predict, cli), cli);
     }
-    json_decref(predict.rows);
-    zones_free(&predict.zones);
-    measured_free(&predict.measured);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (count > 1 && !cli->json)
+            printf("%srun %lld\n", i ? "\n" : "", (long long)runs[i]);
+        status = predict_run(&predict, store, runs[i], results, cli, &error);
+    }
     store_close(store);
-    return status == MR_OK ? 0 : cli_fail(&error);
+    int exit_code = predict.differ ? mr_status_exit_code(MR_LIMIT) : 0;
+    if (status == MR_OK && cli->json)
+        return print_results(results, exit_code);
+    json_decref(results);
+    return status == MR_OK ? exit_code : cli_fail(&error);
 }

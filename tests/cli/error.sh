@@ -55,6 +55,24 @@ page() {
 }
 check "the page is whole and self-contained" page
 
+# The predictor: the finer, the nearer and the dearer; what is beyond the limit is refused.
+predictor_json() { sqlite3 :memory: "select round(avg(json_extract(l.value, '\$.$2')), 5) from json_each(json_extract(cast(readfile('$tmp/predictor.json') as text), '\$.variants')) v, json_each(json_extract(v.value, '\$.landings')) l where json_extract(v.value, '\$.variant') = '$1'"; }
+falls() { # KEY VARIANT...
+    local key=$1 last=1e9 value; shift
+    for variant; do
+        value=$(predictor_json "$variant" "$key")
+        echo "$variant: $key $value"
+        awk -v a="$value" -v b="$last" 'BEGIN { exit !(a > 0 && a < b) }' || return 1
+        last=$value
+    done
+}
+check "a study of the predictor" eval "$m error --predictor --plot $tmp/p.svg >$tmp/predictor.txt && $m --json error --predictor >$tmp/predictor.json"
+check "every mat errs less than two in one, and that less than four" falls own_runway.rms_in "four in one" "two in one" "full, 0.167 ms"
+check "cycles fall from level to level" falls cycles "full, 0.05 ms" "full, 0.167 ms" "two in one" "four in one" "plough"
+check "landing by landing" [ "$(grep -Ec ' %( over budget)?$' "$tmp/predictor.txt")" = 40 ]
+check "a step beyond the limit is refused" grep -Eq '^ +full, 0.2 ms +refused: ' "$tmp/predictor.txt"
+check "its plot has two panels" eval "[ \$(grep -o 'rms error of u, in' $tmp/p.svg | wc -l) = 2 ] && ! grep -Eqi '[^a-z](nan|inf)[^a-z]' $tmp/p.svg"
+check "the predictor takes no scene" fails_with 2 'takes no SCENE' $m error --predictor "$tmp/short.json"
 check "no reference: exit 5, no table" fails_with 5 "no reference" $m error "$tmp/sign.json"
 check "nothing on stdout then" test ! -s "$tmp/out"
 echo keep >"$tmp/old.svg"

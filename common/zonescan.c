@@ -1,0 +1,169 @@
+#include "common/zonescan.h"
+
+#include <string.h>
+
+enum { COMING_START, COMING_END, LYING, SUMMING, COMPLETE };
+
+static float closed_ft(const struct mr_chain *chain)
+{
+    return MR_ZONE_CLOSED_FT * (float)chain->group;
+}
+
+/* Whether joint j is closed, or closed by a wheel at the place. */
+static inline bool closes(const struct mr_zonescan *scan, const struct mr_chain *chain, unsigned j)
+{
+    float press_lb = scan->order.push_lb - (float)(j - scan->order.place) * chain->friction_lb;
+    return press_lb > chain->grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
+}
+
+static void begin_place(struct mr_zonescan *scan)
+{
+    bool any = scan->order.place <= scan->order.last_place;
+    scan->phase = any ? COMING_START : LYING;
+    scan->joint = any ? (uint16_t)(scan->order.place + 1u) : scan->order.from;
+    scan->start_before = scan->start;
+    scan->start = 0;
+    if (!any)
+        scan->last_open = 0;
+}
+
+void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain, const struct mr_zonescan_order *order)
+{
+    memset(scan, 0, sizeof *scan);
+    scan->order = *order;
+    if (scan->order.last_place >= chain->count)
+        scan->order.last_place = (uint16_t)(chain->count - 1u);
+    scan->tally = (uint16_t)((MR_ZONE_TALLY_MATS + chain->group - 1u) / chain->group);
+    begin_place(scan);
+}
+
+static void leave_place(struct mr_zonescan *scan)
+{
+    unsigned groups = scan->start ? (unsigned)scan->last_closed - scan->start : 0;
+    if (groups > scan->found.coming) {
+        scan->found.coming = (uint16_t)groups;
+        scan->found.coming_place = scan->order.place;
+    }
+    scan->order.place = (uint16_t)(scan->order.place + MR_ZONE_STRIDE);
+    begin_place(scan);
+}
+
+/* The first joint that closes ahead of a place. When the search for the last place's end began no further and has gone beyond it,
+ * it goes on from there: of two places the further one closes all that the nearer does. Else it begins anew. */
+static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
+{
+    unsigned j = scan->joint;
+    scan->visits++;
+    if (j > chain->count + 1u || j > scan->order.place + scan->tally + 1u) {
+        scan->end = 0;
+        leave_place(scan);
+        return;
+    }
+    if (!closes(scan, chain, j)) {
+        scan->joint++;
+        return;
+    }
+    scan->start = (uint16_t)j;
+    scan->phase = COMING_END;
+    if (scan->end <= j || j < scan->start_before) {
+        scan->last_closed = (uint16_t)j;
+        scan->last_open = (uint16_t)(j > scan->order.place + 1u ? j - 1u : 0);
+        scan->joint = (uint16_t)(j + 1u);
+        return;
+    }
+    if (scan->last_open <= scan->order.place || closes(scan, chain, scan->last_open)) {
+        scan->last_closed = scan->last_open > scan->last_closed ? scan->last_open : scan->last_closed;
+        scan->last_open = 0;
+        scan->visits++;
+    }
+    scan->joint = scan->end;
+}
+
+/* The end of the zone of a place, as far as the visits reach. */
+static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
+{
+    unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed, beyond = chain->count + 2u;
+    uint32_t visits = scan->visits;
+    bool ended = false;
+    for (; visits < until && !ended; visits++) {
+        if (j >= beyond) {
+            ended = true;
+        } else if (closes(scan, chain, j)) {
+            last_closed = j++;
+        } else if (last_open && j - last_open < scan->tally) {
+            ended = true;
+        } else {
+            last_open = j++;
+        }
+    }
+    scan->visits = visits;
+    scan->joint = scan->end = (uint16_t)j;
+    scan->last_open = (uint16_t)last_open;
+    scan->last_closed = (uint16_t)last_closed;
+    if (ended)
+        leave_place(scan);
+}
+
+/* The chain as it is, as far as the visits reach: the longest zone, and the largest compression. */
+static void lie(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
+{
+    unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start, last_open = scan->last_open, best = scan->found.groups;
+    unsigned stop = beyond < j + (until - scan->visits) ? beyond : j + (until - scan->visits);
+    float most_lb = scan->found.compression_lb, limit_ft = closed_ft(chain);
+    scan->visits += stop > j ? stop - j : 1u;
+    for (; j < stop; j++) {
+        float press_lb = mr_chain_compression_lb(chain, j);
+        most_lb = press_lb > most_lb ? press_lb : most_lb;
+        if (mr_chain_opening_ft(chain, j) > limit_ft) {
+            if (last_open && j - last_open < scan->tally) /* only what follows the last open joint may go on */
+                first = j - last_open > 1u ? last_open + 1u : 0;
+            last_open = j;
+            continue;
+        }
+        first = first ? first : j;
+        if (j - first > best) {
+            best = j - first;
+            scan->found.first = (uint16_t)first;
+        }
+    }
+    scan->joint = (uint16_t)j;
+    scan->start = (uint16_t)first;
+    scan->last_open = (uint16_t)last_open;
+    scan->found.groups = (uint16_t)best;
+    scan->found.compression_lb = most_lb;
+    if (j < beyond)
+        return;
+    scan->phase = best ? SUMMING : COMPLETE;
+    scan->joint = scan->found.first;
+}
+
+/* What there is in the zone found. */
+static void sum(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
+{
+    struct mr_zonescan_found *found = &scan->found;
+    unsigned j = scan->joint, beyond = found->first + found->groups + 1u;
+    for (; j < beyond && scan->visits < until; j++, scan->visits++) {
+        float opening_ft = mr_chain_opening_ft(chain, j);
+        found->open_ft += opening_ft > 0.0f ? opening_ft : 0.0f;
+        found->closed = (uint16_t)(found->closed + !(opening_ft > closed_ft(chain)));
+    }
+    scan->joint = (uint16_t)j;
+    if (j == beyond)
+        scan->phase = COMPLETE;
+}
+
+bool mr_zonescan_go(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits)
+{
+    uint32_t until = scan->visits + visits;
+    while (scan->phase != COMPLETE && scan->visits < until) {
+        if (scan->phase == COMING_START)
+            find_start(scan, chain);
+        else if (scan->phase == COMING_END)
+            find_end(scan, chain, until);
+        else if (scan->phase == LYING)
+            lie(scan, chain, until);
+        else
+            sum(scan, chain, until);
+    }
+    return scan->phase == COMPLETE;
+}

@@ -1,0 +1,308 @@
+#include "firmware/predict.h"
+
+#include <string.h>
+
+#include "common/block.h"
+#include "common/wire.h"
+#include "firmware/config.h"
+
+#define TOLD UINT32_MAX
+#define STORE_BLOCKS 1000u
+#define STORE_PHASE 613u
+
+/* What is told of the runway, and its number. */
+static void refresh(struct predict *p)
+{
+    mr_predictor_save(&p->predictor, &p->state);
+    p->crc = mr_runway_crc(&p->state);
+    p->store_due = true;
+}
+
+void predict_configure(struct predict *p)
+{
+    struct mr_predictor_config started;
+    bool had = p->status == MR_OK && p->predictor.config.chain.mats;
+    if (had)
+        mr_predictor_save(&p->predictor, &p->state);
+    p->telling = TOLD;
+    p->warning = false;
+    p->status = MR_NOT_NOW;
+    if (!config.predict[0].fitted)
+        return;
+    mr_config_predictor(&config, &started);
+    p->status = mr_predictor_start(&p->predictor, &started);
+    if (p->status == MR_OK && (!had || mr_predictor_load(&p->predictor, &p->state) != MR_OK))
+        p->source = MR_RUNWAY_UNKNOWN;
+    if (p->status == MR_OK)
+        refresh(p);
+}
+
+/* --- what is said --- */
+
+#define SAY(telemetry, name, NAME, ...)                                                              \
+    do {                                                                                             \
+        uint8_t payload_[MR_MESSAGE_MAX];                                                            \
+        const struct mr_##name message_ = {__VA_ARGS__};                                             \
+        telemetry_put(telemetry, MR_ID_##NAME, payload_, mr_##name##_put(&message_, payload_));      \
+    } while (0)
+
+static void say_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
+{
+    struct predict_said said;
+    uint8_t payload[MR_MESSAGE_MAX];
+    predict_statement(&p->predictor, &p->zone, p->warning, index, &said);
+    telemetry_put(telemetry, MR_ID_ZONE, payload, mr_zone_put(&said.zone, payload));
+    telemetry_put(telemetry, MR_ID_ZONE_LEAD, payload, mr_zone_lead_put(&said.lead, payload));
+    if (said.zone.mats)
+        telemetry_put(telemetry, MR_ID_ZONE_ERROR, payload, mr_zone_error_put(&said.error, payload));
+    telemetry_put(telemetry, MR_ID_ZONE_COMING, payload, mr_zone_coming_put(&said.coming, payload));
+    telemetry_put(telemetry, MR_ID_ZONE_PRESS, payload, mr_zone_press_put(&said.press, payload));
+    telemetry_put(telemetry, MR_ID_VERDICT, payload, mr_verdict_put(&said.verdict, payload));
+}
+
+static uint32_t doubts_of(const struct mr_predictor *predictor)
+{
+    uint32_t doubts = 0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        doubts |= (uint32_t)predictor->doubt[i] << (2u * i);
+    return doubts;
+}
+
+static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
+{
+    uint32_t blocks = index - p->told_block, updates = p->predictor.updates - p->updates;
+    SAY(telemetry, trust, TRUST, .doubts = (uint16_t)p->doubts, .resistance = p->predictor.scale,
+        .updates = blocks ? (float)updates / (float)blocks : 0.0f, .block16 = (uint16_t)index);
+    p->told_block = index;
+    p->updates = p->predictor.updates;
+}
+
+/* Looks, moves the lamp, and says what is due. */
+static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, uint32_t index)
+{
+    struct mr_predictor_zone was = p->zone;
+    mr_predictor_zone(&p->predictor, &p->zone);
+    bool warning = p->zone.verdict == MR_PREDICTOR_WARNING && may_warn;
+    bool changed = warning != p->warning || p->zone.verdict != was.verdict || p->zone.level != was.level;
+    uint32_t doubts = doubts_of(&p->predictor);
+    p->warning = warning;
+    board_warn(warning);
+    if (changed || index % PREDICT_SAY_BLOCKS == 0)
+        say_zone(p, telemetry, index);
+    if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
+        p->doubts = doubts;
+        say_trust(p, telemetry, index);
+    }
+}
+
+static void say_runway(struct predict *p, struct telemetry *telemetry)
+{
+    SAY(telemetry, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
+    p->telling = 0;
+}
+
+static void say_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
+{
+    p->store_due = false;
+    SAY(telemetry, runway_store, RUNWAY_STORE, .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
+        .copy_a = copy[0], .copy_b = copy[1], .crc = p->crc);
+}
+
+void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy, uint32_t index)
+{
+    if (p->status != MR_NOT_NOW && (p->store_due || index % STORE_BLOCKS == STORE_PHASE))
+        say_store(p, telemetry, copy);
+}
+
+static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned n)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    struct mr_runway_joints message = mr_runway_message(&p->state, n);
+    telemetry_put(telemetry, MR_ID_RUNWAY_JOINTS, payload, mr_runway_joints_put(&message, payload));
+}
+
+static void go_on_saying(struct predict *p, struct telemetry *telemetry)
+{
+    for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling != TOLD; i++) {
+        say_joints(p, telemetry, p->telling++);
+        if (p->telling >= mr_runway_messages(&p->state))
+            p->telling = TOLD;
+    }
+}
+
+/* --- a landing --- */
+
+void predict_arm(struct predict *p, struct telemetry *telemetry, const float *slack_in, uint32_t index)
+{
+    if (p->status != MR_OK)
+        return;
+    /* Armed with what is told: openings to 0.01 mil. It was saved from this runway, so it fits. */
+    refresh(p);
+    (void)mr_predictor_load(&p->predictor, &p->state);
+    memcpy(p->predictor.surveyed_in, slack_in, sizeof p->predictor.surveyed_in);
+    mr_predictor_arm(&p->predictor);
+    p->zone = (struct mr_predictor_zone){.level = p->predictor.level};
+    p->motion = (struct predict_motion){0};
+    p->warning = false;
+    p->doubts = p->updates = 0;
+    p->told_block = index;
+    p->hurried = false;
+    p->backlog_given = 0;
+    say_runway(p, telemetry);
+}
+
+void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
+{
+    telemetry_to_box(telemetry, p->status == MR_OK);
+    if (!telemetry->to_box)
+        return;
+    say_store(p, telemetry, copy);
+    p->store_due = true; /* on the links too */
+    SAY(telemetry, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
+    for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
+        say_joints(p, telemetry, n);
+    telemetry_to_box(telemetry, false);
+}
+
+/* A backlog is met once in a look: what it costs to catch up is over by then, or there is another. */
+static void mind_backlog(struct predict *p, struct telemetry *telemetry, const struct predict_block *block)
+{
+    unsigned waiting = block->waiting >= PREDICT_BACKLOG_BLOCKS ? block->waiting : p->backlog_given;
+    bool lately = p->hurried && block->index - p->hurried_block < MR_PREDICTOR_LOOK_BLOCKS;
+    p->backlog_given = 0;
+    if (!waiting || lately)
+        return;
+    p->hurried = true;
+    p->hurried_block = block->index;
+    mr_predictor_hurry(&p->predictor);
+    SAY(telemetry, backlog, BACKLOG, .waiting = (uint16_t)waiting, .block = block->index);
+}
+
+void predict_block(struct predict *p, struct telemetry *telemetry, const struct landing *landing, const struct predict_block *block)
+{
+    struct mr_predictor_input input;
+    go_on_saying(p, telemetry);
+    if (p->status != MR_OK || !p->predictor.armed)
+        return;
+    mind_backlog(p, telemetry, block);
+    predict_feed(&p->motion, landing, block, &input);
+    mr_predictor_block(&p->predictor, &input);
+    if (block->index % PREDICT_LOOK_BLOCKS == 0)
+        look(p, telemetry, landing_may_warn(landing, block->index), block->index);
+}
+
+static void changed(struct predict *p, enum mr_runway_source source, uint32_t index)
+{
+    p->source = (uint8_t)source;
+    p->dirty = true;
+    p->changed_block = index;
+    refresh(p);
+}
+
+enum mr_status predict_load(struct predict *p, enum mr_runway_source source, const float *slack_in)
+{
+    if (p->given_whole)
+        return MR_OK;
+    enum mr_status status = mr_predictor_load(&p->predictor, &p->state);
+    if (status != MR_OK)
+        return status;
+    mr_predictor_survey(&p->predictor, slack_in); /* read before it was loaded */
+    p->source = (uint8_t)(p->dirty ? MR_RUNWAY_MEASURED : source);
+    refresh(p);
+    return MR_OK;
+}
+
+const struct mr_predictor_state *predict_state(struct predict *p)
+{
+    refresh(p);
+    return &p->state;
+}
+
+void predict_kept(struct predict *p, uint32_t crc)
+{
+    p->dirty = p->crc != crc; /* it has changed again */
+    p->store_due = true;
+}
+
+bool predict_end(struct predict *p, struct telemetry *telemetry, bool moved, uint32_t index)
+{
+    bool folded = p->status == MR_OK && p->predictor.armed && moved;
+    if (p->status != MR_OK || !p->predictor.armed)
+        return false;
+    if (p->warning) { /* a warning ends with the landing, and that is told */
+        p->zone = (struct mr_predictor_zone){.level = p->zone.level, .critical_lb = p->zone.critical_lb, .lead_s = MR_NAN,
+                                             .distance_ft = MR_NAN, .coming_ft = MR_NAN};
+        p->warning = false;
+        board_warn(false);
+        say_zone(p, telemetry, index);
+    }
+    if (folded) {
+        p->given_whole = true;
+        mr_predictor_fold(&p->predictor);
+        changed(p, MR_RUNWAY_MEASURED, index);
+    }
+    p->predictor.armed = false;
+    return folded;
+}
+
+void predict_survey(struct predict *p, const float *slack_in, uint32_t index)
+{
+    if (p->status != MR_OK)
+        return;
+    mr_predictor_survey(&p->predictor, slack_in);
+    changed(p, MR_RUNWAY_MEASURED, index);
+}
+
+/* --- commands --- */
+
+static enum mr_status take(struct predict *p, uint32_t crc, uint32_t index)
+{
+    p->given.mats = p->predictor.config.chain.mats;
+    if (mr_runway_crc(&p->given) != crc)
+        return MR_CRC;
+    enum mr_status status = mr_predictor_load(&p->predictor, &p->given);
+    p->given_whole |= status == MR_OK;
+    if (status == MR_OK)
+        changed(p, MR_RUNWAY_HOST, index);
+    return status;
+}
+
+static void forget(struct predict *p, uint32_t index)
+{
+    struct mr_predictor_config started = p->predictor.config;
+    p->status = mr_predictor_start(&p->predictor, &started);
+    p->given_whole = true;
+    changed(p, MR_RUNWAY_UNKNOWN, index);
+}
+
+enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry, const struct mr_command *command, bool locked,
+                            uint32_t index, bool *forgotten)
+{
+    if (p->status != MR_OK)
+        return MR_NOT_NOW;
+    if (command->code == MR_COMMAND_BACKLOG) {
+        if (command->argument < 1 || command->argument > (int32_t)UINT16_MAX)
+            return MR_USAGE;
+        p->backlog_given = (uint16_t)command->argument;
+        return p->predictor.armed ? MR_OK : MR_NOT_NOW;
+    }
+    if (locked)
+        return MR_NOT_NOW;
+    switch (command->code) {
+    case MR_COMMAND_RUNWAY_FORGET:
+        forget(p, index);
+        *forgotten = true;
+        return p->status;
+    case MR_COMMAND_RUNWAY_READ:
+        refresh(p);
+        say_runway(p, telemetry);
+        return MR_OK;
+    case MR_COMMAND_RUNWAY_JOINTS:
+        mr_runway_joints_take(&p->given, command->index, command->argument);
+        return MR_OK;
+    case MR_COMMAND_RUNWAY_WORD:
+        return mr_runway_word_take(&p->given, command->index, command->argument) ? MR_OK : MR_USAGE;
+    default:
+        return take(p, (uint32_t)command->argument, index);
+    }
+}
