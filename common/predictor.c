@@ -562,9 +562,9 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
     if (!p->armed)
         return;
     p->block++;
-    bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) && between(input->speed_ft_s, 0.0f, MOST_FT_S);
+    bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) && between(input->speed_ft_s, -1.0f, MOST_FT_S);
     p->wheel_ft = known ? input->wheel_ft : MR_NAN;
-    p->speed_ft_s = known ? input->speed_ft_s : MR_NAN;
+    p->speed_ft_s = !known ? MR_NAN : input->speed_ft_s > 0.0f ? input->speed_ft_s : 0.0f; /* at rest it may be rounded below */
     if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f && input->deceleration_ft_s2 <= MOST_FT_S2) {
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
         p->braking = true;
