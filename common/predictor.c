@@ -35,6 +35,7 @@
 #define SAME_BRAKING 0.01f          /* a deceleration that differs by less does not begin a search anew */
 #define AT_WHEEL_FT 1.0f
 #define COARSER 1.5f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
+#define FOLLOW_BLOCKS 4u            /* in that time a wheel comes a tenth of a mat further */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
 
@@ -198,17 +199,59 @@ static void fold_chain(struct mr_predictor *p)
 
 /* --- the chain --- */
 
+/* What resists in a group of joints now, over the mean: the weakest closes first, so that of the weakest which is still open, as far as
+ * the group has closed. */
+static float open_share(const struct mr_predictor *p, unsigned j)
+{
+    unsigned group = p->chain.group, first = (j - 1u) * group;
+    float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f;
+    if (group == 1u)
+        return grit_share(j);
+    for (unsigned i = 0; i < group; i++) {
+        float share = grit_share(first + i + 1u), stronger_ft = 0.0f;
+        for (unsigned k = 0; k < group && first + k < joints_of(p); k++)
+            stronger_ft += grit_share(first + k + 1u) > share ? p->gap_ft[first + k] : 0.0f;
+        most = share > most ? share : most;
+        if (stronger_ft < reach_ft && (best == 0.0f || share < best))
+            best = share;
+    }
+    return best > 0.0f ? best : most;
+}
+
+/* What must be overcome for a group to count as closed: four are when the last of them is; of two, as the score has it, either
+ * stands for both. */
+static float shut_share(const struct mr_predictor *p, unsigned j)
+{
+    unsigned group = p->chain.group;
+    float most = 0.0f;
+    for (unsigned i = 1; i <= (group == 4u ? 4u : 1u); i++) {
+        float share = grit_share((j - 1u) * group + i);
+        most = share > most ? share : most;
+    }
+    return most;
+}
+
 static void set_grits(struct mr_predictor *p)
 {
     struct mr_chain *chain = &p->chain;
+    float mean_lb = p->config.grit_lb * p->scale;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
-        float most = 0.0f; /* four are closed when the last of them is; of two, as the score has it, either stands for both */
-        for (unsigned i = 1; i <= (chain->group == 4u ? 4u : 1u); i++) {
-            float share = grit_share((j - 1u) * chain->group + i);
-            most = share > most ? share : most;
-        }
-        chain->grit_lb[j] = p->config.grit_lb * p->scale * most;
+        chain->grit_lb[j] = mean_lb * open_share(p, j);
+        if (chain->group > 1u)
+            p->shut_lb[j] = mean_lb * shut_share(p, j);
     }
+}
+
+/* Groups that move go from joint to joint. */
+static void follow_grits(struct mr_predictor *p)
+{
+    struct mr_chain *chain = &p->chain;
+    unsigned first = (chain->low - 1u) * MR_CHAIN_BAY + 1u, last = chain->high * MR_CHAIN_BAY + 1u;
+    if (chain->group == 1u || chain->low > chain->high || p->block % FOLLOW_BLOCKS != 0)
+        return;
+    for (unsigned j = first; j <= last && j <= chain->count + 1u; j++)
+        chain->grit_lb[j] = p->config.grit_lb * p->scale * open_share(p, j);
+    p->look_updates += last - first + 1u;
 }
 
 static enum mr_status start_chain(struct mr_predictor *p)
@@ -240,7 +283,8 @@ static void begin_scan(struct mr_predictor *p)
     const struct mr_chain *chain = &p->chain;
     float group_ft = p->config.chain.mat_length_ft * (float)chain->group, end_ft = group_ft * (float)chain->count;
     float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f;
-    struct mr_zonescan_order order = {.from = (uint16_t)(chain->count + 2u), .place = 1, .push_lb = thrust_lb(p)};
+    struct mr_zonescan_order order = {.from = (uint16_t)(chain->count + 2u), .place = 1, .push_lb = thrust_lb(p),
+                                      .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb};
     if (wheel_ft < end_ft) {
         order.place = (uint16_t)((unsigned)(wheel_ft / group_ft) + 1u);
         order.from = (uint16_t)(order.place + 1u);
@@ -517,6 +561,7 @@ static void roll(struct mr_predictor *p, const struct mr_predictor_input *input)
     }
     if (!mr_chain_settle(&p->chain))
         fall_back(p);
+    follow_grits(p);
     uint32_t updates = mr_chain_take_updates(&p->chain);
     p->updates += updates;
     p->look_updates += updates;
@@ -570,9 +615,9 @@ void mr_predictor_block(struct mr_predictor *p, const struct mr_predictor_input 
     if (!p->armed)
         return;
     p->block++;
-    bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) && between(input->speed_ft_s, 0.0f, MOST_FT_S);
+    bool known = between(input->wheel_ft, -MOST_FT, MOST_FT) && between(input->speed_ft_s, -1.0f, MOST_FT_S);
     p->wheel_ft = known ? input->wheel_ft : MR_NAN;
-    p->speed_ft_s = known ? input->speed_ft_s : MR_NAN;
+    p->speed_ft_s = !known ? MR_NAN : input->speed_ft_s > 0.0f ? input->speed_ft_s : 0.0f; /* at rest it may be rounded below */
     if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f && input->deceleration_ft_s2 <= MOST_FT_S2) {
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
         p->braking = true;

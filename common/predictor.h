@@ -122,6 +122,7 @@ struct mr_predictor {
     bool scan_begun_anew;             /* it took the place of an incomplete one */
     uint8_t found_group;              /* mats in a group of `found` */
     float gap_ft[MR_CHAIN_MATS + 1u]; /* when the chain was started, by joint */
+    float shut_lb[MR_CHAIN_MATS / 2u + 2u]; /* of levels of groups: resistance against closing all of one */
     float surveyed_in[MR_SEGMENTS];   /* sums; NaN: not surveyed since a landing */
     float scale;                      /* of the closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;

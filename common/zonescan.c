@@ -13,7 +13,7 @@ static float closed_ft(const struct mr_chain *chain)
 static inline bool closes(const struct mr_zonescan *scan, const struct mr_chain *chain, unsigned j)
 {
     float press_lb = scan->order.push_lb - (float)(j - scan->order.place) * chain->friction_lb;
-    return press_lb > chain->grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
+    return press_lb > scan->order.grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
 }
 
 static void begin_place(struct mr_zonescan *scan)

@@ -26,6 +26,7 @@ struct mr_zonescan_order {
     uint16_t place;     /* group under the wheel */
     uint16_t last_place; /* places up to this, every MR_ZONE_STRIDE; below `place`: none */
     float push_lb;      /* of the wheel on its way */
+    const float *grit_lb; /* by joint: what the push must overcome; kept by the caller while the search goes on */
 };
 
 struct mr_zonescan_found {

@@ -301,6 +301,25 @@ static void time_standing_still_comes_to_rest(void **state)
         assert_true(fabsf(predictor.chain.v_ft_s[n]) < 1e-3f);
 }
 
+/* The gear is taken to stand: what is left of its speed may be rounded below 0. The motion is known all the same. */
+static void a_speed_rounded_below_zero_is_rest(void **state)
+{
+    (void)state;
+    struct mr_predictor_config config = case_rig();
+    const struct braking braking = {35.5, 8.0, 8.0};
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    for (unsigned ms = 0; ms < 2000; ms++) {
+        struct mr_predictor_input input = case_input(&braking, ms);
+        input.speed_ft_s = ms < 1000 ? input.speed_ft_s : -1e-6f;
+        mr_predictor_block(&predictor, &input);
+        mr_predictor_zone(&predictor, &zone);
+        assert_false(zone.basis & MR_PREDICTOR_NO_MOTION);
+        assert_int_equal(zone.level, MR_PREDICTOR_FULL);
+    }
+    assert_true(zone.coming_mats == 0 && isnan(zone.lead_s));
+}
+
 /* A bit of memory falls over: a mat at the speed of nothing, or far away. It is noticed, said, and the landing goes on; after the
  * fourth time without the model. */
 static void a_spoilt_chain_falls_back(void **state)
@@ -348,6 +367,7 @@ int main(void)
         cmocka_unit_test(readings_in_other_units_are_left_out),
         cmocka_unit_test(jumping_transducers_do_no_harm),
         cmocka_unit_test(time_standing_still_comes_to_rest),
+        cmocka_unit_test(a_speed_rounded_below_zero_is_rest),
         cmocka_unit_test(a_spoilt_chain_falls_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

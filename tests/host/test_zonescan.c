@@ -97,7 +97,7 @@ static void compare(unsigned quota)
     struct mr_zonescan scan;
     struct mr_zonescan_order order = {.from = (uint16_t)(1u + (unsigned)(uniform() * chain.count)),
                                       .place = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.count)),
-                                      .push_lb = (float)(60.0 * uniform() * uniform())};
+                                      .push_lb = (float)(60.0 * uniform() * uniform()), .grit_lb = chain.grit_lb};
     order.last_place = (uint16_t)(order.place - 1u + (unsigned)(uniform() * (chain.count + 40u - order.place)));
     unsigned first = 0, groups = plain_longest(order.from, &first), coming = 0, coming_place = 0, calls = 1;
     for (unsigned n = order.place; n <= order.last_place && n < chain.count; n += MR_ZONE_STRIDE) {
@@ -154,7 +154,7 @@ static void places_just_short_of_closing(void **state)
         }
         chain.friction_lb = 0.4f;
         struct mr_zonescan scan;
-        const struct mr_zonescan_order order = {1, 1, (uint16_t)(1u + 4u * (round % 3u)), 21.0f};
+        const struct mr_zonescan_order order = {1, 1, (uint16_t)(1u + 4u * (round % 3u)), 21.0f, chain.grit_lb};
         unsigned coming = 0;
         for (unsigned n = 1; n <= order.last_place; n += MR_ZONE_STRIDE) {
             unsigned here = plain_coming(n, order.push_lb);
@@ -178,7 +178,7 @@ static void a_search_is_short(void **state)
         draw_chain(420, 1);
         for (unsigned j = 1; j <= chain.count + 1u; j++)
             chain.grit_lb[j] = (float)(20.0 * uniform());
-        const struct mr_zonescan_order order = {1, 1, 419, (float)(40.0 * uniform())};
+        const struct mr_zonescan_order order = {1, 1, 419, (float)(40.0 * uniform()), chain.grit_lb};
         mr_zonescan_begin(&scan, &chain, &order);
         assert_true(mr_zonescan_go(&scan, &chain, 1000000));
         most = scan.visits > most ? scan.visits : most;
