@@ -89,6 +89,7 @@ struct mr_predictor_zone {
     unsigned mats;               /* 0: none */
     float start_ft, end_ft;
     float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score` */
+    uint8_t start_class, end_class;     /* what they are chosen by; `make score` calibrates with it */
     unsigned closed_joints;
     float mean_gap_in;           /* of the joints inside */
     float distance_ft, lead_s;   /* of the wheel to the start; NaN: it stops before, or not known; 0: there */
@@ -103,6 +104,9 @@ struct mr_predictor_zone {
     uint32_t age_blocks;         /* since a transducer last corrected the model; of a blind one since arming */
     float grit_scale;            /* closing resistance found, relative to the configured one */
 };
+
+#define MR_PREDICTOR_START_CLASSES 8u
+#define MR_PREDICTOR_END_CLASSES 8u
 
 /* Why a transducer is left out. */
 enum mr_predictor_doubt {
