@@ -294,7 +294,8 @@ static void begin_scan(struct mr_predictor *p)
     if (p->speed_ft_s > 0.0f && wheel_ft < end_ft) {
         float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
         float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
-        order.last_place = stop_ft < end_ft ? (uint16_t)((unsigned)((stop_ft > 0.0f ? stop_ft : 0.0f) / group_ft) + 1u) : (uint16_t)chain->count;
+        float last_ft = stop_ft < end_ft ? (stop_ft > 0.0f ? stop_ft : 0.0f) : end_ft; /* an endless stop: the runway's end */
+        order.last_place = (uint16_t)((unsigned)(last_ft / group_ft) + 1u);
     }
     p->scanned_ft_s2 = p->deceleration_ft_s2;
     mr_zonescan_begin(&p->scan, chain, &order);
