@@ -36,7 +36,7 @@
 #define AT_WHEEL_FT 1.0f
 #define NEAR_FT 9.5f                /* an end so far beyond a transducer is better known */
 #define LAST_FT 6.0f                /* and an end so near to the runway's */
-#define COARSER 1.5f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
+#define COARSER 1.2f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
 #define FOLLOW_BLOCKS 4u            /* in that time a wheel comes a tenth of a mat further */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
@@ -731,8 +731,8 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
  * where there is a zone of 30 mats or more at all. First four: not surveyed; then surveyed. Start: beyond the transducers, at the wheel
  * and ahead of it; between them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond; further, none
  * beyond; LAST_FT before the runway's end. */
-static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.32f, 21.68f, 0.77f, 20.15f, 1.28f, 10.97f, 0.77f, 6.38f};
-static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {12.0f, 15.0f, 15.0f, 9.0f, 9.0f, 11.0f, 11.0f, 6.0f};
+static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.32f, 21.68f, 0.77f, 19.64f, 1.28f, 10.97f, 0.77f, 6.38f};
+static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {15.05f, 16.58f, 19.13f, 9.44f, 9.44f, 14.54f, 12.50f, 6.89f};
 
 static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
