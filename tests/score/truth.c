@@ -17,7 +17,7 @@
 #define SLACK_IN 0.030
 #define GAP_MOST_IN 0.036
 #define PLANAR_STEP_S 5e-5
-#define IRREGULAR_FT 0.0036 /* heights of the ground, evenly up to this: 0.043 in */
+#define IRREGULAR_FT 0.0036 /* heights that mats begin at, evenly up to this: 0.043 in */
 #define WAVE_FT 0.05        /* host/sim calls no less a bow wave */
 #define NODE_S 1e-3
 #define AFTER_STOP_S 0.3
@@ -145,7 +145,7 @@ static void roll(struct score_landing *landing, const struct gear *gear, const s
     (*count)++;
 }
 
-/* Mats that heave and turn: an irregular ground, joints that transmit moment and shear, over-damped soil. */
+/* Mats that heave and turn, joints that transmit moment and shear, over-damped soil; they begin unevenly above the ground. */
 static bool make_planar(struct sim_scene *scene, uint64_t *state, struct error *error)
 {
     static double heights_ft[SCORE_JOINTS];
