@@ -105,7 +105,7 @@ coverage: $(B)/.coverage-packages ## branches of common/ and of the firmware abo
 	@tests/coverage.sh $(B)/coverage
 
 .PHONY: coverage-programs
-coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_matchain $(B)/tests/host/test_predictor
+coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_matchain $(B)/tests/host/test_zonescan $(B)/tests/host/test_predictor $(B)/tests/host/test_predictor_extremes
 
 .PHONY: runs
 runs: $(B)/tests/runs/synthesise ## synthesise the recorded landings again and compare them with those in tests/runs

@@ -12,7 +12,8 @@
  * A mat at rest stays while |X| <= friction, X the force without friction; one that would turn round within a step stops.
  *
  * Levels. `group` mats are taken as one (1, 2 or 4): mass and friction of all, kl / group, gaps and slack of the joints inside
- * added to its left joint's. The step grows with the group, for the stability limit does.
+ * added to its left joint's; its resistance is the mean of theirs unless the caller sets another. The step grows with the group,
+ * for the stability limit does.
  *
  * Windows. The mats lie in bays of MR_CHAIN_BAY. A bay is computed from the step on in which the wheel pushes one of its mats or the
  * mat beside it moves, until a block in which neither its mats nor those beside it have moved. */

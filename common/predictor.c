@@ -34,7 +34,9 @@
 #define MOVED_IN 0.05f              /* without switches: something rolls */
 #define SAME_BRAKING 0.01f          /* a deceleration that differs by less does not begin a search anew */
 #define AT_WHEEL_FT 1.0f
-#define COARSER 1.5f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
+#define NEAR_FT 9.5f                /* an end so far beyond a transducer is better known */
+#define LAST_FT 6.0f                /* and an end so near to the runway's */
+#define COARSER 1.2f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
 #define FOLLOW_BLOCKS 4u            /* in that time a wheel comes a tenth of a mat further */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
@@ -292,7 +294,8 @@ static void begin_scan(struct mr_predictor *p)
     if (p->speed_ft_s > 0.0f && wheel_ft < end_ft) {
         float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
         float stop_ft = p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / stopping_ft_s2;
-        order.last_place = stop_ft < end_ft ? (uint16_t)((unsigned)((stop_ft > 0.0f ? stop_ft : 0.0f) / group_ft) + 1u) : (uint16_t)chain->count;
+        float last_ft = stop_ft < end_ft ? (stop_ft > 0.0f ? stop_ft : 0.0f) : end_ft; /* an endless stop: the runway's end */
+        order.last_place = (uint16_t)((unsigned)(last_ft / group_ft) + 1u);
     }
     p->scanned_ft_s2 = p->deceleration_ft_s2;
     mr_zonescan_begin(&p->scan, chain, &order);
@@ -733,21 +736,35 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
 }
 
 /* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 249, over 1.96 (tests/score/README.md). They hold
- * where there is a zone of 30 mats or more at all. Rows: not surveyed; surveyed. Start: at the wheel, ahead of it; end: zones
- * below 40, below 60, of 60 mats and more; first those that reach beyond the transducers, then those between. */
-static const float start_error_mats[2][2][2] = {{{3.32f, 21.68f}, {0.77f, 20.15f}}, {{1.28f, 10.97f}, {0.77f, 6.38f}}};
-static const float end_error_mats[2][2][3] = {{{14.54f, 12.50f, 20.66f}, {12.50f, 15.05f, 18.62f}},
-                                              {{12.50f, 8.93f, 11.99f}, {10.46f, 8.42f, 10.97f}}};
+ * where there is a zone of 30 mats or more at all. First four: not surveyed; then surveyed. Start: beyond the transducers, at the wheel
+ * and ahead of it; between them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond; further, none
+ * beyond; LAST_FT before the runway's end. */
+static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.32f, 21.68f, 0.77f, 19.64f, 1.28f, 10.97f, 0.77f, 6.38f};
+static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {15.05f, 16.58f, 19.13f, 9.44f, 9.44f, 14.54f, 12.50f, 6.89f};
+
+static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
+{
+    float runway_ft = p->config.chain.mat_length_ft * (float)p->config.chain.mats;
+    bool near = false, beyond = false;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        float past_ft = zone->end_ft - p->config.station_ft[i];
+        if (__builtin_isnan(p->last_in[i]) || __builtin_isnan(past_ft))
+            continue;
+        near = near || (past_ft >= 0.0f && past_ft < NEAR_FT);
+        beyond = beyond || past_ft < 0.0f;
+    }
+    return zone->end_ft > runway_ft - LAST_FT ? 3u : near ? 0u : beyond ? 1u : 2u;
+}
 
 static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
-    unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 1u : 0u, between = zone->basis & MR_PREDICTOR_BRACKETED ? 1u : 0u;
-    unsigned ahead = zone->distance_ft > AT_WHEEL_FT ? 1u : 0u, length = zone->mats >= 60u ? 2u : zone->mats >= 40u ? 1u : 0u;
+    unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 4u : 0u, between = zone->basis & MR_PREDICTOR_BRACKETED ? 2u : 0u;
+    bool ahead = zone->distance_ft > AT_WHEEL_FT || zone->level != MR_PREDICTOR_FULL; /* there, beginning and wheel are further apart */
     float mat_ft = p->config.chain.mat_length_ft;
-    if (zone->level != MR_PREDICTOR_FULL) /* beginning and wheel are further apart there */
-        ahead = 1u;
-    zone->start_error_ft = mat_ft * start_error_mats[surveyed][between][ahead];
-    zone->end_error_ft = mat_ft * (zone->level == MR_PREDICTOR_FULL ? 1.0f : COARSER) * end_error_mats[surveyed][between][length];
+    zone->start_class = (uint8_t)(surveyed + between + ahead);
+    zone->end_class = (uint8_t)(surveyed + class_of_end(p, zone));
+    zone->start_error_ft = mat_ft * start_error_mats[zone->start_class];
+    zone->end_error_ft = mat_ft * (zone->level == MR_PREDICTOR_FULL ? 1.0f : COARSER) * end_error_mats[zone->end_class];
 }
 
 static void judge(struct mr_predictor_zone *zone)

@@ -10,6 +10,13 @@
  * One call per block (1 ms). Inputs are a function of block records, edges and commands alone; the level is chosen by counting mat
  * updates, never by time: a replay says the same. No heap, single precision, square root the only library call.
  *
+ * Levels of groups: two or four mats move as one; of the joints in a group the weakest closes first (its resistance is that of the
+ * weakest still open, followed every 4 blocks), and the openings of each go on by the same rule when the level changes.
+ *
+ * Cost of a block, in mat updates: steps x mats awake, 6 x 420 with 1/6 ms and all awake; the search 64; at a look 210 more: 2,800
+ * at worst, and the level goes down as soon as the updates since the last look exceed the budget of a whole look. Met: 1,150 in
+ * hard landings, 1,290 with locked wheels, 2,700 with friction 0.05 (tests/host/test_predictor_extremes.c prints them).
+ *
  * The search for zones is spread over blocks: MR_PREDICTOR_VISITS_PER_BLOCK joints in each, the budget counts them. A whole one takes
  * 1,300 visits at most on 420 mats with the wheel at their beginning, 11 blocks, and fewer further on. The deciding sample is in most
  * landings that of the switch edge that changes the deceleration: then the search begins anew in that block. What it finds on the
@@ -89,6 +96,7 @@ struct mr_predictor_zone {
     unsigned mats;               /* 0: none */
     float start_ft, end_ft;
     float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score` */
+    uint8_t start_class, end_class;     /* what they are chosen by; `make score` calibrates with it */
     unsigned closed_joints;
     float mean_gap_in;           /* of the joints inside */
     float distance_ft, lead_s;   /* of the wheel to the start; NaN: it stops before, or not known; 0: there */
@@ -103,6 +111,9 @@ struct mr_predictor_zone {
     uint32_t age_blocks;         /* since a transducer last corrected the model; of a blind one since arming */
     float grit_scale;            /* closing resistance found, relative to the configured one */
 };
+
+#define MR_PREDICTOR_START_CLASSES 8u
+#define MR_PREDICTOR_END_CLASSES 8u
 
 /* Why a transducer is left out. */
 enum mr_predictor_doubt {

@@ -1,9 +1,10 @@
 /* The onboard predictor (common/predictor.h) at several costs: error against the chain in double precision at 25 us, and cycles on the
  * board, over the five landings of the standard series (28 ft/s at 4, 4, 4.3, 4.6 ft/s2; 35.5 ft/s at 6.6 to 9.2).
  *
- * Two runways. `own`: openings and closing resistances are the ones that the predictor assumes, each landing begins with the fine chain's openings, no
- * transducers: what its step, its single precision and its grouping do. `other`: a runway of other openings and resistances, of which it knows a survey before the
- * first landing and eight transducers at 40 to 110 ft; it carries its own state: what a rig would see.
+ * Two runways. `own`: openings and closing resistances are the ones that the predictor assumes, each landing begins with the fine
+ * chain's openings, no transducers: what its step, its single precision and its grouping do. `other`: a runway of other openings
+ * and resistances, of which it knows a survey before the first landing and eight transducers at 40 to 110 ft; it carries its own
+ * state: what a rig would see.
  *
  * Cycles: what the predictor counts times the instructions measured on the emulated board (predictor_cost.h). Units in, s. */
 #ifndef MATRIG_HOST_SIM_PREDICTOR_STUDY_H

@@ -1,5 +1,5 @@
-/* The predictor once more with every float of it a double: the same sources (common/predictor.c and what it calls), compiled with that one word
- * changed. One runway at a time. All quantities as in common/predictor.h. */
+/* The predictor once more with every float of it a double: the same sources (common/predictor.c and what it calls), compiled with
+ * that one word changed. One runway at a time. All quantities as in common/predictor.h. */
 #ifndef MATRIG_TESTS_DOUBLE_H
 #define MATRIG_TESTS_DOUBLE_H
 

@@ -1,7 +1,8 @@
 /* score: how good the predictor's zones and warnings are on landings that are not its own model. See README.md.
  *
- *   score FOLDER FROM COUNT [LEVEL [calibrate]]    series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on
- *                                                  stdout. LEVEL of the predictor: 0 full, 1 two mats in one, 2 four, 3 plough
+ *   score FOLDER FROM COUNT [LEVEL [calibrate|planar]]
+ *                         series FROM .. FROM + COUNT - 1; truth is kept in FOLDER; the tables on stdout. LEVEL of the predictor:
+ *                         0 full, 1 two mats in one, 2 four, 3 plough. planar: the truth is of the planar model
  *
  * Exit: 0; 2 usage; 3 files; 5 a series failed. */
 #include <errno.h>
@@ -30,13 +31,13 @@ static void put_outcome(void *ctx, const struct score_outcome *outcome)
 }
 
 /* Every JOBS-th series; views in turn, so that a series' outcomes of a view follow each other. */
-static int work(const struct files *files, const char *folder, unsigned from, unsigned count, unsigned level, unsigned job)
+static int work(const struct files *files, const char *folder, unsigned from, unsigned count, unsigned level, bool planar, unsigned job)
 {
     static struct score_truth truth;
     const struct score_sink sink = {put_look, put_outcome, (void *)(uintptr_t)files};
     int code = 0;
     for (unsigned n = from + job; n < from + count; n += JOBS) {
-        if (!score_truth_get(&truth, n, folder)) {
+        if (!score_truth_get(&truth, n, planar, folder)) {
             code = 5;
             continue;
         }
@@ -67,9 +68,11 @@ int main(int argc, char **argv)
     FILE *looks[JOBS], *outcomes[JOBS];
     pid_t child[JOBS];
     int code = 0;
+    bool planar = argc == 6 && strcmp(argv[5], "planar") == 0;
     unsigned level = argc > 4 ? (unsigned)atoi(argv[4]) : 0;
-    if (argc < 4 || argc > 6 || (argc == 6 && strcmp(argv[5], "calibrate") != 0) || level > 3 || atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
-        fprintf(stderr, "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate]] (series FROM and on, below 65535; LEVEL 0 to 3)\n");
+    if (argc < 4 || argc > 6 || (argc == 6 && strcmp(argv[5], "calibrate") != 0 && !planar) ||
+        level > 3 || atoi(argv[2]) < 0 || atoi(argv[3]) < 1 || atoi(argv[2]) + atoi(argv[3]) > 65535) {
+        fprintf(stderr, "score: usage: score FOLDER FROM COUNT [LEVEL [calibrate|planar]] (series FROM and on, below 65535; LEVEL 0 to 3)\n");
         return 2;
     }
     for (unsigned j = 0; j < JOBS; j++) {
@@ -81,7 +84,7 @@ int main(int argc, char **argv)
         }
         child[j] = fork();
         if (child[j] == 0)
-            _exit(work(&files[j], argv[1], (unsigned)atoi(argv[2]), (unsigned)atoi(argv[3]), level, j));
+            _exit(work(&files[j], argv[1], (unsigned)atoi(argv[2]), (unsigned)atoi(argv[3]), level, planar, j));
     }
     for (unsigned j = 0; j < JOBS; j++) {
         int status;
@@ -99,7 +102,7 @@ int main(int argc, char **argv)
         return 5;
     }
     score_print(all_looks, look_count, all_outcomes, outcome_count);
-    if (argc == 6)
+    if (argc == 6 && !planar)
         score_calibrate(all_looks, look_count);
     free(all_looks);
     free(all_outcomes);

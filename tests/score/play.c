@@ -159,19 +159,6 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
     return event_s;
 }
 
-/* As in common/predictor.c, from what is said. */
-static uint8_t start_class(const struct mr_predictor_zone *zone)
-{
-    return (uint8_t)((zone->basis & MR_PREDICTOR_SURVEY ? 4 : 0) + (zone->basis & MR_PREDICTOR_BRACKETED ? 2 : 0) +
-                     (zone->distance_ft > 1.0f ? 1 : 0));
-}
-
-static uint8_t end_class(const struct mr_predictor_zone *zone)
-{
-    return (uint8_t)((zone->basis & MR_PREDICTOR_SURVEY ? 6 : 0) + (zone->basis & MR_PREDICTOR_BRACKETED ? 3 : 0) +
-                     (zone->mats >= 60 ? 2 : zone->mats >= 40 ? 1 : 0));
-}
-
 /* One look: what both methods say, beside the truth. */
 static void look(struct player *player, const struct score_landing *landing, unsigned k, const struct score_zone *zones,
                  const struct mr_predictor_input *input, struct score_outcome *outcome)
@@ -185,7 +172,7 @@ static void look(struct player *player, const struct score_landing *landing, uns
                                                .speed_ft_s = input->speed_ft_s,
                                                .deceleration_ft_s2 = input->deceleration_ft_s2};
     mr_closure_find(&kinematic, &closed, player->left_in);
-    if (!(t_s > (double)outcome->event_s)) {
+    if (!(t_s > (double)outcome->event_s) && !(t_s > (double)outcome->wave_s)) {
         if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)
             outcome->warned_s[SCORE_PREDICTOR] = (float)t_s;
         if (isnan(outcome->warned_s[SCORE_KINEMATIC]) && closed.mats >= SCORE_EVENT_MATS &&
@@ -209,8 +196,8 @@ static void look(struct player *player, const struct score_landing *landing, uns
         if (m == SCORE_PREDICTOR) {
             seen.start_error = zone.start_error_ft / (float)SCORE_MAT_FT;
             seen.end_error = zone.end_error_ft / (float)SCORE_MAT_FT;
-            seen.start_class = start_class(&zone);
-            seen.end_class = end_class(&zone);
+            seen.start_class = zone.start_class;
+            seen.end_class = zone.end_class;
         }
         player->sink->look(player->sink->ctx, &seen);
     }
@@ -220,7 +207,7 @@ static void play_landing(struct player *player, const struct score_landing *land
 {
     static struct score_zone zones[SCORE_LOOKS_MAX];
     struct score_outcome outcome = {.series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
-                                    .view = (uint8_t)player->view, .warned_s = {NAN, NAN}, .known_s = NAN};
+                                    .view = (uint8_t)player->view, .wave_s = landing->wave_s, .warned_s = {NAN, NAN}, .known_s = NAN};
     struct motion motion = {.gates = 0};
     struct mr_predictor_input input = {.wheel_ft = NAN};
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
@@ -232,7 +219,7 @@ static void play_landing(struct player *player, const struct score_landing *land
             player->slack_in[s] = landing->number == 1 ? LAID_SUM_IN : player->left_in[s];
     }
     mr_predictor_arm(&player->predictor);
-    unsigned last = (unsigned)(landing->stop_s * 1000.0) + 300u;
+    unsigned last = isnan(landing->wave_s) ? (unsigned)(landing->stop_s * 1000.0) + 300u : (unsigned)(landing->wave_s * 1000.0f);
     for (unsigned ms = 0; ms < last; ms++) {
         double t_s = 1e-3 * ms;
         take_edges(&motion, landing, t_s);

@@ -6,13 +6,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/predictor.h"
 #include "tests/score/truth.h"
 
 /* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70. */
 enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4 };
 #define SCORE_TRAINED 250          /* series below have made the stated errors: those are held against the others only */
-#define SCORE_START_CLASSES 8
-#define SCORE_END_CLASSES 12
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };
 /* What ranks landings by danger. */
 enum score_rank { SCORE_BY_PREDICTOR, SCORE_BY_THRUST, SCORE_BY_COUNT, SCORE_BY_KINEMATIC, SCORE_BY_HINDSIGHT, SCORE_RANKS };
@@ -40,6 +39,7 @@ struct score_outcome {
     uint16_t series;
     uint8_t landing, view;
     float event_s;                     /* NaN: none */
+    float wave_s;                      /* planar truth: a bow wave; NaN: none */
     float warned_s[SCORE_METHODS];     /* first warning; NaN: none */
     float known_s;                     /* the third switch beyond touchdown: before, nobody knows the braking */
     float updates;                     /* of mats */

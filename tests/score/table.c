@@ -54,9 +54,9 @@ static void calibrate(const struct score_look *looks, size_t count, bool end, un
 void score_calibrate(const struct score_look *looks, size_t count)
 {
     printf("\n95 %% points of the errors, and half a mat, over 1.96\n");
-    for (unsigned class = 0; class < SCORE_START_CLASSES; class++)
+    for (unsigned class = 0; class < MR_PREDICTOR_START_CLASSES; class++)
         calibrate(looks, count, false, class);
-    for (unsigned class = 0; class < SCORE_END_CLASSES; class++)
+    for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class++)
         calibrate(looks, count, true, class);
 }
 
@@ -257,6 +257,35 @@ static void print_ranks(const struct score_outcome *outcomes, size_t count, bool
     free(of);
 }
 
+/* Bow waves of a planar truth: what the warning is for. */
+static void print_waves(const struct score_outcome *outcomes, size_t count)
+{
+    size_t waves = 0, none = 0;
+    for (size_t i = 0; i < count; i++)
+        waves += isnan(outcomes[i].wave_s) ? 0u : 1u;
+    if (!waves)
+        return;
+    printf("\nbow waves\n");
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        size_t warned = 0, early = 0, falsely = 0;
+        waves = none = 0;
+        for (size_t i = 0; i < count; i++) {
+            const struct score_outcome *o = &outcomes[i];
+            if (o->view != view)
+                continue;
+            bool told = !isnan(o->warned_s[SCORE_PREDICTOR]), wave = !isnan(o->wave_s);
+            bool ahead = wave && told && (double)(o->wave_s - o->warned_s[SCORE_PREDICTOR]) >= SCORE_AHEAD_S;
+            waves += wave ? 1u : 0u;
+            none += wave ? 0u : 1u;
+            warned += wave && told ? 1u : 0u;
+            early += ahead ? 1u : 0u;
+            falsely += !wave && told ? 1u : 0u;
+        }
+        printf("%-20s %zu of %zu landings; warned of %zu, %.1f s before %zu; warnings without one: %zu of %zu\n", view_name(view), waves,
+               waves + none, warned, SCORE_AHEAD_S, early, falsely, none);
+    }
+}
+
 static void print_rest(const struct score_outcome *outcomes, size_t count)
 {
     size_t doubted = 0;
@@ -274,5 +303,6 @@ void score_print(const struct score_look *looks, size_t look_count, const struct
     print_warnings(outcomes, outcome_count);
     print_ranks(outcomes, outcome_count, false);
     print_ranks(outcomes, outcome_count, true);
+    print_waves(outcomes, outcome_count);
     print_rest(outcomes, outcome_count);
 }

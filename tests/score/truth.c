@@ -16,6 +16,9 @@
 #define MAT_LB 0.466
 #define SLACK_IN 0.030
 #define GAP_MOST_IN 0.036
+#define PLANAR_STEP_S 5e-5
+#define IRREGULAR_FT 0.0036 /* heights that mats begin at, evenly up to this: 0.043 in */
+#define WAVE_FT 0.05        /* host/sim calls no less a bow wave */
 #define NODE_S 1e-3
 #define AFTER_STOP_S 0.3
 #define LOOK_MOST_FT 118.0 /* the runway ends at 120 ft */
@@ -142,8 +145,37 @@ static void roll(struct score_landing *landing, const struct gear *gear, const s
     (*count)++;
 }
 
-static bool land(const struct score_series *series, struct score_landing *landing, const double *gap_ft, const double *grit_lb,
-                 double *gap_end_ft, uint64_t *state)
+/* Mats that heave and turn, joints that transmit moment and shear, over-damped soil; they begin unevenly above the ground. */
+static bool make_planar(struct sim_scene *scene, uint64_t *state, struct error *error)
+{
+    static double heights_ft[SCORE_JOINTS];
+    for (int j = 0; j < SCORE_JOINTS; j++)
+        heights_ft[j] = IRREGULAR_FT * score_uniform(state);
+    scene->model = SIM_CONSISTENT;
+    scene->inertia_slug_ft2 = 1.19e-4;
+    scene->kv_lb_ft = 1.3e4;
+    scene->cv_lb_s_ft = 60.0;
+    scene->kt_lb_ft_rad = 41.6;
+    scene->ct_lb_ft_s_rad = 1.6e-4;
+    scene->tad_deg = 7.0;
+    scene->bump_first = 1;
+    return sim_scene_set_list(&scene->bump_ft, heights_ft, SCORE_JOINTS, error) == MR_OK;
+}
+
+/* The landing is of use until a bow wave begins. */
+static void find_wave(struct score_landing *landing, const struct sim_result *result)
+{
+    landing->wave_s = NAN;
+    for (unsigned k = 0; k < landing->looks && k < result->output_count; k++) {
+        if (result->outputs[k].lift_ft < WAVE_FT)
+            continue;
+        landing->wave_s = 1e-3f * SCORE_LOOK_MS * (float)k;
+        landing->looks = k;
+    }
+}
+
+static bool land(const struct score_series *series, struct score_landing *landing, bool planar, const double *gap_ft,
+                 const double *grit_lb, double *gap_end_ft, uint64_t *state)
 {
     static struct sim_path_row rows[SCORE_ROWS_MAX];
     static double stations_ft[SCORE_STATIONS], looks_s[SCORE_LOOKS_MAX];
@@ -170,13 +202,20 @@ static bool land(const struct score_series *series, struct score_landing *landin
         looks_s[i] = 1e-3 * SCORE_LOOK_MS * i;
     for (int i = 0; i < SCORE_STATIONS; i++)
         stations_ft[i] = 10.0 * (i + 1);
-    const struct sim_options options = {.dt_s = STEP_S, .rtol = 0.5, .sample_dt_s = 1e-3 * SCORE_ROW_MS, .station_ft = stations_ft,
+    bool good = !planar || make_planar(&scene, state, &error);
+    const struct sim_options options = {.dt_s = planar ? PLANAR_STEP_S : STEP_S, .rtol = planar ? 0.0 : 0.5, .sample_dt_s = 1e-3 * SCORE_ROW_MS, .station_ft = stations_ft,
                                         .station_count = SCORE_STATIONS};
-    bool good = sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS, &error) == MR_OK &&
+    good = good && sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS, &error) == MR_OK &&
                 sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS, &error) == MR_OK &&
                 sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks, &error) == MR_OK &&
                 sim_scene_set_path(&scene, rows, count, &error) == MR_OK &&
                 sim_run(&scene, &options, &result, &error) == MR_OK;
+    if (!good && planar && error.status == MR_NUMERICS) {
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+        landing->rows = 0; /* folded, or the step has not passed its check */
+        return true;
+    }
     if (!good) {
         fprintf(stderr, "score: series %u, landing %u: %s\n", series->number, landing->number, error.text);
         return false;
@@ -197,16 +236,20 @@ static bool land(const struct score_series *series, struct score_landing *landin
         double g = result.gap_ft[j];
         gap_end_ft[j - 1] = fmin(fmax(g, 0.0), SLACK_IN / 12.0);
     }
+    if (planar)
+        find_wave(landing, &result);
     sim_result_free(&result);
     sim_scene_free(&scene);
     return true;
 }
 
-static bool compute(struct score_truth *truth, uint32_t number)
+static bool compute(struct score_truth *truth, uint32_t number, bool planar)
 {
     static double gap_ft[SCORE_JOINTS], grit_lb[SCORE_JOINTS];
     uint64_t state = 0x5c0e0000u + number;
     memset(truth, 0, sizeof *truth);
+    for (unsigned i = 0; i < SCORE_LANDINGS; i++)
+        truth->landing[i].wave_s = NAN;
     draw_series(&truth->series, number, &state);
     for (int j = 0; j < SCORE_JOINTS; j++) {
         gap_ft[j] = fmin(GAP_MOST_IN * score_uniform(&state), SLACK_IN) / 12.0;
@@ -217,21 +260,28 @@ static bool compute(struct score_truth *truth, uint32_t number)
         landing->number = i + 1;
         for (int j = 0; j < SCORE_JOINTS; j++)
             landing->gap_in[j] = (float)(12.0 * gap_ft[j]);
-        if (!land(&truth->series, landing, gap_ft, grit_lb, gap_ft, &state))
+        if (!land(&truth->series, landing, planar, gap_ft, grit_lb, gap_ft, &state))
             return false;
+        if (planar && landing->rows == 0) {
+            truth->series.landings = i;
+            break;
+        }
+        if (planar && !isnan(landing->wave_s))
+            truth->series.landings = i + 1; /* the runway has to be laid again */
     }
     return true;
 }
 
 /* A landing on disk: only the rows and looks it has. */
-static bool carry(struct score_landing *landing, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
+static bool carry(struct score_landing *landing, bool planar, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
 {
     size_t head = offsetof(struct score_landing, u_in);
     return move(landing, head, 1, file) == 1 && landing->rows <= SCORE_ROWS_MAX && landing->looks <= SCORE_LOOKS_MAX &&
            move(landing->u_in, sizeof landing->u_in[0], landing->rows, file) == landing->rows &&
            move(landing->wheel_ft, sizeof(float), landing->looks, file) == landing->looks &&
            move(landing->speed_at_ft_s, sizeof(float), landing->looks, file) == landing->looks &&
-           move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) == landing->looks;
+           move(landing->gap_hmil, sizeof landing->gap_hmil[0], landing->looks, file) == landing->looks &&
+           (!planar || move(&landing->wave_s, sizeof landing->wave_s, 1, file) == 1);
 }
 
 static size_t put(void *from, size_t size, size_t count, FILE *file)
@@ -239,35 +289,37 @@ static size_t put(void *from, size_t size, size_t count, FILE *file)
     return fwrite(from, size, count, file);
 }
 
-static bool carry_all(struct score_truth *truth, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
+static bool carry_all(struct score_truth *truth, bool planar, FILE *file, size_t (*move)(void *, size_t, size_t, FILE *))
 {
     uint32_t version = VERSION;
     if (move(&version, sizeof version, 1, file) != 1 || version != VERSION ||
         move(&truth->series, sizeof truth->series, 1, file) != 1 || truth->series.landings > SCORE_LANDINGS)
         return false;
     for (uint32_t i = 0; i < truth->series.landings; i++) {
-        if (!carry(&truth->landing[i], file, move))
+        if (!carry(&truth->landing[i], planar, file, move))
             return false;
     }
     return true;
 }
 
-bool score_truth_get(struct score_truth *truth, uint32_t number, const char *folder)
+bool score_truth_get(struct score_truth *truth, uint32_t number, bool planar, const char *folder)
 {
     char path[512], made[528];
-    snprintf(path, sizeof path, "%s/truth-%u.bin", folder, number);
+    snprintf(path, sizeof path, "%s/%s-%u.bin", folder, planar ? "planar" : "truth", number);
     snprintf(made, sizeof made, "%s.new", path);
     FILE *file = fopen(path, "rb");
     if (file) {
-        bool good = carry_all(truth, file, fread);
+        bool good = carry_all(truth, planar, file, fread);
         fclose(file);
+        for (uint32_t i = 0; good && !planar && i < truth->series.landings; i++)
+            truth->landing[i].wave_s = NAN;
         if (good)
             return true;
     }
-    if (!compute(truth, number))
+    if (!compute(truth, number, planar))
         return false;
     file = fopen(made, "wb");
-    if (!file || !carry_all(truth, file, put) || fclose(file) != 0 || rename(made, path) != 0) {
+    if (!file || !carry_all(truth, planar, file, put) || fclose(file) != 0 || rename(made, path) != 0) {
         fprintf(stderr, "score: %s cannot be written; is the disk full?\n", path);
         return false;
     }

@@ -1,5 +1,7 @@
 /* Truth of the score: series of landings on runways that are not the predictor's model. host/sim's chain in double precision and
- * a fine step, with gaps, closing resistances, friction, stiffness, thrust and braking drawn from the series' number. */
+ * a fine step, with gaps, closing resistances, friction, stiffness, thrust and braking drawn from the series' number. Or, for another
+ * kind of truth, host/sim's planar landing (host/sim/landing.h): another engine and scheme, mats that heave and turn, begin up to
+ * 0.043 in above the ground and fall flat within 50 ms. A bow wave would end the series; so laid, none comes. */
 #ifndef MATRIG_TESTS_SCORE_TRUTH_H
 #define MATRIG_TESTS_SCORE_TRUTH_H
 
@@ -38,6 +40,7 @@ struct score_landing {
     float u_in[SCORE_ROWS_MAX][SCORE_STATIONS];
     float wheel_ft[SCORE_LOOKS_MAX], speed_at_ft_s[SCORE_LOOKS_MAX];
     uint16_t gap_hmil[SCORE_LOOKS_MAX][SCORE_JOINTS]; /* hundredths of a mil, 1e-5 in; 0: pressed together */
+    float wave_s; /* planar: a bow wave begins; NaN: none. Looks end there */
 };
 
 struct score_truth {
@@ -46,7 +49,7 @@ struct score_truth {
 };
 
 /* Series `number`, from the cache in `folder` or computed and put there. False: told on stderr. */
-bool score_truth_get(struct score_truth *truth, uint32_t number, const char *folder);
+bool score_truth_get(struct score_truth *truth, uint32_t number, bool planar, const char *folder);
 
 /* Uniform in 0..1 and standard normal from a state. */
 double score_uniform(uint64_t *state);
