@@ -5,6 +5,7 @@
 
 #include "host/cli.h"
 #include "host/output.h"
+#include "host/store/store.h"
 
 struct command {
     const char *name;
@@ -96,6 +97,11 @@ static const struct command commands[] = {
      "    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
      "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
      "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM\n"},
+    {"migrate", migrate_command, "DB [--check | --no-backup]", "bring a campaign of an older matrig forward",
+     "  DB             campaign database. What writes to a campaign brings it forward by itself; what reads does not need to\n"
+     "  --check        only say which version it has; exit 1 when it is an older one\n"
+     "  --no-backup    keep no copy; else it stays beside it as it was, as DB.v2 and so on\n"
+     "All of it happens or nothing, also when the power fails. Example: matrig migrate campaign.db --check\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
@@ -209,6 +215,11 @@ static int finish_output(void)
     return output_close(stdout, NULL, &error) == MR_OK ? 0 : cli_fail(&error);
 }
 
+static void tell_migration(const char *line)
+{
+    fprintf(stderr, "matrig: %s\n", line);
+}
+
 int main(int argc, char **argv)
 {
     struct cli cli = {0};
@@ -229,6 +240,7 @@ int main(int argc, char **argv)
     }
     if (i == argc)
         return fail_usage("no command given", "matrig");
+    store_on_migration(cli.quiet ? NULL : tell_migration);
     for (size_t c = 0; c < COMMAND_COUNT; c++) {
         if (strcmp(argv[i], commands[c].name) != 0)
             continue;

@@ -187,7 +187,7 @@ int predict_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)
-        status = store_open(words[0], STORE_OPEN, &store, &error);
+        status = store_open(words[0], STORE_READ, &store, &error);
     if (status != MR_OK)
         return cli_fail(&error);
     memset(&predict, 0, sizeof predict);

@@ -78,7 +78,7 @@ int report_command(int argc, char **argv, const struct cli *cli)
     size_t count = 0, slow_count = 0;
     enum mr_status status = cli_parse(argc, argv, options, 1, words, 1, 1, "DB", &error);
     if (status == MR_OK)
-        status = store_open(words[0], STORE_OPEN, &store, &error);
+        status = store_open(words[0], STORE_READ, &store, &error);
     if (status == MR_OK)
         status = load(store, &landings, &count, &error);
     if (status == MR_OK)

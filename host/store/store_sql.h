@@ -214,6 +214,8 @@ struct store {
     sqlite3 *database;
     char *path;
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use */
+    int64_t found_version; /* of the tables when it was opened */
+    bool found_due;        /* it lacked some of this version's */
 };
 
 /* The tables. */
