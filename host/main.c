@@ -97,6 +97,29 @@ static const struct command commands[] = {
      "    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
      "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
      "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM\n"},
+    {"survey", survey_command,
+     "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"
+     "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F | --show | --list | --load LINK [--can]] [--survey N]",
+     "gage points of the mat, read with a caliper: gaps, movement, in-plane bow, slack for the board",
+     "  DB             campaign database, made when it does not exist. A survey that was not finished goes on\n"
+     "  (nothing else) readings from the keyboard, or a caliper that types like one: a number and Enter. Each is on disk before\n"
+     "                 the next is asked for. Words: s skip, u undo, b back, f forward, n TEXT note, q quit, ? help\n"
+     "  --pattern P    standard: four lines of gage points and the stations of the left edge (181 readings). diagonal: stations\n"
+     "                 along and across at all four lines, and seven 45 degree lines as well\n"
+     "  --edges E      standard pattern: stations of the left edge (the default), of both, or of none\n"
+     "  --new          begin another survey, though one is not finished\n"
+     "  --closed IN    distance of gage points with all ten joints closed; else 33.5: what is beyond it is slack\n"
+     "  --error IN     standard error of a reading; else 0.005\n"
+     "  --caliper LINK a caliper on a serial line beside the keyboard: serial:TTY:BAUD\n"
+     "  --from CSV     readings of a sheet. What a person would be asked about is taken with --doubtful only; exit 1 without\n"
+     "  --sheet F      write the sheet: all places in walking order, and the last readings (-: standard output)\n"
+     "  --end          end a partial survey as it is\n"
+     "  --show         what survey N (else the newest) says: opening and closing per ten mats, movement, in-plane bow\n"
+     "  --list         all surveys\n"
+     "  --load LINK    give the board the slack and read it back; serial, or CAN when it is can:, slcan: or with --can. Exit 1\n"
+     "                 when the board holds something else then\n"
+     "A reading that is further from the last one than ten joints can do (10 x 0.036 in; a station: 1 in) is asked for again.\n"
+     "With --si all lengths are millimetres. Example: matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0\n"},
     {"migrate", migrate_command, "DB [--check | --no-backup]", "bring a campaign of an older matrig forward",
      "  DB             campaign database. What writes to a campaign brings it forward by itself; what reads does not need to\n"
      "  --check        only say which version it has; exit 1 when it is an older one\n"

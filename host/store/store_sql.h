@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 
 #include "host/store/store.h"
+#include "host/store/store_sql_survey.h"
 
 /* Parameters: i int64_t (STORE_NONE: NULL), r double (NaN: NULL), t text (NULL: NULL), b bytes and their
  * size_t length. */
@@ -201,7 +202,8 @@
       "SELECT number, station_ft, peak_measured_in, peak_measured_error_in, peak_simulated_in,"              \
       " peak_simulated_error_in, rms_in, end_measured_in, end_simulated_in, t0_s, dt_s, series_in"           \
       " FROM simulation_channels WHERE simulation=(SELECT max(id) FROM simulations WHERE landing=?) ORDER "  \
-      "BY number")
+      "BY number")                                                                                           \
+    STORE_SURVEY_STATEMENTS(X)
 
 enum store_statement {
 #define STORE_ENUM(name, types, sql) STORE_##name,
