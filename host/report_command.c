@@ -6,6 +6,7 @@
 #include "host/cli.h"
 #include "host/output.h"
 #include "host/report/page.h"
+#include "host/report/survey_page.h"
 
 /* demo/campaign.db -> demo/campaign.html */
 static void default_path(const char *db, char *out, size_t size)
@@ -66,6 +67,19 @@ static json_t *report_json(const char *path, const struct report_landing *landin
     return json_pack("{ssso}", "file", path, "landings", list);
 }
 
+/* Sections that are loaded and written by themselves; the caller frees it. */
+static char *sections(struct store *store, bool si, struct error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    if (!out)
+        abort();
+    survey_page(store, si, out, error);
+    fclose(out);
+    return text;
+}
+
 int report_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1] = {NULL}, *path = NULL;
@@ -83,6 +97,8 @@ int report_command(int argc, char **argv, const struct cli *cli)
         status = load(store, &landings, &count, &error);
     if (status == MR_OK)
         status = store_slow_rows(store, NULL, &slow, &slow_count, &error);
+    char *more = status == MR_OK ? sections(store, cli->si, &error) : NULL;
+    status = error.status;
     store_close(store);
     if (status == MR_OK && !path) {
         default_path(words[0], made_path, sizeof made_path);
@@ -91,7 +107,7 @@ int report_command(int argc, char **argv, const struct cli *cli)
     FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
     if (out) {
         const char *name = strrchr(words[0], '/') ? strrchr(words[0], '/') + 1 : words[0];
-        page_write(out, name, landings, count, slow, slow_count, cli->si);
+        page_write(out, name, landings, count, slow, slow_count, more, cli->si);
         output_close(out, path, &error);
     }
     int exit_code = 0;
@@ -101,5 +117,6 @@ int report_command(int argc, char **argv, const struct cli *cli)
         cli_note(cli, "%zu landing%s in %s", count, count == 1 ? "" : "s", path);
     free_landings(landings, count);
     free(slow);
+    free(more);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }

@@ -177,6 +177,14 @@ loads_over_can_a_part() {
     return $status
 }
 
+report_has_them() {
+    awk -F, 'NR == 1 {print; next} {$4 = $1 == "gap" ? $5 + 0.005 : 0; printf "%s,%s,%s,%s,,,\n", $1, $2, $3, $4}' "$tmp/sheet.csv" >"$tmp/next.csv"
+    $matrig survey "$tmp/a.db" --new --edges both --note '<script>alert(1)</script>' --from "$tmp/next.csv" >/dev/null || return 1
+    $matrig report "$tmp/a.db" -o "$tmp/a.html" && grep -q '<section id="survey">' "$tmp/a.html" &&
+        grep -q 'opening of joints, movement and in-plane bow' "$tmp/a.html" && ! grep -q '<script' "$tmp/a.html" &&
+        [ "$(grep -o 'class="line s[0-9]"' "$tmp/a.html" | wc -l)" -ge 9 ]
+}
+
 check "168 readings at full speed" full_speed
 check "killed at any moment, at most one is lost, and it goes on" killed
 check "doubts, undo, skip, notes" doubts
@@ -187,7 +195,8 @@ check "a caliper on a serial line" caliper
 check "given to a board and read back" loads
 check "over CAN, and a part" loads_over_can_a_part
 check "a partial one ends" bash -c "$matrig survey $tmp/d.db --edges none --end | grep -q ', ended' && $matrig survey $tmp/d.db --list | grep -vq 'goes on'"
-check "no such survey" fails_with 2 'no survey 9: .*a.db; it has 1 to 2' $matrig survey "$tmp/a.db" --show --survey 9
+check "the report shows them, and runs nothing" report_has_them
+check "no such survey" fails_with 2 'no survey 9: .*a.db; it has 1 to 3' $matrig survey "$tmp/a.db" --show --survey 9
 check "silly words" fails_with 2 'one at a time' $matrig survey "$tmp/a.db" --show --list
 check "silly pattern" fails_with 2 'standard or diagonal' $matrig survey "$tmp/a.db" --pattern round
 finish
