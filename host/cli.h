@@ -27,6 +27,8 @@ int ready_command(int argc, char **argv, const struct cli *cli);
 int gages_command(int argc, char **argv, const struct cli *cli);
 int sim_command(int argc, char **argv, const struct cli *cli);
 int survey_command(int argc, char **argv, const struct cli *cli);
+int landing_command(int argc, char **argv, const struct cli *cli);
+int series_command(int argc, char **argv, const struct cli *cli);
 int migrate_command(int argc, char **argv, const struct cli *cli);
 int compare_command(int argc, char **argv, const struct cli *cli);
 int bundle_command(int argc, char **argv, const struct cli *cli);

@@ -120,6 +120,26 @@ static const struct command commands[] = {
      "                 when the board holds something else then\n"
      "A reading that is further from the last one than ten joints can do (10 x 0.036 in; a station: 1 in) is asked for again.\n"
      "With --si all lengths are millimetres. Example: matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0\n"},
+    {"landing", landing_command,
+     "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | --void | --unvoid] [--reason T] [--who W]",
+     "notes, corrections and observations of landings, with their history",
+     "  DB [RUN]       campaign database, and a landing in it; without RUN all are listed. Nothing is ever taken away: who said what,\n"
+     "                 when, what it was before and why stays, and is shown\n"
+     "  --note T       a note\n"
+     "  --correct F=V  touchdown_ft (its station, used from then on), weight_lb (of the aircraft), pattern,\n"
+     "                 modification, runway, series; needs --reason\n"
+     "  --void         the landing does not count: report leaves it out and says so, compare and predict refuse it without their\n"
+     "                 own --void. --unvoid takes that back. Both need --reason\n"
+     "  --observe K    wave, break or other, with --station FT, --panels N, --height IN, --side left|right|centre|across,\n"
+     "                 --form T (two-panel, end connector, ...), --at S (after touchdown), --note T\n"
+     "  --withdraw N   observation N was a mistake; needs --reason\n"
+     "  --who W        who says so; else the user\n"
+     "Example: matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 --side left --form two-panel\n"},
+    {"series", series_command, "DB [NAME [--runway T] [--pattern T] [--modification T] [--notes T] [--who W]]",
+     "series of landings: begin one, or list them",
+     "  DB             campaign database\n"
+     "  NAME           begin a series of this name: landings that are armed from now on belong to it\n"
+     "Example: matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands tensioned'\n"},
     {"migrate", migrate_command, "DB [--check | --no-backup]", "bring a campaign of an older matrig forward",
      "  DB             campaign database. What writes to a campaign brings it forward by itself; what reads does not need to\n"
      "  --check        only say which version it has; exit 1 when it is an older one\n"
@@ -141,11 +161,12 @@ static const struct command commands[] = {
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
      "methods agree on; when they do not, there is no table: exit 5\n"},
-    {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
+    {"compare", compare_command, "DB RUN [--scene S] [--limit IN] [--void]",
      "measured against simulated, per transducer",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --scene S      scene file that gives the runway; else the model runway\n"
-     "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"},
+     "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"
+     "  --void         also a landing that was voided (matrig landing)\n"},
     {"bundle", bundle_command, "DB RUN -o F", "one landing as a campaign of its own, to pass on",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"},
@@ -158,14 +179,15 @@ static const struct command commands[] = {
      "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
      "                 is compared within tolerances, which the output states\n"
      "Exit 1 when anything differs.\n"},
-    {"predict", predict_command, "DB RUN", "the predictor of zones and warnings on a recorded landing",
+    {"predict", predict_command, "DB RUN [--void]", "the predictor of zones and warnings on a recorded landing",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
-     "board knew then: edges so far, readings so far, the survey.\n"},
-    {"report", report_command, "DB [-o F.html]", "the campaign as one page, with plots",
+     "board knew then: edges so far, readings so far, the survey. --void: also of a landing that was voided\n"},
+    {"report", report_command, "DB [-o F.html] [--void]", "the campaign as one page, with plots",
      "  DB             campaign database\n"
-     "  -o F           where to write the page; else the database's name with .html\n"},
+     "  -o F           where to write the page; else the database's name with .html\n"
+     "  --void         with the landings that were voided (matrig landing)\n"},
     {"export", export_command, "DB RUN --format csv|candump|frames [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"

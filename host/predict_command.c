@@ -9,6 +9,7 @@
 #include "host/analyse/zones.h"
 #include "host/cli.h"
 #include "host/run.h"
+#include "host/store/store_journal.h"
 
 #define EDGE_KNOWN_S 0.005 /* after it, an edge has its name (common/switches.h) */
 #define CHANGED_MATS 5     /* less is no news */
@@ -180,16 +181,22 @@ int predict_command(int argc, char **argv, const struct cli *cli)
 {
     static struct predict predict; /* some ten kilobytes */
     const char *words[2];
+    bool voided = false;
+    const struct cli_option options[] = {{"--void", NULL, &voided}};
     struct error error = {0};
     struct store *store = NULL;
     int64_t run;
-    enum mr_status status = cli_parse(argc, argv, NULL, 0, words, 2, 2, "DB RUN", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 1, words, 2, 2, "DB RUN", &error);
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &store, &error);
-    if (status != MR_OK)
+    if (status == MR_OK)
+        status = store_refuse_void(store, run, voided, &error);
+    if (status != MR_OK) {
+        store_close(store);
         return cli_fail(&error);
+    }
     memset(&predict, 0, sizeof predict);
     predict.rows = json_array();
     status = measured_load(store, run, &predict.measured, &error);

@@ -8,6 +8,11 @@
 #include "host/store/store.h"
 #include "host/store/store_sql_survey.h"
 
+/* As corrected (store_journal.h), else as the board said. */
+#define STORE_TOUCHDOWN                                                                                        \
+    "coalesce((SELECT CAST(value AS REAL) FROM landing_changes WHERE landing=landings.id AND"                   \
+    " field='touchdown_ft' ORDER BY landing_changes.id DESC LIMIT 1), touchdown_ft)"
+
 /* Parameters: i int64_t (STORE_NONE: NULL), r double (NaN: NULL), t text (NULL: NULL), b bytes and their
  * size_t length. */
 #define STORE_STATEMENTS(X)                                                                                  \
@@ -28,11 +33,11 @@
       " clock_source=?, touchdown_ft=?, switch_error_ft=?, image_commit=? WHERE id=?")                       \
     X(LANDING_GET, "i",                                                                                      \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
-      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit FROM landings"      \
+      " image_crc, config_crc, clock_source, " STORE_TOUCHDOWN ", switch_error_ft, image_commit FROM landings"      \
       " WHERE id=?")                                                                                         \
     X(LANDINGS, "",                                                                                          \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
-      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit FROM landings"      \
+      " image_crc, config_crc, clock_source, " STORE_TOUCHDOWN ", switch_error_ft, image_commit FROM landings"      \
       " ORDER BY id")                                                                                        \
     X(CONFIGURATION_PUT, "it", "INSERT OR IGNORE INTO configurations VALUES(?,?)")                           \
     X(CONFIGURATION_GET, "i", "SELECT text FROM configurations WHERE crc=?")                                 \

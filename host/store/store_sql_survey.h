@@ -17,10 +17,8 @@
       " WHERE survey=? ORDER BY id")                                                                                  \
     X(GAGE_LOAD_ADD, "iiti", "INSERT INTO gage_loads(survey, made_us, link, segments) VALUES(?,?,?,?)")               \
     X(GAGE_LOAD_GET, "i", "SELECT made_us, link, segments FROM gage_loads WHERE survey=? ORDER BY id DESC LIMIT 1")   \
-    X(CHANGE_ADD, "iitttt",                                                                                           \
-      "INSERT INTO landing_changes(landing, made_us, who, field, value, reason, was)"                                 \
-      " VALUES(?1,?2,?3,?4,?5,?6,"                                                                                    \
-      " (SELECT value FROM landing_changes WHERE landing=?1 AND field=?4 ORDER BY id DESC LIMIT 1))")                 \
+    X(CHANGE_ADD, "iittttt",                                                                                          \
+      "INSERT INTO landing_changes(landing, made_us, who, field, value, reason, was) VALUES(?,?,?,?,?,?,?)")          \
     X(CHANGES, "i", "SELECT landing, made_us, who, field, was, value, reason FROM landing_changes WHERE landing=? ORDER BY id") \
     X(CHANGE_NEWEST, "it",                                                                                            \
       "SELECT value, reason FROM landing_changes WHERE landing=? AND field=? ORDER BY id DESC LIMIT 1")               \
