@@ -16,13 +16,15 @@ struct command {
 };
 
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--listen] [--elf F]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--listen] [--elf F] [--page F]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
      "  --for S        stop after S seconds; else at the end of the links, or on Ctrl-C\n"
      "  --listen       send nothing: do not ask the board for its configuration\n"
      "  --elf F        the image that the board runs: names the function of a processor fault\n"
+     "  --page F       keep the report in F up to date: written beside the logging when a landing ends\n"
+     "When a landing ends its summary is printed; when its links fall silent in the middle, what came until then.\n"
      "\n"
      "LINK is one of\n"
      "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
