@@ -29,6 +29,7 @@ int sim_command(int argc, char **argv, const struct cli *cli);
 int survey_command(int argc, char **argv, const struct cli *cli);
 int landing_command(int argc, char **argv, const struct cli *cli);
 int series_command(int argc, char **argv, const struct cli *cli);
+int calibrate_command(int argc, char **argv, const struct cli *cli);
 int migrate_command(int argc, char **argv, const struct cli *cli);
 int compare_command(int argc, char **argv, const struct cli *cli);
 int bundle_command(int argc, char **argv, const struct cli *cli);

@@ -6,6 +6,7 @@
 
 #include "host/report/html.h"
 #include "host/store/store_journal.h"
+#include "host/store/store_recalibrate.h"
 #include "host/survey/show.h"
 #include "host/units.h"
 
@@ -41,11 +42,13 @@ static enum mr_status series_rows(struct store *store, const struct store_landin
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         struct store_series series;
         char reason[STORE_JOURNAL_TEXT];
-        bool is_void;
+        bool is_void, recalibrated = false;
         status = store_series_of(store, &landings[i], &series, error);
         if (status == MR_OK)
             status = store_is_void(store, landings[i].id, &is_void, reason, error);
-        if (status != MR_OK || (!series.name[0] && !series.pattern[0] && !series.runway[0] && !series.modification[0] && !is_void))
+        if (status == MR_OK)
+            status = store_is_recalibrated(store, landings[i].id, &recalibrated, error);
+        if (status != MR_OK || (!series.name[0] && !series.pattern[0] && !series.runway[0] && !series.modification[0] && !is_void && !recalibrated))
             continue;
         open_table(t, "Series and validity", (const char *const[]){"RUN", "landing", "series", "runway", "pattern", "modification", "counts", NULL});
         fputs("<tr>", t->out);
@@ -60,7 +63,7 @@ static enum mr_status series_rows(struct store *store, const struct store_landin
             html_text(t->out, reason);
             fputs("</td>", t->out);
         } else {
-            html_cell(t->out, "yes");
+            html_cell(t->out, "%s", recalibrated ? "yes; with a corrected calibration" : "yes");
         }
         fputs("</tr>\n", t->out);
     }

@@ -116,6 +116,11 @@ const char store_schema[] =
     "CREATE TABLE observations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), made_us INTEGER NOT NULL,"
     " who TEXT, kind TEXT NOT NULL, side TEXT, station_ft REAL, panels INTEGER, height_in REAL, time_s REAL, form TEXT, note TEXT,"
     " withdraws INTEGER);"
+    /* item: of enum mr_calibration_item; -1 unit_per_code, -2 zero_code; `was` and `value` as channels and calibration have them */
+    "CREATE TABLE recalibrations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL,"
+    " item INTEGER NOT NULL, was REAL, value REAL, made_us INTEGER NOT NULL, who TEXT, reason TEXT);"
+    "CREATE TRIGGER recalibrations_stay BEFORE UPDATE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;"
+    "CREATE TRIGGER recalibrations_last BEFORE DELETE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;"
     "CREATE TRIGGER landing_changes_stay BEFORE UPDATE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;"
     "CREATE TRIGGER landing_changes_last BEFORE DELETE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;"
     "CREATE TRIGGER observations_stay BEFORE UPDATE ON observations BEGIN SELECT raise(ABORT, 'history stays'); END;"

@@ -29,6 +29,9 @@
       "SELECT o.id, o.made_us, o.who, o.kind, o.side, o.station_ft, o.panels, o.height_in, o.time_s, o.form, o.note," \
       " EXISTS(SELECT 1 FROM observations AS w WHERE w.withdraws=o.id) FROM observations AS o"                        \
       " WHERE landing=? AND withdraws IS NULL ORDER BY id")                                                           \
+    X(RECALIBRATION_ADD, "iiirritt",                                                                                  \
+      "INSERT INTO recalibrations(landing, idx, item, was, value, made_us, who, reason) VALUES(?,?,?,?,?,?,?,?)")     \
+    X(RECALIBRATED, "i", "SELECT count(*) FROM recalibrations WHERE landing=?")                                       \
     X(SERIES_ADD, "itttttt",                                                                                          \
       "INSERT INTO series(made_us, who, name, runway, pattern, modification, notes) VALUES(?,?,?,?,?,?,?)")           \
     X(SERIES, "", "SELECT id, made_us, who, name, runway, pattern, modification, notes FROM series ORDER BY id")
