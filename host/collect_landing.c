@@ -6,6 +6,9 @@
 
 /* A link whose newest block is this far behind the other's is silent: clock messages come every 100. */
 #define SILENT_BLOCKS 300
+/* A link that brought the landing and then nothing more is not waited for any longer than this once the other one has its end: a cable
+ * that came off. Links are read in step, so nothing of it waits unread. */
+#define GONE_BLOCKS 5000
 
 int64_t collect_newest_block(const struct side *side)
 {
@@ -64,7 +67,9 @@ enum mr_status collect_finish_what_is_over(struct collector *collector, struct e
             const struct side *other = &collector->side[1 - kind];
             bool passed = collect_newest_block(side) > slot->end_block + SILENT_BLOCKS ||
                           collect_newest_block(other) > slot->end_block + 1000;
-            over = over && (side->ended || slot->left[kind] || (!slot->entered[kind] && passed));
+            bool gone = slot->left[1 - kind] && collect_newest_block(other) > slot->end_block + GONE_BLOCKS &&
+                        collect_newest_block(side) < slot->end_block;
+            over = over && (side->ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
         }
         if (!over)
             continue;

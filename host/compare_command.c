@@ -8,6 +8,7 @@
 #include "host/compare.h"
 #include "host/link/link.h"
 #include "host/run.h"
+#include "host/store/store_journal.h"
 #include "host/units.h"
 
 #define MODEL_RUNWAY "host/scenes/model_runway.json"
@@ -153,7 +154,8 @@ static enum mr_status compare(struct store *store, int64_t run, struct sim_scene
 int compare_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2] = {NULL, NULL}, *scene_path = NULL, *limit_text = NULL;
-    const struct cli_option options[] = {{"--scene", &scene_path, NULL}, {"--limit", &limit_text, NULL}};
+    bool voided = false;
+    const struct cli_option options[] = {{"--scene", &scene_path, NULL}, {"--limit", &limit_text, NULL}, {"--void", NULL, &voided}};
     char model_runway[500];
     struct error error = {0};
     struct store *store = NULL;
@@ -161,13 +163,15 @@ int compare_command(int argc, char **argv, const struct cli *cli)
     struct comparison comparison = {.count = 0};
     int64_t run = 0;
     double limit_in = (double)INFINITY;
-    enum mr_status status = cli_parse(argc, argv, options, 2, words, 2, 2, "DB RUN", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 3, words, 2, 2, "DB RUN", &error);
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK && limit_text)
         status = cli_number(limit_text, "--limit", 0.0, 1e6, &limit_in, &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
+    if (status == MR_OK)
+        status = store_refuse_void(store, run, voided, &error);
     if (status == MR_OK && !scene_path) {
         find_model_runway(model_runway, sizeof model_runway);
         scene_path = model_runway;

@@ -253,7 +253,7 @@ int export_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)
-        status = store_open(words[0], STORE_OPEN, &store, &error);
+        status = store_open(words[0], STORE_READ, &store, &error);
     struct store_landing landing;
     if (status == MR_OK)
         status = store_landing_get(store, run, &landing, &error);

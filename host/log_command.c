@@ -16,6 +16,7 @@
 #include "host/collect.h"
 #include "host/crash.h"
 #include "host/link/can_error.h"
+#include "host/quicklook.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
 #define COMMIT_US 40000u
@@ -48,6 +49,7 @@ struct logger {
     struct error link_error; /* the first link that broke; logging went on with the other */
     json_t *landings;
     unsigned shown; /* landings summarised */
+    struct quicklook look;
 };
 
 /* For deadlines: never jumps. */
@@ -214,7 +216,33 @@ static enum mr_status show_finished(struct logger *logger, struct error *error)
         }
         summary_free(&summary);
         logger->shown++;
+        quicklook_write(&logger->look);
     }
+    return MR_OK;
+}
+
+/* The links fell silent in the middle of a landing: what came of it until now. */
+static enum mr_status show_silent(struct logger *logger, struct error *error)
+{
+    struct collector_progress progress;
+    struct summary summary;
+    collector_progress(logger->collector, &progress);
+    quicklook_service(&logger->look, false);
+    if (!quicklook_silent(&logger->look, &progress, monotonic_us()))
+        return MR_OK;
+    cli_note(logger->cli, "nothing comes any more of RUN %lld: are board and cables in order? What came until now is kept",
+             (long long)progress.run);
+    enum mr_status status = commit(logger, error);
+    if (status == MR_OK)
+        status = summary_load(logger->store, progress.run, &summary, error);
+    if (status != MR_OK)
+        return status;
+    if (!logger->cli->json) {
+        summary_print(&summary, logger->cli->si, stdout);
+        fflush(stdout);
+    }
+    summary_free(&summary);
+    quicklook_write(&logger->look);
     return MR_OK;
 }
 
@@ -344,6 +372,8 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
             status = commit(logger, error);
         if (status == MR_OK)
             status = show_finished(logger, error);
+        if (status == MR_OK)
+            status = show_silent(logger, error);
         if (status != MR_OK)
             return status;
         ask_for_configuration(logger);
@@ -504,14 +534,14 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
 
 int log_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL;
+    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL, *page = NULL;
     bool listen = false;
     const struct cli_option options[] = {
         {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL},
-        {"--listen", NULL, &listen}, {"--elf", &elf, NULL}};
+        {"--listen", NULL, &listen}, {"--elf", &elf, NULL}, {"--page", &page, NULL}};
     struct error error = {0};
     double for_s = (double)INFINITY;
-    enum mr_status status = cli_parse(argc, argv, options, 6, NULL, 0, 0, "", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 7, NULL, 0, 0, "", &error);
     if (status == MR_OK && !can && !serial)
         status =
             error_set(&error, MR_USAGE,
@@ -537,13 +567,15 @@ int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols};
+    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols,
+                            .look = {.db = db, .page = page, .si = cli->si}};
     status = open_all(&logger, can, serial, db, &error);
     if (status == MR_OK)
         status = run(&logger, signals, can, serial, for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (logger.collector && cli->json)
         exit_code = cli_print_json(log_json(&logger, db, &error), exit_code);
+    quicklook_service(&logger.look, true);
     json_decref(logger.landings);
     collector_close(logger.collector);
     for (int kind = 0; kind < LINK_KINDS; kind++)

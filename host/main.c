@@ -5,6 +5,7 @@
 
 #include "host/cli.h"
 #include "host/output.h"
+#include "host/store/store.h"
 
 struct command {
     const char *name;
@@ -15,13 +16,15 @@ struct command {
 };
 
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--listen] [--elf F]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--listen] [--elf F] [--page F]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
      "  --for S        stop after S seconds; else at the end of the links, or on Ctrl-C\n"
      "  --listen       send nothing: do not ask the board for its configuration\n"
      "  --elf F        the image that the board runs: names the function of a processor fault\n"
+     "  --page F       keep the report in F up to date: written beside the logging when a landing ends\n"
+     "When a landing ends its summary is printed; when its links fall silent in the middle, what came until then.\n"
      "\n"
      "LINK is one of\n"
      "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
@@ -99,6 +102,69 @@ static const struct command commands[] = {
      "    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
      "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
      "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM\n"},
+    {"survey", survey_command,
+     "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"
+     "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F | --show | --list | --load LINK [--can]] [--survey N]",
+     "gage points of the mat, read with a caliper: gaps, movement, in-plane bow, slack for the board",
+     "  DB             campaign database, made when it does not exist. A survey that was not finished goes on\n"
+     "  (nothing else) readings from the keyboard, or a caliper that types like one: a number and Enter. Each is on disk before\n"
+     "                 the next is asked for. Words: s skip, u undo, b back, f forward, n TEXT note, q quit, ? help\n"
+     "  --pattern P    standard: four lines of gage points and the stations of the left edge (181 readings). diagonal: stations\n"
+     "                 along and across at all four lines, and seven 45 degree lines as well\n"
+     "  --edges E      standard pattern: stations of the left edge (the default), of both, or of none\n"
+     "  --new          begin another survey, though one is not finished\n"
+     "  --closed IN    distance of gage points with all ten joints closed; else 33.5: what is beyond it is slack\n"
+     "  --error IN     standard error of a reading; else 0.005\n"
+     "  --caliper LINK a caliper on a serial line beside the keyboard: serial:TTY:BAUD\n"
+     "  --from CSV     readings of a sheet. What a person would be asked about is taken with --doubtful only; exit 1 without\n"
+     "  --sheet F      write the sheet: all places in walking order, and the last readings (-: standard output)\n"
+     "  --end          end a partial survey as it is\n"
+     "  --show         what survey N (else the newest) says: opening and closing per ten mats, movement, in-plane bow\n"
+     "  --list         all surveys\n"
+     "  --load LINK    give the board the slack and read it back; serial, or CAN when it is can:, slcan: or with --can. Exit 1\n"
+     "                 when the board holds something else then\n"
+     "A reading that is further from the last one than ten joints can do (10 x 0.036 in; a station: 1 in) is asked for again.\n"
+     "With --si all lengths are millimetres. Example: matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0\n"},
+    {"landing", landing_command,
+     "DB [RUN] [--note T | --correct FIELD=VALUE | --observe wave|break|other ... | --withdraw N | --void | --unvoid] [--reason T] [--who W]",
+     "notes, corrections and observations of landings, with their history",
+     "  DB [RUN]       campaign database, and a landing in it; without RUN all are listed. Nothing is ever taken away: who said what,\n"
+     "                 when, what it was before and why stays, and is shown\n"
+     "  --note T       a note\n"
+     "  --correct F=V  touchdown_ft (its station, used from then on), weight_lb (of the aircraft), pattern,\n"
+     "                 modification, runway, series; needs --reason\n"
+     "  --void         the landing does not count: report leaves it out and says so, compare and predict refuse it without their\n"
+     "                 own --void. --unvoid takes that back. Both need --reason\n"
+     "  --observe K    wave, break or other, with --station FT, --panels N, --height IN, --side left|right|centre|across,\n"
+     "                 --form T (two-panel, end connector, ...), --at S (after touchdown), --note T\n"
+     "  --withdraw N   observation N was a mistake; needs --reason\n"
+     "  --who W        who says so; else the user\n"
+     "Example: matrig landing campaign.db 5 --observe wave --station 88 --panels 2 --height 0.6 --side left --form two-panel\n"},
+    {"series", series_command, "DB [NAME [--runway T] [--pattern T] [--modification T] [--notes T] [--who W]]",
+     "series of landings: begin one, or list them",
+     "  DB             campaign database\n"
+     "  NAME           begin a series of this name: landings that are armed from now on belong to it\n"
+     "Example: matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands tensioned'\n"},
+    {"calibrate", calibrate_command,
+     "CHANNEL (--serial LINK | --points F --config F) [-o F] [--sensor S] [--days N] [--known E] [--table] |\n"
+     "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason T [--who W]",
+     "a channel against known values; a corrected calibration for recorded landings",
+     "  CHANNEL        d1 to d8, t1 to t14\n"
+     "  --serial LINK  the board, idle: it is guided point by point, known value by known value\n"
+     "  --points F     or from a file of VALUE,CODE rows, for the configuration of --config (matrig board config get)\n"
+     "  -o F           write the configuration with the new calibration; matrig board config set F gives it to the board\n"
+     "  --sensor S     serial number of the sensor\n"
+     "  --days N       until it expires; else 365\n"
+     "  --known E      standard error of the known values, in or lb, common to all\n"
+     "  --table        the values become a table of points (2 to 8); else a straight line\n"
+     "  --recompute C  give the landings of DB (of a series, or one) the calibration of configuration C. Readings come from the stored\n"
+     "                 integers; the old values are kept (table recalibrations). Zeros of gages stay as measured, without --zeros\n"
+     "Values are in inches and pounds, also with --si. Example: matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17\n"},
+    {"migrate", migrate_command, "DB [--check | --no-backup]", "bring a campaign of an older matrig forward",
+     "  DB             campaign database. What writes to a campaign brings it forward by itself; what reads does not need to\n"
+     "  --check        only say which version it has; exit 1 when it is an older one\n"
+     "  --no-backup    keep no copy; else it stays beside it as it was, as DB.v2 and so on\n"
+     "All of it happens or nothing, also when the power fails. Example: matrig migrate campaign.db --check\n"},
     {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
@@ -117,11 +183,12 @@ static const struct command commands[] = {
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
      "methods agree on; when they do not, there is no table: exit 5\n"},
-    {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
+    {"compare", compare_command, "DB RUN [--scene S] [--limit IN] [--void]",
      "measured against simulated, per transducer",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --scene S      scene file that gives the runway; else the model runway\n"
-     "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"},
+     "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"
+     "  --void         also a landing that was voided (matrig landing)\n"},
     {"bundle", bundle_command, "DB RUN -o F", "one landing as a campaign of its own, to pass on",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"},
@@ -134,16 +201,17 @@ static const struct command commands[] = {
      "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
      "                 is compared within tolerances, which the output states\n"
      "Exit 1 when anything differs.\n"},
-    {"predict", predict_command, "DB RUN...", "the predictor of zones and warnings on recorded landings",
+    {"predict", predict_command, "DB RUN... [--void]", "the predictor of zones and warnings on recorded landings",
      "  DB RUN         campaign database and number of the landing in it, from 1; of several, in order, each begins with\n"
      "                 what the joints have become in the one before, and with the segments surveyed since:\n"
      "                 matrig predict campaign.db 1 2 3 4 5\n"
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
-     "board knew then: edges so far, readings so far, the survey.\n"},
-    {"report", report_command, "DB [-o F.html]", "the campaign as one page, with plots",
+     "board knew then: edges so far, readings so far, the survey. --void: also of a landing that was voided\n"},
+    {"report", report_command, "DB [-o F.html] [--void]", "the campaign as one page, with plots",
      "  DB             campaign database\n"
-     "  -o F           where to write the page; else the database's name with .html\n"},
+     "  -o F           where to write the page; else the database's name with .html\n"
+     "  --void         with the landings that were voided (matrig landing)\n"},
     {"export", export_command, "DB RUN --format csv|candump|frames|mdf4 [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"
@@ -218,6 +286,11 @@ static int finish_output(void)
     return output_close(stdout, NULL, &error) == MR_OK ? 0 : cli_fail(&error);
 }
 
+static void tell_migration(const char *line)
+{
+    fprintf(stderr, "matrig: %s\n", line);
+}
+
 int main(int argc, char **argv)
 {
     struct cli cli = {0};
@@ -238,6 +311,7 @@ int main(int argc, char **argv)
     }
     if (i == argc)
         return fail_usage("no command given", "matrig");
+    store_on_migration(cli.quiet ? NULL : tell_migration);
     for (size_t c = 0; c < COMMAND_COUNT; c++) {
         if (strcmp(argv[i], commands[c].name) != 0)
             continue;

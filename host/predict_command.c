@@ -11,6 +11,7 @@
 #include "host/analyse/zones.h"
 #include "host/cli.h"
 #include "host/run.h"
+#include "host/store/store_journal.h"
 
 #define EDGE_KNOWN_S 0.005 /* after it, an edge has its name (common/switches.h) */
 #define CHANGED_MATS 5     /* less is no news */
@@ -304,15 +305,17 @@ int predict_command(int argc, char **argv, const struct cli *cli)
     static struct predict predict; /* some ten kilobytes */
     static const char *words[RUNS_MAX + 2];
     static int64_t runs[RUNS_MAX];
+    bool voided = false;
+    const struct cli_option options[] = {{"--void", NULL, &voided}};
     struct error error = {0};
     struct store *store = NULL;
     json_t *results = cli->json ? json_array() : NULL;
     size_t count = 0;
-    enum mr_status status = cli_parse(argc, argv, NULL, 0, words, 2, RUNS_MAX + 1, "DB RUN", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 1, words, 2, RUNS_MAX + 1, "DB RUN", &error);
     if (status == MR_OK)
         status = parse_runs(words + 1, runs, &count, &error);
     if (status == MR_OK)
-        status = store_open(words[0], STORE_OPEN, &store, &error);
+        status = store_open(words[0], STORE_READ, &store, &error);
     if (status != MR_OK) {
         json_decref(results);
         return cli_fail(&error);
@@ -320,7 +323,9 @@ int predict_command(int argc, char **argv, const struct cli *cli)
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (count > 1 && !cli->json)
             printf("%srun %lld\n", i ? "\n" : "", (long long)runs[i]);
-        status = predict_run(&predict, store, runs[i], results, cli, &error);
+        status = store_refuse_void(store, runs[i], voided, &error);
+        if (status == MR_OK)
+            status = predict_run(&predict, store, runs[i], results, cli, &error);
     }
     store_close(store);
     int exit_code = predict.differ ? mr_status_exit_code(MR_LIMIT) : 0;

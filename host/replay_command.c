@@ -222,7 +222,7 @@ int replay_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = parse(replay, argc, argv, &error);
     default_paths(replay);
     if (status == MR_OK)
-        status = store_open(replay->db, STORE_OPEN, &store, &error);
+        status = store_open(replay->db, STORE_READ, &store, &error);
     if (status == MR_OK)
         status = replay_run(replay, store, cli, &error);
     store_close(store);

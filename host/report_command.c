@@ -5,7 +5,10 @@
 
 #include "host/cli.h"
 #include "host/output.h"
+#include "host/report/journal_page.h"
 #include "host/report/page.h"
+#include "host/report/survey_page.h"
+#include "host/store/store_journal.h"
 
 /* demo/campaign.db -> demo/campaign.html */
 static void default_path(const char *db, char *out, size_t size)
@@ -39,7 +42,8 @@ static void free_landings(struct report_landing *landings, size_t count)
     free(landings);
 }
 
-static enum mr_status load(struct store *store, struct report_landing **landings, size_t *count,
+/* Voided landings are left out unless `voided`. */
+static enum mr_status load(struct store *store, bool voided, struct report_landing **landings, size_t *count,
                            struct error *error)
 {
     struct store_landing *rows;
@@ -51,8 +55,10 @@ static enum mr_status load(struct store *store, struct report_landing **landings
     if (!*landings)
         status = error_set(error, MR_FULL, "no memory: %zu landings; close other programs", wanted);
     for (size_t i = 0; i < wanted && status == MR_OK; i++) {
-        *count = i + 1;
-        status = load_landing(store, rows[i].id, &(*landings)[i], error);
+        bool is_void = false;
+        status = store_is_void(store, rows[i].id, &is_void, NULL, error);
+        if (status == MR_OK && (voided || !is_void))
+            status = load_landing(store, rows[i].id, &(*landings)[(*count)++], error);
     }
     free(rows);
     return status;
@@ -66,23 +72,40 @@ static json_t *report_json(const char *path, const struct report_landing *landin
     return json_pack("{ssso}", "file", path, "landings", list);
 }
 
+/* Sections that are loaded and written by themselves; the caller frees it. */
+static char *sections(struct store *store, bool si, struct error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    if (!out)
+        abort();
+    if (journal_page(store, si, out, error) == MR_OK)
+        survey_page(store, si, out, error);
+    fclose(out);
+    return text;
+}
+
 int report_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1] = {NULL}, *path = NULL;
-    const struct cli_option options[] = {{"-o", &path, NULL}};
+    bool voided = false;
+    const struct cli_option options[] = {{"-o", &path, NULL}, {"--void", NULL, &voided}};
     char made_path[1000];
     struct error error = {0};
     struct store *store = NULL;
     struct report_landing *landings = NULL;
     struct store_slow *slow = NULL;
     size_t count = 0, slow_count = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 1, words, 1, 1, "DB", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 2, words, 1, 1, "DB", &error);
     if (status == MR_OK)
-        status = store_open(words[0], STORE_OPEN, &store, &error);
+        status = store_open(words[0], STORE_READ, &store, &error);
     if (status == MR_OK)
-        status = load(store, &landings, &count, &error);
+        status = load(store, voided, &landings, &count, &error);
     if (status == MR_OK)
         status = store_slow_rows(store, NULL, &slow, &slow_count, &error);
+    char *more = status == MR_OK ? sections(store, cli->si, &error) : NULL;
+    status = error.status;
     store_close(store);
     if (status == MR_OK && !path) {
         default_path(words[0], made_path, sizeof made_path);
@@ -91,7 +114,7 @@ int report_command(int argc, char **argv, const struct cli *cli)
     FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
     if (out) {
         const char *name = strrchr(words[0], '/') ? strrchr(words[0], '/') + 1 : words[0];
-        page_write(out, name, landings, count, slow, slow_count, cli->si);
+        page_write(out, name, landings, count, slow, slow_count, more, cli->si);
         output_close(out, path, &error);
     }
     int exit_code = 0;
@@ -101,5 +124,6 @@ int report_command(int argc, char **argv, const struct cli *cli)
         cli_note(cli, "%zu landing%s in %s", count, count == 1 ? "" : "s", path);
     free_landings(landings, count);
     free(slow);
+    free(more);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }

@@ -8,6 +8,7 @@
 #include "common/watch.h"
 #include "common/wire.h"
 #include "host/link/link.h"
+#include "host/store/store_recalibrate.h"
 
 struct block_list {
     struct mr_block *block;
@@ -284,7 +285,10 @@ enum mr_status measured_load_series(struct store *store, struct measured *measur
                   (long long)run, store_path(store));
     if (status == MR_OK && list.count > 0) {
         status = series_from_blocks(measured, &list, error);
+        bool recalibrated = false; /* the board computed its messages by another calibration */
         if (status == MR_OK)
+            status = store_is_recalibrated(store, run, &recalibrated, error);
+        if (status == MR_OK && !recalibrated)
             status = store_frames_each(store, run, LINK_CAN, check_against_message, measured, error);
     } else if (status == MR_OK) {
         status = series_from_messages(store, measured, error);

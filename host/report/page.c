@@ -416,7 +416,7 @@ static void slow_section(FILE *out, const struct store_slow *slow, size_t count,
 }
 
 void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count,
-                const struct store_slow *slow, size_t slow_count, bool si)
+                const struct store_slow *slow, size_t slow_count, const char *more, bool si)
 {
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
@@ -431,6 +431,7 @@ void page_write(FILE *out, const char *name, const struct report_landing *landin
     if (count > 0)
         campaign(out, landings, count, si);
     slow_section(out, slow, slow_count, si);
+    fputs(more, out);
     for (size_t i = 0; i < count; i++)
         landing_section(out, &landings[i], si);
     fputs("</body></html>\n", out);

@@ -6,8 +6,8 @@
 
 #include "host/report/plots.h"
 
-/* `name` is the campaign's, for the title. */
+/* `name` is the campaign's, for the title; `more`: sections of its own that follow the campaign's, as HTML. */
 void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count,
-                const struct store_slow *slow, size_t slow_count, bool si);
+                const struct store_slow *slow, size_t slow_count, const char *more, bool si);
 
 #endif

@@ -108,6 +108,34 @@ const char store_schema[] =
     /* kind: ready, walk; verdict: go, no-go; checks: an object of host/ready_command.c as JSON */
     "CREATE TABLE readiness(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, board_uid TEXT NOT NULL, kind TEXT NOT NULL,"
     " verdict TEXT NOT NULL, checks TEXT NOT NULL);"
+    /* Surveys of the mat by gage points (host/survey/plan.h). A reading is a row, the newest of a place is the one that holds: an
+     * undone one is followed by a row without value, a skipped one by one with `skipped`. */
+    "CREATE TABLE gage_surveys(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, ended_us INTEGER, pattern TEXT NOT NULL,"
+    " edges TEXT NOT NULL, who TEXT, error_in REAL NOT NULL, closed_in REAL, note TEXT);"
+    "CREATE TABLE gage_readings(id INTEGER PRIMARY KEY, survey INTEGER NOT NULL REFERENCES gage_surveys(id), kind TEXT NOT NULL,"
+    " line INTEGER NOT NULL, place INTEGER NOT NULL, value_in REAL, skipped INTEGER NOT NULL, confirmed INTEGER NOT NULL,"
+    " taken_us INTEGER NOT NULL, source TEXT NOT NULL, note TEXT);"
+    "CREATE INDEX gage_readings_by_survey ON gage_readings(survey, id);"
+    "CREATE TABLE gage_loads(id INTEGER PRIMARY KEY, survey INTEGER NOT NULL REFERENCES gage_surveys(id), made_us INTEGER NOT NULL,"
+    " link TEXT NOT NULL, segments INTEGER NOT NULL);"
+    /* What people say of landings. Rows are added and never change: the newest of a field holds, the others are its history. A series
+     * takes in the landings that are armed after it. */
+    "CREATE TABLE series(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, name TEXT NOT NULL, runway TEXT, pattern TEXT,"
+    " modification TEXT, notes TEXT);"
+    "CREATE TABLE landing_changes(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), made_us INTEGER NOT NULL,"
+    " who TEXT, field TEXT NOT NULL, was TEXT, value TEXT, reason TEXT);"
+    "CREATE TABLE observations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), made_us INTEGER NOT NULL,"
+    " who TEXT, kind TEXT NOT NULL, side TEXT, station_ft REAL, panels INTEGER, height_in REAL, time_s REAL, form TEXT, note TEXT,"
+    " withdraws INTEGER);"
+    /* item: of enum mr_calibration_item; -1 unit_per_code, -2 zero_code; `was` and `value` as channels and calibration have them */
+    "CREATE TABLE recalibrations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL,"
+    " item INTEGER NOT NULL, was REAL, value REAL, made_us INTEGER NOT NULL, who TEXT, reason TEXT);"
+    "CREATE TRIGGER recalibrations_stay BEFORE UPDATE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;"
+    "CREATE TRIGGER recalibrations_last BEFORE DELETE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;"
+    "CREATE TRIGGER landing_changes_stay BEFORE UPDATE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;"
+    "CREATE TRIGGER landing_changes_last BEFORE DELETE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;"
+    "CREATE TRIGGER observations_stay BEFORE UPDATE ON observations BEGIN SELECT raise(ABORT, 'history stays'); END;"
+    "CREATE TRIGGER observations_last BEFORE DELETE ON observations BEGIN SELECT raise(ABORT, 'history stays'); END;"
     "CREATE TABLE simulations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), "
     "scene TEXT NOT NULL,"
     " made_us INTEGER NOT NULL);"

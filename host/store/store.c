@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "host/store/store_migrate.h"
 #include "host/store/store_sql.h"
 
 #define BUSY_WAIT_MS 30000 /* another program may hold the file; what comes meanwhile waits in the links */
@@ -83,6 +84,18 @@ static enum mr_status create_tables(struct store *store, struct error *error)
     return status;
 }
 
+static enum mr_status bring_forward(struct store *store, enum store_mode mode, int64_t version, struct error *error)
+{
+    bool due = false;
+    enum mr_status status = store_migrate_due(store, &due, error);
+    due |= version < STORE_VERSION;
+    store->found_version = version;
+    store->found_due = due;
+    if (status == MR_OK && due && mode == STORE_READ)
+        return store_migrate_view(store, error);
+    return status == MR_OK && due ? store_migrate(store, mode != STORE_BARE, error) : status;
+}
+
 static enum mr_status check_version(struct store *store, enum store_mode mode, struct error *error)
 {
     int64_t application, version, tables;
@@ -100,18 +113,18 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
     if (application != STORE_APPLICATION)
         return error_set(error, MR_MALFORMED,
                          "no campaign database: %s; name a database that matrig log made", store->path);
-    if (version != STORE_VERSION)
+    if (version > STORE_VERSION || version < 1)
         return error_set(
             error, MR_VERSION,
             "campaign database of version %lld, this matrig has version %d: %s; use the matrig that made it",
             (long long)version, STORE_VERSION, store->path);
-    return MR_OK;
+    return bring_forward(store, mode, version, error);
 }
 
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store, struct error *error)
 {
     struct stat info;
-    if (mode == STORE_OPEN && stat(path, &info) != 0)
+    if (mode != STORE_CREATE && stat(path, &info) != 0)
         return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made", path);
     struct store *made = calloc(1, sizeof *made);
     char *copy = strdup(path);
@@ -129,6 +142,8 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         sqlite3_busy_timeout(made->database, BUSY_WAIT_MS);
         status = check_version(made, mode, error);
     }
+    if (status == MR_OK && mode == STORE_READ)
+        status = execute(made, "PRAGMA query_only=1", "open", error);
     /* FULL: a commit is on disk, not only with the kernel, when it returns. A file system that refuses
      * writing leaves the journal as it is; reading goes on. */
     if (status == MR_OK && mode == STORE_CREATE)
@@ -155,6 +170,12 @@ void store_close(struct store *store)
 const char *store_path(const struct store *store)
 {
     return store->path;
+}
+
+int64_t store_version(const struct store *store, bool *older)
+{
+    *older = store->found_due;
+    return store->found_version;
 }
 
 enum mr_status store_begin(struct store *store, struct error *error)

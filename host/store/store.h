@@ -21,7 +21,7 @@
 #include "common/image.h"
 #include "host/error.h"
 
-#define STORE_VERSION 2              /* of the tables: PRAGMA user_version */
+#define STORE_VERSION 3              /* of the tables: PRAGMA user_version */
 #define STORE_APPLICATION 0x4d545247 /* "MTRG": PRAGMA application_id */
 #define STORE_NONE INT64_MIN
 #define STORE_SWITCHES_MAX 64u
@@ -29,13 +29,20 @@
 enum store_mode {
     STORE_OPEN,   /* must exist */
     STORE_CREATE, /* is made when it does not exist */
+    STORE_READ,   /* must exist, nothing is written */
+    STORE_BARE,   /* as STORE_OPEN, but no copy is kept of one that is brought forward */
 };
 
 struct store;
 
-/* MR_IO: cannot be opened; MR_MALFORMED: no campaign database; MR_VERSION: another version's, named in the
- * error. */
+/* A campaign of an older version is brought forward when it is opened for writing, in one transaction, after a copy PATH.vN was
+ * made beside it (host/store/store_migrate.h); STORE_READ reads it as it is. MR_IO: cannot be opened; MR_MALFORMED: no campaign
+ * database; MR_VERSION: a newer version's, named in the error. */
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store, struct error *error);
+/* Of the file as it was found; `older`: it lacked tables or columns of this version. */
+int64_t store_version(const struct store *store, bool *older);
+/* From now on `tell` (NULL: nobody) is told when a campaign was brought forward, in one line. */
+void store_on_migration(void (*tell)(const char *line));
 void store_close(struct store *store); /* rolls back what is not committed; NULL is allowed */
 const char *store_path(const struct store *store);
 

@@ -43,7 +43,7 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
     char columns[SQL_MAX / 4] = "", values[SQL_MAX / 4] = "";
     bool has_landing = false, has_session = false;
     sqlite3_stmt *statement;
-    if (sqlite3_prepare_v2(store->database, "SELECT name FROM pragma_table_info(?)", -1, &statement, NULL) != SQLITE_OK)
+    if (sqlite3_prepare_v2(store->database, "SELECT name FROM pragma_table_info(?, 'main')", -1, &statement, NULL) != SQLITE_OK)
         return store_failed(store, "bundle", error);
     sqlite3_bind_text(statement, 1, table, -1, SQLITE_STATIC);
     bool fits = true;

@@ -6,6 +6,12 @@
 #include <sqlite3.h>
 
 #include "host/store/store.h"
+#include "host/store/store_sql_survey.h"
+
+/* As corrected (store_journal.h), else as the board said. */
+#define STORE_TOUCHDOWN                                                                                        \
+    "coalesce((SELECT CAST(value AS REAL) FROM landing_changes WHERE landing=landings.id AND"                   \
+    " field='touchdown_ft' ORDER BY landing_changes.id DESC LIMIT 1), touchdown_ft)"
 
 /* Parameters: i int64_t (STORE_NONE: NULL), r double (NaN: NULL), t text (NULL: NULL), b bytes and their
  * size_t length. */
@@ -27,11 +33,11 @@
       " clock_source=?, touchdown_ft=?, switch_error_ft=?, image_commit=? WHERE id=?")                       \
     X(LANDING_GET, "i",                                                                                      \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
-      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit FROM landings"      \
+      " image_crc, config_crc, clock_source, " STORE_TOUCHDOWN ", switch_error_ft, image_commit FROM landings"      \
       " WHERE id=?")                                                                                         \
     X(LANDINGS, "",                                                                                          \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
-      " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit FROM landings"      \
+      " image_crc, config_crc, clock_source, " STORE_TOUCHDOWN ", switch_error_ft, image_commit FROM landings"      \
       " ORDER BY id")                                                                                        \
     X(CONFIGURATION_PUT, "it", "INSERT OR IGNORE INTO configurations VALUES(?,?)")                           \
     X(CONFIGURATION_GET, "i", "SELECT text FROM configurations WHERE crc=?")                                 \
@@ -221,7 +227,8 @@
       "SELECT number, station_ft, peak_measured_in, peak_measured_error_in, peak_simulated_in,"              \
       " peak_simulated_error_in, rms_in, end_measured_in, end_simulated_in, t0_s, dt_s, series_in"           \
       " FROM simulation_channels WHERE simulation=(SELECT max(id) FROM simulations WHERE landing=?) ORDER "  \
-      "BY number")
+      "BY number")                                                                                           \
+    STORE_SURVEY_STATEMENTS(X)
 
 enum store_statement {
 #define STORE_ENUM(name, types, sql) STORE_##name,
@@ -234,6 +241,8 @@ struct store {
     sqlite3 *database;
     char *path;
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use */
+    int64_t found_version; /* of the tables when it was opened */
+    bool found_due;        /* it lacked some of this version's */
 };
 
 /* The tables. */

@@ -93,7 +93,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         patch(data, size);
         path = fuzz_file("campaign.db", patched, base_size);
     }
-    enum mr_status status = store_open(path, STORE_OPEN, &store, &error);
+    enum mr_status status = store_open(path, STORE_READ, &store, &error);
     if (status == MR_OK)
         status = store_landings(store, &landing, &count, &error);
     for (size_t i = 0; i < count && i < 3 && status == MR_OK; i++) {

@@ -1,0 +1,19 @@
+/* Giving a board the slack of a survey (command `survey`, common/command.h), and reading back what it holds then. */
+#ifndef MATRIG_HOST_SURVEY_LOAD_H
+#define MATRIG_HOST_SURVEY_LOAD_H
+
+#include "host/link/link.h"
+#include "host/survey/result.h"
+
+struct survey_loaded {
+    unsigned sent;                 /* segments */
+    double board_in[SURVEY_SPANS]; /* what it says it holds; NaN: not surveyed */
+    unsigned different;            /* of those sent */
+    unsigned older;                /* segments that it holds and this survey has not: of an earlier one */
+};
+
+/* MR_NOT_NOW: a landing is armed or going on; MR_TIMEOUT, MR_VERSION, MR_IO. All waits are bounded. */
+enum mr_status survey_load(struct link *link, enum link_kind kind, const struct survey_slack *slack, struct survey_loaded *loaded,
+                           struct error *error);
+
+#endif

@@ -1,0 +1,450 @@
+/* matrig survey: gage points read with a caliper, what they say, and the slack they give a board. */
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "host/cli.h"
+#include "host/link/link.h"
+#include "host/output.h"
+#include "host/run.h"
+#include "host/survey/load.h"
+#include "host/survey/sheet.h"
+#include "host/survey/show.h"
+#include "host/units.h"
+
+#define LINE_MAX_BYTES 256
+
+struct request {
+    const struct cli *cli;
+    const char *db, *pattern_text, *edges_text, *closed_text, *error_text, *who, *note, *caliper, *from, *sheet, *number_text, *load;
+    bool begin_new, end, show, list, can, doubtful;
+    enum survey_pattern pattern;
+    enum survey_edges edges;
+    double closed_in, error_in;
+    int64_t number; /* 0: the newest */
+};
+
+/* ---- taking readings ---- */
+
+struct typist {
+    const struct request *request;
+    struct store *store;
+    struct survey *survey;
+    const char *source;
+    bool quit;
+};
+
+static double shown(const struct request *request, double value_in)
+{
+    return value_in * unit_of(UNIT_DISPLACEMENT, request->cli->si)->factor;
+}
+
+static void prompt(const struct typist *typist)
+{
+    const struct survey_desk *desk = &typist->survey->desk;
+    bool si = typist->request->cli->si;
+    char text[120];
+    if (typist->request->cli->quiet || desk->at == desk->plan.count)
+        return;
+    survey_item_text(&desk->plan.item[desk->at], si, text, sizeof text);
+    fprintf(stderr, "%zu/%zu  %s", survey_desk_read(desk), desk->plan.count, text);
+    if (!isnan(desk->value_in[desk->at]))
+        fprintf(stderr, ", read: %.*f", si ? 2 : 3, shown(typist->request, desk->value_in[desk->at]));
+    if (!isnan(desk->previous_in[desk->at]))
+        fprintf(stderr, ", last %.*f", si ? 2 : 3, shown(typist->request, desk->previous_in[desk->at]));
+    fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
+}
+
+static enum mr_status keep(struct typist *typist, size_t item, enum survey_outcome outcome, const char *note, struct error *error)
+{
+    const struct survey_desk *desk = &typist->survey->desk;
+    const struct survey_item *place = &desk->plan.item[item];
+    struct store_gage_reading reading = {.line = place->line, .place = place->place, .value_in = desk->value_in[item],
+                                         .skipped = desk->skipped[item], .confirmed = outcome == SURVEY_CONFIRMED,
+                                         .taken_us = (int64_t)link_now_us()};
+    snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text(place->kind));
+    snprintf(reading.source, sizeof reading.source, "%s", typist->source);
+    snprintf(reading.note, sizeof reading.note, "%s", note ? note : "");
+    return store_gage_reading_add(typist->store, typist->survey->row.id, &reading, error);
+}
+
+static void tell(const struct typist *typist, enum survey_outcome outcome, size_t item, const struct survey_entry *entry)
+{
+    const struct survey_desk *desk = &typist->survey->desk;
+    const struct request *r = typist->request;
+    const struct unit *unit = unit_of(UNIT_DISPLACEMENT, r->cli->si);
+    if (r->cli->quiet)
+        return;
+    if (outcome == SURVEY_DOUBTED) {
+        double away_in = entry->value_in - survey_desk_expected_in(desk, item);
+        fprintf(stderr, "%s  %.3f %s? That is %+.3f from %s, and %.3f is the most to be expected. The same again keeps it; or read anew.\n",
+                cli_terminal() ? "\a" : "", shown(r, entry->value_in), unit->text, shown(r, away_in),
+                isnan(desk->previous_in[item]) ? "the designed distance" : "the last reading",
+                shown(r, survey_item_limit_in(&desk->plan.item[item])));
+    } else if (outcome == SURVEY_REFUSED) {
+        fprintf(stderr, "%s  %s\n", cli_terminal() ? "\a" : "",
+                entry->word == SURVEY_NONSENSE ? "not a reading; a number and Enter, or ? for the words" : "not here");
+    } else if (outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED) {
+        char text[120];
+        survey_item_text(&desk->plan.item[item], r->cli->si, text, sizeof text);
+        fprintf(stderr, "  %s: %s\n", outcome == SURVEY_UNDONE ? "undone" : outcome == SURVEY_SKIPPED ? "skipped" : "noted", text);
+    }
+}
+
+/* One typed line. */
+static enum mr_status take_line(struct typist *typist, const char *line, struct error *error)
+{
+    struct survey_entry entry;
+    size_t item = 0;
+    survey_entry_parse(line, typist->request->cli->si, &entry);
+    if (entry.word == SURVEY_NOTHING)
+        return MR_OK;
+    if (entry.word == SURVEY_QUIT) {
+        typist->quit = true;
+        return MR_OK;
+    }
+    if (entry.word == SURVEY_HELP) {
+        fputs("  a number  the reading (mm or in may follow it)   s  skip   u  undo the last   b, f  back, forward\n"
+              "  n TEXT    note on the last reading               q  quit, to go on another time\n", stderr);
+        return MR_OK;
+    }
+    enum survey_outcome outcome = survey_desk_take(&typist->survey->desk, &entry, &item);
+    enum mr_status status = MR_OK;
+    if (outcome == SURVEY_KEPT || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED ||
+        outcome == SURVEY_NOTED)
+        status = keep(typist, item, outcome, entry.note, error);
+    if (status == MR_OK)
+        tell(typist, outcome, item, &entry);
+    return status;
+}
+
+/* Bytes until Enter make a line; of one too long nothing is taken. */
+struct line {
+    char text[LINE_MAX_BYTES];
+    size_t length;
+    bool too_long;
+};
+
+static enum mr_status take_bytes(struct typist *typist, struct line *line, const char *bytes, size_t count, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (size_t i = 0; i < count && status == MR_OK && !typist->quit; i++) {
+        bool end = bytes[i] == '\n' || bytes[i] == '\r';
+        if (!end && line->length + 1 < sizeof line->text && bytes[i] != '\0') {
+            line->text[line->length++] = bytes[i];
+            continue;
+        }
+        line->too_long |= !end;
+        if (!end)
+            continue;
+        line->text[line->length] = '\0';
+        status = take_line(typist, line->too_long ? "too long" : line->text, error);
+        bool empty = line->length == 0;
+        line->length = 0;
+        line->too_long = false;
+        if (typist->survey->desk.at == typist->survey->desk.plan.count)
+            typist->quit = true;
+        if (status == MR_OK && !typist->quit && !empty)
+            prompt(typist);
+    }
+    return status;
+}
+
+static enum mr_status from_caliper(struct typist *typist, struct link *caliper, struct line *line, bool *open, struct error *error)
+{
+    uint8_t bytes[512];
+    size_t count;
+    uint64_t host_us;
+    struct error away = {0};
+    enum mr_status status = link_receive_bytes(caliper, bytes, sizeof bytes, &count, &host_us, error);
+    if (status == MR_OK)
+        return take_bytes(typist, line, (const char *)bytes, count, error);
+    if (status == MR_CLOSED)
+        *open = false;
+    if (status == MR_CLOSED || status == MR_TOO_FEW) {
+        status = link_service(caliper, &away); /* a caliper that went to sleep or was unplugged is waited for */
+        return status == MR_OK || status == MR_TOO_FEW ? MR_OK : error_set(error, status, "%s", away.text);
+    }
+    return status;
+}
+
+/* Readings from the keyboard and from a caliper on a serial line, until all are there, q, or the end of both. */
+static enum mr_status type_in(struct typist *typist, struct link *caliper, struct error *error)
+{
+    struct line keys = {.length = 0}, typed = {.length = 0};
+    bool keyboard = true, calipers = caliper != NULL;
+    enum mr_status status = MR_OK;
+    typist->quit = typist->survey->desk.at == typist->survey->desk.plan.count;
+    if (!typist->quit)
+        prompt(typist);
+    while (status == MR_OK && !typist->quit && (keyboard || calipers)) {
+        char bytes[4096];
+        struct pollfd ready[2] = {{.fd = keyboard ? STDIN_FILENO : -1, .events = POLLIN},
+                                  {.fd = calipers ? link_fd(caliper) : -1, .events = POLLIN}};
+        if (poll(ready, 2, 250) < 0 && errno != EINTR)
+            return error_set(error, MR_IO, "cannot wait (%s): the keyboard; try again", strerror(errno));
+        if (keyboard && ready[0].revents) {
+            ssize_t count = read(STDIN_FILENO, bytes, sizeof bytes);
+            keyboard = count > 0 || (count < 0 && (errno == EAGAIN || errno == EINTR));
+            typist->source = "keyboard";
+            status = take_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : !keyboard, error);
+        }
+        if (status == MR_OK && calipers && !typist->quit) {
+            typist->source = link_spec(caliper);
+            status = from_caliper(typist, caliper, &typed, &calipers, error);
+        }
+    }
+    if (!typist->request->cli->quiet)
+        fputc('\n', stderr);
+    return status;
+}
+
+/* ---- a sheet ---- */
+
+/* Readings that a person would have been asked about are only taken with --doubtful. */
+static enum mr_status take_sheet(struct typist *typist, struct error *error)
+{
+    static struct survey_sheet sheet;
+    struct survey_desk *desk = &typist->survey->desk;
+    const struct request *request = typist->request;
+    size_t doubted = 0, item;
+    enum mr_status status = survey_sheet_read(request->from, &desk->plan, &sheet, error);
+    if (status == MR_OK)
+        status = store_begin(typist->store, error);
+    for (size_t i = 0; i < desk->plan.count && status == MR_OK; i++) {
+        struct survey_entry entry = {.word = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
+        if (isnan(sheet.value_in[i]))
+            continue;
+        desk->at = i;
+        desk->doubted = false;
+        enum survey_outcome outcome = survey_desk_take(desk, &entry, &item);
+        if (outcome == SURVEY_DOUBTED && request->doubtful) {
+            outcome = survey_desk_take(desk, &entry, &item);
+        } else if (outcome == SURVEY_DOUBTED) {
+            char text[120];
+            survey_item_text(&desk->plan.item[i], request->cli->si, text, sizeof text);
+            cli_note(request->cli, "not taken, %+.3f %s away from %s: %s", shown(request, entry.value_in - survey_desk_expected_in(desk, i)),
+                     unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
+                     isnan(desk->previous_in[i]) ? "the designed distance" : "the last reading", text);
+            doubted++;
+            continue;
+        }
+        status = keep(typist, i, outcome, sheet.note[i], error);
+    }
+    if (status == MR_OK)
+        status = store_commit(typist->store, error);
+    survey_desk_next(desk, 0);
+    if (status == MR_OK && doubted)
+        status = error_set(error, MR_LIMIT, "%zu reading%s not taken: %s; read again, or take them as they are with --doubtful", doubted,
+                           doubted == 1 ? "" : "s", request->from);
+    return status;
+}
+
+/* ---- one run of the command ---- */
+
+static enum mr_status begin(const struct request *request, struct store *store, struct survey *survey, struct error *error)
+{
+    bool found = false;
+    enum mr_status status = MR_OK;
+    if (!request->begin_new)
+        status = survey_get_open(store, request->pattern, survey, &found, error);
+    if (status == MR_OK && found)
+        cli_note(request->cli, "survey %lld goes on, %zu of %zu read (--new begins another)", (long long)survey->row.id,
+                 survey_desk_read(&survey->desk), survey->desk.plan.count);
+    if (status != MR_OK || found)
+        return status;
+    struct store_gage_survey row = {.made_us = (int64_t)link_now_us(), .error_in = request->error_in, .closed_in = request->closed_in};
+    snprintf(row.pattern, sizeof row.pattern, "%s", survey_pattern_text(request->pattern));
+    snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text(request->edges));
+    snprintf(row.who, sizeof row.who, "%s", request->who ? request->who : getenv("USER") ? getenv("USER") : "");
+    snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
+    status = store_gage_survey_add(store, &row, error);
+    return status == MR_OK ? survey_get(store, row.id, survey, error) : status;
+}
+
+static enum mr_status take(const struct request *request, struct store *store, struct survey *survey, struct error *error)
+{
+    struct link *caliper = NULL;
+    struct typist typist = {.request = request, .store = store, .survey = survey, .source = request->from ? request->from : "keyboard"};
+    enum mr_status status = request->caliper ? link_open(request->caliper, LINK_SERIAL, &caliper, error) : MR_OK;
+    if (status == MR_OK)
+        status = store_durable(store, error);
+    if (status == MR_OK)
+        status = begin(request, store, survey, error);
+    int64_t id = survey->row.id;
+    if (status == MR_OK && request->from)
+        status = take_sheet(&typist, error);
+    else if (status == MR_OK && !request->end)
+        status = type_in(&typist, caliper, error);
+    link_close(caliper);
+    if (status == MR_OK && (request->end || survey->desk.at == survey->desk.plan.count))
+        status = store_gage_survey_end(store, id, (int64_t)link_now_us(), error);
+    return status == MR_OK ? survey_get(store, id, survey, error) : status;
+}
+
+static enum mr_status load(const struct request *request, struct store *store, const struct survey *survey, const struct survey_found *found,
+                           struct survey_loaded *loaded, struct error *error)
+{
+    struct link *link = NULL;
+    bool can = request->can || strncmp(request->load, "can:", 4) == 0 || strncmp(request->load, "slcan:", 6) == 0;
+    enum link_kind kind = can ? LINK_CAN : LINK_SERIAL;
+    if (found->slack.surveyed == 0)
+        return error_set(error, MR_TOO_FEW, "no gage line was read: survey %lld of %s; take it first", (long long)survey->row.id, request->db);
+    enum mr_status status = link_open(request->load, kind, &link, error);
+    if (status == MR_OK)
+        status = survey_load(link, kind, &found->slack, loaded, error);
+    link_close(link);
+    if (status == MR_OK)
+        status = store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load, loaded->sent, error);
+    return status;
+}
+
+static int tell_load(const struct request *request, const struct survey *survey, const struct survey_loaded *loaded)
+{
+    int exit_code = loaded->different ? mr_status_exit_code(MR_LIMIT) : 0;
+    if (request->cli->json)
+        return cli_print_json(json_pack("{sIsisisisi}", "survey", (json_int_t)survey->row.id, "sent", (int)loaded->sent, "read_back",
+                                        (int)SURVEY_SPANS, "different", (int)loaded->different, "of_an_earlier_survey", (int)loaded->older),
+                              exit_code);
+    printf("survey %lld: %u segments loaded, read back, %u different", (long long)survey->row.id, loaded->sent, loaded->different);
+    if (loaded->older)
+        printf("; %u that it has not keep what the board was given before", loaded->older);
+    else if (loaded->sent < SURVEY_SPANS)
+        printf("; %u are not surveyed", SURVEY_SPANS - loaded->sent);
+    putchar('\n');
+    return exit_code;
+}
+
+static int list(const struct request *request, struct store *store)
+{
+    struct store_gage_survey *rows = NULL;
+    size_t count = 0;
+    struct error error = {0};
+    static struct survey survey;
+    json_t *all = json_array();
+    enum mr_status status = store_gage_surveys(store, &rows, &count, &error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        char when[40];
+        survey_time_text(rows[i].made_us, when, sizeof when);
+        status = survey_get(store, rows[i].id, &survey, &error);
+        int read = (int)survey_desk_read(&survey.desk), of = (int)survey.desk.plan.count;
+        json_array_append_new(all, json_pack("{sIsssssisisb}", "survey", (json_int_t)rows[i].id, "pattern", rows[i].pattern, "begun", when,
+                                             "read", read, "of", of, "ended", rows[i].ended_us != STORE_NONE));
+        if (status == MR_OK && !request->cli->json)
+            printf("%lld  %s  %-8s  %d of %d%s  %s\n", (long long)rows[i].id, when, rows[i].pattern, read, of,
+                   rows[i].ended_us == STORE_NONE ? ", goes on" : "", rows[i].note);
+    }
+    free(rows);
+    if (status == MR_OK && request->cli->json)
+        return cli_print_json(json_pack("{so}", "surveys", all), 0);
+    json_decref(all);
+    return status == MR_OK ? 0 : cli_fail(&error);
+}
+
+static enum mr_status write_sheet(const struct request *request, struct store *store, struct survey *survey, struct error *error)
+{
+    bool found = false;
+    enum mr_status status = request->number ? survey_get(store, request->number, survey, error)
+                                            : survey_get_open(store, request->pattern, survey, &found, error);
+    if (status == MR_OK && !request->number && !found) { /* an empty one, beside the last readings */
+        static struct survey newest;
+        struct error none = {0};
+        survey_desk_init(&survey->desk, request->pattern, request->edges);
+        if (survey_get(store, 0, &newest, &none) == MR_OK && newest.desk.plan.pattern == request->pattern) {
+            for (size_t i = 0; i < newest.desk.plan.count; i++) {
+                int at = survey_plan_find(&survey->desk.plan, &newest.desk.plan.item[i]);
+                if (at >= 0)
+                    survey->desk.previous_in[at] = isnan(newest.desk.value_in[i]) ? newest.desk.previous_in[i] : newest.desk.value_in[i];
+            }
+        }
+    }
+    FILE *out = status == MR_OK ? output_open(strcmp(request->sheet, "-") == 0 ? NULL : request->sheet, error) : NULL;
+    if (!out)
+        return error->status;
+    survey_sheet_write(out, &survey->desk, request->cli->si);
+    return output_close(out, strcmp(request->sheet, "-") == 0 ? NULL : request->sheet, error);
+}
+
+static int run(const struct request *request)
+{
+    static struct survey survey;
+    static struct survey_found found;
+    struct survey_loaded loaded;
+    struct store *store = NULL;
+    struct error error = {0};
+    bool reading = request->show || request->list || request->sheet;
+    int exit_code = 0;
+    enum mr_status status = store_open(request->db, reading ? STORE_READ : request->load ? STORE_OPEN : STORE_CREATE, &store, &error);
+    if (status == MR_OK && request->list)
+        exit_code = list(request, store);
+    else if (status == MR_OK && request->sheet)
+        status = write_sheet(request, store, &survey, &error);
+    else if (status == MR_OK && (request->show || request->load))
+        status = survey_get(store, request->number, &survey, &error);
+    else if (status == MR_OK)
+        status = take(request, store, &survey, &error);
+    bool results = status == MR_OK && !request->list && !request->sheet;
+    if (results)
+        status = survey_find(store, &survey, &found, &error);
+    if (status == MR_OK && request->load)
+        status = load(request, store, &survey, &found, &loaded, &error);
+    store_close(store);
+    if (status != MR_OK)
+        return cli_fail(&error);
+    if (!results)
+        return exit_code;
+    if (request->load)
+        return tell_load(request, &survey, &loaded);
+    if (request->cli->json)
+        return cli_print_json(survey_json(&survey, &found, request->cli->si), 0);
+    survey_show(stdout, &survey, &found, request->cli->si);
+    return 0;
+}
+
+static enum mr_status check(struct request *r, struct error *error)
+{
+    double to_in = r->cli->si ? 1.0 / 25.4 : 1.0;
+    enum mr_status status = MR_OK;
+    if (r->pattern_text && !survey_pattern_parse(r->pattern_text, &r->pattern))
+        return error_set(error, MR_USAGE, "not a pattern: '%s'; standard or diagonal", r->pattern_text);
+    if (r->edges_text && !survey_edges_parse(r->edges_text, &r->edges))
+        return error_set(error, MR_USAGE, "not edges: '%s'; left, both or none", r->edges_text);
+    if (r->closed_text)
+        status = cli_number(r->closed_text, "--closed", 20.0 / to_in, 40.0 / to_in, &r->closed_in, error);
+    if (status == MR_OK && r->error_text)
+        status = cli_number(r->error_text, "--error", 1e-4 / to_in, 0.2 / to_in, &r->error_in, error);
+    if (status == MR_OK && r->number_text)
+        status = run_parse(r->number_text, &r->number, error);
+    r->closed_in *= r->closed_text ? to_in : 1.0;
+    r->error_in *= r->error_text ? to_in : 1.0;
+    int modes = r->show + r->list + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end + (r->caliper != NULL);
+    if (status == MR_OK && modes > 1)
+        status = error_set(error, MR_USAGE, "more than one of --show, --list, --sheet, --load, --from, --caliper, --end: matrig survey; one at a time");
+    if (status == MR_OK && r->number && !r->show && !r->load && !r->sheet)
+        status = error_set(error, MR_USAGE, "--survey goes with --show, --sheet or --load: matrig survey; see matrig survey --help");
+    if (status == MR_OK && r->doubtful && !r->from)
+        status = error_set(error, MR_USAGE, "--doubtful goes with --from: matrig survey; see matrig survey --help");
+    if (status == MR_OK && r->can && !r->load)
+        status = error_set(error, MR_USAGE, "--can goes with --load: matrig survey; see matrig survey --help");
+    return status;
+}
+
+int survey_command(int argc, char **argv, const struct cli *cli)
+{
+    struct request r = {.cli = cli, .closed_in = SURVEY_SPACING_IN, .error_in = SURVEY_ERROR_IN};
+    const struct cli_option options[] = {
+        {"--pattern", &r.pattern_text, NULL}, {"--edges", &r.edges_text, NULL}, {"--closed", &r.closed_text, NULL},
+        {"--error", &r.error_text, NULL},     {"--who", &r.who, NULL},          {"--note", &r.note, NULL},
+        {"--caliper", &r.caliper, NULL},      {"--from", &r.from, NULL},        {"--sheet", &r.sheet, NULL},
+        {"--survey", &r.number_text, NULL},   {"--load", &r.load, NULL},        {"--new", NULL, &r.begin_new},
+        {"--end", NULL, &r.end},              {"--show", NULL, &r.show},        {"--list", NULL, &r.list},
+        {"--can", NULL, &r.can},              {"--doubtful", NULL, &r.doubtful}};
+    struct error error = {0};
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &r.db, 1, 1, "DB", &error);
+    if (status == MR_OK)
+        status = check(&r, &error);
+    return status == MR_OK ? run(&r) : cli_fail(&error);
+}

@@ -1,0 +1,343 @@
+/* Surveys: the walk, what is typed, what it comes to. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "host/survey/desk.h"
+#include "host/survey/result.h"
+#include "tests/host/scratch.h"
+
+#define MAT_SPAN_FT (120.0 / 42.0) /* ten of 420 mats on 120 ft */
+
+/* ---- the walk ---- */
+
+static void the_walk_is_whole_and_never_jumps(void **state)
+{
+    struct survey_plan plan;
+    unsigned gaps[SURVEY_LINES] = {0}, stations = 0;
+    (void)state;
+    survey_plan_make(&plan, SURVEY_STANDARD, SURVEY_EDGE_LEFT);
+    assert_int_equal(plan.count, 4 * 42 + 13);
+    double at_ft = 0.0;
+    for (size_t i = 0; i < plan.count; i++) {
+        const struct survey_item *item = &plan.item[i];
+        assert_int_equal(survey_plan_find(&plan, item), i); /* no place twice */
+        gaps[item->line - 1] += item->kind == SURVEY_GAP;
+        stations += item->kind == SURVEY_STATION;
+        double next_ft = item->kind == SURVEY_GAP ? MAT_SPAN_FT * item->place : 10.0 * item->place;
+        assert_true(fabs(next_ft - at_ft) < 2 * MAT_SPAN_FT);
+        at_ft = next_ft;
+    }
+    for (unsigned line = 0; line < SURVEY_LINES; line++)
+        assert_int_equal(gaps[line], 42);
+    assert_int_equal(stations, 13);
+    survey_plan_make(&plan, SURVEY_STANDARD, SURVEY_EDGE_NONE);
+    assert_int_equal(plan.count, 168);
+    survey_plan_make(&plan, SURVEY_STANDARD, SURVEY_EDGE_BOTH);
+    assert_int_equal(plan.count, 168 + 26);
+    survey_plan_make(&plan, SURVEY_PATTERN_DIAGONAL, SURVEY_EDGE_LEFT);
+    assert_int_equal(plan.count, 168 + 2 * 4 * 13 + 7 * 7);
+    for (size_t i = 0; i < plan.count; i++)
+        assert_int_equal(survey_plan_find(&plan, &plan.item[i]), i);
+    assert_true(fabs(survey_line_in(3) - survey_line_in(2) - 36.0) < 1e-12 && survey_line_in(1) == 12.0);
+}
+
+/* ---- typing ---- */
+
+static void entry(const char *line, bool si, enum survey_word word, double value_in)
+{
+    struct survey_entry e;
+    survey_entry_parse(line, si, &e);
+    if (e.word != word || (word == SURVEY_NUMBER && fabs(e.value_in - value_in) > 1e-9))
+        fail_msg("'%s': word %d, %g in", line, e.word, e.value_in);
+}
+
+static void lines_are_read_as_calipers_type_them(void **state)
+{
+    (void)state;
+    entry("33.512", false, SURVEY_NUMBER, 33.512);
+    entry("  +33,512\r", false, SURVEY_NUMBER, 33.512);
+    entry("851.2048 mm", false, SURVEY_NUMBER, 33.512);
+    entry("33.512in", true, SURVEY_NUMBER, 33.512);
+    entry("851.2048", true, SURVEY_NUMBER, 33.512);
+    entry("-0.25", false, SURVEY_NUMBER, -0.25);
+    entry("", false, SURVEY_NOTHING, 0);
+    entry(" \r", false, SURVEY_NOTHING, 0);
+    entry("s", false, SURVEY_SKIP, 0);
+    entry("u ", false, SURVEY_UNDO, 0);
+    entry("b", false, SURVEY_BACK, 0);
+    entry("f", false, SURVEY_FORWARD, 0);
+    entry("q", false, SURVEY_QUIT, 0);
+    entry("?", false, SURVEY_HELP, 0);
+    entry("n dirt in the joint", false, SURVEY_NOTE, 0);
+    const char *const nonsense[] = {"n", "n ", "su", "33.5.1", "33.5 ft", "33.5 34.1", "1e3", "nan", "inf", "0x10", "-", "99999", ".", "33.5mm in"};
+    for (size_t i = 0; i < sizeof nonsense / sizeof nonsense[0]; i++)
+        entry(nonsense[i], false, SURVEY_NONSENSE, 0);
+}
+
+static enum survey_outcome typed(struct survey_desk *desk, const char *line, size_t *item)
+{
+    struct survey_entry e;
+    survey_entry_parse(line, false, &e);
+    return survey_desk_take(desk, &e, item);
+}
+
+static void a_reading_beyond_the_joints_is_asked_again(void **state)
+{
+    struct survey_desk desk;
+    size_t item;
+    (void)state;
+    survey_desk_init(&desk, SURVEY_STANDARD, SURVEY_EDGE_NONE);
+    for (size_t i = 0; i < desk.plan.count; i++)
+        desk.previous_in[i] = 33.60;
+    assert_int_equal(typed(&desk, "33.24", &item), SURVEY_KEPT); /* 0.36: ten joints of 0.036 can do that */
+    assert_int_equal(typed(&desk, "33.96", &item), SURVEY_KEPT);
+    assert_int_equal(typed(&desk, "33.239", &item), SURVEY_DOUBTED);
+    assert_int_equal(desk.at, 2);
+    assert_true(isnan(desk.value_in[2]));
+    assert_int_equal(typed(&desk, "33.241", &item), SURVEY_KEPT); /* read again, and right this time */
+    assert_int_equal(item, 2);
+    assert_int_equal(typed(&desk, "36.60", &item), SURVEY_DOUBTED);
+    assert_int_equal(typed(&desk, "36.65", &item), SURVEY_DOUBTED); /* another one: doubted anew */
+    assert_int_equal(typed(&desk, "36.66", &item), SURVEY_CONFIRMED);
+    assert_int_equal(item, 3);
+    assert_true(desk.value_in[3] == 36.66);
+    assert_int_equal(typed(&desk, "30", &item), SURVEY_DOUBTED);
+    assert_int_equal(typed(&desk, "u", &item), SURVEY_MOVED); /* forget the doubtful one, not the one before */
+    assert_true(desk.value_in[3] == 36.66);
+    desk.previous_in[4] = (double)NAN; /* nothing before: against the designed distance */
+    assert_int_equal(typed(&desk, "33.861", &item), SURVEY_DOUBTED);
+    assert_int_equal(typed(&desk, "33.859", &item), SURVEY_KEPT);
+}
+
+static void undo_skip_back(void **state)
+{
+    struct survey_desk desk;
+    size_t item;
+    (void)state;
+    survey_desk_init(&desk, SURVEY_STANDARD, SURVEY_EDGE_NONE);
+    assert_int_equal(typed(&desk, "u", &item), SURVEY_REFUSED);
+    assert_int_equal(typed(&desk, "b", &item), SURVEY_REFUSED);
+    assert_int_equal(typed(&desk, "n lost", &item), SURVEY_REFUSED);
+    typed(&desk, "33.51", &item);
+    typed(&desk, "33.52", &item);
+    assert_int_equal(typed(&desk, "s", &item), SURVEY_SKIPPED);
+    typed(&desk, "33.54", &item);
+    assert_int_equal(typed(&desk, "n dirt", &item), SURVEY_NOTED);
+    assert_int_equal(item, 3);
+    assert_int_equal(typed(&desk, "u", &item), SURVEY_UNDONE);
+    assert_int_equal(item, 3);
+    assert_true(isnan(desk.value_in[3]) && desk.at == 3);
+    assert_int_equal(typed(&desk, "u", &item), SURVEY_UNDONE); /* the skipped one */
+    assert_true(item == 2 && !desk.skipped[2] && desk.at == 2);
+    assert_int_equal(typed(&desk, "b", &item), SURVEY_MOVED);
+    assert_int_equal(desk.at, 1);
+    typed(&desk, "33.53", &item); /* in its place */
+    assert_true(desk.value_in[1] == 33.53 && desk.at == 2);
+    assert_int_equal(survey_desk_read(&desk), 2);
+    typed(&desk, "s", &item);
+    while (desk.at < desk.plan.count)
+        assert_int_equal(typed(&desk, "33.5", &item), SURVEY_KEPT);
+    assert_int_equal(survey_desk_read(&desk), 167);
+    assert_int_equal(typed(&desk, "33.5", &item), SURVEY_REFUSED);
+}
+
+/* ---- what it comes to ---- */
+
+static double gauss(void)
+{
+    double sum = -6.0; /* twelve even ones: variance 1 */
+    for (int i = 0; i < 12; i++)
+        sum += rand() / (RAND_MAX + 1.0);
+    return sum;
+}
+
+/* A movement to be found again, downfield, in. */
+static double wanted_in(unsigned line, double x_ft)
+{
+    static const double height_in[SURVEY_LINES] = {0.9, 2.0, 1.9, 0.7};
+    return 0.1 + height_in[line] * exp(-pow((x_ft - 60.0) / 20.0, 2));
+}
+
+static void make(struct survey_readings *now, struct survey_readings *before, double noise, unsigned stations)
+{
+    survey_readings_init(now);
+    survey_readings_init(before);
+    for (unsigned line = 0; line < SURVEY_LINES; line++) {
+        for (unsigned k = 0; k < SURVEY_SPANS; k++) {
+            before->gap_in[line][k] = 33.6 + noise * 0.005 * gauss();
+            now->gap_in[line][k] = 33.6 + wanted_in(line, MAT_SPAN_FT * (k + 1)) - wanted_in(line, MAT_SPAN_FT * k) + noise * 0.005 * gauss();
+        }
+        for (unsigned s = 0; stations >> line & 1u && s < SURVEY_STATIONS; s++) {
+            double at = 10.0 * s / MAT_SPAN_FT, k = floor(at + 1e-9);
+            before->station_in[line][s] = noise * 0.02 * gauss();
+            now->station_in[line][s] = (1.0 - at + k) * wanted_in(line, MAT_SPAN_FT * k) + (at - k) * wanted_in(line, MAT_SPAN_FT * (k + 1)) +
+                                       noise * 0.02 * gauss();
+        }
+    }
+}
+
+static void movement_without_noise_is_found_again(void **state)
+{
+    struct survey_readings now, before;
+    static struct survey_change change;
+    (void)state;
+    make(&now, &before, 0.0, 1u);
+    survey_change(&now, &before, &change);
+    for (unsigned line = 0; line < SURVEY_LINES; line++) {
+        for (unsigned k = 0; k < SURVEY_POINTS; k++)
+            assert_true(fabs(change.moved[line][k].value_in - wanted_in(line, MAT_SPAN_FT * k)) < 3e-4); /* all begin at 0.1, and a trace more */
+    }
+    /* the middle of the runway: chord of the edges 0.9 (12 in) and 0.7 (156 in); line 2 at 48 in, line 3 at 84 in; of height at 60 ft */
+    double line2_in = 2.0 - (0.9 + (0.7 - 0.9) * 36.0 / 144.0), line3_in = 1.9 - (0.9 + (0.7 - 0.9) * 72.0 / 144.0);
+    assert_true(line2_in > line3_in);
+    assert_true(fabs(change.bow[21].value_in - line2_in) < 4e-4);
+    assert_true(SURVEY_BOW_LIMIT_IN == 11.0 / 7.0);
+}
+
+/* The same least squares with full matrices and Gauss-Jordan. */
+static void dense(const struct survey_change *c, unsigned line, double u[SURVEY_POINTS], double error[SURVEY_POINTS])
+{
+    static double a[SURVEY_POINTS][2 * SURVEY_POINTS + 1];
+    memset(a, 0, sizeof a);
+    for (unsigned row = 0; row < SURVEY_SPANS + SURVEY_STATIONS; row++) {
+        double h[SURVEY_POINTS] = {0}, y, sigma;
+        if (row < SURVEY_SPANS) {
+            bool read = !isnan(c->change.gap_in[line][row]);
+            h[row] = -1.0;
+            h[row + 1] = 1.0;
+            y = read ? c->change.gap_in[line][row] : 0.0;
+            sigma = read ? sqrt(2.0) * 0.005 : 0.36 / sqrt(3.0);
+        } else {
+            double at = 10.0 * (row - SURVEY_SPANS) / MAT_SPAN_FT;
+            unsigned k = (unsigned)(at + 1e-6);
+            y = c->change.station_in[line][row - SURVEY_SPANS];
+            sigma = sqrt(2.0) * 0.02;
+            h[k] = 1.0 - (at - k);
+            if (k + 1 < SURVEY_POINTS)
+                h[k + 1] = at - k;
+            if (isnan(y))
+                continue;
+        }
+        for (unsigned i = 0; i < SURVEY_POINTS; i++) {
+            for (unsigned j = 0; j < SURVEY_POINTS; j++)
+                a[i][j] += h[i] * h[j] / (sigma * sigma);
+            a[i][2 * SURVEY_POINTS] += h[i] * y / (sigma * sigma);
+        }
+    }
+    for (unsigned i = 0; i < SURVEY_POINTS; i++)
+        a[i][SURVEY_POINTS + i] = 1.0;
+    for (unsigned i = 0; i < SURVEY_POINTS; i++) {
+        double pivot = a[i][i];
+        for (unsigned j = 0; j <= 2 * SURVEY_POINTS; j++)
+            a[i][j] /= pivot;
+        for (unsigned r = 0; r < SURVEY_POINTS; r++) {
+            double factor = r == i ? 0.0 : a[r][i];
+            for (unsigned j = 0; factor != 0.0 && j <= 2 * SURVEY_POINTS; j++)
+                a[r][j] -= factor * a[i][j];
+        }
+    }
+    for (unsigned i = 0; i < SURVEY_POINTS; i++) {
+        u[i] = a[i][2 * SURVEY_POINTS];
+        error[i] = sqrt(a[i][SURVEY_POINTS + i]);
+    }
+}
+
+static void two_ways_of_least_squares_agree(void **state)
+{
+    struct survey_readings now, before;
+    static struct survey_change change;
+    double u[SURVEY_POINTS], error[SURVEY_POINTS];
+    (void)state;
+    srand(5);
+    make(&now, &before, 1.0, 9u); /* both edges */
+    for (unsigned k = 10; k < 17; k++)
+        now.gap_in[3][k] = (double)NAN;
+    before.station_in[3][2] = (double)NAN;
+    survey_change(&now, &before, &change);
+    for (unsigned line = 0; line < SURVEY_LINES; line += 3) {
+        dense(&change, line, u, error);
+        for (unsigned k = 0; k < SURVEY_POINTS; k++) {
+            assert_true(fabs(change.moved[line][k].value_in - u[k]) < 1e-8);
+            assert_true(fabs(change.moved[line][k].error_in - error[k]) < 1e-8);
+        }
+    }
+}
+
+/* Errors are what they say: over many surveys, departures have the stated spread. */
+static void stated_errors_hold(void **state)
+{
+    enum { TRIALS = 400 };
+    struct survey_readings now, before;
+    static struct survey_change change;
+    double squares[3] = {0}, square_bow = 0;
+    static const unsigned lines[3] = {0, 1, 3};
+    (void)state;
+    srand(11);
+    for (int i = 0; i < TRIALS; i++) {
+        make(&now, &before, 1.0, 1u);
+        survey_change(&now, &before, &change);
+        for (int l = 0; l < 3; l++) {
+            const struct survey_estimate *e = &change.moved[lines[l]][30];
+            squares[l] += pow((e->value_in - wanted_in(lines[l], MAT_SPAN_FT * 30)) / e->error_in, 2) / TRIALS;
+        }
+        double line2_in = 2.0 - (0.9 + (0.7 - 0.9) * 36.0 / 144.0);
+        square_bow += pow((change.bow[21].value_in - line2_in) / change.bow[21].error_in, 2) / TRIALS;
+    }
+    for (int l = 0; l < 3; l++) /* 400 normal squares: 1 +- 0.07 */
+        assert_true(squares[l] > 0.75 && squares[l] < 1.25);
+    assert_true(square_bow > 0.4 && square_bow < 1.3); /* lines taken as independent: stated a little large, and the larger of two */
+}
+
+static void what_was_not_read_is_not_known(void **state)
+{
+    struct survey_readings now, before;
+    static struct survey_change change;
+    (void)state;
+    make(&now, &before, 0.0, 1u);
+    for (unsigned k = 0; k < SURVEY_SPANS; k++)
+        now.gap_in[3][k] = (double)NAN;
+    survey_change(&now, &before, &change);
+    assert_true(isnan(change.moved[3][20].value_in) && isnan(change.bow[20].value_in));
+    assert_true(!isnan(change.moved[1][20].value_in));
+    make(&now, &before, 0.0, 1u);
+    now.gap_in[1][20] = (double)NAN; /* a hole: behind it the line is known to what ten joints can do */
+    survey_change(&now, &before, &change);
+    assert_true(change.moved[1][20].error_in < 0.05 && change.moved[1][21].error_in > 0.2);
+}
+
+static void slack_is_the_mean_of_the_lines(void **state)
+{
+    struct survey_readings now;
+    static struct survey_slack slack;
+    (void)state;
+    survey_readings_init(&now);
+    now.gap_in[0][4] = 33.60;
+    now.gap_in[1][4] = 33.70;
+    now.gap_in[2][4] = 33.80;
+    now.gap_in[3][4] = 33.45; /* shorter than closed: none */
+    now.gap_in[2][5] = 33.62;
+    survey_slack(&now, 33.5, &slack);
+    assert_int_equal(slack.surveyed, 2);
+    assert_int_equal(slack.lines[4], 4);
+    assert_true(fabs(slack.segment[4].value_in - 0.15) < 1e-9);
+    /* of 0.1, 0.2, 0.3, 0: standard deviation 0.1291, of the mean half of it */
+    assert_true(fabs(slack.segment[4].error_in - 0.06455) < 1e-5);
+    assert_true(fabs(slack.segment[5].value_in - 0.12) < 1e-9 && fabs(slack.segment[5].error_in - 0.005) < 1e-9);
+    assert_true(isnan(slack.segment[6].value_in));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_walk_is_whole_and_never_jumps),
+        cmocka_unit_test(lines_are_read_as_calipers_type_them),
+        cmocka_unit_test(a_reading_beyond_the_joints_is_asked_again),
+        cmocka_unit_test(undo_skip_back),
+        cmocka_unit_test(movement_without_noise_is_found_again),
+        cmocka_unit_test(two_ways_of_least_squares_agree),
+        cmocka_unit_test(stated_errors_hold),
+        cmocka_unit_test(what_was_not_read_is_not_known),
+        cmocka_unit_test(slack_is_the_mean_of_the_lines),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
