@@ -154,9 +154,10 @@ static const struct command commands[] = {
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
      "board knew then: edges so far, readings so far, the survey.\n"},
-    {"report", report_command, "DB [-o F.html]", "the campaign as one page, with plots",
+    {"report", report_command, "DB|SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",
      "  DB             campaign database\n"
-     "  -o F           where to write the page; else the database's name with .html\n"},
+     "  SWEEP.jsonl    results of matrig sweep\n"
+     "  -o F           where to write the page; else the name of what it shows with .html\n"},
     {"export", export_command, "DB RUN --format csv|candump|frames [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"

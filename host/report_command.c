@@ -6,6 +6,7 @@
 #include "host/cli.h"
 #include "host/output.h"
 #include "host/report/page.h"
+#include "host/sweep/sweep_page.h"
 
 /* demo/campaign.db -> demo/campaign.html */
 static void default_path(const char *db, char *out, size_t size)
@@ -66,6 +67,42 @@ static json_t *report_json(const char *path, const struct report_landing *landin
     return json_pack("{ssso}", "file", path, "landings", list);
 }
 
+/* Lines of JSON instead of a database: results of a sweep. */
+static bool is_sweep(const char *path)
+{
+    size_t length = strlen(path);
+    FILE *file = fopen(path, "r");
+    int first = file ? fgetc(file) : EOF;
+    if (file)
+        fclose(file);
+    return first == '{' || (length > 6 && strcmp(path + length - 6, ".jsonl") == 0);
+}
+
+static int report_sweep(const char *results, const char *path, const struct cli *cli)
+{
+    struct sweep_table table;
+    struct error error = {0};
+    char made_path[1000];
+    int exit_code = 0;
+    if (sweep_table_load(&table, results, &error) != MR_OK)
+        return cli_fail(&error);
+    if (!path) {
+        default_path(results, made_path, sizeof made_path);
+        path = made_path;
+    }
+    FILE *out = output_open(path, &error);
+    if (out) {
+        sweep_page_write(out, strrchr(results, '/') ? strrchr(results, '/') + 1 : results, &table);
+        output_close(out, path, &error);
+    }
+    if (error.status == MR_OK && cli->json)
+        exit_code = cli_print_json(sweep_table_json(&table), 0);
+    else if (error.status == MR_OK)
+        cli_note(cli, "%zu cases in %s", table.count, path);
+    sweep_table_free(&table);
+    return error.status != MR_OK ? cli_fail(&error) : exit_code;
+}
+
 int report_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1] = {NULL}, *path = NULL;
@@ -77,6 +114,8 @@ int report_command(int argc, char **argv, const struct cli *cli)
     struct store_slow *slow = NULL;
     size_t count = 0, slow_count = 0;
     enum mr_status status = cli_parse(argc, argv, options, 1, words, 1, 1, "DB", &error);
+    if (status == MR_OK && is_sweep(words[0]))
+        return report_sweep(words[0], path, cli);
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
     if (status == MR_OK)

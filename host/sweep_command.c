@@ -11,9 +11,9 @@
 
 #include "host/cli.h"
 #include "host/output.h"
-#include "host/sweep/pool.h"
-#include "host/sweep/share.h"
-#include "host/sweep/submit.h"
+#include "host/sweep/sweep_pool.h"
+#include "host/sweep/sweep_share.h"
+#include "host/sweep/sweep_submit.h"
 
 #define PARTS_MAX 1000
 #define PROGRESS_S 0.5

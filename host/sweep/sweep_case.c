@@ -1,4 +1,4 @@
-#include "host/sweep/case.h"
+#include "host/sweep/sweep_case.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "host/sweep/results.h"
+#include "host/sweep/sweep_results.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "host/sweep/study.h"
+#include "host/sweep/sweep_study.h"
 
 /* A whole file as text; *length bytes, and a 0 after them. */
 static char *read_all(int fd, const char *path, size_t *length, struct error *error)

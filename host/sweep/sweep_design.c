@@ -1,4 +1,4 @@
-#include "host/sweep/design.h"
+#include "host/sweep/sweep_design.h"
 
 #include <math.h>
 #include <stdio.h>

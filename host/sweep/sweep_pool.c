@@ -1,4 +1,4 @@
-#include "host/sweep/pool.h"
+#include "host/sweep/sweep_pool.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -5,8 +5,8 @@
 #ifndef MATRIG_HOST_SWEEP_SHARE_H
 #define MATRIG_HOST_SWEEP_SHARE_H
 
-#include "host/sweep/results.h"
-#include "host/sweep/study.h"
+#include "host/sweep/sweep_results.h"
+#include "host/sweep/sweep_study.h"
 
 #define SWEEP_SHARDS_MAX 100000
 #define SWEEP_PATH_MAX 1000

@@ -1,4 +1,4 @@
-#include "host/sweep/submit.h"
+#include "host/sweep/sweep_submit.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "host/output.h"
-#include "host/sweep/share.h"
+#include "host/sweep/sweep_share.h"
 
 /* As one word of a shell. */
 static void quote(FILE *file, const char *text)

@@ -12,14 +12,14 @@
 #include <stdint.h>
 
 #include "host/error.h"
-#include "host/sweep/design.h"
+#include "host/sweep/sweep_design.h"
 
 #define SWEEP_NAME_MAX 64
 #define SWEEP_AXES_MAX 32
 #define SWEEP_CASES_MAX 1000000
 #define SWEEP_ID_SIZE 17 /* 16 hexadecimal digits and the end */
 
-/* What a case is a run of. Another kind is added here, in study.c's table of kinds, and in case.c. */
+/* What a case is a run of. Another kind is added here, in sweep_study.c's table of kinds, and in sweep_case.c. */
 enum sweep_kind { SWEEP_SCENE, SWEEP_CAMPAIGN };
 
 struct sweep_axis {

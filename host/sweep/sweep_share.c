@@ -1,4 +1,4 @@
-#include "host/sweep/share.h"
+#include "host/sweep/sweep_share.h"
 
 #include <glob.h>
 #include <stdio.h>

@@ -4,8 +4,8 @@
 
 #include <signal.h>
 
-#include "host/sweep/case.h"
-#include "host/sweep/results.h"
+#include "host/sweep/sweep_case.h"
+#include "host/sweep/sweep_results.h"
 
 struct sweep_pool {
     const struct sweep_study *study;

@@ -1,4 +1,4 @@
-#include "host/sweep/study.h"
+#include "host/sweep/sweep_study.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -10,7 +10,7 @@
 
 #include "host/sim/scene_keys.h"
 #include "host/sweep/canonical.h"
-#include "host/sweep/case.h"
+#include "host/sweep/sweep_case.h"
 #include "host/sweep/jsonpath.h"
 
 #define SCAN_MAX 1000

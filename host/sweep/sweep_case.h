@@ -2,7 +2,7 @@
 #ifndef MATRIG_HOST_SWEEP_CASE_H
 #define MATRIG_HOST_SWEEP_CASE_H
 
-#include "host/sweep/study.h"
+#include "host/sweep/sweep_study.h"
 
 /* Runs `input` (a scene) once. A new object: what `matrig sim --json` says, or status "refused" for a scene that the simulation
  * does not take; "reason" beside every status that is not "ok". */
