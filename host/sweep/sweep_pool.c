@@ -56,7 +56,9 @@ static void run_child(const struct sweep_pool *pool, size_t index, int out, pid_
     if (getppid() != parent) /* it died before the line above */
         _exit(1);
     signal(SIGINT, SIG_IGN); /* the parent ends its children */
-    signal(SIGTERM, SIG_DFL);
+    static const int own[] = {SIGTERM, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+    for (size_t i = 0; i < sizeof own / sizeof own[0]; i++)
+        signal(own[i], SIG_DFL); /* a crash ends it, whatever the parent does with signals */
     setrlimit(RLIMIT_CORE, &no_core);
     close(pool->results->fd);
     json_t *outcome = sweep_case_run(pool->study, index, pool->simulate);
