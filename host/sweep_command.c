@@ -363,6 +363,8 @@ static enum mr_status submit(const struct request *r, const struct sweep_study *
         o->missing = study->cases;
         return MR_OK;
     }
+    if (stopped && r->slurm)
+        cli_note(cli, "no longer waiting; job %s goes on: gather later with --gather, or scancel %s", s.job, s.job);
     gather(r, study, o, error);
     o->took_s = clock_s() - begun_s;
     if (error->status == MR_OK && o->missing)

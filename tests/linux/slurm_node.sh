@@ -1,4 +1,4 @@
-# A Slurm of one node of its own: munged, slurmctld and slurmd on loopback, in a folder of its own. Source it; it defines
+# A Slurm of one node of its own: munged, slurmctld and slurmd, in a folder of its own, for a network of its own. Source it; it defines
 # slurm_start FOLDER CPUS and slurm_end. Nothing of a Slurm that this computer has is used or changed.
 slurm_processes=()
 
@@ -69,7 +69,8 @@ slurm_start() { # FOLDER CPUS: true when the node takes jobs, within 30 s
     slurm_processes+=($!)
     slurmd -D -f "$SLURM_CONF" >"$folder/slurmd.out" 2>&1 &
     slurm_processes+=($!)
-    for _ in $(seq 150); do
+    local begun=$SECONDS
+    while [ $((SECONDS - begun)) -lt 30 ]; do
         [ "$(timeout 5 sinfo --noheader --format=%t 2>/dev/null)" = idle ] && return
         sleep 0.2
     done
