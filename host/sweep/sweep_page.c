@@ -75,7 +75,7 @@ static double core_seconds(const struct sweep_table *table)
 {
     double sum = 0.0;
     for (size_t i = 0; i < table->count; i++) {
-        double ms = sweep_table_number(json_object_get(table->rows[i].line, "run_ms"));
+        double ms = sweep_table_number(json_object_get(table->rows[i].line, "cpu_ms"));
         sum += isnan(ms) ? 0.0 : ms / 1000.0;
     }
     return sum;
@@ -402,7 +402,7 @@ json_t *sweep_table_json(const struct sweep_table *table)
     json_t *rows = json_array();
     for (size_t i = 0; i < table->count; i++) {
         json_t *row = json_copy(table->rows[i].line);
-        json_object_del(row, "run_ms");
+        json_object_del(row, "cpu_ms");
         json_array_append_new(rows, row);
     }
     json_t *missing = table->study.cases ? json_integer((json_int_t)table->missing) : json_null();

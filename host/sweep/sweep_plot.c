@@ -160,12 +160,14 @@ static void cover(struct axis_range *range, double value)
     range->high = fmax(range->high, value);
 }
 
-/* Logarithmic when the values lie over decades (two of them to be numbered); else in thousands or millions when they are large. */
-static void settle(struct axis_range *range, const char *label)
+/* Logarithmic when the values lie over decades (two of them to be numbered), unless the study steps through them evenly, or when it
+ * steps through them so; else in thousands or millions when they are large. */
+static void settle(struct axis_range *range, const char *label, const struct design_range *stepped)
 {
     double low = range->low, high = range->high;
+    bool even = stepped && !stepped->levels && !stepped->log, by_ratio = stepped && stepped->log;
     range->scale = 1.0;
-    range->log = low > 0.0 && high / low >= LOG_RATIO && floor(log10(high * 1.1)) - ceil(log10(low / 1.1)) >= 1.0;
+    range->log = low > 0.0 && !even && (by_ratio || high / low >= LOG_RATIO) && floor(log10(high * 1.1)) - ceil(log10(low / 1.1)) >= 1.0;
     snprintf(range->label, sizeof range->label, "%.200s", label);
     if (range->log) {
         range->low = low / 1.15;
@@ -200,7 +202,7 @@ static bool quantity_range(const struct sweep_table *table, const struct sweep_q
     if (!(range->high >= range->low))
         return false;
     sweep_quantity_label(table, quantity, label);
-    settle(range, label);
+    settle(range, label, quantity->field || !table->study.find.wanted ? NULL : &table->study.find.key.range);
     return true;
 }
 
@@ -210,8 +212,13 @@ static void key_range(const struct sweep_table *table, const struct sweep_levels
     *range = empty_range();
     for (size_t i = 0; i < levels->count; i++)
         cover(range, sweep_table_number(levels->value[i]));
+    const struct design_range *stepped = NULL;
+    for (size_t i = 0; i < table->study.axis_count; i++) {
+        if (strcmp(table->study.axis[i].name, levels->key) == 0)
+            stepped = &table->study.axis[i].range;
+    }
     sweep_key_label(table, levels->key, label);
-    settle(range, label);
+    settle(range, label, stepped);
 }
 
 static void set_axes(struct svg_plot *plot, const struct axis_range *x, const struct axis_range *y)
@@ -317,9 +324,8 @@ void sweep_value_text(const json_t *value, char *text, size_t size)
     }
 }
 
-static void draw_legend(const struct svg_plot *plot, const struct drawing *d)
+static void draw_legend(FILE *out, const struct sweep_levels *by)
 {
-    const struct sweep_levels *by = &d->levels[1];
     char text[SWEEP_SERIES_MAX][60], class[SWEEP_SERIES_MAX][20];
     struct svg_key keys[SWEEP_SERIES_MAX];
     size_t count = shown_count(by, SWEEP_SERIES_MAX);
@@ -330,7 +336,7 @@ static void draw_legend(const struct svg_plot *plot, const struct drawing *d)
         snprintf(class[k], sizeof class[k], "line s%zu", k);
         keys[k] = (struct svg_key){class[k], text[k]};
     }
-    svg_legend(plot->out, LEFT, 14.0, keys, count);
+    svg_legend(out, LEFT, 14.0, keys, count);
 }
 
 /* Lines for the cases that `rest` lets through. */
@@ -348,7 +354,7 @@ static void draw_lines(FILE *out, const struct drawing *d, const bool *rest, con
         draw_series(&plot, d, shown, (unsigned)k);
     }
     if (series > 1)
-        draw_legend(&plot, d);
+        draw_legend(out, &d->levels[1]);
     svg_close(out);
     free(shown);
 }
@@ -413,31 +419,51 @@ static void draw_panels(FILE *out, const struct drawing *d)
     free(rest);
 }
 
-/* Sampled keys: dots against each of them, pictures in rows. */
+/* Which of the series a row is of: by its value of a key, of those that are shown. SWEEP_SERIES_MAX: none. */
+static unsigned series_of(const struct table_row *row, const struct sweep_levels *by)
+{
+    for (size_t k = 0; by && k < shown_count(by, SWEEP_SERIES_MAX); k++) {
+        if (has(row, by, shown_level(by, k, SWEEP_SERIES_MAX)))
+            return (unsigned)k;
+    }
+    return by ? SWEEP_SERIES_MAX : 0;
+}
+
+static void draw_dots(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t place,
+                      const struct sweep_levels *by, const struct sweep_quantity *quantity, const struct axis_range *y)
+{
+    struct drawing d = {table, levels, 1, quantity, empty_range(), *y};
+    struct svg_plot plot = {.out = out, .left = 62.0 + (double)(place % ACROSS) * (SMALL_WIDTH + 40.0), .width = SMALL_WIDTH - 20.0,
+                            .top = 26.0 + (double)(place / ACROSS) * (SMALL_HEIGHT + 56.0), .height = SMALL_HEIGHT};
+    key_range(table, levels, &d.x);
+    if (place % ACROSS)
+        d.y.label[0] = '\0';
+    set_axes(&plot, &d.x, &d.y);
+    svg_axes(&plot);
+    for (size_t i = 0; i < table->count; i++) {
+        unsigned series = series_of(&table->rows[i], by);
+        if (series < SWEEP_SERIES_MAX)
+            mark(&plot, &d, &table->rows[i], series);
+    }
+}
+
+/* Sampled keys: dots against each of them, pictures in rows, coloured by a stepped key if there is one. */
 static void draw_scatter(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t count,
-                         const struct sweep_quantity *quantity, const struct axis_range *y)
+                         const struct sweep_levels *by, const struct sweep_quantity *quantity, const struct axis_range *y)
 {
     char title[200];
     size_t rows = (count + ACROSS - 1) / ACROSS;
     sweep_quantity_label(table, quantity, title);
     fputs("<figure>", out);
-    svg_open(out, WIDTH, (double)rows * (SMALL_HEIGHT + 56.0) + 6.0, title);
-    for (size_t k = 0; k < count; k++) {
-        struct drawing d = {table, &levels[k], 1, quantity, empty_range(), *y};
-        struct svg_plot plot = {.out = out, .left = 62.0 + (double)(k % ACROSS) * (SMALL_WIDTH + 40.0), .width = SMALL_WIDTH - 20.0,
-                                .top = 8.0 + (double)(k / ACROSS) * (SMALL_HEIGHT + 56.0), .height = SMALL_HEIGHT};
-        key_range(table, &levels[k], &d.x);
-        if (k % ACROSS)
-            d.y.label[0] = '\0';
-        set_axes(&plot, &d.x, &d.y);
-        svg_axes(&plot);
-        for (size_t i = 0; i < table->count; i++)
-            mark(&plot, &d, &table->rows[i], 0);
-    }
+    svg_open(out, WIDTH, 24.0 + (double)rows * (SMALL_HEIGHT + 56.0), title);
+    if (by)
+        draw_legend(out, by);
+    for (size_t k = 0; k < count; k++)
+        draw_dots(out, table, &levels[k], k, by, quantity, y);
     svg_close(out);
     fputs("<figcaption>", out);
     html_text(out, title);
-    fputs(" against each sampled key; all keys vary at once.</figcaption></figure>\n", out);
+    fputs(" against each sampled key; all of them vary at once.</figcaption></figure>\n", out);
 }
 
 void sweep_plot(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t level_count,
@@ -457,5 +483,5 @@ void sweep_plot(FILE *out, const struct sweep_table *table, const struct sweep_l
     while (numeric < level_count && levels[numeric].numeric)
         numeric++;
     if (numeric > stepped)
-        draw_scatter(out, table, &levels[stepped], numeric - stepped, quantity, &d.y);
+        draw_scatter(out, table, &levels[stepped], numeric - stepped, stepped > 0 ? &levels[0] : NULL, quantity, &d.y);
 }

@@ -24,6 +24,7 @@ struct worker {
     double begun_s;
     char *text; /* what it said so far */
     size_t length, room;
+    double cpu_ms; /* when it has ended */
 };
 
 static double clock_s(void)
@@ -124,11 +125,13 @@ static json_t *crashed(int status)
 /* Ends it if it still runs, and makes what is recorded of it. */
 static json_t *outcome_of(struct worker *worker, bool late, double timeout_s)
 {
+    struct rusage used = {0};
     int status = 0;
     if (late)
         kill(worker->process, SIGKILL);
-    while (waitpid(worker->process, &status, 0) < 0 && errno == EINTR)
+    while (wait4(worker->process, &status, 0, &used) < 0 && errno == EINTR)
         ;
+    worker->cpu_ms = 1e3 * (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-3 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
     json_t *outcome = NULL;
     if (late)
         outcome = json_pack("{s:s,s:o}", "status", "timeout", "reason", json_sprintf("not done after %g s", timeout_s));
@@ -140,11 +143,10 @@ static json_t *outcome_of(struct worker *worker, bool late, double timeout_s)
 static enum mr_status record(struct sweep_pool *pool, struct worker *worker, json_t *outcome, struct error *error)
 {
     char id[SWEEP_ID_SIZE];
-    double ms = 1000.0 * (clock_s() - worker->begun_s);
     sweep_id_text(pool->study->ids[worker->index], id);
     json_t *line = json_pack("{s:s,s:o}", "case", id, "values", sweep_study_values(pool->study, worker->index));
     json_object_update(line, outcome);
-    json_object_set_new(line, "run_ms", json_real(round(1000.0 * ms) / 1000.0));
+    json_object_set_new(line, "cpu_ms", json_real(worker->cpu_ms));
     char *text = json_dumps(line, JSON_COMPACT | JSON_REAL_PRECISION(15));
     if (!text)
         error_set(error, MR_FULL, "out of memory: case %s; ask for fewer outputs", id);

@@ -1,6 +1,6 @@
 /* The file of results: JSON lines, one a case, appended whole.
  *
- *   {"case": ID, "values": {KEY: VALUE, ...}, "status": "ok" | why not, ["reason":,] ["result": {...},] ["find": {...},] "run_ms":}
+ *   {"case": ID, "values": {KEY: VALUE, ...}, "status": "ok" | why not, ["reason":,] ["result": {...},] ["find": {...},] "cpu_ms":}
  *
  * One process writes a file at a time (POSIX lock on it). A line reaches the file by one write with O_APPEND, so a process
  * that is killed leaves whole lines; power cut or full disk may leave a torn last one, which has no newline: it is taken off when

@@ -42,7 +42,7 @@ enum mr_status sweep_done_load(struct sweep_done *done, const struct sweep_study
 
 /* Puts the lines of the shards' files that R lacks into R, in the study's order. parts NULL: all files named as shards of R. */
 struct sweep_gathered {
-    size_t parts, added, differ; /* differ: cases whose results in two files are not the same (run_ms apart) */
+    size_t parts, added, differ; /* differ: cases whose results in two files are not the same (cpu_ms apart) */
     char differs[SWEEP_ID_SIZE]; /* one of them */
 };
 enum mr_status sweep_gather(struct sweep_results *into, struct sweep_done *done, const char *results, const char *const *parts,

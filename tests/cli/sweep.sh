@@ -13,7 +13,7 @@ study() { # NAME: 1,000 cheap cases
  "outputs": ["peak_u_ft", "outputs.-1.u_ft.1", "status"]}
 J
 }
-table() { sed 's/,"run_ms":[0-9.]*}$/}/' "$1" | sort; } # FILE: its lines without the times, in an order of their own
+table() { sed 's/,"cpu_ms":[0-9.]*}$/}/' "$1" | sort; } # FILE: its lines without the times, in an order of their own
 same() { cmp <(table "$1") <(table "$2"); }
 lines() { if [ -e "$1" ]; then wc -l <"$1"; else echo 0; fi; }
 distinct() { [ "$(wc -l <"$1")" -eq "$2" ] && [ "$(grep -o '"case":"[0-9a-f]*"' "$1" | sort -u | wc -l)" -eq "$2" ]; }
