@@ -352,7 +352,7 @@ static enum mr_status submit(const struct request *r, const struct sweep_study *
     char copy[SWEEP_PATH_MAX + 40];
     unsigned shards = r->shards < study->cases ? r->shards : (unsigned)study->cases;
     struct sweep_submission s = {.engine = r->slurm ? SWEEP_SLURM : SWEEP_PARALLEL, .study = copy, .results = r->results, .shards = shards,
-                                 .jobs = r->jobs, .with = r->with, .timeout = r->timeout, .no_wait = r->no_wait, .stop = &stopped};
+                                 .jobs = r->jobs, .with = r->with, .timeout = r->timeout, .no_wait = r->no_wait};
     double begun_s = clock_s();
     if (keep_study(study, r->results, copy, error) != MR_OK || sweep_submit(&s, error) != MR_OK)
         return error->status;

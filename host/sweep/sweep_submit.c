@@ -1,6 +1,7 @@
 #include "host/sweep/sweep_submit.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -99,7 +100,7 @@ static enum mr_status write_script(struct sweep_submission *s, struct error *err
 static enum mr_status run_program(char *const *words, char *line, size_t room, int *exit_code, struct error *error)
 {
     int ends[2], status = 0;
-    if (pipe2(ends, 02000000 /* O_CLOEXEC */) != 0)
+    if (pipe2(ends, O_CLOEXEC) != 0)
         return error_set(error, MR_IO, "cannot make a pipe (%s): %s; close other programs", strerror(errno), words[0]);
     pid_t process = fork();
     if (process == 0) {
@@ -134,9 +135,7 @@ static enum mr_status submit_array(struct sweep_submission *s, struct error *err
     char log[1200], script[1100];
     snprintf(log, sizeof log, "--output=%s-%%a.log", s->script);
     snprintf(script, sizeof script, "%s", s->script);
-    char *words[] = {"sbatch", "--parsable", log, s->no_wait ? "--no-requeue" : "--wait", script, NULL};
-    if (s->no_wait)
-        words[3] = "--requeue";
+    char *words[] = {"sbatch", "--parsable", log, s->no_wait ? script : "--wait", s->no_wait ? NULL : script, NULL};
     if (run_program(words, s->job, sizeof s->job, &s->exit_code, error) != MR_OK)
         return error->status;
     s->job[strcspn(s->job, ";")] = '\0'; /* after it comes the cluster */

@@ -2,7 +2,6 @@
 #ifndef MATRIG_HOST_SWEEP_SUBMIT_H
 #define MATRIG_HOST_SWEEP_SUBMIT_H
 
-#include <signal.h>
 #include <stdbool.h>
 
 #include "host/error.h"
@@ -21,7 +20,6 @@ struct sweep_submission {
     char script[1100]; /* out: what was written */
     char job[40];      /* out: Slurm's number of the array */
     int exit_code;     /* out: of sbatch or parallel */
-    volatile sig_atomic_t *stop;
 };
 
 /* Writes the script beside the results and runs it: R.slurm with sbatch, R.parallel with bash. Returns when all shards have ended,

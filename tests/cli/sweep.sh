@@ -72,6 +72,24 @@ nothing_left() { # of the killed sweeps: the kernel ends their children, which m
     return 1
 }
 check "no process is left behind" nothing_left
+orphan() { # a child that does not run, so that only the kernel can end it
+    echo '{"base": {"model": "consistent", "bump": [0.02]}, "vary": {"mats_crossed": [40]}, "outputs": ["bow_wave"]}' >"$tmp/orphan.json"
+    $m --quiet sweep "$tmp/orphan.json" >/dev/null 2>&1 &
+    local process=$! child=
+    for _ in $(seq 500); do
+        child=$(pgrep -P $process) && break
+        sleep 0.01
+    done
+    kill -STOP "$child" && kill -9 $process
+    wait $process 2>/dev/null
+    for _ in $(seq 50); do
+        kill -0 "$child" 2>/dev/null || return 0
+        sleep 0.1
+    done
+    kill -9 "$child"
+    return 1
+}
+check "the child of a killed sweep ends with it" orphan
 again() { $m sweep "$tmp/killed.json" | tee "$tmp/o" && grep -q '1000 done before, 0 run' "$tmp/o" && distinct "$tmp/killed.jsonl" 1000; }
 check "once more: nothing to do" again
 
