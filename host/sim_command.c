@@ -172,7 +172,6 @@ json_t *sim_result_json(const struct sim_scene *scene, const struct sim_result *
     bool verdict = result->status == SIM_OK || (seen && result->bow_wave);
     json_object_set_new(object, "max_lift_ft", seen ? cli_json_number(result->max_lift_ft, 12) : json_null());
     json_object_set_new(object, "bow_wave", verdict ? json_boolean(result->bow_wave) : json_null());
-    json_object_set_new(object, "peak_u_ft", seen ? cli_json_number(result->peak_u_ft, 12) : json_null());
     json_object_set_new(object, "outputs", outputs_json(scene, result));
     json_object_set_new(object, "active", active_json(result));
     return object;

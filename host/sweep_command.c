@@ -20,7 +20,7 @@
 
 struct request {
     const char *study, *with, *timeout;
-    const char *words[1 + PARTS_MAX];
+    const char *words[2 + PARTS_MAX]; /* NULL at the end */
     size_t parts;
     char results[SWEEP_PATH_MAX];
     struct sweep_shard shard;
@@ -109,6 +109,19 @@ static enum mr_status check_together(const struct request *r, const char *shard,
     return MR_OK;
 }
 
+/* -j4 as make takes it. */
+static void split_jobs(int argc, char **argv)
+{
+    static char split[40];
+    for (int i = 1; i < argc; i++) {
+        if (strncmp(argv[i], "-j", 2) == 0 && argv[i][2] >= '0' && argv[i][2] <= '9') {
+            snprintf(split, sizeof split, "-j=%s", argv[i] + 2);
+            argv[i] = split;
+            return; /* a second one is refused */
+        }
+    }
+}
+
 static enum mr_status read_request(int argc, char **argv, struct request *r, struct error *error)
 {
     const char *output = NULL, *jobs = NULL, *shard = NULL, *shards = NULL;
@@ -120,6 +133,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *r, str
         {"--retry", NULL, &r->retry},  {"--slurm", NULL, &r->slurm},
         {"--no-wait", NULL, &r->no_wait}, {"--parallel", NULL, &r->parallel},
     };
+    split_jobs(argc, argv);
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], r->words, 1, 1 + PARTS_MAX, "FILE", error) != MR_OK)
         return error->status;
     r->study = r->words[0];

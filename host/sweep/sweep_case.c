@@ -35,6 +35,8 @@ static json_t *simulate_scene(const struct sweep_study *study, const json_t *inp
     sim_run(&scene, &options, &result, &error);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? sim_result_json(&scene, &result) : refused(&error);
+    if (tried) /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */
+        json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
     if (tried && error.status != MR_OK)
         json_object_set_new(object, "reason", json_string(error.text));
     sim_result_free(&result);

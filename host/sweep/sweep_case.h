@@ -4,7 +4,7 @@
 
 #include "host/sweep/sweep_study.h"
 
-/* Runs `input` (a scene) once. A new object: what `matrig sim --json` says, or status "refused" for a scene that the simulation
+/* Runs `input` (a scene) once. A new object: what `matrig sim --json` says and peak_u_ft, or status "refused" for a scene that the simulation
  * does not take; "reason" beside every status that is not "ok". */
 typedef json_t *sweep_simulate(const struct sweep_study *study, const json_t *input);
 

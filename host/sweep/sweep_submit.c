@@ -74,7 +74,7 @@ static void write_slurm(FILE *file, const char *program, const char *study, cons
 static void write_parallel(FILE *file, const char *program, const char *study, const char *results, const struct sweep_submission *s)
 {
     fputs("#!/bin/bash\n# Written by matrig sweep --parallel. May be killed and run again: it goes on where it was.\n", file);
-    fprintf(file, "seq %u | parallel --will-cite --jobs %u %s ", s->shards, s->jobs, s->with ? s->with : "");
+    fprintf(file, "seq %u | parallel --will-cite --quote --jobs %u %s ", s->shards, s->jobs, s->with ? s->with : "");
     write_sweep(file, program, study, results, s);
     fprintf(file, " -j 1 --shard '{}/%u'\n", s->shards);
 }

@@ -20,7 +20,7 @@ distinct() { [ "$(wc -l <"$1")" -eq "$2" ] && [ "$(grep -o '"case":"[0-9a-f]*"' 
 
 # --- unbroken, and killed ten times ---
 study whole
-unbroken() { $m sweep "$tmp/whole.json" -j 2 && distinct "$tmp/whole.jsonl" 1000 && ! grep -v '"status":"ok"' "$tmp/whole.jsonl"; }
+unbroken() { $m sweep "$tmp/whole.json" -j2 && distinct "$tmp/whole.jsonl" 1000 && ! grep -v '"status":"ok"' "$tmp/whole.jsonl"; }
 check "1,000 cases, 1,000 ids" unbroken
 # F and the movement of mat 1 are proportional: nothing but springs and masses. KL times 4, F times 2: the same movement in half the time is not
 # asked here; proportionality is.

@@ -50,10 +50,10 @@ loopback() {
 }
 check "on a network of its own, loopback alone" loopback
 
-study array
+study 'array of $8'
 job_array() {
     local begun=$SECONDS
-    timeout 120 $m sweep "$tmp/array/s.json" --slurm --shards 8 >"$tmp/o" 2>"$tmp/e"
+    timeout 120 $m sweep "$tmp/array of \$8/s.json" --slurm --shards 8 >"$tmp/o" 2>"$tmp/e"
     local code=$?
     cat "$tmp/o" "$tmp/e"
     echo "# figure: 1,000 cases as a job array of 8 tasks: $((SECONDS - begun)) s" >&3
@@ -61,10 +61,10 @@ job_array() {
 }
 exec 3>&1
 check "--slurm writes and submits the array, waits and gathers" job_array
-check "the same table" same_table "$tmp/array/s.jsonl"
+check "the same table" same_table "$tmp/array of \$8/s.jsonl"
 tasks() { # each of the eight ran as a task of that job, and had its share
     for i in 1 2 3 4 5 6 7 8; do
-        [ "$(wc -l <"$tmp/array/s.$i-of-8.jsonl")" = 125 ] && [ -e "$tmp/array/s.jsonl.slurm-$i.log" ] || return 1
+        [ "$(wc -l <"$tmp/array of \$8/s.$i-of-8.jsonl")" = 125 ] && [ -e "$tmp/array of \$8/s.jsonl.slurm-$i.log" ] || return 1
     done
     scontrol show job 1 | grep -c 'ArrayTaskId=[1-8] ' | grep -qx 8 && ! scontrol show job 1 | grep JobState= | grep -v COMPLETED
 }
@@ -108,7 +108,7 @@ check "what sbatch refuses is said" refused
 ended() { slurm_end; ! pgrep -f "$node" >/dev/null; }
 check "all of Slurm is ended" ended
 
-study gnu
-gnu() { timeout 120 $m sweep "$tmp/gnu/s.json" --parallel -j 2 --shards 8 >"$tmp/o" 2>&1; cat "$tmp/o"; grep -q '1000 gathered from 8 files, 0 failed, 0 missing' "$tmp/o" && same_table "$tmp/gnu/s.jsonl"; }
+study "gnu's own & more"
+gnu() { timeout 120 $m sweep "$tmp/gnu's own & more/s.json" --parallel -j 2 --shards 8 >"$tmp/o" 2>&1; cat "$tmp/o"; grep -q '1000 gathered from 8 files, 0 failed, 0 missing' "$tmp/o" && same_table "$tmp/gnu's own & more/s.jsonl"; }
 check "--parallel: the same table through GNU parallel" gnu
 finish
