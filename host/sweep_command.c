@@ -315,7 +315,7 @@ static enum mr_status run_share(const struct request *r, const struct sweep_stud
                                 struct error *error)
 {
     struct sweep_results results;
-    struct sweep_done done = {0};
+    struct sweep_done done = {.retry = r->retry};
     char copy[SWEEP_PATH_MAX + 40];
     sweep_shard_path(r->results, &r->shard, o->path);
     if (sweep_results_open(&results, o->path, error) != MR_OK)
@@ -368,15 +368,19 @@ static enum mr_status submit(const struct request *r, const struct sweep_study *
     struct sweep_submission s = {.engine = r->slurm ? SWEEP_SLURM : SWEEP_PARALLEL, .study = copy, .results = r->results, .shards = shards,
                                  .jobs = r->jobs, .with = r->with, .timeout = r->timeout, .no_wait = r->no_wait};
     double begun_s = clock_s();
+    if (gather(r, study, o, error) != MR_OK)
+        return error->status; /* results of another study */
+    if (o->missing == 0) {
+        cli_note(cli, "nothing is missing: %s", r->results);
+        return MR_OK;
+    }
     if (keep_study(study, r->results, copy, error) != MR_OK || sweep_submit(&s, error) != MR_OK)
         return error->status;
     if (r->slurm)
         cli_note(cli, "Slurm job %s, %u shards, by %s%s", s.job, shards, s.script,
                  r->no_wait ? "; the results are gathered when it has ended" : "");
-    if (r->no_wait) {
-        o->missing = study->cases;
+    if (r->no_wait)
         return MR_OK;
-    }
     if (stopped && r->slurm)
         cli_note(cli, "no longer waiting; job %s goes on: gather later with --gather, or scancel %s", s.job, s.job);
     gather(r, study, o, error);

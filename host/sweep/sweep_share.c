@@ -90,6 +90,7 @@ static void find_parts(const char *results, glob_t *found)
 struct reading {
     struct sweep_done *done;
     const char *path;
+    bool other; /* not the file being written */
 };
 
 static enum mr_status foreign(const char *path, size_t number, uint64_t id, struct error *error)
@@ -113,6 +114,8 @@ static enum mr_status count_line(void *ctx, size_t number, uint64_t id, const js
     (void)text;
     if (!sweep_study_find(r->done->study, id, &index))
         return foreign(r->path, number, id, error);
+    if (r->other && r->done->retry && failed(line))
+        return MR_OK;
     if (r->done->done[index]) {
         r->done->twice++;
         return MR_OK;
@@ -125,7 +128,7 @@ static enum mr_status count_line(void *ctx, size_t number, uint64_t id, const js
 
 static enum mr_status count_other(struct sweep_done *done, const struct sweep_results *own, const char *path, struct error *error)
 {
-    struct reading r = {done, path};
+    struct reading r = {done, path, true};
     return strcmp(path, own->path) == 0 ? MR_OK : sweep_results_read(path, count_line, &r, error);
 }
 
@@ -133,8 +136,8 @@ enum mr_status sweep_done_load(struct sweep_done *done, const struct sweep_study
                                const char *results, struct error *error)
 {
     glob_t found = {0};
-    struct reading r = {done, own->path};
-    *done = (struct sweep_done){.study = study, .done = calloc(study->cases, sizeof *done->done)};
+    struct reading r = {done, own->path, false};
+    *done = (struct sweep_done){.study = study, .retry = done->retry, .done = calloc(study->cases, sizeof *done->done)};
     if (!done->done)
         return error_set(error, MR_FULL, "out of memory: %zu cases; split the study", study->cases);
     if (sweep_results_lines(own, count_line, &r, error) != MR_OK)
@@ -154,7 +157,10 @@ enum mr_status sweep_done_load(struct sweep_done *done, const struct sweep_study
 struct gathering {
     struct sweep_done *done;
     const char *path;
-    char **text; /* [cases]: line of a shard, owned */
+    char **text;   /* [cases]: its line, owned */
+    bool *failed;  /* [cases]: that line says so */
+    bool *outdone; /* [cases]: R's line is a failure, a shard's is none */
+    bool any_outdone;
     struct sweep_gathered *gathered;
 };
 
@@ -175,16 +181,29 @@ static enum mr_status take_line(void *ctx, size_t number, uint64_t id, const jso
     size_t index;
     if (!sweep_study_find(g->done->study, id, &index))
         return foreign(g->path, number, id, error);
-    if (g->text[index]) {
-        if (!same_but_time(g->text[index], text)) {
+    if (g->text[index] && g->failed[index] <= failed(line)) { /* nothing better */
+        if (g->failed[index] == failed(line) && !g->failed[index] && !same_but_time(g->text[index], text)) {
             g->gathered->differ++;
             sweep_id_text(id, g->gathered->differs);
         }
         return MR_OK;
     }
-    (void)line;
+    if (g->text[index])
+        g->any_outdone = g->outdone[index] = true;
+    free(g->text[index]);
+    g->failed[index] = failed(line);
     g->text[index] = strdup(text);
     return g->text[index] ? MR_OK : error_set(error, MR_FULL, "out of memory: %s; gather fewer files", g->path);
+}
+
+static bool not_outdone(void *ctx, const json_t *line)
+{
+    const struct gathering *g = ctx;
+    uint64_t id;
+    size_t index;
+    if (!sweep_id_parse(json_string_value(json_object_get(line, "case")), &id) || !sweep_study_find(g->done->study, id, &index))
+        return true;
+    return !(g->outdone[index] && failed(line));
 }
 
 static enum mr_status take_parts(struct gathering *g, const struct sweep_results *into, const char *const *parts, size_t count,
@@ -236,20 +255,26 @@ enum mr_status sweep_gather(struct sweep_results *into, struct sweep_done *done,
                             size_t part_count, struct sweep_gathered *gathered, struct error *error)
 {
     glob_t found = {0};
-    struct gathering g = {.done = done, .gathered = gathered, .text = calloc(done->study->cases, sizeof *g.text)};
+    size_t cases = done->study->cases;
+    struct gathering g = {.done = done, .gathered = gathered, .text = calloc(cases, sizeof *g.text), .failed = calloc(cases, sizeof(bool)),
+                          .outdone = calloc(cases, sizeof(bool))};
     *gathered = (struct sweep_gathered){0};
-    if (!g.text)
-        return error_set(error, MR_FULL, "out of memory: %zu cases; split the study", done->study->cases);
+    if (!g.text || !g.failed || !g.outdone)
+        error_set(error, MR_FULL, "out of memory: %zu cases; split the study", cases);
     if (!parts) {
         find_parts(results, &found);
         parts = (const char *const *)found.gl_pathv;
         part_count = found.gl_pathc;
     }
-    if (take_parts(&g, into, parts, part_count, error) == MR_OK)
+    if (error->status == MR_OK && take_parts(&g, into, parts, part_count, error) == MR_OK && g.any_outdone)
+        sweep_results_rewrite(into, not_outdone, &g, error);
+    if (error->status == MR_OK)
         append_new(&g, into, error);
-    for (size_t i = 0; i < done->study->cases; i++)
+    for (size_t i = 0; g.text && i < cases; i++)
         free(g.text[i]);
     free(g.text);
+    free(g.failed);
+    free(g.outdone);
     globfree(&found);
     return error->status;
 }

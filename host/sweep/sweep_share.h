@@ -33,14 +33,15 @@ struct sweep_done {
     const struct sweep_study *study;
     bool *done; /* [cases] */
     size_t count, failed, twice;
+    bool retry; /* in: what failed, in other files than the one being written, is not done */
 };
 
-/* What the lines of the file being written, of R and of the other shards' files say. A line whose case the study does not have:
+/* What the lines of the file being written, of R and of the other shards' files say; begin with {.retry =} alone. A line whose case the study does not have:
  * MR_MALFORMED, so that results of two studies are never mixed. The caller frees done->done. */
 enum mr_status sweep_done_load(struct sweep_done *done, const struct sweep_study *study, const struct sweep_results *own,
                                const char *results, struct error *error);
 
-/* Puts the lines of the shards' files that R lacks into R, in the study's order. parts NULL: all files named as shards of R. */
+/* Puts the lines of the shards' files that R lacks into R, in the study's order; a failure in R gives way to a result of a later try. parts NULL: all files named as shards of R. */
 struct sweep_gathered {
     size_t parts, added, differ; /* differ: cases whose results in two files are not the same (cpu_ms apart) */
     char differs[SWEEP_ID_SIZE]; /* one of them */

@@ -244,6 +244,15 @@ kept() { $m sweep "$tmp/slow.json" >"$tmp/o" && grep -q '2 done before, 0 run.* 
 check "failures are not repeated by themselves" kept
 retry() { $m sweep "$tmp/slow.json" --retry >"$tmp/o" && cat "$tmp/o" && grep -q '0 done before, 2 run.* 0 failed' "$tmp/o" && distinct "$tmp/slow.jsonl" 2; }
 check "--retry does them again, in their place" retry
+retry_shard() { # failures that were gathered, then tried again in a shard, and without shards
+    cp "$tmp/slow.json" "$tmp/tries.json"
+    for i in 1 2; do $m --quiet sweep "$tmp/tries.json" --timeout 0.01 --shard $i/2 || return 1; done
+    $m sweep "$tmp/tries.json" --gather | grep -q '2 gathered from 2 files, 2 failed' && $m --quiet sweep "$tmp/tries.json" --retry --shard 2/2 &&
+        $m sweep "$tmp/tries.json" --gather | grep -q '1 gathered from 2 files, 1 failed, 0 missing' &&
+        $m sweep "$tmp/tries.json" --retry | grep -q '1 done before, 1 run.* 0 failed' && $m sweep "$tmp/tries.json" --gather | grep -q ' 0 gathered from 2 files, 0 failed' &&
+        distinct "$tmp/tries.jsonl" 2
+}
+check "what is tried again takes the place of the failure, across shards" retry_shard
 cat >"$tmp/fails.json" <<'J'
 {"base": "base.json", "vary": {"KL": [8e6, -1], "friction": ["none", "rough"]}, "outputs": ["peak_u_ft"]}
 J

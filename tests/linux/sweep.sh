@@ -9,16 +9,16 @@ fi
 . "$(dirname "$0")/../cli/tap.sh"
 . tests/linux/slurm_node.sh
 m=build/matrig
-missing=
-for program in munged slurmctld slurmd sbatch parallel; do command -v $program >/dev/null || missing+=" $program"; done
-[ "$(id -u)" = 0 ] || missing+=" root"
-# The second address is of a documentation network: names are looked up (AI_ADDRCONFIG) only where there is one beside 127.0.0.1.
-[ -n "${MATRIG_INSIDE:-}" ] && ip link set lo up && ip addr add 192.0.2.1/32 dev lo && hostname localhost || missing+=" namespaces (unshare)"
-if [ -n "$missing" ]; then
-    echo "ok 1 - matrig sweep through Slurm and GNU parallel # SKIP lacks:$missing"
+if [ -z "${MATRIG_INSIDE:-}" ]; then
+    echo "ok 1 - matrig sweep through Slurm and GNU parallel # SKIP needs root, and namespaces (unshare)"
     echo "1..1"
     exit 0
 fi
+installed() { for program in munged slurmctld slurmd sbatch parallel; do command -v $program || { echo "no $program: rm build/.linux-packages, make test-linux"; return 1; }; done; }
+check "Slurm, munge and GNU parallel are installed" installed
+# The second address is of a documentation network: names are looked up (AI_ADDRCONFIG) only where there is one beside 127.0.0.1.
+network() { ip link set lo up && ip addr add 192.0.2.1/32 dev lo && hostname localhost; }
+check "a loopback of its own" network
 node=$(mktemp -d /tmp/matrig-slurm.XXXXXX)
 trap 'slurm_end; rm -rf "$node"' EXIT
 trap 'exit 130' INT TERM
