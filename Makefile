@@ -24,7 +24,7 @@ TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-u
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
 # And to test real Linux links, in a guest.
-LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
+LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurmctld slurmd slurm-client munge parallel
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
@@ -92,7 +92,8 @@ test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_program
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: test-linux
-test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN and serial, in a QEMU guest: frames sent, received, lost
+test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN and serial, in a QEMU guest: frames sent, received, lost; sweeps through Slurm and GNU parallel
+	@tests/run-all.sh tests/linux/sweep.sh
 	@tests/linux/run.sh
 
 .PHONY: bench

@@ -183,6 +183,26 @@ static const struct command commands[] = {
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
      "methods agree on; when they do not, there is no table: exit 5\n"},
+    {"sweep", sweep_command,
+     "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] | FILE --gather | FILE --slurm|--parallel [--shards N]",
+     "studies over many scenes: Cartesian, Latin hypercube, thresholds",
+     "  FILE           the study, JSON (host/sweep/README.md): base scene, what is varied, what is wanted\n"
+     "  -o R.jsonl     results, one JSON line a case; else FILE's name with .jsonl. The same command goes on where it was, after\n"
+     "                 any kill; R.study.json is a copy of the study\n"
+     "  -j N           cases at a time, each a process on one core; else as many as there are cores\n"
+     "  --shard i/n    only every n-th case, from the i-th on, into R.i-of-n.jsonl. In a Slurm job array (SLURM_ARRAY_TASK_ID) that\n"
+     "                 is done by itself; --shard /n takes i from there\n"
+     "  --timeout S    give a case S seconds; else the study's timeout_s\n"
+     "  --retry        do those again that failed\n"
+     "  --gather [PART...]\n"
+     "                 put the shards' results together in R.jsonl; exit 1 when cases are missing\n"
+     "  --slurm        write and submit a job array (R.jsonl.slurm), wait for it, gather; --no-wait gathers in a job after it\n"
+     "  --parallel     the same with GNU parallel (R.jsonl.parallel), -j shards at a time\n"
+     "  --shards N     of them (16; four a core); --with 'OPTIONS' adds options for sbatch or parallel\n"
+     "  --list         print ids and values of all cases, run nothing\n"
+     "Exit 1 when cases are missing (stopped); cases that failed are recorded with their reason.\n"
+     "\n"
+     "Example: matrig sweep host/sweep/examples/threshold.json -o t.jsonl && matrig report t.jsonl\n"},
     {"compare", compare_command, "DB RUN [--scene S] [--limit IN] [--void]",
      "measured against simulated, per transducer",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
@@ -208,9 +228,10 @@ static const struct command commands[] = {
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
      "board knew then: edges so far, readings so far, the survey. --void: also of a landing that was voided\n"},
-    {"report", report_command, "DB [-o F.html] [--void]", "the campaign as one page, with plots",
+    {"report", report_command, "DB [-o F.html] [--void] | SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",
      "  DB             campaign database\n"
-     "  -o F           where to write the page; else the database's name with .html\n"
+     "  SWEEP.jsonl    results of matrig sweep\n"
+     "  -o F           where to write the page; else the name of what it shows with .html\n"
      "  --void         with the landings that were voided (matrig landing)\n"},
     {"export", export_command, "DB RUN --format csv|candump|frames|mdf4 [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"

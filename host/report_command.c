@@ -9,6 +9,7 @@
 #include "host/report/page.h"
 #include "host/report/survey_page.h"
 #include "host/store/store_journal.h"
+#include "host/sweep/sweep_page.h"
 
 /* demo/campaign.db -> demo/campaign.html */
 static void default_path(const char *db, char *out, size_t size)
@@ -86,6 +87,42 @@ static char *sections(struct store *store, bool si, struct error *error)
     return text;
 }
 
+/* Lines of JSON instead of a database: results of a sweep. */
+static bool is_sweep(const char *path)
+{
+    size_t length = strlen(path);
+    FILE *file = fopen(path, "r");
+    int first = file ? fgetc(file) : EOF;
+    if (file)
+        fclose(file);
+    return first == '{' || (length > 6 && strcmp(path + length - 6, ".jsonl") == 0);
+}
+
+static int report_sweep(const char *results, const char *path, const struct cli *cli)
+{
+    struct sweep_table table;
+    struct error error = {0};
+    char made_path[1000];
+    int exit_code = 0;
+    if (sweep_table_load(&table, results, &error) != MR_OK)
+        return cli_fail(&error);
+    if (!path) {
+        default_path(results, made_path, sizeof made_path);
+        path = made_path;
+    }
+    FILE *out = output_open(path, &error);
+    if (out) {
+        sweep_page_write(out, strrchr(results, '/') ? strrchr(results, '/') + 1 : results, &table);
+        output_close(out, path, &error);
+    }
+    if (error.status == MR_OK && cli->json)
+        exit_code = cli_print_json(sweep_table_json(&table), 0);
+    else if (error.status == MR_OK)
+        cli_note(cli, "%zu cases in %s", table.count, path);
+    sweep_table_free(&table);
+    return error.status != MR_OK ? cli_fail(&error) : exit_code;
+}
+
 int report_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1] = {NULL}, *path = NULL;
@@ -98,6 +135,8 @@ int report_command(int argc, char **argv, const struct cli *cli)
     struct store_slow *slow = NULL;
     size_t count = 0, slow_count = 0;
     enum mr_status status = cli_parse(argc, argv, options, 2, words, 1, 1, "DB", &error);
+    if (status == MR_OK && is_sweep(words[0]))
+        return report_sweep(words[0], path, cli);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &store, &error);
     if (status == MR_OK)

@@ -10,6 +10,7 @@
 #include "host/output.h"
 #include "host/cli.h"
 #include "host/sim/sim.h"
+#include "host/sim_json.h"
 
 #define M_PER_FT 0.3048
 #define IN_PER_FT 12.0
@@ -148,7 +149,7 @@ static json_t *estimate_json(const struct sim_result *result, double error)
     return result->status == SIM_OK || (result->status != SIM_INTERRUPTED && error > 0.0) ? cli_json_number(error, 6) : json_null();
 }
 
-static json_t *result_json(const struct sim_scene *scene, const struct sim_result *result)
+json_t *sim_result_json(const struct sim_scene *scene, const struct sim_result *result)
 {
     json_t *object =
         json_pack("{s:s,s:s,s:s,s:s}", "scene", scene->name, "model", sim_model_name(scene->model), "solver",
@@ -295,7 +296,7 @@ int sim_command(int argc, char **argv, const struct cli *cli)
         code = cli_fail(&error);
     if (error.status == MR_OK || result.status != SIM_OK) {
         if (cli->json)
-            code = cli_print_json(result_json(&scene, &result), code);
+            code = cli_print_json(sim_result_json(&scene, &result), code);
         else if (usable)
             print_result(&scene, &result, cli);
     }

@@ -415,17 +415,23 @@ static void slow_section(FILE *out, const struct store_slow *slow, size_t count,
     free(picture);
 }
 
-void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count,
-                const struct store_slow *slow, size_t slow_count, const char *more, bool si)
+void page_head(FILE *out, const char *title)
 {
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
           "<meta name=\"color-scheme\" content=\"light dark\"><title>",
           out);
-    html_text(out, name);
+    html_text(out, title);
     fputs("</title>\n<style>", out);
     fputs(style, out);
-    fputs("</style></head>\n<body><h1>Campaign report</h1>\n<p>", out);
+    fputs("</style></head>\n<body>", out);
+}
+
+void page_write(FILE *out, const char *name, const struct report_landing *landings, size_t count,
+                const struct store_slow *slow, size_t slow_count, const char *more, bool si)
+{
+    page_head(out, name);
+    fputs("<h1>Campaign report</h1>\n<p>", out);
     html_text(out, name);
     fprintf(out, ": %zu landing%s on the model landing-mat runway.</p>\n", count, count == 1 ? "" : "s");
     if (count > 0)

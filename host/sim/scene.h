@@ -96,6 +96,9 @@ void sim_scene_defaults(struct sim_scene *scene);
  * naming the key; no JSON: MR_MALFORMED or MR_TRUNCATED with line and column; not readable: MR_IO. On
  * failure nothing is left to free. */
 enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error);
+/* The same from text in memory; `where` begins its errors in place of a path. */
+enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const char *text, size_t length,
+                               struct error *error);
 
 /* Ranges and lengths of everything, and what contradicts itself. `where` begins the error ("scene.json" or
  * the like). */

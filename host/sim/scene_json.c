@@ -246,16 +246,12 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     return sim_scene_check(scene, path, error);
 }
 
-enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error)
+enum mr_status sim_scene_parse(struct sim_scene *scene, const char *path, const char *text, size_t length,
+                               struct error *error)
 {
-    char *text = NULL;
-    size_t length = 0;
     json_error_t where;
     sim_scene_defaults(scene);
-    if (read_file(path, &text, &length, error) != MR_OK)
-        return error->status;
     json_t *root = json_loadb(text, length, JSON_REJECT_DUPLICATES, &where);
-    free(text);
     if (!root) {
         bool cut = json_error_code(&where) == json_error_premature_end_of_input;
         return error_set(
@@ -266,5 +262,17 @@ enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct 
     json_decref(root);
     if (status != MR_OK)
         sim_scene_free(scene);
+    return status;
+}
+
+enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error)
+{
+    char *text = NULL;
+    size_t length = 0;
+    sim_scene_defaults(scene);
+    if (read_file(path, &text, &length, error) != MR_OK)
+        return error->status;
+    enum mr_status status = sim_scene_parse(scene, path, text, length, error);
+    free(text);
     return status;
 }

@@ -1,0 +1,12 @@
+/* A simulation's result as `matrig sim --json` prints it. */
+#ifndef MATRIG_HOST_SIM_JSON_H
+#define MATRIG_HOST_SIM_JSON_H
+
+#include <jansson.h>
+
+#include "host/sim/sim.h"
+
+/* A new object, whatever the status; the caller releases it. Lengths in ft, times in s. */
+json_t *sim_result_json(const struct sim_scene *scene, const struct sim_result *result);
+
+#endif

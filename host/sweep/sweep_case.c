@@ -1,0 +1,230 @@
+#include "host/sweep/sweep_case.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim_json.h"
+#include "host/sweep/jsonpath.h"
+
+/* ---- one simulation ---- */
+
+static enum mr_status read_scene(struct sim_scene *scene, const json_t *input, const char *where, struct error *error)
+{
+    char *text = json_dumps(input, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    if (!text)
+        return error_set(error, MR_FULL, "out of memory: %s; use a smaller scene", where);
+    sim_scene_parse(scene, where, text, strlen(text), error);
+    free(text);
+    return error->status;
+}
+
+static json_t *refused(const struct error *error)
+{
+    return json_pack("{s:s,s:s}", "status", "refused", "reason", error->text);
+}
+
+static json_t *simulate_scene(const struct sweep_study *study, const json_t *input)
+{
+    struct sim_options options = {.solver = study->solver, .rtol = study->rtol};
+    struct sim_result result = {0};
+    struct sim_scene scene;
+    struct error error = {0};
+    if (read_scene(&scene, input, "scene", &error) != MR_OK)
+        return refused(&error);
+    sim_run(&scene, &options, &result, &error);
+    bool tried = error.status == MR_OK || result.status != SIM_OK;
+    json_t *object = tried ? sim_result_json(&scene, &result) : refused(&error);
+    if (tried) /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */
+        json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
+    if (tried && error.status != MR_OK)
+        json_object_set_new(object, "reason", json_string(error.text));
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+    return object;
+}
+
+/* Seam: `matrig campaign` gives its simulation here. NULL: sweep_study_load refuses the kind. */
+sweep_simulate *sweep_simulation(enum sweep_kind kind)
+{
+    switch (kind) {
+    case SWEEP_SCENE:
+        return simulate_scene;
+    case SWEEP_CAMPAIGN:
+        break;
+    }
+    return NULL;
+}
+
+enum mr_status sweep_case_check(const struct sweep_study *study, const json_t *input, const char *where, struct error *error)
+{
+    struct sim_scene scene;
+    if (study->kind != SWEEP_SCENE)
+        return MR_OK;
+    if (read_scene(&scene, input, where, error) == MR_OK)
+        sim_scene_free(&scene);
+    return error->status;
+}
+
+/* ---- what is kept of it ---- */
+
+static bool is_ok(const json_t *result)
+{
+    const char *status = json_string_value(json_object_get(result, "status"));
+    return status && strcmp(status, "ok") == 0;
+}
+
+static json_t *failure(const char *status, const char *format, const char *what)
+{
+    return json_pack("{s:s,s:o}", "status", status, "reason", json_sprintf(format, what));
+}
+
+/* status, reason, result of a finished simulation; a field that is missing fails the case: nothing is made up. */
+static json_t *kept(const struct sweep_study *study, const json_t *result)
+{
+    const json_t *outputs = sweep_study_outputs(study);
+    json_t *values = json_object();
+    if (!is_ok(result)) {
+        json_t *outcome = json_pack("{s:O}", "status", json_object_get(result, "status"));
+        json_object_set(outcome, "reason", json_object_get(result, "reason"));
+        json_decref(values);
+        return outcome;
+    }
+    for (size_t i = 0; i < json_array_size(outputs); i++) {
+        const char *name = json_string_value(json_array_get(outputs, i));
+        json_t *value = jsonpath_get(result, name);
+        if (!value) {
+            json_decref(values);
+            return failure("refused", "the result has no field \"%s\"; see matrig sim --json SCENE", name);
+        }
+        json_object_set(values, name, value);
+    }
+    return json_pack("{s:s,s:o}", "status", "ok", "result", values);
+}
+
+/* ---- the search ---- */
+
+struct search {
+    const struct sweep_study *study;
+    const json_t *input;
+    sweep_simulate *simulate;
+    int runs;
+    json_t *failed; /* outcome of the run that ended the search */
+    json_t *first;  /* result of the lowest value that is beyond so far */
+    json_t *first_field, *last_field; /* the field there, and at the highest value that is not beyond */
+};
+
+static bool counts_as_beyond(const struct sweep_find *find, const json_t *result)
+{
+    for (size_t i = 0; i < json_array_size(find->beyond_when); i++) {
+        if (json_equal(json_array_get(find->beyond_when, i), json_object_get(result, "status")))
+            return true;
+    }
+    return false;
+}
+
+static void keep(json_t **where, json_t *value)
+{
+    json_t *before = *where;
+    *where = json_incref(value);
+    json_decref(before);
+}
+
+/* Whether the field is beyond its level at a value of the key. False also when the run failed: s->failed is set then. */
+static bool beyond(struct search *s, double value)
+{
+    const struct sweep_find *find = &s->study->find;
+    json_t *input = sweep_study_input_at(s->study, s->input, value);
+    json_t *result = input ? s->simulate(s->study, input) : failure("refused", "%s cannot be set", find->key.name);
+    json_t *field = jsonpath_get(result, find->field);
+    double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0) : json_is_number(field) ? json_number_value(field) : (double)NAN;
+    bool counts = counts_as_beyond(find, result), is = counts;
+    s->runs++;
+    if (!counts && !is_ok(result)) {
+        s->failed = kept(s->study, result);
+        json_object_set_new(s->failed, "reason", json_sprintf("at %s = %.12g: %s", find->key.name, value,
+                                                              json_string_value(json_object_get(result, "reason"))));
+    } else if (!counts && isnan(number)) {
+        s->failed = failure("refused", "the result has no number \"%s\"; see matrig sim --json SCENE", find->field);
+    } else if (!counts) {
+        is = find->below ? number < find->level : number > find->level;
+    }
+    if (!s->failed && is) {
+        keep(&s->first, result);
+        keep(&s->first_field, counts ? json_object_get(result, "status") : field);
+    } else if (!s->failed) {
+        keep(&s->last_field, field);
+    }
+    json_decref(result);
+    json_decref(input);
+    return is;
+}
+
+/* Half way, on the range's scale. */
+static double between(const struct design_range *range, double low, double high)
+{
+    return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
+}
+
+/* Upwards through the range until the field is beyond, then halving. False: it is beyond nowhere, or a run failed. */
+static bool search_range(struct search *s, double *low, double *high)
+{
+    const struct sweep_find *find = &s->study->find;
+    const struct design_range *range = &find->key.range;
+    bool found = false;
+    *low = (double)NAN;
+    for (unsigned i = 0; i <= find->scan && !found && !s->failed; i++) {
+        double value = design_number(range, (double)i / find->scan);
+        found = beyond(s, value);
+        *(found ? high : low) = value;
+    }
+    while (found && !s->failed && !isnan(*low) && *high - *low > find->tolerance * fabs(*high)) {
+        double middle = between(range, *low, *high);
+        if (middle <= *low || middle >= *high)
+            break;
+        bool is = beyond(s, middle);
+        *(is ? high : low) = middle;
+    }
+    return found && !s->failed;
+}
+
+static json_t *run_search(struct search *s)
+{
+    const struct design_range *range = &s->study->find.key.range;
+    double low = (double)NAN, high = (double)NAN;
+    bool found = search_range(s, &low, &high);
+    if (s->failed)
+        return s->failed;
+    json_t *outcome = found ? counts_as_beyond(&s->study->find, s->first) ? json_pack("{s:s}", "status", "ok") : kept(s->study, s->first)
+                            : json_pack("{s:s}", "status", "ok");
+    json_t *bracket = json_object();
+    json_object_set_new(bracket, "key", json_string(s->study->find.key.name));
+    json_object_set_new(bracket, "verdict", json_string(!found ? "none" : isnan(low) ? "at_most" : "between"));
+    json_object_set_new(bracket, "low", found && isnan(low) ? json_null() : json_real(found ? low : range->to));
+    json_object_set_new(bracket, "high", found ? json_real(high) : json_null());
+    json_object_set(bracket, "field_low", s->last_field ? s->last_field : json_null());
+    json_object_set(bracket, "field_high", s->first_field ? s->first_field : json_null());
+    json_object_set_new(bracket, "runs", json_integer(s->runs));
+    json_object_set_new(outcome, "find", bracket);
+    return outcome;
+}
+
+json_t *sweep_case_run(const struct sweep_study *study, size_t index, sweep_simulate *simulate)
+{
+    json_t *outcome, *input = sweep_study_input(study, index);
+    if (!input)
+        return failure("refused", "%s cannot be made", "the scene");
+    if (study->find.wanted) {
+        struct search s = {.study = study, .input = input, .simulate = simulate};
+        outcome = run_search(&s);
+        json_decref(s.first);
+        json_decref(s.first_field);
+        json_decref(s.last_field);
+    } else {
+        json_t *result = simulate(study, input);
+        outcome = kept(study, result);
+        json_decref(result);
+    }
+    json_decref(input);
+    return outcome;
+}

@@ -1,0 +1,44 @@
+/* Designs of a study: the levels of a Cartesian product and the samples of a Latin hypercube.
+ *
+ * Every number is rounded to 12 significant digits, so that a study has the same values, and its cases the same ids, on
+ * computers whose exp and log differ in the last bit. */
+#ifndef MATRIG_HOST_SWEEP_DESIGN_H
+#define MATRIG_HOST_SWEEP_DESIGN_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host/error.h"
+
+/* A range of numbers, or a list of any values. */
+struct design_range {
+    double from, to;
+    bool log;       /* even steps of the logarithm; from and to above 0 */
+    size_t count;   /* of a range that is stepped through; 0: not given */
+    json_t *levels; /* NULL: a range. Owned */
+};
+
+/* From [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"]}; `where` begins the error: "study.json: vary KL". The
+ * object may have other keys, which are the caller's. */
+enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *where, struct error *error);
+void design_range_free(struct design_range *range);
+
+/* How many levels it has: those of the list, or count. */
+size_t design_levels(const struct design_range *range);
+/* The i-th of them, a new reference. */
+json_t *design_level(const struct design_range *range, size_t i);
+/* At the part u of the range, 0 to 1; of a list the level that u falls on. A new reference. */
+json_t *design_at(const struct design_range *range, double u);
+/* The number at the part u of a range (not of a list). */
+double design_number(const struct design_range *range, double u);
+/* A number as JSON: whole ones as integers. */
+json_t *design_json(double value);
+double design_round(double value);
+
+/* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on seed and name
+ * alone, so another key more, or another order of the keys, changes nothing. */
+void design_latin(double *u, size_t n, uint64_t seed, const char *name);
+
+#endif

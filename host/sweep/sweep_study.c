@@ -1,0 +1,596 @@
+#include "host/sweep/sweep_study.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/scene_keys.h"
+#include "host/sweep/canonical.h"
+#include "host/sweep/sweep_case.h"
+#include "host/sweep/jsonpath.h"
+
+#define SCAN_MAX 1000
+#define TIMEOUT_MAX_S 1e7
+
+static const char *const kind_names[] = {"scene", "campaign"};
+
+/* ---- reading ---- */
+
+static enum mr_status load_json(const char *path, const char *what, json_t **root, struct error *error)
+{
+    json_error_t where;
+    *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
+    if (!*root && json_error_code(&where) == json_error_cannot_open_file)
+        return error_set(error, MR_IO, "cannot open %s: %s: %s; check the path", what, path, strerror(errno));
+    if (!*root)
+        return error_set(error, MR_MALFORMED, "malformed JSON: %s line %d column %d: %s; correct it there", path, where.line,
+                         where.column, where.text);
+    if (json_is_object(*root))
+        return MR_OK;
+    json_decref(*root);
+    *root = NULL;
+    return error_set(error, MR_MALFORMED, "not a %s: %s: the file holds no JSON object; begin with {", what, path);
+}
+
+/* A base that is the name of a file is put in: the study is then whole. */
+static enum mr_status read_base(struct sweep_study *study, const char *path, struct error *error)
+{
+    json_t *base = json_object_get(study->root, "base");
+    if (json_is_string(base)) {
+        const char *name = json_string_value(base), *slash = strrchr(path, '/');
+        char beside[PATH_MAX];
+        int folder = slash && name[0] != '/' ? (int)(slash - path + 1) : 0;
+        if (snprintf(beside, sizeof beside, "%.*s%s", folder, path, name) >= (int)sizeof beside)
+            return error_set(error, MR_TOO_LONG, "path too long: %s: base; move the files", path);
+        json_object_set_new(study->root, "_base_file", json_string(name));
+        if (load_json(beside, kind_names[study->kind], &base, error) != MR_OK)
+            return error->status;
+        json_object_set_new(study->root, "base", base);
+    }
+    if (!json_is_object(base))
+        return error_set(error, MR_MALFORMED, "%s: %s: base; give the name of a scene file, or the scene itself",
+                         base ? "wrong type" : "something is missing", path);
+    study->base = base;
+    return MR_OK;
+}
+
+static enum mr_status read_kind(struct sweep_study *study, const char *path, struct error *error)
+{
+    const json_t *kind = json_object_get(study->root, "kind");
+    const char *name = kind ? json_string_value(kind) : kind_names[SWEEP_SCENE];
+    for (size_t i = 0; name && i < sizeof kind_names / sizeof kind_names[0]; i++) {
+        if (strcmp(name, kind_names[i]) != 0)
+            continue;
+        study->kind = (enum sweep_kind)i;
+        if (sweep_simulation(study->kind))
+            return MR_OK;
+        return error_set(error, MR_USAGE, "not available: %s: studies of a %s; this matrig sweeps scenes only", path, name);
+    }
+    return error_set(error, MR_MALFORMED, "unknown choice: %s: kind; give \"scene\" or \"campaign\"", path);
+}
+
+/* A key of a scene that does not exist would fail in every case: refuse the study. */
+static enum mr_status check_key(const struct sweep_study *study, const char *where, const char *key, struct error *error)
+{
+    char first[JSONPATH_MAX];
+    snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
+    if (study->kind == SWEEP_SCENE && !sim_key_find(first))
+        return error_set(error, MR_MALFORMED,
+                         "unknown key: %s: a scene has no \"%s\"; correct it, or say with \"set\" what it sets", where, key);
+    return MR_OK;
+}
+
+static bool is_factor(const json_t *factor)
+{
+    if (json_is_number(factor))
+        return true;
+    for (size_t i = 0; i < json_array_size(factor); i++) {
+        if (!json_is_number(json_array_get(factor, i)))
+            return false;
+    }
+    return json_array_size(factor) > 0;
+}
+
+static enum mr_status read_set(struct sweep_study *study, struct sweep_axis *axis, const json_t *value, const char *where,
+                               struct error *error)
+{
+    const char *key;
+    json_t *factor;
+    axis->set = json_is_object(value) ? json_object_get(value, "set") : NULL;
+    if (!axis->set)
+        return check_key(study, where, axis->name, error);
+    if (!json_is_object(axis->set) || json_object_size(axis->set) == 0)
+        return error_set(error, MR_MALFORMED, "wrong type: %s: set; give {\"KEY\": FACTOR} or {\"KEY\": [FACTOR, ...]}", where);
+    json_object_foreach(axis->set, key, factor)
+    {
+        if (!is_factor(factor))
+            return error_set(error, MR_MALFORMED, "wrong type: %s: set %s; give a number or a list of numbers", where, key);
+        if (check_key(study, where, key, error) != MR_OK)
+            return error->status;
+    }
+    for (size_t i = 0; i < json_array_size(axis->range.levels); i++) {
+        if (!json_is_number(json_array_get(axis->range.levels, i)))
+            return error_set(error, MR_MALFORMED, "wrong type: %s: value %zu; \"set\" multiplies: give numbers", where, i);
+    }
+    return MR_OK;
+}
+
+/* A list of values, or an object with "values" (for a list with "set") or a range. */
+static enum mr_status read_axis(struct sweep_study *study, struct sweep_axis *axis, const char *path, const char *part,
+                                const char *name, const json_t *value, struct error *error)
+{
+    char where[PATH_MAX + 100];
+    const json_t *values = json_is_object(value) ? json_object_get(value, "values") : NULL;
+    *axis = (struct sweep_axis){0};
+    snprintf(where, sizeof where, "%s: %s %s", path, part, name);
+    if (strlen(name) >= sizeof axis->name || name[0] == '\0')
+        return error_set(error, MR_MALFORMED, "name too long: %s; give 1 to %d letters", where, SWEEP_NAME_MAX - 1);
+    snprintf(axis->name, sizeof axis->name, "%s", name);
+    if (design_range_read(&axis->range, values ? values : value, where, error) != MR_OK)
+        return error->status;
+    return read_set(study, axis, value, where, error);
+}
+
+static enum mr_status add_axis(struct sweep_study *study, const char *path, const char *part, const char *name, const json_t *value,
+                               struct error *error)
+{
+    if (study->axis_count == SWEEP_AXES_MAX)
+        return error_set(error, MR_MALFORMED, "too many: %s: %s varies more than %d keys; fix some", path, part, SWEEP_AXES_MAX);
+    for (size_t i = 0; i < study->axis_count; i++) {
+        if (strcmp(study->axis[i].name, name) == 0)
+            return error_set(error, MR_MALFORMED, "given twice: %s: \"%s\" is in vary and in lhs; give it once", path, name);
+    }
+    return read_axis(study, &study->axis[study->axis_count++], path, part, name, value, error);
+}
+
+static enum mr_status read_vary(struct sweep_study *study, const char *path, struct error *error)
+{
+    const json_t *vary = json_object_get(study->root, "vary");
+    const char *name;
+    json_t *value;
+    study->grid = 1;
+    if (vary && !json_is_object(vary))
+        return error_set(error, MR_MALFORMED, "wrong type: %s: vary; give {\"KEY\": [VALUE, ...], ...}", path);
+    json_object_foreach((json_t *)(uintptr_t)vary, name, value)
+    {
+        if (name[0] == '_')
+            continue;
+        if (add_axis(study, path, "vary", name, value, error) != MR_OK)
+            return error->status;
+        size_t levels = design_levels(&study->axis[study->axis_count - 1].range);
+        if (levels == 0)
+            return error_set(error, MR_MALFORMED, "something is missing: %s: vary %s; give \"count\"", path, name);
+        if (study->grid > SWEEP_CASES_MAX / levels)
+            return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the study", path, SWEEP_CASES_MAX);
+        study->grid *= levels;
+    }
+    return MR_OK;
+}
+
+static enum mr_status read_lhs(struct sweep_study *study, const char *path, struct error *error)
+{
+    const json_t *lhs = json_object_get(study->root, "lhs"), *n = json_object_get(lhs, "n"), *seed = json_object_get(lhs, "seed");
+    const json_t *keys = json_object_get(lhs, "keys");
+    const char *name;
+    json_t *value;
+    study->samples = 1;
+    if (!lhs)
+        return MR_OK;
+    if (!json_is_object(keys) || json_object_size(keys) == 0 || !json_is_integer(n) || json_integer_value(n) < 1 ||
+        json_integer_value(n) > SWEEP_CASES_MAX || !json_is_integer(seed))
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s: lhs; give {\"n\": SAMPLES, \"seed\": NUMBER, \"keys\": {\"KEY\": {\"from\": A, \"to\": B}}}",
+                         path);
+    study->samples = (size_t)json_integer_value(n);
+    if (study->grid > SWEEP_CASES_MAX / study->samples)
+        return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the study", path, SWEEP_CASES_MAX);
+    json_object_foreach((json_t *)(uintptr_t)keys, name, value)
+    {
+        if (name[0] == '_')
+            continue;
+        if (add_axis(study, path, "lhs", name, value, error) != MR_OK)
+            return error->status;
+        struct sweep_axis *axis = &study->axis[study->axis_count - 1];
+        axis->u = calloc(study->samples, sizeof *axis->u);
+        if (!axis->u)
+            return error_set(error, MR_FULL, "out of memory: %s: %zu samples; give fewer", path, study->samples);
+        design_latin(axis->u, study->samples, (uint64_t)json_integer_value(seed), name);
+    }
+    return MR_OK;
+}
+
+/* ---- the search ---- */
+
+static enum mr_status find_number(const json_t *find, const char *key, double low, double high, double otherwise, double *number,
+                                  const char *path, struct error *error)
+{
+    const json_t *value = json_object_get(find, key);
+    *number = value ? json_number_value(value) : otherwise;
+    if ((value && !json_is_number(value)) || !(*number >= low && *number <= high))
+        return error_set(error, MR_MALFORMED, "value out of range: %s: find %s; give a number, %g to %g", path, key, low, high);
+    return MR_OK;
+}
+
+static enum mr_status read_condition(struct sweep_study *study, const json_t *find, const char *path, struct error *error)
+{
+    const json_t *above = json_object_get(find, "above"), *below = json_object_get(find, "below"), *is = json_object_get(find, "is");
+    study->find.field = json_string_value(json_object_get(find, "field"));
+    if (!study->find.field || !*study->find.field)
+        return error_set(error, MR_MALFORMED, "wrong type: %s: find field; give the name of a field of the result", path);
+    if (!!above + !!below + !!is != 1 || (above && !json_is_number(above)) || (below && !json_is_number(below)) ||
+        (is && !json_is_boolean(is)))
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s: find; give one of \"above\": NUMBER, \"below\": NUMBER, \"is\": true or false", path);
+    study->find.below = below || json_is_false(is);
+    study->find.level = is ? 0.5 : json_number_value(above ? above : below);
+    return MR_OK;
+}
+
+static enum mr_status read_find(struct sweep_study *study, const char *path, struct error *error)
+{
+    const json_t *find = json_object_get(study->root, "find");
+    const char *name = json_string_value(json_object_get(find, "key"));
+    double scan;
+    if (!find)
+        return MR_OK;
+    if (!name)
+        return error_set(error, MR_MALFORMED,
+                         "wrong type: %s: find; give {\"key\": KEY, \"from\": A, \"to\": B, \"field\": FIELD, \"above\": LEVEL}", path);
+    if (read_axis(study, &study->find.key, path, "find", name, find, error) != MR_OK)
+        return error->status;
+    if (study->find.key.range.levels || study->find.key.range.from > study->find.key.range.to)
+        return error_set(error, MR_MALFORMED, "value out of range: %s: find %s; give \"from\" below \"to\"", path, name);
+    for (size_t i = 0; i < study->axis_count; i++) {
+        if (strcmp(study->axis[i].name, name) == 0)
+            return error_set(error, MR_MALFORMED, "given twice: %s: \"%s\" is varied and searched; drop one", path, name);
+    }
+    study->find.beyond_when = json_object_get(find, "beyond_when");
+    if (study->find.beyond_when && !json_is_array(study->find.beyond_when))
+        return error_set(error, MR_MALFORMED, "wrong type: %s: find beyond_when; give a list of statuses: [\"folded\"]", path);
+    if (read_condition(study, find, path, error) != MR_OK || find_number(find, "scan", 1, SCAN_MAX, 8, &scan, path, error) != MR_OK ||
+        find_number(find, "tolerance", 1e-9, 1, 0.01, &study->find.tolerance, path, error) != MR_OK)
+        return error->status;
+    study->find.scan = (unsigned)scan;
+    study->find.wanted = true;
+    return MR_OK;
+}
+
+static enum mr_status read_rest(struct sweep_study *study, const char *path, struct error *error)
+{
+    const json_t *outputs = json_object_get(study->root, "outputs");
+    const json_t *solver = json_object_get(study->root, "solver");
+    if (outputs || !study->find.wanted) {
+        for (size_t i = 0; i < json_array_size(outputs); i++) {
+            const char *name = json_string_value(json_array_get(outputs, i));
+            if (!name || !*name || strlen(name) >= JSONPATH_MAX)
+                return error_set(error, MR_MALFORMED, "wrong type: %s: outputs[%zu]; give the name of a field of the result", path, i);
+        }
+        if (json_array_size(outputs) == 0)
+            return error_set(error, MR_MALFORMED, "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig sim --json",
+                             path);
+    }
+    if (solver && !json_is_string(solver))
+        return error_set(error, MR_MALFORMED, "wrong type: %s: solver; give text", path);
+    study->solver = json_string_value(solver);
+    study->timeout_s = INFINITY;
+    if (json_object_get(study->root, "rtol") &&
+        find_number(study->root, "rtol", 1e-13, 1.0, 0.0, &study->rtol, path, error) != MR_OK)
+        return error->status;
+    if (json_object_get(study->root, "timeout_s") &&
+        find_number(study->root, "timeout_s", 1e-3, TIMEOUT_MAX_S, 0.0, &study->timeout_s, path, error) != MR_OK)
+        return error->status;
+    return MR_OK;
+}
+
+static enum mr_status check_names(const struct sweep_study *study, const char *path, struct error *error)
+{
+    static const char *const known[] = {"kind", "name", "base", "vary", "lhs", "find", "outputs", "solver", "rtol", "timeout_s", "labels"};
+    const char *name;
+    json_t *value;
+    json_object_foreach(study->root, name, value)
+    {
+        bool found = name[0] == '_';
+        for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+            found |= strcmp(name, known[i]) == 0;
+        if (!found)
+            return error_set(error, MR_MALFORMED,
+                             "unknown key: %s: \"%s\"; correct it (host/sweep/README.md lists the keys), or write _%s for a comment",
+                             path, name, name);
+    }
+    return MR_OK;
+}
+
+/* ---- cases ---- */
+
+/* The value of an axis in a case: the Cartesian part counts fastest in its last key, samples fastest of all. */
+static json_t *axis_value(const struct sweep_study *study, size_t axis, size_t index)
+{
+    const struct sweep_axis *a = &study->axis[axis];
+    if (a->u)
+        return design_at(&a->range, a->u[index % study->samples]);
+    size_t place = index / study->samples;
+    for (size_t k = study->axis_count; k-- > axis + 1;) {
+        if (!study->axis[k].u)
+            place /= design_levels(&study->axis[k].range);
+    }
+    return design_level(&a->range, place % design_levels(&a->range));
+}
+
+json_t *sweep_study_values(const struct sweep_study *study, size_t index)
+{
+    json_t *values = json_object();
+    for (size_t i = 0; i < study->axis_count; i++)
+        json_object_set_new(values, study->axis[i].name, axis_value(study, i, index));
+    return values;
+}
+
+static json_t *times(const json_t *factor, double value)
+{
+    if (json_is_number(factor))
+        return design_json(json_number_value(factor) * value);
+    json_t *list = json_array();
+    for (size_t i = 0; i < json_array_size(factor); i++)
+        json_array_append_new(list, design_json(json_number_value(json_array_get(factor, i)) * value));
+    return list;
+}
+
+static bool apply(const struct sweep_axis *axis, json_t *input, json_t *value)
+{
+    const char *key;
+    json_t *factor;
+    if (!axis->set)
+        return jsonpath_set(input, axis->name, value);
+    bool done = true;
+    json_object_foreach(axis->set, key, factor)
+    {
+        json_t *product = times(factor, json_number_value(value));
+        done &= jsonpath_set(input, key, product);
+        json_decref(product);
+    }
+    return done;
+}
+
+json_t *sweep_study_input(const struct sweep_study *study, size_t index)
+{
+    json_t *input = json_copy(study->base);
+    bool done = true;
+    for (size_t i = 0; i < study->axis_count; i++) {
+        json_t *value = axis_value(study, i, index);
+        done &= apply(&study->axis[i], input, value);
+        json_decref(value);
+    }
+    if (done)
+        return input;
+    json_decref(input);
+    return NULL;
+}
+
+json_t *sweep_study_input_at(const struct sweep_study *study, const json_t *input, double value)
+{
+    json_t *at = json_copy((json_t *)(uintptr_t)input), *number = design_json(value);
+    bool done = apply(&study->find.key, at, number);
+    json_decref(number);
+    if (done)
+        return at;
+    json_decref(at);
+    return NULL;
+}
+
+const json_t *sweep_study_outputs(const struct sweep_study *study)
+{
+    return json_object_get(study->root, "outputs");
+}
+
+/* ---- ids ---- */
+
+/* What all cases share, beside the base. Outputs count as a set; the name of study or scene, timeouts and labels do not. */
+static uint64_t shared_hash(const struct sweep_study *study)
+{
+    json_t *outputs = json_object();
+    for (size_t i = 0; i < json_array_size(sweep_study_outputs(study)); i++)
+        json_object_set_new(outputs, json_string_value(json_array_get(sweep_study_outputs(study), i)), json_true());
+    uint64_t hash = canonical_hash(FNV_BASIS, outputs);
+    hash = canonical_hash(hash, json_object_get(study->root, "find"));
+    hash = canonical_hash(hash, json_object_get(study->root, "solver"));
+    hash = canonical_hash(hash, json_object_get(study->root, "rtol"));
+    json_decref(outputs);
+    return fnv1a(hash, kind_names[study->kind], strlen(kind_names[study->kind]));
+}
+
+struct hashed_key {
+    const char *name;
+    const json_t *value; /* of the base; NULL: not in it */
+    uint64_t hash;
+};
+
+static int by_key(const void *a, const void *b)
+{
+    return strcmp(((const struct hashed_key *)a)->name, ((const struct hashed_key *)b)->name);
+}
+
+/* Every key that a case can have, sorted, with the hash of the base's value: values that a case shares with the base are not hashed
+ * again. */
+static struct hashed_key *hash_keys(const json_t *input, const json_t *base, size_t *count)
+{
+    struct hashed_key *keys = calloc(json_object_size(input) + 1, sizeof *keys);
+    const char *name;
+    json_t *value;
+    *count = 0;
+    json_object_foreach((json_t *)(uintptr_t)input, name, value)
+    {
+        if (!keys || name[0] == '_' || strcmp(name, "name") == 0)
+            continue;
+        const json_t *own = json_object_get(base, name);
+        keys[(*count)++] = (struct hashed_key){name, own, own ? canonical_hash(FNV_BASIS, own) : 0};
+    }
+    if (keys)
+        qsort(keys, *count, sizeof *keys, by_key);
+    return keys;
+}
+
+static uint64_t case_hash(uint64_t hash, const struct hashed_key *keys, size_t count, const json_t *input)
+{
+    for (size_t i = 0; i < count; i++) {
+        const json_t *value = json_object_get(input, keys[i].name);
+        uint64_t own = value && value == keys[i].value ? keys[i].hash : canonical_hash(FNV_BASIS, value);
+        hash = fnv1a(hash, keys[i].name, strlen(keys[i].name) + 1);
+        hash = fnv1a(hash, &own, sizeof own);
+    }
+    return hash;
+}
+
+static int by_id(const void *a, const void *b)
+{
+    const struct sweep_place *p = a, *q = b;
+    return p->id != q->id ? (p->id < q->id ? -1 : 1) : p->index < q->index ? -1 : 1;
+}
+
+static enum mr_status check_distinct(const struct sweep_study *study, const char *path, struct error *error)
+{
+    for (size_t i = 1; i < study->cases; i++) {
+        if (study->order[i].id != study->order[i - 1].id)
+            continue;
+        json_t *values = sweep_study_values(study, study->order[i].index);
+        char *text = json_dumps(values, JSON_COMPACT);
+        error_set(error, MR_MALFORMED, "the same case twice: %s: %.300s (cases %zu and %zu); take one of them out", path,
+                  text ? text : "", study->order[i - 1].index, study->order[i].index);
+        free(text);
+        json_decref(values);
+        return error->status;
+    }
+    return MR_OK;
+}
+
+/* What the base has where the search puts its values does not count. */
+static void drop_searched(const struct sweep_study *study, json_t *input)
+{
+    const char *key;
+    json_t *factor;
+    if (!study->find.key.set)
+        json_object_del(input, study->find.key.name);
+    json_object_foreach(study->find.key.set, key, factor)
+        json_object_del(input, key);
+}
+
+static enum mr_status make_ids(struct sweep_study *study, const char *path, struct error *error)
+{
+    uint64_t shared = shared_hash(study);
+    struct hashed_key *keys = NULL;
+    size_t count = 0;
+    study->ids = calloc(study->cases, sizeof *study->ids);
+    study->order = calloc(study->cases, sizeof *study->order);
+    if (!study->ids || !study->order)
+        return error_set(error, MR_FULL, "out of memory: %s: %zu cases; split the study", path, study->cases);
+    json_t *first = NULL; /* owns the names in keys */
+    for (size_t i = 0; i < study->cases; i++) {
+        json_t *input = sweep_study_input(study, i);
+        if (!input) {
+            error_set(error, MR_MALFORMED, "no such place: %s: a dotted key leads nowhere in the base; correct it", path);
+            break;
+        }
+        if (study->find.wanted)
+            drop_searched(study, input);
+        if (i == 0) {
+            first = json_incref(input);
+            keys = hash_keys(input, study->base, &count);
+        }
+        study->ids[i] = case_hash(shared, keys, count, input);
+        study->order[i] = (struct sweep_place){study->ids[i], i};
+        json_decref(input);
+    }
+    free(keys);
+    json_decref(first);
+    if (error->status != MR_OK)
+        return error->status;
+    qsort(study->order, study->cases, sizeof *study->order, by_id);
+    return check_distinct(study, path, error);
+}
+
+void sweep_id_text(uint64_t id, char text[SWEEP_ID_SIZE])
+{
+    snprintf(text, SWEEP_ID_SIZE, "%016" PRIx64, id);
+}
+
+bool sweep_id_parse(const char *text, uint64_t *id)
+{
+    if (!text || strlen(text) != SWEEP_ID_SIZE - 1 || strspn(text, "0123456789abcdef") != SWEEP_ID_SIZE - 1)
+        return false;
+    *id = strtoull(text, NULL, 16);
+    return true;
+}
+
+bool sweep_study_find(const struct sweep_study *study, uint64_t id, size_t *index)
+{
+    size_t low = 0, high = study->cases;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (study->order[middle].id < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (low == study->cases || study->order[low].id != id)
+        return false;
+    *index = study->order[low].index;
+    return true;
+}
+
+/* ---- the whole ---- */
+
+static enum mr_status check_first(const struct sweep_study *study, const char *path, struct error *error)
+{
+    char where[PATH_MAX + 40];
+    json_t *input = sweep_study_input(study, 0);
+    if (input && study->find.wanted) {
+        json_t *at = sweep_study_input_at(study, input, study->find.key.range.from);
+        json_decref(input);
+        input = at;
+    }
+    if (!input)
+        return error_set(error, MR_MALFORMED, "no such place: %s: a dotted key leads nowhere in the base; correct it", path);
+    snprintf(where, sizeof where, "%s: first case", path);
+    sweep_case_check(study, input, where, error);
+    json_decref(input);
+    return error->status;
+}
+
+static enum mr_status read_study(struct sweep_study *study, const char *path, struct error *error)
+{
+    if (check_names(study, path, error) != MR_OK || read_kind(study, path, error) != MR_OK || read_base(study, path, error) != MR_OK ||
+        read_vary(study, path, error) != MR_OK || read_lhs(study, path, error) != MR_OK || read_find(study, path, error) != MR_OK ||
+        read_rest(study, path, error) != MR_OK)
+        return error->status;
+    if (study->axis_count == 0)
+        return error_set(error, MR_MALFORMED, "something is missing: %s varies nothing; give \"vary\" or \"lhs\"", path);
+    study->cases = study->grid * study->samples;
+    if (check_first(study, path, error) != MR_OK)
+        return error->status;
+    return make_ids(study, path, error);
+}
+
+enum mr_status sweep_study_load(struct sweep_study *study, const char *path, struct error *error)
+{
+    *study = (struct sweep_study){0};
+    if (load_json(path, "study", &study->root, error) != MR_OK)
+        return error->status;
+    if (read_study(study, path, error) != MR_OK)
+        sweep_study_free(study);
+    return error->status;
+}
+
+void sweep_study_free(struct sweep_study *study)
+{
+    for (size_t i = 0; i < study->axis_count; i++) {
+        design_range_free(&study->axis[i].range);
+        free(study->axis[i].u);
+    }
+    design_range_free(&study->find.key.range);
+    free(study->ids);
+    free(study->order);
+    json_decref(study->root);
+    *study = (struct sweep_study){0};
+}

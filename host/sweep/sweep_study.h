@@ -1,0 +1,88 @@
+/* A study: what is varied, how, on what, and what is wanted of each case (README.md here: the file).
+ *
+ * Cases are numbered from 0 within the study and named by their id, the hash of everything that their result depends on: base,
+ * varied values, solver, outputs, search. So an id does not depend on the order of keys or cases, on shards or on how many run at
+ * a time; a study that is extended keeps the ids that it had. */
+#ifndef MATRIG_HOST_SWEEP_STUDY_H
+#define MATRIG_HOST_SWEEP_STUDY_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host/error.h"
+#include "host/sweep/sweep_design.h"
+
+#define SWEEP_NAME_MAX 64
+#define SWEEP_AXES_MAX 32
+#define SWEEP_CASES_MAX 1000000
+#define SWEEP_ID_SIZE 17 /* 16 hexadecimal digits and the end */
+
+/* What a case is a run of. Another kind is added here, in sweep_study.c's table of kinds, and in sweep_case.c. */
+enum sweep_kind { SWEEP_SCENE, SWEEP_CAMPAIGN };
+
+struct sweep_axis {
+    char name[SWEEP_NAME_MAX];
+    struct design_range range;
+    json_t *set; /* object: keys of the base and the factors that the value is put there with; NULL: the key `name`, the value
+                    itself. Borrowed from the study's root */
+    double *u;   /* Latin hypercube: u[sample]; NULL in the Cartesian part */
+};
+
+/* The smallest value of a key for which a field is beyond a level. */
+struct sweep_find {
+    bool wanted;
+    struct sweep_axis key;     /* its range, from the low end up; no levels */
+    const char *field;         /* path in the result */
+    bool below;                /* the field must be below the level, else above it */
+    double level;
+    unsigned scan;             /* even parts of the range that are gone through upwards until the field is beyond */
+    double tolerance;          /* width of the bracket, as a share of its upper end's size */
+    const json_t *beyond_when; /* statuses that count as beyond, such as "folded"; NULL: none */
+};
+
+struct sweep_study {
+    json_t *root; /* the file, with its base put in: enough to be read again */
+    json_t *base; /* borrowed from root */
+    enum sweep_kind kind;
+    struct sweep_axis axis[SWEEP_AXES_MAX];
+    size_t axis_count;
+    size_t grid;    /* cases of the Cartesian part */
+    size_t samples; /* of the Latin hypercube; 1 without */
+    struct sweep_find find;
+    const char *solver; /* NULL: chosen */
+    double rtol;        /* 0: the solver's */
+    double timeout_s;   /* of a case; INFINITY: none */
+    size_t cases;
+    uint64_t *ids;             /* [cases] */
+    struct sweep_place *order; /* [cases], by id */
+};
+
+struct sweep_place {
+    uint64_t id;
+    size_t index;
+};
+
+/* Reads FILE; a base that is a file is looked for beside FILE. The first case must be acceptable to the simulation;
+ * two cases with the same values, unknown keys, wrong types: MR_MALFORMED, one line that names the key. On failure there is
+ * nothing to free. */
+enum mr_status sweep_study_load(struct sweep_study *study, const char *path, struct error *error);
+void sweep_study_free(struct sweep_study *study);
+
+/* The varied values of a case, in the study's order: a new object. */
+json_t *sweep_study_values(const struct sweep_study *study, size_t index);
+/* The scene (or campaign) of a case: a new object. NULL: a value cannot be put where `set` says. */
+json_t *sweep_study_input(const struct sweep_study *study, size_t index);
+/* The same with the searched key at a value; `input` is not changed. */
+json_t *sweep_study_input_at(const struct sweep_study *study, const json_t *input, double value);
+/* Paths of the outputs: an array of text. */
+const json_t *sweep_study_outputs(const struct sweep_study *study);
+
+void sweep_id_text(uint64_t id, char text[SWEEP_ID_SIZE]);
+/* False: not 16 hexadecimal digits. */
+bool sweep_id_parse(const char *text, uint64_t *id);
+/* False: the study has no such case. */
+bool sweep_study_find(const struct sweep_study *study, uint64_t id, size_t *index);
+
+#endif
