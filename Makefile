@@ -18,7 +18,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libserialport-dev libc6-dev
+	libsundials-dev libserialport-dev libgsl-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
@@ -36,6 +36,7 @@ bench_src := $(wildcard tests/bench/*.c)
 error_report_src := $(wildcard tests/error_report/*.c)
 stability_src := $(wildcard tests/stability/*.c)
 score_src := $(wildcard tests/score/*.c)
+fit_cheap_src := tests/fit/cheap.c
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
@@ -49,7 +50,7 @@ app_lib := $(B)/host/libapp.a
 # only matrig and the tests of host link it, never matrig-board.
 HIL_LIBS := -lunicorn -lm
 HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
-	-lsundials_sunlinsolband -lm
+	-lsundials_sunlinsolband -lgsl -lgslcblas -lm
 
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin
@@ -304,6 +305,8 @@ $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src
 $(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/score/score: $(patsubst %.c,$(B)/%.o,$(score_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 # The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
 $(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)

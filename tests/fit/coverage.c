@@ -1,0 +1,63 @@
+/* Coverage of the fit's intervals: CASES synthetic landings whose parameters are drawn from the priors, each fitted; how often
+ * the stated 95 % intervals hold, the mean error, and how much the data narrowed the priors.
+ *
+ *   coverage [CASES [DRAWS [FIRST]]] */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "tests/fit/cheap.h"
+
+struct tally {
+    unsigned held, below, above;
+    double error, square, spread;
+};
+
+int main(int argc, char **argv)
+{
+    size_t cases = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000, draws = argc > 2 ? strtoul(argv[2], NULL, 10) : 300;
+    uint64_t first = argc > 3 ? strtoul(argv[3], NULL, 10) : 1;
+    struct tally tally[FIT_KEYS] = {{0}};
+    unsigned fitted = 0, poor = 0;
+    double simulated = 0.0;
+    for (size_t n = 0; n < cases; n++) {
+        struct cheap_random random = {(first + n) * 0x9E6C63D0876A9A47u};
+        double z[FIT_KEYS];
+        struct fit_landings list;
+        struct error error = {0};
+        struct fit_answer answer = {0};
+        for (int k = 0; k < FIT_KEYS; k++)
+            z[k] = cheap_normal(&random);
+        bool good = cheap_landing(z, first + n, (first + n) % 2 == 1, &list, &error);
+        struct fit_model model = fit_landings_model(&list);
+        struct fit_options options = {.draws = draws, .seed = first + n};
+        if (good && fit_run(&model, list.measured, &options, &answer, &error) == MR_OK) {
+            fitted++;
+            poor += answer.fits < 0.05;
+            simulated += (double)answer.simulated;
+            for (int k = 0; k < FIT_KEYS; k++) {
+                double miss = answer.z[k] - z[k];
+                tally[k].held += answer.low[k] <= z[k] && z[k] <= answer.high[k];
+                tally[k].below += z[k] > answer.high[k];
+                tally[k].above += z[k] < answer.low[k];
+                tally[k].error += miss;
+                tally[k].square += miss * miss;
+                tally[k].spread += answer.covariance[k][k];
+                if (getenv("FIT_ROWS"))
+                    printf("%zu %s true %.3f est %.3f [%.3f, %.3f] bias %.3f sd %.3f rounds %u fits %.3f\n", n, fit_names[k].key, z[k],
+                           answer.z[k], answer.low[k], answer.high[k], answer.bias[k], sqrt(answer.covariance[k][k]), answer.rounds,
+                           answer.fits);
+            }
+        } else {
+            printf("case %zu: %s\n", n, error.text);
+        }
+        fit_free(&answer);
+        fit_landings_free(&list);
+    }
+    printf("%u of %zu fitted, %.0f simulations each, %u called a poor fit\n", fitted, cases, simulated / fitted, poor);
+    for (int k = 0; k < FIT_KEYS; k++)
+        printf("%-5s held %5.1f %% (above %u, below %u), bias %+.3f, rms %.3f, stated %.3f of the prior's\n", fit_names[k].key,
+               100.0 * tally[k].held / fitted, tally[k].below, tally[k].above, tally[k].error / fitted, sqrt(tally[k].square / fitted),
+               sqrt(tally[k].spread / fitted));
+    return 0;
+}
