@@ -11,12 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/fit/solve.h"
+#include "host/fit/verdict.h"
 
 #define DRAWS 300u
 #define WIDEN 1.3     /* the next design, in standard errors of the present estimate */
 #define STANDS 1.0    /* an estimate within this of its design's middle (in w) stands */
 #define REFITS 1200u  /* of the bootstrap, about */
+#define SPARE 0.9     /* of the time that is left, planned for */
 #define MOST_W (1.2 * ENSEMBLE_REACH)
 
 struct fitting {
@@ -250,7 +251,7 @@ static enum mr_status set_goodness(const struct fitting *fitting, const struct e
 }
 
 /* The last ensemble: its scores were chosen by others. */
-static enum mr_status conclude(struct fitting *fitting, double *moved, struct error *error)
+static enum mr_status conclude(struct fitting *fitting, struct error *error)
 {
     struct fit_answer *answer = fitting->answer;
     struct ensemble ensemble;
@@ -261,26 +262,44 @@ static enum mr_status conclude(struct fitting *fitting, double *moved, struct er
         ensemble_at(&fitting->place, w, answer->z);
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameters, answer->information, answer->covariance);
-        *moved = farthest(w, answer->parameters);
+        verdict_make(&solve, w, answer);
         if (set_goodness(fitting, &ensemble, w, error) == MR_OK)
             set_intervals(fitting, &solve, w, error);
-        double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
-        solve_covariance(answer->parameters, answer->information, covariance);
-        move(fitting, w, covariance);
     }
     surface_free(&scores);
     ensemble_free(&ensemble);
     return error->status;
 }
 
+/* Whether one more ensemble before the last can be afforded; the last one gets as many draws as there is time for. */
+static bool time_for_more(struct fitting *fitting, double each_s)
+{
+    if (isinf(fitting->until_s) || fitting->answer->rounds == 0)
+        return true;
+    double left_s = SPARE * (fitting->until_s - ensemble_now_s());
+    if (left_s >= 2.0 * each_s)
+        return true;
+    fitting->answer->stopped = true;
+    double draws = floor((double)fitting->options.draws * left_s / each_s);
+    size_t least = 2 * surface_terms(fitting->model->parameters) + 1;
+    least = least > FIT_DRAWS_LEAST ? least : FIT_DRAWS_LEAST;
+    if (draws < (double)fitting->options.draws)
+        fitting->options.draws = draws > (double)least ? (size_t)draws : least;
+    return false;
+}
+
 static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
 {
-    double moved = INFINITY;
-    while (fitting->answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || fitting->answer->rounds < 2)) {
+    struct fit_answer *answer = fitting->answer;
+    double moved = INFINITY, each_s = 0.0;
+    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > STANDS || answer->rounds < 2) && time_for_more(fitting, each_s)) {
+        double begin_s = ensemble_now_s();
         if (find_place(fitting, &moved, error) != MR_OK)
             return error->status;
+        each_s = ensemble_now_s() - begin_s;
     }
-    return conclude(fitting, &moved, error);
+    answer->stopped = answer->stopped || moved > STANDS;
+    return conclude(fitting, error);
 }
 
 static enum mr_status check(const struct fit_model *model, const struct fit_options *options, struct error *error)

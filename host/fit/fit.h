@@ -53,6 +53,14 @@ struct fit_options {
     void *go_on_context;
 };
 
+/* A combination of parameters that is left to the priors: host/fit/verdict.h. */
+struct fit_confounded {
+    double direction[FIT_PARAMETERS_MAX]; /* in z, of length 1 */
+    unsigned members;                     /* that count in it */
+    double information;                   /* of the data along it: below 1 */
+    double rise;                          /* of the squared misfit a prior's standard deviation away */
+};
+
 struct fit_answer {
     size_t parameters, statistics;
     double z[FIT_PARAMETERS_MAX];
@@ -60,11 +68,14 @@ struct fit_answer {
     double bias[FIT_PARAMETERS_MAX];                          /* of the estimate, by the bootstrap */
     double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];  /* of the estimate, priors included */
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* of the data alone */
+    bool silent[FIT_PARAMETERS_MAX]; /* the data say less of it than its prior, even with the others known */
+    struct fit_confounded confounded[FIT_PARAMETERS_MAX];
+    size_t confounded_count;
     double distance;  /* squared, of the measured statistics from the surface at z */
     double fits;      /* share of the ensemble's data sets that lie further out: below 0.05 the model does not fit */
     unsigned rounds;  /* ensembles */
     size_t simulated, failed;
-    bool stopped;     /* time ran out before the estimate stood still */
+    bool stopped;     /* the estimate did not come to stand still in the rounds or the time there were */
     double *expected; /* per statistic, at z */
     double *scatter;  /* its standard deviation */
 };

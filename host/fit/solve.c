@@ -5,8 +5,8 @@
 #include <math.h>
 #include <string.h>
 
-#define STEPS_MAX 60
-#define TOLERANCE 1e-8
+#define STEPS_MAX 300
+#define TOLERANCE 1e-7
 #define HOLD_WEIGHT 1e3 /* a held parameter strays by a millionth of what it is pulled with */
 
 typedef double square[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
