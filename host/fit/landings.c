@@ -284,13 +284,19 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
     }
 }
 
+/* Share of the thrust that a landing's path puts on the strip. */
+static double draw_thrust(const struct drawing *drawing, const struct fit_landing *landing)
+{
+    return drawing->value[FIT_SHARE] * (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
+}
+
 static bool simulate_landing(const struct drawing *drawing, const struct fit_landing *landing, double *statistic)
 {
     struct sim_scene scene = landing->scene;
     struct sim_result result;
     struct error error = {0};
     double station_ft[MR_TRANSDUCERS];
-    double thrust = drawing->value[FIT_SHARE] * (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
+    double thrust = draw_thrust(drawing, landing);
     draw_gaps(drawing, landing);
     memcpy(drawing->path, scene.path, scene.path_count * sizeof *scene.path);
     for (size_t i = 0; i < scene.path_count; i++)
@@ -313,32 +319,62 @@ static bool simulate_landing(const struct drawing *drawing, const struct fit_lan
     return good;
 }
 
-static bool simulate(const void *context, const double *z, uint64_t draw, double *statistic)
+/* Closing resistances and room for the rest; end_drawing in any case. */
+static bool begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z, uint64_t draw)
 {
-    const struct fit_landings *list = context;
-    struct drawing drawing = {.list = list, .random = gsl_rng_alloc(gsl_rng_taus2)};
     size_t joints = 0, rows = 0;
+    *drawing = (struct drawing){.list = list, .random = gsl_rng_alloc(gsl_rng_taus2)};
     for (size_t l = 0; l < list->count; l++) {
         joints = joints > (size_t)list->landing[l].scene.mats + 1 ? joints : (size_t)list->landing[l].scene.mats + 1;
         rows = rows > list->landing[l].scene.path_count ? rows : list->landing[l].scene.path_count;
     }
-    drawing.gap_ft = calloc(joints, sizeof(double));
-    drawing.grit_lb = calloc(joints, sizeof(double));
-    drawing.path = calloc(rows, sizeof *drawing.path);
-    bool good = drawing.random && drawing.gap_ft && drawing.grit_lb && drawing.path;
-    if (good) {
-        gsl_rng_set(drawing.random, (unsigned long)(draw ^ draw >> 32) & 0xffffffffu);
-        fit_landings_values(list, z, drawing.value);
-        for (size_t j = 0; j < joints; j++)
-            drawing.grit_lb[j] = 2.0 * drawing.value[FIT_GRIT] * gsl_rng_uniform(drawing.random);
-    }
+    drawing->gap_ft = calloc(joints, sizeof(double));
+    drawing->grit_lb = calloc(joints, sizeof(double));
+    drawing->path = calloc(rows, sizeof *drawing->path);
+    if (!drawing->random || !drawing->gap_ft || !drawing->grit_lb || !drawing->path)
+        return false;
+    gsl_rng_set(drawing->random, (unsigned long)(draw ^ draw >> 32) & 0xffffffffu);
+    fit_landings_values(list, z, drawing->value);
+    for (size_t j = 0; j < joints; j++)
+        drawing->grit_lb[j] = 2.0 * drawing->value[FIT_GRIT] * gsl_rng_uniform(drawing->random);
+    return true;
+}
+
+static void end_drawing(struct drawing *drawing)
+{
+    free(drawing->gap_ft);
+    free(drawing->grit_lb);
+    free(drawing->path);
+    if (drawing->random)
+        gsl_rng_free(drawing->random);
+}
+
+static bool simulate(const void *context, const double *z, uint64_t draw, double *statistic)
+{
+    const struct fit_landings *list = context;
+    struct drawing drawing;
+    bool good = begin_drawing(&drawing, list, z, draw);
     for (size_t l = 0; l < list->count && good; l++)
         good = simulate_landing(&drawing, &list->landing[l], statistic);
-    free(drawing.gap_ft);
-    free(drawing.grit_lb);
-    free(drawing.path);
-    if (drawing.random)
-        gsl_rng_free(drawing.random);
+    end_drawing(&drawing);
+    return good;
+}
+
+bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw, struct sim_scene *scene, double *share,
+                         struct error *error)
+{
+    struct drawing drawing;
+    size_t joints = (size_t)scene->mats + 1;
+    bool good = begin_drawing(&drawing, list, z, draw);
+    if (good) {
+        *share = draw_thrust(&drawing, &list->landing[0]);
+        draw_gaps(&drawing, &list->landing[0]);
+        good = sim_scene_set_list(&scene->gap0_ft, drawing.gap_ft, joints, error) == MR_OK &&
+               sim_scene_set_list(&scene->grit_lb, drawing.grit_lb, joints, error) == MR_OK;
+    } else {
+        error_set(error, MR_FULL, "no memory: joints of %zu mats; fit fewer landings", joints);
+    }
+    end_drawing(&drawing);
     return good;
 }
 

@@ -91,6 +91,10 @@ size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
 /* The model of fit.h over this list, which must stay as it is. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
+/* Puts the joints of a draw, as the first landing begins with them, into a scene of as many mats, and gives the share of the
+ * thrust of that draw. */
+bool fit_landings_joints(const struct fit_landings *list, const double *z, uint64_t draw, struct sim_scene *scene, double *share,
+                         struct error *error);
 /* A displacement from its statistic. */
 double fit_movement_in(double statistic);
 

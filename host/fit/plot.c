@@ -97,9 +97,9 @@ static void draw(FILE *out, const struct fit_landings *list, const struct fit_an
             const struct fit_window *window = &list->landing[l].window[w];
             size_t s = list->landing[l].first + w;
             unsigned kind = kind_of(window);
-            svg_mark(out, classes[kind], kind, svg_x(&left, station_of(&list->landing[l], window)),
+            svg_mark(out, classes[kind], kind % (SVG_SHAPES - 1), svg_x(&left, station_of(&list->landing[l], window)),
                      svg_y(&left, (list->measured[s] - answer->expected[s]) / answer->scatter[s]), RADIUS);
-            svg_mark(out, classes[kind], kind, svg_x(&right, shown_in(window, answer->expected[s])),
+            svg_mark(out, classes[kind], kind % (SVG_SHAPES - 1), svg_x(&right, shown_in(window, answer->expected[s])),
                      svg_y(&right, shown_in(window, list->measured[s])), RADIUS);
         }
     }
@@ -115,7 +115,7 @@ enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_
     draw(out, list, answer);
     double x = LEFT;
     for (unsigned k = 0; k < KINDS; k++) {
-        svg_mark(out, classes[k], k, x, 20.0, RADIUS);
+        svg_mark(out, classes[k], k % (SVG_SHAPES - 1), x, 20.0, RADIUS);
         fprintf(out, "<text class=\"small\" x=\"%.0f\" y=\"24\">%s</text>", x + 9.0, kinds[k]);
         x += 26.0 + 6.2 * (double)strlen(kinds[k]);
     }

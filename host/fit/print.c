@@ -13,6 +13,7 @@
 #define IN_PER_FT 12.0
 #define TEXT_SIZE 400
 #define POOR_FIT 0.05
+#define NEAREST_OF 50u
 
 /* Factor and unit shown. */
 static double shown_unit(enum fit_key key, bool si, const char **unit)
@@ -244,30 +245,73 @@ static json_t *path_json(const struct fit_landing *landing, double share)
     return path;
 }
 
+static json_t *list_json(const struct sim_list *list)
+{
+    json_t *values = json_array();
+    for (size_t i = 0; i < list->count; i++)
+        json_array_append_new(values, cli_json_number(list->values[i], 6));
+    return values;
+}
+
+/* Of NEAREST_OF draws at the estimate the one whose statistics lie nearest to the measured ones. */
+static uint64_t nearest(const struct fit_landings *list, const struct fit_answer *answer)
+{
+    struct fit_model model = fit_landings_model(list);
+    double *statistic = calloc(list->statistics, sizeof *statistic), least = (double)INFINITY;
+    uint64_t best = 1;
+    for (uint64_t draw = 1; draw <= NEAREST_OF && statistic; draw++) {
+        double squares = 0.0;
+        if (!model.simulate(model.context, answer->z, draw, statistic))
+            continue;
+        for (size_t s = 0; s < list->statistics; s++)
+            squares += pow((statistic[s] - list->measured[s]) / answer->scatter[s], 2.0);
+        if (squares < least) {
+            least = squares;
+            best = draw;
+        }
+    }
+    free(statistic);
+    return best;
+}
+
+static void set_scene(json_t *scene, const struct fit_landings *list, const double value[FIT_KEYS], const struct sim_scene *joints,
+                      double share)
+{
+    char note[240];
+    snprintf(note, sizeof note,
+             "f, KL, gap0, grit and the thrust in path by matrig fit, RUN %lld: mean gap %.4g in, mean resistance %.4g lb, share %.4g; "
+             "of %u draws of the joints this one comes nearest to what was measured",
+             (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE], NEAREST_OF);
+    json_object_set_new(scene, "_fit", json_string(note));
+    json_object_set_new(scene, "gap0", list_json(&joints->gap0_ft));
+    json_object_set_new(scene, "grit", list_json(&joints->grit_lb));
+    json_object_set_new(scene, "f", cli_json_number(value[FIT_FRICTION], 6));
+    json_object_set_new(scene, "KL", cli_json_number(value[FIT_STIFFNESS], 6));
+    json_object_set_new(scene, "path", path_json(&list->landing[0], share));
+}
+
 enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path,
                                struct error *error)
 {
     json_error_t where;
-    double value[FIT_KEYS];
-    char note[160];
+    double value[FIT_KEYS], share;
+    struct sim_scene joints;
     json_t *scene = json_load_file(from, 0, &where);
     if (!scene)
         return error_set(error, MR_IO, "cannot read the scene again: %s; is it still there?", from);
+    sim_scene_defaults(&joints);
+    joints.mats = list->landing[0].scene.mats;
     fit_landings_values(list, answer->z, value);
-    snprintf(note, sizeof note, "gap0, grit, f, KL and the thrust's share (%.5g, in path) by matrig fit; gap0 and grit are means",
-             value[FIT_SHARE]);
-    json_object_set_new(scene, "_fit", json_string(note));
-    json_object_set_new(scene, "gap0", cli_json_number(value[FIT_GAP] / IN_PER_FT, 6));
-    json_object_set_new(scene, "grit", cli_json_number(value[FIT_GRIT], 6));
-    json_object_set_new(scene, "f", cli_json_number(value[FIT_FRICTION], 6));
-    json_object_set_new(scene, "KL", cli_json_number(value[FIT_STIFFNESS], 6));
-    json_object_set_new(scene, "path", path_json(&list->landing[0], value[FIT_SHARE]));
-    FILE *file = output_open(path, error);
-    if (file) {
-        json_dumpf(scene, file, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-        fputc('\n', file);
-        output_close(file, path, error);
+    if (fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share, error)) {
+        set_scene(scene, list, value, &joints, share);
+        FILE *file = output_open(path, error);
+        if (file) {
+            json_dumpf(scene, file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
+            fputc('\n', file);
+            output_close(file, path, error);
+        }
     }
+    sim_scene_free(&joints);
     json_decref(scene);
     return error->status;
 }

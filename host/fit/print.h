@@ -20,7 +20,8 @@ size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *an
 
 void fit_print(const struct fit_landings *list, const struct fit_answer *answer, bool si);
 json_t *fit_json(const struct fit_landings *list, const struct fit_answer *answer, bool si);
-/* The runway's scene with the fitted values, and the first landing's way and thrust. */
+/* The runway's scene with the fitted values, the first landing's way and thrust, and joints: of many draws those that come
+ * nearest to what was measured (joints that are all alike would hardly move: a landing moves what gives way first). */
 enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path,
                                struct error *error);
 /* Residual plots, one picture: each statistic's measured less expected, in standard deviations, over the transducers' stations,
