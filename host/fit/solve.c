@@ -58,17 +58,23 @@ bool solve_begin(struct solve *solve, const struct surface *surface, const struc
     return true;
 }
 
-/* The surface, straight beyond where it was simulated. */
+/* The surface, straight beyond where it was simulated: value and slopes at the nearest place inside, and on along them. Those
+ * slopes change with what is inside still; as they are linear in w, that is the slope at w itself. */
 static void expected(const struct solve *solve, const double *w, double *score, double *slope)
 {
     size_t q = solve->surface->parameters;
-    double inside[FIT_PARAMETERS_MAX] = {0.0};
+    double inside[FIT_PARAMETERS_MAX] = {0.0}, there[FIT_PARAMETERS_MAX], beyond[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     for (size_t i = 0; i < q; i++)
         inside[i] = fmax(-SOLVE_STRAIGHT, fmin(SOLVE_STRAIGHT, w[i]));
     surface_at(solve->surface, inside, score, slope);
+    if (memcmp(inside, w, q * sizeof *w) == 0)
+        return;
+    surface_at(solve->surface, w, there, beyond);
     for (size_t s = 0; s < q; s++) {
         for (size_t i = 0; i < q; i++)
             score[s] += slope[s * q + i] * (w[i] - inside[i]);
+        for (size_t i = 0; i < q; i++)
+            slope[s * q + i] = fabs(w[i]) < SOLVE_STRAIGHT ? beyond[s * q + i] : slope[s * q + i];
     }
 }
 
