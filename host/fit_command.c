@@ -126,17 +126,24 @@ static enum mr_status add_all(struct store *store, const struct request *request
     size_t count;
     if (store_landings(store, &rows, &count, error) != MR_OK)
         return error->status;
+    struct error last = {0};
+    size_t left_out = 0;
     for (size_t i = 0; i < count && error->status == MR_OK; i++) {
         struct error why = {0};
         enum mr_status status = fit_campaign_add(store, rows[i].id, request->scene, list, &why);
-        if (status == MR_TOO_FEW || status == MR_TRUNCATED)
-            cli_note(cli, "left out: %s", why.text);
-        else if (status != MR_OK)
+        if (status == MR_TOO_FEW || status == MR_TRUNCATED) {
+            last = why;
+            left_out++;
+        } else if (status != MR_OK) {
             error_set(error, status, "%s", why.text);
+        }
     }
     free(rows);
     if (error->status == MR_OK && list->count == 0)
-        error_set(error, MR_TOO_FEW, "no landing to fit: %s; log one with at least 3 switches, a stop and a transducer", request->words[0]);
+        error_set(error, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s", request->words[0],
+                  left_out ? last.text : "it has none; log one with at least 3 switches, a stop and a transducer");
+    else if (left_out)
+        cli_note(cli, "landings left out: %zu; the last one: %s", left_out, last.text);
     return error->status;
 }
 
