@@ -46,8 +46,8 @@ common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
 host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
-# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later:
-# only matrig and the tests of host link it, never matrig-board.
+# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later, GSL
+# GPL-3.0-or-later: only matrig and the tests of host link them, never matrig-board (GPL-2.0 and 3.0 do not go together).
 HIL_LIBS := -lunicorn -lm
 HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
 	-lsundials_sunlinsolband -lgsl -lgslcblas -lm
@@ -91,7 +91,7 @@ test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN a
 	@tests/linux/run.sh
 
 .PHONY: bench
-bench: $(B)/.test-packages all $(variants) $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
+bench: $(B)/.test-packages all $(variants) $(B)/tests/bench/sim_bench $(B)/tests/fit/coverage $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: coverage
@@ -171,6 +171,8 @@ $(B)/.coverage-packages: $(B)/.test-packages
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
 # result; the exceptions' flags are not looked at.
 $(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
+# GSL's element access inline, without range checks: the bootstrap of a fit is made of it.
+$(B)/host/host/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@

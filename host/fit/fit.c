@@ -16,7 +16,7 @@
 #define DRAWS 300u
 #define WIDEN 1.3     /* the next design, in standard errors of the present estimate */
 #define STANDS 1.2    /* an estimate within this of its design's middle (in w) stands */
-#define REFITS 1200u  /* of the bootstrap, about */
+#define REFITS 640u   /* of the bootstrap, about */
 #define SPARE 0.9     /* of the time that is left, planned for */
 #define MOST_W (1.2 * ENSEMBLE_REACH)
 

@@ -28,18 +28,25 @@ void surface_at(const struct surface *surface, const double *w, double *statisti
     size_t q = surface->parameters, p = surface->statistics;
     double term[SURFACE_TERMS_MAX];
     set_terms(q, w, term);
-    for (size_t s = 0; s < p; s++) {
+    for (size_t s = 0; s < p; s++)
         statistic[s] = 0.0;
-        for (size_t n = 0; n < surface->terms; n++)
-            statistic[s] += term[n] * gsl_matrix_get(surface->factor, n, s);
-        for (size_t i = 0; slope && i < q; i++)
-            slope[s * q + i] = gsl_matrix_get(surface->factor, 1 + i, s);
-        size_t n = 1 + q;
-        for (size_t i = 0; slope && i < q; i++) {
-            for (size_t k = i; k < q; k++, n++) {
-                double factor = gsl_matrix_get(surface->factor, n, s);
-                slope[s * q + i] += factor * w[k];
-                slope[s * q + k] += factor * w[i];
+    for (size_t n = 0; n < surface->terms; n++) {
+        const double *factor = gsl_matrix_const_ptr(surface->factor, n, 0);
+        for (size_t s = 0; s < p; s++)
+            statistic[s] += term[n] * factor[s];
+    }
+    for (size_t i = 0; slope && i < q; i++) {
+        const double *factor = gsl_matrix_const_ptr(surface->factor, 1 + i, 0);
+        for (size_t s = 0; s < p; s++)
+            slope[s * q + i] = factor[s];
+    }
+    size_t n = 1 + q;
+    for (size_t i = 0; slope && i < q; i++) {
+        for (size_t k = i; k < q; k++, n++) {
+            const double *factor = gsl_matrix_const_ptr(surface->factor, n, 0);
+            for (size_t s = 0; s < p; s++) {
+                slope[s * q + i] += factor[s] * w[k];
+                slope[s * q + k] += factor[s] * w[i];
             }
         }
     }

@@ -13,6 +13,15 @@ struct tally {
     double error, square, spread;
 };
 
+/* Errors are in units of the prior's standard deviation. */
+static void print_tally(const char *name, const struct tally *tally, unsigned cases)
+{
+    double held = 100.0 * tally->held / cases;
+    printf("  %-5s 95 %% intervals hold in %5.1f %% (missed above %u, below %u)  wanted 93.5 to 96.5 %s;  mean error %+.3f, rms %.3f, stated "
+           "%.3f\n", name, held, tally->below, tally->above, held >= 93.5 && held <= 96.5 ? "met" : "missed", tally->error / cases,
+           sqrt(tally->square / cases), sqrt(tally->spread / cases));
+}
+
 int main(int argc, char **argv)
 {
     size_t cases = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000, draws = argc > 2 ? strtoul(argv[2], NULL, 10) : 300;
@@ -54,10 +63,8 @@ int main(int argc, char **argv)
         fit_free(&answer);
         fit_landings_free(&list);
     }
-    printf("%u of %zu fitted, %.0f simulations each, %u called a poor fit\n", fitted, cases, simulated / fitted, poor);
+    printf("%u of %zu cases fitted, %.0f simulations each; %u called a poor fit; errors in the prior's standard deviations:\n", fitted, cases, simulated / fitted, poor);
     for (int k = 0; k < FIT_KEYS; k++)
-        printf("%-5s held %5.1f %% (above %u, below %u), bias %+.3f, rms %.3f, stated %.3f of the prior's\n", fit_names[k].key,
-               100.0 * tally[k].held / fitted, tally[k].below, tally[k].above, tally[k].error / fitted, sqrt(tally[k].square / fitted),
-               sqrt(tally[k].spread / fitted));
+        print_tally(fit_names[k].key, &tally[k], fitted);
     return 0;
 }
