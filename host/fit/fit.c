@@ -133,25 +133,32 @@ static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *en
     return status;
 }
 
-/* One round of finding the place: new scores, new estimate, new design. */
+static enum mr_status choose_scores(struct fitting *fitting, const struct ensemble *ensemble, struct error *error)
+{
+    struct surface surface;
+    if (surface_make(ensemble, &surface, error) == MR_OK && set_metric(fitting, &surface, error) == MR_OK)
+        set_weight(fitting, &surface);
+    surface_free(&surface);
+    return error->status;
+}
+
+/* One round of finding the place: estimate, new scores, new design. Scores chosen and used with the same ensemble look better than
+ * they are, the more so the more statistics there are: only the first round has no others. */
 static enum mr_status find_place(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
-    struct surface surface = {0}, scores = {0};
+    struct surface scores = {0};
     struct solve solve;
     double w[FIT_PARAMETERS_MAX], information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX], covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
-    if (draw_ensemble(fitting, &ensemble, error) == MR_OK && surface_make(&ensemble, &surface, error) == MR_OK &&
-        set_metric(fitting, &surface, error) == MR_OK) {
-        set_weight(fitting, &surface);
-        if (estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK) {
-            solve_information(&solve, w, information);
-            solve_covariance(fitting->model->parameters, information, covariance);
-            *moved = farthest(w, fitting->model->parameters);
-            move(fitting, w, covariance);
-        }
+    bool first = fitting->answer->rounds == 0;
+    if (draw_ensemble(fitting, &ensemble, error) == MR_OK && (!first || choose_scores(fitting, &ensemble, error) == MR_OK) &&
+        estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK && (first || choose_scores(fitting, &ensemble, error) == MR_OK)) {
+        solve_information(&solve, w, information);
+        solve_covariance(fitting->model->parameters, information, covariance);
+        *moved = farthest(w, fitting->model->parameters);
+        move(fitting, w, covariance);
     }
     surface_free(&scores);
-    surface_free(&surface);
     ensemble_free(&ensemble);
     return error->status;
 }
@@ -237,6 +244,7 @@ static enum mr_status set_goodness(const struct fitting *fitting, const struct e
             answer->scatter[s] = sqrt(gsl_matrix_get(surface.covariance, s, s));
             gsl_vector_set(departure, s, fitting->measured[s] - answer->expected[s]);
         }
+        gsl_vector_scale(departure, 1.0 / sqrt(1.0 + surface_leverage(&surface, w))); /* the surface is off as well */
         answer->distance = distance(fitting, departure);
         for (size_t i = 0; i < surface.draws; i++) {
             gsl_vector_view row = gsl_matrix_row(surface.departure, i);

@@ -11,8 +11,8 @@
  *    simulation itself is ever taken: it sticks and closes, so it has none that means anything.
  * 3. Scores: the q combinations of the statistics that say most about the q parameters, B' S^-1 s (B slopes, S covariance).
  * 4. The estimate: least squares of scores and priors, weighted with their covariance (GSL multifit_nlinear).
- * Two or more rounds of this find the place. A last ensemble, about it and independent of the choice of the scores, gives surface
- * and covariance of the scores, the estimate, and its errors:
+ * Two or more rounds of this find the place, each with the scores that the ensemble before it chose. A last ensemble, about that
+ * place, gives surface and covariance of the scores, the estimate, and its errors:
  *
  * - information of the data alone: B' S^-1 B, B and S of the scores, S with what the surface itself is uncertain by.
  * - error and interval: a bootstrap at the estimate. Each left-over of the ensemble is a fresh data set's departure; with it, and

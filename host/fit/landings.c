@@ -14,6 +14,7 @@
 #define VALID_SHARE 0.5
 #define BEND_IN 0.05 /* u0 of asinh */
 #define HALVINGS 40
+#define PAIRS_PER_JOINT 3
 
 const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_GAP] = {"gap", "mean gap of the joints", "in"},
@@ -176,13 +177,18 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 
 /* ---- what is simulated ---- */
 
-/* Uniform over 0 to twice a mean, but not beyond the slack, so that the mean is kept: with 2 m > s it is s - s^2/(4 m). */
-static double draw_gap_ft(gsl_rng *random, double mean_ft, double slack_ft)
+/* Half of what gaps are uniform up to, for a mean of those that none beyond the slack leaves: s - s^2/(4 m) with 2 m > s. All
+ * hooked: INFINITY. */
+static double half_range_ft(double mean_ft, double slack_ft)
 {
-    double m = mean_ft;
-    if (slack_ft > 0.0 && m > 0.5 * slack_ft)
-        m = m < slack_ft ? slack_ft * slack_ft / (4.0 * (slack_ft - m)) : (double)INFINITY;
-    double gap_ft = isinf(m) ? slack_ft : 2.0 * m * gsl_rng_uniform(random);
+    if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
+        return mean_ft;
+    return mean_ft < slack_ft ? slack_ft * slack_ft / (4.0 * (slack_ft - mean_ft)) : (double)INFINITY;
+}
+
+static double draw_gap_ft(gsl_rng *random, double half_ft, double slack_ft)
+{
+    double gap_ft = isinf(half_ft) ? slack_ft : 2.0 * half_ft * gsl_rng_uniform(random);
     return slack_ft > 0.0 ? fmin(gap_ft, slack_ft) : gap_ft;
 }
 
@@ -213,6 +219,36 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
     }
     for (size_t i = 0; i < count; i++)
         gap_ft[i] = fmin(high * fmax(gap_ft[i], 0.0), most_ft);
+}
+
+/* Two gaps, uniform over 0 to `most` but none beyond the slack, drawn again with the sum they have: both below the slack (evenly
+ * over what the sum allows), or one hooked at it (of weight 1 - slack/most, against 1/most for each of the others). */
+static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
+{
+    double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
+    double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
+    if (!(high > low))
+        return; /* both hooked, or both closed */
+    double hooked = limit < most_ft && sum >= limit ? 2.0 * (most_ft - limit) : 0.0; /* both times most^2 */
+    double pick = gsl_rng_uniform(random) * (high - low + hooked);
+    *one = pick < high - low ? low + pick : pick < high - low + 0.5 * hooked ? limit : sum - limit;
+    *other = sum - *one;
+}
+
+/* Gibbs' sampler over pairs: gaps of a segment that are uniform, given their sum. Where the sum is more than the mean leaves for it,
+ * up to twice the segment's own mean: the rest of the runway may have been pushed together. */
+static void draw_given_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft, double slack_ft)
+{
+    double sum_ft = 0.0;
+    for (size_t i = 0; i < count; i++)
+        sum_ft += gap_ft[i];
+    double most_ft = 2.0 * half_range_ft(fmax(mean_ft, sum_ft / (double)count), slack_ft);
+    if (isinf(most_ft))
+        return; /* all hooked */
+    for (size_t n = 0; n < PAIRS_PER_JOINT * count && count > 1; n++) {
+        size_t i = gsl_rng_uniform_int(random, count), k = gsl_rng_uniform_int(random, count - 1);
+        draw_pair(random, &gap_ft[i], &gap_ft[k < i ? k : k + 1], most_ft, slack_ft);
+    }
 }
 
 /* Joint j, from 0, lies in the segment it begins or lies in (as in host/compare.c). */
@@ -246,15 +282,18 @@ struct drawing {
 static void draw_gaps(const struct drawing *drawing, const struct fit_landing *landing)
 {
     const struct sim_scene *scene = &landing->scene;
+    double half_ft = half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     double surveyed = drawing->value[FIT_GAP] / drawing->list->parameter[FIT_GAP].value;
     for (int j = 0; j <= scene->mats && !landing->follows; j++)
-        drawing->gap_ft[j] = draw_gap_ft(drawing->random, drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
+        drawing->gap_ft[j] = draw_gap_ft(drawing->random, half_ft, scene->slack_ft);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         size_t first, count = segment_joints(scene, s, &first);
         if (isnan(landing->survey_in[s]) || count == 0)
             continue;
         double sum_in = surveyed * landing->survey_in[s] + gsl_ran_gaussian_ziggurat(drawing->random, drawing->list->survey_error_in);
         scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
+        if (!landing->follows)
+            draw_given_sum(drawing->random, drawing->gap_ft + first, count, drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     }
 }
 

@@ -2,8 +2,8 @@
  *
  * Simulated is the chain (host/sim/README.md, "Chain and landings") along the measured way of the gear. Drawn anew each time:
  * - joints: gaps uniform over 0 to twice their mean, none beyond the slack (those lie hooked); those of a surveyed segment
- *   scaled to its sum, which is off by the survey's error. A landing that follows the one before keeps that one's gaps, but
- *   for the scaling. Closing resistances uniform over 0 to twice their mean, the same joint's in all landings;
+ *   given its sum, which is off by the survey's error. A landing that follows the one before keeps that one's gaps, scaled to the
+ *   sums. Closing resistances uniform over 0 to twice their mean, the same joint's in all landings;
  * - instruments: noise of each sample, the baseline's error, a gain error per transducer and landing, the thrust's.
  *
  * Statistics, in inches: of each transducer the mean movement while the wheel was so far ahead of it or behind (FIT_EDGES), and
