@@ -14,7 +14,7 @@
 #define VALID_SHARE 0.5
 #define BEND_IN 0.05 /* u0 of asinh */
 #define HALVINGS 40
-#define PAIRS_PER_JOINT 3
+#define PAIRS_PER_JOINT 6 /* leaves half a percent of where it began */
 
 const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_GAP] = {"gap", "mean gap of the joints", "in"},

@@ -1,12 +1,18 @@
-/* Coverage of the fit's intervals: CASES synthetic landings whose parameters are drawn from the priors, each fitted; how often
- * the stated 95 % intervals hold, the mean error, and how much the data narrowed the priors.
+/* Coverage of the fit's intervals: CASES synthetic landings whose parameters scatter as the priors say, each fitted; how often
+ * the stated 95 % intervals hold, the mean error, and how much the data narrowed the priors. Every other landing is surveyed, and
+ * its gap then known from the survey. Gaps, resistances and noise of each case come from a seed of its own; the parameters are
+ * spread evenly (a Kronecker sequence through the normal distribution), as a thousand drawn ones alone would add half a percent
+ * to or take it from what holds.
  *
  *   coverage [CASES [DRAWS [FIRST]]] */
+#include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "tests/fit/cheap.h"
+
+#define KRONECKER 1.1347241384015194 /* x^6 = x + 1: powers of its inverse are far from fractions with small denominators */
 
 struct tally {
     unsigned held, below, above;
@@ -30,13 +36,12 @@ int main(int argc, char **argv)
     unsigned fitted = 0, poor = 0;
     double simulated = 0.0;
     for (size_t n = 0; n < cases; n++) {
-        struct cheap_random random = {(first + n) * 0x9E6C63D0876A9A47u};
         double z[FIT_KEYS];
         struct fit_landings list;
         struct error error = {0};
         struct fit_answer answer = {0};
         for (int k = 0; k < FIT_KEYS; k++)
-            z[k] = cheap_normal(&random);
+            z[k] = gsl_cdf_ugaussian_Pinv(fmod(0.5 + (double)(first + n) * pow(KRONECKER, -(k + 1)), 1.0));
         bool good = cheap_landing(z, first + n, (first + n) % 2 == 1, &list, &error);
         struct fit_model model = fit_landings_model(&list);
         struct fit_options options = {.draws = draws, .seed = first + n};

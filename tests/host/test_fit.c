@@ -362,6 +362,49 @@ static void windows_follow_the_wheel(void **state)
     free(value);
 }
 
+/* Ten gaps that are uniform over 0 to 0.036 in and sum up to 0.03 in lie evenly on a simplex: no cap binds, so E[g^2] = 2 S^2/(n (n + 1))
+ * (Dirichlet's distribution). Uniform ones scaled to that sum would have 0.0129 instead of 0.0182. */
+static void gaps_given_their_sum(void **state)
+{
+    enum { DRAWS = 3000 };
+    const double z[FIT_KEYS] = {0.0};
+    struct fit_landings list;
+    struct sim_scene scene;
+    struct error error = {0};
+    double squares = 0.0, hooked = 0.0, mean_in = 0.0, share;
+    (void)state;
+    assert_true(cheap_landing(z, 4, false, &list, &error));
+    sim_scene_defaults(&scene);
+    scene.mats = list.landing[0].scene.mats;
+    list.survey_error_in = 0.0;
+    list.parameter[FIT_GAP].value = 0.018;
+    list.landing[0].survey_in[0] = 0.03;
+    for (uint64_t n = 0; n < DRAWS; n++) {
+        double sum_in = 0.0;
+        assert_true(fit_landings_joints(&list, z, 500 + n, &scene, &share, &error));
+        for (int j = 1; j <= 10; j++) {
+            double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, j);
+            sum_in += gap_in;
+            squares += gap_in * gap_in / (0.03 * 0.03) / (10.0 * DRAWS);
+        }
+        near_to(sum_in, 0.03, 1e-9, "sum");
+    }
+    near_to(squares, 2.0 / 110.0, 0.0004, "mean square");
+    /* Not surveyed, mean 0.024 in, slack 0.03 in: uniform up to 0.075 in, so that three of five lie hooked. */
+    list.parameter[FIT_GAP].value = 0.024;
+    list.landing[0].survey_in[0] = (double)NAN;
+    for (uint64_t n = 0; n < DRAWS; n++) {
+        assert_true(fit_landings_joints(&list, z, 500 + n, &scene, &share, &error));
+        double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, 5);
+        hooked += (gap_in > 0.03 - 1e-12) / (double)DRAWS;
+        mean_in += gap_in / DRAWS;
+    }
+    near_to(hooked, 0.6, 0.03, "hooked");
+    near_to(mean_in, 0.024, 0.0006, "mean gap");
+    sim_scene_free(&scene);
+    fit_landings_free(&list);
+}
+
 /* ---- refusals ---- */
 
 static bool stop_at_once(void *context, unsigned round, size_t done, size_t of)
@@ -417,6 +460,7 @@ int main(void)
         cmocka_unit_test(thrust_and_friction_of_a_chain),
         cmocka_unit_test(known_parameters_are_found),
         cmocka_unit_test(windows_follow_the_wheel),
+        cmocka_unit_test(gaps_given_their_sum),
         cmocka_unit_test(bad_input_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
