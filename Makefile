@@ -18,7 +18,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libserialport-dev libmd-dev libc6-dev
+	libsundials-dev libserialport-dev libmd-dev libgsl-dev libc6-dev
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash python3
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
@@ -39,6 +39,7 @@ bench_src := $(wildcard tests/bench/*.c)
 error_report_src := $(wildcard tests/error_report/*.c)
 stability_src := $(wildcard tests/stability/*.c)
 score_src := $(wildcard tests/score/*.c)
+fit_cheap_src := tests/fit/cheap.c
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
@@ -48,11 +49,11 @@ common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
 host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
-# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later:
-# only matrig and the tests of host link it, never matrig-board.
+# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later, GSL
+# GPL-3.0-or-later: only matrig and the tests of host link them, never matrig-board (GPL-2.0 and 3.0 do not go together).
 HIL_LIBS := -lunicorn -lm
 HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
-	-lsundials_sunlinsolband -lmd -lm
+	-lsundials_sunlinsolband -lmd -lgsl -lgslcblas -lm
 
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin
@@ -97,7 +98,7 @@ test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN a
 	@tests/linux/run.sh
 
 .PHONY: bench
-bench: $(B)/.test-packages all $(variants) $(B)/tests/bench/sim_bench $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
+bench: $(B)/.test-packages all $(variants) $(B)/tests/bench/sim_bench $(B)/tests/fit/coverage $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
 
 .PHONY: coverage
@@ -179,6 +180,8 @@ $(B)/.fuzz-packages: $(B)/.test-packages
 # The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
 # result; the exceptions' flags are not looked at.
 $(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
+# GSL's element access inline, without range checks: the bootstrap of a fit is made of it.
+$(B)/host/host/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
@@ -329,6 +332,9 @@ $(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src
 $(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/score/score: $(patsubst %.c,$(B)/%.o,$(score_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/host/test_fit: $(patsubst %.c,$(B)/%.o,$(fit_cheap_src))
+$(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 # The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
 $(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)

@@ -44,6 +44,7 @@ int scale_command(int argc, char **argv, const struct cli *cli);
 int params_command(int argc, char **argv, const struct cli *cli);
 int sweep_command(int argc, char **argv, const struct cli *cli);
 int error_command(int argc, char **argv, const struct cli *cli);
+int fit_command(int argc, char **argv, const struct cli *cli);
 
 /* Print `matrig: <line>` on stderr and return the exit code of the error's status. */
 int cli_fail(const struct error *error);

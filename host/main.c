@@ -209,6 +209,21 @@ static const struct command commands[] = {
      "  --scene S      scene file that gives the runway; else the model runway\n"
      "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"
      "  --void         also a landing that was voided (matrig landing)\n"},
+    {"fit", fit_command, "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F]",
+     "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
+     "  DB [RUN...]    campaign database and landings in it; else all whose motion is known\n"
+     "  --scene S      scene file that gives the runway (model chain) and the priors' values; else the model runway\n"
+     "  --fit NAMES    of gap,grit,f,share,KL: these are fitted, the others stay as they are; else all\n"
+     "  --prior NAME=V:E,...\n"
+     "                 what is known beforehand: value and standard error (lb, in, lb/ft). Else grit, KL and an unsurveyed gap are\n"
+     "                 the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the survey's to 3 %\n"
+     "  --draws N      simulated data sets a round, at least 60; else 300\n"
+     "  --seed N       of what is drawn; else 1. The same seed gives the same answer\n"
+     "  -j N           threads; else as many as processors\n"
+     "  --max-time S   else 600; an answer that is not settled by then is given and said to be so\n"
+     "  --plot F.svg   residual plots\n"
+     "  -o F           the scene with the fitted values\n"
+     "Example: matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg\n"},
     {"bundle", bundle_command, "DB RUN -o F", "one landing as a campaign of its own, to pass on",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"},

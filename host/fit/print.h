@@ -1,0 +1,31 @@
+/* What a fit gave, as a table, as JSON, as a scene. */
+#ifndef MATRIG_HOST_FIT_PRINT_H
+#define MATRIG_HOST_FIT_PRINT_H
+
+#include <jansson.h>
+
+#include "host/fit/landings.h"
+
+/* A parameter in its own unit: estimate, 95 % interval, prior. */
+struct fit_row {
+    enum fit_key key;
+    double value, low, high;
+    double prior, prior_low, prior_high; /* 95 % */
+    double narrowed;                     /* standard error, as a share of the prior's */
+};
+
+size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer, struct fit_row row[FIT_KEYS]);
+/* Sentences of the verdict, one a line; NULL at the end. The caller frees each. */
+size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[2 * FIT_KEYS + 2]);
+
+void fit_print(const struct fit_landings *list, const struct fit_answer *answer, bool si);
+json_t *fit_json(const struct fit_landings *list, const struct fit_answer *answer, bool si);
+/* The runway's scene with the fitted values, the first landing's way and thrust, and joints: of many draws those that come
+ * nearest to what was measured (joints that are all alike would hardly move: a landing moves what gives way first). */
+enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path,
+                               struct error *error);
+/* Residual plots, one picture: each statistic's measured less expected, in standard deviations, over the transducers' stations,
+ * and measured against expected. */
+enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer, const char *path, struct error *error);
+
+#endif

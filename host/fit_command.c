@@ -1,0 +1,208 @@
+/* matrig fit: parameters of the runway from the landings of a campaign. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "host/cli.h"
+#include "host/fit/campaign.h"
+#include "host/fit/print.h"
+#include "host/run.h"
+
+#define RUNS_MAX 20
+#define PRIORS_MAX FIT_KEYS
+#define MODEL_RUNWAY "host/scenes/model_runway.json"
+
+struct request {
+    const char *words[1 + RUNS_MAX];
+    const char *scene, *fitted, *prior, *plot, *out_scene;
+    struct fit_options options;
+    char model_runway[500];
+};
+
+/* The model runway's scene lies beside the program's build folder, or below the current one. */
+static void find_model_runway(char *path, size_t size)
+{
+    char program[400];
+    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
+    snprintf(path, size, "%s", MODEL_RUNWAY);
+    for (int up = 0; up < 2 && length > 0; up++) {
+        program[length] = '\0';
+        char *slash = strrchr(program, '/');
+        if (!slash)
+            return;
+        *slash = '\0';
+        length = slash - program;
+    }
+    char candidate[500];
+    snprintf(candidate, sizeof candidate, "%s/%s", program, MODEL_RUNWAY);
+    if (length > 0 && access(candidate, R_OK) == 0)
+        snprintf(path, size, "%s", candidate);
+}
+
+static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+{
+    const char *draws = NULL, *seed = NULL, *threads = NULL, *most = NULL;
+    double value = 0.0;
+    const struct cli_option options[] = {
+        {"--scene", &request->scene, NULL}, {"--fit", &request->fitted, NULL},      {"--prior", &request->prior, NULL},
+        {"--draws", &draws, NULL},          {"--seed", &seed, NULL},                {"-j", &threads, NULL},
+        {"--max-time", &most, NULL},        {"--plot", &request->plot, NULL},       {"-o", &request->out_scene, NULL},
+    };
+    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], request->words, 1, 1 + RUNS_MAX, "DB [RUN...]", error) != MR_OK)
+        return error->status;
+    request->options = (struct fit_options){.draws = 300, .seed = 1};
+    if (draws && cli_number(draws, "--draws", FIT_DRAWS_LEAST, 1e5, &value, error) == MR_OK)
+        request->options.draws = (size_t)value;
+    if (seed && cli_number(seed, "--seed", 0.0, 1e9, &value, error) == MR_OK)
+        request->options.seed = (uint64_t)value;
+    if (threads && cli_number(threads, "-j", 1.0, 64.0, &value, error) == MR_OK)
+        request->options.threads = (unsigned)value;
+    request->options.max_s = 600.0;
+    if (most)
+        cli_number(most, "--max-time", 1.0, 1e6, &request->options.max_s, error);
+    if (!request->scene) {
+        find_model_runway(request->model_runway, sizeof request->model_runway);
+        request->scene = request->model_runway;
+    }
+    return error->status;
+}
+
+static int key_of(const char *name, size_t length)
+{
+    for (int k = 0; k < FIT_KEYS; k++) {
+        if (strlen(fit_names[k].key) == length && strncmp(fit_names[k].key, name, length) == 0)
+            return k;
+    }
+    return -1;
+}
+
+static enum mr_status unknown_key(const char *option, const char *name, size_t length, struct error *error)
+{
+    return error_set(error, MR_USAGE, "unknown parameter: '%.*s' for %s; give gap, grit, f, share, KL", (int)length, name, option);
+}
+
+/* "gap,f": these are fitted, the others stay at their priors' values. */
+static enum mr_status set_fitted(const char *text, struct fit_landings *list, struct error *error)
+{
+    for (int k = 0; k < FIT_KEYS && text; k++)
+        list->parameter[k].fitted = false;
+    while (text) {
+        size_t length = strcspn(text, ",");
+        int key = key_of(text, length);
+        if (key < 0)
+            return unknown_key("--fit", text, length, error);
+        list->parameter[key].fitted = true;
+        text = text[length] == ',' ? text + length + 1 : NULL;
+    }
+    return MR_OK;
+}
+
+/* "f=0.5:0.02,KL=2.9e5:3e4": value and standard error. */
+static enum mr_status set_priors(const char *text, struct fit_landings *list, struct error *error)
+{
+    while (text) {
+        size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
+        int key = key_of(text, length), used = 0;
+        double value, spread;
+        if (key < 0)
+            return unknown_key("--prior", text, length, error);
+        if (text[length] != '=' || sscanf(text + length, "=%lf:%lf%n", &value, &spread, &used) != 2 || length + (size_t)used != whole ||
+            !(value > 0.0) || !(spread > 0.0) || !isfinite(value) || !(spread <= 3.0 * value))
+            return error_set(error, MR_USAGE, "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0, as f=0.5:0.02", (int)whole, text);
+        list->parameter[key].value = value;
+        list->parameter[key].spread = spread / value;
+        text = text[whole] == ',' ? text + whole + 1 : NULL;
+    }
+    return MR_OK;
+}
+
+/* All landings of the campaign, those without a known motion left out with a note. */
+static enum mr_status add_all(struct store *store, const struct request *request, const struct cli *cli, struct fit_landings *list,
+                              struct error *error)
+{
+    struct store_landing *rows;
+    size_t count;
+    if (store_landings(store, &rows, &count, error) != MR_OK)
+        return error->status;
+    struct error last = {0};
+    size_t left_out = 0;
+    for (size_t i = 0; i < count && error->status == MR_OK; i++) {
+        struct error why = {0};
+        enum mr_status status = fit_campaign_add(store, rows[i].id, request->scene, list, &why);
+        if (status == MR_TOO_FEW || status == MR_TRUNCATED) {
+            last = why;
+            left_out++;
+        } else if (status != MR_OK) {
+            error_set(error, status, "%s", why.text);
+        }
+    }
+    free(rows);
+    if (error->status == MR_OK && list->count == 0)
+        error_set(error, left_out ? last.status : MR_TOO_FEW, "no landing to fit: %s: %s", request->words[0],
+                  left_out ? last.text : "it has none; log one with at least 3 switches, a stop and a transducer");
+    else if (left_out)
+        cli_note(cli, "landings left out: %zu; the last one: %s", left_out, last.text);
+    return error->status;
+}
+
+static enum mr_status load(const struct request *request, const struct cli *cli, struct fit_landings *list, struct error *error)
+{
+    struct store *store = NULL;
+    struct sim_scene scene;
+    if (store_open(request->words[0], STORE_OPEN, &store, error) != MR_OK)
+        return error->status;
+    if (sim_scene_load(&scene, request->scene, error) == MR_OK) {
+        fit_landings_begin(list, &scene);
+        sim_scene_free(&scene);
+        for (size_t i = 1; i <= RUNS_MAX && request->words[i] && error->status == MR_OK; i++) {
+            int64_t run;
+            if (run_parse(request->words[i], &run, error) == MR_OK)
+                fit_campaign_add(store, run, request->scene, list, error);
+        }
+        if (error->status == MR_OK && !request->words[1])
+            add_all(store, request, cli, list, error);
+    }
+    store_close(store);
+    if (error->status == MR_OK) {
+        fit_campaign_set_gap(list);
+        set_fitted(request->fitted, list, error);
+    }
+    return error->status == MR_OK ? set_priors(request->prior, list, error) : error->status;
+}
+
+static bool show_progress(void *context, unsigned round, size_t done, size_t of)
+{
+    (void)context;
+    fprintf(stderr, "\rround %u: %zu of %zu data sets ", round + 1, done, of);
+    if (done == of)
+        fprintf(stderr, "\r\033[K");
+    return true;
+}
+
+int fit_command(int argc, char **argv, const struct cli *cli)
+{
+    struct request request = {0};
+    struct fit_landings list = {0};
+    struct fit_answer answer = {0};
+    struct error error = {0};
+    int exit_code = 0;
+    if (read_request(argc, argv, &request, &error) == MR_OK && load(&request, cli, &list, &error) == MR_OK) {
+        struct fit_model model = fit_landings_model(&list);
+        if (cli_terminal() && !cli->quiet)
+            request.options.go_on = show_progress;
+        fit_run(&model, list.measured, &request.options, &answer, &error);
+    }
+    if (error.status == MR_OK && request.plot)
+        fit_write_plot(&list, &answer, request.plot, &error);
+    if (error.status == MR_OK && request.out_scene)
+        fit_write_scene(&list, &answer, request.scene, request.out_scene, &error);
+    if (error.status == MR_OK && cli->json)
+        exit_code = cli_print_json(fit_json(&list, &answer, cli->si), 0);
+    else if (error.status == MR_OK)
+        fit_print(&list, &answer, cli->si);
+    fit_free(&answer);
+    fit_landings_free(&list);
+    return error.status != MR_OK ? cli_fail(&error) : exit_code;
+}

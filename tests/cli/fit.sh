@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# matrig fit: landing 1 of tests/runs, played to the emulated board and logged. Their truth comes from a chain that shares no
+# code with the fit (tests/runs/README.md): closing resistances uniform over 0 to 20 lb, friction 0.5, a twelfth of the thrust.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+db=$tmp/campaign.db
+
+record() { # RUNFILE
+    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --rig "$1" --seed 13 \
+        2>"$tmp/board.err" &&
+        $matrig --quiet log --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt"
+}
+fitted() { # FIELD of grit
+    sqlite3 :memory: "select json_extract(value, '\$.$1') from json_each(json_extract(cast(readfile('$tmp/fit.json') as text), '\$.parameters'))
+        where json_extract(value, '\$.name') = 'grit'"
+}
+between() { awk -v low="$1" -v x="$2" -v high="$3" 'BEGIN { print low, x, high; exit !(low <= x && x <= high) }'; }
+
+fits() { $matrig --json fit "$db" 1 --fit grit --draws 60 --plot "$tmp/fit.svg" -o "$tmp/fit_scene.json" >"$tmp/fit.json"; }
+holds_truth() { between "$(fitted low)" 10.0 "$(fitted high)"; }
+narrows_prior() { between 0 "$(fitted error_of_prior)" 0.7; }
+residuals_drawn() { xmllint --noout "$tmp/fit.svg" 2>/dev/null || python3 -c "import xml.dom.minidom as m, sys; m.parse('$tmp/fit.svg')"; }
+scene_has_it() { # means of 421 draws: within a tenth
+    $matrig sim "$tmp/fit_scene.json" >"$tmp/sim.txt" &&
+        between "$(awk -v v="$(fitted value)" 'BEGIN { print 0.9 * v }')" \
+            "$(sqlite3 :memory: "select avg(value) from json_each(json_extract(cast(readfile('$tmp/fit_scene.json') as text), '\$.grit'))")" \
+            "$(awk -v v="$(fitted value)" 'BEGIN { print 1.1 * v }')"
+}
+no_transducer() {
+    cp "$db" "$tmp/none.db" && sqlite3 "$tmp/none.db" 'update channels set kind = 0 where kind = 1'
+}
+no_switches() { cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges; delete from frames'; }
+
+check "landing 1 is played and logged" record tests/runs/landing1.run
+check "it is fitted" fits
+check "the interval of the closing resistance holds the truth" holds_truth
+check "and is narrower than the prior's" narrows_prior
+check "the residuals are a picture" residuals_drawn
+check "the scene runs, with the fitted resistance" scene_has_it
+check "no such parameter" fails_with 2 "unknown parameter: 'frictoin'" $matrig fit "$db" 1 --fit frictoin
+check "no such prior" fails_with 2 'NAME=VALUE:ERROR' $matrig fit "$db" 1 --prior f=0.5
+check "a prior below 0" fails_with 2 'above 0' $matrig fit "$db" 1 --prior f=0.5:-1
+check "too few draws" fails_with 2 '--draws' $matrig fit "$db" 1 --draws 3
+check "no such landing" fails_with 2 'RUN 9' $matrig fit "$db" 9
+check "a scene that is no chain" fails_with 2 'not a chain' $matrig fit "$db" 1 --scene host/scenes/model_runway_planar.json
+check "no time" fails_with 3 'more time' $matrig fit "$db" 1 --draws 2000 --max-time 1
+check "a landing without transducers" eval "no_transducer && fails_with 5 'no landing to fit: .*no transducer' $matrig fit '$tmp/none.db'"
+check "a landing whose motion is not known" eval "no_switches && fails_with 5 'RUN 1' $matrig fit '$tmp/blind.db' 1"
+check "another version's database" eval "cp '$db' '$tmp/old.db' && sqlite3 '$tmp/old.db' 'pragma user_version = 99' && fails_with 4 'version' $matrig fit '$tmp/old.db'"
+check "no database" fails_with 3 'none' $matrig fit "$tmp/none/none.db"
+finish

@@ -1,0 +1,467 @@
+/* The fit: against closed forms where there are any, against finite differences of ensemble means, on cheap landings with known
+ * parameters, and its verdicts on cases confounded on purpose. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/fit/landings.h"
+#include "host/fit/verdict.h"
+#include "tests/fit/cheap.h"
+#include "tests/host/scratch.h"
+
+static void near_to(double got, double wanted, double tolerance, const char *what)
+{
+    if (!(fabs(got - wanted) <= tolerance))
+        fail_msg("%s: %.6g, expected %.6g within %.2g", what, got, wanted, tolerance);
+}
+
+/* ---- linear, Gaussian: s = A z + noise of known covariance, by its Cholesky factor ---- */
+
+#define LINEAR_STATISTICS 4
+struct linear {
+    double slope[LINEAR_STATISTICS][2];
+    double noise[LINEAR_STATISTICS][LINEAR_STATISTICS]; /* lower */
+    double curve; /* times z0^2, on every statistic */
+};
+
+static bool simulate_linear(const void *context, const double *z, uint64_t draw, double *statistic)
+{
+    const struct linear *linear = context;
+    struct cheap_random random = {draw};
+    double e[LINEAR_STATISTICS];
+    for (int i = 0; i < LINEAR_STATISTICS; i++)
+        e[i] = cheap_normal(&random);
+    for (int i = 0; i < LINEAR_STATISTICS; i++) {
+        statistic[i] = linear->slope[i][0] * z[0] + linear->slope[i][1] * z[1] + linear->curve * z[0] * z[0];
+        for (int k = 0; k <= i; k++)
+            statistic[i] += linear->noise[i][k] * e[k];
+    }
+    return true;
+}
+
+static const struct linear plain = {
+    .slope = {{1.0, 0.5}, {0.3, 2.0}, {-0.7, 0.4}, {0.0, 1.0}},
+    .noise = {{0.5}, {0.2, 0.8}, {-0.1, 0.3, 0.6}, {0.4, 0.1, -0.2, 0.9}},
+};
+
+static void fit_linear(const struct linear *linear, const double *measured, size_t draws, unsigned threads, struct fit_answer *answer)
+{
+    struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, linear};
+    struct fit_options options = {.draws = draws, .threads = threads, .seed = 5};
+    struct error error = {0};
+    fit_run(&model, measured, &options, answer, &error);
+    assert_no_error(&error);
+}
+
+/* A' S^-1 A and A' S^-1 s of `plain`, by forward substitution through the noise's factor. */
+static void closed_form(const struct linear *linear, const double *measured, double information[2][2], double side[2])
+{
+    double white[LINEAR_STATISTICS][3];
+    for (int i = 0; i < LINEAR_STATISTICS; i++) {
+        for (int c = 0; c < 3; c++) {
+            double rest = c < 2 ? linear->slope[i][c] : measured[i];
+            for (int k = 0; k < i; k++)
+                rest -= linear->noise[i][k] * white[k][c];
+            white[i][c] = rest / linear->noise[i][i];
+        }
+    }
+    for (int a = 0; a < 2; a++) {
+        side[a] = 0.0;
+        for (int i = 0; i < LINEAR_STATISTICS; i++)
+            side[a] += white[i][a] * white[i][2];
+        for (int b = 0; b < 2; b++) {
+            information[a][b] = 0.0;
+            for (int i = 0; i < LINEAR_STATISTICS; i++)
+                information[a][b] += white[i][a] * white[i][b];
+        }
+    }
+}
+
+static void linear_is_the_closed_form(void **state)
+{
+    const double measured[LINEAR_STATISTICS] = {0.9, -0.4, 0.2, -0.8};
+    double f[2][2], side[2];
+    struct fit_answer answer;
+    (void)state;
+    closed_form(&plain, measured, f, side);
+    double a = f[0][0] + 1.0, b = f[0][1], d = f[1][1] + 1.0, det = a * d - b * b;
+    fit_linear(&plain, measured, 4000, 0, &answer);
+    near_to(answer.z[0], (d * side[0] - b * side[1]) / det, 0.04, "estimate 1");
+    near_to(answer.z[1], (a * side[1] - b * side[0]) / det, 0.04, "estimate 2");
+    near_to(answer.information[0][0], f[0][0], 0.07 * f[0][0], "information 1");
+    near_to(answer.information[1][1], f[1][1], 0.07 * f[1][1], "information 2");
+    /* An estimate by data and priors that are both drawn anew about the truth has the covariance (F + 1)^-1. */
+    near_to(answer.covariance[0][0], d / det, 0.08 * d / det, "variance 1");
+    near_to(answer.covariance[1][1], a / det, 0.08 * a / det, "variance 2");
+    near_to(answer.covariance[0][1], -b / det, 0.08 * sqrt(a * d) / det, "covariance");
+    near_to(answer.high[0] - answer.z[0], 1.96 * sqrt(answer.covariance[0][0]), 0.002, "half an interval");
+    near_to(answer.z[0] - answer.low[0], 1.96 * sqrt(answer.covariance[0][0]), 0.002, "the other half");
+    near_to(answer.bias[0], 0.0, 0.08, "bias");
+    assert_false(answer.silent[0] || answer.silent[1]);
+    assert_int_equal(answer.confounded_count, 0);
+    assert_true(answer.fits > 0.05);
+    fit_free(&answer);
+}
+
+static void threads_change_nothing(void **state)
+{
+    const double measured[LINEAR_STATISTICS] = {0.9, -0.4, 0.2, -0.8};
+    struct fit_answer one, three;
+    (void)state;
+    fit_linear(&plain, measured, 100, 1, &one);
+    fit_linear(&plain, measured, 100, 3, &three);
+    assert_memory_equal(one.z, three.z, sizeof one.z);
+    assert_memory_equal(one.low, three.low, sizeof one.low);
+    assert_true(one.fits == three.fits);
+    fit_free(&one);
+    fit_free(&three);
+}
+
+/* 12 of its own standard deviations from what any parameters give, across the slopes: no draw lies that far out. */
+static void what_does_not_fit_is_said(void **state)
+{
+    const double measured[LINEAR_STATISTICS] = {8.0, -8.0, 8.0, 8.0};
+    struct fit_answer answer;
+    (void)state;
+    fit_linear(&plain, measured, 300, 0, &answer);
+    assert_true(answer.fits < 0.01);
+    fit_free(&answer);
+}
+
+/* ---- derivatives ---- */
+
+static void slopes_are_those_of_the_misfit(void **state)
+{
+    struct linear curved = plain;
+    struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, &curved};
+    struct fit_options options = {.draws = 200, .threads = 1, .seed = 3};
+    struct ensemble_place place = {.parameters = 2, .middle = {0.2, -0.1}, .spread = {{0.8}, {0.3, 0.6}}};
+    struct ensemble ensemble;
+    struct surface surface;
+    struct solve solve;
+    struct error error = {0};
+    const double at[][2] = {{0.3, -0.7}, {2.9, 0.1}, {-3.0, 3.5}}; /* inside, and where the surface goes on straight */
+    (void)state;
+    curved.curve = 0.4;
+    for (int i = 2; i < LINEAR_STATISTICS; i++) /* scores here are the first two statistics */
+        curved.slope[i][0] = curved.slope[i][1] = 0.0;
+    assert_int_equal(ensemble_make(&model, &place, &options, 0, (double)INFINITY, &ensemble, &error), MR_OK);
+    gsl_matrix *weight = gsl_matrix_calloc(LINEAR_STATISTICS, 2);
+    gsl_matrix_set(weight, 0, 0, 1.0);
+    gsl_matrix_set(weight, 1, 1, 1.0);
+    struct ensemble scores;
+    assert_int_equal(surface_combine(&ensemble, weight, &scores, &error), MR_OK);
+    assert_int_equal(surface_make(&scores, &surface, &error), MR_OK);
+    assert_true(solve_begin(&solve, &surface, &place));
+    solve.score[0] = 1.0;
+    solve.hold = 1;
+    solve.held = 0.3;
+    for (size_t n = 0; n < sizeof at / sizeof at[0]; n++) {
+        double residual[5], slope[10], up[5], down[5], unused[10];
+        solve_residual(&solve, at[n], residual, slope);
+        for (int i = 0; i < 2; i++) {
+            double high[2] = {at[n][0], at[n][1]}, low[2] = {at[n][0], at[n][1]};
+            high[i] += 1e-5;
+            low[i] -= 1e-5;
+            solve_residual(&solve, high, up, unused);
+            solve_residual(&solve, low, down, unused);
+            for (int r = 0; r < 5; r++)
+                near_to(slope[2 * r + i], (up[r] - down[r]) / 2e-5, 1e-5 * (1.0 + fabs(slope[2 * r + i])), "derivative");
+        }
+    }
+    gsl_matrix_free(weight);
+    surface_free(&surface);
+    ensemble_free(&scores);
+    ensemble_free(&ensemble);
+}
+
+/* The chain sticks and closes, so one landing has no derivative; the mean over many draws has. The surface's slope, from 400 draws
+ * spread about, against central differences of means over 400 draws at either end. */
+static void surface_slopes_are_those_of_means(void **state)
+{
+    enum { DRAWS = 400, STATISTICS = 64 };
+    const double truth[FIT_KEYS] = {0.0};
+    struct fit_landings list;
+    struct ensemble ensemble;
+    struct surface surface;
+    struct error error = {0};
+    struct fit_options options = {.draws = DRAWS, .seed = 9};
+    struct ensemble_place place = {.parameters = FIT_KEYS};
+    double middle[FIT_KEYS] = {0.0}, expected[STATISTICS], slope[STATISTICS * FIT_KEYS], one[STATISTICS];
+    const double step = 0.6;
+    (void)state;
+    assert_true(cheap_landing(truth, 4, false, &list, &error));
+    struct fit_model model = fit_landings_model(&list);
+    assert_true(list.statistics <= STATISTICS && list.statistics > 8);
+    for (int i = 0; i < FIT_KEYS; i++)
+        place.spread[i][i] = step;
+    assert_int_equal(ensemble_make(&model, &place, &options, 0, (double)INFINITY, &ensemble, &error), MR_OK);
+    assert_int_equal(surface_make(&ensemble, &surface, &error), MR_OK);
+    surface_at(&surface, middle, expected, slope);
+    for (int i = 0; i < FIT_KEYS; i += FIT_SHARE) { /* gaps, share: the rest goes the same way */
+        double sum[2][STATISTICS] = {{0.0}}, square[2][STATISTICS] = {{0.0}}, squares = 0.0;
+        for (uint64_t n = 0; n < 2 * DRAWS; n++) {
+            double z[FIT_KEYS] = {0.0};
+            z[i] = n % 2 ? step : -step;
+            assert_true(model.simulate(model.context, z, 1000000 + n, one));
+            for (size_t s = 0; s < list.statistics; s++) {
+                sum[n % 2][s] += one[s];
+                square[n % 2][s] += one[s] * one[s];
+            }
+        }
+        for (size_t s = 0; s < list.statistics; s++) {
+            double variance = 0.0;
+            for (int side = 0; side < 2; side++)
+                variance += (square[side][s] / DRAWS - pow(sum[side][s] / DRAWS, 2.0)) / DRAWS;
+            /* In w, whose unit is the step, both are the same difference; the surface's own error is that of one side. */
+            double difference = 0.5 * (sum[1][s] - sum[0][s]) / DRAWS - slope[s * FIT_KEYS + (size_t)i];
+            double error_of = sqrt(0.25 * variance + gsl_matrix_get(surface.covariance, s, s) / DRAWS);
+            squares += pow(difference / error_of, 2.0);
+            assert_true(fabs(difference) < 5.0 * error_of);
+        }
+        assert_true(squares / (double)list.statistics < 4.0); /* they are correlated: of order 1 */
+    }
+    surface_free(&surface);
+    ensemble_free(&ensemble);
+    fit_landings_free(&list);
+}
+
+/* ---- verdicts ---- */
+
+static void sum_alone_cannot_be_told_apart(void **state)
+{
+    struct linear sum = plain;
+    const double measured[LINEAR_STATISTICS] = {0.5, 1.0, -0.5, 0.2};
+    struct fit_answer answer;
+    (void)state;
+    for (int i = 0; i < LINEAR_STATISTICS; i++)
+        sum.slope[i][1] = sum.slope[i][0] = 1.0 + i;
+    fit_linear(&sum, measured, 300, 0, &answer);
+    assert_false(answer.silent[0] || answer.silent[1]);
+    assert_int_equal(answer.confounded_count, 1);
+    assert_int_equal(answer.confounded[0].members, 2);
+    near_to(answer.confounded[0].direction[0], sqrt(0.5), 0.05, "direction 1");
+    near_to(answer.confounded[0].direction[1], -sqrt(0.5), 0.05, "direction 2");
+    assert_true(answer.confounded[0].rise < VERDICT_LIMIT);
+    near_to(answer.covariance[0][1] / sqrt(answer.covariance[0][0] * answer.covariance[1][1]), -1.0, 0.1, "correlation");
+    fit_free(&answer);
+}
+
+static void what_changes_nothing_is_silent(void **state)
+{
+    struct linear one = plain;
+    const double measured[LINEAR_STATISTICS] = {0.5, 1.0, -0.5, 0.2};
+    struct fit_answer answer;
+    (void)state;
+    for (int i = 0; i < LINEAR_STATISTICS; i++)
+        one.slope[i][1] = 0.0;
+    fit_linear(&one, measured, 300, 0, &answer);
+    assert_false(answer.silent[0]);
+    assert_true(answer.silent[1]);
+    assert_int_equal(answer.confounded_count, 0);
+    near_to(answer.covariance[1][1], 1.0, 0.2, "what is left of the prior");
+    fit_free(&answer);
+}
+
+static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, double widen, struct fit_landings *list,
+                      struct fit_answer *answer)
+{
+    struct error error = {0};
+    struct fit_options options = {.draws = 200, .seed = 11};
+    assert_true(cheap_landing(truth, seed, false, list, &error));
+    for (int k = 0; k < FIT_KEYS; k++) {
+        list->parameter[k].fitted = of >> k & 1u;
+        list->parameter[k].spread *= widen;
+    }
+    struct fit_model model = fit_landings_model(list);
+    fit_run(&model, list->measured, &options, answer, &error);
+    assert_no_error(&error);
+}
+
+/* Thrust share against friction: of a landing that hardly is more than thrust against friction and resistance, with the stiffness
+ * known to nobody. */
+static void thrust_and_friction_of_a_chain(void **state)
+{
+    const double truth[FIT_KEYS] = {0.0};
+    struct fit_landings list;
+    struct fit_answer answer;
+    bool named = false;
+    (void)state;
+    fit_cheap(truth, 21, 1u << FIT_GRIT | 1u << FIT_FRICTION | 1u << FIT_SHARE, 1.0, &list, &answer);
+    for (size_t d = 0; d < answer.confounded_count; d++) {
+        const double *direction = answer.confounded[d].direction;
+        /* more thrust and more resistance go together */
+        named = named || (direction[2] * direction[2] >= VERDICT_MEMBER && (direction[0] * direction[2] > 0.1 || direction[1] * direction[2] > 0.1));
+    }
+    assert_true(named);
+    fit_free(&answer);
+    fit_landings_free(&list);
+}
+
+/* ---- known parameters found again ---- */
+
+static void known_parameters_are_found(void **state)
+{
+    static const double truth[3][FIT_KEYS] = {{0.0}, {0.5, -0.8, 1.0, 0.3, -0.5}, {-0.6, 0.7, -1.2, -0.4, 0.8}};
+    (void)state;
+    for (uint64_t n = 0; n < 3; n++) {
+        struct fit_landings list;
+        struct fit_answer answer;
+        fit_cheap(truth[n], 31 + n, 31, 1.0, &list, &answer);
+        for (int k = 0; k < FIT_KEYS; k++) {
+            double error_z = sqrt(answer.covariance[k][k]);
+            near_to(answer.z[k], truth[n][k], 2.6 * error_z, fit_names[k].key);
+            assert_true(error_z < 1.25);
+        }
+        /* most of what is known of these two comes from the landing */
+        assert_true(answer.covariance[FIT_FRICTION][FIT_FRICTION] < 0.8 * 0.8);
+        assert_true(answer.covariance[FIT_STIFFNESS][FIT_STIFFNESS] < 0.8 * 0.8);
+        fit_free(&answer);
+        fit_landings_free(&list);
+    }
+}
+
+/* ---- statistics ---- */
+
+/* A transducer that moves an inch a second: a window's mean is its middle's time. The wheel runs at 10 ft/s from 0 and stops at
+ * 4 s; the transducer stands at 30 ft. */
+static void windows_follow_the_wheel(void **state)
+{
+    enum { COUNT = 5000 };
+    static const double middle_s[] = {1.8, 2.4, 2.7, 2.9, 3.2, 4.4};
+    static const char *const names[] = {"16 to 8 ft ahead", "8 to 4 ft ahead", "4 to 2 ft ahead", "2 to 0 ft ahead", "0 to 4 ft behind", "end"};
+    struct sim_path_row path[] = {{0.0, 0.0, 1.0}, {4.0, 40.0, 1.0}};
+    struct fit_landings list;
+    struct fit_landing landing = {.run = 7};
+    struct error error = {0};
+    double *value = calloc(COUNT, sizeof *value);
+    struct fit_series series = {1, 30.0, 0.0, 0.001, value, COUNT, 0.0, 0.0, 0.0};
+    (void)state;
+    assert_non_null(value);
+    for (int i = 0; i < COUNT; i++)
+        value[i] = 0.001 * i;
+    sim_scene_defaults(&landing.scene);
+    landing.scene.t_dwell_s = 0.5;
+    assert_int_equal(sim_scene_set_path(&landing.scene, path, 2, &error), MR_OK);
+    for (size_t s = 0; s < MR_SEGMENTS; s++)
+        landing.survey_in[s] = landing.after_in[s] = (double)NAN;
+    fit_landings_begin(&list, &landing.scene);
+    for (int i = 2200; i < 2500; i++) /* three quarters of 8 to 4 ft ahead */
+        value[i] = (double)NAN;
+    value[2700] = (double)NAN;
+    assert_int_equal(fit_landings_add(&list, &landing, &series, 1, &error), MR_OK);
+    assert_int_equal(list.statistics, 5); /* of the six, the one with too few left out */
+    for (size_t s = 0, w = 0; w < 6; w++) {
+        if (w == 1)
+            continue;
+        near_to(fit_movement_in(list.measured[s]), middle_s[w], 0.002, names[w]);
+        assert_string_equal(list.landing[0].window[s].name, names[w]);
+        s++;
+    }
+    fit_landings_free(&list);
+    free(value);
+}
+
+/* Ten gaps that are uniform over 0 to 0.036 in and sum up to 0.03 in lie evenly on a simplex: no cap binds, so E[g^2] = 2 S^2/(n (n + 1))
+ * (Dirichlet's distribution). Uniform ones scaled to that sum would have 0.0129 instead of 0.0182. */
+static void gaps_given_their_sum(void **state)
+{
+    enum { DRAWS = 3000 };
+    const double z[FIT_KEYS] = {0.0};
+    struct fit_landings list;
+    struct sim_scene scene;
+    struct error error = {0};
+    double squares = 0.0, hooked = 0.0, mean_in = 0.0, share;
+    (void)state;
+    assert_true(cheap_landing(z, 4, false, &list, &error));
+    sim_scene_defaults(&scene);
+    scene.mats = list.landing[0].scene.mats;
+    list.survey_error_in = 0.0;
+    list.parameter[FIT_GAP].value = 0.018;
+    list.landing[0].survey_in[0] = 0.03;
+    for (uint64_t n = 0; n < DRAWS; n++) {
+        double sum_in = 0.0;
+        assert_true(fit_landings_joints(&list, z, 500 + n, &scene, &share, &error));
+        for (int j = 1; j <= 10; j++) {
+            double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, j);
+            sum_in += gap_in;
+            squares += gap_in * gap_in / (0.03 * 0.03) / (10.0 * DRAWS);
+        }
+        near_to(sum_in, 0.03, 1e-9, "sum");
+    }
+    near_to(squares, 2.0 / 110.0, 0.0004, "mean square");
+    /* Not surveyed, mean 0.024 in, slack 0.03 in: uniform up to 0.075 in, so that three of five lie hooked. */
+    list.parameter[FIT_GAP].value = 0.024;
+    list.landing[0].survey_in[0] = (double)NAN;
+    for (uint64_t n = 0; n < DRAWS; n++) {
+        assert_true(fit_landings_joints(&list, z, 500 + n, &scene, &share, &error));
+        double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, 5);
+        hooked += (gap_in > 0.03 - 1e-12) / (double)DRAWS;
+        mean_in += gap_in / DRAWS;
+    }
+    near_to(hooked, 0.6, 0.03, "hooked");
+    near_to(mean_in, 0.024, 0.0006, "mean gap");
+    sim_scene_free(&scene);
+    fit_landings_free(&list);
+}
+
+/* ---- refusals ---- */
+
+static bool stop_at_once(void *context, unsigned round, size_t done, size_t of)
+{
+    (void)context, (void)round, (void)done, (void)of;
+    return false;
+}
+
+static bool fail_always(const void *context, const double *z, uint64_t draw, double *statistic)
+{
+    (void)context, (void)z, (void)draw, (void)statistic;
+    return false;
+}
+
+static void bad_input_is_refused(void **state)
+{
+    const double measured[LINEAR_STATISTICS] = {0.0};
+    struct fit_model model = {2, 1, simulate_linear, &plain};
+    struct fit_options options = {.draws = 100, .threads = 1};
+    struct fit_answer answer;
+    struct error few = {0}, draws = {0}, stopped = {0}, failed = {0};
+    (void)state;
+    fit_run(&model, measured, &options, &answer, &few);
+    assert_error(&few, MR_TOO_FEW, "1 measured statistics for 2 parameters");
+    fit_free(&answer);
+    model.statistics = LINEAR_STATISTICS;
+    options.draws = 20;
+    fit_run(&model, measured, &options, &answer, &draws);
+    assert_error(&draws, MR_USAGE, "too few draws");
+    fit_free(&answer);
+    options.draws = 100;
+    options.go_on = stop_at_once;
+    fit_run(&model, measured, &options, &answer, &stopped);
+    assert_error(&stopped, MR_TIMEOUT, "stopped after 1 of 100");
+    fit_free(&answer);
+    options.go_on = NULL;
+    model.simulate = fail_always;
+    fit_run(&model, measured, &options, &answer, &failed);
+    assert_error(&failed, MR_NUMERICS, "100 of 100 simulations failed");
+    fit_free(&answer);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(linear_is_the_closed_form),
+        cmocka_unit_test(threads_change_nothing),
+        cmocka_unit_test(what_does_not_fit_is_said),
+        cmocka_unit_test(slopes_are_those_of_the_misfit),
+        cmocka_unit_test(surface_slopes_are_those_of_means),
+        cmocka_unit_test(sum_alone_cannot_be_told_apart),
+        cmocka_unit_test(what_changes_nothing_is_silent),
+        cmocka_unit_test(thrust_and_friction_of_a_chain),
+        cmocka_unit_test(known_parameters_are_found),
+        cmocka_unit_test(windows_follow_the_wheel),
+        cmocka_unit_test(gaps_given_their_sum),
+        cmocka_unit_test(bad_input_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
