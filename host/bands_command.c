@@ -259,6 +259,7 @@ static json_t *design_json(const struct band_design *d)
         {"T0_least_lb", d->least_t0_lb},
         {"T0_most_lb", d->most_t0_lb},
         {"T0_lb", d->t0_lb},
+        {"spring_lb_ft", d->spring_lb_ft},
         {"ahead_lb", d->ahead_lb},
         {"behind_lb", d->behind_lb},
         {"least_lb", d->least_lb},
@@ -304,6 +305,7 @@ static void print_design(const struct band_design *d, double lb, double ft, cons
            lb * d->most_t0_lb);
     if (d->spacing_ft > 0.0)
         printf("  s       %14.8g %-3s from band to band (C.2)\n", ft * d->spacing_ft, length);
+    printf("  K       %14.8g %s/%s springs at the ends\n", lb / ft * d->spring_lb_ft, force, length);
     printf("  dT      %14.8g %-3s ahead of the aircraft (C.6), %+.8g behind (C.7), at %g of the length\n", lb * d->ahead_lb,
            force, lb * d->behind_lb, d->at);
 }

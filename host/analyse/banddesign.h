@@ -20,7 +20,7 @@ struct band_design {
     double row_ft;   /* length of a mat along the runway */
     double width_ft; /* of influence of the gear, b; 0: not given */
     double length_ft; /* of band between its springs; 0: as long as it may be */
-    double spring_lb_ft; /* K at either end; INFINITY: rigid */
+    double spring_lb_ft; /* K at either end; 0: A E/L, as soft as dT = R/2 supposes */
     double at;           /* a': where R acts, fraction of the length */
     double tension_lb;   /* T0 chosen; 0: the design's */
     double grip_lb;      /* of a connection; INFINITY: holds all */
