@@ -49,8 +49,10 @@ struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
 {
     const struct mods_state *from = m->state;
     size_t size = sizeof *from + from->count * sizeof from->values[0];
+    if (m->banded)
+        mods_pull_bands(m, view, NULL, 0);
     for (size_t i = 0; i < from->segments; i++)
-        from->band_lb[i] = mods_band_raw_lb(m, view, (int)i);
+        from->band_lb[i] = m->band_lb[i];
     for (int j = 1; m->stiffened && j <= m->mats + 1; j++)
         from->stiff_gap_ft[j] = m->spring_gap_ft[j];
     struct mods_state *copy = malloc(size);
@@ -237,6 +239,11 @@ void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, i
             *tension_lb += carried(m->spring_lb_ft[j], cap_lb, g_ft, &m->spring_gap_ft[j]);
         }
     }
+}
+
+bool mods_is_torn(const struct mods *m, int joint)
+{
+    return m->tears && m->state->torn[joint] != 0.0;
 }
 
 double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)

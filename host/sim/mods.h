@@ -92,6 +92,8 @@ void mods_wear_cleats(struct mods *mods, const struct mods_view *view, double h_
 /* Add what stiffeners and sliding joints transmit to the tensions of joints first..last; tear what is too weak. */
 void mods_pull_joints(struct mods *mods, const struct mods_view *view, int first, int last);
 
+bool mods_is_torn(const struct mods *mods, int joint);
+
 /* Bending moment of the stiffeners at joint j turned by d. */
 double mods_moment_lb_ft(struct mods *mods, int joint, double turn_rad);
 
