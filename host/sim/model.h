@@ -83,6 +83,7 @@ struct model {
     double *tanh;       /* per mat: of its speed over veps */
     double *given_lb;   /* consistent_heave: tension per joint, the caller's */
     double step_s;      /* and its step */
+    double *brace_lb, *brace_lb_ft; /* and what modifications press each node down with and bend each joint; NULL: none */
     uint64_t rhs;
 };
 

@@ -78,11 +78,11 @@ static void lay_out(struct mods *m)
     size_t joints = (size_t)m->mats + 2, segments = (size_t)m->segments;
     double *at = m->storage;
     double **per_segment[] = {&m->k_lb_ft, &m->stretch_ft, &m->band_lb, &m->carried_lb, &m->saved_lb};
-    double **per_joint[] = {&m->spring_lb_ft, &m->spring_gap_ft,    &m->cap_lb,
-                            &m->turn_lb_ft_rad, &m->turn_yield_lb_ft, &m->turn_rad};
+    double **per_joint[] = {&m->spring_lb_ft,     &m->spring_gap_ft, &m->cap_lb, &m->turn_lb_ft_rad,
+                            &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft};
     for (size_t i = 0; i < 5; i++, at += segments)
         *per_segment[i] = at;
-    for (size_t i = 0; i < 6; i++, at += joints)
+    for (size_t i = 0; i < 8; i++, at += joints)
         *per_joint[i] = at;
     m->mat = (int *)at;
 }
@@ -108,7 +108,7 @@ enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, stru
             .state = make_state(scene),
         };
         m->jointed = m->stiffened || m->laid || m->tears;
-        m->storage = calloc(6 * ((size_t)m->segments + (size_t)m->mats + 2), sizeof(double));
+        m->storage = calloc(6 * (size_t)m->segments + 8 * ((size_t)m->mats + 2), sizeof(double));
     }
     if (!m || !m->state || !m->storage) {
         mods_free(m);
@@ -174,6 +174,7 @@ void mods_reset(struct mods *m)
     for (int i = 0; i < m->cleats; i++) {
         m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1) : 1.0;
         m->state->cleat_mat[i] = mods_cleat_mat(m->scene, i);
+        m->raised_ft[i] = 0.0;
     }
     if (m->jointed)
         reset_joints(m);
@@ -183,15 +184,17 @@ void mods_reset(struct mods *m)
 
 /* --- cleats --- */
 
-static int cleat_of(const struct mods *m, int mat)
+int mods_cleat_of(const struct mods *m, int mat)
 {
+    if (!m->cleated)
+        return -1;
     int first = mods_cleat_mat(m->scene, 0), every = m->scene->mods.cleat_every;
     return mat >= first && (mat - first) % every == 0 ? (mat - first) / every : -1;
 }
 
 double mods_cleat_lb(const struct mods *m, int mat)
 {
-    int cleat = m->cleated ? cleat_of(m, mat) : -1;
+    int cleat = mods_cleat_of(m, mat);
     return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_left[cleat];
 }
 
