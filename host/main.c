@@ -112,6 +112,8 @@ static const struct command commands[] = {
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
      "methods agree on; when they do not, there is no table: exit 5\n"},
+    {"campaign", campaign_command, "FILE", "x",
+     "x\n"},
     {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
      "measured against simulated, per transducer",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"

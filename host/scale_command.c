@@ -35,7 +35,7 @@ static const struct scaled_key scaled_keys[] = {
     {"Vac", {0, 1, -1}},  {"s0", {0, 1, 0}},      {"F_tstop", {0, 0, 1}}, {"wheel_load", {1, 0, 0}},
     {"veps", {0, 1, -1}}, {"V", {1, 0, 0}},       {"Q1", {1, 0, 0}},      {"bump", {0, 1, 0}},
     {"v0", {0, 1, -1}},   {"tend", {0, 0, 1}},    {"t_out", {0, 0, 1}},   {"gap0", {0, 1, 0}},
-    {"grit", {1, 0, 0}},  {"t_dwell", {0, 0, 1}},
+    {"grit", {1, 0, 0}},  {"t_dwell", {0, 0, 1}}, {"ground", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
 

@@ -48,6 +48,12 @@ struct sim_result {
     double speed_end_ft_s; /* fastest mat at the end; 0 when all are at rest */
     double max_lift_ft;
     bool bow_wave;
+    /* Solver fixed, whole run; joints 1..N+1, [0] unused. NULL elsewhere. */
+    double *push_lb; /* largest compression of each joint */
+    double *pull_lb; /* largest tension */
+    double *rise_ft; /* planar: largest lift of each node off its ground */
+    double crest_deg, sag_deg; /* planar: most that a joint was turned upwards (^) and downwards (v); both positive */
+    int crest_joint, sag_joint;
 
     struct sim_output *outputs;
     size_t output_count;
