@@ -160,7 +160,7 @@ static void read_engines(const struct reader *r, const json_t *root, struct camp
     c->engine = choice(r, "engine", engine, "use", names, c->engine);
     number(r, "engine", engine, "chain_dt_s", 0.0, 1.0, &c->chain_dt_s);
     number(r, "engine", engine, "planar_dt_s", 0.0, 1.0, &c->planar_dt_s);
-    number(r, "engine", engine, "skip_share", 0.0, 1e3, &c->skip_share);
+    number(r, "engine", engine, "skip_share", -1.0, 1e3, &c->skip_share);
 }
 
 static void read_seeds(const struct reader *r, const json_t *root, struct campaign *c)
@@ -411,14 +411,14 @@ enum mr_status campaign_load(struct campaign *c, const char *path, struct error 
         .strip_ft = 12.0 / 7.0,
         .unhinge_deg = 30.0,
         .wave_in = 0.05,
-        .buckle_in = 0.6,
+        .buckle_in = 24.0 / 7.0,
         .weight_lb = 1300.0,
         .axles = 12.0,
         .onset_s = 0.05,
         .dwell_s = 0.3,
         .back_ft_s = 5.0,
         .back_drag_ft_s2 = 4.0,
-        .skip_share = 0.7,
+        .skip_share = 0.9,
     };
     json_t *root = load_json(&r, path);
     if (root)

@@ -93,7 +93,7 @@ static enum mr_status run_engine(const struct runway *r, const struct campaign_l
         .dt_s = model == SIM_CHAIN ? c->chain_dt_s : c->planar_dt_s,
         .single = true,
         .no_prune = all,
-        .stop_lift_ft = c->buckle_in / IN_PER_FT,
+        .overrun_ft = model == SIM_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
     };
     struct sim_scene scene;
     *result = (struct sim_result){0};
@@ -163,8 +163,13 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene, c
     out->sag_deg = result->sag_deg;
     out->unhinged = result->sag_deg > r->campaign->unhinge_deg;
     out->buckled = out->unhinged || out->rise_in >= r->campaign->buckle_in;
+    out->overruns = result->overruns;
+    for (int i = 0; i < result->overruns; i++)
+        out->overrun_ft[i] = joint_station_ft(scene, (size_t)result->overrun[i] - 1);
     if (out->buckled)
-        out->buckle_ft = out->waves > 0 ? out->wave_ft[0] : joint_station_ft(scene, (size_t)result->sag_joint - 1);
+        out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
+                         : out->waves > 0  ? out->wave_ft[0]
+                                           : joint_station_ft(scene, (size_t)result->sag_joint - 1);
 }
 
 static void note_movement(struct runway *r, const struct sim_scene *scene, const double *u_ft,

@@ -3,6 +3,7 @@
 #define MATRIG_HOST_CAMPAIGN_PLAY_H
 
 #include "host/campaign/campaign.h"
+#include "host/sim/result.h"
 
 /* What one landing did. Movements and stations: of this landing; total: since the runway was laid. */
 struct campaign_outcome {
@@ -22,7 +23,9 @@ struct campaign_outcome {
     double rise_in;                     /* highest */
     double crest_deg, sag_deg;
     bool unhinged, buckled;
-    double buckle_ft; /* station */
+    double buckle_ft; /* station: where the wheel first met the wave; else, when it stopped before it, its crest */
+    int overruns;
+    double overrun_ft[SIM_OVERRUNS_MAX]; /* all such stations */
 };
 
 struct campaign_run {

@@ -21,6 +21,7 @@
 #define DISAGREEMENT 0.2
 #define FOLDED_DEG 85.0
 #define DEGREES (180.0 / 3.14159265358979323846)
+#define OVERRUN_APART 10 /* mats between two waves that the wheel meets */
 #define SLIGHT_TURN 0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS 4 /* between looks at the angles */
@@ -61,6 +62,7 @@ struct march {
     double speed_end_ft_s;
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
+    int overrun[SIM_OVERRUNS_MAX], overruns;
     double awake_s;
     int mats_max;
     struct sim_record record;
@@ -145,10 +147,27 @@ static inline double joint_lb(struct landing *l, int j, double g_ft, double damp
     return g_ft < 0.0 ? m->kl * g_ft + damper_lb : 0.0;
 }
 
+/* What a mat's turning takes from its length on either side, and its rate. */
+struct shortening {
+    double ft, ft_s;
+};
+
+static inline struct shortening shortening_of(const struct landing *l, int n)
+{
+    const struct model *m = &l->model;
+    if (!m->full || n < l->heaves.first || n > l->heaves.last)
+        return (struct shortening){0.0, 0.0};
+    const double *p = l->z, *v = l->z + m->size;
+    struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
+                                       : kernel_mat(p, v, n, 1.0 / m->length_ft);
+    return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
+}
+
 static void stretch_joints(struct landing *l)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
+    struct shortening left = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
         if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
             l->tension_lb[j] = 0.0;
@@ -156,17 +175,9 @@ static void stretch_joints(struct landing *l)
         }
         double u_l = j > 0 ? p[2 * j - 1] : 0.0, u_r = j < m->mats ? p[2 * j + 1] : 0.0;
         double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
-        double g = l->gap0_ft[j] + (u_r - u_l), rate = v_r - v_l;
-        if (m->full && j >= l->heaves.first && j <= l->heaves.last + 1) {
-            for (int n = j - 1; n <= j; n++) {
-                if (n < l->heaves.first || n > l->heaves.last)
-                    continue;
-                struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
-                                                   : kernel_mat(p, v, n, 1.0 / m->length_ft);
-                g += m->half_ft * (l->rest_cos[n] - mat.c);
-                rate += m->half_ft * mat.w * mat.s;
-            }
-        }
+        struct shortening right = shortening_of(l, j);
+        double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft, rate = v_r - v_l + left.ft_s + right.ft_s;
+        left = right;
         double t_lb = joint_lb(l, j, g, m->cl * rate);
         l->tension_lb[j] = t_lb;
         l->pull_lb[j] = t_lb > l->pull_lb[j] ? t_lb : l->pull_lb[j];
@@ -345,6 +356,19 @@ static void note_shape(struct landing *l, struct march *march)
     }
 }
 
+/* The wheel at a wave that has risen too far to be pressed flat. */
+static void note_overrun(const struct landing *l, struct march *march, double lift_ft)
+{
+    int mat = l->model.span.mat;
+    if (mat < 0 || march->overruns == SIM_OVERRUNS_MAX)
+        return;
+    double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
+    int node = (left_ft > right_ft ? mat : mat + 1) + 1;
+    if (fmax(left_ft, right_ft) >= lift_ft &&
+        (march->overruns == 0 || abs(node - march->overrun[march->overruns - 1]) >= OVERRUN_APART))
+        march->overrun[march->overruns++] = node;
+}
+
 static bool sound(struct landing *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
@@ -431,8 +455,8 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
         march->done = i + 1;
         if (i % LOOK_STEPS == 0 && !sound(l, march, t_s))
             break;
-        if (options->single && options->stop_lift_ft > 0.0 && march->max_lift_ft >= options->stop_lift_ft)
-            break;
+        if (i % LOOK_STEPS == 0 && options->overrun_ft > 0.0)
+            note_overrun(l, march, options->overrun_ft);
         if (march->record.next_s <= t_s)
             take(l, march, t_s);
         if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
@@ -484,6 +508,8 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
     result->crest_joint = fine->crest_joint;
     result->sag_deg = fine->sag_deg;
     result->sag_joint = fine->sag_joint;
+    result->overruns = fine->overruns;
+    memcpy(result->overrun, fine->overrun, sizeof result->overrun);
     size_t joints = (size_t)l->model.mats + 1;
     if (keep_most(&result->push_lb, l->push_lb, joints, error) != MR_OK ||
         keep_most(&result->pull_lb, l->pull_lb, joints, error) != MR_OK ||
@@ -579,7 +605,7 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
     double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel); /* INFINITY for an aircraft that stands */
     result->dt_limit_s = step_limit_s(l, hop_s);
     double h = options->dt_s > 0.0 ? options->dt_s
-                                   : fmin(STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+                                   : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;

@@ -12,9 +12,8 @@ struct sim_options {
     double rtol;        /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of the largest |u|; halves the step until met */
     bool no_prune;      /* integrate every mat all the time */
     bool single;        /* solver fixed: one pass, no error estimate (0) and no check but that of stability. For ensembles
-                           whose spread is far larger than a pass's error; the step is dt, or the finer one of the pair */
-    double stop_lift_ft; /* landings with heights: end the pass when a node has risen so far; 0: never. Not a failure:
-                            the result is that of the run until t_end_s */
+                           whose spread is far larger than a pass's error; the step is dt, or half the stability limit */
+    double overrun_ft;  /* landings with heights: note where the wheel meets nodes that have risen so far; 0: not */
     /* Called now and then: how much of the pass is done, 0 to 1. False stops the run: SIM_INTERRUPTED. NULL: never. */
     bool (*go_on)(void *ctx, int pass_from_1, double part);
     void *go_on_ctx;
