@@ -35,7 +35,13 @@ static const struct scaled_key scaled_keys[] = {
     {"Vac", {0, 1, -1}},  {"s0", {0, 1, 0}},      {"F_tstop", {0, 0, 1}}, {"wheel_load", {1, 0, 0}},
     {"veps", {0, 1, -1}}, {"V", {1, 0, 0}},       {"Q1", {1, 0, 0}},      {"bump", {0, 1, 0}},
     {"v0", {0, 1, -1}},   {"tend", {0, 0, 1}},    {"t_out", {0, 0, 1}},   {"gap0", {0, 1, 0}},
-    {"grit", {1, 0, 0}},  {"t_dwell", {0, 0, 1}}, {"ground", {0, 1, 0}},
+    {"grit", {1, 0, 0}},  {"t_dwell", {0, 0, 1}},
+    {"band_area", {0, 2, 0}}, {"band_E", {1, -2, 0}}, {"band_T0", {1, 0, 0}}, {"band_K", {1, -1, 0}},
+    {"band_grip", {1, 0, 0}}, {"band_pull", {1, 0, 0}}, {"band_wear", {0, 1, 0}}, {"band_slipped", {0, 1, 0}},
+    {"cleat_hold", {1, 0, 0}}, {"cleat_travel", {0, 1, 0}}, {"cleat_depth", {0, 1, 0}}, {"stiff_K", {1, -1, 0}},
+    {"stiff_grip", {1, 0, 0}}, {"stiff_KT", {1, 1, 0}}, {"stiff_yield", {1, 1, 0}}, {"stiff_gap0", {0, 1, 0}},
+    {"lay_slide", {1, 0, 0}}, {"tear", {1, 0, 0}},
+    {"ground", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
 

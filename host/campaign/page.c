@@ -12,7 +12,7 @@
 static const char style[] =
     "<style>.campaign{font:13px sans-serif}.campaign .frame,.campaign .grid{fill:none;stroke:#ccc}"
     ".campaign text{font:12px sans-serif;fill:#333}.campaign .band{fill:#3465a4;opacity:.15}"
-    ".campaign .line,.campaign [class^=l]{fill:none;stroke-width:1.6}"
+    ".campaign .l0,.campaign .l1,.campaign .l2,.campaign .l3,.campaign .l4,.campaign .l5,.campaign .l6,.campaign .l7{fill:none;stroke-width:1.6}"
     ".campaign .l0{stroke:#3465a4}.campaign .l1{stroke:#4e9a06}.campaign .l2{stroke:#c17d11}.campaign .l3{stroke:#75507b}"
     ".campaign .l4{stroke:#cc0000}.campaign .l5{stroke:#06989a}.campaign .l6{stroke:#888a85}.campaign .l7{stroke:#2e3436}"
     ".campaign .dot{fill:#cc0000}</style>";

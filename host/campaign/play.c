@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/campaign/draw.h"
+#include "host/sim/mods.h"
 #include "host/sim/sim.h"
 
 #define IN_PER_FT 12.0
@@ -20,6 +21,7 @@ struct runway {
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
     double *high_ft;                          /* per node: the ground's heights, where the runway was laid */
     double *u_ft;                             /* per mat: total movement, [0] unused */
+    struct sim_mods mods;                     /* as the last landing left them; lists are its own */
 };
 
 static enum mr_status lay(struct runway *r, const struct campaign *campaign, uint64_t seed, struct error *error)
@@ -59,6 +61,42 @@ static void follow_ground(struct runway *r)
     }
 }
 
+static enum mr_status own_list(struct sim_list *list, struct error *error)
+{
+    struct sim_list copy = {0};
+    enum mr_status status = sim_scene_set_list(&copy, list->values, list->count, error);
+    *list = copy;
+    return status;
+}
+
+/* Modifications as the file has them before a landing; torn joints stay torn. */
+static enum mr_status modify(struct runway *r, const struct campaign_landing *landing, struct error *error)
+{
+    struct sim_list torn = r->mods.torn;
+    r->mods.torn = (struct sim_list){0};
+    mods_free_lists(&r->mods);
+    r->mods = landing->scene.mods;
+    struct sim_list *lists[] = {&r->mods.band_t0_lb, &r->mods.band_slipped_ft, &r->mods.band_pulled, &r->mods.cleat_left,
+                                &r->mods.stiff_gap0_ft, &r->mods.torn};
+    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++)
+        own_list(lists[i], error); /* every one, so that none stays the campaign's */
+    if (torn.count > 0) {
+        free(r->mods.torn.values);
+        r->mods.torn = torn;
+    }
+    return error->status;
+}
+
+static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed, const struct sim_result *result,
+                            struct error *error)
+{
+    struct sim_scene scene = *as_landed;
+    scene.mods = r->mods;
+    mods_carry(&scene, result, error);
+    r->mods = scene.mods;
+    return error->status;
+}
+
 static enum mr_status set_scene(const struct runway *r, const struct campaign_landing *landing, enum sim_model model,
                                 const struct sim_path_row *rows, size_t count, struct sim_scene *scene,
                                 struct error *error)
@@ -66,6 +104,7 @@ static enum mr_status set_scene(const struct runway *r, const struct campaign_la
     *scene = landing->scene; /* lists that this one replaces are the campaign's: copies follow */
     scene->model = model;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
+    scene->mods = r->mods; /* only read */
     scene->path = NULL;
     scene->path_count = 0;
     scene->t_dwell_s = r->campaign->dwell_s;
@@ -238,6 +277,7 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
         open_gaps(r, moved->u_ft);
         follow_ground(r);
         note_joints(r, &landing->scene, moved, out);
+        carry(r, &landing->scene, moved, error);
     }
     sim_result_free(&chain);
     sim_result_free(&planar);
@@ -260,6 +300,7 @@ static enum mr_status push_back(struct runway *r, const struct campaign_landing 
             r->u_ft[n] += result.u_ft[n];
         open_gaps(r, result.u_ft);
         follow_ground(r);
+        carry(r, &landing->scene, &result, error);
     }
     sim_result_free(&result);
     return error->status;
@@ -278,6 +319,8 @@ void campaign_play(const struct campaign *campaign, uint64_t seed, bool all, str
     for (size_t i = 0; i < campaign->landing_count && run->error.status == MR_OK && run->buckled == 0; i++) {
         const struct campaign_landing *landing = &campaign->landings[i];
         struct campaign_outcome *out = &run->outcomes[i];
+        if ((i == 0 || landing->modified) && modify(&runway, landing, &run->error) != MR_OK)
+            break;
         if (draw_landing(campaign, landing, seed, i, &path, &run->error) != MR_OK)
             break;
         out->stop_ft = path.stop_ft;
@@ -294,6 +337,7 @@ void campaign_play(const struct campaign *campaign, uint64_t seed, bool all, str
         }
     }
     draw_path_free(&path);
+    mods_free_lists(&runway.mods);
     free(runway.storage);
 }
 

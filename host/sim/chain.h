@@ -23,6 +23,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "host/sim/mods.h"
 #include "host/sim/result.h"
 #include "host/sim/scene.h"
 #include "host/sim/wheel.h"
@@ -60,6 +61,7 @@ struct chain {
     double *before_ft_s; /* speeds before it */
     double *push_lb;     /* largest compression and tension that chain_note has seen */
     double *pull_lb;
+    struct mods *mods;   /* NULL when the scene has none */
 };
 
 /* MR_FULL when memory is short. first_mat: under the wheel at t = 0. */
@@ -72,6 +74,13 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene);
 /* Put the wheel's parts on the mats; chain_release takes the same parts away. */
 void chain_touch(struct chain *chain, const struct sim_touch *touch, int count);
 void chain_release(struct chain *chain, const struct sim_touch *touch, int count);
+
+/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch, and after it. chain_brace
+ * puts the pull of the bands on the riveted mats and wears cleats; first and last grow so that a riveted mat which now
+ * moves is among them. */
+void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count, int *first, int *last);
+void chain_unbrace(struct chain *chain);
+struct mods_view chain_view(const struct chain *chain);
 
 /* Change the speeds of mats first..last over h_s with the forces at the present openings; exact stick: a
  * mat at rest whose force is within its limit stays at exactly 0, one whose speed would cross 0 stops

@@ -45,6 +45,7 @@ struct pass {
     double t_s;
     double speed_end_ft_s;
     struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
 };
 
 static double now_ms(void)
@@ -148,7 +149,11 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         count = sim_wheel_span(&wheel, from_s, to_s, touch);
         chain_touch(chain, touch, count);
         cover(&window, chain, touch, count);
+        if (chain->mods)
+            chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
         pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
+        if (chain->mods)
+            chain_unbrace(chain);
         if (prune && i == 0)
             settle(&window, chain);
         else if (prune)
@@ -192,6 +197,10 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             break;
         }
     }
+    if (chain->mods) {
+        struct mods_view view = chain_view(chain);
+        pass->mods = mods_finish(chain->mods, &view);
+    }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = now_ms() - begin_ms;
 }
@@ -204,6 +213,8 @@ static enum mr_status start_pass(struct pass *pass, struct chain *chain, const s
     if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
         return error->status;
     run_pass(pass, chain, scene, options);
+    if (chain->mods && !pass->mods)
+        return error_set(error, MR_FULL, "out of memory: the modifications of %d mats; use a smaller N", chain->mats);
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
     return MR_OK;
@@ -223,6 +234,10 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return MR_OK;
+    if (pass->mods && other->mods)
+        pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
+    result->mods = pass->mods;
+    pass->mods = NULL;
     struct sim_difference peak = sim_record_peak(&pass->record);
     result->peak_u_ft = peak.u_ft;
     result->peak_mat = peak.mat;
@@ -255,8 +270,10 @@ static void fail(struct sim_result *result, enum sim_status status, int mat, dou
 static void take_over(struct pass *to, struct pass *from)
 {
     sim_record_free(&to->record);
+    free(to->mods);
     *to = *from;
     from->record = (struct sim_record){0};
+    from->mods = NULL;
 }
 
 static enum mr_status run_single(struct chain *chain, const struct sim_scene *scene, const struct sim_options *options,
@@ -326,6 +343,8 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
         answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result, error);
     sim_record_free(&coarse.record);
     sim_record_free(&fine.record);
+    free(coarse.mods);
+    free(fine.mods);
     return error->status;
 }
 

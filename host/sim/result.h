@@ -63,6 +63,8 @@ struct sim_result {
     double *u_ft;   /* at the end: mats + 1 values, by mat */
     double *gap_ft; /* at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: pressed together */
 
+    struct mods_state *mods; /* what the modifications have come to (mods.h); NULL without any */
+
     size_t sample_count;  /* rows, at k * sample_dt_s, k = 0.. */
     size_t station_count; /* columns */
     double sample_dt_s;
