@@ -71,6 +71,8 @@ struct campaign {
     /* what was seen, for the scoreboard; texts, "" when absent */
     char observed[240], awaits[160];
     int observed_landing; /* 0: not stated; -1: never */
+    int within;           /* landings: a runway that buckles so near to it agrees */
+    double needed;        /* share of the runways that has to agree */
 };
 
 /* Read a campaign file. MR_MALFORMED names the key; MR_IO, MR_TRUNCATED as scenes. Nothing is left to free then. */

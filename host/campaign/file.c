@@ -373,16 +373,19 @@ static json_t *take_scene(const struct reader *r, const json_t *root)
 static void read_root(const struct reader *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {"name", "scene", "runway", "aircraft", "engine", "landings", "seeds", "stations_ft",
-                                        "observed", "observed_landing", "awaits", NULL};
+                                        "observed", "observed_landing", "within", "needed", "awaits", NULL};
     check_keys(r, "", root, known);
     if (failed(r))
         return;
     text(r, root, "name", c->name, sizeof c->name);
     text(r, root, "observed", c->observed, sizeof c->observed);
     text(r, root, "awaits", c->awaits, sizeof c->awaits);
-    double landing = 0.0;
+    double landing = 0.0, within = 0.0;
     number(r, "", root, "observed_landing", -1.0, CAMPAIGN_LANDINGS_MAX, &landing);
     c->observed_landing = (int)landing;
+    number(r, "", root, "within", 0.0, CAMPAIGN_LANDINGS_MAX, &within);
+    c->within = (int)within;
+    number(r, "", root, "needed", 0.0, 1.0, &c->needed);
     read_runway(r, root, c);
     read_aircraft(r, root, c);
     read_engines(r, root, c);
@@ -419,6 +422,7 @@ enum mr_status campaign_load(struct campaign *c, const char *path, struct error 
         .back_ft_s = 5.0,
         .back_drag_ft_s2 = 4.0,
         .skip_share = 0.9,
+        .needed = 0.625,
     };
     json_t *root = load_json(&r, path);
     if (root)

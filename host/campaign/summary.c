@@ -125,6 +125,17 @@ void campaign_summary_free(struct campaign_summary *summary)
     summary->landing = NULL;
 }
 
+size_t campaign_agree(const struct campaign *c, const struct campaign_run *runs)
+{
+    size_t agree = 0;
+    for (size_t i = 0; i < c->seeds; i++) {
+        int n = runs[i].buckled;
+        if (runs[i].error.status == MR_OK)
+            agree += c->observed_landing < 0 ? n == 0 : n > 0 && abs(n - c->observed_landing) <= c->within;
+    }
+    return agree;
+}
+
 struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,
                                             const struct campaign_run *b)
 {

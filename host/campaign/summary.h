@@ -35,6 +35,9 @@ enum mr_status campaign_summarise(struct campaign_summary *summary, const struct
                                   const struct campaign_run *runs, struct error *error);
 void campaign_summary_free(struct campaign_summary *summary);
 
+/* Runways that agree with what was observed (landing, within); of those that were played to their end. */
+size_t campaign_agree(const struct campaign *campaign, const struct campaign_run *runs);
+
 /* Largest difference between two ensembles of the same campaign, in movement at a station, and how many runways buckled
  * in another landing. */
 struct campaign_difference {
