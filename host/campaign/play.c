@@ -9,7 +9,8 @@
 #include "host/sim/sim.h"
 
 #define IN_PER_FT 12.0
-#define CLOSED_IN 0.002   /* a joint that is open by less is closed */
+#define ZONE_JOINTS 10     /* the rig's gage points are 10 mats apart */
+#define ZONE_SHARE (1.0 / 3.0)
 #define MOVED_IN 0.001
 
 /* A runway between landings. */
@@ -20,6 +21,7 @@ struct runway {
     double *storage;
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
     double *high_ft;                          /* per node: the ground's heights, where the runway was laid */
+    double laid_ft;                           /* mean opening when it was laid */
     double *u_ft;                             /* per mat: total movement, [0] unused */
     struct sim_mods mods;                     /* as the last landing left them; lists are its own */
 };
@@ -41,6 +43,7 @@ static enum mr_status lay(struct runway *r, const struct campaign *campaign, uin
     double slack_ft = campaign->landings[0].scene.slack_ft;
     for (size_t j = 0; j < r->joints; j++) {
         r->gap_ft[j] = fmin(draw_between(&gaps, campaign->gap_in) / IN_PER_FT, slack_ft);
+        r->laid_ft += r->gap_ft[j] / (double)r->joints;
         r->closing_lb[j] = draw_between(&closing, campaign->closing_lb);
         r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, campaign->irregularity_in) / IN_PER_FT;
     }
@@ -229,20 +232,42 @@ static void note_movement(struct runway *r, const struct sim_scene *scene, const
     }
 }
 
-static void note_joints(const struct runway *r, const struct sim_scene *scene, const struct sim_result *result,
+static void note_joints(const struct runway *r, const struct sim_result *result,
                         struct campaign_outcome *out)
 {
     double strength_lb = r->campaign->strength_lb_in * r->campaign->strip_ft * IN_PER_FT;
-    int run = 0;
     for (size_t j = 0; j < r->joints; j++) {
         out->push_lb = fmax(out->push_lb, result->push_lb[j + 1]);
         out->pull_lb = fmax(out->pull_lb, result->pull_lb[j + 1]);
         out->tears += result->pull_lb[j + 1] > strength_lb;
-        run = r->gap_ft[j] * IN_PER_FT < CLOSED_IN ? run + 1 : 0;
-        if (run > out->zone_mats) {
-            out->zone_mats = run;
+    }
+}
+
+/* The longest stretch in which any ten joints are open by less than a third of what they were when the runway was laid:
+ * what readings of gage points show. */
+static void note_zone(const struct runway *r, const struct sim_scene *scene, struct campaign_outcome *out)
+{
+    double limit_ft = ZONE_SHARE * r->laid_ft * ZONE_JOINTS, sum_ft = 0.0;
+    size_t from = 0;
+    bool in = false;
+    for (size_t j = 0; j < r->joints; j++) {
+        sum_ft += fmax(r->gap_ft[j], 0.0);
+        if (j >= ZONE_JOINTS)
+            sum_ft -= fmax(r->gap_ft[j - ZONE_JOINTS], 0.0);
+        if (j + 1 < ZONE_JOINTS)
+            continue;
+        if (!(sum_ft < limit_ft)) {
+            in = false;
+            continue;
+        }
+        if (!in)
+            from = j + 1 - ZONE_JOINTS;
+        in = true;
+        int mats = (int)(j + 1 - from);
+        if (mats > out->zone_mats) {
+            out->zone_mats = mats;
+            out->zone_from_ft = joint_station_ft(scene, from);
             out->zone_to_ft = joint_station_ft(scene, j);
-            out->zone_from_ft = joint_station_ft(scene, j + 1 - (size_t)run);
         }
     }
 }
@@ -276,7 +301,8 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
         note_movement(r, &landing->scene, moved->u_ft, out);
         open_gaps(r, moved->u_ft);
         follow_ground(r);
-        note_joints(r, &landing->scene, moved, out);
+        note_joints(r, moved, out);
+        note_zone(r, &landing->scene, out);
         carry(r, &landing->scene, moved, error);
     }
     sim_result_free(&chain);

@@ -15,7 +15,8 @@ struct campaign_outcome {
     double movement_in[CAMPAIGN_STATIONS_MAX], total_in[CAMPAIGN_STATIONS_MAX];
     double reach_ft; /* farthest joint beyond the stop that moved by 0.001 in */
     int zone_mats;
-    double zone_from_ft, zone_to_ft; /* longest run of closed joints */
+    double zone_from_ft, zone_to_ft; /* longest stretch where any ten joints have closed by two thirds; the last landing's
+                                        wave is in it */
     double push_lb, pull_lb;         /* largest in a joint */
     int tears;                       /* joints pulled beyond their strength */
     int waves;
