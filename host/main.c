@@ -112,6 +112,16 @@ static const struct command commands[] = {
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
      "methods agree on; when they do not, there is no table: exit 5\n"},
+    {"campaign", campaign_command, "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--check] [--no-prune]",
+     "a series of landings on an ensemble of runways: which one survives",
+     "  FILE           campaign file, JSON (host/campaign/README.md): runway, landings, modifications, seeds\n"
+     "  -j N           runways at a time; else one per core. Results do not depend on it\n"
+     "  --seeds N      that many seeds from the file's first one on, instead of the file's number\n"
+     "  -o F           write a page (.html) or its picture alone (.svg)\n"
+     "  --check        compute everything once more, every mat and both engines in every landing, and say what differs\n"
+     "  --no-prune     integrate every mat all the time\n"
+     "Results are distributions over the seeds: median and 5th to 95th percentile.\n"
+     "Example: matrig campaign host/campaign/series/standard.json -o standard.html\n"},
     {"compare", compare_command, "DB RUN [--scene S] [--limit IN]",
      "measured against simulated, per transducer",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"

@@ -41,6 +41,7 @@ static const struct scaled_key scaled_keys[] = {
     {"cleat_hold", {1, 0, 0}}, {"cleat_travel", {0, 1, 0}}, {"cleat_depth", {0, 1, 0}}, {"stiff_K", {1, -1, 0}},
     {"stiff_grip", {1, 0, 0}}, {"stiff_KT", {1, 1, 0}}, {"stiff_yield", {1, 1, 0}}, {"stiff_gap0", {0, 1, 0}},
     {"lay_slide", {1, 0, 0}}, {"tear", {1, 0, 0}},
+    {"ground", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
 

@@ -6,7 +6,7 @@
 
 #include "host/sim/slip.h"
 
-#define ARRAYS 10
+#define ARRAYS 12
 #define BLOCK 4 /* mats and joints are computed in whole blocks, with padding at both ends */
 #define PADDING 8
 #define ALIGNMENT 64
@@ -61,6 +61,8 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
         .give_ft = first + 7 * length,
         .tension_lb = first + 8 * length,
         .before_ft_s = first + 9 * length,
+        .push_lb = first + 10 * length,
+        .pull_lb = first + 11 * length,
     };
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
@@ -338,6 +340,17 @@ CHAIN_CLONES void chain_drift(struct chain *chain, double h_s, int first, int la
     VECTORS
     for (size_t n = 0; n < count / BLOCK * BLOCK; n++)
         u[n] += h_s * v[n];
+}
+
+CHAIN_CLONES void chain_note(struct chain *chain, int first, int last)
+{
+    const double *tension = chain->tension_lb;
+    double *push = chain->push_lb, *pull_lb = chain->pull_lb;
+    VECTORS
+    for (int j = first; j <= last + 1; j++) {
+        push[j] = most(push[j], -tension[j]);
+        pull_lb[j] = most(pull_lb[j], tension[j]);
+    }
 }
 
 /* How far joint j's spring is stretched (or pressed). */

@@ -59,6 +59,8 @@ struct chain {
     double *give_ft;     /* grit/KL */
     double *tension_lb;  /* of the last kick */
     double *before_ft_s; /* speeds before it */
+    double *push_lb;     /* largest compression and tension that chain_note has seen */
+    double *pull_lb;
     struct mods *mods;   /* NULL when the scene has none */
 };
 
@@ -90,6 +92,9 @@ void chain_drift(struct chain *chain, double h_s, int first, int last);
 
 /* Opening of a joint now: its gap0 and what the two mats have moved apart. */
 double chain_opening_ft(const struct chain *chain, int joint);
+
+/* Keep the largest tensions of the last kick, of joints first..last + 1. */
+void chain_note(struct chain *chain, int first, int last);
 
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
 double chain_energy_lb_ft(const struct chain *chain, int first, int last);

@@ -60,6 +60,18 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
     return mat;
 }
 
+/* The same on uneven ground. */
+KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p, const double *v, int n,
+                                                  double inverse_length)
+{
+    double dy = p[2 * n + 2] - p[2 * n] + m->tilt_ft[n];
+    struct kernel_mat mat = {dy * inverse_length, 1.0, (v[2 * n + 2] - v[2 * n]) * inverse_length, p[2 * n + 1],
+                             v[2 * n + 1]};
+    mat.c = sqrt(1.0 - mat.s * mat.s);
+    mat.w /= mat.c;
+    return mat;
+}
+
 /* A mat beyond the window, or the ground: flat, at rest. */
 KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, int n)
 {

@@ -40,6 +40,14 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
                         scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
+    if (scene->ground_ft.count > 0 && !grit)
+        return not_here(report ? "ground" : "ground with a solver that chooses its step",
+                        report ? "leave it out, or give model consistent" : "leave it out, or give solver fixed", scene,
+                        error);
+    for (size_t i = 1; i < scene->ground_ft.count; i++) {
+        if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) < 0.5 * scene->length_ft))
+            return not_here("ground steeper than 30 degrees", "give lower heights", scene, error);
+    }
     if (!report && scene->q1_lb != 0.0)
         return not_here("Q1", "leave it out, or give model report", scene, error);
     if (!report && !(scene->kv_lb_ft > 0.0))

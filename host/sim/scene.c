@@ -74,6 +74,7 @@ const struct sim_key sim_keys[] = {
     LIST("path", path, SIM_KEY_PATH, -LARGEST, LARGEST),
     LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -LARGEST, LARGEST),
     LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, LARGEST),
+    LIST("ground", ground_ft, SIM_KEY_LIST, -LARGEST, LARGEST),
     {"t_dwell", SIM_KEY_REAL, FIELD(t_dwell_s), -1.0, LARGEST, false, NULL},
     NOT_NEGATIVE("bands", mods.bands),
     POSITIVE("band_area", mods.band_area_ft2),
@@ -167,6 +168,7 @@ void sim_scene_free(struct sim_scene *scene)
     free(scene->u_mats.values);
     free(scene->gap0_ft.values);
     free(scene->grit_lb.values);
+    free(scene->ground_ft.values);
     free(scene->path);
     mods_free_lists(&scene->mods);
     sim_scene_defaults(scene);
@@ -356,6 +358,10 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
         (size_t)scene->bump_first + scene->bump_ft.count > (size_t)scene->mats + 2)
         return error_set(error, MR_MALFORMED, "no such node: %s: bump ends at node %zu; N + 1 is %d", where,
                          (size_t)scene->bump_first + scene->bump_ft.count - 1, scene->mats + 1);
+    if (scene->ground_ft.count > 0 && scene->ground_ft.count != (size_t)scene->mats + 1)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)", where,
+                         scene->ground_ft.count, scene->mats + 1);
     if (mods_check(scene, where, error) != MR_OK)
         return error->status;
     double end_s = sim_scene_end_s(scene);

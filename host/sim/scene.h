@@ -125,6 +125,7 @@ struct sim_scene {
     size_t path_count;
     struct sim_list gap0_ft; /* empty: 0; one value for every joint; or N+1 */
     struct sim_list grit_lb; /* likewise */
+    struct sim_list ground_ft; /* empty: level; or N+1 heights (up) on which the nodes rest, for the whole run */
     double t_dwell_s;        /* negative: not given */
     struct sim_mods mods;
 };
@@ -136,6 +137,10 @@ void sim_scene_defaults(struct sim_scene *scene);
  * naming the key; no JSON: MR_MALFORMED or MR_TRUNCATED with line and column; not readable: MR_IO. On
  * failure nothing is left to free. */
 enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error);
+
+/* The same from an object that has been read already; `where` begins the error. On failure nothing is left to free. */
+struct json_t;
+enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, struct json_t *root, struct error *error);
 
 /* Ranges and lengths of everything, and what contradicts itself. `where` begins the error ("scene.json" or
  * the like). */

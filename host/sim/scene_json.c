@@ -266,8 +266,15 @@ enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct 
             error, cut ? MR_TRUNCATED : MR_MALFORMED, "%s: %s line %d column %d: %s; correct it there",
             cut ? "scene ends too early" : "malformed JSON", path, where.line, where.column, where.text);
     }
-    enum mr_status status = read_object(scene, path, root, error);
+    enum mr_status status = sim_scene_from_json(scene, path, root, error);
     json_decref(root);
+    return status;
+}
+
+enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, json_t *root, struct error *error)
+{
+    sim_scene_defaults(scene);
+    enum mr_status status = read_object(scene, where, root, error);
     if (status != MR_OK)
         sim_scene_free(scene);
     return status;
