@@ -14,7 +14,7 @@
 #define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
 #define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step */
 #define STABLE 1.8      /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
-#define CALM 1e-9    /* of sqrt(g L): on uneven ground a node slower than that is at rest */
+#define CALM 1e-6    /* of sqrt(g L): on uneven ground a node slower than that is at rest */
 #define LEAST_STEPS 1000.0
 #define MOST_STEPS 1e8
 #define MOST_HALVINGS 4
