@@ -179,6 +179,20 @@ static const struct command commands[] = {
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
      "  -o F           write the parameters as the beginning of a scene\n"
      "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"},
+    {"bands", bands_command, "[NAME=VALUE[UNIT]...] [--design-only] [--passes N]",
+     "design restraining bands by Appendix C, and check them in the model",
+     "  NAME=VALUE     what is not given is the report's example (a number alone is in the unit named here):\n"
+     "                 weight (lb), deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, modulus\n"
+     "                 (psi), mat (lb), friction, held (mats that act against a connection), every (rows from rivet to\n"
+     "                 rivet), row (ft), gear (ft, width of influence), length (ft between springs; else the longest),\n"
+     "                 spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0), grip (lb, of a connection),\n"
+     "                 speed (ft/s, in the model)\n"
+     "  UNIT           lb kip N kN, ft in m mm, ft/s mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm,\n"
+     "                 in2 ft2 mm2\n"
+     "  --design-only  leave the model out\n"
+     "  --passes N     how often the aircraft passes in the model; else 2\n"
+     "Exit 1 when the band goes slack, yields or slips, by theory or in the model. Example:\n"
+     "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in thickness=0.375in yield=50ksi\n"},
 };
 
 #define COMMAND_COUNT (sizeof commands / sizeof commands[0])

@@ -362,7 +362,7 @@ static double stretch_ft(const struct chain *chain, int j)
     if (chain->joints == CHAIN_LINEAR)
         return g_ft;
     if (g_ft > chain->slack_ft)
-        return g_ft - chain->slack_ft;
+        return chain->mods && mods_is_torn(chain->mods, j) ? 0.0 : g_ft - chain->slack_ft;
     return fmin(0.0, g_ft - (chain->joints == CHAIN_GRIT ? chain->reach_ft[j] : 0.0));
 }
 

@@ -40,6 +40,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     double tension_l = tension(m, first, &before, &mat, parts);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
+    if (parts.braced)
+        moment_l += m->brace_lb_ft[first];
     double *upper = m->mass_upper; /* of the factored mass matrix, per mat */
     double force = 0.0, diagonal = 0.0; /* of the node at the left end, from the mats before it */
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
@@ -50,6 +52,10 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         double tension_r = tension(m, n + 1, &mat, &after, parts);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
+        if (parts.braced) {
+            moment_r += m->brace_lb_ft[n + 1];
+            force += m->brace_lb[n];
+        }
         double push = tension_r - tension_l;
         if (n == thrust.mat_a)
             push += thrust.a_lb;
@@ -83,6 +89,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         moment_l = moment_r;
         soil_l = soil_r;
     }
+    if (parts.braced)
+        force += m->brace_lb[last + 1];
     accel[2 * last + 2] = (force - off_before * solved_before) / (diagonal - off_before * upper_before);
     if (last < m->mats - 1)
         accel[2 * last + 2] = 0.0;
@@ -97,5 +105,8 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
 
 void consistent_heave(const struct model *m, const double *z, double *accel)
 {
-    kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, SIM_NONE});
+    if (m->brace_lb)
+        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, true, SIM_NONE});
+    else
+        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, false, SIM_NONE});
 }

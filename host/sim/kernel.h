@@ -15,6 +15,7 @@ struct kernel_parts {
     bool full;
     bool slack;
     bool given; /* tensions are given, soil damping is implicit in the step (landing.c) */
+    bool braced; /* that, and modifications press on nodes and bend joints */
     enum sim_friction law;
 };
 
@@ -161,10 +162,10 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 /* Call `kernel` with the constants of this scene. */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                                                     \
     switch (law) {                                                                                                     \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_STICK}); break;                         \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_TANH}); break;                           \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_SIGN}); break;                           \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_NONE}); break;                           \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_STICK}); break;                         \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_TANH}); break;                           \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_SIGN}); break;                           \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_NONE}); break;                           \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                                                                \
     if ((m)->full) {                                                                                                   \

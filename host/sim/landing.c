@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/sim/kernel.h"
+#include "host/sim/mods.h"
 #include "host/sim/pass.h"
 #include "host/sim/planar.h"
 #include "host/sim/record.h"
@@ -50,6 +51,7 @@ struct landing {
     bool gritty;
     struct part slides; /* mats that move along the runway, and one at rest on either side */
     struct part heaves; /* mats whose nodes are not at rest */
+    struct mods *mods;  /* NULL when the scene has none */
 };
 
 struct march {
@@ -66,6 +68,7 @@ struct march {
     double awake_s;
     int mats_max;
     struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
     int number; /* of this march, for go_on */
 };
 
@@ -183,6 +186,45 @@ static void stretch_joints(struct landing *l)
         l->pull_lb[j] = t_lb > l->pull_lb[j] ? t_lb : l->pull_lb[j];
         l->push_lb[j] = -t_lb > l->push_lb[j] ? -t_lb : l->push_lb[j];
     }
+    if (l->mods && l->mods->jointed) {
+        struct mods_view view = {p, v, 2, -1, l->tension_lb, 1};
+        mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
+    }
+}
+
+static struct mods_view view_of(const struct landing *l)
+{
+    return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
+}
+
+/* Bands and cleats before a kick; a riveted mat that its band moves is taken in. */
+static void brace_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+{
+    struct mods *mods = l->mods;
+    const struct model *m = &l->model;
+    struct mods_view view = view_of(l);
+    if (mods->cleated) {
+        mods_press_cleats(mods, touch, count);
+        mods_wear_cleats(mods, &view, h_s, l->slides.first + 1, l->slides.last + 1);
+    }
+    if (!mods->banded)
+        return;
+    mods_pull_bands(mods, &view, touch, count);
+    for (int c = 0; c < mods->segments - 1; c++) {
+        int n = mods->mat[c] - 1;
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c];
+        double limit_lb = m->law == SIM_NONE ? 0.0 : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
+        if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
+            take_in(&l->slides, m, n - 1, n + 1);
+    }
+}
+
+/* The bands hold waves down, and stiffeners bend: forces on nodes and moments on joints of the heaving part. */
+static void brace_heaves(struct landing *l)
+{
+    const struct model *m = &l->model;
+    struct mods_heave heave = {l->z, m->length_ft, m->rest_y_ft, l->heaves.first, l->heaves.last, m->brace_lb, m->brace_lb_ft};
+    mods_brace_heave(l->mods, &heave);
 }
 
 static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
@@ -194,6 +236,8 @@ static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, in
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
+    for (int c = 0; l->mods && c < l->mods->segments - 1; c++)
+        thrust[l->mods->mat[c] - 1] += l->mods->carried_lb[c]; /* those outside are not looked at */
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
@@ -202,6 +246,8 @@ static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, in
             if (touch[i].mat - 1 == n)
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;
         }
+        if (l->mods && l->mods->cleated)
+            limit += mods_raised_cleat_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
         if (m->law == SIM_NONE)
             limit = 0.0;
         v[2 * n + 1] = slip_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
@@ -401,6 +447,8 @@ static void begin(struct landing *l, bool prunes)
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = fmin(fmax(l->gap0_ft[j], 0.0), l->slack_ft);
     memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
+    if (l->mods)
+        mods_reset(l->mods);
     if (!prunes)
         return;
     stretch_joints(l);
@@ -436,11 +484,15 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
             slide_what_heaves(l);
         }
         bool heaves = l->heaves.last >= l->heaves.first;
+        if (l->mods)
+            brace_slides(l, touch, count, to_s - from_s);
         stretch_joints(l);
         if (heaves) {
             m->first = l->heaves.first;
             m->last = l->heaves.last;
             model_sample_shape(m, l->z);
+            if (m->brace_lb)
+                brace_heaves(l);
         }
         march->events += kick_slides(l, touch, count, to_s - from_s);
         if (heaves)
@@ -469,6 +521,10 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
     }
     for (int n = l->slides.first; n <= l->slides.last; n++)
         march->speed_end_ft_s = fmax(march->speed_end_ft_s, fabs(v[2 * n + 1]));
+    if (l->mods) {
+        struct mods_view view = view_of(l);
+        march->mods = mods_finish(l->mods, &view);
+    }
     march->ms = pass_clock_ms() - begin_ms;
 }
 
@@ -480,6 +536,8 @@ static enum mr_status start_march(struct landing *l, struct march *march, const 
     if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
         return error->status;
     run_march(l, march, options);
+    if (l->mods && !march->mods)
+        return error_set(error, MR_FULL, "out of memory: the modifications of %d mats; use a smaller N", l->model.mats);
     result->rhs += march->done;
     return MR_OK;
 }
@@ -515,6 +573,10 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
         keep_most(&result->pull_lb, l->pull_lb, joints, error) != MR_OK ||
         keep_most(&result->rise_ft, l->rise_ft, joints, error) != MR_OK)
         return error->status;
+    if (fine->mods && coarse->mods)
+        fine->mods->error_lb = mods_difference_lb(fine->mods, coarse->mods);
+    result->mods = fine->mods;
+    fine->mods = NULL;
     return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result, error);
 }
 
@@ -552,6 +614,7 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             fail(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
             coarse.record = (struct sim_record){0};
+            coarse.mods = NULL;
             break;
         }
         if (start_march(l, &fine, options, 2 * coarse.steps, result, error) != MR_OK)
@@ -574,13 +637,17 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             break;
         }
         sim_record_free(&coarse.record);
+        free(coarse.mods);
         coarse = fine;
         fine.record = (struct sim_record){0};
+        fine.mods = NULL;
     }
     if (error->status == MR_OK)
         answer(l, &fine, &coarse, result, error);
     sim_record_free(&coarse.record);
     sim_record_free(&fine.record);
+    free(coarse.mods);
+    free(fine.mods);
     return error->status;
 }
 
@@ -593,6 +660,8 @@ static double step_limit_s(struct landing *l, double hop_s)
     m->cv = 0.0;
     double rate = model_fastest_rate(m, l->z);
     m->cv = cv;
+    if (l->mods)
+        rate = sqrt(rate * rate + mods_rate2(l->mods, m->mass_slug, m->inertia));
     return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
 }
 
@@ -650,7 +719,7 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    double *storage = calloc(2 * length + 12 * joints, sizeof *storage);
+    double *storage = calloc(2 * length + 14 * joints, sizeof *storage);
     if (!storage)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
     l->z = storage;
@@ -669,6 +738,10 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     l->rest_cos = l->tilt_ft + joints;
     lay_ground(l);
     m->given_lb = l->tension_lb;
+    if (l->mods && (l->mods->banded || l->mods->stiffened)) {
+        m->brace_lb = l->rest_cos + joints;
+        m->brace_lb_ft = m->brace_lb + joints;
+    }
     l->slack_ft = m->slack_ft;
     m->slack_ft = 0.0; /* the joints are this file's */
     for (int j = 0; j <= m->mats; j++) {
@@ -695,9 +768,13 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
     result->t_end_s = sim_scene_end_s(scene);
     model_describe(&l.model, result);
     sim_result_note(result, "error estimate: largest difference to the same run at double the step");
-    if (lay_out(&l, error) == MR_OK)
+    if (mods_make(&l.mods, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
+        if (l.mods)
+            mods_describe(l.mods, result);
         run_with(&l, options, result, error);
+    }
     result->run_ms = pass_clock_ms() - begin_ms;
+    mods_free(l.mods);
     model_free(&l.model);
     free(l.z);
     return error->status;

@@ -87,6 +87,7 @@ struct model {
     const double *tilt_ft; /* per mat: how much lower the ground is under its right end than under its left */
     double tilt_most_ft;
     double step_s;      /* and its step */
+    double *brace_lb, *brace_lb_ft; /* and what modifications press each node down with and bend each joint; NULL: none */
     uint64_t rhs;
 };
 

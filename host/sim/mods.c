@@ -49,8 +49,10 @@ struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
 {
     const struct mods_state *from = m->state;
     size_t size = sizeof *from + from->count * sizeof from->values[0];
+    if (m->banded)
+        mods_pull_bands(m, view, NULL, 0);
     for (size_t i = 0; i < from->segments; i++)
-        from->band_lb[i] = mods_band_raw_lb(m, view, (int)i);
+        from->band_lb[i] = m->band_lb[i];
     for (int j = 1; m->stiffened && j <= m->mats + 1; j++)
         from->stiff_gap_ft[j] = m->spring_gap_ft[j];
     struct mods_state *copy = malloc(size);
@@ -76,11 +78,11 @@ static void lay_out(struct mods *m)
     size_t joints = (size_t)m->mats + 2, segments = (size_t)m->segments;
     double *at = m->storage;
     double **per_segment[] = {&m->k_lb_ft, &m->stretch_ft, &m->band_lb, &m->carried_lb, &m->saved_lb};
-    double **per_joint[] = {&m->spring_lb_ft, &m->spring_gap_ft,    &m->cap_lb,
-                            &m->turn_lb_ft_rad, &m->turn_yield_lb_ft, &m->turn_rad};
+    double **per_joint[] = {&m->spring_lb_ft,     &m->spring_gap_ft, &m->cap_lb, &m->turn_lb_ft_rad,
+                            &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft};
     for (size_t i = 0; i < 5; i++, at += segments)
         *per_segment[i] = at;
-    for (size_t i = 0; i < 6; i++, at += joints)
+    for (size_t i = 0; i < 8; i++, at += joints)
         *per_joint[i] = at;
     m->mat = (int *)at;
 }
@@ -106,7 +108,7 @@ enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, stru
             .state = make_state(scene),
         };
         m->jointed = m->stiffened || m->laid || m->tears;
-        m->storage = calloc(6 * ((size_t)m->segments + (size_t)m->mats + 2), sizeof(double));
+        m->storage = calloc(6 * (size_t)m->segments + 8 * ((size_t)m->mats + 2), sizeof(double));
     }
     if (!m || !m->state || !m->storage) {
         mods_free(m);
@@ -172,6 +174,7 @@ void mods_reset(struct mods *m)
     for (int i = 0; i < m->cleats; i++) {
         m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1) : 1.0;
         m->state->cleat_mat[i] = mods_cleat_mat(m->scene, i);
+        m->raised_ft[i] = 0.0;
     }
     if (m->jointed)
         reset_joints(m);
@@ -181,15 +184,17 @@ void mods_reset(struct mods *m)
 
 /* --- cleats --- */
 
-static int cleat_of(const struct mods *m, int mat)
+int mods_cleat_of(const struct mods *m, int mat)
 {
+    if (!m->cleated)
+        return -1;
     int first = mods_cleat_mat(m->scene, 0), every = m->scene->mods.cleat_every;
     return mat >= first && (mat - first) % every == 0 ? (mat - first) / every : -1;
 }
 
 double mods_cleat_lb(const struct mods *m, int mat)
 {
-    int cleat = m->cleated ? cleat_of(m, mat) : -1;
+    int cleat = mods_cleat_of(m, mat);
     return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_left[cleat];
 }
 
@@ -237,6 +242,11 @@ void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, i
             *tension_lb += carried(m->spring_lb_ft[j], cap_lb, g_ft, &m->spring_gap_ft[j]);
         }
     }
+}
+
+bool mods_is_torn(const struct mods *m, int joint)
+{
+    return m->tears && m->state->torn[joint] != 0.0;
 }
 
 double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)

@@ -58,6 +58,8 @@ struct mods {
     double *saved_lb;             /* for the engine */
     int cleats;
     double *spring_lb_ft, *spring_gap_ft, *cap_lb; /* per joint: elastic-plastic spring across it */
+    double *raised_ft; /* per cleat: most since the wheel was on it; planar */
+    double *hull;      /* spare: points of a band's line */
     double *turn_lb_ft_rad, *turn_yield_lb_ft, *turn_rad; /* per joint: the same in bending; planar */
     struct mods_state *state;     /* kept up to date; band_lb at mods_finish */
     void *storage;
@@ -92,8 +94,29 @@ void mods_wear_cleats(struct mods *mods, const struct mods_view *view, double h_
 /* Add what stiffeners and sliding joints transmit to the tensions of joints first..last; tear what is too weak. */
 void mods_pull_joints(struct mods *mods, const struct mods_view *view, int first, int last);
 
+bool mods_is_torn(const struct mods *mods, int joint);
+
 /* Bending moment of the stiffeners at joint j turned by d. */
 double mods_moment_lb_ft(struct mods *mods, int joint, double turn_rad);
+
+/* The part of a planar model that heaves: mats first..last from 0, heights as in model.h. */
+struct mods_heave {
+    const double *z;
+    double length_ft, rest_y_ft;
+    int first, last;
+    double *down_lb;      /* out, per node: what presses it down */
+    double *moment_lb_ft; /* out, per joint: moment of the stiffeners */
+};
+void mods_brace_heave(struct mods *mods, const struct mods_heave *heave);
+
+/* Hold of a mat's cleat where its ends are at heights Y (down): less of it is in the ground when it has risen. And what
+ * the wheel does to those that had. */
+int mods_cleat_of(const struct mods *mods, int mat); /* -1: none */
+double mods_raised_cleat_lb(struct mods *mods, int mat, double left_y_ft, double right_y_ft);
+void mods_press_cleats(struct mods *mods, const struct sim_touch *touch, int count);
+
+/* Square of the fastest rate that the modifications add to the planar model: for the longest stable step. */
+double mods_rate2(const struct mods *mods, double mass_slug, double inertia_slug_ft2);
 
 /* Elastic energy of the bands and of the springs across the joints. */
 double mods_energy_lb_ft(const struct mods *mods, const struct mods_view *view);
