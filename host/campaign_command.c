@@ -110,9 +110,10 @@ static json_t *stations_json(const double *stations_ft, size_t count)
 static json_t *outcome_json(const struct campaign_outcome *o, size_t number)
 {
     size_t waves = (size_t)(o->waves < CAMPAIGN_WAVES_MAX ? o->waves : CAMPAIGN_WAVES_MAX);
-    return json_pack("{s:I,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,s:o}", "landing",
+    return json_pack("{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,s:o}", "landing",
                      (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6), "deceleration_ft_s2",
-                     cli_json_number(o->deceleration_ft_s2, 4), "planar", o->asked_planar, "lift_ratio",
+                     cli_json_number(o->deceleration_ft_s2, 4), "mats_chain", cli_json_number(o->mats_chain, 4), "mats_planar",
+                     cli_json_number(o->mats_planar, 4), "planar", o->asked_planar, "lift_ratio",
                      cli_json_number(o->skip_ratio, 4), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
                      cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
                      cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6), "push_lb",
@@ -151,7 +152,7 @@ static json_t *result_json(const struct campaign *c, const struct campaign_run *
                                "observed", c->observed);
     if (apart)
         json_object_set_new(object, "check", json_pack("{s:o,s:o,s:I}", "movement_in", cli_json_number(apart->movement_in, 4),
-                                                       "first_landing_in", cli_json_number(apart->first_in, 4),
+                                                       "with_waves_in", cli_json_number(apart->waved_in, 4),
                                                        "other_outcomes", (json_int_t)apart->outcomes));
     return object;
 }
@@ -269,8 +270,8 @@ static enum mr_status check(const struct campaign *c, const struct request *requ
         }
         if (!cli->json)
             printf("  check, everything computed: %.1f times the time; %zu runways with another outcome; movements differ "
-                   "by at most %.2g in (%.2g in in the first landing)\n",
-                   all_ms / ms, apart->outcomes, apart->movement_in, apart->first_in);
+                   "by at most %.2g in before a runway's first wave, %.2g in after it\n",
+                   all_ms / ms, apart->outcomes, apart->movement_in, apart->waved_in);
     }
     for (size_t i = 0; i < c->seeds; i++)
         campaign_run_free(&again[i]);

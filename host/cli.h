@@ -35,8 +35,8 @@ int export_command(int argc, char **argv, const struct cli *cli);
 int dbc_command(int argc, char **argv, const struct cli *cli);
 int scale_command(int argc, char **argv, const struct cli *cli);
 int params_command(int argc, char **argv, const struct cli *cli);
-int bands_command(int argc, char **argv, const struct cli *cli);
 int campaign_command(int argc, char **argv, const struct cli *cli);
+int bands_command(int argc, char **argv, const struct cli *cli);
 int error_command(int argc, char **argv, const struct cli *cli);
 
 /* Print `matrig: <line>` on stderr and return the exit code of the error's status. */

@@ -194,6 +194,7 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene, c
 {
     out->asked_planar = true;
     out->ms_planar = result->run_ms;
+    out->mats_planar = result->mats_mean;
     if (result->status == SIM_FOLDED) {
         out->buckled = true;
         out->buckle_ft = joint_station_ft(scene, (size_t)result->mat);
@@ -288,6 +289,7 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
     if (c->engine != CAMPAIGN_PLANAR &&
         run_engine(r, landing, SIM_CHAIN, path->rows, path->count, all, &chain, error) == MR_OK) {
         out->ms_chain = chain.run_ms;
+        out->mats_chain = chain.mats_mean;
         out->skip_ratio = lift_ratio(r, &landing->scene, chain.push_lb);
     }
     bool ask = c->engine == CAMPAIGN_PLANAR || (c->engine == CAMPAIGN_AUTO && out->skip_ratio > c->skip_share);

@@ -11,6 +11,7 @@ struct campaign_outcome {
     bool asked_planar;                  /* the planar engine ran */
     double skip_ratio;                  /* largest lift of a joint by the chain's compression, in weights of a mat */
     double ms_chain, ms_planar;
+    double mats_chain, mats_planar; /* integrated, mean over time */
     double peak_in;
     double movement_in[CAMPAIGN_STATIONS_MAX], total_in[CAMPAIGN_STATIONS_MAX];
     double reach_ft; /* farthest joint beyond the stop that moved by 0.001 in */

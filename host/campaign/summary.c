@@ -141,16 +141,15 @@ struct campaign_difference campaign_compare(const struct campaign *campaign, con
 {
     struct campaign_difference most = {0.0, 0.0, 0};
     for (size_t i = 0; i < campaign->seeds; i++) {
+        bool waved = false;
         most.outcomes += a[i].buckled != b[i].buckled;
         for (size_t k = 0; k < a[i].played && k < b[i].played; k++) {
             if (a[i].outcomes[k].buckled || b[i].outcomes[k].buckled)
-                break; /* how a wave falls is no result */
-            for (size_t s = 0; s < campaign->station_count; s++) {
-                double apart = fabs(a[i].outcomes[k].movement_in[s] - b[i].outcomes[k].movement_in[s]);
-                most.movement_in = fmax(most.movement_in, apart);
-                if (k == 0)
-                    most.first_in = fmax(most.first_in, apart);
-            }
+                break;
+            waved = waved || a[i].outcomes[k].waves > 0 || b[i].outcomes[k].waves > 0;
+            double *apart_in = waved ? &most.waved_in : &most.movement_in;
+            for (size_t s = 0; s < campaign->station_count; s++)
+                *apart_in = fmax(*apart_in, fabs(a[i].outcomes[k].movement_in[s] - b[i].outcomes[k].movement_in[s]));
         }
     }
     return most;

@@ -41,8 +41,8 @@ size_t campaign_agree(const struct campaign *campaign, const struct campaign_run
 /* Largest difference between two ensembles of the same campaign, in movement at a station, and how many runways buckled
  * in another landing. */
 struct campaign_difference {
-    double movement_in;
-    double first_in; /* of the first landing, before differences could grow */
+    double movement_in; /* until a wave rises on the runway */
+    double waved_in;    /* from then on, but for the landing that buckles: how a wave falls is chaotic */
     size_t outcomes;
 };
 struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,

@@ -15,7 +15,7 @@
 #define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
 #define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step */
 #define STABLE 1.8      /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
-#define CALM 1e-9    /* of sqrt(g L): on uneven ground a node slower than that is at rest */
+#define CALM 1e-6    /* of sqrt(g L): on uneven ground a node slower than that is at rest */
 #define LEAST_STEPS 1000.0
 #define MOST_STEPS 1e8
 #define MOST_HALVINGS 4
@@ -455,9 +455,9 @@ static void begin(struct landing *l, bool prunes)
     l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = fmin(fmax(l->gap0_ft[j], 0.0), l->slack_ft);
+    memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
     if (l->mods)
         mods_reset(l->mods);
-    memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
     if (!prunes)
         return;
     stretch_joints(l);
@@ -571,10 +571,6 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
     result->events = fine->events;
     result->mats_max = fine->mats_max;
     result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
-    if (fine->mods && coarse->mods)
-        fine->mods->error_lb = mods_difference_lb(fine->mods, coarse->mods);
-    result->mods = fine->mods;
-    fine->mods = NULL;
     result->crest_deg = fine->crest_deg;
     result->crest_joint = fine->crest_joint;
     result->sag_deg = fine->sag_deg;
@@ -586,6 +582,10 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
         keep_most(&result->pull_lb, l->pull_lb, joints, error) != MR_OK ||
         keep_most(&result->rise_ft, l->rise_ft, joints, error) != MR_OK)
         return error->status;
+    if (fine->mods && coarse->mods)
+        fine->mods->error_lb = mods_difference_lb(fine->mods, coarse->mods);
+    result->mods = fine->mods;
+    fine->mods = NULL;
     return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result, error);
 }
 
