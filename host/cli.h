@@ -43,6 +43,8 @@ int dbc_command(int argc, char **argv, const struct cli *cli);
 int scale_command(int argc, char **argv, const struct cli *cli);
 int params_command(int argc, char **argv, const struct cli *cli);
 int sweep_command(int argc, char **argv, const struct cli *cli);
+int campaign_command(int argc, char **argv, const struct cli *cli);
+int bands_command(int argc, char **argv, const struct cli *cli);
 int error_command(int argc, char **argv, const struct cli *cli);
 int fit_command(int argc, char **argv, const struct cli *cli);
 

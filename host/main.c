@@ -183,6 +183,16 @@ static const struct command commands[] = {
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
      "methods agree on; when they do not, there is no table: exit 5\n"},
+    {"campaign", campaign_command, "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--check] [--no-prune]",
+     "a series of landings on an ensemble of runways: which one survives",
+     "  FILE           campaign file, JSON (host/campaign/README.md): runway, landings, modifications, seeds\n"
+     "  -j N           runways at a time; else one per core. Results do not depend on it\n"
+     "  --seeds N      that many seeds from the file's first one on, instead of the file's number\n"
+     "  -o F           write a page (.html) or its picture alone (.svg)\n"
+     "  --check        compute everything once more, every mat and both engines in every landing, and say what differs\n"
+     "  --no-prune     integrate every mat all the time\n"
+     "Results are distributions over the seeds: median and 5th to 95th percentile.\n"
+     "Example: matrig campaign host/campaign/series/standard.json -o standard.html\n"},
     {"sweep", sweep_command,
      "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] | FILE --gather | FILE --slurm|--parallel [--shards N]",
      "studies over many scenes: Cartesian, Latin hypercube, thresholds",
@@ -282,6 +292,20 @@ static const struct command commands[] = {
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
      "  -o F           write the parameters as the beginning of a scene\n"
      "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"},
+    {"bands", bands_command, "[NAME=VALUE[UNIT]...] [--design-only] [--passes N]",
+     "design restraining bands by Appendix C, and check them in the model",
+     "  NAME=VALUE     what is not given is the report's example (a number alone is in the unit named here):\n"
+     "                 weight (lb), deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, modulus\n"
+     "                 (psi), mat (lb), friction, held (mats that act against a connection), every (rows from rivet to\n"
+     "                 rivet), row (ft), gear (ft, width of influence), length (ft between springs; else the longest),\n"
+     "                 spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0), grip (lb, of a connection),\n"
+     "                 speed (ft/s, in the model)\n"
+     "  UNIT           lb kip N kN, ft in m mm, ft/s mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm,\n"
+     "                 in2 ft2 mm2\n"
+     "  --design-only  leave the model out\n"
+     "  --passes N     how often the aircraft passes in the model; else 2\n"
+     "Exit 1 when the band goes slack, yields or slips, by theory or in the model. Example:\n"
+     "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in thickness=0.375in yield=50ksi\n"},
 };
 
 #define COMMAND_COUNT (sizeof commands / sizeof commands[0])

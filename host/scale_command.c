@@ -36,6 +36,12 @@ static const struct scaled_key scaled_keys[] = {
     {"veps", {0, 1, -1}}, {"V", {1, 0, 0}},       {"Q1", {1, 0, 0}},      {"bump", {0, 1, 0}},
     {"v0", {0, 1, -1}},   {"tend", {0, 0, 1}},    {"t_out", {0, 0, 1}},   {"gap0", {0, 1, 0}},
     {"grit", {1, 0, 0}},  {"t_dwell", {0, 0, 1}},
+    {"band_area", {0, 2, 0}}, {"band_E", {1, -2, 0}}, {"band_T0", {1, 0, 0}}, {"band_K", {1, -1, 0}},
+    {"band_grip", {1, 0, 0}}, {"band_pull", {1, 0, 0}}, {"band_wear", {0, 1, 0}}, {"band_slipped", {0, 1, 0}},
+    {"cleat_hold", {1, 0, 0}}, {"cleat_travel", {0, 1, 0}}, {"cleat_depth", {0, 1, 0}}, {"stiff_K", {1, -1, 0}},
+    {"stiff_grip", {1, 0, 0}}, {"stiff_KT", {1, 1, 0}}, {"stiff_yield", {1, 1, 0}}, {"stiff_gap0", {0, 1, 0}},
+    {"lay_slide", {1, 0, 0}}, {"tear", {1, 0, 0}},
+    {"ground", {0, 1, 0}},
 };
 static const struct mr_dimension path_columns[] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
 
@@ -216,6 +222,27 @@ static json_t *scaled_path(const struct request *request, const json_t *path)
     return rows;
 }
 
+/* Defaults of the modifications that a scene has. */
+static void complete_mods(const json_t *scene, json_t *complete)
+{
+    static const struct {
+        const char *name, *with;
+        size_t offset;
+    } defaults[] = {
+        {"band_area", "bands", offsetof(struct sim_scene, mods.band_area_ft2)},
+        {"band_E", "bands", offsetof(struct sim_scene, mods.band_e_lb_ft2)},
+        {"cleat_depth", "cleat_every", offsetof(struct sim_scene, mods.cleat_depth_ft)},
+    };
+    struct sim_scene plain;
+    sim_scene_defaults(&plain);
+    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
+        double number;
+        memcpy(&number, (const char *)&plain + defaults[i].offset, sizeof number);
+        if (json_object_get(scene, defaults[i].with) && !json_object_get(complete, defaults[i].name))
+            json_object_set_new(complete, defaults[i].name, json_real(number));
+    }
+}
+
 /* Keys as written, scaled; defaults that change with scale are written out, as the other side's differ. */
 static json_t *scaled_scene(const struct request *request, const json_t *scene)
 {
@@ -245,6 +272,7 @@ static json_t *scaled_scene(const struct request *request, const json_t *scene)
             json_object_set_new(complete, defaults[i].name, json_real(number));
         }
     }
+    complete_mods(scene, complete);
     json_object_foreach(complete, key, value)
     {
         json_t *scaled = NULL;

@@ -11,6 +11,7 @@
 #include "host/cli.h"
 #include "host/sim/sim.h"
 #include "host/sim_json.h"
+#include "host/sim_mods.h"
 
 #define M_PER_FT 0.3048
 #define IN_PER_FT 12.0
@@ -172,6 +173,8 @@ json_t *sim_result_json(const struct sim_scene *scene, const struct sim_result *
     bool verdict = result->status == SIM_OK || (seen && result->bow_wave);
     json_object_set_new(object, "max_lift_ft", seen ? cli_json_number(result->max_lift_ft, 12) : json_null());
     json_object_set_new(object, "bow_wave", verdict ? json_boolean(result->bow_wave) : json_null());
+    if (result->mods)
+        json_object_set_new(object, "mods", sim_mods_json(scene, result->mods));
     json_object_set_new(object, "outputs", outputs_json(scene, result));
     json_object_set_new(object, "active", active_json(result));
     return object;
@@ -245,6 +248,7 @@ static void print_result(const struct sim_scene *scene, const struct sim_result 
     if (result->speed_end_ft_s > 0.0)
         printf("  still moving at the end: up to %.3g %s\n",
                result->speed_end_ft_s * (cli->si ? M_PER_FT : 1.0), cli->si ? "m/s" : "ft/s");
+    sim_mods_print(scene, result->mods, cli->si);
     print_outputs(scene, result, cli);
     printf("  integrated: %.1f mats on average, %d at most; %.1f ms in all, %.1f ms for this pass\n",
            result->mats_mean, result->mats_max, result->run_ms, result->pass_ms);

@@ -6,7 +6,7 @@
 
 #include "host/sim/slip.h"
 
-#define ARRAYS 10
+#define ARRAYS 12
 #define BLOCK 4 /* mats and joints are computed in whole blocks, with padding at both ends */
 #define PADDING 8
 #define ALIGNMENT 64
@@ -61,13 +61,25 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
         .give_ft = first + 7 * length,
         .tension_lb = first + 8 * length,
         .before_ft_s = first + 9 * length,
+        .push_lb = first + 10 * length,
+        .pull_lb = first + 11 * length,
     };
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
     chain->joints = scene->slack_ft <= 0.0 ? CHAIN_LINEAR : grit ? CHAIN_GRIT : CHAIN_SLACK;
+    if (mods_make(&chain->mods, scene, error) != MR_OK) {
+        chain_free(chain);
+        return error->status;
+    }
     chain_reset(chain, scene);
     return MR_OK;
+}
+
+/* Coulomb limit of a mat without the wheel. */
+static double bare_limit_lb(const struct chain *chain, int mat)
+{
+    return chain->weight_limit_lb + (chain->mods ? mods_cleat_lb(chain->mods, mat) : 0.0);
 }
 
 void chain_reset(struct chain *chain, const struct sim_scene *scene)
@@ -82,13 +94,16 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene)
     }
     for (size_t i = 0; i < chain->length; i++)
         (chain->limit_lb - PADDING)[i] = INFINITY; /* what is no mat never moves */
+    if (chain->mods)
+        mods_reset(chain->mods);
     for (int n = 1; n <= chain->mats; n++)
-        chain->limit_lb[n] = chain->weight_limit_lb;
+        chain->limit_lb[n] = bare_limit_lb(chain, n);
     chain->v_ft_s[chain->v0_mat] = chain->v0_ft_s;
 }
 
 void chain_free(struct chain *chain)
 {
+    mods_free(chain->mods);
     free(chain->storage);
     *chain = (struct chain){0};
 }
@@ -101,12 +116,67 @@ void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
     }
 }
 
+static __attribute__((noinline)) void release_cleats(struct chain *chain, const struct sim_touch *touch, int count)
+{
+    for (int i = 0; i < count; i++)
+        chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
+}
+
 void chain_release(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
         chain->thrust_lb[touch[i].mat] = 0.0;
         chain->limit_lb[touch[i].mat] = chain->weight_limit_lb;
     }
+    if (chain->mods)
+        release_cleats(chain, touch, count);
+}
+
+/* Force on mat n without its friction. */
+static inline __attribute__((always_inline)) double push_lb(const struct chain *chain, int n)
+{
+    return chain->tension_lb[n + 1] - chain->tension_lb[n] + chain->thrust_lb[n];
+}
+
+struct mods_view chain_view(const struct chain *chain)
+{
+    return (struct mods_view){chain->u_ft, chain->v_ft_s, 1, 0, chain->tension_lb, 0};
+}
+
+void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count, int *first, int *last)
+{
+    struct mods *mods = chain->mods;
+    struct mods_view view = chain_view(chain);
+    if (mods->cleated) {
+        mods_wear_cleats(mods, &view, h_s, *first, *last);
+        for (int i = 0; i < mods->cleats; i++) {
+            int mat = mods_cleat_mat(mods->scene, i);
+            bool loaded = false;
+            for (int k = 0; k < count; k++)
+                loaded = loaded || touch[k].mat == mat; /* has its limit anew at every step */
+            if (mat >= *first && mat <= *last && !loaded)
+                chain->limit_lb[mat] = bare_limit_lb(chain, mat);
+        }
+    }
+    if (!mods->banded)
+        return;
+    mods_pull_bands(mods, &view, touch, count);
+    for (int c = 0; c < mods->segments - 1; c++) {
+        int mat = mods->mat[c];
+        mods->saved_lb[c] = chain->thrust_lb[mat];
+        chain->thrust_lb[mat] += mods->carried_lb[c];
+        if ((mat < *first || mat > *last) && fabs(push_lb(chain, mat)) > chain->limit_lb[mat]) {
+            *first = mat - 1 < *first ? (mat > 1 ? mat - 1 : 1) : *first;
+            *last = mat + 1 > *last ? (mat < chain->mats ? mat + 1 : mat) : *last;
+        }
+    }
+}
+
+void chain_unbrace(struct chain *chain)
+{
+    struct mods *mods = chain->mods;
+    for (int c = 0; mods->banded && c < mods->segments - 1; c++)
+        chain->thrust_lb[mods->mat[c]] = mods->saved_lb[c];
 }
 
 double chain_opening_ft(const struct chain *chain, int joint)
@@ -189,12 +259,6 @@ CHAIN_CLONES static void pull_joints(const struct chain *chain, int first, size_
         pull(chain, first, count, CHAIN_GRIT, false);
 }
 
-/* Force on mat n without its friction. */
-static inline __attribute__((always_inline)) double push_lb(const struct chain *chain, int n)
-{
-    return chain->tension_lb[n + 1] - chain->tension_lb[n] + chain->thrust_lb[n];
-}
-
 struct stops {
     int64_t all;
     int64_t thrown_back; /* of them: those whose speed is not yet right */
@@ -257,6 +321,13 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     }
 }
 
+static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
+{
+    struct mods_view view = chain_view(chain);
+    if (chain->mods->jointed)
+        mods_pull_joints(chain->mods, &view, first, last);
+}
+
 unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
 {
     int block = block_of(first);
@@ -265,6 +336,8 @@ unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
         chain->tension_lb[1] = 0.0;
     if (chain->right_free)
         chain->tension_lb[chain->mats + 1] = 0.0;
+    if (chain->mods)
+        brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
     if (chain->friction == SIM_STICK)
         return stick(chain, h_s, first, last);
     slide(chain, h_s, first, last);
@@ -282,6 +355,17 @@ CHAIN_CLONES void chain_drift(struct chain *chain, double h_s, int first, int la
         u[n] += h_s * v[n];
 }
 
+CHAIN_CLONES void chain_note(struct chain *chain, int first, int last)
+{
+    const double *tension = chain->tension_lb;
+    double *push = chain->push_lb, *pull_lb = chain->pull_lb;
+    VECTORS
+    for (int j = first; j <= last + 1; j++) {
+        push[j] = most(push[j], -tension[j]);
+        pull_lb[j] = most(pull_lb[j], tension[j]);
+    }
+}
+
 /* How far joint j's spring is stretched (or pressed). */
 static double stretch_ft(const struct chain *chain, int j)
 {
@@ -291,7 +375,7 @@ static double stretch_ft(const struct chain *chain, int j)
     if (chain->joints == CHAIN_LINEAR)
         return g_ft;
     if (g_ft > chain->slack_ft)
-        return g_ft - chain->slack_ft;
+        return chain->mods && mods_is_torn(chain->mods, j) ? 0.0 : g_ft - chain->slack_ft;
     return fmin(0.0, g_ft - (chain->joints == CHAIN_GRIT ? chain->reach_ft[j] : 0.0));
 }
 
@@ -304,7 +388,12 @@ double chain_energy_lb_ft(const struct chain *chain, int first, int last)
         double e_ft = stretch_ft(chain, j);
         elastic += e_ft * e_ft;
     }
-    return 0.5 * (chain->mass_slug * kinetic + chain->kl_lb_ft * elastic);
+    double braced = 0.0;
+    if (chain->mods) {
+        struct mods_view view = chain_view(chain);
+        braced = mods_energy_lb_ft(chain->mods, &view);
+    }
+    return 0.5 * (chain->mass_slug * kinetic + chain->kl_lb_ft * elastic) + braced;
 }
 
 /* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d): inside the unit circle
@@ -315,6 +404,8 @@ double chain_step_limit_s(const struct chain *chain)
     int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
     double rate2 = joints * chain->kl_lb_ft / chain->mass_slug;
+    if (chain->mods)
+        rate2 += mods_stiffness_lb_ft(chain->mods) / chain->mass_slug;
     double damping = joints * chain->cl_lb_s_ft / chain->mass_slug;
     if (chain->friction == SIM_TANH)
         damping += (chain->weight_limit_lb + chain->load_limit_lb) / (chain->mass_slug * chain->veps_ft_s);
@@ -335,6 +426,8 @@ void chain_describe(const struct chain *chain, const struct sim_scene *scene, st
                                                            : "grit (slack 0: no joint can be open)");
     else
         sim_result_note(result, "grit: an opened joint opens freely and needs its grit again to close");
+    if (chain->mods)
+        mods_describe(chain->mods, result);
     if (scene->path_count > 0)
         sim_result_note(result, "path replaces Vac, s0 and F");
     if (scene->v0_ft_s != 0.0)

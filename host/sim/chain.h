@@ -23,6 +23,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "host/sim/mods.h"
 #include "host/sim/result.h"
 #include "host/sim/scene.h"
 #include "host/sim/wheel.h"
@@ -58,6 +59,9 @@ struct chain {
     double *give_ft;     /* grit/KL */
     double *tension_lb;  /* of the last kick */
     double *before_ft_s; /* speeds before it */
+    double *push_lb;     /* largest compression and tension that chain_note has seen */
+    double *pull_lb;
+    struct mods *mods;   /* NULL when the scene has none */
 };
 
 /* MR_FULL when memory is short. first_mat: under the wheel at t = 0. */
@@ -71,6 +75,13 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene);
 void chain_touch(struct chain *chain, const struct sim_touch *touch, int count);
 void chain_release(struct chain *chain, const struct sim_touch *touch, int count);
 
+/* Modifications (with mods only): before a kick of mats first..last over h_s, after chain_touch, and after it. chain_brace
+ * puts the pull of the bands on the riveted mats and wears cleats; first and last grow so that a riveted mat which now
+ * moves is among them. */
+void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count, int *first, int *last);
+void chain_unbrace(struct chain *chain);
+struct mods_view chain_view(const struct chain *chain);
+
 /* Change the speeds of mats first..last over h_s with the forces at the present openings; exact stick: a
  * mat at rest whose force is within its limit stays at exactly 0, one whose speed would cross 0 stops
  * there and is tested again. Mats outside must be at rest and stay so. Returns how many mats stopped. */
@@ -81,6 +92,9 @@ void chain_drift(struct chain *chain, double h_s, int first, int last);
 
 /* Opening of a joint now: its gap0 and what the two mats have moved apart. */
 double chain_opening_ft(const struct chain *chain, int joint);
+
+/* Keep the largest tensions of the last kick, of joints first..last + 1. */
+void chain_note(struct chain *chain, int first, int last);
 
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
 double chain_energy_lb_ft(const struct chain *chain, int first, int last);

@@ -7,6 +7,25 @@ KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_m
     return parts.given ? m->given_lb[j] : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
 }
 
+KERNEL_INLINE struct kernel_mat inside(const struct model *m, const double *p, const double *v, int n,
+                                       double inverse_length, const struct kernel_parts parts)
+{
+    return parts.given && m->tilt_ft ? kernel_tilted_mat(m, p, v, n, inverse_length)
+                                     : kernel_mat(p, v, n, inverse_length);
+}
+
+/* A mat beyond the window lies on the ground, tilted as that is; where tensions are given nothing else is looked at. */
+KERNEL_INLINE struct kernel_mat outside(const struct model *m, int n, double inverse_length,
+                                        const struct kernel_parts parts)
+{
+    struct kernel_mat mat = kernel_outside(m, n);
+    if (parts.given && m->tilt_ft && n >= 0 && n < m->mats) {
+        mat.s = m->tilt_ft[n] * inverse_length;
+        mat.c = sqrt(1.0 - mat.s * mat.s);
+    }
+    return mat;
+}
+
 KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, double *accel,
                           const struct kernel_parts parts)
 {
@@ -16,20 +35,27 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
     const int first = m->first, last = m->last;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
     kernel_prepare(m, v, parts.law);
-    struct kernel_mat before = kernel_outside(m, first - 1);
-    struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
+    struct kernel_mat before = outside(m, first - 1, inverse_length, parts);
+    struct kernel_mat mat = inside(m, p, v, first, inverse_length, parts);
     double tension_l = tension(m, first, &before, &mat, parts);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
+    if (parts.braced)
+        moment_l += m->brace_lb_ft[first];
     double *upper = m->mass_upper; /* of the factored mass matrix, per mat */
     double force = 0.0, diagonal = 0.0; /* of the node at the left end, from the mats before it */
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length) : kernel_outside(m, n + 1);
+        struct kernel_mat after =
+            n < last ? inside(m, p, v, n + 1, inverse_length, parts) : outside(m, n + 1, inverse_length, parts);
         double tension_r = tension(m, n + 1, &mat, &after, parts);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
+        if (parts.braced) {
+            moment_r += m->brace_lb_ft[n + 1];
+            force += m->brace_lb[n];
+        }
         double push = tension_r - tension_l;
         if (n == thrust.mat_a)
             push += thrust.a_lb;
@@ -63,6 +89,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         moment_l = moment_r;
         soil_l = soil_r;
     }
+    if (parts.braced)
+        force += m->brace_lb[last + 1];
     accel[2 * last + 2] = (force - off_before * solved_before) / (diagonal - off_before * upper_before);
     if (last < m->mats - 1)
         accel[2 * last + 2] = 0.0;
@@ -77,5 +105,8 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
 
 void consistent_heave(const struct model *m, const double *z, double *accel)
 {
-    kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, SIM_NONE});
+    if (m->brace_lb)
+        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, true, SIM_NONE});
+    else
+        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, false, SIM_NONE});
 }

@@ -18,6 +18,7 @@
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define ENERGY_STEPS 61 /* between energy checks; odd, so that what alternates shows */
 #define DISAGREEMENT 0.1
+#define NOTE_STEPS 4 /* between looks at the largest tensions: a wave takes about as long to cross a mat */
 #define QUIET_STEPS 3 /* at rest before the window leaves a mat: one for its damper, one for the grit, one more */
 
 /* Mats that are integrated: all awake ones and one at rest on either side. */
@@ -44,6 +45,7 @@ struct pass {
     double t_s;
     double speed_end_ft_s;
     struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
 };
 
 static double now_ms(void)
@@ -147,7 +149,11 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         count = sim_wheel_span(&wheel, from_s, to_s, touch);
         chain_touch(chain, touch, count);
         cover(&window, chain, touch, count);
+        if (chain->mods)
+            chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
         pass->events += chain_kick(chain, to_s - from_s, window.first, window.last);
+        if (chain->mods)
+            chain_unbrace(chain);
         if (prune && i == 0)
             settle(&window, chain);
         else if (prune)
@@ -161,6 +167,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
+        if (i % NOTE_STEPS == 0)
+            chain_note(chain, window.first, window.last);
         chain_drift(chain, h, window.first, window.last);
 
         double t_s = (double)(i + 1) * h;
@@ -189,6 +197,10 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             break;
         }
     }
+    if (chain->mods) {
+        struct mods_view view = chain_view(chain);
+        pass->mods = mods_finish(chain->mods, &view);
+    }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
     pass->ms = now_ms() - begin_ms;
 }
@@ -201,6 +213,8 @@ static enum mr_status start_pass(struct pass *pass, struct chain *chain, const s
     if (sim_record_make(&pass->record, scene, options, error) != MR_OK)
         return error->status;
     run_pass(pass, chain, scene, options);
+    if (chain->mods && !pass->mods)
+        return error_set(error, MR_FULL, "out of memory: the modifications of %d mats; use a smaller N", chain->mats);
     result->rhs += pass->done;
     result->rejected += pass->done; /* until this pass is the one that answers */
     return MR_OK;
@@ -220,13 +234,19 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted ? pass->done : pass->steps);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return MR_OK;
+    if (pass->mods && other->mods)
+        pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
+    result->mods = pass->mods;
+    pass->mods = NULL;
     struct sim_difference peak = sim_record_peak(&pass->record);
     result->peak_u_ft = peak.u_ft;
     result->peak_mat = peak.mat;
     result->speed_end_ft_s = pass->speed_end_ft_s;
     result->u_ft = calloc(mats + 1, sizeof *result->u_ft);
     result->gap_ft = calloc(mats + 2, sizeof *result->gap_ft);
-    if (!result->u_ft || !result->gap_ft)
+    result->push_lb = calloc(mats + 2, sizeof *result->push_lb);
+    result->pull_lb = calloc(mats + 2, sizeof *result->pull_lb);
+    if (!result->u_ft || !result->gap_ft || !result->push_lb || !result->pull_lb)
         return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", mats);
     if (result->status == SIM_OK)
         memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
@@ -234,6 +254,8 @@ static enum mr_status answer(struct chain *chain, struct pass *pass, const struc
     memcpy(result->u_ft, chain->u_ft, (mats + 1) * sizeof *result->u_ft);
     for (int j = 1; j <= chain->mats + 1; j++)
         result->gap_ft[j] = chain_opening_ft(chain, j);
+    memcpy(result->push_lb, chain->push_lb, (mats + 2) * sizeof *chain->push_lb);
+    memcpy(result->pull_lb, chain->pull_lb, (mats + 2) * sizeof *chain->pull_lb);
     return sim_record_deliver(&pass->record, result, error);
 }
 
@@ -248,8 +270,23 @@ static void fail(struct sim_result *result, enum sim_status status, int mat, dou
 static void take_over(struct pass *to, struct pass *from)
 {
     sim_record_free(&to->record);
+    free(to->mods);
     *to = *from;
     from->record = (struct sim_record){0};
+    from->mods = NULL;
+}
+
+static enum mr_status run_single(struct chain *chain, const struct sim_scene *scene, const struct sim_options *options,
+                                 uint64_t steps, struct sim_result *result, struct error *error)
+{
+    struct pass only = {0};
+    if (start_pass(&only, chain, scene, options, steps, result, error) != MR_OK)
+        return error->status;
+    if (only.failed || only.interrupted)
+        fail(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat, only.t_s);
+    answer(chain, &only, &only, result, error);
+    sim_record_free(&only.record);
+    return error->status;
 }
 
 /* Run at `steps` and at twice that, on and on while they differ and the step is ours to halve; one of the
@@ -306,6 +343,8 @@ static enum mr_status run_pairs(struct chain *chain, const struct sim_scene *sce
         answer(chain, coarser_answers ? &coarse : &fine, coarser_answers ? &fine : &coarse, result, error);
     sim_record_free(&coarse.record);
     sim_record_free(&fine.record);
+    free(coarse.mods);
+    free(fine.mods);
     return error->status;
 }
 
@@ -340,6 +379,8 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
         error_set(error, MR_USAGE,
                   "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
                   scene->name[0] ? scene->name : "scene", end_s, h);
+    } else if (options->single) {
+        run_single(&chain, scene, options, (uint64_t)steps, result, error);
     } else {
         uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
         run_pairs(&chain, scene, options, first, coarser_answers, result, error);

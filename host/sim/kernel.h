@@ -15,6 +15,7 @@ struct kernel_parts {
     bool full;
     bool slack;
     bool given; /* tensions are given, soil damping is implicit in the step (landing.c) */
+    bool braced; /* that, and modifications press on nodes and bend joints */
     enum sim_friction law;
 };
 
@@ -56,6 +57,18 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
         mat.c = sqrt(1.0 - mat.s * mat.s); /* NaN beyond 90 degrees: the step is refused */
         mat.w /= mat.c;
     }
+    return mat;
+}
+
+/* The same on uneven ground. */
+KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p, const double *v, int n,
+                                                  double inverse_length)
+{
+    double dy = p[2 * n + 2] - p[2 * n] + m->tilt_ft[n];
+    struct kernel_mat mat = {dy * inverse_length, 1.0, (v[2 * n + 2] - v[2 * n]) * inverse_length, p[2 * n + 1],
+                             v[2 * n + 1]};
+    mat.c = sqrt(1.0 - mat.s * mat.s);
+    mat.w /= mat.c;
     return mat;
 }
 
@@ -149,10 +162,10 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 /* Call `kernel` with the constants of this scene. */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                                                     \
     switch (law) {                                                                                                     \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_STICK}); break;                         \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_TANH}); break;                           \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_SIGN}); break;                           \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, SIM_NONE}); break;                           \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_STICK}); break;                         \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_TANH}); break;                           \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_SIGN}); break;                           \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_NONE}); break;                           \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                                                                \
     if ((m)->full) {                                                                                                   \

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/sim/kernel.h"
+#include "host/sim/mods.h"
 #include "host/sim/pass.h"
 #include "host/sim/planar.h"
 #include "host/sim/record.h"
@@ -14,11 +15,15 @@
 #define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
 #define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step */
 #define STABLE 1.8      /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
+#define CALM 1e-6    /* of sqrt(g L): on uneven ground a node slower than that is at rest */
 #define LEAST_STEPS 1000.0
 #define MOST_STEPS 1e8
 #define MOST_HALVINGS 4
 #define DISAGREEMENT 0.2
 #define FOLDED_DEG 85.0
+#define DEGREES (180.0 / 3.14159265358979323846)
+#define OVERRUN_APART 10 /* mats between two waves that the wheel meets */
+#define SLIGHT_TURN 0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS 4 /* between looks at the angles */
 #define GUARD 4      /* mats at rest that the heaving part keeps at its ends */
@@ -39,11 +44,14 @@ struct landing {
     double *z; /* every mat's, all the time */
     double *accel, *u, *v, *height;
     double *gap0_ft, *grit_lb, *reach_ft; /* per joint */
+    double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
+    double *push_lb, *pull_lb, *rise_ft; /* per joint and node: most so far */
     double *tension_lb; /* per joint; between mats at rest that of the last step in which one of them moved */
     double slack_ft;
     bool gritty;
     struct part slides; /* mats that move along the runway, and one at rest on either side */
     struct part heaves; /* mats whose nodes are not at rest */
+    struct mods *mods;  /* NULL when the scene has none */
 };
 
 struct march {
@@ -54,9 +62,13 @@ struct march {
     double t_s;
     double max_lift_ft;
     double speed_end_ft_s;
+    double crest_deg, sag_deg;
+    int crest_joint, sag_joint;
+    int overrun[SIM_OVERRUNS_MAX], overruns;
     double awake_s;
     int mats_max;
     struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
     int number; /* of this march, for go_on */
 };
 
@@ -138,10 +150,27 @@ static inline double joint_lb(struct landing *l, int j, double g_ft, double damp
     return g_ft < 0.0 ? m->kl * g_ft + damper_lb : 0.0;
 }
 
+/* What a mat's turning takes from its length on either side, and its rate. */
+struct shortening {
+    double ft, ft_s;
+};
+
+static inline struct shortening shortening_of(const struct landing *l, int n)
+{
+    const struct model *m = &l->model;
+    if (!m->full || n < l->heaves.first || n > l->heaves.last)
+        return (struct shortening){0.0, 0.0};
+    const double *p = l->z, *v = l->z + m->size;
+    struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
+                                       : kernel_mat(p, v, n, 1.0 / m->length_ft);
+    return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
+}
+
 static void stretch_joints(struct landing *l)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
+    struct shortening left = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
         if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
             l->tension_lb[j] = 0.0;
@@ -149,21 +178,65 @@ static void stretch_joints(struct landing *l)
         }
         double u_l = j > 0 ? p[2 * j - 1] : 0.0, u_r = j < m->mats ? p[2 * j + 1] : 0.0;
         double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
-        double g = l->gap0_ft[j] + (u_r - u_l), rate = v_r - v_l;
-        if (m->full && j >= l->heaves.first && j <= l->heaves.last + 1) {
-            for (int n = j - 1; n <= j; n++) {
-                if (n < l->heaves.first || n > l->heaves.last)
-                    continue;
-                struct kernel_mat mat = kernel_mat(p, v, n, 1.0 / m->length_ft);
-                g += m->half_ft * (1.0 - mat.c);
-                rate += m->half_ft * mat.w * mat.s;
-            }
-        }
-        l->tension_lb[j] = joint_lb(l, j, g, m->cl * rate);
+        struct shortening right = shortening_of(l, j);
+        double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft, rate = v_r - v_l + left.ft_s + right.ft_s;
+        left = right;
+        double t_lb = joint_lb(l, j, g, m->cl * rate);
+        l->tension_lb[j] = t_lb;
+        l->pull_lb[j] = t_lb > l->pull_lb[j] ? t_lb : l->pull_lb[j];
+        l->push_lb[j] = -t_lb > l->push_lb[j] ? -t_lb : l->push_lb[j];
+    }
+    if (l->mods && l->mods->jointed) {
+        struct mods_view view = {p, v, 2, -1, l->tension_lb, 1};
+        mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
     }
 }
 
-static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+static struct mods_view view_of(const struct landing *l)
+{
+    return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
+}
+
+/* Bands and cleats before a kick; a riveted mat that its band moves is taken in. */
+static void brace_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+{
+    struct mods *mods = l->mods;
+    const struct model *m = &l->model;
+    struct mods_view view = view_of(l);
+    if (mods->cleated) {
+        mods_press_cleats(mods, touch, count);
+        mods_wear_cleats(mods, &view, h_s, l->slides.first + 1, l->slides.last + 1);
+    }
+    if (!mods->banded)
+        return;
+    mods_pull_bands(mods, &view, touch, count);
+    for (int c = 0; c < mods->segments - 1; c++) {
+        int n = mods->mat[c] - 1;
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c];
+        double limit_lb = m->law == SIM_NONE ? 0.0 : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
+        if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
+            take_in(&l->slides, m, n - 1, n + 1);
+    }
+}
+
+/* The bands hold waves down, and stiffeners bend: forces on nodes and moments on joints of the heaving part. */
+static void brace_heaves(struct landing *l)
+{
+    const struct model *m = &l->model;
+    struct mods_heave heave = {.z = l->z,
+                               .tilt_ft = m->tilt_ft,
+                               .ground_ft = l->scene->ground_ft.values,
+                               .mats = m->mats,
+                               .length_ft = m->length_ft,
+                               .rest_y_ft = m->rest_y_ft,
+                               .first = l->heaves.first,
+                               .last = l->heaves.last,
+                               .down_lb = m->brace_lb,
+                               .moment_lb_ft = m->brace_lb_ft};
+    mods_brace_heave(l->mods, &heave);
+}
+
+KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s, bool cleated)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* spare until outputs are taken */
@@ -172,6 +245,8 @@ static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, in
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
+    for (int c = 0; l->mods && c < l->mods->segments - 1; c++)
+        thrust[l->mods->mat[c] - 1] += l->mods->carried_lb[c]; /* those outside are not looked at */
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
@@ -180,6 +255,8 @@ static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, in
             if (touch[i].mat - 1 == n)
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;
         }
+        if (cleated)
+            limit += mods_raised_cleat_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
         if (m->law == SIM_NONE)
             limit = 0.0;
         v[2 * n + 1] = slip_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
@@ -187,11 +264,20 @@ static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, in
     return stops;
 }
 
+/* Runways without cleats get a loop without. */
+static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+{
+    return l->mods && l->mods->cleated ? kick(l, touch, count, h_s, true) : kick(l, touch, count, h_s, false);
+}
+
 /* --- up and down --- */
 
+/* On uneven ground a node under compression comes to rest off its settled height. */
 static bool node_rests(const struct landing *l, int node)
 {
     const struct model *m = &l->model;
+    if (m->tilt_ft)
+        return fabs(l->z[m->size + 2 * node]) <= CALM * sqrt(m->scene->g_ft_s2 * m->length_ft);
     return fabs(l->z[2 * node] - m->rest_y_ft) <= QUIET * m->length_ft &&
            fabs(l->z[m->size + 2 * node]) <= QUIET * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
@@ -199,6 +285,19 @@ static bool node_rests(const struct landing *l, int node)
 static bool mat_rests(const struct landing *l, int n)
 {
     return node_rests(l, n) && node_rests(l, n + 1);
+}
+
+/* On uneven ground every joint whose force changes lifts or presses its mats. */
+static void heave_what_slides(struct landing *l, int chunk)
+{
+    const double *v = l->z + l->model.size;
+    int first = l->slides.first, last = l->slides.last;
+    while (first <= last && v[2 * first + 1] == 0.0)
+        first++;
+    while (last > first && v[2 * last + 1] == 0.0)
+        last--;
+    if (first <= last)
+        take_in(&l->heaves, &l->model, first - chunk, last + chunk);
 }
 
 /* Flat mats at rest stay so: the part that heaves begins with what is not, or carries the wheel, and keeps GUARD mats at
@@ -210,6 +309,8 @@ static void follow_heaves(struct landing *l)
     int chunk = m->tail > GUARD + CHUNK ? m->tail - GUARD : CHUNK; /* what is loaded at once: as window.c */
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
         take_in(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
+    if (m->tilt_ft)
+        heave_what_slides(l, GUARD);
     if (h->last < h->first)
         return;
     bool first = h->first == 0, last = h->last == m->mats - 1;
@@ -291,6 +392,44 @@ static void take(struct landing *l, struct march *march, double t_s)
     sim_record_take(&march->record, t_s, l->u, l->v);
 }
 
+/* What each node and joint of the heaving part has come to. */
+static void note_shape(struct landing *l, struct march *march)
+{
+    const struct model *m = &l->model;
+    const double *p = l->z;
+    double left = 0.0;
+    for (int j = l->heaves.first; j <= l->heaves.last + 1; j++) {
+        double tilt = j <= l->heaves.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
+        double right = j <= l->heaves.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
+        l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
+        if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
+            double turn_deg = (asin(right) - asin(left)) * DEGREES;
+            if (turn_deg > march->crest_deg) {
+                march->crest_deg = turn_deg;
+                march->crest_joint = j + 1;
+            }
+            if (-turn_deg > march->sag_deg) {
+                march->sag_deg = -turn_deg;
+                march->sag_joint = j + 1;
+            }
+        }
+        left = right;
+    }
+}
+
+/* The wheel at a wave that has risen too far to be pressed flat. */
+static void note_overrun(const struct landing *l, struct march *march, double lift_ft)
+{
+    int mat = l->model.span.mat;
+    if (mat < 0 || march->overruns == SIM_OVERRUNS_MAX)
+        return;
+    double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
+    int node = (left_ft > right_ft ? mat : mat + 1) + 1;
+    if (fmax(left_ft, right_ft) >= lift_ft &&
+        (march->overruns == 0 || abs(node - march->overrun[march->overruns - 1]) >= OVERRUN_APART))
+        march->overrun[march->overruns++] = node;
+}
+
 static bool sound(struct landing *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
@@ -301,6 +440,7 @@ static bool sound(struct landing *l, struct march *march, double t_s)
     if (l->heaves.last >= l->heaves.first) {
         double angle = model_worst_angle_deg(m, l->z, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
+        note_shape(l, march);
         if (angle > FOLDED_DEG)
             march->status = SIM_FOLDED;
         if (!isfinite(angle))
@@ -321,6 +461,9 @@ static void begin(struct landing *l, bool prunes)
     l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = fmin(fmax(l->gap0_ft[j], 0.0), l->slack_ft);
+    memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
+    if (l->mods)
+        mods_reset(l->mods);
     if (!prunes)
         return;
     stretch_joints(l);
@@ -329,7 +472,7 @@ static void begin(struct landing *l, bool prunes)
         if (l->z[m->size + 2 * n + 1] != 0.0 ||
             fabs(l->tension_lb[n + 1] - l->tension_lb[n]) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
             take_in(&l->slides, m, n - 1, n + 1);
-        if (!mat_rests(l, n))
+        if (!mat_rests(l, n) || (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
             take_in(&l->heaves, m, n - m->tail, n + m->tail);
     }
 }
@@ -356,11 +499,15 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
             slide_what_heaves(l);
         }
         bool heaves = l->heaves.last >= l->heaves.first;
+        if (l->mods)
+            brace_slides(l, touch, count, to_s - from_s);
         stretch_joints(l);
         if (heaves) {
             m->first = l->heaves.first;
             m->last = l->heaves.last;
             model_sample_shape(m, l->z);
+            if (m->brace_lb)
+                brace_heaves(l);
         }
         march->events += kick_slides(l, touch, count, to_s - from_s);
         if (heaves)
@@ -375,6 +522,8 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
         march->done = i + 1;
         if (i % LOOK_STEPS == 0 && !sound(l, march, t_s))
             break;
+        if (i % LOOK_STEPS == 0 && options->overrun_ft > 0.0)
+            note_overrun(l, march, options->overrun_ft);
         if (march->record.next_s <= t_s)
             take(l, march, t_s);
         if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
@@ -387,6 +536,10 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
     }
     for (int n = l->slides.first; n <= l->slides.last; n++)
         march->speed_end_ft_s = fmax(march->speed_end_ft_s, fabs(v[2 * n + 1]));
+    if (l->mods) {
+        struct mods_view view = view_of(l);
+        march->mods = mods_finish(l->mods, &view);
+    }
     march->ms = pass_clock_ms() - begin_ms;
 }
 
@@ -398,7 +551,18 @@ static enum mr_status start_march(struct landing *l, struct march *march, const 
     if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
         return error->status;
     run_march(l, march, options);
+    if (l->mods && !march->mods)
+        return error_set(error, MR_FULL, "out of memory: the modifications of %d mats; use a smaller N", l->model.mats);
     result->rhs += march->done;
+    return MR_OK;
+}
+
+static enum mr_status keep_most(double **to, const double *from, size_t count, struct error *error)
+{
+    *to = calloc(count + 1, sizeof **to);
+    if (!*to)
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", count);
+    memcpy(*to + 1, from, count * sizeof **to);
     return MR_OK;
 }
 
@@ -413,6 +577,21 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
     result->events = fine->events;
     result->mats_max = fine->mats_max;
     result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
+    result->crest_deg = fine->crest_deg;
+    result->crest_joint = fine->crest_joint;
+    result->sag_deg = fine->sag_deg;
+    result->sag_joint = fine->sag_joint;
+    result->overruns = fine->overruns;
+    memcpy(result->overrun, fine->overrun, sizeof result->overrun);
+    size_t joints = (size_t)l->model.mats + 1;
+    if (keep_most(&result->push_lb, l->push_lb, joints, error) != MR_OK ||
+        keep_most(&result->pull_lb, l->pull_lb, joints, error) != MR_OK ||
+        keep_most(&result->rise_ft, l->rise_ft, joints, error) != MR_OK)
+        return error->status;
+    if (fine->mods && coarse->mods)
+        fine->mods->error_lb = mods_difference_lb(fine->mods, coarse->mods);
+    result->mods = fine->mods;
+    fine->mods = NULL;
     return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result, error);
 }
 
@@ -450,6 +629,7 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             fail(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
             coarse.record = (struct sim_record){0};
+            coarse.mods = NULL;
             break;
         }
         if (start_march(l, &fine, options, 2 * coarse.steps, result, error) != MR_OK)
@@ -472,13 +652,17 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             break;
         }
         sim_record_free(&coarse.record);
+        free(coarse.mods);
         coarse = fine;
         fine.record = (struct sim_record){0};
+        fine.mods = NULL;
     }
     if (error->status == MR_OK)
         answer(l, &fine, &coarse, result, error);
     sim_record_free(&coarse.record);
     sim_record_free(&fine.record);
+    free(coarse.mods);
+    free(fine.mods);
     return error->status;
 }
 
@@ -491,6 +675,8 @@ static double step_limit_s(struct landing *l, double hop_s)
     m->cv = 0.0;
     double rate = model_fastest_rate(m, l->z);
     m->cv = cv;
+    if (l->mods)
+        rate = sqrt(rate * rate + mods_rate2(l->mods, m->mass_slug, m->inertia));
     return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
 }
 
@@ -503,7 +689,7 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
     double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel); /* INFINITY for an aircraft that stands */
     result->dt_limit_s = step_limit_s(l, hop_s);
     double h = options->dt_s > 0.0 ? options->dt_s
-                                   : fmin(STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+                                   : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;
@@ -514,8 +700,33 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
         return error_set(error, MR_USAGE, "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
                                           "solver implicit",
                          l->scene->name[0] ? l->scene->name : "scene", end_s, h);
+    if (options->single) {
+        struct march only = {0};
+        if (start_march(l, &only, options, (uint64_t)steps, result, error) != MR_OK)
+            return error->status;
+        if (only.status != SIM_OK)
+            fail(result, only.status, only.mat, only.t_s);
+        result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
+        answer(l, &only, &only, result, error);
+        sim_record_free(&only.record);
+        return error->status;
+    }
     bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
     return run_pairs(l, options, (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
+}
+
+static void lay_ground(struct landing *l)
+{
+    struct model *m = &l->model;
+    const double *ground = l->scene->ground_ft.values;
+    for (int n = 0; n < m->mats; n++) {
+        l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
+        double s = l->tilt_ft[n] / m->length_ft;
+        l->rest_cos[n] = sqrt(1.0 - s * s);
+        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(l->tilt_ft[n]));
+    }
+    if (m->tilt_most_ft > 0.0)
+        m->tilt_ft = l->tilt_ft;
 }
 
 /* Arrays of a landing; the model is made. */
@@ -523,7 +734,7 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    double *storage = calloc(2 * length + 7 * joints, sizeof *storage);
+    double *storage = calloc(2 * length + 14 * joints, sizeof *storage);
     if (!storage)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
     l->z = storage;
@@ -535,7 +746,17 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     l->reach_ft = l->grit_lb + joints;
     l->tension_lb = l->reach_ft + joints;
     l->height = l->tension_lb + joints;
+    l->push_lb = l->height + joints;
+    l->pull_lb = l->push_lb + joints;
+    l->rise_ft = l->pull_lb + joints;
+    l->tilt_ft = l->rise_ft + joints;
+    l->rest_cos = l->tilt_ft + joints;
+    lay_ground(l);
     m->given_lb = l->tension_lb;
+    if (l->mods && (l->mods->banded || l->mods->stiffened)) {
+        m->brace_lb = l->rest_cos + joints;
+        m->brace_lb_ft = m->brace_lb + joints;
+    }
     l->slack_ft = m->slack_ft;
     m->slack_ft = 0.0; /* the joints are this file's */
     for (int j = 0; j <= m->mats; j++) {
@@ -562,9 +783,13 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
     result->t_end_s = sim_scene_end_s(scene);
     model_describe(&l.model, result);
     sim_result_note(result, "error estimate: largest difference to the same run at double the step");
-    if (lay_out(&l, error) == MR_OK)
+    if (mods_make(&l.mods, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
+        if (l.mods)
+            mods_describe(l.mods, result);
         run_with(&l, options, result, error);
+    }
     result->run_ms = pass_clock_ms() - begin_ms;
+    mods_free(l.mods);
     model_free(&l.model);
     free(l.z);
     return error->status;

@@ -5,6 +5,7 @@
 
 #include "host/sim/band.h"
 #include "host/sim/kernel.h"
+#include "host/sim/mods.h"
 
 #define DEGREES (180.0 / 3.14159265358979323846)
 #define START_EDGE 1e-12
@@ -32,8 +33,21 @@ static enum mr_status check(const struct sim_scene *scene, bool grit, struct err
         return not_here(report ? "grit" : "grit with a solver that chooses its step",
                         report ? "leave it out, or give model chain or consistent" : "leave it out, or give solver fixed",
                         scene, error);
+    if (mods_any(scene) && !grit)
+        return not_here(report ? "a modified runway" : "a modified runway with a solver that chooses its step",
+                        report ? "leave bands, cleats and the like out, or give model chain or consistent"
+                               : "leave bands, cleats and the like out, or give solver fixed",
+                        scene, error);
     if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
         return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
+    if (scene->ground_ft.count > 0 && !grit)
+        return not_here(report ? "ground" : "ground with a solver that chooses its step",
+                        report ? "leave it out, or give model consistent" : "leave it out, or give solver fixed", scene,
+                        error);
+    for (size_t i = 1; i < scene->ground_ft.count; i++) {
+        if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) < 0.5 * scene->length_ft))
+            return not_here("ground steeper than 30 degrees", "give lower heights", scene, error);
+    }
     if (!report && scene->q1_lb != 0.0)
         return not_here("Q1", "leave it out, or give model report", scene, error);
     if (!report && !(scene->kv_lb_ft > 0.0))

@@ -82,7 +82,12 @@ struct model {
     double *mass_upper; /* consistent: work of the tridiagonal solve */
     double *tanh;       /* per mat: of its speed over veps */
     double *given_lb;   /* consistent_heave: tension per joint, the caller's */
+    /* landing.c: what lies under the mats. Heights in z are then above the ground under each node, and a mat at rest is
+     * turned by its tilt. NULL: level. */
+    const double *tilt_ft; /* per mat: how much lower the ground is under its right end than under its left */
+    double tilt_most_ft;
     double step_s;      /* and its step */
+    double *brace_lb, *brace_lb_ft; /* and what modifications press each node down with and bend each joint; NULL: none */
     uint64_t rhs;
 };
 

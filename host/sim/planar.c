@@ -100,8 +100,10 @@ static void final_shape(const struct model *m, const double *z, struct sim_resul
         double shortened = 0.0;
         if (m->full) {
             for (int n = j - 1; n <= j; n++) {
-                double s = n >= 1 && n <= m->mats ? (z[2 * n] - z[2 * n - 2]) / m->length_ft : 0.0;
-                shortened += m->half_ft * (1.0 - sqrt(1.0 - s * s));
+                bool there = n >= 1 && n <= m->mats;
+                double tilt = there && m->tilt_ft ? m->tilt_ft[n - 1] / m->length_ft : 0.0;
+                double s = there ? (z[2 * n] - z[2 * n - 2]) / m->length_ft + tilt : 0.0;
+                shortened += m->half_ft * (sqrt(1.0 - tilt * tilt) - sqrt(1.0 - s * s));
             }
         }
         result->gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j) + right - left + shortened;

@@ -40,6 +40,10 @@ void sim_result_free(struct sim_result *result)
     free(result->outputs);
     free(result->u_ft);
     free(result->gap_ft);
+    free(result->push_lb);
+    free(result->pull_lb);
+    free(result->rise_ft);
+    free(result->mods);
     free(result->sample_u_ft);
     free(result->sample_y_ft);
     *result = (struct sim_result){0};

@@ -15,6 +15,7 @@ enum sim_status { SIM_OK, SIM_UNSTABLE, SIM_FOLDED, SIM_STEP_UNDERFLOW, SIM_INTE
 
 #define SIM_LEFT_OUT_MAX 12
 #define SIM_NOTES_MAX 8
+#define SIM_OVERRUNS_MAX 4
 
 /* The state at one of the scene's t_out (or at the end when it names none). */
 struct sim_output {
@@ -48,11 +49,21 @@ struct sim_result {
     double speed_end_ft_s; /* fastest mat at the end; 0 when all are at rest */
     double max_lift_ft;
     bool bow_wave;
+    /* Solver fixed, whole run; joints 1..N+1, [0] unused. NULL elsewhere. */
+    double *push_lb; /* largest compression of each joint */
+    double *pull_lb; /* largest tension */
+    double *rise_ft; /* planar: largest lift of each node off its ground */
+    double crest_deg, sag_deg; /* planar: most that a joint was turned upwards (^) and downwards (v); both positive */
+    int crest_joint, sag_joint;
+    int overrun[SIM_OVERRUNS_MAX]; /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; at least */
+    int overruns;                  /* OVERRUN_APART mats apart (landing.c) */
 
     struct sim_output *outputs;
     size_t output_count;
     double *u_ft;   /* at the end: mats + 1 values, by mat */
     double *gap_ft; /* at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: pressed together */
+
+    struct mods_state *mods; /* what the modifications have come to (mods.h); NULL without any */
 
     size_t sample_count;  /* rows, at k * sample_dt_s, k = 0.. */
     size_t station_count; /* columns */

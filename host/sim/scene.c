@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/sim/mods.h"
 #include "host/sim/scene_keys.h"
 
 static const char *const models[] = {"report", "consistent", "chain", NULL};
@@ -14,6 +15,7 @@ static const char *const ends[] = {"free", "fixed", NULL};
 static const char *const thrusts[] = {"jump", "linear", NULL};
 static const char *const frictions[] = {"stick", "tanh", "sign", "none", NULL};
 static const char *const normals[] = {"weight", "soil", NULL};
+static const char *const overs[] = {"joints", "rivets", NULL};
 static const char *const shears[] = {"rising", "none", "following", "both", NULL};
 
 #define LARGEST 1e15 /* of no physical meaning: keeps products of values finite */
@@ -23,6 +25,7 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
 #define POSITIVE(name, field) {name, SIM_KEY_REAL, FIELD(field), 0.0, LARGEST, true, NULL}
 #define INTEGER(name, field, low, high) {name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL}
 #define CHOICE(name, field, choices) {name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices}
+#define LIMIT(name, field) {name, SIM_KEY_REAL, FIELD(field), 0.0, INFINITY, false, NULL}
 #define LIST(name, field, kind, low, high) {name, kind, FIELD(field), low, high, false, NULL}
 
 const struct sim_key sim_keys[] = {
@@ -71,7 +74,45 @@ const struct sim_key sim_keys[] = {
     LIST("path", path, SIM_KEY_PATH, -LARGEST, LARGEST),
     LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -LARGEST, LARGEST),
     LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, LARGEST),
+    LIST("ground", ground_ft, SIM_KEY_LIST, -LARGEST, LARGEST),
     {"t_dwell", SIM_KEY_REAL, FIELD(t_dwell_s), -1.0, LARGEST, false, NULL},
+    NOT_NEGATIVE("bands", mods.bands),
+    POSITIVE("band_area", mods.band_area_ft2),
+    POSITIVE("band_E", mods.band_e_lb_ft2),
+    INTEGER("band_every", mods.band_every, 1, SIM_MATS_MAX),
+    INTEGER("band_first", mods.band_first, 0, SIM_MATS_MAX),
+    INTEGER("band_last", mods.band_last, 0, SIM_MATS_MAX),
+    LIST("band_T0", mods.band_t0_lb, SIM_KEY_PARTS, -LARGEST, LARGEST),
+    {"band_K", SIM_KEY_REAL, FIELD(mods.band_k_lb_ft), 0.0, INFINITY, true, NULL},
+    LIMIT("band_grip", mods.band_grip_lb),
+    LIMIT("band_pull", mods.band_pull_lb),
+    {"band_wear", SIM_KEY_REAL, FIELD(mods.band_wear_ft), 0.0, INFINITY, true, NULL},
+    {"band_tilt", SIM_KEY_REAL, FIELD(mods.band_tilt_rad), 0.0, 1.0, false, NULL},
+    NOT_NEGATIVE("band_alpha", mods.band_alpha_f),
+    ANY("band_dT", mods.band_dt_f),
+    CHOICE("band_over", mods.band_over, overs),
+    LIST("band_slipped", mods.band_slipped_ft, SIM_KEY_PARTS, 0.0, LARGEST),
+    LIST("band_pulled", mods.band_pulled, SIM_KEY_MATS, 1, SIM_MATS_MAX),
+    INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX),
+    INTEGER("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX),
+    NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb),
+    {"cleat_travel", SIM_KEY_REAL, FIELD(mods.cleat_travel_ft), 0.0, INFINITY, true, NULL},
+    POSITIVE("cleat_depth", mods.cleat_depth_ft),
+    LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0),
+    INTEGER("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX),
+    INTEGER("stiff_free", mods.stiff_free, 0, SIM_MATS_MAX),
+    INTEGER("stiff_lines", mods.stiff_lines, 1, 100),
+    INTEGER("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX),
+    NOT_NEGATIVE("stiff_K", mods.stiff_k_lb_ft),
+    LIMIT("stiff_grip", mods.stiff_grip_lb),
+    NOT_NEGATIVE("stiff_KT", mods.stiff_kt_lb_ft_rad),
+    LIMIT("stiff_yield", mods.stiff_yield_lb_ft),
+    LIST("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -LARGEST, LARGEST),
+    {"lay_deg", SIM_KEY_REAL, FIELD(mods.lay_deg), 0.0, 80.0, false, NULL},
+    NOT_NEGATIVE("lay_slide", mods.lay_slide_lb),
+    {"lay_mu", SIM_KEY_REAL, FIELD(mods.lay_mu), 0.0, 10.0, false, NULL},
+    {"tear", SIM_KEY_REAL, FIELD(mods.tear_lb), 0.0, INFINITY, true, NULL},
+    LIST("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1),
 };
 const size_t sim_key_count = sizeof sim_keys / sizeof sim_keys[0];
 
@@ -117,6 +158,7 @@ void sim_scene_defaults(struct sim_scene *scene)
         .mats_crossed = 3.0,
         .t_dwell_s = -1.0,
     };
+    mods_defaults(&scene->mods);
 }
 
 void sim_scene_free(struct sim_scene *scene)
@@ -126,7 +168,9 @@ void sim_scene_free(struct sim_scene *scene)
     free(scene->u_mats.values);
     free(scene->gap0_ft.values);
     free(scene->grit_lb.values);
+    free(scene->ground_ft.values);
     free(scene->path);
+    mods_free_lists(&scene->mods);
     sim_scene_defaults(scene);
 }
 
@@ -251,6 +295,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     case SIM_KEY_LIST:
     case SIM_KEY_MATS:
     case SIM_KEY_JOINTS:
+    case SIM_KEY_PARTS:
         break;
     }
     const struct sim_list *list = field;
@@ -313,6 +358,12 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
         (size_t)scene->bump_first + scene->bump_ft.count > (size_t)scene->mats + 2)
         return error_set(error, MR_MALFORMED, "no such node: %s: bump ends at node %zu; N + 1 is %d", where,
                          (size_t)scene->bump_first + scene->bump_ft.count - 1, scene->mats + 1);
+    if (scene->ground_ft.count > 0 && scene->ground_ft.count != (size_t)scene->mats + 1)
+        return error_set(error, MR_MALFORMED,
+                         "list of the wrong length: %s: ground has %zu values; give %d, one per node (N + 1)", where,
+                         scene->ground_ft.count, scene->mats + 1);
+    if (mods_check(scene, where, error) != MR_OK)
+        return error->status;
     double end_s = sim_scene_end_s(scene);
     if (!(end_s > 0.0 && end_s <= LARGEST))
         return error_set(error, MR_MALFORMED, "no end: %s: nothing says when the run ends; give tend", where);

@@ -25,6 +25,7 @@ enum sim_end { SIM_FREE, SIM_FIXED };
 enum sim_thrust { SIM_JUMP, SIM_LINEAR };
 enum sim_friction { SIM_STICK, SIM_TANH, SIM_SIGN, SIM_NONE };
 enum sim_normal { SIM_WEIGHT, SIM_SOIL };
+enum sim_band_over { SIM_OVER_JOINTS, SIM_OVER_RIVETS };
 enum sim_lift_shear { SIM_RISING, SIM_NO_SHEAR, SIM_FOLLOWING, SIM_BOTH };
 
 struct sim_list {
@@ -36,6 +37,44 @@ struct sim_path_row {
     double t_s;
     double x_ft;
     double force_lb; /* on the mats, downfield positive */
+};
+
+/* What was done to a runway against movement and waves (MODIFICATIONS.md). All of it is absent by default. */
+struct sim_mods {
+    /* bands */
+    double bands; /* on the strip; 0: none */
+    double band_area_ft2;
+    double band_e_lb_ft2;
+    int band_every, band_first, band_last; /* riveted mats; 0: the first of `every`, the last mat */
+    struct sim_list band_t0_lb;            /* per band: one value, or one per segment; negative: slack by T l/(A E) */
+    double band_k_lb_ft;                   /* spring at either anchor; INFINITY: rigid */
+    double band_grip_lb;                   /* what a connection holds before the band slips through; INFINITY: all */
+    double band_pull_lb;                   /* vertical force that pulls a rivet out; INFINITY: none */
+    double band_wear_ft;                   /* slip that wears a rivet's hole to nothing; INFINITY: never */
+    double band_tilt_rad;                  /* how far the wheel turns a riveted mat */
+    double band_alpha_f;                   /* thermal expansion, 1/degree F */
+    double band_dt_f;                      /* how much warmer the band is than when it had its T0, degrees F */
+    enum sim_band_over band_over;
+    struct sim_list band_slipped_ft; /* per connection, so far; empty: 0 */
+    struct sim_list band_pulled;     /* mats whose rivets are out */
+    /* cleats */
+    int cleat_every, cleat_first; /* 0: none; the first of `every` */
+    double cleat_hold_lb;         /* a fresh one */
+    double cleat_travel_ft;       /* movement in which the hold falls to 1/e; INFINITY: it does not */
+    double cleat_depth_ft;        /* planar: out of the ground when the mat has risen so far */
+    struct sim_list cleat_left;   /* share that each still has; empty: 1 */
+    /* stiffeners */
+    int stiff_span; /* mats that one ties together; 0: none */
+    int stiff_free; /* joints between one and the next of its line */
+    int stiff_lines, stiff_first;
+    double stiff_k_lb_ft, stiff_grip_lb;          /* of one line at a joint it crosses, along the runway */
+    double stiff_kt_lb_ft_rad, stiff_yield_lb_ft; /* and in bending */
+    struct sim_list stiff_gap0_ft;                /* openings at which the lines pull nothing; empty: gap0 */
+    /* diagonal pattern */
+    double lay_deg, lay_slide_lb, lay_mu;
+    /* joints torn in tension */
+    double tear_lb; /* INFINITY: none */
+    struct sim_list torn;
 };
 
 struct sim_scene {
@@ -86,7 +125,9 @@ struct sim_scene {
     size_t path_count;
     struct sim_list gap0_ft; /* empty: 0; one value for every joint; or N+1 */
     struct sim_list grit_lb; /* likewise */
+    struct sim_list ground_ft; /* empty: level; or N+1 heights (up) on which the nodes rest, for the whole run */
     double t_dwell_s;        /* negative: not given */
+    struct sim_mods mods;
 };
 
 /* Every key at its default, no lists. */
@@ -99,6 +140,10 @@ enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct 
 /* The same from text in memory; `where` begins its errors in place of a path. */
 enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const char *text, size_t length,
                                struct error *error);
+
+/* The same from an object that has been read already; `where` begins the error. On failure nothing is left to free. */
+struct json_t;
+enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, struct json_t *root, struct error *error);
 
 /* Ranges and lengths of everything, and what contradicts itself. `where` begins the error ("scene.json" or
  * the like). */

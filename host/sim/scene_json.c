@@ -172,12 +172,16 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     case SIM_KEY_CHOICE:
         return read_choice(field, key, path, value, error);
     case SIM_KEY_JOINTS:
+    case SIM_KEY_PARTS:
         if (json_is_number(value)) {
             double one = json_number_value(value);
             return sim_scene_set_list(field, &one, 1, error);
         }
         if (!json_is_array(value))
-            return wrong_type(path, key->name, value, "a number, or a list with one per joint", error);
+            return wrong_type(path, key->name, value,
+                              key->kind == SIM_KEY_JOINTS ? "a number, or a list with one per joint"
+                                                          : "a number, or a list with one per part",
+                              error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_LIST:
     case SIM_KEY_MATS:
@@ -197,8 +201,8 @@ static enum mr_status check_written_lengths(const struct sim_scene *scene, const
                                             struct error *error)
 {
     size_t joints = (size_t)scene->mats + 1;
-    static const char *const names[] = {"gap0", "grit"};
-    for (size_t i = 0; i < 2; i++) {
+    static const char *const names[] = {"gap0", "grit", "stiff_gap0"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         const json_t *value = json_object_get(root, names[i]);
         if (json_is_array(value) && json_array_size(value) != joints)
             return error_set(error, MR_MALFORMED,
@@ -258,8 +262,15 @@ enum mr_status sim_scene_parse(struct sim_scene *scene, const char *path, const 
             error, cut ? MR_TRUNCATED : MR_MALFORMED, "%s: %s line %d column %d: %s; correct it there",
             cut ? "scene ends too early" : "malformed JSON", path, where.line, where.column, where.text);
     }
-    enum mr_status status = read_object(scene, path, root, error);
+    enum mr_status status = sim_scene_from_json(scene, path, root, error);
     json_decref(root);
+    return status;
+}
+
+enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, json_t *root, struct error *error)
+{
+    sim_scene_defaults(scene);
+    enum mr_status status = read_object(scene, where, root, error);
     if (status != MR_OK)
         sim_scene_free(scene);
     return status;

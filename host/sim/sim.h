@@ -11,6 +11,9 @@ struct sim_options {
     double dt_s;        /* of a fixed step. 0: half the stability limit, halved when the check (fixed.h) asks for it */
     double rtol;        /* planar models: tolerance of the step control. Chain: error estimate allowed, as a share of the largest |u|; halves the step until met */
     bool no_prune;      /* integrate every mat all the time */
+    bool single;        /* solver fixed: one pass, no error estimate (0) and no check but that of stability. For ensembles
+                           whose spread is far larger than a pass's error; the step is dt, or half the stability limit */
+    double overrun_ft;  /* landings with heights: note where the wheel meets nodes that have risen so far; 0: not */
     /* Called now and then: how much of the pass is done, 0 to 1. False stops the run: SIM_INTERRUPTED. NULL: never. */
     bool (*go_on)(void *ctx, int pass_from_1, double part);
     void *go_on_ctx;

@@ -11,6 +11,8 @@ static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
 {
     if (n < m->first || n > m->last)
         return kernel_outside(m, n);
+    if (m->tilt_ft)
+        return kernel_tilted_mat(m, z, z + m->size, n, 1.0 / m->length_ft);
     return kernel_mat(z, z + m->size, n, 1.0 / m->length_ft);
 }
 
@@ -157,7 +159,7 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
         note(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
         /* |asin a - asin b| is below TAD for certain while |a| + |b| is below sin TAD */
-        double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft;
+        double flat_ft = (m->tad_rad < 1.5 ? sin(m->tad_rad) : 0.99) * m->length_ft - 2.0 * m->tilt_most_ft;
         double left_ft = 0.0;
         for (int j = m->first; j <= m->last + 1; j++) {
             double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;

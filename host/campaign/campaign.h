@@ -1,0 +1,82 @@
+/* Campaign: one runway, a series of landings on it, and an ensemble of runways drawn from seeds. README.md.
+ *
+ * The file's own quantities have their units in their names; scene keys are host/sim/README.md's (ft, lb, s, slug).
+ * Stations are feet from the runway's upfield edge. Mats 1..N, joints and nodes 1..N+1; in arrays by joint [0] is
+ * joint 1. One owner: campaign_load allocates, campaign_free releases. A loaded campaign is only read: any number of
+ * threads may play runways of it at once. */
+#ifndef MATRIG_HOST_CAMPAIGN_H
+#define MATRIG_HOST_CAMPAIGN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host/error.h"
+#include "host/sim/scene.h"
+
+#define CAMPAIGN_LANDINGS_MAX 200
+#define CAMPAIGN_SEEDS_MAX 10000
+#define CAMPAIGN_PROFILE_MAX 16
+#define CAMPAIGN_STATIONS_MAX 64
+#define CAMPAIGN_WAVES_MAX 8
+
+/* auto: the chain always; the planar engine where the chain's compression could raise a wave. */
+enum campaign_engine { CAMPAIGN_AUTO, CAMPAIGN_CHAIN, CAMPAIGN_PLANAR };
+enum campaign_along { CAMPAIGN_MATS, CAMPAIGN_GROUND };
+enum campaign_back { CAMPAIGN_PLYWOOD, CAMPAIGN_BARE };
+
+struct campaign_range {
+    double low, high; /* uniform between them */
+};
+
+struct campaign_knot {
+    double station_ft, deceleration_ft_s2;
+};
+
+/* A landing as the file says it. */
+struct campaign_landing {
+    struct campaign_range touchdown_ft;
+    struct campaign_range speed_ft_s;
+    struct campaign_range deceleration_ft_s2;             /* drawn anew in every landing; when there is no profile */
+    struct campaign_knot profile[CAMPAIGN_PROFILE_MAX]; /* linear between stations, constant beyond the ends */
+    size_t profile_count;
+    enum campaign_back back;
+    struct sim_scene scene; /* as the runway is then: the file's scene with what has been applied; model and path unset */
+    bool modified;          /* a modification was applied or removed before this landing */
+};
+
+struct campaign {
+    char name[80];
+    struct campaign_landing *landings;
+    size_t landing_count;
+    uint64_t first_seed;
+    size_t seeds;
+    enum campaign_engine engine;
+    /* runway */
+    struct campaign_range gap_in, closing_lb, irregularity_in;
+    enum campaign_along along;
+    double strength_lb_in; /* of a joint in tension, per inch of width */
+    double strip_ft;       /* width that a mat of the scene stands for */
+    double unhinge_deg;
+    double wave_in;        /* a rise above this is a wave, */
+    double buckle_in;      /* above this a buckle */
+    /* aircraft */
+    double weight_lb, axles, onset_s, dwell_s;
+    double back_ft_s, back_drag_ft_s2;
+    /* engines */
+    double chain_dt_s, planar_dt_s; /* 0: half the stability limit, a quarter of it */
+    double skip_share;              /* of the weight that a joint must carry before the planar engine is asked */
+    double stations_ft[CAMPAIGN_STATIONS_MAX];
+    size_t station_count;
+    /* what was seen, for the scoreboard; texts, "" when absent */
+    char observed[240], awaits[160];
+    int observed_landing; /* 0: not stated; -1: never */
+    int within;           /* landings: a runway that buckles so near to it agrees */
+    double needed;        /* share of the runways that has to agree */
+};
+
+/* Read a campaign file. MR_MALFORMED names the key; MR_IO, MR_TRUNCATED as scenes. Nothing is left to free then. */
+enum mr_status campaign_load(struct campaign *campaign, const char *path, struct error *error);
+void campaign_free(struct campaign *campaign);
+
+#endif

@@ -1,0 +1,106 @@
+#include "host/campaign/draw.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define NODE_S 1e-3 /* of the integration of the path */
+#define ROW_NODES 10
+#define MOST_S 600.0
+
+/* SplitMix64 (Steele, Lea, Flood 2014). */
+static uint64_t next(uint64_t *state)
+{
+    uint64_t z = *state += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+
+struct draw draw_from(uint64_t seed, unsigned stream)
+{
+    uint64_t state = seed;
+    state = next(&state) + 0x632be59bd9b4e019u * (stream + 1u);
+    return (struct draw){next(&state)};
+}
+
+double draw_uniform(struct draw *draw)
+{
+    return (double)(next(&draw->state) >> 11) * 0x1p-53;
+}
+
+double draw_between(struct draw *draw, struct campaign_range range)
+{
+    return range.low + (range.high - range.low) * draw_uniform(draw);
+}
+
+static double profile_ft_s2(const struct campaign_landing *landing, double drawn_ft_s2, double station_ft)
+{
+    const struct campaign_knot *k = landing->profile;
+    size_t count = landing->profile_count;
+    if (count == 0)
+        return drawn_ft_s2;
+    if (station_ft <= k[0].station_ft)
+        return k[0].deceleration_ft_s2;
+    for (size_t i = 1; i < count; i++) {
+        if (station_ft < k[i].station_ft)
+            return k[i - 1].deceleration_ft_s2 + (k[i].deceleration_ft_s2 - k[i - 1].deceleration_ft_s2) *
+                                                     (station_ft - k[i - 1].station_ft) /
+                                                     (k[i].station_ft - k[i - 1].station_ft);
+    }
+    return k[count - 1].deceleration_ft_s2;
+}
+
+static enum mr_status add_row(struct draw_path *path, size_t *room, struct sim_path_row row, struct error *error)
+{
+    if (path->count == *room) {
+        size_t more = *room ? 2 * *room : 1024;
+        struct sim_path_row *rows = realloc(path->rows, more * sizeof *rows);
+        if (!rows)
+            return error_set(error, MR_FULL, "out of memory: a path of %zu rows; give a shorter landing", more);
+        path->rows = rows;
+        *room = more;
+    }
+    path->rows[path->count++] = row;
+    return MR_OK;
+}
+
+enum mr_status draw_landing(const struct campaign *campaign, const struct campaign_landing *landing, uint64_t seed,
+                            size_t index, struct draw_path *path, struct error *error)
+{
+    struct draw draw = draw_from(seed, DRAW_LANDING + (unsigned)index);
+    double lb_per_ft_s2 = campaign->weight_lb / (campaign->axles * landing->scene.g_ft_s2);
+    double at_ft = draw_between(&draw, landing->touchdown_ft), v_ft_s = draw_between(&draw, landing->speed_ft_s);
+    double drawn_ft_s2 = draw_between(&draw, landing->deceleration_ft_s2), from_ft_s = v_ft_s;
+    double runway_ft = landing->scene.mats * landing->scene.length_ft, t_s = 0.0, a_ft_s2 = 0.0;
+    size_t room = 0;
+    draw_path_free(path);
+    path->touchdown_ft = at_ft;
+    for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
+        t_s = NODE_S * (double)k;
+        double onset = campaign->onset_s > 0.0 ? fmin(t_s / campaign->onset_s, 1.0) : 1.0;
+        a_ft_s2 = onset * onset * (3.0 - 2.0 * onset) * profile_ft_s2(landing, drawn_ft_s2, at_ft);
+        if (k % ROW_NODES == 0 &&
+            add_row(path, &room, (struct sim_path_row){t_s, at_ft, lb_per_ft_s2 * a_ft_s2}, error) != MR_OK)
+            return error->status;
+        if (t_s > MOST_S)
+            return error_set(error, MR_USAGE, "no stop: %s: landing %zu still rolls after %g s; give more deceleration",
+                             campaign->name, index + 1, MOST_S);
+        double rest_s = a_ft_s2 > 0.0 ? fmin(NODE_S, v_ft_s / a_ft_s2) : NODE_S;
+        at_ft += rest_s * (v_ft_s - 0.5 * a_ft_s2 * rest_s);
+        v_ft_s = rest_s < NODE_S ? 0.0 : v_ft_s - a_ft_s2 * rest_s;
+        t_s += rest_s;
+    }
+    if (t_s <= path->rows[path->count - 1].t_s)
+        t_s = path->rows[path->count - 1].t_s + NODE_S;
+    path->stop_ft = at_ft;
+    path->mean_ft_s2 = (from_ft_s * from_ft_s - v_ft_s * v_ft_s) / (2.0 * fmax(at_ft - path->touchdown_ft, 1e-9));
+    if (add_row(path, &room, (struct sim_path_row){t_s, at_ft, lb_per_ft_s2 * a_ft_s2}, error) != MR_OK)
+        return error->status;
+    return add_row(path, &room, (struct sim_path_row){t_s, at_ft, 0.0}, error);
+}
+
+void draw_path_free(struct draw_path *path)
+{
+    free(path->rows);
+    *path = (struct draw_path){0};
+}

@@ -1,0 +1,376 @@
+#include "host/campaign/play.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/campaign/draw.h"
+#include "host/sim/mods.h"
+#include "host/sim/sim.h"
+
+#define IN_PER_FT 12.0
+#define ZONE_JOINTS 10     /* the rig's gage points are 10 mats apart */
+#define ZONE_SHARE (1.0 / 3.0)
+#define MOVED_IN 0.001
+
+/* A runway between landings. */
+struct runway {
+    const struct campaign *campaign;
+    int mats;
+    size_t joints;
+    double *storage;
+    double *gap_ft, *closing_lb, *ground_ft; /* per joint */
+    double *high_ft;                          /* per node: the ground's heights, where the runway was laid */
+    double laid_ft;                           /* mean opening when it was laid */
+    double *u_ft;                             /* per mat: total movement, [0] unused */
+    struct sim_mods mods;                     /* as the last landing left them; lists are its own */
+};
+
+static enum mr_status lay(struct runway *r, const struct campaign *campaign, uint64_t seed, struct error *error)
+{
+    *r = (struct runway){.campaign = campaign, .mats = campaign->landings[0].scene.mats};
+    r->joints = (size_t)r->mats + 1;
+    r->storage = calloc(5 * (r->joints + 1), sizeof *r->storage);
+    if (!r->storage)
+        return error_set(error, MR_FULL, "out of memory: a runway of %d mats; use a smaller N", r->mats);
+    r->gap_ft = r->storage;
+    r->closing_lb = r->gap_ft + r->joints;
+    r->ground_ft = r->closing_lb + r->joints;
+    r->high_ft = r->ground_ft + r->joints;
+    r->u_ft = r->high_ft + r->joints;
+    struct draw gaps = draw_from(seed, DRAW_GAPS), closing = draw_from(seed, DRAW_CLOSING);
+    struct draw ground = draw_from(seed, DRAW_GROUND);
+    double slack_ft = campaign->landings[0].scene.slack_ft;
+    for (size_t j = 0; j < r->joints; j++) {
+        r->gap_ft[j] = fmin(draw_between(&gaps, campaign->gap_in) / IN_PER_FT, slack_ft);
+        r->laid_ft += r->gap_ft[j] / (double)r->joints;
+        r->closing_lb[j] = draw_between(&closing, campaign->closing_lb);
+        r->high_ft[j] = r->ground_ft[j] = draw_between(&ground, campaign->irregularity_in) / IN_PER_FT;
+    }
+    return MR_OK;
+}
+
+/* High spots of the ground stay where they are while nodes move over them; those of the mats move along. */
+static void follow_ground(struct runway *r)
+{
+    double length_ft = r->campaign->landings[0].scene.length_ft;
+    if (r->campaign->along != CAMPAIGN_GROUND)
+        return;
+    for (size_t j = 0; j < r->joints; j++) {
+        double moved = 0.5 * ((j > 0 ? r->u_ft[j] : 0.0) + (j < (size_t)r->mats ? r->u_ft[j + 1] : 0.0)) / length_ft;
+        double at = fmin(fmax((double)j + moved, 0.0), (double)r->mats);
+        size_t left = (size_t)fmin(floor(at), r->mats - 1);
+        r->ground_ft[j] = r->high_ft[left] + (at - (double)left) * (r->high_ft[left + 1] - r->high_ft[left]);
+    }
+}
+
+static enum mr_status own_list(struct sim_list *list, struct error *error)
+{
+    struct sim_list copy = {0};
+    enum mr_status status = sim_scene_set_list(&copy, list->values, list->count, error);
+    *list = copy;
+    return status;
+}
+
+/* Modifications as the file has them before a landing; torn joints stay torn. */
+static enum mr_status modify(struct runway *r, const struct campaign_landing *landing, struct error *error)
+{
+    struct sim_list torn = r->mods.torn;
+    r->mods.torn = (struct sim_list){0};
+    mods_free_lists(&r->mods);
+    r->mods = landing->scene.mods;
+    struct sim_list *lists[] = {&r->mods.band_t0_lb, &r->mods.band_slipped_ft, &r->mods.band_pulled, &r->mods.cleat_left,
+                                &r->mods.stiff_gap0_ft, &r->mods.torn};
+    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++)
+        own_list(lists[i], error); /* every one, so that none stays the campaign's */
+    if (torn.count > 0) {
+        free(r->mods.torn.values);
+        r->mods.torn = torn;
+    }
+    return error->status;
+}
+
+static enum mr_status carry(struct runway *r, const struct sim_scene *as_landed, const struct sim_result *result,
+                            struct error *error)
+{
+    struct sim_scene scene = *as_landed;
+    scene.mods = r->mods;
+    mods_carry(&scene, result, error);
+    r->mods = scene.mods;
+    return error->status;
+}
+
+static enum mr_status set_scene(const struct runway *r, const struct campaign_landing *landing, enum sim_model model,
+                                const struct sim_path_row *rows, size_t count, struct sim_scene *scene,
+                                struct error *error)
+{
+    *scene = landing->scene; /* lists that this one replaces are the campaign's: copies follow */
+    scene->model = model;
+    scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
+    scene->mods = r->mods; /* only read */
+    scene->path = NULL;
+    scene->path_count = 0;
+    scene->t_dwell_s = r->campaign->dwell_s;
+    if (sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joints, error) != MR_OK ||
+        sim_scene_set_list(&scene->grit_lb, r->closing_lb, r->joints, error) != MR_OK ||
+        (model == SIM_CONSISTENT && sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints, error) != MR_OK))
+        return error->status;
+    return sim_scene_set_path(scene, rows, count, error);
+}
+
+static void drop_scene(struct sim_scene *scene)
+{
+    free(scene->gap0_ft.values);
+    free(scene->grit_lb.values);
+    free(scene->ground_ft.values);
+    free(scene->path);
+}
+
+static enum mr_status run_engine(const struct runway *r, const struct campaign_landing *landing, enum sim_model model,
+                                 const struct sim_path_row *rows, size_t count, bool all, struct sim_result *result,
+                                 struct error *error)
+{
+    const struct campaign *c = r->campaign;
+    const struct sim_options options = {
+        .dt_s = model == SIM_CHAIN ? c->chain_dt_s : c->planar_dt_s,
+        .single = true,
+        .no_prune = all,
+        .overrun_ft = model == SIM_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
+    };
+    struct sim_scene scene;
+    *result = (struct sim_result){0};
+    if (set_scene(r, landing, model, rows, count, &scene, error) == MR_OK)
+        sim_run(&scene, &options, result, error);
+    drop_scene(&scene);
+    if (result->status == SIM_FOLDED) /* an outcome, not a failure */
+        *error = (struct error){0};
+    return error->status;
+}
+
+/* Largest lift of a node by the compression of its joint, in weights of a mat: above 1 a vee of two mats rises, as
+ * P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
+static double lift_ratio(const struct runway *r, const struct sim_scene *scene, const double *push_lb)
+{
+    double most = 0.0;
+    for (size_t j = 1; j + 1 < r->joints; j++) {
+        double bend = 2.0 * r->ground_ft[j] - r->ground_ft[j - 1] - r->ground_ft[j + 1];
+        most = fmax(most, push_lb[j + 1] * bend / (scene->length_ft * scene->weight_lb));
+    }
+    return most;
+}
+
+static double joint_station_ft(const struct sim_scene *scene, size_t j)
+{
+    return (double)j * scene->length_ft;
+}
+
+static void note_waves(const struct runway *r, const struct sim_scene *scene, const double *rise_ft,
+                       struct campaign_outcome *out)
+{
+    double limit_ft = r->campaign->wave_in / IN_PER_FT, heights[CAMPAIGN_WAVES_MAX];
+    for (size_t j = 1; j + 1 < r->joints; j++) {
+        double h = rise_ft[j + 1];
+        out->rise_in = fmax(out->rise_in, h * IN_PER_FT);
+        if (!(h > limit_ft && h >= rise_ft[j] && h > rise_ft[j + 2]))
+            continue;
+        int at = out->waves < CAMPAIGN_WAVES_MAX ? out->waves : CAMPAIGN_WAVES_MAX;
+        out->waves++;
+        while (at > 0 && heights[at - 1] < h) {
+            if (at < CAMPAIGN_WAVES_MAX) {
+                heights[at] = heights[at - 1];
+                out->wave_ft[at] = out->wave_ft[at - 1];
+            }
+            at--;
+        }
+        if (at < CAMPAIGN_WAVES_MAX) {
+            heights[at] = h;
+            out->wave_ft[at] = joint_station_ft(scene, j);
+        }
+    }
+}
+
+static void note_planar(const struct runway *r, const struct sim_scene *scene, const struct sim_result *result,
+                        struct campaign_outcome *out)
+{
+    out->asked_planar = true;
+    out->ms_planar = result->run_ms;
+    out->mats_planar = result->mats_mean;
+    if (result->status == SIM_FOLDED) {
+        out->buckled = true;
+        out->buckle_ft = joint_station_ft(scene, (size_t)result->mat);
+        out->rise_in = r->campaign->buckle_in;
+        return;
+    }
+    note_waves(r, scene, result->rise_ft, out);
+    out->crest_deg = result->crest_deg;
+    out->sag_deg = result->sag_deg;
+    out->unhinged = result->sag_deg > r->campaign->unhinge_deg;
+    out->buckled = out->unhinged || out->rise_in >= r->campaign->buckle_in;
+    out->overruns = result->overruns;
+    for (int i = 0; i < result->overruns; i++)
+        out->overrun_ft[i] = joint_station_ft(scene, (size_t)result->overrun[i] - 1);
+    if (out->buckled)
+        out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
+                         : out->waves > 0  ? out->wave_ft[0]
+                                           : joint_station_ft(scene, (size_t)result->sag_joint - 1);
+}
+
+static void note_movement(struct runway *r, const struct sim_scene *scene, const double *u_ft,
+                          struct campaign_outcome *out)
+{
+    const struct campaign *c = r->campaign;
+    for (int n = 1; n <= r->mats; n++) {
+        r->u_ft[n] += u_ft[n];
+        out->peak_in = fmax(out->peak_in, fabs(u_ft[n]) * IN_PER_FT);
+        double station_ft = (n - 0.5) * scene->length_ft;
+        if (fabs(u_ft[n]) * IN_PER_FT > MOVED_IN && station_ft - out->stop_ft > out->reach_ft)
+            out->reach_ft = station_ft - out->stop_ft;
+    }
+    for (size_t i = 0; i < c->station_count; i++) {
+        int mat = (int)fmin(floor(c->stations_ft[i] / scene->length_ft) + 1.0, r->mats);
+        out->movement_in[i] = u_ft[mat] * IN_PER_FT;
+        out->total_in[i] = r->u_ft[mat] * IN_PER_FT;
+    }
+}
+
+static void note_joints(const struct runway *r, const struct sim_result *result,
+                        struct campaign_outcome *out)
+{
+    double strength_lb = r->campaign->strength_lb_in * r->campaign->strip_ft * IN_PER_FT;
+    for (size_t j = 0; j < r->joints; j++) {
+        out->push_lb = fmax(out->push_lb, result->push_lb[j + 1]);
+        out->pull_lb = fmax(out->pull_lb, result->pull_lb[j + 1]);
+        out->tears += result->pull_lb[j + 1] > strength_lb;
+    }
+}
+
+/* The longest stretch in which any ten joints are open by less than a third of what they were when the runway was laid:
+ * what readings of gage points show. */
+static void note_zone(const struct runway *r, const struct sim_scene *scene, struct campaign_outcome *out)
+{
+    double limit_ft = ZONE_SHARE * r->laid_ft * ZONE_JOINTS, sum_ft = 0.0;
+    size_t from = 0;
+    bool in = false;
+    for (size_t j = 0; j < r->joints; j++) {
+        sum_ft += fmax(r->gap_ft[j], 0.0);
+        if (j >= ZONE_JOINTS)
+            sum_ft -= fmax(r->gap_ft[j - ZONE_JOINTS], 0.0);
+        if (j + 1 < ZONE_JOINTS)
+            continue;
+        if (!(sum_ft < limit_ft)) {
+            in = false;
+            continue;
+        }
+        if (!in)
+            from = j + 1 - ZONE_JOINTS;
+        in = true;
+        int mats = (int)(j + 1 - from);
+        if (mats > out->zone_mats) {
+            out->zone_mats = mats;
+            out->zone_from_ft = joint_station_ft(scene, from);
+            out->zone_to_ft = joint_station_ft(scene, j);
+        }
+    }
+}
+
+/* The gaps that a movement leaves; a wave that is left is pressed flat when the aircraft is pushed back over it. */
+static void open_gaps(struct runway *r, const double *u_ft)
+{
+    for (size_t j = 0; j < r->joints; j++)
+        r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
+}
+
+static enum mr_status land(struct runway *r, const struct campaign_landing *landing, const struct draw_path *path,
+                           bool all, struct campaign_outcome *out, struct error *error)
+{
+    const struct campaign *c = r->campaign;
+    struct sim_result chain = {0}, planar = {0};
+    const struct sim_result *moved = &chain;
+    if (c->engine != CAMPAIGN_PLANAR &&
+        run_engine(r, landing, SIM_CHAIN, path->rows, path->count, all, &chain, error) == MR_OK) {
+        out->ms_chain = chain.run_ms;
+        out->mats_chain = chain.mats_mean;
+        out->skip_ratio = lift_ratio(r, &landing->scene, chain.push_lb);
+    }
+    bool ask = c->engine == CAMPAIGN_PLANAR || (c->engine == CAMPAIGN_AUTO && out->skip_ratio > c->skip_share);
+    if (error->status == MR_OK && ask &&
+        run_engine(r, landing, SIM_CONSISTENT, path->rows, path->count, all, &planar, error) == MR_OK) {
+        note_planar(r, &landing->scene, &planar, out);
+        if (planar.u_ft && (c->engine == CAMPAIGN_PLANAR || out->waves > 0))
+            moved = &planar;
+    }
+    if (error->status == MR_OK && moved->u_ft) {
+        note_movement(r, &landing->scene, moved->u_ft, out);
+        open_gaps(r, moved->u_ft);
+        follow_ground(r);
+        note_joints(r, moved, out);
+        note_zone(r, &landing->scene, out);
+        carry(r, &landing->scene, moved, error);
+    }
+    sim_result_free(&chain);
+    sim_result_free(&planar);
+    return error->status;
+}
+
+/* Pushed back over the bare mat the wheels drag it upfield. */
+static enum mr_status push_back(struct runway *r, const struct campaign_landing *landing, double stop_ft,
+                                double touchdown_ft, bool all, struct error *error)
+{
+    const struct campaign *c = r->campaign;
+    double way_ft = stop_ft - touchdown_ft, force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
+    const struct sim_path_row rows[] = {{0.0, stop_ft, 0.0},
+                                        {0.1, stop_ft, force_lb},
+                                        {0.1 + way_ft / c->back_ft_s, touchdown_ft, force_lb},
+                                        {0.2 + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
+    struct sim_result result = {0};
+    if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK) {
+        for (int n = 1; n <= r->mats; n++)
+            r->u_ft[n] += result.u_ft[n];
+        open_gaps(r, result.u_ft);
+        follow_ground(r);
+        carry(r, &landing->scene, &result, error);
+    }
+    sim_result_free(&result);
+    return error->status;
+}
+
+void campaign_play(const struct campaign *campaign, uint64_t seed, bool all, struct campaign_run *run)
+{
+    struct runway runway = {0};
+    struct draw_path path = {0};
+    *run = (struct campaign_run){.seed = seed};
+    run->outcomes = calloc(campaign->landing_count, sizeof *run->outcomes);
+    if (!run->outcomes)
+        error_set(&run->error, MR_FULL, "out of memory: %zu landings; give fewer", campaign->landing_count);
+    else
+        lay(&runway, campaign, seed, &run->error);
+    for (size_t i = 0; i < campaign->landing_count && run->error.status == MR_OK && run->buckled == 0; i++) {
+        const struct campaign_landing *landing = &campaign->landings[i];
+        struct campaign_outcome *out = &run->outcomes[i];
+        if ((i == 0 || landing->modified) && modify(&runway, landing, &run->error) != MR_OK)
+            break;
+        if (draw_landing(campaign, landing, seed, i, &path, &run->error) != MR_OK)
+            break;
+        out->stop_ft = path.stop_ft;
+        out->deceleration_ft_s2 = path.mean_ft_s2;
+        if (land(&runway, landing, &path, all, out, &run->error) != MR_OK)
+            break;
+        run->ms += out->ms_chain + out->ms_planar;
+        run->played = i + 1;
+        if (out->buckled) {
+            run->buckled = (int)i + 1;
+            run->buckle_ft = out->buckle_ft;
+        } else if (landing->back == CAMPAIGN_BARE) {
+            push_back(&runway, landing, path.stop_ft, path.touchdown_ft, all, &run->error);
+        }
+    }
+    draw_path_free(&path);
+    mods_free_lists(&runway.mods);
+    free(runway.storage);
+}
+
+void campaign_run_free(struct campaign_run *run)
+{
+    free(run->outcomes);
+    run->outcomes = NULL;
+}

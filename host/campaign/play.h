@@ -1,0 +1,53 @@
+/* Play: one runway of a campaign, from its seed through all its landings. */
+#ifndef MATRIG_HOST_CAMPAIGN_PLAY_H
+#define MATRIG_HOST_CAMPAIGN_PLAY_H
+
+#include "host/campaign/campaign.h"
+#include "host/sim/result.h"
+
+/* What one landing did. Movements and stations: of this landing; total: since the runway was laid. */
+struct campaign_outcome {
+    double stop_ft, deceleration_ft_s2; /* mean */
+    bool asked_planar;                  /* the planar engine ran */
+    double skip_ratio;                  /* largest lift of a joint by the chain's compression, in weights of a mat */
+    double ms_chain, ms_planar;
+    double mats_chain, mats_planar; /* integrated, mean over time */
+    double peak_in;
+    double movement_in[CAMPAIGN_STATIONS_MAX], total_in[CAMPAIGN_STATIONS_MAX];
+    double reach_ft; /* farthest joint beyond the stop that moved by 0.001 in */
+    int zone_mats;
+    double zone_from_ft, zone_to_ft; /* longest stretch where any ten joints have closed by two thirds; the last landing's
+                                        wave is in it */
+    double push_lb, pull_lb;         /* largest in a joint */
+    int tears;                       /* joints pulled beyond their strength */
+    int waves;
+    double wave_ft[CAMPAIGN_WAVES_MAX]; /* stations, highest first */
+    double rise_in;                     /* highest */
+    double crest_deg, sag_deg;
+    bool unhinged, buckled;
+    double buckle_ft; /* station: where the wheel first met the wave; else, when it stopped before it, its crest */
+    int overruns;
+    double overrun_ft[SIM_OVERRUNS_MAX]; /* all such stations */
+};
+
+struct campaign_run {
+    uint64_t seed;
+    size_t played; /* landings; a buckled runway takes no more */
+    int buckled;   /* landing, from 1; 0: none */
+    double buckle_ft;
+    struct campaign_outcome *outcomes; /* landing_count */
+    double ms;
+    struct error error; /* why this runway could not be played to its end */
+};
+
+/* Play the runway of a seed. The result depends on campaign and seed alone. `all`: integrate every mat (for comparison). */
+void campaign_play(const struct campaign *campaign, uint64_t seed, bool all, struct campaign_run *run);
+void campaign_run_free(struct campaign_run *run);
+
+/* Play all seeds on `jobs` threads. `progress` is called after each, one call at a time; NULL: not. MR_FULL. A runway
+ * that fails keeps its error; the others are played. */
+enum mr_status campaign_ensemble(const struct campaign *campaign, int jobs, bool all,
+                                 void (*progress)(void *ctx, size_t done, size_t of), void *ctx,
+                                 struct campaign_run *runs, struct error *error);
+
+#endif

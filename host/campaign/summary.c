@@ -1,0 +1,156 @@
+#include "host/campaign/summary.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double percentile(const double *sorted, size_t count, double share)
+{
+    double at = share * (double)(count - 1);
+    size_t left = (size_t)at;
+    if (left + 1 >= count)
+        return sorted[count - 1];
+    return sorted[left] + (at - (double)left) * (sorted[left + 1] - sorted[left]);
+}
+
+struct campaign_spread campaign_spread_of(double *values, size_t count)
+{
+    if (count == 0)
+        return (struct campaign_spread){NAN, NAN, NAN, 0};
+    qsort(values, count, sizeof *values, by_value);
+    return (struct campaign_spread){percentile(values, count, 0.05), percentile(values, count, 0.5),
+                                    percentile(values, count, 0.95), count};
+}
+
+struct gather {
+    const struct campaign *campaign;
+    const struct campaign_run *runs;
+    size_t landing;
+    double *values;
+};
+
+/* Spread of one number at `offset` in the outcomes of a landing. */
+static struct campaign_spread spread_at(const struct gather *g, size_t offset)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < g->campaign->seeds; i++) {
+        if (g->runs[i].played > g->landing)
+            g->values[count++] = *(const double *)((const char *)&g->runs[i].outcomes[g->landing] + offset);
+    }
+    return campaign_spread_of(g->values, count);
+}
+
+static struct campaign_spread zones(const struct gather *g)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < g->campaign->seeds; i++) {
+        if (g->runs[i].played > g->landing)
+            g->values[count++] = g->runs[i].outcomes[g->landing].zone_mats;
+    }
+    return campaign_spread_of(g->values, count);
+}
+
+#define SPREAD(g, field) spread_at(g, offsetof(struct campaign_outcome, field))
+
+static void summarise_landing(struct campaign_landing_summary *s, const struct gather *g)
+{
+    for (size_t i = 0; i < g->campaign->seeds; i++) {
+        if (g->runs[i].played <= g->landing)
+            continue;
+        const struct campaign_outcome *out = &g->runs[i].outcomes[g->landing];
+        s->played++;
+        s->buckled += out->buckled;
+        s->planar += out->asked_planar;
+        s->waved += out->waves > 0;
+        s->unhinged += out->unhinged;
+        s->torn += out->tears > 0;
+    }
+    s->stop_ft = SPREAD(g, stop_ft);
+    s->deceleration_ft_s2 = SPREAD(g, deceleration_ft_s2);
+    s->peak_in = SPREAD(g, peak_in);
+    s->reach_ft = SPREAD(g, reach_ft);
+    s->push_lb = SPREAD(g, push_lb);
+    s->pull_lb = SPREAD(g, pull_lb);
+    s->zone_mats = zones(g);
+    for (size_t k = 0; k < g->campaign->station_count; k++) {
+        s->movement_in[k] = spread_at(g, offsetof(struct campaign_outcome, movement_in) + k * sizeof(double));
+        s->total_in[k] = spread_at(g, offsetof(struct campaign_outcome, total_in) + k * sizeof(double));
+    }
+}
+
+enum mr_status campaign_summarise(struct campaign_summary *s, const struct campaign *campaign,
+                                  const struct campaign_run *runs, struct error *error)
+{
+    struct gather g = {.campaign = campaign, .runs = runs};
+    size_t buckled = 0;
+    *s = (struct campaign_summary){0};
+    s->landing = calloc(campaign->landing_count, sizeof *s->landing);
+    g.values = calloc(2 * campaign->seeds, sizeof *g.values);
+    if (!s->landing || !g.values) {
+        free(g.values);
+        campaign_summary_free(s);
+        return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign->seeds);
+    }
+    for (size_t i = 0; i < campaign->seeds; i++) {
+        s->failed += runs[i].error.status != MR_OK;
+        s->runways += runs[i].error.status == MR_OK;
+        s->survived += runs[i].error.status == MR_OK && runs[i].buckled == 0;
+        for (size_t k = 0; k < runs[i].played; k++) {
+            s->landings++;
+            s->planar += runs[i].outcomes[k].asked_planar;
+            s->ms_chain += runs[i].outcomes[k].ms_chain;
+            s->ms_planar += runs[i].outcomes[k].ms_planar;
+        }
+        if (runs[i].buckled > 0) {
+            g.values[buckled] = runs[i].buckle_ft;
+            g.values[campaign->seeds + buckled++] = runs[i].buckled;
+        }
+    }
+    s->station_ft = campaign_spread_of(g.values, buckled);
+    s->buckle_landing = campaign_spread_of(g.values + campaign->seeds, buckled);
+    for (g.landing = 0; g.landing < campaign->landing_count; g.landing++)
+        summarise_landing(&s->landing[g.landing], &g);
+    free(g.values);
+    return MR_OK;
+}
+
+void campaign_summary_free(struct campaign_summary *summary)
+{
+    free(summary->landing);
+    summary->landing = NULL;
+}
+
+size_t campaign_agree(const struct campaign *c, const struct campaign_run *runs)
+{
+    size_t agree = 0;
+    for (size_t i = 0; i < c->seeds; i++) {
+        int n = runs[i].buckled;
+        if (runs[i].error.status == MR_OK)
+            agree += c->observed_landing < 0 ? n == 0 : n > 0 && abs(n - c->observed_landing) <= c->within;
+    }
+    return agree;
+}
+
+struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,
+                                            const struct campaign_run *b)
+{
+    struct campaign_difference most = {0.0, 0.0, 0};
+    for (size_t i = 0; i < campaign->seeds; i++) {
+        bool waved = false;
+        most.outcomes += a[i].buckled != b[i].buckled;
+        for (size_t k = 0; k < a[i].played && k < b[i].played; k++) {
+            if (a[i].outcomes[k].buckled || b[i].outcomes[k].buckled)
+                break;
+            waved = waved || a[i].outcomes[k].waves > 0 || b[i].outcomes[k].waves > 0;
+            double *apart_in = waved ? &most.waved_in : &most.movement_in;
+            for (size_t s = 0; s < campaign->station_count; s++)
+                *apart_in = fmax(*apart_in, fabs(a[i].outcomes[k].movement_in[s] - b[i].outcomes[k].movement_in[s]));
+        }
+    }
+    return most;
+}

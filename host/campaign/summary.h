@@ -1,0 +1,51 @@
+/* Summary: distributions of what an ensemble's runways did. */
+#ifndef MATRIG_HOST_CAMPAIGN_SUMMARY_H
+#define MATRIG_HOST_CAMPAIGN_SUMMARY_H
+
+#include "host/campaign/play.h"
+
+/* 5th, 50th and 95th percentile (linear between order statistics); count 0: NaN. */
+struct campaign_spread {
+    double low, middle, high;
+    size_t count;
+};
+
+struct campaign_spread campaign_spread_of(double *values, size_t count); /* sorts them */
+
+/* Of the runways that took this landing. */
+struct campaign_landing_summary {
+    size_t played, buckled, planar, waved, unhinged, torn;
+    struct campaign_spread stop_ft, deceleration_ft_s2, peak_in, reach_ft, zone_mats, push_lb, pull_lb;
+    struct campaign_spread movement_in[CAMPAIGN_STATIONS_MAX], total_in[CAMPAIGN_STATIONS_MAX];
+};
+
+struct campaign_summary {
+    size_t runways;  /* that were played to their end */
+    size_t failed;   /* that could not be */
+    size_t survived; /* did not buckle */
+    size_t landings; /* played, over all runways */
+    size_t planar;   /* of them with the planar engine */
+    struct campaign_spread station_ft, buckle_landing; /* of those that buckled */
+    struct campaign_landing_summary *landing; /* landing_count */
+    double ms_chain, ms_planar;
+};
+
+/* MR_FULL. The caller frees. */
+enum mr_status campaign_summarise(struct campaign_summary *summary, const struct campaign *campaign,
+                                  const struct campaign_run *runs, struct error *error);
+void campaign_summary_free(struct campaign_summary *summary);
+
+/* Runways that agree with what was observed (landing, within); of those that were played to their end. */
+size_t campaign_agree(const struct campaign *campaign, const struct campaign_run *runs);
+
+/* Largest difference between two ensembles of the same campaign, in movement at a station, and how many runways buckled
+ * in another landing. */
+struct campaign_difference {
+    double movement_in; /* until a wave rises on the runway */
+    double waved_in;    /* from then on, but for the landing that buckles: how a wave falls is chaotic */
+    size_t outcomes;
+};
+struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,
+                                            const struct campaign_run *b);
+
+#endif

@@ -1,0 +1,331 @@
+/* matrig campaign FILE: a series of landings on an ensemble of runways. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/campaign/page.h"
+#include "host/cli.h"
+#include "host/output.h"
+
+#define JOBS_MAX 256
+#define PROGRESS_S 1.0
+
+struct request {
+    const char *path, *page;
+    int jobs;
+    bool check, no_prune;
+    double seeds; /* 0: the file's */
+};
+
+struct progress {
+    const struct cli *cli;
+    double begin_s, next_s;
+    bool drawn;
+};
+
+static double clock_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void tell_progress(void *ctx, size_t done, size_t of)
+{
+    struct progress *p = ctx;
+    double now_s = clock_s(), left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
+    if (p->cli->quiet || now_s < p->next_s || done == of)
+        return;
+    fprintf(stderr, cli_terminal() ? "\rmatrig: campaign: %zu of %zu runways, about %.0f s left  " : "matrig: campaign: %zu of %zu runways, about %.0f s left\n",
+            done, of, left_s);
+    p->drawn = cli_terminal();
+    p->next_s = now_s + PROGRESS_S;
+}
+
+static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+{
+    const char *jobs = NULL, *seeds = NULL, *words[1];
+    const struct cli_option options[] = {
+        {"-j", &jobs, NULL}, {"--seeds", &seeds, NULL}, {"-o", &request->page, NULL}, {"--check", NULL, &request->check},
+        {"--no-prune", NULL, &request->no_prune},
+    };
+    double number = 0.0;
+    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "FILE", error) != MR_OK)
+        return error->status;
+    request->path = words[0];
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    request->jobs = cores > 0 && cores < JOBS_MAX ? (int)cores : 1;
+    if (jobs && cli_number(jobs, "-j", 1, JOBS_MAX, &number, error) != MR_OK)
+        return error->status;
+    if (jobs)
+        request->jobs = (int)number;
+    if (seeds && cli_number(seeds, "--seeds", 1, CAMPAIGN_SEEDS_MAX, &request->seeds, error) != MR_OK)
+        return error->status;
+    return MR_OK;
+}
+
+static json_t *spread_json(const struct campaign_spread *s)
+{
+    return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->middle, 6), cli_json_number(s->high, 6));
+}
+
+static json_t *spreads_json(const struct campaign_spread *list, size_t count)
+{
+    json_t *array = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(array, spread_json(&list[i]));
+    return array;
+}
+
+static json_t *landing_json(const struct campaign *c, const struct campaign_landing_summary *s, size_t number)
+{
+    json_t *o = json_pack("{s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "landing", (json_int_t)number, "runways", (json_int_t)s->played,
+                          "buckled", (json_int_t)s->buckled, "planar", (json_int_t)s->planar, "with_waves",
+                          (json_int_t)s->waved, "unhinged", (json_int_t)s->unhinged, "torn", (json_int_t)s->torn);
+    const struct {
+        const char *name;
+        const struct campaign_spread *spread;
+    } spreads[] = {{"stop_ft", &s->stop_ft},   {"deceleration_ft_s2", &s->deceleration_ft_s2},
+                   {"peak_in", &s->peak_in},   {"reach_ft", &s->reach_ft},
+                   {"zone_mats", &s->zone_mats}, {"push_lb", &s->push_lb},
+                   {"pull_lb", &s->pull_lb}};
+    for (size_t i = 0; i < sizeof spreads / sizeof spreads[0]; i++)
+        json_object_set_new(o, spreads[i].name, spread_json(spreads[i].spread));
+    json_object_set_new(o, "movement_in", spreads_json(s->movement_in, c->station_count));
+    json_object_set_new(o, "total_in", spreads_json(s->total_in, c->station_count));
+    return o;
+}
+
+static json_t *stations_json(const double *stations_ft, size_t count)
+{
+    json_t *array = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(array, cli_json_number(stations_ft[i], 6));
+    return array;
+}
+
+static json_t *outcome_json(const struct campaign_outcome *o, size_t number)
+{
+    size_t waves = (size_t)(o->waves < CAMPAIGN_WAVES_MAX ? o->waves : CAMPAIGN_WAVES_MAX);
+    return json_pack("{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,s:o}", "landing",
+                     (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6), "deceleration_ft_s2",
+                     cli_json_number(o->deceleration_ft_s2, 4), "mats_chain", cli_json_number(o->mats_chain, 4), "mats_planar",
+                     cli_json_number(o->mats_planar, 4), "planar", o->asked_planar, "lift_ratio",
+                     cli_json_number(o->skip_ratio, 4), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
+                     cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
+                     cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6), "push_lb",
+                     cli_json_number(o->push_lb, 5), "pull_lb", cli_json_number(o->pull_lb, 5), "tears", o->tears, "waves",
+                     o->waves, "wave_ft", stations_json(o->wave_ft, waves), "rise_in", cli_json_number(o->rise_in, 5),
+                     "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg", cli_json_number(o->sag_deg, 4), "unhinged",
+                     o->unhinged, "buckled", o->buckled, "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns));
+}
+
+static json_t *run_json(const struct campaign_run *run)
+{
+    json_t *outcomes = json_array();
+    for (size_t i = 0; i < run->played; i++)
+        json_array_append_new(outcomes, outcome_json(&run->outcomes[i], i + 1));
+    json_t *object = json_pack("{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
+                               run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
+                               run->buckled > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings", outcomes);
+    if (run->error.status != MR_OK)
+        json_object_set_new(object, "failed", json_string(run->error.text));
+    return object;
+}
+
+static json_t *result_json(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s,
+                           const struct campaign_difference *apart)
+{
+    json_t *landings = json_array(), *list = json_array();
+    for (size_t i = 0; i < c->landing_count; i++)
+        json_array_append_new(landings, landing_json(c, &s->landing[i], i + 1));
+    for (size_t i = 0; i < c->seeds; i++)
+        json_array_append_new(list, run_json(&runs[i]));
+    json_t *object = json_pack("{s:s,s:I,s:I,s:I,s:I,s:o,s:o,s:o,s:o,s:o,s:s}", "name", c->name, "seeds",
+                               (json_int_t)c->seeds, "first_seed", (json_int_t)c->first_seed, "failed",
+                               (json_int_t)s->failed, "survived", (json_int_t)s->survived, "buckled_landing",
+                               spread_json(&s->buckle_landing), "buckled_ft", spread_json(&s->station_ft), "stations_ft",
+                               stations_json(c->stations_ft, c->station_count), "landings", landings, "runways", list,
+                               "observed", c->observed);
+    if (apart)
+        json_object_set_new(object, "check", json_pack("{s:o,s:o,s:I}", "movement_in", cli_json_number(apart->movement_in, 4),
+                                                       "with_waves_in", cli_json_number(apart->waved_in, 4),
+                                                       "other_outcomes", (json_int_t)apart->outcomes));
+    return object;
+}
+
+static void spread_cell(const struct campaign_spread *s, int decimals, double unit)
+{
+    char text[48] = "-";
+    if (s->count > 0)
+        snprintf(text, sizeof text, "%.*f (%.*f-%.*f)", decimals, unit * s->middle, decimals, unit * s->low, decimals,
+                 unit * s->high);
+    printf(" %-19s", text);
+}
+
+static void print_landings(const struct campaign *c, const struct campaign_summary *s, const struct cli *cli)
+{
+    double ft = cli->si ? 0.3048 : 1.0, in = cli->si ? 25.4 : 1.0;
+    printf("  median (5 to 95 %%) over runways; %s\n", cli->si ? "m, mm" : "ft, in");
+    printf("  %-7s %-7s %-19s %-19s %-19s %-19s %6s %6s %7s %4s\n", "landing", "runways", "stop", "largest movement",
+           "reach ahead", "closed zone, mats", "planar", "waves", "buckled", "torn");
+    for (size_t i = 0; i < c->landing_count; i++) {
+        const struct campaign_landing_summary *l = &s->landing[i];
+        if (l->played == 0)
+            break;
+        printf("  %-7zu %-7zu", i + 1, l->played);
+        spread_cell(&l->stop_ft, 1, ft);
+        spread_cell(&l->peak_in, 2, in);
+        spread_cell(&l->reach_ft, 1, ft);
+        spread_cell(&l->zone_mats, 0, 1.0);
+        printf(" %6zu %6zu %7zu %4zu%s\n", l->planar, l->waved, l->buckled, l->torn,
+               c->landings[i].modified ? "  modified before it" : "");
+    }
+}
+
+static void print_stations(const struct campaign *c, const struct campaign_summary *s, const struct cli *cli)
+{
+    double ft = cli->si ? 0.3048 : 1.0, in = cli->si ? 25.4 : 1.0;
+    printf("  movement in all, %s, median, at station, %s:\n  landing", cli->si ? "mm" : "in", cli->si ? "m" : "ft");
+    for (size_t k = 0; k < c->station_count; k++)
+        printf(" %6.1f", ft * c->stations_ft[k]);
+    putchar('\n');
+    for (size_t i = 0; i < c->landing_count && s->landing[i].played > 0; i++) {
+        printf("  %-7zu", i + 1);
+        for (size_t k = 0; k < c->station_count; k++)
+            printf(" %6.2f", in * s->landing[i].total_in[k].middle);
+        putchar('\n');
+    }
+}
+
+static void print_verdict(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s,
+                          const struct cli *cli)
+{
+    double ft = cli->si ? 0.3048 : 1.0;
+    printf("  of %zu runways %zu buckled", s->runways, s->runways - s->survived);
+    for (size_t i = 0; i < c->landing_count; i++) {
+        if (s->landing[i].buckled > 0)
+            printf(", %zu in landing %zu", s->landing[i].buckled, i + 1);
+    }
+    if (s->station_ft.count > 0)
+        printf("; station %.1f (%.1f-%.1f)", ft * s->station_ft.middle, ft * s->station_ft.low, ft * s->station_ft.high);
+    putchar('\n');
+    if (c->observed[0])
+        printf("  observed: %s\n", c->observed);
+    if (c->awaits[0])
+        printf("  NOT A RESULT: awaits %s\n", c->awaits);
+    for (size_t i = 0; i < c->seeds; i++) {
+        if (runs[i].error.status != MR_OK)
+            printf("  failed: seed %llu, landing %zu: %s\n", (unsigned long long)runs[i].seed, runs[i].played + 1,
+                   runs[i].error.text);
+    }
+}
+
+static void print_result(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s,
+                         const struct cli *cli)
+{
+    printf("%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats\n", c->name, c->landing_count, c->seeds,
+           (unsigned long long)c->first_seed, (unsigned long long)(c->first_seed + c->seeds - 1),
+           c->landings[0].scene.mats);
+    print_landings(c, s, cli);
+    print_stations(c, s, cli);
+    print_verdict(c, runs, s, cli);
+    printf("  computed: %zu landings, %zu of them with the planar engine too; %.1f s of the chain, %.1f s planar\n",
+           s->landings, s->planar, 1e-3 * s->ms_chain, 1e-3 * s->ms_planar);
+}
+
+static enum mr_status write_page(const char *path, const struct campaign *c, const struct campaign_run *runs,
+                                 const struct campaign_summary *s, struct error *error)
+{
+    size_t length = strlen(path);
+    FILE *out = output_open(path, error);
+    if (!out)
+        return error->status;
+    if (length > 4 && strcmp(path + length - 4, ".svg") == 0)
+        campaign_picture(out, c, runs, s, true);
+    else
+        campaign_page(out, c, runs, s);
+    return output_close(out, path, error);
+}
+
+/* Once more with every mat integrated and the planar engine in every landing. */
+static enum mr_status check(const struct campaign *c, const struct request *request, const struct campaign_run *runs,
+                            const struct cli *cli, struct campaign_difference *apart, struct error *error)
+{
+    struct campaign whole = *c;
+    struct progress progress = {.cli = cli, .begin_s = clock_s(), .next_s = clock_s() + PROGRESS_S};
+    struct campaign_run *again = calloc(c->seeds, sizeof *again);
+    whole.skip_share = -1.0;
+    if (!again)
+        return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", c->seeds);
+    if (campaign_ensemble(&whole, request->jobs, true, tell_progress, &progress, again, error) == MR_OK) {
+        double ms = 0.0, all_ms = 0.0;
+        *apart = campaign_compare(c, runs, again);
+        for (size_t i = 0; i < c->seeds; i++) {
+            ms += runs[i].ms;
+            all_ms += again[i].ms;
+        }
+        if (!cli->json)
+            printf("  check, everything computed: %.1f times the time; %zu runways with another outcome; movements differ "
+                   "by at most %.2g in before a runway's first wave, %.2g in after it\n",
+                   all_ms / ms, apart->outcomes, apart->movement_in, apart->waved_in);
+    }
+    for (size_t i = 0; i < c->seeds; i++)
+        campaign_run_free(&again[i]);
+    free(again);
+    return error->status;
+}
+
+static int finish(const struct campaign *c, const struct request *request, const struct campaign_run *runs,
+                  const struct cli *cli, struct error *error)
+{
+    struct campaign_summary summary;
+    struct campaign_difference apart;
+    int code = 0;
+    if (campaign_summarise(&summary, c, runs, error) != MR_OK)
+        return cli_fail(error);
+    if (!cli->json)
+        print_result(c, runs, &summary, cli);
+    if (request->check)
+        check(c, request, runs, cli, &apart, error);
+    if (error->status == MR_OK && request->page)
+        write_page(request->page, c, runs, &summary, error);
+    if (error->status == MR_OK && summary.failed > 0)
+        error_set(error, MR_NUMERICS, "%zu of %zu runways could not be played to their end: %s; see what failed", summary.failed,
+                  c->seeds, request->path);
+    if (error->status != MR_OK)
+        code = cli_fail(error);
+    if (cli->json)
+        code = cli_print_json(result_json(c, runs, &summary, request->check && error->status == MR_OK ? &apart : NULL), code);
+    campaign_summary_free(&summary);
+    return code;
+}
+
+int campaign_command(int argc, char **argv, const struct cli *cli)
+{
+    struct error error = {0};
+    struct request request = {0};
+    struct campaign campaign;
+    struct progress progress = {.cli = cli, .begin_s = clock_s(), .next_s = clock_s() + PROGRESS_S};
+    if (read_request(argc, argv, &request, &error) != MR_OK || campaign_load(&campaign, request.path, &error) != MR_OK)
+        return cli_fail(&error);
+    if (request.seeds > 0.0)
+        campaign.seeds = (size_t)request.seeds;
+    struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
+    int code = 0;
+    if (!runs)
+        error_set(&error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign.seeds);
+    else
+        campaign_ensemble(&campaign, request.jobs, request.no_prune, tell_progress, &progress, runs, &error);
+    if (progress.drawn)
+        fputc('\n', stderr);
+    code = error.status == MR_OK ? finish(&campaign, &request, runs, cli, &error) : cli_fail(&error);
+    for (size_t i = 0; runs && i < campaign.seeds; i++)
+        campaign_run_free(&runs[i]);
+    free(runs);
+    campaign_free(&campaign);
+    return code;
+}

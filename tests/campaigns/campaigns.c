@@ -1,0 +1,134 @@
+/* campaigns FOLDER SERIES...: the scoreboard of the series of the report: observed | predicted | verdict, a row each on
+ * stdout, a page of each in FOLDER. SEEDS=n plays so many runways (the files' number else). A series that awaits
+ * something is not played.
+ *
+ * Exit: 0, whatever the verdicts are; 3 files; 5 a runway could not be played to its end. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/campaign/page.h"
+#include "host/output.h"
+
+#define LEAST_SEEDS 16
+
+static double clock_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* "landing 4 (3x), 5 (12x), none (1x); station 66.6 (63.7 to 79.1); zone 54 (41 to 70) mats before". */
+static void print_predicted(const struct campaign *c, const struct campaign_summary *s)
+{
+    const char *between = "landing ";
+    size_t last = 0;
+    for (size_t i = 0; i < c->landing_count; i++) {
+        if (s->landing[i].played > 0)
+            last = i;
+        if (s->landing[i].buckled == 0)
+            continue;
+        printf("%s%zu (%zux)", between, i + 1, s->landing[i].buckled);
+        between = ", ";
+    }
+    if (s->survived > 0)
+        printf("%s (%zux)", s->survived == s->runways ? "never" : ", none", s->survived);
+    if (s->station_ft.count > 0)
+        printf("; station %.0f (%.0f to %.0f)", s->station_ft.middle, s->station_ft.low, s->station_ft.high);
+    size_t calm = last > 0 && s->landing[last].buckled > 0 ? last - 1 : last;
+    if (s->landing[calm].buckled == 0)
+        printf("; landing %zu: %.2f in (%.2f to %.2f), zone %.0f mats (%.0f to %.0f)", calm + 1,
+               s->landing[calm].peak_in.middle, s->landing[calm].peak_in.low, s->landing[calm].peak_in.high,
+               s->landing[calm].zone_mats.middle, s->landing[calm].zone_mats.low, s->landing[calm].zone_mats.high);
+}
+
+static void print_verdict(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s)
+{
+    size_t agree = campaign_agree(c, runs);
+    if (c->observed_landing == 0)
+        printf("nothing to compare with");
+    else if (s->runways < LEAST_SEEDS)
+        printf("too few runways: %zu of %zu agree", agree, s->runways);
+    else
+        printf("%s: %zu of %zu agree (%s%s), %.0f needed", (double)agree >= c->needed * (double)s->runways ? "yes" : "NO",
+               agree, s->runways, c->observed_landing < 0 ? "never" : "landing",
+               c->observed_landing < 0 ? "" : c->within > 0 ? " within one" : "", c->needed * (double)s->runways);
+}
+
+static enum mr_status write_page(const char *folder, const char *path, const struct campaign *c,
+                                 const struct campaign_run *runs, const struct campaign_summary *s, struct error *error)
+{
+    char name[1024];
+    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path, *dot = strrchr(base, '.');
+    snprintf(name, sizeof name, "%s/%.*s.html", folder, (int)(dot ? dot - base : (long)strlen(base)), base);
+    FILE *out = output_open(name, error);
+    if (!out)
+        return error->status;
+    campaign_page(out, c, runs, s);
+    return output_close(out, name, error);
+}
+
+static int score(const char *folder, const char *path)
+{
+    struct error error = {0};
+    struct campaign campaign;
+    struct campaign_summary summary = {0};
+    if (campaign_load(&campaign, path, &error) != MR_OK) {
+        fprintf(stderr, "campaigns: %s\n", error.text);
+        return 3;
+    }
+    if (campaign.awaits[0]) {
+        printf("| %s | %s | not run | awaits %s |\n", campaign.name, campaign.observed, campaign.awaits);
+        campaign_free(&campaign);
+        return 0;
+    }
+    const char *seeds = getenv("SEEDS");
+    if (seeds && atoi(seeds) > 0 && atoi(seeds) <= CAMPAIGN_SEEDS_MAX)
+        campaign.seeds = (size_t)atoi(seeds);
+    struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
+    double begin_s = clock_s();
+    if (!runs)
+        error_set(&error, MR_FULL, "out of memory: %zu seeds", campaign.seeds);
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    if (runs && campaign_ensemble(&campaign, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, &error) == MR_OK &&
+        campaign_summarise(&summary, &campaign, runs, &error) == MR_OK) {
+        printf("| %s | %s | ", campaign.name, campaign.observed);
+        print_predicted(&campaign, &summary);
+        printf(" | ");
+        print_verdict(&campaign, runs, &summary);
+        printf(" |\n");
+        fprintf(stderr, "%s: %zu runways, %.1f s\n", campaign.name, campaign.seeds, clock_s() - begin_s);
+        write_page(folder, path, &campaign, runs, &summary, &error);
+    }
+    int code = error.status != MR_OK ? 3 : summary.failed > 0 ? 5 : 0;
+    for (size_t i = 0; runs && i < campaign.seeds; i++) {
+        if (runs[i].error.status != MR_OK)
+            fprintf(stderr, "campaigns: %s: seed %llu: %s\n", path, (unsigned long long)runs[i].seed, runs[i].error.text);
+        campaign_run_free(&runs[i]);
+    }
+    if (error.status != MR_OK)
+        fprintf(stderr, "campaigns: %s\n", error.text);
+    campaign_summary_free(&summary);
+    free(runs);
+    campaign_free(&campaign);
+    return code;
+}
+
+int main(int argc, char **argv)
+{
+    int code = 0;
+    if (argc < 3) {
+        fputs("usage: campaigns FOLDER SERIES.json...\n", stderr);
+        return 2;
+    }
+    puts("| series | observed | predicted: median (5 to 95 %) | verdict |\n|---|---|---|---|");
+    for (int i = 2; i < argc; i++) {
+        int one = score(argv[1], argv[i]);
+        code = one > code ? one : code;
+        fflush(stdout);
+    }
+    return code;
+}

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# matrig campaign: a small ensemble, its JSON, page and picture, and what is refused.
+. "$(dirname "$0")/tap.sh"
+m=build/matrig
+cat >"$tmp/scene.json" <<'J'
+{"N": 120, "L": 0.2857142857142857, "W": 0.466, "I": 1.19e-4, "KV": 1.3e4, "CV": 60, "KT": 41.6, "CT": 1.57e-4, "TAD_deg": 7,
+ "profile": "full", "KL": 2.9e5, "CL": 5, "slack": 0.0025, "left": "fixed", "right": "fixed", "f": 0.5, "v0": 0}
+J
+cat >"$tmp/small.json" <<'J'
+{"name": "small <one>", "scene": "scene.json", "seeds": 4, "engine": {"use": "chain"},
+ "landings": [{"speed_ft_s": 14, "deceleration_ft_s2": [4, 5], "times": 2}, {"speed_ft_s": 20, "deceleration_ft_s2": 9}]}
+J
+sed 's/"deceleration_ft_s2": 9/"deceleration_ft_s2": 0.0001/' "$tmp/small.json" >"$tmp/rolls.json"
+sed 's/"N": 120/"N": 20000/' "$tmp/scene.json" >"$tmp/long.json"
+sed 's/scene.json/long.json/; s/"speed_ft_s": 20/"speed_ft_s": 1/' "$tmp/rolls.json" >"$tmp/endless.json"
+sed 's/"seeds"/"sedes"/' "$tmp/small.json" >"$tmp/typo.json"
+sed 's/scene.json/none.json/' "$tmp/small.json" >"$tmp/lost.json"
+
+check "help has an example" sh -c "$m campaign --help | grep -q '^Example: matrig campaign '"
+check "a table, and how many seeds" sh -c "$m campaign $tmp/small.json -o $tmp/page.html >$tmp/table && grep -q 'on 4 runways (seeds 1 to 4)' $tmp/table"
+check "a row for each landing" sh -c "[ \$(grep -Ec '^  [123] +4 ' $tmp/table) = 3 ]"
+check "the page is whole, escaped and self-contained" sh -c "grep -q '</html>' $tmp/page.html && grep -q 'small &lt;one&gt;' $tmp/page.html &&
+    grep -q 'station, ft' $tmp/page.html && ! grep -Eqi 'https?:|src=|[^a-z](nan|inf)[^a-z]' $tmp/page.html"
+check "the picture is a file of its own" sh -c "$m --quiet campaign $tmp/small.json --seeds 2 -o $tmp/p.svg >/dev/null && grep -q 'xmlns=' $tmp/p.svg &&
+    grep -q '</svg>' $tmp/p.svg"
+jobs() {
+    for j in 1 3; do
+        $m --json campaign "$tmp/small.json" -j $j >"$tmp/j$j.json" || return 1
+    done
+    [ "$(wc -l <"$tmp/j1.json")" = 1 ] && cmp "$tmp/j1.json" "$tmp/j3.json" && grep -q '"seeds":4' "$tmp/j1.json" &&
+        [ "$(grep -o '"seed":[0-9]*' "$tmp/j1.json" | sort -u | wc -l)" = 4 ]
+}
+check "JSON does not depend on -j" jobs
+check "a check finds no difference" sh -c "$m --json campaign $tmp/small.json --seeds 2 --check | grep -Eq '\"check\":\\{\"movement_in\":0.0,.*\"other_outcomes\":0'"
+check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet campaign "$tmp/endless.json" --seeds 1
+check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
+check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m campaign "$tmp/typo.json"
+check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m campaign "$tmp/lost.json"
+check "no file" fails_with 2 "FILE" $m campaign
+check "no jobs" fails_with 2 "-j" $m campaign "$tmp/small.json" -j 0
+check "too many seeds" fails_with 2 "--seeds" $m campaign "$tmp/small.json" --seeds 100001
+check "a page that cannot be written" fails_with 3 "no-such" $m --quiet campaign "$tmp/small.json" --seeds 1 -o "$tmp/no-such/page.html"
+finish

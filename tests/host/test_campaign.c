@@ -1,0 +1,335 @@
+/* Campaigns: uneven ground, the path of a landing, what carries over, and that neither threads nor what is left out
+ * change an answer. */
+#include "tests/cmocka_all.h"
+
+#include <glob.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "host/campaign/draw.h"
+#include "host/campaign/summary.h"
+#include "host/sim/sim.h"
+
+#define RIG                                                                                                            \
+    "\"N\":%d,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":1.3e4,\"CV\":60,\"KT\":41.6,\"CT\":1.57e-4,"     \
+    "\"TAD_deg\":7,\"profile\":\"full\",\"KL\":2.9e5,\"CL\":5,\"slack\":0.0025,\"left\":\"fixed\",\"right\":\"fixed\","   \
+    "\"f\":0.5,\"friction\":\"stick\",\"v0\":0,\"thrust\":\"jump\""
+
+static struct error error;
+
+static const char *file_of(const char *text)
+{
+    static char path[64];
+    snprintf(path, sizeof path, "build/test-campaign-%d.json", (int)getpid());
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+    return path;
+}
+
+static struct campaign load(int mats, const char *rest)
+{
+    char text[2000];
+    struct campaign campaign;
+    int scene = snprintf(text, sizeof text, "{\"scene\":{" RIG "},", mats);
+    snprintf(text + scene, sizeof text - (size_t)scene, "%s}", rest);
+    error = (struct error){0};
+    const char *path = file_of(text);
+    enum mr_status status = campaign_load(&campaign, path, &error);
+    remove(path);
+    if (status != MR_OK)
+        fail_msg("%s", error.text);
+    return campaign;
+}
+
+/* Largest rise of nine mats pressed together by a slowly growing thrust, when their middle joint lies on a high spot. */
+static double rise_in(double spot_ft, double thrust_lb)
+{
+    struct sim_scene scene;
+    struct sim_result result;
+    double ground[10] = {0.0}, closed = 0.0;
+    const struct sim_path_row rows[] = {{0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
+    const struct sim_options options = {.single = true};
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CONSISTENT;
+    scene.mats = 9;
+    scene.length_ft = 2.0 / 7.0;
+    scene.weight_lb = 0.466;
+    scene.inertia_slug_ft2 = 1.19e-4;
+    scene.kv_lb_ft = 1.3e4;
+    scene.cv_lb_s_ft = 60.0;
+    scene.kt_lb_ft_rad = 0.0;
+    scene.ct_lb_ft_s_rad = 0.0;
+    scene.kl_lb_ft = 2.9e6;
+    scene.cl_lb_s_ft = 20.0;
+    scene.profile = SIM_FULL;
+    scene.friction_law = SIM_NONE;
+    scene.v0_ft_s = 0.0;
+    ground[5] = spot_ft;
+    error = (struct error){0};
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &closed, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.ground_ft, ground, 10, &error), MR_OK);
+    assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
+    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft) /* one that rises ends by folding */
+        fail_msg("%s", error.text);
+    double rise = result.rise_ft[6] * 12.0;
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+    return rise;
+}
+
+/* Two mats that lean against each other at height h under a compression P are lifted when 2 P h/L exceeds a mat's weight:
+ * statics of the joint between them. */
+static void test_a_vee_rises_above_its_static_load(void **state)
+{
+    (void)state;
+    for (double spot_in = 0.02; spot_in < 0.1; spot_in *= 2.0) {
+        double critical_lb = 0.466 * (2.0 / 7.0) / (2.0 * spot_in / 12.0);
+        assert_true(rise_in(spot_in / 12.0, 0.93 * critical_lb) < 0.002);
+        assert_true(rise_in(spot_in / 12.0, 1.07 * critical_lb) > 0.5);
+    }
+    assert_true(rise_in(-0.05 / 12.0, 60.0) < 0.1 * rise_in(0.05 / 12.0, 60.0)); /* a hollow holds down */
+}
+
+/* A landing of constant braking: the onset's smooth step loses what a delay of half of it would. */
+static void test_the_path_is_uniform_braking(void **state)
+{
+    struct campaign campaign = load(420, "\"landings\":[{\"deceleration_ft_s2\":4.6,\"times\":2},"
+                                         "{\"speed_ft_s\":30,\"profile\":[[3,5],[53,5.001]]}]");
+    struct draw_path path = {0};
+    (void)state;
+    assert_int_equal(draw_landing(&campaign, &campaign.landings[0], 1, 0, &path, &error), MR_OK);
+    assert_near(path.stop_ft, 3.0 + 28.0 * 0.025 + 28.0 * 28.0 / 9.2, 0.02);
+    assert_near(path.rows[100].force_lb, 1300.0 / 12.0 * 4.6 / 32.174, 1e-9);
+    assert_near(path.rows[path.count - 1].t_s, 0.025 + 28.0 / 4.6, 2e-3);
+    assert_true(path.rows[path.count - 1].force_lb == 0.0);
+    assert_int_equal(draw_landing(&campaign, &campaign.landings[2], 1, 2, &path, &error), MR_OK);
+    assert_near(path.stop_ft, 3.0 + 30.0 * 0.025 + 30.0 * 30.0 / 10.0, 0.05);
+    draw_path_free(&path);
+    campaign_free(&campaign);
+}
+
+/* Two landings by hand: the second begins with the gaps that the first has left. */
+static void test_gaps_carry_over(void **state)
+{
+    struct campaign campaign = load(120, "\"engine\":{\"use\":\"chain\"},\"stations_ft\":[1,10,20,30],\"runway\":{\"gap_in\":0.02,"
+                                         "\"closing_lb\":2},\"landings\":[{\"speed_ft_s\":15,\"deceleration_ft_s2\":5,\"times\":2}]");
+    struct campaign_run run;
+    struct draw_path path = {0};
+    double gap[121], closing = 2.0;
+    (void)state;
+    campaign_play(&campaign, 1, false, &run);
+    assert_int_equal(run.error.status, MR_OK);
+    assert_int_equal(run.played, 2);
+    assert_int_equal(draw_landing(&campaign, &campaign.landings[0], 1, 0, &path, &error), MR_OK);
+    for (int j = 0; j <= 120; j++)
+        gap[j] = 0.02 / 12.0;
+    for (int landing = 0; landing < 2; landing++) {
+        struct sim_scene scene = campaign.landings[0].scene;
+        const struct sim_options options = {.single = true};
+        struct sim_result result;
+        scene.model = SIM_CHAIN;
+        scene.t_dwell_s = 0.3;
+        assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gap, 121, &error), MR_OK);
+        assert_int_equal(sim_scene_set_list(&scene.grit_lb, &closing, 1, &error), MR_OK);
+        assert_int_equal(sim_scene_set_path(&scene, path.rows, path.count, &error), MR_OK);
+        assert_int_equal(sim_run(&scene, &options, &result, &error), MR_OK);
+        for (int s = 0; s < 4; s++)
+            assert_near(run.outcomes[landing].movement_in[s],
+                        12.0 * result.u_ft[(int)(campaign.stations_ft[s] / scene.length_ft) + 1], 1e-9);
+        assert_true(landing > 0 || run.outcomes[landing].peak_in > 0.05);
+        for (int j = 0; j <= 120; j++)
+            gap[j] += (j < 120 ? result.u_ft[j + 1] : 0.0) - (j > 0 ? result.u_ft[j] : 0.0);
+        sim_result_free(&result);
+        free(scene.gap0_ft.values);
+        free(scene.grit_lb.values);
+        free(scene.path);
+    }
+    assert_true(run.outcomes[1].movement_in[1] < 0.9 * run.outcomes[0].movement_in[1]); /* it does matter */
+    draw_path_free(&path);
+    campaign_run_free(&run);
+    campaign_free(&campaign);
+}
+
+static void play_all(struct campaign *campaign, int jobs, bool all, struct campaign_run *runs)
+{
+    error = (struct error){0};
+    assert_int_equal(campaign_ensemble(campaign, jobs, all, NULL, NULL, runs, &error), MR_OK);
+    for (size_t i = 0; i < campaign->seeds; i++) {
+        if (runs[i].error.status != MR_OK)
+            fail_msg("%s", runs[i].error.text);
+        for (size_t k = 0; k < campaign->landing_count; k++) { /* clocks are no result */
+            struct campaign_outcome *out = &runs[i].outcomes[k];
+            out->ms_chain = out->ms_planar = 0.0;
+        }
+    }
+}
+
+/* To the last bit before a wave. */
+static void compare(const struct campaign *campaign, struct campaign_run *a, struct campaign_run *b)
+{
+    struct campaign_difference apart = campaign_compare(campaign, a, b);
+    assert_int_equal(apart.outcomes, 0);
+    assert_near(apart.movement_in, 0.0, 0.0);
+}
+
+static void test_neither_jobs_nor_skipping_nor_pruning_change_an_answer(void **state)
+{
+    struct campaign campaign = load(140, "\"seeds\":[5,7],\"landings\":[{\"speed_ft_s\":14,\"deceleration_ft_s2\":4.3},"
+                                         "{\"speed_ft_s\":24,\"deceleration_ft_s2\":[7.3,8]}]");
+    struct campaign_run one[3], three[3], whole[3];
+    size_t skipped = 0, buckled = 0;
+    (void)state;
+    play_all(&campaign, 1, false, one);
+    play_all(&campaign, 3, false, three);
+    for (size_t i = 0; i < 3; i++) {
+        assert_int_equal(one[i].seed, 5 + i);
+        assert_int_equal(one[i].buckled, three[i].buckled);
+        assert_memory_equal(one[i].outcomes, three[i].outcomes, 2 * sizeof *one[i].outcomes);
+        skipped += !one[i].outcomes[0].asked_planar;
+        buckled += one[i].buckled > 0;
+    }
+    campaign.skip_share = -1.0;
+    play_all(&campaign, 2, true, whole);
+    compare(&campaign, one, whole);
+    for (size_t i = 0; i < 3; i++) {
+        if (!one[i].outcomes[0].asked_planar)
+            assert_true(whole[i].outcomes[0].asked_planar && whole[i].outcomes[0].rise_in < 0.001);
+        campaign_run_free(&one[i]);
+        campaign_run_free(&three[i]);
+        campaign_run_free(&whole[i]);
+    }
+    assert_true(skipped > 0 && buckled > 0);
+    campaign_free(&campaign);
+}
+
+static void test_spreads(void **state)
+{
+    double values[] = {5, 1, 4, 2, 3}, one = 7.0;
+    (void)state;
+    struct campaign_spread s = campaign_spread_of(values, 5);
+    assert_near(s.middle, 3.0, 0.0);
+    assert_near(s.low, 1.2, 1e-12);
+    assert_near(s.high, 4.8, 1e-12);
+    assert_near(campaign_spread_of(&one, 1).high, 7.0, 0.0);
+    assert_true(isnan(campaign_spread_of(&one, 0).middle));
+}
+
+/* A band is put on before landing 2 and off before landing 3; what is not touched stays. */
+static void test_modifications_are_laid_over_the_scene(void **state)
+{
+    struct campaign campaign = load(60, "\"landings\":[{\"deceleration_ft_s2\":4},{\"deceleration_ft_s2\":4,\"times\":2,"
+                                        "\"apply\":{\"f\":0.85,\"TAD_deg\":1}},{\"deceleration_ft_s2\":4,\"remove\":[\"f\"]}]");
+    (void)state;
+    assert_int_equal(campaign.landing_count, 4);
+    const double f[] = {0.5, 0.85, 0.85, 0.5}, tad[] = {7, 1, 1, 1};
+    const bool modified[] = {false, true, false, true};
+    for (int i = 0; i < 4; i++) {
+        assert_near(campaign.landings[i].scene.friction, f[i], 0.0);
+        assert_near(campaign.landings[i].scene.tad_deg, tad[i], 0.0);
+        assert_int_equal(campaign.landings[i].modified, modified[i]);
+    }
+    campaign_free(&campaign);
+}
+
+static void test_files_that_are_refused(void **state)
+{
+    static const struct {
+        const char *text, *says;
+    } cases[] = {
+        {"{\"scene\":{\"N\":9},\"landings\":[]}", "landings"},
+        {"{\"scene\":{\"N\":9}}", "landings"},
+        {"{\"landings\":[{\"deceleration_ft_s2\":4}]}", "scene"},
+        {"{\"scene\":{\"N\":9,\"path\":[]},\"landings\":[{\"deceleration_ft_s2\":4}]}", "scene.path"},
+        {"{\"scene\":{\"N\":9,\"nonsense\":1},\"landings\":[{\"deceleration_ft_s2\":4}]}", "nonsense"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":-4}]}", "landings.0..deceleration_ft_s2"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":[5,4]}]}", "landings.0..deceleration_ft_s2"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{}]}", "profile"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"apply\":{\"N\":10}},{\"deceleration_ft_s2\":4,"
+         "\"remove\":[\"N\"]}]}", "another runway"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"remove\":[\"bands\"]}]}", "remove"},
+        {"{\"scene\":{\"N\":9},\"runway\":{\"gap_in\":[1,0]},\"landings\":[{\"deceleration_ft_s2\":4}]}", "runway.gap_in"},
+        {"{\"scene\":{\"N\":9},\"seeds\":0,\"landings\":[{\"deceleration_ft_s2\":4}]}", "seeds"},
+        {"{\"scene\":{\"N\":9},\"landing\":[]}", "unknown key"},
+        {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"times\":500}]}", "times"},
+        {"{\"scene\":{\"N\":9},", "line 1"},
+        {"[]", "an object"},
+    };
+    struct campaign campaign;
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(cases); i++) {
+        error = (struct error){0};
+        const char *path = file_of(cases[i].text);
+        assert_int_not_equal(campaign_load(&campaign, path, &error), MR_OK);
+        remove(path);
+        char *dots = strdup(cases[i].says), *found = error.text;
+        assert_non_null(dots);
+        for (char *part = strtok(dots, "."); part && found; part = strtok(NULL, "."))
+            found = strstr(found, part);
+        if (!found)
+            fail_msg("case %zu: \"%s\" does not say %s", i, error.text, cases[i].says);
+        free(dots);
+    }
+    error = (struct error){0};
+    assert_int_equal(campaign_load(&campaign, "build/no-such-campaign.json", &error), MR_IO);
+}
+
+/* The report's rig: the first landing moves the mats by 1/4 to 1/2 in and reaches 12 to 16 ft ahead. */
+static void test_the_standard_series_moves_as_observed(void **state)
+{
+    struct campaign campaign;
+    struct campaign_run run;
+    (void)state;
+    error = (struct error){0};
+    assert_int_equal(campaign_load(&campaign, "host/campaign/series/standard.json", &error), MR_OK);
+    campaign.engine = CAMPAIGN_CHAIN;
+    campaign_play(&campaign, 1, false, &run);
+    assert_int_equal(run.played, 5);
+    for (int i = 0; i < 4; i++)
+        assert_true(run.outcomes[i].peak_in > 0.25 && run.outcomes[i].peak_in < 0.6 && run.outcomes[i].reach_ft > 9.0 &&
+                    run.outcomes[i].reach_ft < 18.0);
+    assert_true(run.outcomes[4].zone_mats > 50);
+    campaign_run_free(&run);
+    campaign_free(&campaign);
+}
+
+static void test_every_series_can_be_read(void **state)
+{
+    glob_t files;
+    size_t series = 0;
+    (void)state;
+    assert_int_equal(glob("host/campaign/series/*.json", 0, NULL, &files), 0);
+    for (size_t i = 0; i < files.gl_pathc; i++) {
+        struct campaign campaign;
+        if (strstr(files.gl_pathv[i], "rig.json") || strstr(files.gl_pathv[i], "prototype.json"))
+            continue;
+        error = (struct error){0};
+        if (campaign_load(&campaign, files.gl_pathv[i], &error) != MR_OK)
+            fail_msg("%s", error.text);
+        assert_true(campaign.seeds >= 16 && campaign.observed[0] != 0);
+        campaign_free(&campaign);
+        series++;
+    }
+    assert_int_equal(series, 10);
+    globfree(&files);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_vee_rises_above_its_static_load),
+        cmocka_unit_test(test_the_path_is_uniform_braking),
+        cmocka_unit_test(test_gaps_carry_over),
+        cmocka_unit_test(test_neither_jobs_nor_skipping_nor_pruning_change_an_answer),
+        cmocka_unit_test(test_spreads),
+        cmocka_unit_test(test_modifications_are_laid_over_the_scene),
+        cmocka_unit_test(test_files_that_are_refused),
+        cmocka_unit_test(test_every_series_can_be_read),
+        cmocka_unit_test(test_the_standard_series_moves_as_observed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

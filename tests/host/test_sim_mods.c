@@ -1,0 +1,805 @@
+/* Modifications of the runway against closed forms and an independent integration. Units ft, lb, s. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/mods.h"
+#include "host/sim/sim.h"
+
+#define G 32.174
+#define PI 3.14159265358979323846
+
+static struct error error;
+
+/* N free mats far apart (joints never meet), 32.174 lb each: mass 1 slug; bands of A E = 1000 lb. */
+static struct sim_scene apart(int mats)
+{
+    struct sim_scene scene;
+    const double gap = 5.0;
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.mats = mats;
+    scene.length_ft = 1.0;
+    scene.weight_lb = G;
+    scene.left = scene.right = SIM_FREE;
+    scene.kl_lb_ft = 1e3;
+    scene.slack_ft = 10.0;
+    scene.force_lb = scene.vac_ft_s = scene.v0_ft_s = 0.0;
+    scene.friction_law = SIM_NONE;
+    scene.mods.bands = 1.0;
+    scene.mods.band_area_ft2 = 1.0;
+    scene.mods.band_e_lb_ft2 = 1000.0;
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap, 1, &error), MR_OK);
+    return scene;
+}
+
+static void rivet(struct sim_scene *scene, int every, int first, int last)
+{
+    scene->mods.band_every = every;
+    scene->mods.band_first = first;
+    scene->mods.band_last = last;
+}
+
+static void tension(struct sim_scene *scene, const double *values, size_t count)
+{
+    assert_int_equal(sim_scene_set_list(&scene->mods.band_t0_lb, values, count, &error), MR_OK);
+}
+
+static struct sim_result run(const struct sim_scene *scene, struct sim_options options)
+{
+    struct sim_result result;
+    memset(&error, 0, sizeof error);
+    if (sim_run(scene, &options, &result, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    return result;
+}
+
+static void near(double value, double expected, double tolerance)
+{
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%.12g is not %.12g to %g", value, expected, tolerance);
+}
+
+/* C.6 and C.7: one riveted mat in a band between two springs, pushed slowly. */
+static void a_slow_push_splits_as_appendix_c_says(void **state)
+{
+    (void)state;
+    const double springs[] = {20.0, 100.0, 1e9}, pushed = 30.0, t0 = 80.0;
+    const int at[] = {3, 5, 9};
+    for (int i = 0; i < 9; i++) {
+        double k = springs[i / 3], l = 10.0, ae = 1000.0;
+        int mat = at[i % 3];
+        struct sim_scene scene = apart(10);
+        const struct sim_path_row rows[] = {{0, mat - 0.5, 0}, {20, mat - 0.5, pushed}, {24, mat - 0.5, pushed}};
+        scene.friction_law = SIM_STICK;
+        scene.friction = 0.01 / G; /* 0.01 lb: what may be missing */
+        rivet(&scene, 10, mat, mat);
+        tension(&scene, &t0, 1);
+        scene.mods.band_k_lb_ft = k;
+        assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
+        struct sim_result result = run(&scene, (struct sim_options){0});
+        double a = (mat - 0.5) / l, s = k * l / ae;
+        near(result.mods->band_lb[1] - t0, -pushed * (a * s + 1) / (s + 2), 0.15);
+        near(result.mods->band_lb[0] - t0, pushed * ((1 - a) * s + 1) / (s + 2), 0.15);
+        near(result.mods->band_load_lb[0], pushed, 0.5); /* it swings a little */
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* Between rigid anchors, 5 ft either side: 400 lb/ft together. Two bands double it; v0 gives the amplitude. */
+static void a_mat_swings_between_anchors(void **state)
+{
+    (void)state;
+    for (int bands = 1; bands <= 2; bands++) {
+        const double t0 = 500.0;
+        struct sim_scene scene = apart(10);
+        rivet(&scene, 10, 5, 5);
+        tension(&scene, &t0, 1);
+        scene.mods.bands = bands;
+        scene.v0_ft_s = 1.0;
+        scene.v0_mat = 5;
+        double k = 1000.0 / 4.5 + 1000.0 / 5.5, rate = sqrt(bands * k);
+        scene.t_end_s = 0.5 * PI / rate; /* a quarter of a period: at its furthest */
+        struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+        near(result.u_ft[5], 1.0 / rate, 1e-7);
+        near(result.mods->band_least_lb[1], t0 - 1000.0 / 5.5 / rate, 1e-3);
+        near(result.mods->band_most_lb[0], t0 + 1000.0 / 4.5 / rate, 1e-3);
+        assert_true(result.speed_end_ft_s < 1e-3);
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* T0 20 lb: ahead of the mat the band is slack after 0.1 ft; what is left brakes it alone. Energy: 1/2 v^2. */
+static void a_slack_band_does_not_push(void **state)
+{
+    (void)state;
+    const double t0 = 20.0;
+    struct sim_scene scene = apart(11);
+    rivet(&scene, 11, 6, 6); /* 5.5 ft on either side */
+    tension(&scene, &t0, 1);
+    scene.v0_ft_s = 6.0;
+    scene.v0_mat = 6;
+    double k = 1000.0 / 5.5, slack = t0 / k; /* force 2 k x to slack, then T0 + k x = k (slack + x) */
+    double furthest = -slack + sqrt(2.0 * slack * slack + 36.0 / k); /* k x^2/2 + k slack x - k slack^2/2 = 18 */
+    scene.t_end_s = 0.5;
+    scene.mods.band_k_lb_ft = INFINITY;
+    struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+    near(result.mods->band_most_lb[0], t0 + k * furthest, 1e-3);
+    near(result.mods->band_least_lb[1], t0 - k * furthest, 1e-3); /* negative: how much it hangs loose */
+    assert_true(result.mods->band_least_lb[1] < 0.0);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Once the band slides, the mat feels its grip and no more; the band is then out by what slid. */
+static void a_connection_holds_its_grip(void **state)
+{
+    (void)state;
+    const double t0 = 200.0;
+    struct sim_scene scene = apart(11);
+    const struct sim_path_row rows[] = {{0, 5.5, 50.0}, {0.2, 5.5, 50.0}};
+    rivet(&scene, 11, 6, 6);
+    tension(&scene, &t0, 1);
+    scene.mods.band_grip_lb = 10.0;
+    assert_int_equal(sim_scene_set_path(&scene, rows, 2, &error), MR_OK);
+    struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+    double k = 1000.0 / 5.5, rate = sqrt(2.0 * k);
+    /* elastic until 2 k u = 10, then constant 40 lb on 1 slug */
+    double u1 = 10.0 / (2.0 * k), c = 1.0 - u1 * 2.0 * k / 50.0, t1 = acos(c) / rate, v1 = 50.0 / (2.0 * k) * rate * sin(acos(c));
+    double left = 0.2 - t1, u = u1 + v1 * left + 20.0 * left * left;
+    near(result.u_ft[6], u, 1e-4);
+    near(result.mods->band_slip_ft[0], u - u1, 1e-4);
+    near(result.mods->band_load_lb[0], 10.0, 1e-9);
+    near(result.mods->band_lb[0] - result.mods->band_lb[1], 10.0, 1e-6);
+    near(result.mods->band_lb[0] + result.mods->band_lb[1], 2.0 * t0, 1e-6); /* both halves as stiff */
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Warmer bands: T0 - A E alpha dT between rigid anchors whatever the rivets; with springs the whole gives way. */
+static void heat_slackens(void **state)
+{
+    (void)state;
+    const double t0 = 80.0;
+    struct sim_scene scene = apart(10);
+    scene.friction_law = SIM_STICK;
+    scene.friction = 10.0;
+    scene.t_end_s = 0.1;
+    rivet(&scene, 3, 2, 0);
+    tension(&scene, &t0, 1);
+    scene.mods.band_alpha_f = 1e-3;
+    scene.mods.band_dt_f = 20.0;
+    struct sim_result result = run(&scene, (struct sim_options){0});
+    assert_int_equal(result.mods->segments, 4);
+    for (int i = 0; i < 4; i++)
+        near(result.mods->band_lb[i], 80.0 - 20.0, 1e-9);
+    sim_result_free(&result);
+
+    rivet(&scene, 10, 5, 5);
+    scene.mods.band_k_lb_ft = 50.0; /* 4.5 and 5.5 ft, 20 ft of give each */
+    result = run(&scene, (struct sim_options){0});
+    near(result.mods->band_lb[0], 80.0 - 1e-3 * 20.0 * 4.5 / (4.5 / 1000 + 1 / 50.0), 1e-9);
+    near(result.mods->band_lb[1], 80.0 - 1e-3 * 20.0 * 5.5 / (5.5 / 1000 + 1 / 50.0), 1e-9);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Without its rivets a mat lets the band run through: one tension, that of the stretch of both parts together. */
+static void pulled_rivets_let_the_band_run(void **state)
+{
+    (void)state;
+    const double t0[] = {100.0, 10.0, 40.0}, mat = 3.0;
+    struct sim_scene scene = apart(10);
+    scene.friction_law = SIM_STICK;
+    scene.friction = 10.0;
+    scene.t_end_s = 0.1;
+    rivet(&scene, 5, 3, 8);
+    tension(&scene, t0, 3);
+    assert_int_equal(sim_scene_set_list(&scene.mods.band_pulled, &mat, 1, &error), MR_OK);
+    struct sim_result result = run(&scene, (struct sim_options){0});
+    double both = (100.0 * 2.5 + 10.0 * 5.0) / 7.5;
+    near(result.mods->band_lb[0], both, 1e-9);
+    near(result.mods->band_lb[1], both, 1e-9);
+    near(result.mods->band_lb[2], 40.0, 1e-9);
+    assert_true(result.mods->band_out[0] == 1.0 && result.mods->band_out[1] == 0.0);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* The wheel tilts a mat whose bands pull 100 + 100 lb: 2 lb across at 0.01 rad. Rivets of 1.9 lb leave, of 2.1 stay, and
+ * of 2.1 with half of it worn off leave too. */
+static void the_wheel_pulls_rivets_out(void **state)
+{
+    (void)state;
+    const double t0 = 100.0, slipped = 0.5;
+    struct sim_scene scene = apart(10);
+    scene.friction_law = SIM_STICK;
+    scene.friction = 10.0;
+    scene.vac_ft_s = 50.0;
+    scene.t_end_s = 0.13;
+    rivet(&scene, 5, 3, 8);
+    tension(&scene, &t0, 1);
+    scene.mods.band_tilt_rad = 0.01;
+    for (int i = 0; i < 3; i++) {
+        scene.mods.band_pull_lb = i == 0 ? 1.9 : 2.1;
+        scene.mods.band_wear_ft = 1.0;
+        if (i == 2)
+            assert_int_equal(sim_scene_set_list(&scene.mods.band_slipped_ft, &slipped, 1, &error), MR_OK);
+        struct sim_result result = run(&scene, (struct sim_options){0});
+        assert_true(result.mods->band_out[0] == (i == 1 ? 0.0 : 1.0)); /* mat 3 is passed at 0.04 to 0.06 s */
+        assert_true(result.mods->band_out[1] == 0.0);                   /* mat 8 would be at 0.14 */
+        sim_result_free(&result);
+    }
+    sim_scene_free(&scene);
+}
+
+static struct sim_scene runway(void)
+{
+    struct sim_scene scene;
+    const struct sim_path_row rows[] = {{0, 2, 0}, {0.05, 3.4, 25}, {0.5, 13.5, 25}, {0.8, 17.5, 25}, {0.8, 17.5, 0}};
+    double gaps[121], grits[121];
+    sim_scene_defaults(&scene);
+    scene.model = SIM_CHAIN;
+    scene.mats = 120;
+    scene.length_ft = 2.0 / 7.0;
+    scene.weight_lb = 0.466;
+    scene.kl_lb_ft = 2.9e5;
+    scene.cl_lb_s_ft = 5.0;
+    scene.slack_ft = 0.0025;
+    scene.left = scene.right = SIM_FIXED;
+    scene.v0_ft_s = 0.0;
+    scene.t_dwell_s = 0.3;
+    for (int j = 0; j <= 120; j++) {
+        double x = 0.6180339887498949 * j + 0.31 * j * j / 97.0;
+        gaps[j] = 0.0025 * (x - floor(x));
+        grits[j] = 20.0 * (gaps[120 - j > 0 && j > 60 ? 120 - j : j] / 0.0025);
+    }
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, gaps, 121, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.grit_lb, grits, 121, &error), MR_OK);
+    assert_int_equal(sim_scene_set_path(&scene, rows, 5, &error), MR_OK);
+    return scene;
+}
+
+static void add_all(struct sim_scene *scene)
+{
+    const double t0 = 60.0;
+    scene->mods.bands = 0.5;
+    scene->mods.band_every = 10;
+    scene->mods.band_k_lb_ft = 2000.0;
+    scene->mods.band_grip_lb = 25.0;
+    tension(scene, &t0, 1);
+    scene->mods.cleat_every = 7;
+    scene->mods.cleat_hold_lb = 2.0;
+    scene->mods.cleat_travel_ft = 0.02;
+    scene->mods.stiff_span = 6;
+    scene->mods.stiff_k_lb_ft = 2e4;
+    scene->mods.stiff_grip_lb = 8.0;
+    scene->mods.tear_lb = 60.0;
+}
+
+/* A riveted mat far away moves through its band, not through the mats between. */
+static void leaving_mats_out_changes_nothing(void **state)
+{
+    (void)state;
+    for (int all = 0; all < 2; all++) {
+        struct sim_scene scene = runway();
+        const double uneven[] = {10, 90, 60, 60, 60, 60, 60, 60, 60, 60, 60, 20, 60};
+        add_all(&scene);
+        if (!all) {
+            scene.mods.cleat_every = scene.mods.stiff_span = 0;
+            scene.mods.tear_lb = HUGE_VAL;
+            tension(&scene, uneven, 13); /* pulls mats at both ends at once */
+        }
+        struct sim_result pruned = run(&scene, (struct sim_options){.dt_s = 5e-5});
+        struct sim_result whole = run(&scene, (struct sim_options){.dt_s = 5e-5, .no_prune = true});
+        assert_true(pruned.mats_mean < 0.95 * whole.mats_mean);
+        assert_true(whole.peak_u_ft > 0.002);
+        for (int n = 1; n <= 120; n++)
+            assert_true(pruned.u_ft[n] == whole.u_ft[n]);
+        for (size_t i = 0; i < pruned.mods->segments; i++)
+            assert_true(pruned.mods->band_lb[i] == whole.mods->band_lb[i]);
+        sim_result_free(&pruned);
+        sim_result_free(&whole);
+        sim_scene_free(&scene);
+    }
+}
+
+/* What a landing left is the next one's start: without an aircraft nothing moves, and the state is what it was. */
+static void state_carries_over(void **state)
+{
+    (void)state;
+    struct sim_scene scene = runway();
+    const struct sim_path_row none[] = {{0, 2, 0}, {0.3, 2, 0}};
+    add_all(&scene);
+    struct sim_result first = run(&scene, (struct sim_options){0});
+    assert_true(first.mods->cleat_left[2] < 1.0 && first.mods->band_slip_ft[1] > 0.0);
+    assert_int_equal(sim_scene_set_list(&scene.gap0_ft, first.gap_ft + 1, 121, &error), MR_OK);
+    assert_int_equal(mods_carry(&scene, &first, &error), MR_OK);
+    assert_int_equal(sim_scene_set_path(&scene, none, 2, &error), MR_OK);
+    struct sim_result second = run(&scene, (struct sim_options){0});
+    assert_true(second.peak_u_ft < 0.02 * first.peak_u_ft);
+    double changed_lb = 0.0;
+    for (size_t i = 0; i < first.mods->segments; i++) {
+        changed_lb = fmax(changed_lb, fabs(first.mods->band_lb[i] - 60.0));
+        near(second.mods->band_lb[i], first.mods->band_lb[i], 5.0); /* what grit held is dropped: G/KL in 76,000 lb/ft */
+    }
+    assert_true(changed_lb > 15.0);
+    for (size_t c = 0; c < first.mods->connections; c++)
+        near(second.mods->band_slip_ft[c], first.mods->band_slip_ft[c], 1e-3 * first.peak_u_ft);
+    for (size_t c = 0; c < first.mods->cleats; c++)
+        near(second.mods->cleat_left[c], first.mods->cleat_left[c], 0.01);
+    sim_result_free(&first);
+    sim_result_free(&second);
+    sim_scene_free(&scene);
+}
+
+/* --- a second implementation --- */
+
+#define MATS 6
+static double pull_of(double k, double stretch)
+{
+    return stretch > 0.0 ? k * stretch : 0.0;
+}
+
+/* Six mats, rivets in 2 and 5, joints with slack, friction, a band that slides: velocity Verlet with forces from the
+ * definitions, the band's place under each rivet found by bisection. */
+static void march(double h, double end, double thrust, double grip, double u[MATS + 2], double t[3])
+{
+    double v[MATS + 2] = {0}, place[2] = {0}, f[MATS + 2], mass = 2.0 / G, friction = 1.0, kl = 1e4, cl = 5.0, slack = 0.01;
+    const double length[3] = {1.5, 3.0, 1.5}, t0 = 20.0, ea = 3000.0, bands = 0.5;
+    const int mat[2] = {2, 5};
+    memset(u, 0, (MATS + 2) * sizeof *u);
+    for (int i = 0; i * h < end; i++) {
+        for (int sweep = 0; sweep < 60; sweep++) { /* place[c]: how far the band lies ahead of its mat */
+            bool slid = false;
+            for (int c = 0; c < 2; c++) {
+                double y[4] = {0.0, u[2] + place[0], u[5] + place[1], 0.0};
+                double before = pull_of(ea / length[c], t0 * length[c] / ea + y[c + 1] - y[c]);
+                double after = pull_of(ea / length[c + 1], t0 * length[c + 1] / ea + y[c + 2] - y[c + 1]);
+                if (fabs(after - before) <= grip * (1.0 + 1e-9))
+                    continue;
+                slid = true;
+                double low = place[c] - 0.1, high = place[c] + 0.1, kept = place[c];
+                for (int b = 0; b < 60; b++) {
+                    double x[4] = {0.0, u[2] + place[0], u[5] + place[1], 0.0}, middle = 0.5 * (low + high);
+                    x[c + 1] = u[mat[c]] + middle;
+                    double left = pull_of(ea / length[c], t0 * length[c] / ea + x[c + 1] - x[c]);
+                    double right = pull_of(ea / length[c + 1], t0 * length[c + 1] / ea + x[c + 2] - x[c + 1]);
+                    double limit = middle > kept ? right - left - grip : right - left + grip;
+                    if (limit > 0.0) /* pulled on forwards by more than it holds */
+                        low = middle;
+                    else
+                        high = middle;
+                }
+                place[c] = 0.5 * (low + high);
+            }
+            if (!slid)
+                break;
+        }
+        double x[4] = {0.0, u[2] + place[0], u[5] + place[1], 0.0};
+        for (int s = 0; s < 3; s++)
+            t[s] = pull_of(ea / length[s], t0 * length[s] / ea + x[s + 1] - x[s]);
+        for (int n = 1; n <= MATS; n++)
+            f[n] = n == 3 ? thrust * fmin(1.0, i * h / 0.02) : 0.0;
+        for (int j = 2; j <= MATS; j++) {
+            double g = 0.004 + u[j] - u[j - 1], d = v[j] - v[j - 1], force = 0.0;
+            if (g < 0.0)
+                force = kl * g + cl * d;
+            else if (g > slack)
+                force = kl * (g - slack) + cl * d;
+            f[j] -= force;
+            f[j - 1] += force;
+        }
+        for (int c = 0; c < 2; c++)
+            f[mat[c]] += bands * (t[c + 1] - t[c]);
+        for (int n = 1; n <= MATS; n++) {
+            double sign = v[n] != 0.0 ? (v[n] > 0.0 ? 1.0 : -1.0) : f[n] > 0.0 ? 1.0 : -1.0;
+            if (v[n] == 0.0 && fabs(f[n]) <= friction)
+                continue;
+            double after = v[n] + (f[n] - sign * friction) / mass * h;
+            v[n] = after * sign < 0.0 ? 0.0 : after;
+            u[n] += v[n] * h;
+        }
+    }
+}
+
+static void a_second_implementation_agrees(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        const double t0 = 20.0, gap = 0.004, thrusts[] = {12.0, 12.0, 25.0}, grips[] = {HUGE_VAL, 8.0, 15.0};
+        const struct sim_path_row rows[] = {{0, 2.5, 0}, {0.02, 2.5, thrusts[i]}, {0.1, 2.5, thrusts[i]}};
+        struct sim_scene scene = apart(MATS);
+        double u[MATS + 2], t[3];
+        scene.weight_lb = 2.0;
+        scene.friction_law = SIM_STICK;
+        scene.friction = 0.5;
+        scene.kl_lb_ft = 1e4;
+        scene.cl_lb_s_ft = 5.0;
+        scene.slack_ft = 0.01;
+        scene.mods.bands = 0.5;
+        scene.mods.band_e_lb_ft2 = 3000.0;
+        scene.mods.band_grip_lb = grips[i];
+        rivet(&scene, 3, 2, 5);
+        tension(&scene, &t0, 1);
+        assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap, 1, &error), MR_OK);
+        assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
+        struct sim_result result = run(&scene, (struct sim_options){.dt_s = 2e-6});
+        march(5e-6, 0.1, thrusts[i], grips[i], u, t);
+        assert_true(result.peak_u_ft > 0.005);
+        for (int n = 1; n <= MATS; n++)
+            near(result.u_ft[n], u[n], 0.01 * result.peak_u_ft);
+        for (int s = 0; s < 3; s++)
+            near(fmax(0.0, result.mods->band_lb[s]), t[s], 0.3);
+        assert_true((result.mods->band_slip_ft[0] > 0.0) == (i > 0));
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* --- cleats, stiffeners, diagonal joints, tears --- */
+
+/* A cleated mat stands up to f W + hold, and a fresh hold falls by e over its travel: a push of constant F does the work
+ * F x = f W x + hold l (1 - exp(-x/l)) + 1/2 m v^2. */
+static void a_cleat_wears_as_it_moves(void **state)
+{
+    (void)state;
+    struct sim_scene scene = apart(3);
+    const struct sim_path_row rows[] = {{0, 1.5, 20.0}, {0.4, 1.5, 20.0}};
+    scene.mods.bands = 0.0;
+    scene.friction_law = SIM_STICK;
+    scene.friction = 5.0 / G;
+    scene.mods.cleat_every = 2;
+    scene.mods.cleat_hold_lb = 15.0001;
+    scene.mods.cleat_travel_ft = 0.1;
+    assert_int_equal(sim_scene_set_path(&scene, rows, 2, &error), MR_OK);
+    struct sim_result result = run(&scene, (struct sim_options){0});
+    assert_true(result.u_ft[2] == 0.0 && result.mods->cleat_left[0] == 1.0);
+    sim_result_free(&result);
+    scene.mods.cleat_hold_lb = 10.0;
+    result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+    double x = result.u_ft[2];
+    near(result.mods->cleat_left[0], exp(-x / 0.1), 1e-4);
+    near(0.5 * result.speed_end_ft_s * result.speed_end_ft_s, 15.0 * x - 10.0 * 0.1 * (1 - exp(-x / 0.1)), 1e-3);
+    assert_true(x > 0.2);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Mats 1 to 3 tied, 4 free: pushed at 1, the three swing as two springs between three masses, the fourth stays. */
+static void a_stiffener_ties_mats(void **state)
+{
+    (void)state;
+    struct sim_scene scene = apart(4);
+    scene.mods.bands = 0.0;
+    scene.mods.stiff_span = 3;
+    scene.mods.stiff_k_lb_ft = 100.0;
+    scene.v0_mat = 1;
+    scene.v0_ft_s = 1.0;
+    scene.t_end_s = 0.2;
+    struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+    /* modes of three masses: (1,1,1)/3 drifts, (1,0,-1)/2 at sqrt k, (1,-2,1)/6 at sqrt 3k */
+    double t = 0.2, a = sqrt(100.0), b = sqrt(300.0);
+    near(result.u_ft[1], t / 3 + sin(a * t) / (2 * a) + sin(b * t) / (6 * b), 1e-6);
+    near(result.u_ft[2], t / 3 - 2 * sin(b * t) / (6 * b), 1e-6);
+    near(result.u_ft[3], t / 3 - sin(a * t) / (2 * a) + sin(b * t) / (6 * b), 1e-6);
+    assert_true(result.u_ft[4] == 0.0);
+    sim_result_free(&result);
+    scene.mods.stiff_free = 2; /* joints 4 and 5 are free: mats 1 to 3, 5 to 7 */
+    scene.mats = 9;
+    scene.v0_mat = 6;
+    result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+    assert_true(result.u_ft[4] == 0.0 && result.u_ft[5] > 0.01 && result.u_ft[7] > 0.01 && result.u_ft[8] == 0.0);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Joints at 45 degrees that slide at S: along the runway S sin 45; two mats of 1 slug share speed when it stops. */
+static void joints_at_45_degrees_slide(void **state)
+{
+    (void)state;
+    struct sim_scene scene = apart(2);
+    scene.mods.bands = 0.0;
+    scene.kl_lb_ft = 1e6; /* the joint's own give is small */
+    scene.mods.lay_deg = 45.0;
+    scene.mods.lay_slide_lb = 10.0;
+    scene.v0_mat = 1;
+    scene.v0_ft_s = 4.0;
+    scene.t_end_s = 0.2;
+    struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+    double s = 10.0 * sqrt(0.5), t = 0.2; /* the one is slowed, the other pulled along: relative 4 - 2 s t */
+    near(result.u_ft[1], 4.0 * t - 0.5 * s * t * t, 1e-4);
+    near(result.u_ft[2], 0.5 * s * t * t, 1e-4);
+    sim_result_free(&result);
+    scene.t_end_s = 1.0; /* together after 4/(2 s) = 0.283 s, at 2 ft/s */
+    result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+    near(result.u_ft[1] - result.u_ft[2], 16.0 / (4.0 * s), 1e-3);
+    sim_result_free(&result);
+    sim_scene_free(&scene);
+}
+
+/* Two mats pulled apart: the joint hooks at its slack and tears when the pull passes its strength; then nothing holds. */
+static void a_joint_tears(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        struct sim_scene scene = apart(2);
+        scene.mods.bands = 0.0;
+        scene.slack_ft = 5.05;
+        scene.v0_mat = 2;
+        scene.v0_ft_s = 2.0;
+        scene.cl_lb_s_ft = 0.0;
+        scene.t_end_s = 0.5;
+        /* 1e3 lb/ft stops a relative speed of 2 ft/s of half a slug with 2 sqrt(1e3/2) = 44.7 lb; torn at half of that,
+         * cos 30 of the speed is left */
+        double strength = 2.0 * sqrt(500.0), left = 2.0 * cos(PI / 6);
+        scene.mods.tear_lb = i ? 1.01 * strength : 0.5 * strength;
+        struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
+        assert_true(result.mods->torn[2] == (i ? 0.0 : 1.0));
+        if (i) /* all of the speed goes to the other, after half a period pi sqrt(m/2k) */
+            near(result.u_ft[2], 0.05 + 1.0 * PI * sqrt(0.5e-3), 2e-3);
+        else {
+            double apart_ft = 0.05 + 0.5 * strength / 1e3 + left * (0.5 - 0.025 - PI / 6 / sqrt(2e3));
+            near(result.u_ft[1], 0.5 * (1.0 - apart_ft), 1e-3);
+            near(result.u_ft[2], 0.5 * (1.0 + apart_ft), 1e-3);
+        }
+        assert_int_equal(mods_carry(&scene, &result, &error), MR_OK);
+        assert_int_equal(scene.mods.torn.count, i ? 0 : 1);
+        if (!i) {
+            assert_true(scene.mods.torn.values[0] == 2.0);
+            struct sim_result again = run(&scene, (struct sim_options){.dt_s = 1e-5});
+            near(again.u_ft[2], 1.0, 1e-9); /* torn from the start: away with it */
+            sim_result_free(&again);
+        }
+        sim_result_free(&result);
+        sim_scene_free(&scene);
+    }
+}
+
+/* --- planar --- */
+
+static struct sim_scene planar_runway(void)
+{
+    struct sim_scene scene = runway();
+    scene.model = SIM_CONSISTENT;
+    scene.inertia_slug_ft2 = 1.19e-4;
+    scene.kv_lb_ft = 1.3e4;
+    scene.cv_lb_s_ft = 60.0;
+    scene.kt_lb_ft_rad = 41.6;
+    scene.ct_lb_ft_s_rad = 1.6e-4;
+    scene.tad_deg = 7.0;
+    return scene;
+}
+
+/* Flat mats do not heave: the planar landing is the chain's, with all that is added. */
+static void a_flat_landing_is_the_chains(void **state)
+{
+    (void)state;
+    struct sim_scene flat = planar_runway(), chain = runway();
+    add_all(&flat);
+    add_all(&chain);
+    struct sim_result a = run(&flat, (struct sim_options){.dt_s = 2e-5});
+    struct sim_result b = run(&chain, (struct sim_options){.dt_s = 2e-5});
+    assert_true(a.max_lift_ft == 0.0 && b.peak_u_ft > 0.002);
+    for (int n = 1; n <= 120; n++)
+        near(a.u_ft[n], b.u_ft[n], 2.0 * (a.error_u_ft + b.error_u_ft));
+    for (size_t i = 0; i < a.mods->segments; i++)
+        near(a.mods->band_lb[i], b.mods->band_lb[i], 2.0 * (a.mods->error_lb + b.mods->error_lb) + 0.1);
+    for (size_t i = 0; i < a.mods->cleats; i++)
+        near(a.mods->cleat_left[i], b.mods->cleat_left[i], 0.02);
+    sim_result_free(&a);
+    sim_result_free(&b);
+    sim_scene_free(&flat);
+    sim_scene_free(&chain);
+}
+
+/* Forces of a band over a vee of height h at node 5 (from 0) between rivets in the middles of mats 3 and 9: 2 T h/L where
+ * it follows the mats; T h (1/a + 1/b) where it is free from rivet to rivet, and the rivets are pulled up by as much. */
+static void a_taut_band_holds_a_vee_down(void **state)
+{
+    (void)state;
+    const double t0 = 50.0, h = 0.1;
+    struct sim_scene scene = apart(12);
+    struct mods *mods;
+    double z[50] = {0}, down[14], moment[14];
+    scene.mods.bands = 2.0;
+    rivet(&scene, 6, 3, 9);
+    tension(&scene, &t0, 1);
+    z[2 * 5] = -h;
+    struct mods_heave heave = {
+        .z = z, .mats = 12, .length_ft = 1.0, .first = 0, .last = 11, .down_lb = down, .moment_lb_ft = moment};
+    assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
+    mods_brace_heave(mods, &heave);
+    for (int j = 0; j <= 12; j++)
+        near(down[j], j == 5 ? 2.0 * 2.0 * t0 * h : 0.0, 1e-12);
+    mods_free(mods);
+    scene.mods.band_over = SIM_OVER_RIVETS;
+    assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
+    z[2 * 6] = -0.02; /* below the line from the crest to the rivet */
+    mods_brace_heave(mods, &heave);
+    double sum = 0.0, about = 0.0, left = 2.0 * t0 * h / 2.5, right = 2.0 * t0 * h / 3.5;
+    for (int j = 0; j <= 12; j++) {
+        sum += down[j];
+        about += down[j] * j;
+        double expected = j == 5 ? left + right : j == 2 || j == 3 ? -0.5 * left : j == 8 || j == 9 ? -0.5 * right : 0.0;
+        near(down[j], expected, 1e-12);
+    }
+    near(sum, 0.0, 1e-12);
+    near(about, 0.0, 1e-12);
+    mods_free(mods);
+    sim_scene_free(&scene);
+}
+
+/* Stiffeners over all joints that turn freely otherwise are joints without free rotation: the same run. */
+static void stiffeners_are_stiff_joints(void **state)
+{
+    (void)state;
+    double heights[121] = {0};
+    for (int i = 0; i < 2; i++) {
+        struct sim_scene a = planar_runway(), b = planar_runway();
+        struct sim_scene *both[2] = {&a, &b};
+        for (int k = 0; k < 2; k++) {
+            for (int j = 20; j < 60; j++)
+                heights[j] = 0.003 * (j % 3);
+            both[k]->bump_first = 1;
+            both[k]->profile = SIM_FULL;
+            both[k]->ct_lb_ft_s_rad = 0.0;
+            assert_int_equal(sim_scene_set_list(&both[k]->bump_ft, heights, 121, &error), MR_OK);
+        }
+        a.kt_lb_ft_rad = 20.0;
+        a.tad_deg = 0.0;
+        b.kt_lb_ft_rad = 0.0;
+        b.mods.stiff_span = 120;
+        b.mods.stiff_first = 1;
+        b.mods.stiff_lines = 1;
+        b.mods.stiff_kt_lb_ft_rad = 20.0;
+        b.mods.stiff_yield_lb_ft = i ? 1e-3 : HUGE_VAL;
+        struct sim_result ra = run(&a, (struct sim_options){.dt_s = 2e-5});
+        struct sim_result rb = run(&b, (struct sim_options){.dt_s = 2e-5});
+        assert_true(ra.max_lift_ft > 0.0);
+        double apart_ft = 0.0;
+        for (int n = 1; n <= 120; n++)
+            apart_ft = fmax(apart_ft, fabs(ra.u_ft[n] - rb.u_ft[n]));
+        if (i == 0) {
+            near(ra.max_lift_ft, rb.max_lift_ft, 1e-9);
+            near(apart_ft, 0.0, 1e-7);
+        } else
+            assert_true(apart_ft > 1e-7); /* they have bent */
+        sim_result_free(&ra);
+        sim_result_free(&rb);
+        sim_scene_free(&a);
+        sim_scene_free(&b);
+    }
+}
+
+/* Half out of the ground a cleat holds a quarter, and half of it bends when the wheel comes. */
+static void a_raised_cleat_holds_less(void **state)
+{
+    (void)state;
+    struct sim_scene scene = apart(4);
+    struct mods *mods;
+    scene.mods.bands = 0.0;
+    scene.mods.cleat_every = 2;
+    scene.mods.cleat_hold_lb = 8.0;
+    scene.mods.cleat_depth_ft = 0.06;
+    assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
+    near(mods_raised_cleat_lb(mods, 2, 0.001, 0.001), 8.0, 1e-12); /* pressed into the soil */
+    near(mods_raised_cleat_lb(mods, 2, -0.02, -0.04), 2.0, 1e-12);
+    near(mods_raised_cleat_lb(mods, 2, -1.0, 0.0), 0.0, 1e-12); /* 1/2 ft up: altogether out */
+    near(mods_raised_cleat_lb(mods, 3, 0.0, 0.0), 0.0, 1e-12);
+    mods_reset(mods);
+    near(mods_raised_cleat_lb(mods, 4, -0.03, -0.03), 2.0, 1e-12);
+    const struct sim_touch wheel = {4, 1.0, 1.0};
+    mods_press_cleats(mods, &wheel, 1);
+    near(mods_cleat_lb(mods, 4), 4.0, 1e-12);
+    mods_press_cleats(mods, &wheel, 1); /* it has not risen again */
+    near(mods_cleat_lb(mods, 4), 4.0, 1e-12);
+    near(mods_cleat_lb(mods, 2), 8.0, 1e-12);
+    mods_free(mods);
+    sim_scene_free(&scene);
+}
+
+/* --- absence and errors --- */
+
+static void what_is_absent_changes_nothing(void **state)
+{
+    (void)state;
+    struct sim_scene scene = runway();
+    struct sim_result plain = run(&scene, (struct sim_options){.dt_s = 5e-5});
+    assert_null(plain.mods);
+    scene.mods.band_grip_lb = 3.0; /* of no bands */
+    scene.mods.cleat_hold_lb = 3.0;
+    scene.mods.stiff_k_lb_ft = 3.0;
+    struct sim_result still = run(&scene, (struct sim_options){.dt_s = 5e-5});
+    assert_null(still.mods);
+    add_all(&scene); /* present but of no strength */
+    const double zero = 0.0;
+    tension(&scene, &zero, 1);
+    scene.mods.bands = 1e-300;
+    scene.mods.cleat_hold_lb = 0.0;
+    scene.mods.stiff_k_lb_ft = 0.0;
+    scene.mods.tear_lb = 1e9;
+    struct sim_result weak = run(&scene, (struct sim_options){.dt_s = 5e-5});
+    for (int n = 1; n <= 120; n++)
+        assert_true(plain.u_ft[n] == still.u_ft[n] && plain.u_ft[n] == weak.u_ft[n]);
+    sim_result_free(&plain);
+    sim_result_free(&still);
+    sim_result_free(&weak);
+    sim_scene_free(&scene);
+}
+
+static void refused(const struct sim_scene *scene, const char *why)
+{
+    struct sim_result result;
+    memset(&error, 0, sizeof error);
+    assert_true(sim_run(scene, &(struct sim_options){0}, &result, &error) != MR_OK);
+    if (!strstr(error.text, why))
+        fail_msg("'%s' does not say '%s'", error.text, why);
+    sim_result_free(&result);
+}
+
+static void what_makes_no_sense_is_refused(void **state)
+{
+    (void)state;
+    const double two[] = {1, 2}, nine = 9;
+    struct sim_scene scene = runway();
+    scene.mods.bands = 1.0;
+    scene.mods.band_first = 121;
+    refused(&scene, "bands riveted nowhere");
+    scene.mods.band_first = 10;
+    tension(&scene, two, 2);
+    refused(&scene, "band_T0 has 2 values; give one number or 7");
+    tension(&scene, two, 1);
+    assert_int_equal(sim_scene_set_list(&scene.mods.band_pulled, &nine, 1, &error), MR_OK);
+    refused(&scene, "not a riveted mat");
+    assert_int_equal(sim_scene_set_list(&scene.mods.band_pulled, &nine, 0, &error), MR_OK);
+    scene.mods.stiff_span = 6;
+    scene.mods.lay_deg = 45.0;
+    refused(&scene, "stiffeners on a diagonal pattern");
+    scene.mods.stiff_span = 0;
+    scene.mods.lay_deg = 85.0;
+    refused(&scene, "lay_deg is 85");
+    scene.mods.lay_deg = 0.0;
+    assert_int_equal(sim_scene_set_list(&scene.mods.torn, (const double[]){122}, 1, &error), MR_OK);
+    refused(&scene, "122");
+    assert_int_equal(sim_scene_set_list(&scene.mods.torn, NULL, 0, &error), MR_OK);
+    scene.mods.bands = 1.0;
+    scene.model = SIM_REPORT;
+    assert_int_equal(sim_scene_set_list(&scene.grit_lb, NULL, 0, &error), MR_OK);
+    refused(&scene, "a modified runway in model report; leave bands");
+    sim_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_slow_push_splits_as_appendix_c_says),
+        cmocka_unit_test(a_mat_swings_between_anchors),
+        cmocka_unit_test(a_slack_band_does_not_push),
+        cmocka_unit_test(a_connection_holds_its_grip),
+        cmocka_unit_test(heat_slackens),
+        cmocka_unit_test(pulled_rivets_let_the_band_run),
+        cmocka_unit_test(the_wheel_pulls_rivets_out),
+        cmocka_unit_test(leaving_mats_out_changes_nothing),
+        cmocka_unit_test(state_carries_over),
+        cmocka_unit_test(a_second_implementation_agrees),
+        cmocka_unit_test(a_cleat_wears_as_it_moves),
+        cmocka_unit_test(a_stiffener_ties_mats),
+        cmocka_unit_test(joints_at_45_degrees_slide),
+        cmocka_unit_test(a_joint_tears),
+        cmocka_unit_test(a_flat_landing_is_the_chains),
+        cmocka_unit_test(a_taut_band_holds_a_vee_down),
+        cmocka_unit_test(stiffeners_are_stiff_joints),
+        cmocka_unit_test(a_raised_cleat_holds_less),
+        cmocka_unit_test(what_is_absent_changes_nothing),
+        cmocka_unit_test(what_makes_no_sense_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
