@@ -12,7 +12,7 @@
  *
  * On uneven ground (scene key `ground`) heights are counted from the ground under each node; mats begin tilted, and what slides
  * heaves. There a node is at rest when it is slower than 1e-6 of sqrt(g L), as under compression it rests off its settled
- * height: against 1e-9 the lifts of landings without a wave differ by less than 1e-6 in, and half the mats are left out.
+ * height; between 1e-7 and 1e-5 the lifts of landings without a wave differ by less than 1e-7 in.
  *
  * Checks: a step beyond the stability limit is refused. Every run is done twice, at the step and at double the step;
  * the error estimate is their largest difference. It must stay below a fifth of the largest movement, the lifts within
