@@ -145,7 +145,7 @@ static void publish_readings(struct live_hub *hub)
     unsigned count;
     hub->readings_ms = now_ms();
     while ((count = live_model_take(&hub->model, buckets, BUCKETS_AN_EVENT)) > 0)
-        publish(hub, EVENT_READINGS, live_json_buckets(hub->restarts, buckets, count));
+        publish(hub, EVENT_READINGS, live_json_buckets(hub->run, hub->restarts, buckets, count));
 }
 
 static void publish_state(struct live_hub *hub)

@@ -217,7 +217,6 @@ json_t *live_json_state(const struct live_model *model, int64_t now_us)
     json_object_set_new(state, "now_us", json_integer(now_us));
     json_object_set_new(state, "heard_us", json_integer(live_model_heard_us(model)));
     json_object_set_new(state, "block", json_integer(live_model_block(model)));
-    json_object_set_new(state, "epoch", json_integer((json_int_t)model->restarts));
     json_object_set_new(state, "hello", json_boolean(model->hello));
     json_object_set_new(state, "state", json_string(model->state_known ? collector_state_text(model->state) : "unknown"));
     json_object_set_new(state, "landing", json_integer(model->landing));
@@ -246,14 +245,14 @@ static void put_values(FILE *out, const float values[LIVE_CHANNELS])
     }
 }
 
-char *live_json_buckets(uint64_t epoch, const struct live_bucket *buckets, unsigned count)
+char *live_json_buckets(uint32_t run, uint64_t restarts, const struct live_bucket *buckets, unsigned count)
 {
     char *text = NULL;
     size_t length;
     FILE *out = open_memstream(&text, &length);
     if (!out)
         return NULL;
-    fprintf(out, "{\"epoch\":%llu,\"b\":[", (unsigned long long)epoch);
+    fprintf(out, "{\"epoch\":\"%08x-%llu\",\"b\":[", (unsigned)run, (unsigned long long)restarts);
     for (unsigned i = 0; i < count; i++) {
         fprintf(out, "%s[%lld", i ? "," : "", (long long)buckets[i].bucket);
         put_values(out, buckets[i].least);

@@ -20,11 +20,11 @@ struct live_source {
  * "segments": [{"start_ft", "end_ft", "joints", "slack_in"} ..], "touchdown_ft", "bucket_s"} */
 json_t *live_json_configuration(const struct live_model *model, const struct live_source *source);
 
-/* {"now_us", "heard_us", "block", "epoch", "state": .., "warning": .., "gear": .., "zone": .., "readings": [[value, least, most,
+/* {"now_us", "heard_us", "block", "state": .., "warning": .., "gear": .., "zone": .., "readings": [[value, least, most,
  * validity] ..], "links": [..], "health": .., "notices": [..]} */
 json_t *live_json_state(const struct live_model *model, int64_t now_us);
 
-/* {"epoch": N, "b": [[bucket, least x 22, most x 22] ..]}: 0.0001 in and 0.01 lb, null where there is no reading. To be freed. */
-char *live_json_buckets(uint64_t epoch, const struct live_bucket *buckets, unsigned count);
+/* {"epoch": "which hub, which boot", "b": [[bucket, least x 22, most x 22] ..]}: 0.0001 in and 0.01 lb, null where there is no reading. To be freed. */
+char *live_json_buckets(uint32_t run, uint64_t restarts, const struct live_bucket *buckets, unsigned count);
 
 #endif

@@ -62,61 +62,74 @@ enum mr_status store_follow_from(struct store *store, int64_t frames, struct sto
     return finish(store, statement, code, error);
 }
 
-static enum mr_status frames(struct store *store, struct store_place *place, int64_t most, const struct store_follower *follower,
-                             int64_t *count, int64_t *until_us, struct error *error)
+/* The two tables side by side, each at its next row. */
+struct rows {
+    sqlite3_stmt *frames, *blocks;
+    int frame, block; /* what the last step said */
+};
+
+static enum mr_status open_rows(struct store *store, const struct store_place *place, int64_t most, struct rows *rows, struct error *error)
 {
-    sqlite3_stmt *s;
-    int code;
     enum mr_status status = prepare(store, "SELECT id, link, direction, host_us, can_id, dlc, data, board_us FROM frames WHERE id>? ORDER BY id LIMIT ?",
-                                    &s, error);
+                                    &rows->frames, error);
+    if (status == MR_OK)
+        status = prepare(store, "SELECT session, boot, idx, host_us, record FROM blocks WHERE (session, boot, idx) > (?, ?, ?)"
+                                " ORDER BY session, boot, idx LIMIT ?", &rows->blocks, error);
     if (status != MR_OK)
         return status;
-    sqlite3_bind_int64(s, 1, place->frame);
-    sqlite3_bind_int64(s, 2, most);
-    for (*count = 0; (code = sqlite3_step(s)) == SQLITE_ROW; ++*count) {
-        struct store_frame frame = {.link = sqlite3_column_int(s, 1), .direction = sqlite3_column_int(s, 2),
-                                    .host_us = sqlite3_column_int64(s, 3), .id = (uint32_t)sqlite3_column_int64(s, 4),
-                                    .data = sqlite3_column_blob(s, 6), .length = (size_t)sqlite3_column_bytes(s, 6),
-                                    .board_us = sqlite3_column_type(s, 7) == SQLITE_NULL ? STORE_NONE : sqlite3_column_int64(s, 7)};
-        place->frame = sqlite3_column_int64(s, 0);
-        *until_us = frame.host_us;
-        if (frame.direction == 0)
-            follower->frame(follower->context, &frame);
-    }
-    return finish(store, s, code, error);
+    sqlite3_bind_int64(rows->frames, 1, place->frame);
+    sqlite3_bind_int64(rows->frames, 2, most);
+    sqlite3_bind_int64(rows->blocks, 1, place->session);
+    sqlite3_bind_int64(rows->blocks, 2, place->boot);
+    sqlite3_bind_int64(rows->blocks, 3, place->index);
+    sqlite3_bind_int64(rows->blocks, 4, BLOCKS_A_TURN);
+    rows->frame = sqlite3_step(rows->frames);
+    rows->block = sqlite3_step(rows->blocks);
+    return MR_OK;
 }
 
-static enum mr_status blocks(struct store *store, struct store_place *place, int64_t until_us, const struct store_follower *follower,
-                             int64_t *count, struct error *error)
+/* Gives the blocks that were received until then. */
+static void give_blocks(struct rows *rows, struct store_place *place, int64_t until_us, const struct store_follower *follower,
+                        int64_t *count)
 {
-    sqlite3_stmt *s;
-    int code;
-    enum mr_status status = prepare(store, "SELECT session, boot, idx, host_us, record FROM blocks WHERE (session, boot, idx) > (?, ?, ?)"
-                                           " ORDER BY session, boot, idx LIMIT ?", &s, error);
-    if (status != MR_OK)
-        return status;
-    sqlite3_bind_int64(s, 1, place->session);
-    sqlite3_bind_int64(s, 2, place->boot);
-    sqlite3_bind_int64(s, 3, place->index);
-    sqlite3_bind_int64(s, 4, BLOCKS_A_TURN);
-    *count = 0;
-    while ((code = sqlite3_step(s)) == SQLITE_ROW && sqlite3_column_int64(s, 3) <= until_us) {
+    sqlite3_stmt *s = rows->blocks;
+    for (; rows->block == SQLITE_ROW && sqlite3_column_int64(s, 3) <= until_us; rows->block = sqlite3_step(s)) {
         place->session = sqlite3_column_int64(s, 0);
         place->boot = sqlite3_column_int64(s, 1);
         place->index = sqlite3_column_int64(s, 2);
         follower->record(follower->context, sqlite3_column_blob(s, 4), (size_t)sqlite3_column_bytes(s, 4), sqlite3_column_int64(s, 3));
         ++*count;
     }
-    return finish(store, s, code, error);
+}
+
+static void give_frame(struct rows *rows, struct store_place *place, const struct store_follower *follower)
+{
+    sqlite3_stmt *s = rows->frames;
+    struct store_frame frame = {.link = sqlite3_column_int(s, 1), .direction = sqlite3_column_int(s, 2),
+                                .host_us = sqlite3_column_int64(s, 3), .id = (uint32_t)sqlite3_column_int64(s, 4),
+                                .data = sqlite3_column_blob(s, 6), .length = (size_t)sqlite3_column_bytes(s, 6),
+                                .board_us = sqlite3_column_type(s, 7) == SQLITE_NULL ? STORE_NONE : sqlite3_column_int64(s, 7)};
+    place->frame = sqlite3_column_int64(s, 0);
+    if (frame.direction == 0)
+        follower->frame(follower->context, &frame);
 }
 
 enum mr_status store_follow(struct store *store, struct store_place *place, int64_t most, const struct store_follower *follower,
                             bool *more, struct error *error)
 {
-    int64_t told = 0, records = 0, until_us = INT64_MAX;
-    enum mr_status status = frames(store, place, most, follower, &told, &until_us, error);
-    if (status == MR_OK)
-        status = blocks(store, place, told == most ? until_us : INT64_MAX, follower, &records, error);
-    *more = told == most || records == BLOCKS_A_TURN;
+    struct rows rows = {.frame = SQLITE_DONE, .block = SQLITE_DONE};
+    int64_t frames = 0, blocks = 0;
+    struct error late = {0};
+    enum mr_status status = open_rows(store, place, most, &rows, error);
+    for (; status == MR_OK && rows.frame == SQLITE_ROW && blocks < BLOCKS_A_TURN; rows.frame = sqlite3_step(rows.frames)) {
+        give_blocks(&rows, place, sqlite3_column_int64(rows.frames, 3), follower, &blocks);
+        give_frame(&rows, place, follower);
+        frames++;
+    }
+    if (status == MR_OK && rows.frame == SQLITE_DONE && frames < most)
+        give_blocks(&rows, place, INT64_MAX, follower, &blocks);
+    *more = frames == most || blocks == BLOCKS_A_TURN;
+    if (finish(store, rows.frames, rows.frame, &late) != MR_OK || finish(store, rows.blocks, rows.block, &late) != MR_OK)
+        status = status == MR_OK ? error_set(error, late.status, "%s", late.text) : status;
     return status;
 }

@@ -229,13 +229,13 @@
       root.append(svg('line', { class: 'tick', x1: x, x2: x, y1: 130, y2: 136 }), svg('text', { class: 'soft', x, y: 149, 'text-anchor': 'middle' }, String(at)));
     }
     root.append(svg('text', { class: 'soft', x: WIDTH / 2, y: 168, 'text-anchor': 'middle' }, 'station, ' + u.text +
-      ';   ▼ transducer   ▮ switch, filled: the gear has passed   darker mats: less slack, dotted: not surveyed   hatched: closed joints'));
+      ' · ▼ transducer · ▮ switch, filled: the gear has passed · stronger shade: less slack, dotted: not surveyed · hatched: closed joints'));
     if (configuration.runway.touchdown_ft !== null) {
       const x = atFt(configuration.runway.touchdown_ft);
       root.append(svg('line', { class: 'tick', x1: x, x2: x, y1: 36, y2: 106, 'stroke-dasharray': '4 3' }), svg('text', { class: 'soft', x: x + 3, y: 46 }, 'touchdown'));
     }
     map.gear = svg('g', { visibility: 'hidden', id: 'gear' });
-    map.gearText = svg('text', { class: 'gear-label', y: 50, x: 16 });
+    map.gearText = svg('text', { class: 'gear-label', y: 91, x: 18 });
     map.gear.append(svg('line', { class: 'gear-line', x1: 0, x2: 0, y1: 34, y2: 124 }), svg('circle', { class: 'gear', cx: 0, cy: 84, r: 12 }), svg('circle', { class: 'gear', cx: -22, cy: 84, r: 12 }), map.gearText);
     root.append(map.zoneText, map.gear);
     $('runway').replaceChildren(root);
@@ -256,10 +256,9 @@
       const x = atFt(gear);
       map.gear.setAttribute('transform', 'translate(' + x + ' 0)');
       map.gearText.textContent = shown(gear, 'station', 1);
-      map.gearText.setAttribute('y', on && Math.abs(x - Number(map.zoneText.getAttribute('x'))) < 260 ? 36 : 50);
-      const end = x > WIDTH - 140;
-      map.gearText.setAttribute('text-anchor', end ? 'end' : 'start');
-      map.gearText.setAttribute('x', end ? -8 : 8);
+      const behind = x > LEFT + 110; /* where nothing is left to be seen; ahead of it only at the very beginning */
+      map.gearText.setAttribute('text-anchor', behind ? 'end' : 'start');
+      map.gearText.setAttribute('x', behind ? -40 : 18);
     }
     const opened = new Set(state.opened);
     for (const [position, mark] of map.switches) mark.setAttribute('class', opened.has(position) ? 'switch opened' : 'switch');
