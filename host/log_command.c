@@ -24,6 +24,8 @@
 #define SERVICE_US 250000u /* links are looked after at least this often */
 #define ASK_US 1000000u  /* between two requests for the configuration */
 #define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
+#define LIVE_S 30        /* so long a board without CAN tells readings while idle, */
+#define LIVE_AGAIN_US 20000000u /* and so often it is asked */
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 #define FRAMES_PER_TURN 1024
 #define BYTES_PER_TURN 16384
@@ -50,6 +52,7 @@ struct logger {
     json_t *landings;
     unsigned shown; /* landings summarised */
     struct live live; /* of --live; else all zero */
+    uint64_t live_us; /* when the board was asked to be live; 0: not yet */
 };
 
 /* For deadlines: never jumps. */
@@ -260,10 +263,26 @@ static void ask_for_configuration(struct logger *logger)
     send_command(logger, &command, true);
 }
 
+/* An idle board tells its readings on CAN alone. Without CAN it is asked for a record each 20 ms, so that something moves. */
+static void keep_it_live(struct logger *logger)
+{
+    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    uint64_t now_us = monotonic_us();
+    if (logger->open[LINK_CAN] || p.run || !p.hello || (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
+        return;
+    logger->live_us = now_us;
+    send_command(logger, &command, true);
+}
+
 /* The live view: events that are due, and what its viewers ask of the board. */
 static void serve_live(struct logger *logger)
 {
     struct mr_command command;
+    if (!logger->live.hub)
+        return;
+    keep_it_live(logger);
     live_turn(&logger->live, logger->collector);
     if (live_take_command(&logger->live, &command))
         send_command(logger, &command, false);

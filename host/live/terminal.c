@@ -10,7 +10,9 @@
 
 #define COLUMNS_LEAST 40u
 #define COLUMNS_MOST 300u
-#define WIDE 100u /* displacements and tensions side by side */
+#define WIDE 132u   /* three columns of readings with their least and most; */
+#define MIDDLE 56u  /* three without; less: two */
+#define ROOMY 64u   /* a zone's place and time on one line */
 #define SILENT_US 1000000
 #define RUNWAY_FT 120.0
 
@@ -68,16 +70,33 @@ static void board_text(const struct live_model *model, int64_t now_us, char *out
         snprintf(out, size, "alive");
 }
 
-static void zone_text(const struct live_zone *zone, bool si, char *out, size_t size)
+static void place_text(const struct live_zone *zone, bool si, char *out, size_t size)
 {
     const struct unit *ft = unit_of(UNIT_STATION, si);
-    char from[24], to[24], lead[24];
-    static const struct unit seconds = {"s", "s", 1.0};
+    char from[24], to[24];
     if (zone->block < 0 || zone->mats == 0)
         snprintf(out, size, "none");
     else
-        snprintf(out, size, "%u mats closed, %s to %s %s, wheel there in %s s", zone->mats, value_text(zone->start_ft, ft, 1, from),
-                 value_text(zone->end_ft, ft, 1, to), ft->text, value_text(zone->lead_s, &seconds, 2, lead));
+        snprintf(out, size, "%u mats closed, %s to %s %s", zone->mats, value_text(zone->start_ft, ft, 1, from),
+                 value_text(zone->end_ft, ft, 1, to), ft->text);
+}
+
+static void lead_text(const struct live_zone *zone, char *out, size_t size)
+{
+    if (isfinite(zone->lead_s))
+        snprintf(out, size, "wheel there in %.2f s", zone->lead_s);
+    else
+        snprintf(out, size, "no time to it known");
+}
+
+/* Place and time on one line. */
+static void zone_text(const struct live_zone *zone, bool si, char *out, size_t size)
+{
+    char place[70], lead[40];
+    bool any = zone->block >= 0 && zone->mats > 0;
+    place_text(zone, si, place, sizeof place);
+    lead_text(zone, lead, sizeof lead);
+    snprintf(out, size, "%s%s%s", place, any ? ", " : "", any ? lead : "");
 }
 
 static void gear_text(const struct live_model *model, bool si, char *out, size_t size)
@@ -95,7 +114,7 @@ static const char *state_text(const struct live_model *model)
 
 void live_terminal_line(FILE *out, const struct live_model *model, int64_t now_us, bool si)
 {
-    char board[60], gear[80], zone[100];
+    char board[60], gear[80], zone[130];
     const struct store_link_counts *can = &model->link[LINK_CAN].counts, *serial = &model->link[LINK_SERIAL].counts;
     board_text(model, now_us, board, sizeof board);
     gear_text(model, si, gear, sizeof gear);
@@ -141,24 +160,28 @@ static void draw_runway(struct canvas *canvas, const struct live_model *model, b
     line(canvas, NULL, " %s", sensors);
     line(canvas, bold, "[%s]", mats);
     line(canvas, NULL, " %s", switches);
-    line(canvas, NULL, " 0 to %.0f %s; 1-8 transducers, W wheel, # closed mats, . switch, | passed", RUNWAY_FT * ft->factor, ft->text);
+    line(canvas, NULL, " 0 to %.0f %s; W wheel, # closed mats, 1-8 transducers, . switch, | passed", RUNWAY_FT * ft->factor, ft->text);
 }
 
 /* ---- readings ---- */
 
-/* " D1  40.0 ft    0.4003 in  [   -0.01     0.40]": newest, least and most since arming. */
-static void reading_text(const struct live_model *model, unsigned index, bool si, char *out, size_t size)
+/* "D1    40.0 ft    0.4003 in [-0.0036, 0.4041]": newest, least and most since arming; or name and newest alone. */
+static void reading_text(const struct live_model *model, unsigned index, bool si, bool all, char *out, size_t size)
 {
     const struct live_reading *r = &model->reading[index];
     bool displacement = index < MR_TRANSDUCERS;
     const struct unit *unit = unit_of(displacement ? UNIT_DISPLACEMENT : UNIT_TENSION, si), *ft = unit_of(UNIT_STATION, si);
     int decimals = displacement ? (si ? 2 : 4) : (si ? 0 : 1);
     char value[24], least[24], most[24], at[24];
+    char name = displacement ? 'D' : 'T';
+    unsigned number = displacement ? index + 1 : index - MR_TRANSDUCERS + 1;
     const char *said = r->block >= 0 && isnan(r->value) ? mr_validity_text(r->validity) : value_text((double)r->value, unit, decimals, value);
     double station_ft = model->channel_known[index] ? (double)model->channel[index].station_ft : (double)NAN;
-    snprintf(out, size, "%c%-2u %6s %s %9s %s [%s, %s]", displacement ? 'D' : 'T', displacement ? index + 1 : index - MR_TRANSDUCERS + 1,
-             value_text(station_ft, ft, 1, at), ft->text, said, unit->text, value_text((double)r->least, unit, decimals, least),
-             value_text((double)r->most, unit, decimals, most));
+    if (all)
+        snprintf(out, size, "%c%-2u %6s %s %9s %s [%s, %s]", name, number, value_text(station_ft, ft, 1, at), ft->text, said, unit->text,
+                 value_text((double)r->least, unit, decimals, least), value_text((double)r->most, unit, decimals, most));
+    else
+        snprintf(out, size, "%c%-2u %9s %s", name, number, said, unit->text);
 }
 
 static bool fitted(const struct live_model *model, unsigned index)
@@ -166,23 +189,23 @@ static bool fitted(const struct live_model *model, unsigned index)
     return !model->channel_known[index] || mr_channel_measures(&model->channel[index]);
 }
 
-/* On a wide screen tensions beside displacements, two columns of them; else one below the other. */
+/* Displacements, and tensions beside them in two columns; in one when the screen is narrow. */
 static void draw_readings(struct canvas *canvas, const struct live_model *model, bool si)
 {
     char text[3][80];
-    bool wide = canvas->columns >= WIDE;
-    unsigned rows = wide ? 8 : LIVE_CHANNELS;
-    line(canvas, bold, wide ? " displacement [least, most since arming]          tension [least, most since arming]"
-                            : " reading [least, most since arming]");
+    bool all = canvas->columns + 1 >= WIDE, two = canvas->columns + 1 < MIDDLE;
+    unsigned rows = two ? MR_GAGES : MR_TRANSDUCERS, half = two ? MR_GAGES : MR_GAGES / 2;
+    line(canvas, bold, all ? " displacement [least, most since arming]          tension [least, most since arming]" : " displacement, tension");
     for (unsigned row = 0; row < rows; row++) {
-        const unsigned index[3] = {row, wide && row < 7 ? 8 + row : LIVE_CHANNELS, wide && row < 7 ? 15 + row : LIVE_CHANNELS};
+        const unsigned index[3] = {row < MR_TRANSDUCERS ? row : LIVE_CHANNELS, row < half ? MR_TRANSDUCERS + row : LIVE_CHANNELS,
+                                   !two && row < half ? MR_TRANSDUCERS + half + row : LIVE_CHANNELS};
         for (unsigned i = 0; i < 3; i++) {
             text[i][0] = '\0';
             if (index[i] < LIVE_CHANNELS && fitted(model, index[i]))
-                reading_text(model, index[i], si, text[i], sizeof text[i]);
+                reading_text(model, index[i], si, all, text[i], sizeof text[i]);
         }
         if (text[0][0] || text[1][0] || text[2][0])
-            line(canvas, NULL, wide ? " %-46s %-42s %s" : " %s", text[0], text[1], text[2]);
+            line(canvas, NULL, all ? " %-46s %-42s %s" : " %-17s %-16s %s", text[0], text[1], text[2]);
     }
 }
 
@@ -190,18 +213,23 @@ static void draw_readings(struct canvas *canvas, const struct live_model *model,
 
 static void draw_warning(struct canvas *canvas, const struct live_model *model, bool si)
 {
-    char zone[100], rule[COLUMNS_MOST + 1];
+    char place[70], lead[40], rule[COLUMNS_MOST + 1];
     const struct live_warning *warning = &model->warning;
-    zone_text(warning->on ? &model->zone : &warning->zone, si, zone, sizeof zone);
+    const struct live_zone *zone = warning->on || !warning->since_us ? &model->zone : &warning->zone;
+    bool roomy = canvas->columns + 1 >= ROOMY;
+    place_text(zone, si, place, sizeof place);
+    lead_text(zone, lead, sizeof lead);
     if (!warning->on) {
-        line(canvas, NULL, warning->since_us ? " was warned: %s; over now" : " no warning; closed run ahead: %s", zone);
+        line(canvas, NULL, warning->since_us ? " was warned, over now: %s" : " no warning; closed ahead: %s", place);
         return;
     }
     memset(rule, '!', canvas->columns);
     rule[canvas->columns] = '\0';
     line(canvas, alarm_, "%s", rule);
     line(canvas, alarm_, "!!! WARNING: JOINTS CLOSED AHEAD%*s", (int)canvas->columns - 32, "!!!");
-    line(canvas, alarm_, "!!! %s", zone);
+    line(canvas, alarm_, roomy ? "!!! %s, %s" : "!!! %s", place, lead);
+    if (!roomy)
+        line(canvas, alarm_, "!!! %s", lead);
     line(canvas, alarm_, "%s", rule);
 }
 
@@ -211,7 +239,7 @@ static void draw_links(struct canvas *canvas, const struct live_model *model)
         const struct live_link *link = &model->link[kind];
         bool lossy = link->counts.lost + link->counts.dropped + link->counts.bad > 0;
         if (link->used)
-            line(canvas, lossy ? bad : NULL, " %-6s %lld frames, %lld lost, %lld dropped by the board, %lld broken",
+            line(canvas, lossy ? bad : NULL, " %-6s %lld frames, %lld lost, %lld dropped, %lld broken",
                  kind == LINK_CAN ? "CAN" : "serial", (long long)link->counts.received, (long long)link->counts.lost,
                  (long long)link->counts.dropped, (long long)link->counts.bad);
     }

@@ -121,7 +121,7 @@
     const kind = index < TRANSDUCERS ? 'displacement' : 'tension';
     const box = element('div', 'strip ' + kind), head = element('header'), plot = element('div', 'plot');
     const strip = { index, kind, box: plot, value: element('span', 'value'), range: element('span', 'range') };
-    const where = channel.station_ft === null ? '' : ' at ' + shown(channel.station_ft, 'station', 1) + (channel.band ? ', band ' + channel.band : '');
+    const where = channel.station_ft === null ? '' : '  ' + shown(channel.station_ft, 'station', 1) + (channel.band ? ', band ' + channel.band : '');
     head.append(element('span', 'name', channel.name + where), strip.range, strip.value);
     box.id = 'strip-' + (kind === 'displacement' ? 'd' : 't') + (kind === 'displacement' ? index + 1 : index - TRANSDUCERS + 1);
     strip.range.title = 'least and most since arming';
@@ -296,7 +296,7 @@
     const who = b.uid ? 'firmware ' + b.firmware + (b.commit ? ', ' + b.commit : '') + ', board ' + b.uid : '';
     if (b.other_layout) tile('board', 'bad', '✕', 'other version', 'it speaks another layout: use firmware and matrig of one version');
     else if (!isFinite(ms)) tile('board', '', '…', 'waiting', 'nothing heard yet');
-    else if (ms > SILENT_MS) tile('board', 'bad', '✕', 'SILENT ' + fixed(ms / 1000, ms < 10000 ? 1 : 0) + ' s', 'no message on any link; ' + who);
+    else if (ms > SILENT_MS) tile('board', 'bad', '✕', 'SILENT', 'no message on any link for ' + fixed(ms / 1000, ms < 10000 ? 1 : 0) + ' s; ' + who);
     else tile('board', faults ? '' : 'good', faults ? '▲' : '●', faults ? 'alive, ' + faults + (faults > 1 ? ' faults' : ' fault') : 'alive', who);
   };
   const SIGNS = { idle: '○', armed: '◆', landing: '▶', settling: '◇', done: '■', unknown: '?' };
