@@ -198,6 +198,8 @@ void live_hub_message(struct live_hub *hub, enum link_kind kind, uint16_t id, co
     }
     if (hub->model.warning.on != hub->warned || hub->model.restarts != hub->restarts)
         turn(hub);
+    if (hub->model.closed_count >= BUCKETS_AN_EVENT)
+        publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
@@ -207,6 +209,8 @@ void live_hub_record(struct live_hub *hub, const uint8_t *record, size_t length,
     live_model_record(&hub->model, record, length, host_us);
     if (hub->model.restarts != hub->restarts)
         turn(hub);
+    if (hub->model.closed_count >= BUCKETS_AN_EVENT) /* a campaign that is gone through faster than turns come */
+        publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 

@@ -81,6 +81,7 @@ def check_live(browser, db):
         browser.open(address)
         tap.check("its last state is shown", browser.wait("document.querySelector('#state-big').textContent === 'IDLE' && /SILENT/.test(document.querySelector('#board-big').textContent)"),
                   browser.js("document.body.innerText"))
+        tap.check("with all of its strips", browser.wait("matrigLive.fine.count > 380"), browser.js("matrigLive.fine.count"))
         time.sleep(0.5)
         browser.pump()
         base = address.split("#")[0]

@@ -330,7 +330,7 @@
         return { row: tr, td: Array.from({ length: 7 }, () => tr.appendChild(element('td'))) };
       });
       const ago = link.heard_us ? (state.now_us - link.heard_us) / 1e6 : null;
-      [link.name, link.received, link.lost, link.dropped, link.bad, link.foreign, fixed(ago, 1)].forEach((v, i) => {
+      [link.name, link.received, link.lost, link.dropped, link.bad, link.foreign, ago !== null && ago < 1e6 ? fixed(ago, 1) : '–'].forEach((v, i) => {
         const text = String(v);
         if (row.td[i].textContent !== text) row.td[i].textContent = text;
         if (i >= 2 && i <= 4) row.td[i].className = v > 0 ? 'lost' : '';
@@ -515,7 +515,8 @@
     let theme = 'auto';
     try { theme = localStorage.getItem('matrig-theme') || 'auto'; } catch (e) { /* none kept */ }
     setTheme(THEMES.includes(theme) ? theme : 'auto');
-    matchMedia('(prefers-color-scheme:dark)').addEventListener('change', () => { readPalette(); strips.forEach((s) => s.plot.redraw()); });
+    const recolour = () => { readPalette(); strips.forEach((s) => s.plot.redraw()); };
+    for (const query of ['(prefers-color-scheme:dark)', 'print']) matchMedia(query).addEventListener('change', recolour);
     for (const b of document.querySelectorAll('[data-span]')) b.addEventListener('click', () => setSpan(Number(b.dataset.span)));
     $('sound').addEventListener('click', toggleSound);
     $('theme').addEventListener('click', nextTheme);
