@@ -74,6 +74,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_condattr_t steady;
     if (!made)
         return error_set(error, MR_FULL, "no memory: the live view; close other programs");
+    json_object_seed(0); /* else the first objects of two threads at once would both do it */
     pthread_mutex_init(&made->lock, NULL);
     pthread_condattr_init(&steady);
     pthread_condattr_setclock(&steady, CLOCK_MONOTONIC);

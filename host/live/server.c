@@ -262,7 +262,7 @@ static enum mr_status parse_where(const char *where, struct sockaddr_storage *ad
     struct sockaddr_in6 *v6 = (struct sockaddr_in6 *)address;
     const char *colon = strrchr(where, ':');
     const char *port = colon ? colon + 1 : where;
-    char host[64], *end;
+    char host[64] = "", *end;
     size_t host_length = colon ? (size_t)(colon - where) : 0;
     long number = strtol(port, &end, 10);
     if (*port < '0' || *port > '9' || *end || number > 65535 || host_length >= sizeof host)
