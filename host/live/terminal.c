@@ -83,7 +83,9 @@ static void place_text(const struct live_zone *zone, bool si, char *out, size_t 
 
 static void lead_text(const struct live_zone *zone, char *out, size_t size)
 {
-    if (isfinite(zone->lead_s))
+    if (zone->lead_s == 0.0)
+        snprintf(out, size, "the wheel is at it");
+    else if (isfinite(zone->lead_s))
         snprintf(out, size, "wheel there in %.2f s", zone->lead_s);
     else
         snprintf(out, size, "no time to it known");

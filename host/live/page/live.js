@@ -273,8 +273,9 @@
     say(name + '-big', big);
     say(name + '-small', small);
   };
-  const zoneWords = (zone) => zone.mats + ' mats closed ahead, stations ' + fixed(zone.start_ft === null ? null : zone.start_ft * unit('station').factor, 1) + ' to ' + shown(zone.end_ft, 'station', 1) +
-    (zone.lead_s === null ? '; no time to it known' : '; wheel there in ' + fixed(zone.lead_s, 2) + ' s') + '; ' + zone.inferred_percent + ' % of it by the survey alone';
+  const leadWords = (zone) => (zone.lead_s === null ? 'no time to it known' : zone.lead_s === 0 ? 'the wheel is at it' : 'wheel there in ' + fixed(zone.lead_s, 2) + ' s');
+  const zoneWords = (zone, lead) => zone.mats + ' mats closed ahead, stations ' + fixed(zone.start_ft === null ? null : zone.start_ft * unit('station').factor, 1) + ' to ' + shown(zone.end_ft, 'station', 1) +
+    (lead ? '; ' + leadWords(zone) : '') + '; ' + zone.inferred_percent + ' % of it by the survey alone';
   const showWarning = () => {
     const w = state.warning, box = $('warning'), past = !w.on && w.since_us > 0;
     box.hidden = !(w.on || (past && seen !== w.since_us));
@@ -282,12 +283,12 @@
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
       say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'Warned at ' + clock(w.since_us) + ', over now');
-      say('warning-text', w.on ? zoneWords(state.zone) : 'longest: ' + zoneWords(w.zone).replace(/; (no time|wheel).*? (known|s);/, ';'));
+      say('warning-text', w.on ? zoneWords(state.zone, true) : 'longest: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     document.title = (w.on ? '▲ WARNING · ' : '') + state.state + ' · matrig live';
     sound(w.on);
-    if (w.on) tile('warning', 'hot', '▲', 'WARNING', state.zone.lead_s === null ? 'no time to the zone known' : 'wheel there in ' + fixed(state.zone.lead_s, 2) + ' s');
+    if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(state.zone));
     else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'was given' : 'none', state.zone.mats > 0 ? 'longest closed run: ' + state.zone.mats + ' mats; warned of from ' + configuration.limits.warning_mats : 'no closed joints ahead');
   };
   const silentMs = () => (state && state.heard_us ? (state.now_us - state.heard_us) / 1000 + (performance.now() - stateAt) : Infinity);
@@ -311,7 +312,7 @@
     const g = state.gear, f = g.final;
     const small = f ? 'touchdown ' + shown(f.touchdown_ft_s, 'speed', 3) + (f.touchdown_error_ft_s === null ? '' : ' ± ' + fixed(f.touchdown_error_ft_s * unit('speed').factor, 3)) +
       (f.deceleration_ft_s2 === null ? '' : ', ' + shown(f.deceleration_ft_s2, 'deceleration', 3)) + (f.after_s === null ? '' : ', stopped after ' + fixed(f.after_s, 2) + ' s')
-      : g.speed_ft_s === null ? 'no speed yet' : shown(g.speed_ft_s, 'speed', 2) + ', deceleration ' + shown(g.deceleration_ft_s2, 'deceleration', 2);
+      : g.speed_ft_s === null ? 'no speed yet' : shown(g.speed_ft_s, 'speed', 2) + ' ± ' + fixed(g.speed_error_ft_s === null ? null : g.speed_error_ft_s * unit('speed').factor, 2) + ', deceleration ' + shown(g.deceleration_ft_s2, 'deceleration', 2) + ', at the last switch';
     tile('gear', '', '', g.station_ft === null ? 'not seen' : shown(g.station_ft, 'station', 1), small);
   };
 
