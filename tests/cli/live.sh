@@ -16,7 +16,7 @@ pids+=($log)
 address_in() { # FILE: what is served there, once it is
     local i
     for ((i = 0; i < 100; i++)); do
-        grep -q '^live: http://127.0.0.1:[0-9]*/#[0-9a-f]\{32\}$' "$1" && sed -n 's/^live: //p' "$1" && return 0
+        grep -qs '^live: http://127.0.0.1:[0-9]*/#[0-9a-f]\{32\}$' "$1" && sed -n 's/^live: //p' "$1" && return 0
         sleep 0.05
     done
     return 1
@@ -117,7 +117,7 @@ events_go_on_where_they_were() {
     timeout 0.5 cat <&7 >"$tmp/second"
     exec 7>&-
     echo "last $last; then $(sed -n 's/^id: //p' "$tmp/second" | head -n 1)"
-    ! grep -q '^event: configuration' "$tmp/second" &&
+    ! grep -q '^retry:' "$tmp/second" && # which begins what is told anew
         [ "$(sed -n 's/^id: //p' "$tmp/second" | head -n 1 | tr -d '\r')" = "${last%-*}-$((${last#*-} + 1))" ]
 }
 followed_in_a_terminal() { # no terminal: lines, nothing but text
