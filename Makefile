@@ -18,11 +18,13 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libserialport-dev libmd-dev libgsl-dev libc6-dev
+	libsundials-dev libserialport-dev libmd-dev libgsl-dev libmicrohttpd-dev libc6-dev $(if $(shell command -v npm),,npm)
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash python3
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
+# To drive the pages in a browser.
+BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurmctld slurmd slurm-client munge parallel
 
@@ -55,7 +57,7 @@ app_lib := $(B)/host/libapp.a
 # Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later, GSL
 # GPL-3.0-or-later: only matrig and the tests of host link them, never matrig-board (GPL-2.0 and 3.0 do not go together).
 HIL_LIBS := -lunicorn -lm
-HOST_LIBS := -lsqlite3 -ljansson -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
+HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
 	-lsundials_sunlinsolband -lmd -lgsl -lgslcblas -lm
 
 firmware := $(B)/firmware/matrig.elf
@@ -99,6 +101,10 @@ test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_program
 test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN and serial, in a QEMU guest: frames sent, received, lost; sweeps through Slurm and GNU parallel
 	@tests/run-all.sh tests/linux/sweep.sh
 	@tests/linux/run.sh
+
+.PHONY: test-browser
+test-browser: $(B)/.browser-packages all ## live view and report in headless Chromium: values, warning within 200 ms, nothing from elsewhere
+	@tests/browser/run.sh
 
 .PHONY: bench
 bench: $(B)/.test-packages all $(variants) $(B)/tests/bench/sim_bench $(B)/tests/fit/coverage $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
@@ -177,6 +183,8 @@ $(B)/.demo-packages:
 	$(call install_packages,$(DEMO_PACKAGES))
 $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
+$(B)/.browser-packages: $(B)/.test-packages
+	$(call install_packages,$(BROWSER_PACKAGES))
 $(B)/.linux-packages: $(B)/.test-packages
 	$(call install_packages,$(LINUX_PACKAGES))
 $(B)/.coverage-packages: $(B)/.test-packages
@@ -215,6 +223,16 @@ $(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
 $(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
 $(B)/host/hil/bootrom.o: $(B)/hil/bootrom.bin
+
+# --- the live page: uPlot of the version and checksum in package-lock.json, carried by matrig as bytes ---
+uplot := build/npm/node_modules/uplot/dist/uPlot.iife.min.js
+$(uplot): host/live/page/package.json host/live/page/package-lock.json | $(B)/.demo-packages
+	@mkdir -p build/npm
+	@cp $^ build/npm/
+	@cd build/npm && npm ci --ignore-scripts --no-audit --no-fund --omit-lockfile-registry-resolved --cache ./cache >npm.log 2>&1 || \
+		{ grep -i err npm.log | head -n 3 >&2; echo "cannot fetch uPlot by npm; see build/npm/npm.log; it needs a network once" >&2; exit 2; }
+	@touch $@
+$(B)/host/host/live/assets.o: $(uplot) $(wildcard host/live/page/live.*)
 
 # --- firmware ---
 $(B)/arm/%.o: %.c | $(B)/.demo-packages

@@ -19,6 +19,7 @@ struct cli {
 };
 
 int log_command(int argc, char **argv, const struct cli *cli);
+int live_command(int argc, char **argv, const struct cli *cli);
 int board_command(int argc, char **argv, const struct cli *cli);
 int flash_command(int argc, char **argv, const struct cli *cli);
 /* board's words with `config` among them */

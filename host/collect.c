@@ -51,6 +51,11 @@ int64_t collector_session(const struct collector *collector)
     return collector->session;
 }
 
+void collector_watch(struct collector *collector, const struct collector_watcher *watcher)
+{
+    collector->watcher = watcher;
+}
+
 const struct crash_report *collector_take_crash(struct collector *collector)
 {
     bool news = collector->crash_news;
@@ -181,6 +186,8 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         meaning = collect_message(collector, side, info->id, payload, info->length, host_us, error);
     if (status == MR_OK)
         status = store_raw(collector, side, side->current ? side->current : before, &frame, error);
+    if (collector->watcher)
+        collector->watcher->message(collector->watcher->context, side->kind, info->id, payload, info->length, host_us, frame.board_us);
     if (status == MR_OK)
         status = store_account_gaps(collector, side, error);
     if (status == MR_OK)
@@ -230,6 +237,8 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
     account_message(&side->account, MR_ID_BLOCK);
     if (side->current)
         account_block(&side->account, block.index);
+    if (collector->watcher)
+        collector->watcher->record(collector->watcher->context, frame->payload, frame->length, host_us);
     if (status == MR_OK)
         status = store_account_gaps(collector, side, error);
     if (status == MR_OK)

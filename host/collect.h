@@ -62,6 +62,16 @@ struct collector_progress {
     int64_t before_first; /* CAN frames sent before logging began; -1: not known */
 };
 void collector_progress(const struct collector *collector, struct collector_progress *progress);
+/* Who else wants to know what comes, as it comes: messages that the catalogue knows, with their board time (us; STORE_NONE: not
+ * known), and whole block records. `watcher` must outlive the collector; NULL: nobody. */
+struct collector_watcher {
+    void (*message)(void *context, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, uint64_t host_us,
+                    int64_t board_us);
+    void (*record)(void *context, const uint8_t *record, size_t length, uint64_t host_us);
+    void *context;
+};
+void collector_watch(struct collector *collector, const struct collector_watcher *watcher);
+
 /* Newest block known on a link; -1: none. */
 int64_t collector_block(const struct collector *collector, enum link_kind kind);
 int64_t collector_session(const struct collector *collector);

@@ -65,6 +65,7 @@ struct collector {
     struct store *store;
     int64_t session;
     struct side side[LINK_KINDS];
+    const struct collector_watcher *watcher; /* NULL: nobody */
     bool hello;
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */

@@ -16,6 +16,7 @@
 #include "host/collect.h"
 #include "host/crash.h"
 #include "host/link/can_error.h"
+#include "host/live/live.h"
 #include "host/quicklook.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
@@ -24,6 +25,8 @@
 #define SERVICE_US 250000u /* links are looked after at least this often */
 #define ASK_US 1000000u  /* between two requests for the configuration */
 #define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
+#define LIVE_S 30        /* so long a board without CAN tells readings while idle, */
+#define LIVE_AGAIN_US 20000000u /* and so often it is asked */
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 #define FRAMES_PER_TURN 1024
 #define BYTES_PER_TURN 16384
@@ -50,6 +53,8 @@ struct logger {
     json_t *landings;
     unsigned shown; /* landings summarised */
     struct quicklook look;
+    struct live live; /* of --live; else all zero */
+    uint64_t live_us; /* when the board was asked to be live; 0: not yet */
 };
 
 /* For deadlines: never jumps. */
@@ -246,12 +251,31 @@ static enum mr_status show_silent(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
+/* Sends it over serial when that can be, else over CAN. `unasked`: nobody waits for it, so a link that does not take it is not tried
+ * again. */
+static void send_command(struct logger *logger, const struct mr_command *command, bool unasked)
+{
+    struct link_frame can = {.id = MR_ID_COMMAND};
+    uint8_t bytes[MR_FRAME_MAX];
+    can.length = (uint8_t)mr_command_put(command, can.data);
+    for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
+        struct error reason = {0};
+        if (!logger->open[kind] || (unasked && logger->mute[kind]))
+            continue;
+        enum mr_status status =
+            kind == LINK_CAN ? link_send_frame(logger->link[kind], &can, &reason)
+                             : link_send_bytes(logger->link[kind], bytes,
+                                               mr_frame_encode(0, MR_ID_COMMAND, can.data, can.length, bytes), &reason);
+        logger->mute[kind] = logger->mute[kind] || (unasked && status != MR_OK);
+        if (status == MR_OK)
+            return;
+    }
+}
+
 /* Asks the board for its configuration, over serial when it can be. A link that does not take it, such as a file, is asked once. */
 static void ask_for_configuration(struct logger *logger)
 {
     struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
-    struct link_frame can = {.id = MR_ID_COMMAND};
-    uint8_t bytes[MR_FRAME_MAX];
     uint64_t now_us = monotonic_us();
     if (!collector_lacks_configuration(logger->collector)) {
         struct collector_progress p;
@@ -264,19 +288,32 @@ static void ask_for_configuration(struct logger *logger)
         return;
     logger->asked_us = now_us;
     logger->asks++;
-    can.length = (uint8_t)mr_command_put(&command, can.data);
-    for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
-        struct error reason = {0};
-        if (!logger->open[kind] || logger->mute[kind])
-            continue;
-        enum mr_status status =
-            kind == LINK_CAN ? link_send_frame(logger->link[kind], &can, &reason)
-                             : link_send_bytes(logger->link[kind], bytes,
-                                               mr_frame_encode(0, MR_ID_COMMAND, can.data, can.length, bytes), &reason);
-        logger->mute[kind] = status != MR_OK;
-        if (status == MR_OK)
-            return;
-    }
+    send_command(logger, &command, true);
+}
+
+/* An idle board tells its readings on CAN alone. Without CAN it is asked for a record each 20 ms, so that something moves. */
+static void keep_it_live(struct logger *logger)
+{
+    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    uint64_t now_us = monotonic_us();
+    if (logger->open[LINK_CAN] || p.run || !p.hello || (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
+        return;
+    logger->live_us = now_us;
+    send_command(logger, &command, true);
+}
+
+/* The live view: events that are due, and what its viewers ask of the board. */
+static void serve_live(struct logger *logger)
+{
+    struct mr_command command;
+    if (!logger->live.hub)
+        return;
+    keep_it_live(logger);
+    live_turn(&logger->live, logger->collector);
+    if (live_take_command(&logger->live, &command))
+        send_command(logger, &command, false);
 }
 
 /* What the board said of itself that nobody should have to look for. */
@@ -377,6 +414,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         if (status != MR_OK)
             return status;
         ask_for_configuration(logger);
+        serve_live(logger);
         note_health(logger);
         show_progress(logger, false);
         if (signalled)
@@ -491,6 +529,8 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
         status = collector_open(logger->store, can, serial, &logger->collector, error);
     if (status != MR_OK)
         return status;
+    if (logger->live.hub)
+        collector_watch(logger->collector, &logger->live.watcher);
     status = collect(logger, signals, for_s, error);
     /* Whatever went wrong, what was received stays, and the session is closed if the database still takes it.
      */
@@ -513,15 +553,31 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     return status;
 }
 
+static enum mr_status open_live(struct logger *logger, const char *where, const char *can, const char *serial, const char *db,
+                                struct error *error)
+{
+    bool listens = logger->mute[LINK_CAN] && logger->mute[LINK_SERIAL];
+    const struct live_source source = {.db = db, .can = can, .serial = serial, .commands = !listens, .si = logger->cli->si,
+                                       .no_commands = listens ? "matrig log was told to listen only (--listen)" : NULL};
+    enum mr_status status = live_open(&logger->live, where, &source, error);
+    if (status == MR_OK) { /* also with --quiet: nobody could guess it */
+        fprintf(stderr, "live: %s\n", live_server_url(logger->live.server));
+        fflush(stderr);
+    }
+    return status;
+}
+
 /* An existing database is checked before any link is opened; a new one is made only once the links are open.
  */
-static enum mr_status open_all(struct logger *logger, const char *can, const char *serial, const char *db,
+static enum mr_status open_all(struct logger *logger, const char *can, const char *serial, const char *db, const char *live,
                                struct error *error)
 {
     const char *const spec[LINK_KINDS] = {can, serial};
     enum mr_status status = MR_OK;
     if (access(db, F_OK) == 0)
         status = store_open(db, STORE_CREATE, &logger->store, error);
+    if (status == MR_OK && live)
+        status = open_live(logger, live, can, serial, db, error);
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         if (spec[kind])
             status = link_open(spec[kind], (enum link_kind)kind, &logger->link[kind], error);
@@ -534,14 +590,14 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
 
 int log_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL, *page = NULL;
+    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL, *live = NULL, *page = NULL;
     bool listen = false;
     const struct cli_option options[] = {
         {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL},
-        {"--listen", NULL, &listen}, {"--elf", &elf, NULL}, {"--page", &page, NULL}};
+        {"--listen", NULL, &listen}, {"--elf", &elf, NULL}, {"--live", &live, NULL}, {"--page", &page, NULL}};
     struct error error = {0};
     double for_s = (double)INFINITY;
-    enum mr_status status = cli_parse(argc, argv, options, 7, NULL, 0, 0, "", &error);
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], NULL, 0, 0, "", &error);
     if (status == MR_OK && !can && !serial)
         status =
             error_set(&error, MR_USAGE,
@@ -569,7 +625,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
 
     struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols,
                             .look = {.db = db, .page = page, .si = cli->si}};
-    status = open_all(&logger, can, serial, db, &error);
+    status = open_all(&logger, can, serial, db, live, &error);
     if (status == MR_OK)
         status = run(&logger, signals, can, serial, for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
@@ -577,6 +633,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
         exit_code = cli_print_json(log_json(&logger, db, &error), exit_code);
     quicklook_service(&logger.look, true);
     json_decref(logger.landings);
+    live_close(&logger.live);
     collector_close(logger.collector);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         link_close(logger.link[kind]);

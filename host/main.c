@@ -16,11 +16,12 @@ struct command {
 };
 
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--listen] [--elf F] [--page F]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen] [--elf F] [--page F]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
      "  --for S        stop after S seconds; else at the end of the links, or on Ctrl-C\n"
+     "  --live PORT    show it in a browser of this computer as it comes, arm and disarm there; see matrig live --help\n"
      "  --listen       send nothing: do not ask the board for its configuration\n"
      "  --elf F        the image that the board runs: names the function of a processor fault\n"
      "  --page F       keep the report in F up to date: written beside the logging when a landing ends\n"
@@ -36,6 +37,15 @@ static const struct command commands[] = {
      "                 a serial port, 8N1, 2000000 baud unless given\n"
      "  pty:PATH       the pseudo-terminal of an emulated board\n"
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
+    {"live", live_command, "DB [--port PORT] | DB --terminal", "watch a board: a page in the browser, or this terminal",
+     "  DB             campaign database that a running matrig log writes; followed, never written\n"
+     "  --port PORT    serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any port that is free\n"
+     "  --terminal     show it in this terminal; when standard output is none, a line a second\n"
+     "  --for S        stop after S seconds; else on Ctrl-C\n"
+     "With --json: the state now, as one object, and no more. The page only watches: arm and disarm on that of matrig log --live,\n"
+     "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and the address that was printed.\n"
+     "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
+     "         matrig live campaign.db --terminal\n"},
     {"board", board_command,
      "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
      "                        config get|set|check | runway [show|load F|forget] [-o F] | health [--elf F] | self-test | reset",

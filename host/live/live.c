@@ -1,0 +1,46 @@
+#include "host/live/live.h"
+
+static void message(void *context, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, uint64_t host_us,
+                    int64_t board_us)
+{
+    struct live *live = context;
+    live_hub_message(live->hub, kind, id, payload, length, (int64_t)host_us, board_us == STORE_NONE ? -1 : board_us / 1000);
+}
+
+static void record(void *context, const uint8_t *bytes, size_t length, uint64_t host_us)
+{
+    struct live *live = context;
+    live_hub_record(live->hub, bytes, length, (int64_t)host_us);
+}
+
+enum mr_status live_open(struct live *live, const char *where, const struct live_source *source, struct error *error)
+{
+    live->source = *source;
+    live->watcher = (struct collector_watcher){message, record, live};
+    enum mr_status status = live_hub_open(&live->source, &live->hub, error);
+    return status == MR_OK ? live_server_open(where, live->hub, &live->server, error) : status;
+}
+
+void live_close(struct live *live)
+{
+    live_server_close(live->server);
+    live_hub_close(live->hub);
+    live->server = NULL;
+    live->hub = NULL;
+}
+
+void live_turn(struct live *live, const struct collector *collector)
+{
+    struct collector_progress progress;
+    if (!live->hub)
+        return;
+    collector_progress(collector, &progress);
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        live_hub_counts(live->hub, (enum link_kind)kind, &progress.counts[kind], (int64_t)link_now_us());
+    live_hub_turn(live->hub);
+}
+
+bool live_take_command(struct live *live, struct mr_command *command)
+{
+    return live->hub && live_hub_take_command(live->hub, command);
+}

@@ -1,0 +1,598 @@
+#include "host/live/model.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "common/bands.h"
+#include "common/command.h"
+#include "common/crash.h"
+#include "common/image.h"
+#include "common/switches.h"
+#include "host/collect.h"
+
+#define MISSING ((float)NAN)
+#define RESTART_BLOCKS 1000     /* a block so much older than the newest: the board began again */
+#define RECORD_FRESH_BLOCKS 200 /* while records are this new, CAN says nothing that they do not */
+#define SILENT_BLOCKS 500       /* a link so far behind the other brings nothing more */
+#define TELLING_BLOCKS 10
+#define STATE_ARMED 1u
+
+static void forget_readings(struct live_model *model)
+{
+    for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+        model->reading[i] = (struct live_reading){.value = MISSING, .block = -1, .least = MISSING, .most = MISSING};
+}
+
+static void forget_landing(struct live_model *model)
+{
+    model->zone = (struct live_zone){.block = -1, .start_ft = (double)NAN, .end_ft = (double)NAN, .lead_s = (double)NAN,
+                                     .wheel_ft = (double)NAN};
+    model->warning = (struct live_warning){.zone = model->zone};
+    model->motion_block = -1;
+    model->position_ft = model->speed_ft_s = model->deceleration_ft_s2 = MISSING;
+    model->speed_error_ft_s = model->deceleration_error_ft_s2 = MISSING;
+    model->touchdown_known = model->stop_known = false;
+    model->opened = 0;
+    model->edges = 0;
+    for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+        model->reading[i].least = model->reading[i].most = MISSING;
+}
+
+static void forget_buckets(struct live_model *model)
+{
+    for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++)
+        model->open[i].bucket = -1;
+    model->closed_to = -1;
+    model->record_block = -1;
+}
+
+void live_model_start(struct live_model *model, bool can, bool serial)
+{
+    memset(model, 0, sizeof *model);
+    model->link[LINK_CAN].used = can;
+    model->link[LINK_SERIAL].used = serial;
+    model->link[LINK_CAN].newest = model->link[LINK_SERIAL].newest = -1;
+    model->touchdown_ft = MISSING;
+    forget_readings(model);
+    forget_landing(model);
+    forget_buckets(model);
+}
+
+void live_model_notice(struct live_model *model, enum live_severity severity, int64_t host_us, const char *format, ...)
+{
+    struct live_notice *notice = &model->notice[model->notices++ % LIVE_NOTICES];
+    va_list arguments;
+    notice->number = model->notices;
+    notice->host_us = host_us;
+    notice->severity = severity;
+    va_start(arguments, format);
+    vsnprintf(notice->text, sizeof notice->text, format, arguments);
+    va_end(arguments);
+    model->changes++;
+}
+
+int64_t live_model_block(const struct live_model *model)
+{
+    int64_t can = model->link[LINK_CAN].newest, serial = model->link[LINK_SERIAL].newest;
+    return can > serial ? can : serial;
+}
+
+int64_t live_model_heard_us(const struct live_model *model)
+{
+    int64_t can = model->link[LINK_CAN].heard_us, serial = model->link[LINK_SERIAL].heard_us;
+    return can > serial ? can : serial;
+}
+
+double live_model_gear_ft(const struct live_model *model)
+{
+    if (model->stop_known)
+        return (double)model->stop.station_ft;
+    if (!isnan(model->zone.wheel_ft) && model->zone.block >= model->motion_block)
+        return model->zone.wheel_ft;
+    return (double)model->position_ft;
+}
+
+void live_model_uid(const struct live_model *model, char out[25])
+{
+    out[0] = '\0';
+    if (model->uid[0] || model->uid[1] || model->uid[2])
+        snprintf(out, 25, "%08X%08X%08X", (unsigned)model->uid[0], (unsigned)model->uid[1], (unsigned)model->uid[2]);
+}
+
+/* ---- readings ---- */
+
+static void close_bucket(struct live_model *model, struct live_bucket *bucket)
+{
+    if (model->closed_count == LIVE_CLOSED_BUCKETS) {
+        memmove(model->closed, model->closed + 1, (LIVE_CLOSED_BUCKETS - 1) * sizeof model->closed[0]);
+        model->closed_count--;
+        model->forgotten++;
+    }
+    model->closed[model->closed_count++] = *bucket;
+    if (bucket->bucket > model->closed_to)
+        model->closed_to = bucket->bucket;
+    bucket->bucket = -1;
+}
+
+/* Closes the open buckets up to `last`, in order. */
+static void close_to(struct live_model *model, int64_t last)
+{
+    for (;;) {
+        struct live_bucket *oldest = NULL;
+        for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++) {
+            struct live_bucket *bucket = &model->open[i];
+            if (bucket->bucket >= 0 && bucket->bucket <= last && (!oldest || bucket->bucket < oldest->bucket))
+                oldest = bucket;
+        }
+        if (!oldest)
+            return;
+        close_bucket(model, oldest);
+    }
+}
+
+/* The bucket of a block; NULL: it is closed already. */
+static struct live_bucket *bucket_of(struct live_model *model, int64_t block)
+{
+    int64_t number = block / LIVE_BUCKET_BLOCKS;
+    struct live_bucket *bucket = &model->open[number % LIVE_OPEN_BUCKETS];
+    if (block < 0 || number <= model->closed_to) {
+        model->late += block >= 0;
+        return NULL;
+    }
+    close_to(model, number - LIVE_OPEN_BUCKETS);
+    if (bucket->bucket != number) { /* what was there is LIVE_OPEN_BUCKETS older, so closed */
+        bucket->bucket = number;
+        for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+            bucket->least[i] = bucket->most[i] = MISSING;
+    }
+    return bucket;
+}
+
+static void take_reading(struct live_model *model, struct live_bucket *bucket, unsigned index, float value, unsigned validity,
+                         int64_t block)
+{
+    struct live_reading *reading = &model->reading[index];
+    if (block >= reading->block) {
+        reading->block = block;
+        reading->value = value;
+        reading->validity = (uint8_t)validity;
+    }
+    reading->least = fminf(reading->least, value); /* NaN is no number to fminf */
+    reading->most = fmaxf(reading->most, value);
+    bucket->least[index] = fminf(bucket->least[index], value);
+    bucket->most[index] = fmaxf(bucket->most[index], value);
+}
+
+void live_model_settle(struct live_model *model)
+{
+    int64_t can = model->link[LINK_CAN].newest, serial = model->link[LINK_SERIAL].newest, passed = live_model_block(model);
+    int64_t behind = can < serial ? can : serial;
+    if (behind >= 0 && passed - behind < SILENT_BLOCKS)
+        passed = behind;
+    /* A message is told some blocks after the readings it is about. */
+    close_to(model, (passed - TELLING_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
+}
+
+unsigned live_model_take(struct live_model *model, struct live_bucket *out, unsigned most)
+{
+    unsigned count = model->closed_count < most ? model->closed_count : most;
+    memcpy(out, model->closed, count * sizeof *out);
+    model->closed_count -= count;
+    memmove(model->closed, model->closed + count, model->closed_count * sizeof model->closed[0]);
+    return count;
+}
+
+static void restart(struct live_model *model, int64_t host_us)
+{
+    close_to(model, INT64_MAX);
+    forget_buckets(model);
+    forget_readings(model);
+    forget_landing(model);
+    model->restarts++;
+    model->state_known = false;
+    memset(model->fault_count, 0, sizeof model->fault_count);
+    model->link[LINK_CAN].newest = model->link[LINK_SERIAL].newest = -1;
+    live_model_notice(model, LIVE_ALARM, host_us, "the board started again");
+}
+
+static void heard(struct live_model *model, enum link_kind kind, int64_t host_us, int64_t block)
+{
+    struct live_link *link = &model->link[kind];
+    link->used = true;
+    if (host_us > link->heard_us)
+        link->heard_us = host_us;
+    if (block >= 0 && link->newest - block >= RESTART_BLOCKS)
+        restart(model, host_us);
+    if (block > link->newest)
+        link->newest = block;
+}
+
+void live_model_record(struct live_model *model, const uint8_t *record, size_t length, int64_t host_us)
+{
+    struct mr_block block;
+    if (mr_block_get(&block, record, length) != MR_OK)
+        return;
+    heard(model, LINK_SERIAL, host_us, block.index);
+    struct live_bucket *bucket = bucket_of(model, block.index);
+    float ratio = mr_channels_ratio(&block);
+    model->records++;
+    if ((int64_t)block.index > model->record_block)
+        model->record_block = block.index;
+    for (unsigned i = 0; i < LIVE_CHANNELS && bucket; i++) {
+        if (!model->channel_known[i] || !model->zero_known[i] || block.absent >> i & 1u)
+            continue;
+        struct mr_reading reading = mr_channel_read(&model->channel[i], &block, i, ratio);
+        take_reading(model, bucket, i, reading.value, reading.validity, block.index);
+    }
+}
+
+/* Values of a CAN message, `first` on. */
+static void take_values(struct live_model *model, unsigned first, unsigned count, const float *values, int64_t block)
+{
+    if (model->record_block >= 0 && block - model->record_block < RECORD_FRESH_BLOCKS)
+        return;
+    struct live_bucket *bucket = bucket_of(model, block);
+    for (unsigned i = 0; i < count && bucket; i++) {
+        bool fitted = !model->channel_known[first + i] || mr_channel_measures(&model->channel[first + i]);
+        if (fitted)
+            take_reading(model, bucket, first + i, values[i], isnan(values[i]) ? MR_INVALID_SATURATED : MR_VALID, block);
+    }
+}
+
+/* ---- what the board is ---- */
+
+static void take_channel(struct live_model *model, const struct mr_channel *m)
+{
+    if (m->index >= MR_CHANNELS)
+        return;
+    struct mr_channel_config *known = &model->channel[m->index];
+    bool same_station = known->station_ft == m->station_ft || (isnan(known->station_ft) && isnan(m->station_ft));
+    if (!model->channel_known[m->index] || known->kind != m->kind || !same_station || known->unit_per_code != m->unit_per_code)
+        model->configured++;
+    model->channel_known[m->index] = true;
+    known->kind = m->kind;
+    known->station_ft = m->station_ft;
+    known->unit_per_code = m->unit_per_code;
+}
+
+static void take_zero(struct live_model *model, const struct mr_channel_zero *m)
+{
+    if (m->index >= MR_CHANNELS)
+        return;
+    struct mr_channel_config *known = &model->channel[m->index];
+    if (!model->zero_known[m->index] || known->number != m->number || known->band != m->band)
+        model->configured++;
+    model->zero_known[m->index] = true;
+    known->number = m->number;
+    known->band = m->band;
+    known->zero_code = m->zero_code;
+}
+
+static void take_switch(struct live_model *model, const struct mr_switch_place *m)
+{
+    if (m->position == 0 || m->position > STORE_SWITCHES_MAX)
+        return;
+    bool *known = &model->switch_known[m->position - 1];
+    if (!*known || model->switch_ft[m->position - 1] != m->station_ft)
+        model->configured++;
+    *known = true;
+    model->switch_ft[m->position - 1] = m->station_ft;
+}
+
+static void take_slack(struct live_model *model, const struct mr_slack *m)
+{
+    if (m->segment >= MR_SEGMENTS)
+        return;
+    struct mr_slack *known = &model->segment[m->segment];
+    bool same = known->slack_in == m->slack_in || (isnan(known->slack_in) && isnan(m->slack_in));
+    if (!model->segment_known[m->segment] || !same || known->start_ft != m->start_ft || known->end_ft != m->end_ft)
+        model->configured++;
+    model->segment_known[m->segment] = true;
+    *known = *m;
+}
+
+static void take_identity(struct live_model *model, uint32_t *known, uint32_t value)
+{
+    model->configured += *known != value;
+    *known = value;
+}
+
+/* ---- what happens ---- */
+
+static void take_state(struct live_model *model, const struct mr_landing *m, int64_t host_us)
+{
+    bool newer = !model->state_known || (int64_t)m->block >= model->state_block;
+    if (!newer || (model->state_known && m->state == model->state && m->landing == model->landing))
+        return;
+    bool armed = m->state == STATE_ARMED;
+    if (armed)
+        forget_landing(model);
+    model->state_known = true;
+    model->state = m->state;
+    model->landing = m->landing;
+    model->state_block = m->block;
+    live_model_notice(model, armed ? LIVE_NOTE : LIVE_SAY, host_us, "%s, landing %u", collector_state_text(m->state), m->landing);
+}
+
+static void take_edge(struct live_model *model, const struct mr_edge *m)
+{
+    if (m->position >= 1 && m->position <= STORE_SWITCHES_MAX)
+        model->opened |= (uint64_t)1 << (m->position - 1);
+    if (m->count > model->edges)
+        model->edges = m->count;
+    model->changes++;
+}
+
+static void take_motion(struct live_model *model, const struct live_link *link, const struct mr_motion_error *errors, int64_t block)
+{
+    const struct mr_motion *m = &link->motion;
+    if (block < model->motion_block)
+        return;
+    model->motion_block = block;
+    model->position_ft = m->position_ft;
+    model->speed_ft_s = m->speed_ft_s;
+    model->deceleration_ft_s2 = m->deceleration_ft_s2;
+    model->speed_error_ft_s = errors ? errors->speed_ft_s : MISSING;
+    model->deceleration_error_ft_s2 = errors ? errors->deceleration_ft_s2 : MISSING;
+}
+
+static void take_warning(struct live_model *model, int64_t host_us)
+{
+    struct live_warning *warning = &model->warning;
+    bool on = model->zone.warning;
+    bool begins = on && !warning->on;
+    if (on) {
+        warning->received_us = host_us;
+        if (begins || model->zone.mats >= warning->zone.mats)
+            warning->zone = model->zone;
+    }
+    if (on == warning->on)
+        return;
+    warning->on = on;
+    if (begins) {
+        warning->since_us = host_us;
+        live_model_notice(model, LIVE_ALARM, host_us, "WARNING: %u closed mats ahead, stations %.1f to %.1f ft", model->zone.mats,
+                          model->zone.start_ft, model->zone.end_ft);
+    } else {
+        live_model_notice(model, LIVE_NOTE, host_us, "the warning is over");
+    }
+}
+
+/* Zone and its second half have the same block; the newer of the two links' statements counts. */
+static void take_zone(struct live_model *model, const struct live_link *link, const struct mr_zone_lead *m, int64_t host_us,
+                      int64_t block)
+{
+    if (m->block16 != link->zone.block16 || block < model->zone.block)
+        return;
+    model->zone = (struct live_zone){.block = block, .mats = link->zone.mats, .start_ft = (double)link->zone.start_ft,
+                                     .end_ft = (double)link->zone.end_ft, .lead_s = (double)m->lead_s,
+                                     .wheel_ft = (double)m->wheel_ft, .warning = m->warning != 0,
+                                     .inferred_percent = m->inferred_percent};
+    take_warning(model, host_us);
+}
+
+static void take_fault(struct live_model *model, const struct mr_fault *m, int64_t host_us)
+{
+    if (m->code >= MR_FAULT_COUNT || m->count <= model->fault_count[m->code])
+        return;
+    model->fault_count[m->code] = m->count;
+    live_model_notice(model, LIVE_ALARM, host_us, "fault: %s (%u, %u times)", mr_fault_text(m->code), m->detail, m->count);
+}
+
+static void channel_name(const struct live_model *model, unsigned index, char *out, size_t size)
+{
+    unsigned number = index < MR_CHANNELS && model->zero_known[index] ? model->channel[index].number : 0;
+    if (index < MR_TRANSDUCERS)
+        snprintf(out, size, "transducer %u", number ? number : index + 1);
+    else if (index < LIVE_CHANNELS)
+        snprintf(out, size, "gage %u", number ? number : index - MR_TRANSDUCERS + 1);
+    else
+        snprintf(out, size, "channel %u", index);
+}
+
+static void take_channel_event(struct live_model *model, const struct mr_channel_event *m, int64_t host_us)
+{
+    char name[40], text[LIVE_NOTICE_TEXT];
+    channel_name(model, m->index, name, sizeof name);
+    snprintf(text, sizeof text, "%s: %s", name, m->validity ? mr_validity_text(m->validity) : "valid again");
+    const struct live_notice *last = model->notices ? &model->notice[(model->notices - 1) % LIVE_NOTICES] : NULL;
+    if (!last || strcmp(last->text, text) != 0) /* the other link says it too */
+        live_model_notice(model, m->validity ? LIVE_ALARM : LIVE_SAY, host_us, "%s", text);
+}
+
+static void take_alarm(struct live_model *model, const struct mr_can_alarm *m, int64_t host_us)
+{
+    bool changed = model->alarm_known ? m->state != model->alarm.state : m->state != 0;
+    if (model->alarm_known && m->outages < model->alarm.outages)
+        return; /* had waited in the controller */
+    model->alarm_known = true;
+    model->alarm = *m;
+    if (changed)
+        live_model_notice(model, m->state ? LIVE_ALARM : LIVE_SAY, host_us, "the board says of CAN: %s", mr_can_state_text(m->state));
+}
+
+static void take_hello(struct live_model *model, const struct mr_hello *m)
+{
+    bool same = model->hello && memcmp(&model->board, m, sizeof *m) == 0;
+    model->configured += !same;
+    model->hello = m->layout == MR_LAYOUT;
+    model->board = *m;
+}
+
+static void take_ack(struct live_model *model, const struct mr_ack *m, int64_t host_us)
+{
+    bool again = model->acks && model->ack.tag == m->tag && model->ack.code == m->code && model->ack.block == m->block;
+    model->ack = *m;
+    model->acks++;
+    model->changes++;
+    if (!again && (m->code == MR_COMMAND_ARM || m->code == MR_COMMAND_DISARM) && m->status != MR_OK)
+        live_model_notice(model, LIVE_ALARM, host_us, "%s refused: %s", mr_command_name(m->code), mr_status_text(m->status));
+}
+
+/* Declares `m`, the message got from its payload, or returns true: it is none. */
+#define GET(name)                                      \
+    struct mr_##name m;                                \
+    if (mr_##name##_get(&m, payload, length) != MR_OK) \
+    return true
+
+/* Identity and configuration. True: it was one of these. */
+static bool configuration_message(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length)
+{
+    switch (id) {
+    case MR_ID_HELLO: { GET(hello); take_hello(model, &m); return true; }
+    case MR_ID_BOARD_UID: {
+        GET(board_uid);
+        take_identity(model, &model->uid[0], m.uid0);
+        take_identity(model, &model->uid[1], m.uid1);
+        return true;
+    }
+    case MR_ID_BOARD_IMAGE: {
+        GET(board_image);
+        take_identity(model, &model->uid[2], m.uid2);
+        take_identity(model, &model->image_crc, m.image_crc);
+        return true;
+    }
+    case MR_ID_IMAGE_COMMIT: {
+        GET(image_commit);
+        mr_image_commit_text(m.commit, m.commit_more, m.changed != 0, model->commit);
+        return true;
+    }
+    case MR_ID_BOARD_CONFIG: {
+        GET(board_config);
+        take_identity(model, &model->config_crc, m.config_crc);
+        model->warning_mats = m.warning_mats;
+        return true;
+    }
+    case MR_ID_SITE: {
+        GET(site);
+        model->configured += model->touchdown_ft != m.touchdown_ft;
+        model->touchdown_ft = m.touchdown_ft;
+        return true;
+    }
+    case MR_ID_CHANNEL: { GET(channel); take_channel(model, &m); return true; }
+    case MR_ID_CHANNEL_ZERO: { GET(channel_zero); take_zero(model, &m); return true; }
+    case MR_ID_CALIBRATION: {
+        GET(calibration);
+        if (m.index < MR_CHANNELS)
+            mr_channel_item_set(&model->channel[m.index], m.item, m.value);
+        return true;
+    }
+    case MR_ID_SWITCH_PLACE: { GET(switch_place); take_switch(model, &m); return true; }
+    case MR_ID_SLACK: { GET(slack); take_slack(model, &m); return true; }
+    default: return false;
+    }
+}
+
+/* Readings on CAN. True: it was one of these. */
+static bool reading_message(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+{
+    const unsigned t = MR_TRANSDUCERS;
+    switch (id) {
+    case MR_ID_DISPLACEMENT_1_3: { GET(displacement_1_3); take_values(model, 0, 3, (float[]){m.d1_in, m.d2_in, m.d3_in}, block); return true; }
+    case MR_ID_DISPLACEMENT_4_6: { GET(displacement_4_6); take_values(model, 3, 3, (float[]){m.d4_in, m.d5_in, m.d6_in}, block); return true; }
+    case MR_ID_DISPLACEMENT_7_8: { GET(displacement_7_8); take_values(model, 6, 2, (float[]){m.d7_in, m.d8_in}, block); return true; }
+    case MR_ID_TENSION_1_3: { GET(tension_1_3); take_values(model, t, 3, (float[]){m.t1_lb, m.t2_lb, m.t3_lb}, block); return true; }
+    case MR_ID_TENSION_4_6: { GET(tension_4_6); take_values(model, t + 3, 3, (float[]){m.t4_lb, m.t5_lb, m.t6_lb}, block); return true; }
+    case MR_ID_TENSION_7_9: { GET(tension_7_9); take_values(model, t + 6, 3, (float[]){m.t7_lb, m.t8_lb, m.t9_lb}, block); return true; }
+    case MR_ID_TENSION_10_12: { GET(tension_10_12); take_values(model, t + 9, 3, (float[]){m.t10_lb, m.t11_lb, m.t12_lb}, block); return true; }
+    case MR_ID_TENSION_13_14: { GET(tension_13_14); take_values(model, t + 12, 2, (float[]){m.t13_lb, m.t14_lb}, block); return true; }
+    default: return false;
+    }
+}
+
+/* Health. True: it was one of these. */
+static bool health_message(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length, int64_t host_us)
+{
+    switch (id) {
+    case MR_ID_HEALTH: { GET(health); model->health = m; model->health_known = true; return true; }
+    case MR_ID_FAULT: { GET(fault); take_fault(model, &m, host_us); return true; }
+    case MR_ID_CHANNEL_EVENT: { GET(channel_event); take_channel_event(model, &m, host_us); return true; }
+    case MR_ID_CAN_ALARM: { GET(can_alarm); take_alarm(model, &m, host_us); return true; }
+    case MR_ID_BOX_STATE: { GET(box_state); model->box = m; model->box_known = true; return true; }
+    case MR_ID_UPKEEP: { GET(upkeep); model->upkeep = m; model->upkeep_known = true; return true; }
+    case MR_ID_TEMPERATURE: { GET(temperature); model->temperature = m; model->temperature_known = true; return true; }
+    default: return false;
+    }
+}
+
+/* What a landing brings. */
+static bool landing_message(struct live_model *model, struct live_link *link, uint16_t id, const uint8_t *payload, size_t length,
+                            int64_t host_us, int64_t block)
+{
+    switch (id) {
+    case MR_ID_LANDING: { GET(landing); take_state(model, &m, host_us); return true; }
+    case MR_ID_EDGE: { GET(edge); take_edge(model, &m); return true; }
+    case MR_ID_MOTION: { GET(motion); link->motion = m; take_motion(model, link, NULL, block); return true; }
+    case MR_ID_MOTION_ERROR: {
+        GET(motion_error);
+        if (m.block16 == link->motion.block16)
+            take_motion(model, link, &m, block);
+        return true;
+    }
+    case MR_ID_ZONE: { GET(zone); link->zone = m; return true; }
+    case MR_ID_ZONE_LEAD: { GET(zone_lead); take_zone(model, link, &m, host_us, block); return true; }
+    case MR_ID_TOUCHDOWN: { GET(touchdown); model->touchdown = m; model->touchdown_known = true; return true; }
+    case MR_ID_STOP: { GET(stop); model->stop = m; model->stop_known = true; return true; }
+    case MR_ID_BAND_STATE: {
+        GET(band_state);
+        if (m.band >= 1 && m.band <= LIVE_BANDS)
+            model->band[m.band - 1] = m;
+        return true;
+    }
+    case MR_ID_ACK: { GET(ack); take_ack(model, &m, host_us); return true; }
+    default: return false;
+    }
+}
+
+/* What is told once, as a line; of two links the first that says it. */
+static bool notice_message(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length,
+                           int64_t host_us)
+{
+    if (kind == LINK_CAN && model->link[LINK_SERIAL].heard_us + 1000000 > host_us)
+        return true;
+    switch (id) {
+    case MR_ID_BAND_EVENT: {
+        GET(band_event);
+        live_model_notice(model, LIVE_ALARM, host_us, "band %u, gage %u: %s", m.band, m.gage, mr_band_reason_text(m.reason));
+        return true;
+    }
+    case MR_ID_SWITCH_EVENT: {
+        GET(switch_event);
+        live_model_notice(model, LIVE_NOTE, host_us, "switch %u: %s", m.position, mr_switch_reason_text(m.reason));
+        return true;
+    }
+    case MR_ID_PUSHBACK: {
+        GET(pushback);
+        live_model_notice(model, LIVE_NOTE, host_us, "the model is pushed past switch %u", m.position);
+        return true;
+    }
+    case MR_ID_MARK: { GET(mark); live_model_notice(model, LIVE_NOTE, host_us, "mark %u", m.number); return true; }
+    default: return false;
+    }
+}
+
+void live_model_message(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length,
+                        int64_t host_us, int64_t block)
+{
+    struct live_link *link = &model->link[kind];
+    heard(model, kind, host_us, block);
+    if (id != MR_ID_HELLO && model->board.layout != 0 && !model->hello)
+        return; /* of another layout: it means something else */
+    (void)(configuration_message(model, id, payload, length) || reading_message(model, id, payload, length, block) ||
+           landing_message(model, link, id, payload, length, host_us, block) || health_message(model, id, payload, length, host_us) ||
+           notice_message(model, kind, id, payload, length, host_us));
+}
+
+void live_model_counts(struct live_model *model, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us)
+{
+    struct store_link_counts *known = &model->link[kind].counts;
+    const char *name = kind == LINK_CAN ? "CAN" : "serial";
+    int64_t lost = counts->lost - known->lost, dropped = counts->dropped - known->dropped;
+    if (lost > 0)
+        live_model_notice(model, LIVE_ALARM, host_us, "%s: %lld frames lost on the way", name, (long long)lost);
+    if (dropped > 0)
+        live_model_notice(model, LIVE_ALARM, host_us, "%s: the board could not send %lld frames", name, (long long)dropped);
+    *known = *counts;
+}

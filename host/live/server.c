@@ -1,0 +1,335 @@
+#include "host/live/server.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <microhttpd.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/random.h>
+
+#include "common/command.h"
+#include "host/live/assets.h"
+
+#define CONNECTIONS 24u     /* a browser opens up to six */
+#define CONNECTION_S 30u    /* one that takes nothing for so long is ended */
+#define HEARTBEAT_MS 1000
+#define COMMAND_BYTES 1000u
+#define CHUNK_BYTES 65536u
+#define TOKEN_BYTES 16u
+#define LANDING_MOST 65535
+
+struct live_server {
+    struct live_hub *hub;
+    struct MHD_Daemon *daemon;
+    char token[2 * TOKEN_BYTES + 1];
+    char url[LIVE_URL_MAX];
+};
+
+/* One request. */
+struct request {
+    char body[COMMAND_BYTES + 1];
+    size_t length;
+    bool too_long;
+};
+
+struct stream {
+    struct live_hub *hub;
+    struct live_viewer viewer;
+    char *text; /* going out */
+    size_t length, sent;
+};
+
+/* ---- answers ---- */
+
+static enum MHD_Result answer(struct MHD_Connection *connection, unsigned code, struct MHD_Response *response, const char *type)
+{
+    if (!response)
+        return MHD_NO;
+    MHD_add_response_header(response, "Content-Type", type);
+    MHD_add_response_header(response, "Cache-Control", "no-store");
+    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    MHD_add_response_header(response, "Referrer-Policy", "no-referrer");
+    MHD_add_response_header(response, "Cross-Origin-Resource-Policy", "same-origin");
+    MHD_add_response_header(response, "Content-Security-Policy",
+                            "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+                            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    enum MHD_Result result = MHD_queue_response(connection, code, response);
+    MHD_destroy_response(response);
+    return result;
+}
+
+static enum MHD_Result say(struct MHD_Connection *connection, unsigned code, const char *text)
+{
+    return answer(connection, code, MHD_create_response_from_buffer(strlen(text), (void *)(uintptr_t)text, MHD_RESPMEM_MUST_COPY),
+                  "text/plain; charset=utf-8");
+}
+
+/* Takes `text`. */
+static enum MHD_Result say_json(struct MHD_Connection *connection, unsigned code, char *text)
+{
+    if (!text)
+        return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
+    return answer(connection, code, MHD_create_response_from_buffer(strlen(text), text, MHD_RESPMEM_MUST_FREE), "application/json");
+}
+
+static const char *header(struct MHD_Connection *connection, const char *name)
+{
+    return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+}
+
+/* The request was made to this computer by one of its own names, whatever the port: a tunnel's is another one. */
+static bool host_is_ours(const char *host)
+{
+    static const char *const ours[] = {"127.0.0.1", "localhost", "[::1]"};
+    for (size_t i = 0; host && i < sizeof ours / sizeof ours[0]; i++) {
+        size_t length = strlen(ours[i]);
+        if (strncasecmp(host, ours[i], length) == 0 && (host[length] == '\0' || host[length] == ':') &&
+            (host[length] == '\0' || strspn(host + length + 1, "0123456789") == strlen(host + length + 1)))
+            return true;
+    }
+    return false;
+}
+
+/* Takes the same time wherever they differ. */
+static bool token_is(const struct live_server *server, const char *given)
+{
+    unsigned differ = 0;
+    if (!given || strlen(given) != 2 * TOKEN_BYTES)
+        return false;
+    for (size_t i = 0; i < 2 * TOKEN_BYTES; i++)
+        differ |= (unsigned)(unsigned char)given[i] ^ (unsigned)(unsigned char)server->token[i];
+    return differ == 0;
+}
+
+/* ---- events ---- */
+
+static ssize_t stream_read(void *context, uint64_t position, char *out, size_t most)
+{
+    struct stream *stream = context;
+    (void)position;
+    if (!stream->text) {
+        stream->sent = 0;
+        stream->text = live_hub_next(stream->hub, &stream->viewer, HEARTBEAT_MS, &stream->length);
+    }
+    if (!stream->text && live_hub_ended(stream->hub))
+        return MHD_CONTENT_READER_END_OF_STREAM;
+    if (!stream->text) { /* a comment: who went away is found by it */
+        memcpy(out, ":\n\n", 3);
+        return 3;
+    }
+    size_t length = stream->length - stream->sent < most ? stream->length - stream->sent : most;
+    memcpy(out, stream->text + stream->sent, length);
+    stream->sent += length;
+    if (stream->sent == stream->length) {
+        free(stream->text);
+        stream->text = NULL;
+    }
+    return (ssize_t)length;
+}
+
+static void stream_free(void *context)
+{
+    struct stream *stream = context;
+    free(stream->text);
+    free(stream);
+}
+
+static enum MHD_Result events(struct live_server *server, struct MHD_Connection *connection)
+{
+    struct stream *stream = calloc(1, sizeof *stream);
+    if (!stream)
+        return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
+    stream->hub = server->hub;
+    live_hub_viewer(server->hub, header(connection, "Last-Event-ID"), &stream->viewer);
+    struct MHD_Response *response = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, CHUNK_BYTES, stream_read, stream, stream_free);
+    if (!response)
+        stream_free(stream);
+    return answer(connection, MHD_HTTP_OK, response, "text/event-stream");
+}
+
+/* ---- commands ---- */
+
+/* Runs the command of the body; what is to be told comes into `json`. Returns the HTTP code. */
+static unsigned run_command(struct live_server *server, const struct request *request, json_t *json)
+{
+    json_t *body = json_loadb(request->body, request->length, 0, NULL);
+    const char *name = json_string_value(json_object_get(body, "command"));
+    json_t *landing = json_object_get(body, "landing");
+    bool arm = name && strcmp(name, "arm") == 0, disarm = name && strcmp(name, "disarm") == 0;
+    json_int_t number = json_integer_value(landing);
+    bool wrong = (!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) || number < 0 || number > LANDING_MOST;
+    enum mr_status of_board = MR_OK;
+    json_decref(body);
+    if (wrong) {
+        json_object_set_new(json, "error", json_string("a command is arm, with a landing from 0 to 65535, or disarm"));
+        return MHD_HTTP_BAD_REQUEST;
+    }
+    enum mr_status status = live_hub_command(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM, (int32_t)number, &of_board);
+    const char *error = status == MR_TIMEOUT      ? "the board did not answer within 3 s"
+                        : status != MR_OK         ? "another command is under way, or this view only watches"
+                        : of_board == MR_WAIT     ? "refused: the black box is not ready for a landing yet"
+                        : of_board == MR_NOT_NOW  ? "refused: not in this state of the board"
+                        : of_board != MR_OK       ? mr_status_text(of_board)
+                                                  : NULL;
+    json_object_set_new(json, "done", json_boolean(!error));
+    if (error)
+        json_object_set_new(json, "error", json_string(error));
+    return status == MR_TIMEOUT ? MHD_HTTP_GATEWAY_TIMEOUT : error ? MHD_HTTP_CONFLICT : MHD_HTTP_OK;
+}
+
+static enum MHD_Result command(struct live_server *server, struct MHD_Connection *connection, const struct request *request)
+{
+    const char *origin = header(connection, "Origin"), *type = header(connection, "Content-Type");
+    const char *host = header(connection, "Host");
+    bool elsewhere = origin && (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
+    if (elsewhere || !type || strncasecmp(type, "application/json", 16) != 0)
+        return say(connection, MHD_HTTP_FORBIDDEN, "commands come from the live page, as JSON\n");
+    if (!token_is(server, header(connection, "X-Matrig-Token")))
+        return say(connection, MHD_HTTP_FORBIDDEN, "commands need the token: open the address that matrig printed\n");
+    if (request->too_long)
+        return say(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
+    json_t *json = json_object();
+    unsigned code = run_command(server, request, json);
+    char *text = json_dumps(json, JSON_COMPACT);
+    json_decref(json);
+    return say_json(connection, code, text);
+}
+
+/* ---- requests ---- */
+
+static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection, const char *url)
+{
+    const struct live_asset *asset = live_asset_find(url);
+    if (asset)
+        return answer(connection, MHD_HTTP_OK,
+                      MHD_create_response_from_buffer((size_t)(asset->end - asset->bytes), (void *)(uintptr_t)asset->bytes,
+                                                      MHD_RESPMEM_PERSISTENT), asset->type);
+    if (strcmp(url, "/events") == 0)
+        return events(server, connection);
+    if (strcmp(url, "/state") == 0)
+        return say_json(connection, MHD_HTTP_OK, live_hub_state(server->hub));
+    return say(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
+}
+
+static void take_body(struct request *request, const char *data, size_t size)
+{
+    request->too_long = request->too_long || size > COMMAND_BYTES - request->length;
+    if (request->too_long)
+        return;
+    memcpy(request->body + request->length, data, size);
+    request->length += size;
+}
+
+static enum MHD_Result serve(void *context, struct MHD_Connection *connection, const char *url, const char *method,
+                             const char *version, const char *data, size_t *size, void **kept)
+{
+    struct live_server *server = context;
+    struct request *request = *kept;
+    (void)version;
+    if (!request) {
+        *kept = calloc(1, sizeof *request);
+        return *kept ? MHD_YES : MHD_NO;
+    }
+    if (*size > 0) {
+        take_body(request, data, *size);
+        *size = 0;
+        return MHD_YES;
+    }
+    if (!host_is_ours(header(connection, "Host")))
+        return say(connection, MHD_HTTP_FORBIDDEN, "this is served to this computer alone: use 127.0.0.1, or an ssh tunnel to it\n");
+    bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
+    if (!post && strcmp(method, "GET") != 0)
+        return say(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "GET, or POST to /command\n");
+    return post ? command(server, connection, request) : get(server, connection, url);
+}
+
+static void request_over(void *context, struct MHD_Connection *connection, void **kept, enum MHD_RequestTerminationCode why)
+{
+    (void)context;
+    (void)connection;
+    (void)why;
+    free(*kept);
+    *kept = NULL;
+}
+
+/* ---- opening ---- */
+
+static enum mr_status parse_where(const char *where, struct sockaddr_storage *address, socklen_t *length, struct error *error)
+{
+    struct sockaddr_in *v4 = (struct sockaddr_in *)address;
+    struct sockaddr_in6 *v6 = (struct sockaddr_in6 *)address;
+    const char *colon = strrchr(where, ':');
+    const char *port = colon ? colon + 1 : where;
+    char host[64] = "", *end;
+    size_t host_length = colon ? (size_t)(colon - where) : 0;
+    long number = strtol(port, &end, 10);
+    if (*port < '0' || *port > '9' || *end || number > 65535 || host_length >= sizeof host)
+        return error_set(error, MR_USAGE, "no port: '%s'; 0 to 65535, 0 for any that is free", where);
+    snprintf(host, sizeof host, "%.*s", (int)host_length, where);
+    memset(address, 0, sizeof *address);
+    if (strcmp(host, "[::1]") == 0) {
+        *v6 = (struct sockaddr_in6){.sin6_family = AF_INET6, .sin6_addr = in6addr_loopback, .sin6_port = htons((uint16_t)number)};
+        *length = sizeof *v6;
+    } else if (!colon || strcmp(host, "localhost") == 0 || strcmp(host, "127.0.0.1") == 0) {
+        *v4 = (struct sockaddr_in){.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK), .sin_port = htons((uint16_t)number)};
+        *length = sizeof *v4;
+    } else {
+        return error_set(error, MR_USAGE,
+                         "'%s' is not this computer's own: the page is served on 127.0.0.1 or [::1] alone; from elsewhere use "
+                         "ssh -L 8473:127.0.0.1:8473", host);
+    }
+    return MR_OK;
+}
+
+static void make_token(struct live_server *server)
+{
+    unsigned char bytes[TOKEN_BYTES];
+    if (getrandom(bytes, sizeof bytes, 0) != (ssize_t)sizeof bytes)
+        abort(); /* without it anybody could arm */
+    for (size_t i = 0; i < TOKEN_BYTES; i++)
+        snprintf(server->token + 2 * i, 3, "%02x", bytes[i]);
+}
+
+enum mr_status live_server_open(const char *where, struct live_hub *hub, struct live_server **server, struct error *error)
+{
+    struct sockaddr_storage address;
+    socklen_t length;
+    enum mr_status status = parse_where(where, &address, &length, error);
+    struct live_server *made = status == MR_OK ? calloc(1, sizeof *made) : NULL;
+    if (status != MR_OK)
+        return status;
+    if (!made)
+        return error_set(error, MR_FULL, "no memory: the live page; close other programs");
+    bool v6 = address.ss_family == AF_INET6;
+    made->hub = hub;
+    make_token(made);
+    made->daemon = MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL | (v6 ? MHD_USE_IPv6 : 0),
+                                    0, NULL, NULL, serve, made, MHD_OPTION_SOCK_ADDR, &address, MHD_OPTION_CONNECTION_LIMIT,
+                                    CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, request_over, NULL, MHD_OPTION_END);
+    if (!made->daemon) {
+        int code = errno;
+        free(made);
+        return error_set(error, MR_IO, "cannot serve the live page at %s (%s): is another matrig there? Give another port, or 0", where,
+                         code ? strerror(code) : "no reason given");
+    }
+    const union MHD_DaemonInfo *info = MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_BIND_PORT);
+    snprintf(made->url, sizeof made->url, "http://%s:%u/#%s", v6 ? "[::1]" : "127.0.0.1", info ? info->port : 0u, made->token);
+    *server = made;
+    return MR_OK;
+}
+
+const char *live_server_url(const struct live_server *server)
+{
+    return server->url;
+}
+
+void live_server_close(struct live_server *server)
+{
+    if (!server)
+        return;
+    live_hub_end(server->hub);
+    MHD_stop_daemon(server->daemon);
+    free(server);
+}

@@ -1,0 +1,204 @@
+/* matrig live: watch a board through the campaign database that a running matrig log writes. */
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "host/cli.h"
+#include "host/live/hub.h"
+#include "host/live/server.h"
+#include "host/live/terminal.h"
+#include "host/store/store_follow.h"
+
+#define LOOK_MS 25           /* between two looks into the database */
+#define FIRST_FRAMES 30000   /* of what was logged before, to begin with: ten seconds of a landing, minutes of idling */
+#define FRAMES_A_TURN 2000
+#define DRAW_MS 200
+#define LINE_MS 1000
+#define SESSION_LINKS 200
+
+struct watch {
+    const struct cli *cli;
+    struct store *store;
+    struct store_place place;
+    int64_t session;
+    struct store_session_row links; /* of the session */
+    struct live_source source;
+    struct live_hub *hub;
+    struct live_server *server;
+    bool terminal;
+    uint64_t shown_ms;
+    bool rang; /* for the warning that is on */
+};
+
+static uint64_t now_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000u + (uint64_t)now.tv_nsec / 1000000u;
+}
+
+static void take_frame(void *context, const struct store_frame *frame)
+{
+    struct watch *watch = context;
+    bool foreign = frame->link == LINK_CAN && frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR);
+    const struct mr_message_info *info = frame->id <= UINT16_MAX && !foreign ? mr_message_find((uint16_t)frame->id) : NULL;
+    if (info && info->length == frame->length && frame->link >= 0 && frame->link < LINK_KINDS)
+        live_hub_message(watch->hub, (enum link_kind)frame->link, info->id, frame->data, frame->length, frame->host_us,
+                         frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000);
+}
+
+static void take_record(void *context, const uint8_t *record, size_t length, int64_t host_us)
+{
+    struct watch *watch = context;
+    live_hub_record(watch->hub, record, length, host_us);
+}
+
+/* What has come since the last look. */
+static enum mr_status look(struct watch *watch, struct error *error)
+{
+    const struct store_follower follower = {take_frame, take_record, watch};
+    int64_t session = 0;
+    bool more = true;
+    enum mr_status status = MR_OK;
+    for (int turn = 0; more && turn < 1 + FIRST_FRAMES / FRAMES_A_TURN && status == MR_OK; turn++)
+        status = store_follow(watch->store, &watch->place, FRAMES_A_TURN, &follower, &more, error);
+    if (status == MR_OK)
+        status = store_newest_session(watch->store, &session, error);
+    if (status == MR_OK && session != watch->session) {
+        watch->session = session;
+        status = store_session_get(watch->store, session, &watch->links, error);
+        watch->source.can = watch->links.can_link[0] ? watch->links.can_link : NULL;
+        watch->source.serial = watch->links.serial_link[0] ? watch->links.serial_link : NULL;
+    }
+    for (int kind = 0; kind < LINK_KINDS && session && status == MR_OK; kind++) {
+        struct store_link_counts counts;
+        bool found;
+        status = store_link_get(watch->store, session, kind, &counts, &found, error);
+        if (status == MR_OK && found)
+            live_hub_counts(watch->hub, (enum link_kind)kind, &counts, (int64_t)link_now_us());
+    }
+    live_hub_turn(watch->hub);
+    return status;
+}
+
+static void draw(struct watch *watch, struct live_model *model)
+{
+    struct winsize size = {.ws_col = 80, .ws_row = 24};
+    const char *no_colour = getenv("NO_COLOR");
+    ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
+    const struct live_screen screen = {.columns = size.ws_col ? size.ws_col : 80, .rows = size.ws_row ? size.ws_row : 24,
+                                       .colour = !no_colour || !*no_colour, .si = watch->cli->si};
+    live_terminal_draw(stdout, model, (int64_t)link_now_us(), store_path(watch->store), &screen);
+    if (model->warning.on && !watch->rang)
+        putchar('\a');
+    watch->rang = model->warning.on;
+}
+
+static void show(struct watch *watch, struct live_model *model)
+{
+    bool screen = isatty(STDOUT_FILENO) == 1;
+    if (!watch->terminal)
+        return;
+    live_hub_look(watch->hub, model);
+    bool at_once = model->warning.on && !watch->rang;
+    if (!at_once && now_ms() - watch->shown_ms < (screen ? DRAW_MS : LINE_MS))
+        return;
+    watch->shown_ms = now_ms();
+    if (screen) {
+        draw(watch, model);
+    } else {
+        live_terminal_line(stdout, model, (int64_t)link_now_us(), watch->cli->si);
+        watch->rang = model->warning.on;
+    }
+    fflush(stdout);
+}
+
+/* Until a signal, the end of the time, or nobody reads any more. */
+static enum mr_status run(struct watch *watch, double for_s, struct error *error)
+{
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    sigprocmask(SIG_BLOCK, &set, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    struct pollfd signals = {.fd = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK), .events = POLLIN};
+    struct live_model *model = malloc(sizeof *model);
+    uint64_t until_ms = isinf(for_s) ? UINT64_MAX : now_ms() + (uint64_t)(1e3 * for_s);
+    enum mr_status status = model ? MR_OK : error_set(error, MR_FULL, "no memory: the live view; close other programs");
+    while (status == MR_OK && !ferror(stdout) && now_ms() < until_ms) {
+        status = look(watch, error);
+        if (status == MR_OK)
+            show(watch, model);
+        if (poll(&signals, 1, LOOK_MS) > 0)
+            break;
+    }
+    if (watch->terminal && isatty(STDOUT_FILENO) == 1)
+        puts("");
+    free(model);
+    close(signals.fd);
+    return status;
+}
+
+static enum mr_status open_watch(struct watch *watch, const char *db, const char *port, struct error *error)
+{
+    enum mr_status status = store_open(db, STORE_OPEN, &watch->store, error);
+    watch->source = (struct live_source){.db = db, .si = watch->cli->si,
+                                         .no_commands = "arm and disarm on the page of the matrig log that holds the links (--live)"};
+    if (status == MR_OK)
+        status = store_follow_from(watch->store, FIRST_FRAMES, &watch->place, error);
+    if (status == MR_OK)
+        status = live_hub_open(&watch->source, &watch->hub, error);
+    if (status == MR_OK && !watch->terminal && !watch->cli->json)
+        status = live_server_open(port, watch->hub, &watch->server, error);
+    if (status == MR_OK && watch->server) {
+        fprintf(stderr, "live: %s\n", live_server_url(watch->server));
+        fflush(stderr);
+    }
+    return status;
+}
+
+static int print_state(struct watch *watch, struct error *error)
+{
+    if (look(watch, error) != MR_OK)
+        return cli_fail(error);
+    char *text = live_hub_state(watch->hub);
+    json_t *state = text ? json_loads(text, 0, NULL) : NULL;
+    free(text);
+    return cli_print_json(state, 0);
+}
+
+int live_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *db = NULL, *port = NULL, *for_text = NULL;
+    bool terminal = false;
+    const struct cli_option options[] = {
+        {"--port", &port, NULL}, {"--terminal", NULL, &terminal}, {"--for", &for_text, NULL}};
+    struct error error = {0};
+    double for_s = (double)INFINITY;
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &db, 1, 1, "DB", &error);
+    if (status == MR_OK && port && terminal)
+        status = error_set(&error, MR_USAGE, "--port is the page's, --terminal has none; give one of them; see matrig live --help");
+    if (status == MR_OK && for_text)
+        status = cli_number(for_text, "--for", 0.001, 1e7, &for_s, &error);
+    struct watch watch = {.cli = cli, .terminal = terminal};
+    if (status == MR_OK)
+        status = open_watch(&watch, db, port ? port : "8473", &error);
+    int exit_code = 0;
+    if (status == MR_OK && cli->json)
+        exit_code = print_state(&watch, &error);
+    else if (status == MR_OK)
+        status = run(&watch, for_s, &error);
+    live_server_close(watch.server);
+    live_hub_close(watch.hub);
+    store_close(watch.store);
+    return status != MR_OK ? cli_fail(&error) : exit_code;
+}
