@@ -99,7 +99,7 @@ test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_program
 
 .PHONY: test-linux
 test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN and serial, in a QEMU guest: frames sent, received, lost; sweeps through Slurm and GNU parallel
-	@tests/run-all.sh tests/linux/sweep.sh
+	@tests/run-all.sh tests/linux/slurm.sh
 	@tests/linux/run.sh
 
 .PHONY: test-browser

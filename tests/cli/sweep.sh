@@ -33,7 +33,7 @@ check "each case has its own values: movement is proportional to F" proportional
 study killed
 kills=0
 wait_lines() { # FILE COUNT PROCESS: until it has that many, bounded; false when the process ended before
-    for _ in $(seq 3000); do
+    for _ in $(seq 10000); do
         [ "$(lines "$1")" -ge "$2" ] && return 0
         kill -0 "$3" 2>/dev/null || return 1
         sleep 0.002

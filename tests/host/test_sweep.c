@@ -270,11 +270,15 @@ static void trouble_costs_one_case(void **state)
     struct error error = {0};
     struct seen seen = {0};
     volatile sig_atomic_t stop = 0;
-    const size_t todo[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    const size_t todo[] = {0, 1, 2, 3, 4, 5, 6, 8, 9}, hangs[] = {7};
     load(&study, "{\"base\": {}, \"vary\": {\"F\": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]}, \"outputs\": [\"y\"]}");
     unlink(RESULTS);
     assert_int_equal(sweep_results_open(&results, RESULTS, &error), MR_OK);
-    struct sweep_pool pool = {.study = &study, .simulate = troubled, .results = &results, .todo = todo, .count = 10, .jobs = 3, .timeout_s = 1.0, .stop = &stop};
+    struct sweep_pool pool = {.study = &study, .simulate = troubled, .results = &results, .todo = todo, .count = 9, .jobs = 3, .timeout_s = INFINITY, .stop = &stop};
+    assert_int_equal(sweep_pool_run(&pool, &error), MR_OK);
+    pool.todo = hangs;
+    pool.count = 1;
+    pool.timeout_s = 0.3;
     assert_int_equal(sweep_pool_run(&pool, &error), MR_OK);
     assert_int_equal(pool.done, 10);
     assert_int_equal(pool.failed, 4);
@@ -287,7 +291,7 @@ static void trouble_costs_one_case(void **state)
     }
     assert_non_null(strstr(seen.reason[3], "signal 11 (Segmentation fault)"));
     assert_non_null(strstr(seen.reason[5], "exit code 7"));
-    assert_non_null(strstr(seen.reason[7], "not done after 1 s"));
+    assert_non_null(strstr(seen.reason[7], "not done after 0.3 s"));
     assert_non_null(strstr(seen.reason[8], "signal 6 (Aborted)"));
     sweep_results_close(&results);
     sweep_study_free(&study);

@@ -102,7 +102,8 @@ later() {
         cat "$tmp"/later/*gather.log && same_table "$tmp/later/s.jsonl"
 }
 check "--no-wait gathers in a job of its own" later
-refused() { fails_with 3 'sbatch refused' bash -c "$m sweep $tmp/later/s.json --slurm --with '--partition=none' 2> >(grep -v '^sbatch' >&2)"; }
+study none
+refused() { fails_with 3 'sbatch refused' bash -c "$m sweep $tmp/none/s.json --slurm --with '--partition=none' 2> >(grep -v '^sbatch' >&2)"; }
 check "what sbatch refuses is said" refused
 
 ended() { slurm_end; ! pgrep -f "$node" >/dev/null; }
