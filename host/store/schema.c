@@ -1,7 +1,8 @@
 #include "host/store/store_sql.h"
 
 /* Times: *_us of the board are microseconds since its scans began, of the host Unix microseconds. `links`:
- * bit 0 CAN, bit 1 serial. `landing` is NULL outside landings. */
+ * bit 0 CAN, bit 1 serial. `landing` is NULL outside landings. A column that is added to a table allows NULL or has a default:
+ * campaigns made before it get it (store_migrate.h). */
 const char store_schema[] =
     "CREATE TABLE sessions(id INTEGER PRIMARY KEY, started_us INTEGER NOT NULL, ended_us INTEGER, ended_by "
     "TEXT,"

@@ -30,7 +30,7 @@ from_points() {
     diff "$tmp/rig.cfg" "$tmp/new.cfg" | grep '^>' | grep -v '^> channel\[10\]' && return 1
     $matrig board config check "$tmp/new.cfg" && grep -q '  worst$' "$tmp/out"
 }
-# The mat beside transducer 3 stands at 0, 0.5 and 1 in, a minute each, over and over. Somebody types what it is; when the reading says that
+# The mat beside transducer 3 stands at 0, 0.5 and 1 in, 20 s each, over and over. Somebody types what it is; when the reading says that
 # it was another one meanwhile, takes it back. What a transducer is worth comes from its excitation and amplifier: 0.5 V/in, 3.3 V of 4096 codes.
 guided() {
     python3 - "$tmp/steps.run" <<'EOF'
@@ -46,7 +46,7 @@ lines += ["switch %d %g %g -" % (p, -2.5 + 5 * (p - 1), -2.5 + 5 * (p - 1)) for 
 rows = []
 for i in range(2000):
     row = [0] * 8 + [10000] * 14
-    row[2] = 50000 * (i // 60 % 3)
+    row[2] = 50000 * (i // 20 % 3)
     rows.append(" ".join(map(str, row)))
 lines.append("samples 2000 1")
 lines += rows
