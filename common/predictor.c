@@ -330,6 +330,7 @@ static void scan_on(struct mr_predictor *p)
     bool complete = mr_zonescan_go(&p->scan, &p->chain, MR_PREDICTOR_VISITS_PER_BLOCK);
     uint32_t visits = p->scan.visits - before;
     p->visits += visits;
+    p->look_search += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) / MR_PREDICTOR_VISITS_PER_UPDATE;
     p->look_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) / MR_PREDICTOR_VISITS_PER_UPDATE;
     if (complete)
         take_found(p);
@@ -431,12 +432,19 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
     return status;
 }
 
+static void forget_looks(struct mr_predictor *p)
+{
+    p->look_updates = p->look_search = 0;
+    memset(p->looks, 0, sizeof p->looks);
+}
+
 void mr_predictor_arm(struct mr_predictor *p)
 {
     p->armed = true;
     p->braking = p->degraded = p->fell_back = p->moved = false;
     p->level = p->config.level;
-    p->block = p->corrected_block = p->updates = p->visits = p->most_updates = p->look_updates = 0;
+    p->block = p->corrected_block = p->updates = p->visits = p->most_updates = 0;
+    forget_looks(p);
     p->calm_looks = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
     p->deceleration_ft_s2 = p->config.deceleration_ft_s2; /* the last landing's tells nothing of this one's */
@@ -576,20 +584,31 @@ static uint32_t dearer(const struct mr_predictor *p)
     return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
 }
 
+/* Beyond the budget: over the last second, or by half of it again since the last look. */
+static bool beyond_budget(const struct mr_predictor *p, uint32_t budget)
+{
+    uint64_t second = p->look_updates;
+    for (unsigned k = 0; k < MR_PREDICTOR_LOOKS_PER_S - 1u; k++)
+        second += p->looks[k];
+    return p->look_updates > budget + budget / 2u || second > (uint64_t)budget * MR_PREDICTOR_LOOKS_PER_S;
+}
+
 static void mind_budget(struct mr_predictor *p, bool look)
 {
-    uint32_t budget = p->config.updates_per_block * MR_PREDICTOR_LOOK_BLOCKS;
+    uint32_t per_block = p->config.updates_per_block, most = UINT32_MAX / 2u / MR_PREDICTOR_LOOK_BLOCKS;
+    uint32_t budget = (per_block < most ? per_block : most) * MR_PREDICTOR_LOOK_BLOCKS;
     if (p->level > MR_PREDICTOR_PLOUGH)
         return;
-    if (p->look_updates > budget && p->level < MR_PREDICTOR_PLOUGH) {
+    if (p->level < MR_PREDICTOR_PLOUGH && beyond_budget(p, budget)) {
         change_level(p, p->level + 1);
-        p->look_updates = 0;
+        forget_looks(p); /* what a cheaper level takes the place of leaves the second sooner */
     }
     if (!look)
         return;
-    bool fits = p->look_updates < budget / dearer(p);
+    bool fits = (p->look_updates - p->look_search) * dearer(p) + p->look_search < budget;
     p->calm_looks = fits ? p->calm_looks + 1u : 0;
-    p->look_updates = 0;
+    p->looks[p->block / MR_PREDICTOR_LOOK_BLOCKS % (MR_PREDICTOR_LOOKS_PER_S - 1u)] = p->look_updates;
+    p->look_updates = p->look_search = 0;
     if (p->calm_looks >= CALM_LOOKS && p->level > p->config.level)
         change_level(p, p->level - 1);
 }
