@@ -37,7 +37,8 @@
 #define NEAR_FT 9.5f                /* an end so far beyond a transducer is better known */
 #define LAST_FT 6.0f                /* and an end so near to the runway's */
 #define COARSER 1.2f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
-#define FOLLOW_BLOCKS 4u            /* in that time a wheel comes a tenth of a mat further */
+#define FOLLOW_BLOCKS 4u            /* in that time a wheel comes half a mat further; 8 double the error */
+#define FOLLOW_VISITS 3u            /* what a group costs then, in joints looked at */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
 
@@ -205,17 +206,21 @@ static void fold_chain(struct mr_predictor *p)
  * the group has closed. */
 static float open_share(const struct mr_predictor *p, unsigned j)
 {
-    unsigned group = p->chain.group, first = (j - 1u) * group;
-    float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f;
+    unsigned group = p->chain.group, first = (j - 1u) * group, last = joints_of(p) - 1u;
+    float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
     if (group == 1u)
         return grit_share(j);
     for (unsigned i = 0; i < group; i++) {
-        float share = grit_share(first + i + 1u), stronger_ft = 0.0f;
-        for (unsigned k = 0; k < group && first + k < joints_of(p); k++)
-            stronger_ft += grit_share(first + k + 1u) > share ? p->gap_ft[first + k] : 0.0f;
-        most = share > most ? share : most;
-        if (stronger_ft < reach_ft && (best == 0.0f || share < best))
-            best = share;
+        share[i] = grit_share(first + i + 1u);
+        gap_ft[i] = first + i <= last ? p->gap_ft[first + i] : 0.0f;
+        most = share[i] > most ? share[i] : most;
+    }
+    for (unsigned i = 0; i < group; i++) {
+        float stronger_ft = 0.0f;
+        for (unsigned k = 0; k < group; k++)
+            stronger_ft += share[k] > share[i] ? gap_ft[k] : 0.0f;
+        if (stronger_ft < reach_ft && (best == 0.0f || share[i] < best))
+            best = share[i];
     }
     return best > 0.0f ? best : most;
 }
@@ -251,9 +256,15 @@ static void follow_grits(struct mr_predictor *p)
     unsigned first = (chain->low - 1u) * MR_CHAIN_BAY + 1u, last = chain->high * MR_CHAIN_BAY + 1u;
     if (chain->group == 1u || chain->low > chain->high || p->block % FOLLOW_BLOCKS != 0)
         return;
-    for (unsigned j = first; j <= last && j <= chain->count + 1u; j++)
+    unsigned followed = 0;
+    for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
+        if (chain->v_ft_s[j] == 0.0f && chain->v_ft_s[j - 1u] == 0.0f)
+            continue;
         chain->grit_lb[j] = p->config.grit_lb * p->scale * open_share(p, j);
-    p->look_updates += last - first + 1u;
+        followed++;
+    }
+    p->visits += FOLLOW_VISITS * followed;
+    p->look_updates += FOLLOW_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
 static enum mr_status start_chain(struct mr_predictor *p)
@@ -434,7 +445,7 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
 
 static void forget_looks(struct mr_predictor *p)
 {
-    p->look_updates = p->look_search = 0;
+    p->look_updates = p->look_search = p->second_updates = 0;
     memset(p->looks, 0, sizeof p->looks);
 }
 
@@ -587,9 +598,7 @@ static uint32_t dearer(const struct mr_predictor *p)
 /* Beyond the budget: over the last second, or by half of it again since the last look. */
 static bool beyond_budget(const struct mr_predictor *p, uint32_t budget)
 {
-    uint64_t second = p->look_updates;
-    for (unsigned k = 0; k < MR_PREDICTOR_LOOKS_PER_S - 1u; k++)
-        second += p->looks[k];
+    uint64_t second = (uint64_t)p->second_updates + p->look_updates;
     return p->look_updates > budget + budget / 2u || second > (uint64_t)budget * MR_PREDICTOR_LOOKS_PER_S;
 }
 
@@ -607,7 +616,9 @@ static void mind_budget(struct mr_predictor *p, bool look)
         return;
     bool fits = (p->look_updates - p->look_search) * dearer(p) + p->look_search < budget;
     p->calm_looks = fits ? p->calm_looks + 1u : 0;
-    p->looks[p->block / MR_PREDICTOR_LOOK_BLOCKS % (MR_PREDICTOR_LOOKS_PER_S - 1u)] = p->look_updates;
+    uint32_t *oldest = &p->looks[p->block / MR_PREDICTOR_LOOK_BLOCKS % (MR_PREDICTOR_LOOKS_PER_S - 1u)];
+    p->second_updates += p->look_updates - *oldest;
+    *oldest = p->look_updates;
     p->look_updates = p->look_search = 0;
     if (p->calm_looks >= CALM_LOOKS && p->level > p->config.level)
         change_level(p, p->level - 1);

@@ -145,10 +145,11 @@ struct mr_predictor {
     uint32_t block;                   /* since arming */
     uint32_t corrected_block;
     uint32_t updates;                 /* of this landing, mats */
-    uint32_t visits;                  /* of this landing, joints */
+    uint32_t visits;                  /* of this landing, joints looked at, and their like */
     uint32_t most_updates;            /* in one block of this landing, visits counted in */
     uint32_t look_updates;            /* since the last look, visits counted in */
-    uint32_t looks[MR_PREDICTOR_LOOKS_PER_S - 1u]; /* of the second so far, look_updates of each, in turn */
+    uint32_t looks[MR_PREDICTOR_LOOKS_PER_S - 1u]; /* look_updates of those before, in turn */
+    uint32_t second_updates;          /* their sum */
     uint32_t look_search;             /* of these, what the search and its like cost at any level */
     unsigned calm_looks;              /* in a row in which the next better level would have fitted into the budget */
     unsigned failures;                /* guards that tripped in this landing */
