@@ -757,12 +757,12 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
     zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
 }
 
-/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 249, over 1.96 (tests/score/README.md). They hold
+/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 309, over 1.96 (tests/score/README.md). They hold
  * where there is a zone of 30 mats or more at all. First four: not surveyed; then surveyed. Start: beyond the transducers, at the wheel
  * and ahead of it; between them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond; further, none
  * beyond; LAST_FT before the runway's end. */
 static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.32f, 21.68f, 0.77f, 19.64f, 1.28f, 10.97f, 0.77f, 6.38f};
-static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {15.05f, 16.58f, 19.13f, 9.44f, 9.44f, 14.54f, 12.50f, 6.89f};
+static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.4f, 17.0f, 20.5f, 12.7f, 9.7f, 14.8f, 12.7f, 7.3f};
 
 static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
@@ -770,7 +770,7 @@ static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predic
     bool near = false, beyond = false;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float past_ft = zone->end_ft - p->config.station_ft[i];
-        if (__builtin_isnan(p->last_in[i]) || __builtin_isnan(past_ft))
+        if (__builtin_isnan(p->last_in[i])) /* nor has one that is not fitted */
             continue;
         near = near || (past_ft >= 0.0f && past_ft < NEAR_FT);
         beyond = beyond || past_ft < 0.0f;
