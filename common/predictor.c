@@ -37,7 +37,8 @@
 #define NEAR_FT 9.5f                /* an end so far beyond a transducer is better known */
 #define LAST_FT 6.0f                /* and an end so near to the runway's */
 #define COARSER 1.2f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
-#define FOLLOW_BLOCKS 4u            /* in that time a wheel comes a tenth of a mat further */
+#define FOLLOW_BLOCKS 4u            /* in that time a wheel comes half a mat further; 8 double the error */
+#define FOLLOW_VISITS 3u            /* what a group costs then, in joints looked at */
 #define CALM_LOOKS 10u
 #define MOST_FAILURES 3u
 
@@ -205,17 +206,21 @@ static void fold_chain(struct mr_predictor *p)
  * the group has closed. */
 static float open_share(const struct mr_predictor *p, unsigned j)
 {
-    unsigned group = p->chain.group, first = (j - 1u) * group;
-    float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f;
+    unsigned group = p->chain.group, first = (j - 1u) * group, last = joints_of(p) - 1u;
+    float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
     if (group == 1u)
         return grit_share(j);
     for (unsigned i = 0; i < group; i++) {
-        float share = grit_share(first + i + 1u), stronger_ft = 0.0f;
-        for (unsigned k = 0; k < group && first + k < joints_of(p); k++)
-            stronger_ft += grit_share(first + k + 1u) > share ? p->gap_ft[first + k] : 0.0f;
-        most = share > most ? share : most;
-        if (stronger_ft < reach_ft && (best == 0.0f || share < best))
-            best = share;
+        share[i] = grit_share(first + i + 1u);
+        gap_ft[i] = first + i <= last ? p->gap_ft[first + i] : 0.0f;
+        most = share[i] > most ? share[i] : most;
+    }
+    for (unsigned i = 0; i < group; i++) {
+        float stronger_ft = 0.0f;
+        for (unsigned k = 0; k < group; k++)
+            stronger_ft += share[k] > share[i] ? gap_ft[k] : 0.0f;
+        if (stronger_ft < reach_ft && (best == 0.0f || share[i] < best))
+            best = share[i];
     }
     return best > 0.0f ? best : most;
 }
@@ -251,9 +256,15 @@ static void follow_grits(struct mr_predictor *p)
     unsigned first = (chain->low - 1u) * MR_CHAIN_BAY + 1u, last = chain->high * MR_CHAIN_BAY + 1u;
     if (chain->group == 1u || chain->low > chain->high || p->block % FOLLOW_BLOCKS != 0)
         return;
-    for (unsigned j = first; j <= last && j <= chain->count + 1u; j++)
+    unsigned followed = 0;
+    for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
+        if (chain->v_ft_s[j] == 0.0f && chain->v_ft_s[j - 1u] == 0.0f)
+            continue;
         chain->grit_lb[j] = p->config.grit_lb * p->scale * open_share(p, j);
-    p->look_updates += last - first + 1u;
+        followed++;
+    }
+    p->visits += FOLLOW_VISITS * followed;
+    p->look_updates += FOLLOW_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
 static enum mr_status start_chain(struct mr_predictor *p)
@@ -330,6 +341,7 @@ static void scan_on(struct mr_predictor *p)
     bool complete = mr_zonescan_go(&p->scan, &p->chain, MR_PREDICTOR_VISITS_PER_BLOCK);
     uint32_t visits = p->scan.visits - before;
     p->visits += visits;
+    p->look_search += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) / MR_PREDICTOR_VISITS_PER_UPDATE;
     p->look_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) / MR_PREDICTOR_VISITS_PER_UPDATE;
     if (complete)
         take_found(p);
@@ -431,12 +443,19 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
     return status;
 }
 
+static void forget_looks(struct mr_predictor *p)
+{
+    p->look_updates = p->look_search = p->second_updates = 0;
+    memset(p->looks, 0, sizeof p->looks);
+}
+
 void mr_predictor_arm(struct mr_predictor *p)
 {
     p->armed = true;
     p->braking = p->degraded = p->fell_back = p->moved = false;
     p->level = p->config.level;
-    p->block = p->corrected_block = p->updates = p->visits = p->most_updates = p->look_updates = 0;
+    p->block = p->corrected_block = p->updates = p->visits = p->most_updates = 0;
+    forget_looks(p);
     p->calm_looks = p->failures = p->ploughed_mat = 0;
     p->work_lb_in = 0.0f;
     p->deceleration_ft_s2 = p->config.deceleration_ft_s2; /* the last landing's tells nothing of this one's */
@@ -576,20 +595,31 @@ static uint32_t dearer(const struct mr_predictor *p)
     return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
 }
 
+/* Beyond the budget: over the last second, or by half of it again since the last look. */
+static bool beyond_budget(const struct mr_predictor *p, uint32_t budget)
+{
+    uint64_t second = (uint64_t)p->second_updates + p->look_updates;
+    return p->look_updates > budget + budget / 2u || second > (uint64_t)budget * MR_PREDICTOR_LOOKS_PER_S;
+}
+
 static void mind_budget(struct mr_predictor *p, bool look)
 {
-    uint32_t budget = p->config.updates_per_block * MR_PREDICTOR_LOOK_BLOCKS;
+    uint32_t per_block = p->config.updates_per_block, most = UINT32_MAX / 2u / MR_PREDICTOR_LOOK_BLOCKS;
+    uint32_t budget = (per_block < most ? per_block : most) * MR_PREDICTOR_LOOK_BLOCKS;
     if (p->level > MR_PREDICTOR_PLOUGH)
         return;
-    if (p->look_updates > budget && p->level < MR_PREDICTOR_PLOUGH) {
+    if (p->level < MR_PREDICTOR_PLOUGH && beyond_budget(p, budget)) {
         change_level(p, p->level + 1);
-        p->look_updates = 0;
+        forget_looks(p); /* what a cheaper level takes the place of leaves the second sooner */
     }
     if (!look)
         return;
-    bool fits = p->look_updates < budget / dearer(p);
+    bool fits = (p->look_updates - p->look_search) * dearer(p) + p->look_search < budget;
     p->calm_looks = fits ? p->calm_looks + 1u : 0;
-    p->look_updates = 0;
+    uint32_t *oldest = &p->looks[p->block / MR_PREDICTOR_LOOK_BLOCKS % (MR_PREDICTOR_LOOKS_PER_S - 1u)];
+    p->second_updates += p->look_updates - *oldest;
+    *oldest = p->look_updates;
+    p->look_updates = p->look_search = 0;
     if (p->calm_looks >= CALM_LOOKS && p->level > p->config.level)
         change_level(p, p->level - 1);
 }
@@ -735,12 +765,12 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
     zone->basis |= p->fell_back ? MR_PREDICTOR_FELL_BACK : 0u;
 }
 
-/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 249, over 1.96 (tests/score/README.md). They hold
+/* Standard errors of the ends, mats: 95 % points of `make score`, series 0 to 309, over 1.96 (tests/score/README.md). They hold
  * where there is a zone of 30 mats or more at all. First four: not surveyed; then surveyed. Start: beyond the transducers, at the wheel
  * and ahead of it; between them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond; further, none
  * beyond; LAST_FT before the runway's end. */
 static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.32f, 21.68f, 0.77f, 19.64f, 1.28f, 10.97f, 0.77f, 6.38f};
-static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {15.05f, 16.58f, 19.13f, 9.44f, 9.44f, 14.54f, 12.50f, 6.89f};
+static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.4f, 17.0f, 20.5f, 12.7f, 9.7f, 14.8f, 12.7f, 7.3f};
 
 static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
@@ -748,7 +778,7 @@ static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predic
     bool near = false, beyond = false;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float past_ft = zone->end_ft - p->config.station_ft[i];
-        if (__builtin_isnan(p->last_in[i]) || __builtin_isnan(past_ft))
+        if (__builtin_isnan(p->last_in[i])) /* nor has one that is not fitted */
             continue;
         near = near || (past_ft >= 0.0f && past_ft < NEAR_FT);
         beyond = beyond || past_ft < 0.0f;

@@ -14,7 +14,8 @@
  * weakest still open, followed every 4 blocks), and the openings of each go on by the same rule when the level changes.
  *
  * Cost of a block, in mat updates: steps x mats awake, 6 x 420 with 1/6 ms and all awake; the search 64; at a look 210 more: 2,800
- * at worst, and the level goes down as soon as the updates since the last look exceed the budget of a whole look. Met: 1,150 in
+ * at worst, and the level goes down as soon as those of a second exceed its budget, or those since the last look one and a half of
+ * a look's. Met: 1,150 in
  * hard landings, 1,290 with locked wheels, 2,700 with friction 0.05 (tests/host/test_predictor_extremes.c prints them).
  *
  * The search for zones is spread over blocks: MR_PREDICTOR_VISITS_PER_BLOCK joints in each, the budget counts them. A whole one takes
@@ -36,6 +37,7 @@
 #include "common/zonescan.h"
 
 #define MR_PREDICTOR_LOOK_BLOCKS 50u     /* between statements: 20 Hz */
+#define MR_PREDICTOR_LOOKS_PER_S 20u
 #define MR_PREDICTOR_WARNING_MATS 50u    /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
 #define MR_PREDICTOR_ADVISORY_MATS 30u
 #define MR_PREDICTOR_VISITS_PER_BLOCK 128u /* joints looked at in a block, of the search for zones (common/zonescan.h) */
@@ -77,7 +79,7 @@ struct mr_predictor_config {
     float deceleration_ft_s2;    /* assumed until the switches tell */
     float bump_ft;               /* irregularity assumed: h0 in P_c = w L / (2 h0) */
     float mat_weight_lb;
-    uint32_t updates_per_block;  /* budget, mean over a look */
+    uint32_t updates_per_block;  /* budget: mean over any second; over a look up to half as much again */
     enum mr_predictor_level level; /* the best one asked for */
     float station_ft[MR_TRANSDUCERS]; /* NaN: not fitted */
 };
@@ -143,9 +145,12 @@ struct mr_predictor {
     uint32_t block;                   /* since arming */
     uint32_t corrected_block;
     uint32_t updates;                 /* of this landing, mats */
-    uint32_t visits;                  /* of this landing, joints */
+    uint32_t visits;                  /* of this landing, joints looked at, and their like */
     uint32_t most_updates;            /* in one block of this landing, visits counted in */
     uint32_t look_updates;            /* since the last look, visits counted in */
+    uint32_t looks[MR_PREDICTOR_LOOKS_PER_S - 1u]; /* look_updates of those before, in turn */
+    uint32_t second_updates;          /* their sum */
+    uint32_t look_search;             /* of these, what the search and its like cost at any level */
     unsigned calm_looks;              /* in a row in which the next better level would have fitted into the budget */
     unsigned failures;                /* guards that tripped in this landing */
     unsigned ploughed_mat;            /* last mat from which the plough has pushed */

@@ -59,7 +59,7 @@ static struct cost measure(unsigned level, unsigned lacks)
     bench_control(board, 2, lacks);
     uint64_t t_ps = 0;
     for (unsigned k = 0; k < 1000 && !bench_result(board, 5); k++)
-        bench_run(board, t_ps += 10000000); /* 10 us */
+        bench_run(board, t_ps += 100000000); /* 100 us */
     assert_int_equal(bench_result(board, 5), 1);
     hil_profile_begin(board);
     for (unsigned k = 0; k < 400 && !bench_result(board, 55); k++)

@@ -386,6 +386,27 @@ static void level_follows_the_budget(void **state)
     assert_true(predictor.updates < whole / 2u);
 }
 
+/* The board's own budget is enough for every mat; a third of it for two in one, and when the gear stands every mat is back. */
+static void a_third_of_the_budget_is_two_in_one(void **state)
+{
+    (void)state;
+    struct landing landing = {.speed_ft_s = 33.0, .braking_ft_s2 = 8.0};
+    for (unsigned part = 1; part <= 3; part += 2) {
+        struct mr_predictor_config config = rig();
+        enum mr_predictor_level worst = MR_PREDICTOR_FULL;
+        config.updates_per_block = MR_PREDICTOR_UPDATES_PER_BLOCK / part;
+        assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+        mr_predictor_arm(&predictor);
+        for (unsigned ms = 0; ms < 8000; ms++) {
+            struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
+            mr_predictor_block(&predictor, &input);
+            worst = predictor.level > worst ? predictor.level : worst;
+        }
+        assert_int_equal(worst, part == 1 ? MR_PREDICTOR_FULL : MR_PREDICTOR_TWO);
+        assert_int_equal(predictor.level, MR_PREDICTOR_FULL);
+    }
+}
+
 /* --- what is wrong --- */
 
 static unsigned wrong_kind;
@@ -539,6 +560,7 @@ int main(void)
         cmocka_unit_test(without_channels_it_runs_blind),
         cmocka_unit_test(without_switches_it_is_kinematic),
         cmocka_unit_test(level_follows_the_budget),
+        cmocka_unit_test(a_third_of_the_budget_is_two_in_one),
         cmocka_unit_test(wrong_inputs_end_in_sane_statements),
         cmocka_unit_test(extremes_stay_bounded),
         cmocka_unit_test(impossible_parameters_are_refused),

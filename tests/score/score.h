@@ -11,7 +11,7 @@
 
 /* How a landing is seen: by survey or none, transducers at 40 to 110 or 10 to 70. */
 enum { SCORE_SURVEYED = 1, SCORE_UPFIELD = 2, SCORE_VIEWS = 4 };
-#define SCORE_TRAINED 250          /* series below have made the stated errors: those are held against the others only */
+#define SCORE_TRAINED 310          /* series below have made the stated errors: those are held against the others only */
 enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };
 /* What ranks landings by danger. */
 enum score_rank { SCORE_BY_PREDICTOR, SCORE_BY_THRUST, SCORE_BY_COUNT, SCORE_BY_KINEMATIC, SCORE_BY_HINDSIGHT, SCORE_RANKS };
