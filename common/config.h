@@ -1,4 +1,4 @@
-/* Configuration of the instrument: site, channels with their calibration, switches, bands. Fields, units and limits: config.def.
+/* Configuration of the instrument: site, channels with their calibration, switches, bands, predictor. Fields, units and limits: config.def.
  *
  * Stored form, of MR_CONFIG_IMAGE bytes, little-endian, the same in flash, on the links and in the database:
  *
@@ -182,7 +182,8 @@ void mr_config_exchange(uint8_t *image, struct mr_config *config);
     X(NO_BAND,     12, "there is no such band: its pretension is 0")                                                     \
     X(ONE_POINT,   13, "a linearisation has two points or more, or none")                                                \
     X(NO_STATION,  14, "a station is needed")                                                                            \
-    X(REVISION,    15, "not one more than the revision in force: somebody else changed it")
+    X(REVISION,    15, "not one more than the revision in force: somebody else changed it")                              \
+    X(UNSTABLE,    16, "beyond the stability limit of mats so light with joints so stiff")
 
 enum mr_config_rule {
     MR_RULE_NONE = 0,
@@ -203,5 +204,9 @@ struct mr_config_reason {
 /* MR_OK, or MR_LIMIT: `reason` says where the first thing that is wrong is, and what. Limits of all fields first, then what fields
  * must be to each other. */
 enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason);
+
+/* What the predictor (common/predictor.h) is started with: groups site and predict, and where transducers stand. */
+struct mr_predictor_config;
+void mr_config_predictor(const struct mr_config *config, struct mr_predictor_config *predictor);
 
 #endif

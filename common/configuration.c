@@ -5,12 +5,16 @@
 #include "common/block.h"
 #include "common/channels.h"
 #include "common/crc32.h"
+#include "common/predictor.h"
 #include "common/staircase.h"
 #include "common/wire.h"
 
 #define MAGIC 0x4643524du /* "MRCF" */
 #define MISSING_BITS 0x7fc00000u
 #define CODES 4095u
+#define G_FT_S2 32.174f
+#define IN_PER_FT 12.0f
+#define MS_PER_S 1000.0f
 
 _Static_assert((float)MR_CONFIG_STEP_CODES >= 2.0f * MR_STAIRCASE_TOLERANCE_CODES, "two steps within the tolerance of one name");
 
@@ -377,11 +381,42 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
     return sum_codes <= (float)CODES || REFUSE(reason, gate, i, step_codes, MR_RULE_SUM);
 }
 
+void mr_config_predictor(const struct mr_config *config, struct mr_predictor_config *predictor)
+{
+    const struct mr_predict_config *p = &config->predict[0];
+    *predictor = (struct mr_predictor_config){
+        .chain = {.mats = config->site[0].mats, .mat_length_ft = config->site[0].mat_length_ft,
+                  .mass_slug = p->mat_weight_lb / G_FT_S2, .friction_lb = p->friction * p->mat_weight_lb,
+                  .kl_lb_ft = p->joint_stiffness_lb_ft, .cl_lb_s_ft = p->joint_damping_lb_s_ft,
+                  .slack_ft = p->slack_in / IN_PER_FT, .step_s = p->step_ms / MS_PER_S},
+        .grit_lb = p->grit_lb,
+        .thrust_lb_per_g = p->thrust_lb_per_g,
+        .deceleration_ft_s2 = p->deceleration_ft_s2,
+        .bump_ft = p->bump_in / IN_PER_FT,
+        .mat_weight_lb = p->mat_weight_lb,
+        .updates_per_block = p->updates_per_block,
+        .level = (enum mr_predictor_level)p->level,
+    };
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        predictor->station_ft[i] = config->channel[i].kind == MR_KIND_DISPLACEMENT ? config->channel[i].station_ft : MR_NAN;
+}
+
 static bool check_band(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
 {
     const struct mr_band_config *band = &config->band[i];
     bool right = band->yield_lb == 0.0f || band->yield_lb > band->pretension_lb;
     return right || REFUSE(reason, band, i, yield_lb, MR_RULE_NOT_ABOVE, .other = MR_FIELD_band_pretension_lb);
+}
+
+/* One that does not run may hold anything within the limits. */
+static bool check_predictor(const struct mr_config *config, struct mr_config_reason *reason)
+{
+    struct mr_predictor_config predictor;
+    if (!config->predict[0].fitted)
+        return true;
+    mr_config_predictor(config, &predictor);
+    return predictor.chain.step_s <= MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(&predictor.chain) ||
+           REFUSE(reason, predict, 0, step_ms, MR_RULE_UNSTABLE);
 }
 
 enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_reason *reason)
@@ -400,6 +435,8 @@ enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_
         if (!check_band(config, i, reason))
             return MR_LIMIT;
     }
+    if (!check_predictor(config, reason))
+        return MR_LIMIT;
     *reason = (struct mr_config_reason){0};
     return MR_OK;
 }

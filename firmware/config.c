@@ -90,6 +90,22 @@ struct mr_config config = {
         {.pretension_lb = 100.0f, .yield_lb = 240.0f},
         {.pretension_lb = 100.0f, .yield_lb = 240.0f},
     },
+    /* The model rig: 0.466 lb of AM2 to scale in a strip of 12/7 ft; joints as reproduce its movements (tests/runs/README.md);
+     * 1300 lb on twelve axles. Critical compression: w L / 2 h0 for an irregularity of 0.043 in. */
+    .predict = {{
+        .fitted = 1,
+        .updates_per_block = 1000,
+        .mat_weight_lb = 0.466f,
+        .friction = 0.5f,
+        .joint_stiffness_lb_ft = 2.9e5f,
+        .joint_damping_lb_s_ft = 5.0f,
+        .slack_in = 0.030f,
+        .step_ms = 1.0f / 6.0f,
+        .grit_lb = 10.0f,
+        .thrust_lb_per_g = 1300.0f / 12.0f,
+        .deceleration_ft_s2 = 5.0f,
+        .bump_in = 0.0432f,
+    }},
 };
 
 uint32_t config_fitted(void)

@@ -311,6 +311,9 @@ static void write_advice(const struct mr_config_reason *r, char *out, size_t siz
     case MR_RULE_NO_BAND:
         snprintf(out, size, "give that band a pretension_lb, or the gage another band or 0");
         break;
+    case MR_RULE_UNSTABLE:
+        snprintf(out, size, "a shorter step_ms, or look at the units of predict.mat_weight_lb and predict.joint_stiffness_lb_ft");
+        break;
     case MR_RULE_REVISION:
         snprintf(out, size, "read the configuration again and change that one");
         break;
@@ -395,7 +398,7 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct p
         at->group++;
     if (at->group == MR_CONFIG_GROUPS) {
         snprintf(what, sizeof what, "no such group: `%s`", group);
-        return complain(r, MR_UNKNOWN, what, "there are site, channel, gate and band");
+        return complain(r, MR_UNKNOWN, what, "there are site, channel, gate, band and predict");
     }
     const struct mr_config_group *found = &mr_config_groups[at->group];
     if (bracket ? index < 1 || index > found->count : found->count != 1) {

@@ -303,6 +303,21 @@ static void channels_go_with_their_place(void **state)
     WRONG(c.band[0].yield_lb = 100.0f, band, 0, yield_lb, 0, NOT_ABOVE);
 }
 
+/* The limit by hand: m = 0.466 / 32.174 = 0.014484 slug; w^2 = 4 * 2.9e5 / m = 8.0089e7, d = 4 * 5 / m = 1380.9;
+ * 4 / (d + sqrt(d^2 + 4 w^2)) = 2.0692e-4 s, 0.9 of it 0.18623 ms. */
+static void the_predictor_is_stable(void **state)
+{
+    (void)state;
+    RIGHT(c.predict[0].step_ms = 0.1860f);
+    WRONG(c.predict[0].step_ms = 0.1865f, predict, 0, step_ms, 0, UNSTABLE);
+    WRONG(c.predict[0].mat_weight_lb = 0.466f / 32.174f, predict, 0, step_ms, 0, UNSTABLE); /* slugs for pounds */
+    WRONG(c.predict[0].joint_stiffness_lb_ft = 2.9e6f, predict, 0, step_ms, 0, UNSTABLE);
+    WRONG(c.predict[0].step_ms = 0.166e-3f, predict, 0, step_ms, 0, TOO_SMALL); /* seconds for milliseconds */
+    WRONG(c.predict[0].slack_in = 0.762f, predict, 0, slack_in, 0, TOO_LARGE); /* millimetres for inches */
+    WRONG(c.predict[0].level = 4, predict, 0, level, 0, TOO_LARGE);
+    RIGHT(c.predict[0].step_ms = 0.5f; c.predict[0].fitted = 0); /* one that does not run */
+}
+
 static void calibrations_make_sense(void **state)
 {
     (void)state;
@@ -331,6 +346,7 @@ int main(void)
         cmocka_unit_test(every_limit_is_refused_with_its_reason),
         cmocka_unit_test(switches_rise_and_differ),
         cmocka_unit_test(channels_go_with_their_place),
+        cmocka_unit_test(the_predictor_is_stable),
         cmocka_unit_test(calibrations_make_sense),
     };
     return cmocka_run_group_tests_name("common/config", tests, NULL, NULL);
