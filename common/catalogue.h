@@ -12,7 +12,7 @@
 #include "common/status.h"
 
 /* Layout version of catalogue.def, of the block record and of serial framing. Travels in `hello`. */
-#define MR_LAYOUT 3u
+#define MR_LAYOUT 4u
 #define MR_MESSAGE_MAX 8u
 
 typedef uint8_t mr_u8;

@@ -22,10 +22,16 @@
     X(CONFIG_READ, 12, "config-read", 0, 1, "tell the configuration in force; argument: word to begin at; not from arm to done") \
     X(CAMERA,      13, "camera",  0, 1,     "trigger the camera")                                        \
     X(LIVE,        14, "live",    0, 1,     "tell edges, and a block record each 20 ms on serial, for so many seconds, 60 at most; 0: no more; idle") \
+    X(BACKLOG,     15, "backlog", 0, 1,      "so many blocks waited for the predictor, as they did in the landing that is replayed") \
     X(BOX_LIST,    16, "box-list", 0, 1,     "tell the records of the black box")                 \
     X(BOX_READ,    17, "box-read", 0, 1,     "read one out over serial; argument: its number * 32768 + page to begin at; idle") \
     X(BOX_FREE,    18, "box-free", 0, 1,     "give a record's space back; argument: its number; idle") \
-    X(SLOW_READ,   19, "slow-read", 0, 1,    "tell the rows of the slow log; argument: number of the first; idle or done")
+    X(SLOW_READ,   19, "slow-read", 0, 1,    "tell the rows of the slow log; argument: number of the first; idle or done") \
+    X(RUNWAY_FORGET, 20, "runway-forget", 0, 1, "the predictor's runway is one that nobody has measured; not from arm to done") \
+    X(RUNWAY_READ, 21, "runway-read", 0, 1,  "tell the predictor's runway; not from arm to done")                \
+    X(RUNWAY_JOINTS, 22, "runway-joints", 1, 1, "index n: openings of joints 2 n + 1, lower 16 bits of the argument, and 2 n + 2, 0.01 mil, of a runway to be taken; not from arm to done") \
+    X(RUNWAY_WORD, 23, "runway-word", 1, 1,  "of a runway to be taken, index 0: bits of the resistance found, IEEE 754; 1: landings; 2: opening of joint 513, 0.01 mil; not from arm to done") \
+    X(RUNWAY_TAKE, 24, "runway-take", 0, 1,  "take the runway given before; argument: its CRC-32; not from arm to done")
 
 enum mr_command_code {
 #define MR_COMMAND_ENUM(NAME, code, text, indexed, per_unit, meaning) MR_COMMAND_##NAME = (code),

@@ -34,7 +34,8 @@ enum mr_crash_kind {
     X(TELEMETRY,   5,   30,  "telemetry")                   \
     X(BOX,         6,   30,  "the black box")               \
     X(SUPERVISION, 7,   20,  "supervision")                 \
-    X(UPKEEP,      8,  100,  "background tests")
+    X(UPKEEP,      8,  100,  "background tests")            \
+    X(PREDICTOR,   9,   30,  "the predictor")
 
 enum mr_task {
 #define MR_TASK_ENUM(NAME, number, limit, text) MR_TASK_##NAME = (number),

@@ -594,6 +594,14 @@ static void mind_budget(struct mr_predictor *p, bool look)
         change_level(p, p->level - 1);
 }
 
+void mr_predictor_hurry(struct mr_predictor *p)
+{
+    if (!p->armed || p->level >= MR_PREDICTOR_PLOUGH)
+        return;
+    change_level(p, p->level + 1);
+    p->look_updates = 0;
+}
+
 /* What the springs have done since the last look tells of the resistance against closing. */
 static void learn(struct mr_predictor *p)
 {

@@ -180,6 +180,8 @@ void mr_predictor_arm(struct mr_predictor *predictor);
 /* Inputs are not trusted: a wheel or a speed that no gear has counts as not known, a deceleration as the last one, a reading as
  * missing. A chain that runs away is begun again from what is measured, and said so (MR_PREDICTOR_FELL_BACK). */
 void mr_predictor_block(struct mr_predictor *predictor, const struct mr_predictor_input *input);
+/* Blocks wait for it: on at the next cheaper level from here, as when the budget is exceeded. */
+void mr_predictor_hurry(struct mr_predictor *predictor);
 /* What is to be said now. Cheap but for the level MR_PREDICTOR_KINEMATIC, where it sums up all joints: may be asked in every block. */
 void mr_predictor_zone(const struct mr_predictor *predictor, struct mr_predictor_zone *zone);
 /* The landing is over: what the joints have become is the start of the next one. */

@@ -55,6 +55,12 @@ static void follow_zeros(struct app *app)
     channels_zeroed(&app->channels, changed, app->next_index);
 }
 
+static void forget_survey(struct app *app)
+{
+    for (unsigned i = 0; i < MR_SEGMENTS; i++)
+        app->slack_in[i] = MR_NAN;
+}
+
 void app_configured(struct app *app)
 {
     zero_start();
@@ -66,6 +72,7 @@ void app_configured(struct app *app)
         miss_block(app, i);
     app->blocks_in_row = 0;
     forget_baseline(app);
+    predict_configure(&app->predict);
     if (!config.site[0].black_box)
         blackbox_leave_out(&app->box);
     else if (app->box.state == BLACKBOX_MISSING)
@@ -86,8 +93,7 @@ void app_start(struct app *app)
     landing_start(&app->landing);
     channels_start(&app->channels);
     mr_deframer_init(&app->deframer);
-    for (unsigned i = 0; i < MR_SEGMENTS; i++)
-        app->slack_in[i] = MR_NAN;
+    forget_survey(app);
     calibrate_start(&app->calibrate);
     slowlog_start(&app->slowlog);
     thermometer_start(&app->thermometer);
@@ -166,29 +172,33 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
         healthlink_arm(&app->healthlink, &app->telemetry);
-        board_warn(app->warning);
+        board_warn(false);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         slowlog_read_stop(&app->slowlog);
         telemetry_state(&app->telemetry, &app->landing);
+        predict_arm(&app->predict, &app->telemetry, app->slack_in);
+        predict_store(&app->predict, &app->telemetry);
         tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);
     }
     return status;
 }
 
-static void warn(struct app *app, bool warning)
+/* The landing is over; where a gear rolled, the survey holds no more. */
+static void end_prediction(struct app *app, bool moved, uint32_t index)
 {
-    app->warning = warning;
-    board_warn(warning);
+    if (predict_end(&app->predict, &app->telemetry, moved, index))
+        forget_survey(app);
 }
 
-/* The landing is over: a warning ends with it, and that is told. */
-static void end_warning(struct app *app, uint32_t index)
+static enum mr_status obey_runway(struct app *app, const struct mr_command *command)
 {
-    if (!app->warning) /* the lamp is dark, or a self-test's */
-        return;
-    telemetry_zone(&app->telemetry, &(struct mr_closure_zone){.lead_s = MR_NAN}, MR_NAN, false, index);
-    warn(app, false);
+    bool forgotten = false;
+    enum mr_status status = predict_obey(&app->predict, &app->telemetry, command, landing_recording(&app->landing), app->next_index,
+                                         &forgotten);
+    if (forgotten)
+        forget_survey(app);
+    return status;
 }
 
 static enum mr_status mark(struct app *app, const struct mr_command *command)
@@ -209,6 +219,7 @@ static enum mr_status survey(struct app *app, const struct mr_command *command)
         command->argument >= (int32_t)MR_MISSING_U16)
         return MR_USAGE;
     app->slack_in[command->index] = (float)command->argument / 10000.0f;
+    predict_survey(&app->predict, app->slack_in, app->next_index);
     return MR_OK;
 }
 
@@ -270,8 +281,8 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_DISARM:
         bandwatch_end(&app->bandwatch, &app->telemetry);
+        end_prediction(app, app->landing.state != LANDING_ARMED, app->next_index);
         landing_disarm(&app->landing, app->next_index);
-        end_warning(app, app->next_index);
         telemetry_state(&app->telemetry, &app->landing);
         break;
     case MR_COMMAND_MARK:
@@ -304,6 +315,14 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         if (status == MR_OK && calibrate_busy(&app->calibrate))
             return MR_OK; /* answered when it is over */
         follow_zeros(app);
+        break;
+    case MR_COMMAND_BACKLOG:
+    case MR_COMMAND_RUNWAY_FORGET:
+    case MR_COMMAND_RUNWAY_READ:
+    case MR_COMMAND_RUNWAY_JOINTS:
+    case MR_COMMAND_RUNWAY_WORD:
+    case MR_COMMAND_RUNWAY_TAKE:
+        status = obey_runway(app, &command);
         break;
     case MR_COMMAND_RESET:
     case MR_COMMAND_SELF_TEST:
@@ -386,30 +405,6 @@ static void forget_partial_baseline(struct app *app)
         app->baseline_sum_in[i] = 0.0f;
 }
 
-static void seek_zone(struct app *app, const struct mr_block *block)
-{
-    float station_ft[MR_TRANSDUCERS];
-    float moved_in[MR_TRANSDUCERS];
-    struct mr_closure_zone zone;
-    struct landing_wheel wheel = landing_wheel_at(&app->landing, block->tick);
-
-    mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, block->index % 4, 4, moved_in);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        station_ft[i] = config.channel[i].station_ft;
-        moved_in[i] -= app->baseline_in[i];
-    }
-    mr_closure_find(&(struct mr_closure_input){.station_ft = station_ft, .displacement_in = moved_in,
-                                               .slack_in = app->slack_in, .wheel_ft = wheel.station_ft,
-                                               .speed_ft_s = wheel.speed_ft_s,
-                                               .deceleration_ft_s2 = wheel.deceleration_ft_s2},
-                    &zone, NULL);
-    bool warning = zone.mats >= MR_CLOSURE_WARNING_MATS && landing_may_warn(&app->landing, block->index);
-    bool changed = warning != app->warning;
-    warn(app, warning);
-    if (changed || block->index % APP_ZONE_SEND_BLOCKS == 0)
-        telemetry_zone(&app->telemetry, &zone, wheel.station_ft, warning, block->index);
-}
-
 static void tell_landing(struct app *app, const struct landing_news *news, uint32_t index)
 {
     const struct landing *landing = &app->landing;
@@ -490,10 +485,8 @@ static void take_block(struct app *app, const struct mr_block *block)
             follow_baseline(app, row);
         else
             forget_partial_baseline(app);
-        if (block->index % APP_ZONE_BLOCKS == 0)
-            seek_zone(app, block);
     } else if (was_recording) {
-        end_warning(app, block->index);
+        end_prediction(app, true, block->index);
     }
     if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
         float mean_in[MR_TRANSDUCERS];
@@ -513,6 +506,12 @@ static void take_block(struct app *app, const struct mr_block *block)
     telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
     healthlink_regular(&app->healthlink, &app->telemetry, block->index);
     tasks_done(MR_TASK_TELEMETRY);
+
+    tasks_begin(MR_TASK_PREDICTOR);
+    predict_block(&app->predict, &app->telemetry, &app->landing,
+                  &(struct predict_block){.index = block->index, .tick = block->tick, .displacement_in = app->displacement_in[row],
+                                          .baseline_in = app->baseline_in, .waiting = board_blocks_waiting()});
+    tasks_done(MR_TASK_PREDICTOR);
 }
 
 static void miss_blocks(struct app *app, uint32_t next_index)
@@ -568,6 +567,7 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_BLOCKS);
     tasks_done(MR_TASK_LANDING);
     tasks_done(MR_TASK_TELEMETRY);
+    tasks_done(MR_TASK_PREDICTOR);
 }
 
 void app_supervise(struct app *app)

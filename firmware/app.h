@@ -12,14 +12,13 @@
 #include "firmware/healthlink.h"
 #include "firmware/landing.h"
 #include "firmware/live.h"
+#include "firmware/predict.h"
 #include "firmware/slowlog.h"
 #include "firmware/telemetry.h"
 #include "firmware/thermometer.h"
 #include "firmware/timesync.h"
 
 #define APP_BASELINE_BLOCKS 256u   /* mean over these is the zero of a landing's movement */
-#define APP_ZONE_BLOCKS 10u        /* the zone is sought every 10 ms */
-#define APP_ZONE_SEND_BLOCKS 50u   /* and told every 50 ms, at once when the warning changes */
 #define APP_IDLE_BLOCKS 100u       /* while idle, readings go out at 10 Hz */
 #define APP_BLOCKS_BEFORE 4u       /* a record begins so many blocks before arming: as far back as the first means reach */
 #define APP_NEWEST 8u              /* blocks kept: those, and the one that comes */
@@ -50,8 +49,8 @@ struct app {
     float baseline_in[MR_TRANSDUCERS]; /* NaN until APP_BASELINE_BLOCKS have passed since arming */
 
     struct channels channels;
-    float slack_in[MR_SEGMENTS];       /* NaN: not surveyed */
-    bool warning;
+    float slack_in[MR_SEGMENTS];       /* NaN: not surveyed since a landing */
+    struct predict predict;
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 

@@ -24,7 +24,7 @@
 #include "firmware/nor.h"
 
 #define BLACKBOX_RING 128u    /* pages, 32 KiB: the worst erase of 0.4 s takes 24 KiB, the worst page program 3 ms */
-#define BLACKBOX_CONFIG 30u   /* pages of start and configuration: tables of 8 points for all 22 channels take 6.7 KB */
+#define BLACKBOX_CONFIG 40u   /* pages of start and configuration: tables of 8 points for all 22 channels take 6.7 KB, a runway of 512 mats 1.9 KB */
 #define BLACKBOX_RECORDS 64u
 #define BLACKBOX_RESERVE 288u /* sectors */
 #define BLACKBOX_KEY_PAGES 16u /* a reader that lost its way is back in so many pages */

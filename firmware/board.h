@@ -73,6 +73,8 @@ void board_identify(struct board_identity *identity);
 
 /* Next block in order; false when none is ready. A loss shows as a jump of the index. */
 bool board_block_take(struct mr_block *block);
+/* Blocks that are ready and wait to be taken. */
+unsigned board_blocks_waiting(void);
 /* Captured switch edges that happened at or before `until_tick` (TIM2, modulo 2^32), oldest first. Returns how many. */
 size_t board_edges_take(uint32_t until_tick, uint32_t *ticks, size_t capacity);
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "common/channels.h"
+#include "common/runway.h"
 #include "common/framing.h"
 #include "common/wire.h"
 #include "firmware/config.h"
@@ -11,13 +12,14 @@
 #include "firmware/zero.h"
 
 /* The configuration as a round of items: channels (two messages each), switches, survey segments, calibrations (two values each;
- * tables only as far as they are in use). */
+ * tables only as far as they are in use), parameters of the predictor (when there is one). */
 #define FIRST_SWITCH MR_CHANNELS
 #define FIRST_SEGMENT (FIRST_SWITCH + MR_CONFIG_SWITCHES)
 #define FIRST_CALIBRATION (FIRST_SEGMENT + MR_SEGMENTS)
 #define PARTS_PER_CALIBRATION (MR_CALIBRATION_ITEMS / 2)
-#define ITEMS (FIRST_CALIBRATION + MR_CHANNELS * PARTS_PER_CALIBRATION)
-#define BLOCKS_PER_ITEM 40u /* a round takes 7.3 s */
+#define FIRST_PARAMETER (FIRST_CALIBRATION + MR_CHANNELS * PARTS_PER_CALIBRATION)
+#define ITEMS (FIRST_PARAMETER + MR_PREDICT_ITEMS)
+#define BLOCKS_PER_ITEM 40u /* a round takes 8.3 s */
 #define CLOCK_ERROR 0.01    /* relative, of the internal oscillator */
 
 #define BLOCKS_PER_COUNT 50u
@@ -64,7 +66,7 @@ static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t 
  * temperature, and faults. */
 static bool belongs_to_record(uint16_t id)
 {
-    return id == MR_ID_ZONE || id == MR_ID_ZONE_LEAD || id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT ||
+    return (id >= MR_ID_ZONE && id <= MR_ID_BACKLOG) || id == MR_ID_FAULT || id == MR_ID_CHANNEL_EVENT ||
            id == MR_ID_CHANNEL_QUALITY || id == MR_ID_BAND_EVENT || id == MR_ID_TEMPERATURE ||
            (id >= MR_ID_BAND_BEFORE && id <= MR_ID_BAND_AFTER) || (id >= MR_ID_EDGE && id < MR_ID_BOX_STATE);
 }
@@ -165,7 +167,7 @@ static void send_hello(struct telemetry *telemetry, const struct landing *landin
     SEND(both, telemetry, image_header, IMAGE_HEADER, .program_crc = identity->image.program_crc,
          .header_crc = identity->image.header_crc);
     SEND(both, telemetry, board_config, BOARD_CONFIG, .config_crc = telemetry->config_crc, .channels = MR_CHANNELS,
-         .switches = MR_CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_CLOSURE_WARNING_MATS);
+         .switches = MR_CONFIG_SWITCHES, .segments = MR_SEGMENTS, .warning_mats = MR_PREDICTOR_WARNING_MATS);
     if (!telemetry->to_box) {
         const struct mr_config_state *stored = &telemetry->config_state;
         SEND(both, telemetry, config_state, CONFIG_STATE, .revision = stored->revision, .source = stored->source,
@@ -189,8 +191,9 @@ static unsigned next_item(unsigned item)
 {
     for (item++; item < ITEMS; item++) {
         unsigned part = item - FIRST_CALIBRATION;
-        if (item < FIRST_CALIBRATION ||
-            2 * (part % PARTS_PER_CALIBRATION) < calibration_items(&config.channel[part / PARTS_PER_CALIBRATION]))
+        if (item < FIRST_CALIBRATION || (item >= FIRST_PARAMETER && config.predict[0].fitted))
+            return item;
+        if (item < FIRST_PARAMETER && 2 * (part % PARTS_PER_CALIBRATION) < calibration_items(&config.channel[part / PARTS_PER_CALIBRATION]))
             return item;
     }
     return 0;
@@ -215,6 +218,11 @@ static void send_item(struct telemetry *telemetry, const float *slack_in)
     } else if (item < FIRST_SEGMENT) {
         struct mr_switch_place place = switch_message(item - FIRST_SWITCH);
         send_both(telemetry, MR_ID_SWITCH_PLACE, payload, mr_switch_place_put(&place, payload));
+    } else if (item >= FIRST_PARAMETER) {
+        struct mr_predictor_config predictor;
+        mr_config_predictor(&config, &predictor);
+        SEND(both, telemetry, predict_item, PREDICT_ITEM, .index = (uint8_t)(item - FIRST_PARAMETER), .items = MR_PREDICT_ITEMS,
+             .value = mr_predict_item(&predictor, item - FIRST_PARAMETER));
     } else if (item >= FIRST_CALIBRATION) {
         unsigned channel = (item - FIRST_CALIBRATION) / PARTS_PER_CALIBRATION;
         unsigned first = 2 * ((item - FIRST_CALIBRATION) % PARTS_PER_CALIBRATION);
@@ -421,15 +429,6 @@ void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summar
          .switches = (uint8_t)summary->count, .used = (uint8_t)summary->used_for_stop);
 }
 
-void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *zone, float wheel_ft, bool warning,
-                    uint32_t index)
-{
-    SEND(both, telemetry, zone, ZONE, .mats = (uint16_t)zone->mats, .start_ft = zone->start_ft,
-         .end_ft = zone->end_ft, .block16 = (uint16_t)index);
-    SEND(both, telemetry, zone_lead, ZONE_LEAD, .lead_s = zone->lead_s, .wheel_ft = wheel_ft, .warning = warning,
-         .inferred_percent = (uint8_t)(zone->inferred * 100.0f + 0.5f), .block16 = (uint16_t)index);
-}
-
 void telemetry_channel_event(struct telemetry *telemetry, const struct mr_channel_event *event)
 {
     uint8_t payload[MR_MESSAGE_MAX];
@@ -478,10 +477,15 @@ void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack)
     send_both(telemetry, MR_ID_ACK, payload, mr_ack_put(ack, payload));
 }
 
+void telemetry_to_box(struct telemetry *telemetry, bool to_box)
+{
+    telemetry->to_box = to_box && telemetry->box != NULL && !telemetry->box->left_out;
+}
+
 void telemetry_store_configuration(struct telemetry *telemetry, const struct landing *landing, const float *slack_in)
 {
     unsigned item = telemetry->item;
-    telemetry->to_box = telemetry->box != NULL;
+    telemetry_to_box(telemetry, true);
     if (!telemetry->to_box)
         return;
     send_hello(telemetry, landing);
@@ -498,7 +502,7 @@ void telemetry_store_configuration(struct telemetry *telemetry, const struct lan
     for (telemetry->item = next_item(FIRST_CALIBRATION - 1); telemetry->item != 0;)
         send_item(telemetry, slack_in);
     telemetry->item = item;
-    telemetry->to_box = false;
+    telemetry_to_box(telemetry, false);
 }
 
 void telemetry_box(struct telemetry *telemetry, const struct mr_box_state *state, const struct mr_box_space *space)

@@ -65,8 +65,6 @@ void telemetry_switch(struct telemetry *telemetry, const struct mr_switch_event 
 void telemetry_pushback(struct telemetry *telemetry, const struct landing *landing, uint32_t index);
 void telemetry_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index);
 void telemetry_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary);
-void telemetry_zone(struct telemetry *telemetry, const struct mr_closure_zone *zone, float wheel_ft, bool warning,
-                    uint32_t index);
 void telemetry_channel_event(struct telemetry *telemetry, const struct mr_channel_event *event);
 void telemetry_channel_quality(struct telemetry *telemetry, const struct mr_channel_quality *quality);
 void telemetry_mark(struct telemetry *telemetry, const struct mr_mark *mark);
@@ -76,6 +74,8 @@ void telemetry_film_frame(struct telemetry *telemetry, const struct mr_film_fram
 void telemetry_camera(struct telemetry *telemetry, const struct mr_camera *camera);
 void telemetry_ack(struct telemetry *telemetry, const struct mr_ack *ack);
 
+/* From now on, what is put goes into the configuration of the box's record alone, if there is a box; or on the links again. */
+void telemetry_to_box(struct telemetry *telemetry, bool to_box);
 /* The whole configuration, hello and site included, into the box's record of a landing that was armed. */
 void telemetry_store_configuration(struct telemetry *telemetry, const struct landing *landing, const float *slack_in);
 void telemetry_box(struct telemetry *telemetry, const struct mr_box_state *state, const struct mr_box_space *space);

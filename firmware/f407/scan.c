@@ -207,6 +207,11 @@ bool scan_ready(void)
     return taken != queued;
 }
 
+unsigned board_blocks_waiting(void)
+{
+    return queued - taken;
+}
+
 bool board_block_take(struct mr_block *block)
 {
     if (!scan_ready())

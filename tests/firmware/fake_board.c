@@ -21,6 +21,11 @@ void board_identify(struct board_identity *identity)
                                                    .program_crc = 0xabcd, .header_crc = 0xef01}};
 }
 
+unsigned board_blocks_waiting(void)
+{
+    return fake.blocks_waiting;
+}
+
 bool board_block_take(struct mr_block *block)
 {
     if (!fake.block_ready)

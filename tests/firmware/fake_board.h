@@ -10,6 +10,7 @@
 struct fake_board {
     struct mr_block block;
     bool block_ready;
+    unsigned blocks_waiting; /* behind it */
     uint32_t edge_tick[64];
     size_t edges, edges_taken;
 

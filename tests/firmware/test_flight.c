@@ -63,11 +63,19 @@ static void survey(float slack_in)
     }
 }
 
+static void close_joints(void)
+{
+    moved_in[0] = 0.72f;
+    moved_in[1] = 0.37f;
+    moved_in[2] = 0.02f;
+}
+
 static void closing_joints_ahead_are_warned_of(void **state)
 {
     (void)state;
     struct mr_zone zone;
     struct mr_zone_lead lead;
+    struct mr_verdict verdict;
     survey(0.1f);
     play(2);
     command("arm 2");
@@ -75,14 +83,19 @@ static void closing_joints_ahead_are_warned_of(void **state)
     GET_LAST(zone_lead, ZONE_LEAD, &lead);
     assert_int_equal(lead.warning, 0);
     assert_false(fake.warning);
-    /* stations 40 and 50 approach each other by 0.35 in: the joints of three segments and a half, 30 whole mats */
-    moved_in[0] = 0.36f;
-    moved_in[1] = 0.01f;
+    /* no switch has told of a wheel, so transducers and survey speak alone: stations 40, 50 and 60 approach each other by 0.35 in
+     * each, the joints of three segments and a half: 70 mats */
+    close_joints();
     play(30);
     assert_true(fake.warning);
     GET_LAST(zone, ZONE, &zone);
     assert_near(zone.start_ft, 40.0, 0.011);
-    assert_in_range(zone.mats, 30, 40);
+    assert_in_range(zone.mats, 60, 75);
+    GET_LAST(verdict, VERDICT, &verdict);
+    assert_int_equal(verdict.verdict, MR_PREDICTOR_WARNING);
+    assert_int_equal(verdict.reason, MR_PREDICTOR_LONG_ZONE);
+    assert_int_equal(verdict.level, MR_PREDICTOR_KINEMATIC);
+    assert_true(verdict.basis & MR_PREDICTOR_NO_MOTION);
     GET_LAST(zone_lead, ZONE_LEAD, &lead);
     assert_int_equal(lead.warning, 1);
     assert_true(isnan(lead.lead_s)); /* no wheel yet */
@@ -98,11 +111,11 @@ static void a_warning_ends_with_the_landing(void **state)
     (void)state;
     struct mr_landing message;
     struct mr_zone_lead lead;
-    survey(0.1f);
+    survey(0.0f); /* all joints are closed: wherever the wheel comes, it is in a zone */
+    play(30);
     command("arm 2");
     play(600);
-    moved_in[0] = 0.36f;
-    moved_in[1] = 0.01f;
+    assert_false(fake.warning); /* nothing rolls */
     pass_switch(1, (double)index_now * 1e-3);
     play(200);
     pass_switch(2, (double)index_now * 1e-3); /* 25 ft/s: a landing */
@@ -125,8 +138,7 @@ static void what_moved_before_arming_is_the_zero(void **state)
     play(600);
     command("disarm");
     play(1);
-    moved_in[0] = 0.36f;
-    moved_in[1] = 0.01f;
+    close_joints();
     command("arm 2");
     play(600);
     for (size_t i = 0; i < fake.sent_count; i++) {

@@ -1,0 +1,159 @@
+#include "common/runway.h"
+
+#include <string.h>
+
+#include "common/crc32.h"
+#include "common/wire.h"
+
+#define MAGIC 0x5752524du /* "MRRW" */
+
+static void put_body(const struct mr_predictor_state *state, uint8_t *p)
+{
+    p = mr_put_u16(mr_put_u16(p, state->mats), state->landings);
+    p = mr_put_f32(p, state->scale);
+    for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
+        p = mr_put_u16(p, state->gap_hmil[j]);
+}
+
+void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image)
+{
+    mr_put_u32(mr_put_u32(image, MAGIC), sequence);
+    put_body(state, image + 8);
+    mr_put_u32(image + MR_RUNWAY_IMAGE - 4, mr_crc32(0, image, MR_RUNWAY_IMAGE - 4));
+}
+
+enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence, const uint8_t image[MR_RUNWAY_IMAGE])
+{
+    const uint8_t *p = image, *end = image + MR_RUNWAY_IMAGE - 4;
+    if (mr_get_u32(&p) != MAGIC)
+        return MR_MALFORMED;
+    if (mr_get_u32(&end) != mr_crc32(0, image, MR_RUNWAY_IMAGE - 4))
+        return MR_CRC;
+    *sequence = mr_get_u32(&p);
+    state->mats = mr_get_u16(&p);
+    state->landings = mr_get_u16(&p);
+    state->scale = mr_get_f32(&p);
+    for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++)
+        state->gap_hmil[j] = mr_get_u16(&p);
+    return MR_OK;
+}
+
+uint32_t mr_runway_crc(const struct mr_predictor_state *state)
+{
+    uint8_t word[8];
+    uint8_t *p = mr_put_u16(mr_put_u16(word, state->mats), state->landings);
+    mr_put_f32(p, state->scale);
+    uint32_t crc = mr_crc32(0, word, 8);
+    for (unsigned j = 0; j < MR_RUNWAY_JOINTS; j++) {
+        mr_put_u16(word, state->gap_hmil[j]);
+        crc = mr_crc32(crc, word, 2);
+    }
+    return crc;
+}
+
+static unsigned joints_of(const struct mr_predictor_state *state)
+{
+    return (state->mats < MR_CHAIN_MATS ? state->mats : MR_CHAIN_MATS) + 1u;
+}
+
+unsigned mr_runway_messages(const struct mr_predictor_state *state)
+{
+    return (joints_of(state) + MR_RUNWAY_PER_MESSAGE - 1u) / MR_RUNWAY_PER_MESSAGE;
+}
+
+static uint16_t gap_at(const struct mr_predictor_state *state, unsigned j)
+{
+    return j < joints_of(state) ? state->gap_hmil[j] : 0;
+}
+
+struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n)
+{
+    unsigned j = n * MR_RUNWAY_PER_MESSAGE;
+    return (struct mr_runway_joints){.index = (uint16_t)(j + 1u), .gap_1 = gap_at(state, j), .gap_2 = gap_at(state, j + 1u),
+                                     .gap_3 = gap_at(state, j + 2u)};
+}
+
+static void set_gap(struct mr_predictor_state *state, unsigned j, uint16_t gap_hmil)
+{
+    if (j < MR_RUNWAY_JOINTS)
+        state->gap_hmil[j] = gap_hmil;
+}
+
+void mr_runway_take(struct mr_predictor_state *state, const struct mr_runway_joints *message)
+{
+    if (message->index == 0)
+        return;
+    set_gap(state, message->index - 1u, message->gap_1);
+    set_gap(state, message->index, message->gap_2);
+    set_gap(state, message->index + 1u, message->gap_3);
+}
+
+int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index)
+{
+    return (int32_t)((uint32_t)gap_at(state, 2u * index) | (uint32_t)gap_at(state, 2u * index + 1u) << 16);
+}
+
+void mr_runway_joints_take(struct mr_predictor_state *state, unsigned index, int32_t argument)
+{
+    set_gap(state, 2u * index, (uint16_t)argument);
+    set_gap(state, 2u * index + 1u, (uint16_t)((uint32_t)argument >> 16));
+}
+
+int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index)
+{
+    int32_t bits;
+    memcpy(&bits, &state->scale, sizeof bits);
+    return index == 0 ? bits : index == 1 ? (int32_t)state->landings : (int32_t)state->gap_hmil[MR_RUNWAY_JOINTS - 1u];
+}
+
+bool mr_runway_word_take(struct mr_predictor_state *state, unsigned index, int32_t argument)
+{
+    if (index >= MR_RUNWAY_WORDS || (index > 0 && (argument < 0 || argument > (int32_t)UINT16_MAX)))
+        return false;
+    if (index == 0)
+        memcpy(&state->scale, &argument, sizeof state->scale);
+    else if (index == 1)
+        state->landings = (uint16_t)argument;
+    else
+        state->gap_hmil[MR_RUNWAY_JOINTS - 1u] = (uint16_t)argument;
+    return true;
+}
+
+float mr_predict_item(const struct mr_predictor_config *config, unsigned item)
+{
+    unsigned n = 0;
+#define ITEM(field, text, unit)      \
+    if (item == n++)                 \
+        return (float)config->field;
+    MR_PREDICT_ITEM_TABLE(ITEM)
+#undef ITEM
+    return item - n < MR_TRANSDUCERS ? config->station_ft[item - n] : MR_NAN;
+}
+
+/* A count travels as a real: back to what it was. */
+static uint32_t whole(float value)
+{
+    return value >= 0.0f && value < 1e9f ? (uint32_t)value : 0;
+}
+
+void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value)
+{
+    float real[MR_PREDICT_PLAIN_ITEMS];
+    for (unsigned i = 0; i < MR_PREDICT_PLAIN_ITEMS; i++)
+        real[i] = i == item ? value : mr_predict_item(config, i);
+    if (item >= MR_PREDICT_PLAIN_ITEMS) {
+        if (item < MR_PREDICT_ITEMS)
+            config->station_ft[item - MR_PREDICT_PLAIN_ITEMS] = value;
+        return;
+    }
+    const float *p = real;
+    config->chain = (struct mr_chain_params){.mats = (uint16_t)whole(p[0]), .mat_length_ft = p[1], .mass_slug = p[2], .friction_lb = p[3],
+                                             .kl_lb_ft = p[4], .cl_lb_s_ft = p[5], .slack_ft = p[6], .step_s = p[7]};
+    config->grit_lb = p[8];
+    config->thrust_lb_per_g = p[9];
+    config->deceleration_ft_s2 = p[10];
+    config->bump_ft = p[11];
+    config->mat_weight_lb = p[12];
+    config->updates_per_block = whole(p[13]);
+    config->level = (enum mr_predictor_level)whole(p[14]);
+}

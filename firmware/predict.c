@@ -1,0 +1,327 @@
+#include "firmware/predict.h"
+
+#include <string.h>
+
+#include "common/block.h"
+#include "common/wire.h"
+#include "firmware/config.h"
+
+#define S_PER_TICK (1.0f / 84e6f)
+#define NEVER_S 1e9f
+#define BRAKING_GATES 3u /* beyond touchdown: from them on the deceleration rests on braking alone */
+#define TOLD UINT32_MAX
+
+void predict_configure(struct predict *p)
+{
+    struct mr_predictor_config started;
+    bool had = p->status == MR_OK && p->predictor.config.chain.mats;
+    if (had)
+        mr_predictor_save(&p->predictor, &p->state);
+    p->telling = TOLD;
+    p->warning = false;
+    p->status = MR_NOT_NOW;
+    if (!config.predict[0].fitted)
+        return;
+    mr_config_predictor(&config, &started);
+    p->status = mr_predictor_start(&p->predictor, &started);
+    if (p->status == MR_OK && (!had || mr_predictor_load(&p->predictor, &p->state) != MR_OK))
+        p->source = MR_RUNWAY_UNKNOWN;
+}
+
+/* --- what is said --- */
+
+#define SAY(telemetry, name, NAME, ...)                                                              \
+    do {                                                                                             \
+        uint8_t payload_[MR_MESSAGE_MAX];                                                            \
+        const struct mr_##name message_ = {__VA_ARGS__};                                             \
+        telemetry_put(telemetry, MR_ID_##NAME, payload_, mr_##name##_put(&message_, payload_));      \
+    } while (0)
+
+static uint16_t at_most_u16(uint32_t value)
+{
+    return (uint16_t)(value < UINT16_MAX ? value : UINT16_MAX);
+}
+
+/* Part of the run that does not lie between the first and the last transducer that is trusted. */
+static uint8_t inferred_percent(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone)
+{
+    float low_ft = MR_NAN, high_ft = MR_NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        float station_ft = predictor->config.station_ft[i];
+        if (__builtin_isnan(station_ft) || __builtin_isnan(predictor->last_in[i]))
+            continue;
+        low_ft = station_ft < low_ft || __builtin_isnan(low_ft) ? station_ft : low_ft;
+        high_ft = station_ft > high_ft || __builtin_isnan(high_ft) ? station_ft : high_ft;
+    }
+    float from_ft = zone->start_ft > low_ft ? zone->start_ft : low_ft, to_ft = zone->end_ft < high_ft ? zone->end_ft : high_ft;
+    float length_ft = zone->end_ft - zone->start_ft;
+    if (!zone->mats)
+        return 0;
+    float between = to_ft > from_ft && length_ft > 0.0f ? (to_ft - from_ft) / length_ft : 0.0f;
+    return (uint8_t)(100.0f * (1.0f - between) + 0.5f);
+}
+
+static void say_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
+{
+    const struct mr_predictor_zone *zone = &p->zone;
+    uint16_t block16 = (uint16_t)index;
+    SAY(telemetry, zone, ZONE, .mats = (uint16_t)zone->mats, .start_ft = zone->start_ft, .end_ft = zone->end_ft, .block16 = block16);
+    SAY(telemetry, zone_lead, ZONE_LEAD, .lead_s = zone->lead_s, .wheel_ft = p->predictor.wheel_ft, .warning = p->warning,
+        .inferred_percent = inferred_percent(&p->predictor, zone), .block16 = block16);
+    if (zone->mats)
+        SAY(telemetry, zone_error, ZONE_ERROR, .start_ft = zone->start_error_ft, .end_ft = zone->end_error_ft,
+            .mean_gap_in = zone->mean_gap_in, .block16 = block16);
+    SAY(telemetry, zone_coming, ZONE_COMING, .mats = (uint16_t)zone->coming_mats, .wheel_ft = zone->coming_ft,
+        .closed_joints = (uint16_t)zone->closed_joints, .block16 = block16);
+    SAY(telemetry, zone_press, ZONE_PRESS, .compression_lb = zone->compression_lb, .critical_lb = zone->critical_lb,
+        .distance_ft = zone->distance_ft, .block16 = block16);
+    SAY(telemetry, verdict, VERDICT, .verdict = (uint8_t)zone->verdict, .reason = (uint8_t)zone->reason, .level = (uint8_t)zone->level,
+        .basis = (uint8_t)zone->basis, .age = at_most_u16(zone->age_blocks), .block16 = block16);
+}
+
+static uint32_t doubts_of(const struct mr_predictor *predictor)
+{
+    uint32_t doubts = 0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        doubts |= (uint32_t)predictor->doubt[i] << (2u * i);
+    return doubts;
+}
+
+static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
+{
+    uint32_t blocks = index - p->told_block, updates = p->predictor.updates - p->updates;
+    SAY(telemetry, trust, TRUST, .doubts = (uint16_t)p->doubts, .resistance = p->predictor.scale,
+        .updates = blocks ? (float)updates / (float)blocks : 0.0f, .block16 = (uint16_t)index);
+    p->told_block = index;
+    p->updates = p->predictor.updates;
+}
+
+/* Looks, moves the lamp, and says what is due. */
+static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, uint32_t index)
+{
+    struct mr_predictor_zone was = p->zone;
+    mr_predictor_zone(&p->predictor, &p->zone);
+    bool warning = p->zone.verdict == MR_PREDICTOR_WARNING && may_warn;
+    bool changed = warning != p->warning || p->zone.verdict != was.verdict || p->zone.level != was.level;
+    uint32_t doubts = doubts_of(&p->predictor);
+    p->warning = warning;
+    board_warn(warning);
+    if (changed || index % PREDICT_SAY_BLOCKS == 0)
+        say_zone(p, telemetry, index);
+    if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
+        p->doubts = doubts;
+        say_trust(p, telemetry, index);
+    }
+}
+
+static void say_runway(struct predict *p, struct telemetry *telemetry)
+{
+    SAY(telemetry, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
+    p->telling = 0;
+}
+
+static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned n)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    struct mr_runway_joints message = mr_runway_message(&p->state, n);
+    telemetry_put(telemetry, MR_ID_RUNWAY_JOINTS, payload, mr_runway_joints_put(&message, payload));
+}
+
+static void go_on_saying(struct predict *p, struct telemetry *telemetry)
+{
+    for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling != TOLD; i++) {
+        say_joints(p, telemetry, p->telling++);
+        if (p->telling >= mr_runway_messages(&p->state))
+            p->telling = TOLD;
+    }
+}
+
+/* --- a landing --- */
+
+void predict_arm(struct predict *p, struct telemetry *telemetry, const float *slack_in)
+{
+    if (p->status != MR_OK)
+        return;
+    /* Armed with what is told: openings to 0.01 mil. It was saved from this runway, so it fits. */
+    mr_predictor_save(&p->predictor, &p->state);
+    (void)mr_predictor_load(&p->predictor, &p->state);
+    memcpy(p->predictor.surveyed_in, slack_in, sizeof p->predictor.surveyed_in);
+    mr_predictor_arm(&p->predictor);
+    p->zone = (struct mr_predictor_zone){.level = p->predictor.level};
+    p->motion = (struct predict_motion){0};
+    p->warning = false;
+    p->doubts = p->updates = 0;
+    p->told_block = 0;
+    p->hurried = false;
+    p->backlog_given = 0;
+    say_runway(p, telemetry);
+}
+
+void predict_store(const struct predict *p, struct telemetry *telemetry)
+{
+    telemetry_to_box(telemetry, p->status == MR_OK);
+    if (!telemetry->to_box)
+        return;
+    SAY(telemetry, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
+    for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
+        say_joints(p, telemetry, n);
+    telemetry_to_box(telemetry, false);
+}
+
+/* At each gate: what the firmware knows of the motion, as floats. */
+static void follow_motion(struct predict_motion *motion, const struct landing *landing)
+{
+    const struct mr_passage *passage = &landing->passage;
+    bool rolling = passage->gates && passage->state == MR_PASSAGE_ROLLING;
+    if (rolling == motion->rolling && passage->gates == motion->gates && !landing->news.motion)
+        return;
+    *motion = (struct predict_motion){.gates = passage->gates, .rolling = rolling};
+    if (!rolling)
+        return;
+    motion->tick = passage->source[passage->gates - 1u].tick;
+    motion->station_ft = (float)passage->gate[passage->gates - 1u].station_ft;
+    motion->known = landing->motion_known;
+    if (!motion->known)
+        return;
+    double a = landing->motion.deceleration_ft_s2.value;
+    motion->station_ft = (float)landing->motion.position_ft.value;
+    motion->speed_ft_s = (float)landing->motion.speed_ft_s.value;
+    motion->braking = !__builtin_isnan(a) && passage->gates - landing->gates_on_track >= BRAKING_GATES;
+    motion->deceleration_ft_s2 = __builtin_isnan(a) ? 0.0f : (float)a;
+    motion->stop_s = motion->deceleration_ft_s2 > 0.0f ? motion->speed_ft_s / motion->deceleration_ft_s2 : NEVER_S;
+}
+
+static void tell_motion(const struct predict_motion *motion, uint32_t tick, struct mr_predictor_input *input)
+{
+    input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = MR_NAN;
+    if (!motion->rolling)
+        return;
+    input->wheel_ft = motion->station_ft;
+    if (motion->known) {
+        float a = motion->deceleration_ft_s2, s = (float)(int32_t)(tick - motion->tick) * S_PER_TICK;
+        bool stopped = s > motion->stop_s;
+        s = stopped ? motion->stop_s : s;
+        input->wheel_ft = motion->station_ft + (motion->speed_ft_s - 0.5f * a * s) * s;
+        input->speed_ft_s = stopped ? 0.0f : motion->speed_ft_s - a * s;
+        input->deceleration_ft_s2 = a;
+        input->braking_known = motion->braking;
+    }
+    input->on_runway = input->wheel_ft >= config.site[0].touchdown_ft;
+}
+
+/* A backlog is met once in a look: what it costs to catch up is over by then, or there is another. */
+static void mind_backlog(struct predict *p, struct telemetry *telemetry, const struct predict_block *block)
+{
+    unsigned waiting = block->waiting >= PREDICT_BACKLOG_BLOCKS ? block->waiting : p->backlog_given;
+    bool lately = p->hurried && block->index - p->hurried_block < MR_PREDICTOR_LOOK_BLOCKS;
+    p->backlog_given = 0;
+    if (!waiting || lately)
+        return;
+    p->hurried = true;
+    p->hurried_block = block->index;
+    mr_predictor_hurry(&p->predictor);
+    SAY(telemetry, backlog, BACKLOG, .waiting = (uint16_t)waiting, .block = block->index);
+}
+
+void predict_block(struct predict *p, struct telemetry *telemetry, const struct landing *landing, const struct predict_block *block)
+{
+    struct mr_predictor_input input = {0};
+    go_on_saying(p, telemetry);
+    if (p->status != MR_OK || !p->predictor.armed)
+        return;
+    mind_backlog(p, telemetry, block);
+    follow_motion(&p->motion, landing);
+    tell_motion(&p->motion, block->tick, &input);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        input.displacement_in[i] = block->displacement_in[i] - block->baseline_in[i];
+    mr_predictor_block(&p->predictor, &input);
+    if (block->index % PREDICT_LOOK_BLOCKS == 0)
+        look(p, telemetry, landing_may_warn(landing, block->index), block->index);
+}
+
+static void changed(struct predict *p, enum mr_runway_source source, uint32_t index)
+{
+    p->source = (uint8_t)source;
+    p->dirty = true;
+    p->changed_block = index;
+}
+
+bool predict_end(struct predict *p, struct telemetry *telemetry, bool moved, uint32_t index)
+{
+    bool folded = p->status == MR_OK && p->predictor.armed && moved;
+    if (p->status != MR_OK || !p->predictor.armed)
+        return false;
+    if (p->warning) { /* a warning ends with the landing, and that is told */
+        p->zone = (struct mr_predictor_zone){.level = p->zone.level, .critical_lb = p->zone.critical_lb, .lead_s = MR_NAN,
+                                             .distance_ft = MR_NAN, .coming_ft = MR_NAN};
+        p->warning = false;
+        board_warn(false);
+        say_zone(p, telemetry, index);
+    }
+    if (folded) {
+        mr_predictor_fold(&p->predictor);
+        changed(p, MR_RUNWAY_MEASURED, index);
+    }
+    p->predictor.armed = false;
+    return folded;
+}
+
+void predict_survey(struct predict *p, const float *slack_in, uint32_t index)
+{
+    if (p->status != MR_OK)
+        return;
+    mr_predictor_survey(&p->predictor, slack_in);
+    changed(p, MR_RUNWAY_MEASURED, index);
+}
+
+/* --- commands --- */
+
+static enum mr_status take(struct predict *p, uint32_t crc, uint32_t index)
+{
+    p->given.mats = p->predictor.config.chain.mats;
+    if (mr_runway_crc(&p->given) != crc)
+        return MR_CRC;
+    enum mr_status status = mr_predictor_load(&p->predictor, &p->given);
+    if (status == MR_OK)
+        changed(p, MR_RUNWAY_HOST, index);
+    return status;
+}
+
+static void forget(struct predict *p, uint32_t index)
+{
+    struct mr_predictor_config started = p->predictor.config;
+    p->status = mr_predictor_start(&p->predictor, &started);
+    changed(p, MR_RUNWAY_UNKNOWN, index);
+}
+
+enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry, const struct mr_command *command, bool locked,
+                            uint32_t index, bool *forgotten)
+{
+    if (p->status != MR_OK)
+        return MR_NOT_NOW;
+    if (command->code == MR_COMMAND_BACKLOG) {
+        if (command->argument < 1 || command->argument > (int32_t)UINT16_MAX)
+            return MR_USAGE;
+        p->backlog_given = (uint16_t)command->argument;
+        return p->predictor.armed ? MR_OK : MR_NOT_NOW;
+    }
+    if (locked)
+        return MR_NOT_NOW;
+    switch (command->code) {
+    case MR_COMMAND_RUNWAY_FORGET:
+        forget(p, index);
+        *forgotten = true;
+        return p->status;
+    case MR_COMMAND_RUNWAY_READ:
+        mr_predictor_save(&p->predictor, &p->state);
+        say_runway(p, telemetry);
+        return MR_OK;
+    case MR_COMMAND_RUNWAY_JOINTS:
+        mr_runway_joints_take(&p->given, command->index, command->argument);
+        return MR_OK;
+    case MR_COMMAND_RUNWAY_WORD:
+        return mr_runway_word_take(&p->given, command->index, command->argument) ? MR_OK : MR_USAGE;
+    default:
+        return take(p, (uint32_t)command->argument, index);
+    }
+}

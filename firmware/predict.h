@@ -1,0 +1,80 @@
+/* The predictor (common/predictor.h) on the board: armed with the landing, given each block after its readings, told and warned by
+ * while a landing is recorded, folded when it is done. What it knows of the runway lives on from landing to landing
+ * (firmware/runwaystore.h keeps it through resets).
+ *
+ * Everything it says follows from blocks, edges, commands, the parameters and the runway it was armed with: these two are told when
+ * armed, on both links and in the black box. One thing more is an input: when PREDICT_BACKLOG_BLOCKS wait as its turn comes, it goes
+ * on at the next cheaper level, and the message backlog says so; a replay gives that by the command backlog.
+ *
+ * It runs last of what a block brings: nothing waits for it but the next block, and those are taken by interrupts. */
+#ifndef MATRIG_FIRMWARE_PREDICT_H
+#define MATRIG_FIRMWARE_PREDICT_H
+
+#include "common/command.h"
+#include "common/predictor.h"
+#include "common/runway.h"
+#include "firmware/landing.h"
+#include "firmware/telemetry.h"
+
+#define PREDICT_LOOK_BLOCKS 10u     /* the lamp follows so often */
+#define PREDICT_SAY_BLOCKS 50u      /* 20 Hz */
+#define PREDICT_TRUST_BLOCKS 1000u
+#define PREDICT_BACKLOG_BLOCKS 4u   /* of the 16 that the board holds */
+#define PREDICT_JOINTS_PER_BLOCK 2u /* messages: all of 420 mats in 70 ms */
+
+/* Motion of the gear as of the last gate, in single precision: carried on block by block without a double. */
+struct predict_motion {
+    unsigned gates;        /* of the passage, when this was made */
+    bool rolling, known;   /* a wheel is there; its speed is known */
+    uint32_t tick;         /* of the gate */
+    float station_ft, speed_ft_s, deceleration_ft_s2;
+    float stop_s;          /* from the gate until it stops; a large number: it does not */
+    bool braking;          /* gates enough beyond touchdown to tell the deceleration */
+};
+
+struct predict {
+    struct mr_predictor predictor;
+    enum mr_status status;  /* MR_OK: it runs; MR_NOT_NOW: none is configured; else why it was refused */
+    struct mr_predictor_zone zone; /* newest */
+    struct predict_motion motion;
+    bool warning;           /* the lamp's */
+    uint32_t doubts;        /* as told */
+    uint32_t updates;       /* of the landing, when last told */
+    uint32_t told_block;    /* of the message trust */
+    bool hurried;
+    uint32_t hurried_block;
+    uint16_t backlog_given; /* by command; 0: none */
+
+    struct mr_predictor_state state; /* the one a landing was armed with, to be told; or kept: runwaystore.h */
+    unsigned telling;                /* next of its messages; UINT32_MAX: none */
+    struct mr_predictor_state given; /* by commands, to be taken */
+    uint8_t source;                  /* enum mr_runway_source */
+    bool dirty;                      /* changed since it was kept */
+    uint32_t changed_block;
+};
+
+/* What a block brings for it. */
+struct predict_block {
+    uint32_t index, tick;
+    const float *displacement_in; /* readings of this block, MR_TRANSDUCERS; NaN: none */
+    const float *baseline_in;     /* their zero; NaN: not known yet */
+    unsigned waiting;             /* blocks that wait behind this one */
+};
+
+/* The configuration is another one, or known now. The runway stays what it was, if it has as many mats. */
+void predict_configure(struct predict *predict);
+/* MR_OK when the landing may be armed. `slack_in`: the survey, MR_SEGMENTS; NaN: not surveyed since a landing. */
+void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in);
+/* Into the black box's record of the landing just armed. */
+void predict_store(const struct predict *predict, struct telemetry *telemetry);
+/* Each block: while recorded all of it, else what is to be told. */
+void predict_block(struct predict *predict, struct telemetry *telemetry, const struct landing *landing, const struct predict_block *block);
+/* The landing is over. `moved`: a gear rolled, so that the joints are others now; else it was armed for nothing. True: the survey, if
+ * any, is used up. */
+bool predict_end(struct predict *predict, struct telemetry *telemetry, bool moved, uint32_t index);
+void predict_survey(struct predict *predict, const float *slack_in, uint32_t index);
+/* Commands backlog and runway-*. `locked`: a landing is armed or going on. True in `forgotten`: the survey holds no more. */
+enum mr_status predict_obey(struct predict *predict, struct telemetry *telemetry, const struct mr_command *command, bool locked,
+                            uint32_t index, bool *forgotten);
+
+#endif
