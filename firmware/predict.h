@@ -19,7 +19,7 @@
 #define PREDICT_LOOK_BLOCKS 10u     /* the lamp follows so often */
 #define PREDICT_SAY_BLOCKS 50u      /* 20 Hz */
 #define PREDICT_TRUST_BLOCKS 1000u
-#define PREDICT_BACKLOG_BLOCKS 4u   /* of the 16 that the board holds */
+#define PREDICT_BACKLOG_BLOCKS 8u   /* of the 16 that the board holds; the final fit of the motion keeps up to 7 waiting */
 #define PREDICT_JOINTS_PER_BLOCK 2u /* messages: all of 420 mats in 70 ms */
 
 /* Motion of the gear as of the last gate, in single precision: carried on block by block without a double. */

@@ -1,6 +1,7 @@
-/* From the decisive sample to the warning output: 30 ms at most. Landings on the emulated board; the blocks it recorded go through the
- * same application on the host, which says after every block, not every tenth, and from that block alone, not from a mean, whether
- * the zone is long enough. The pin is looked at each 0.1 ms. */
+/* From the decisive sample to the warning output: 30 ms at most. Landings on the emulated board, armed with a runway that one landing
+ * more would not bear; the blocks it recorded go through the same application on the host, whose predictor is asked after every block, not
+ * every tenth, and by a search of the whole runway at once, not one spread over blocks, whether a warning is due. The pin is looked at
+ * each 0.1 ms. */
 #include <math.h>
 
 #include "firmware/app.h"
@@ -57,21 +58,23 @@ static void on_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
     }
 }
 
-/* Is the zone, by this block's own readings, long enough to be warned of? */
+/* Would the wheel, by this block's state of the runway, have a zone before it that is warned of? */
 static bool is_due(const struct mr_block *block)
 {
-    float station_ft[MR_TRANSDUCERS], moved_in[MR_TRANSDUCERS];
-    struct mr_closure_zone zone;
-    struct landing_wheel wheel = landing_wheel_at(&app.landing, block->tick);
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        station_ft[i] = config.channel[i].station_ft;
-        moved_in[i] = app.displacement_in[block->index % 4][i] - app.baseline_in[i];
-    }
-    mr_closure_find(&(struct mr_closure_input){.station_ft = station_ft, .displacement_in = moved_in, .slack_in = app.slack_in,
-                                               .wheel_ft = wheel.station_ft, .speed_ft_s = wheel.speed_ft_s,
-                                               .deceleration_ft_s2 = wheel.deceleration_ft_s2},
-                    &zone, NULL);
-    return zone.mats >= MR_CLOSURE_WARNING_MATS && landing_may_warn(&app.landing, block->index);
+    const struct mr_predictor *p = &app.predict.predictor;
+    const struct mr_chain *chain = &p->chain;
+    struct mr_zonescan scan;
+    float mat_ft = p->config.chain.mat_length_ft * (float)chain->group, end_ft = mat_ft * (float)chain->count;
+    if (!(p->speed_ft_s > 0.0f) || !(p->wheel_ft >= 0.0f && p->wheel_ft < end_ft) || !landing_may_warn(&app.landing, block->index))
+        return false;
+    float braking_ft_s2 = p->braking ? p->deceleration_ft_s2 : 2.0f * p->config.deceleration_ft_s2;
+    float stop_ft = fminf(p->wheel_ft + 0.5f * p->speed_ft_s * p->speed_ft_s / braking_ft_s2, end_ft - 0.01f);
+    unsigned place = (unsigned)(p->wheel_ft / mat_ft) + 1;
+    mr_zonescan_begin(&scan, chain, &(struct mr_zonescan_order){.from = (uint16_t)(place + 1), .place = (uint16_t)place,
+                                                               .last_place = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
+                                                               .push_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / 32.174f});
+    while (!mr_zonescan_go(&scan, chain, 10000)) {}
+    return scan.found.coming * chain->group >= MR_PREDICTOR_WARNING_MATS;
 }
 
 /* The first block that calls for a warning; UINT32_MAX: none does. */
@@ -83,6 +86,7 @@ static uint32_t decisive_block(void)
     fake_nor.present = false;
     app_start(&app);
     memcpy(app.slack_in, flight.slack_in, sizeof app.slack_in);
+    predict_survey(&app.predict, app.slack_in, 0);
     memcpy(fake.edge_tick, flight.edge_tick, sizeof flight.edge_tick);
     fake.edges = flight.edges;
     for (unsigned i = 0; i < flight.blocks; i++) {
@@ -126,7 +130,7 @@ static double fly(unsigned landing, uint64_t seed, bool noise)
     double warned_s = NAN;
     double t_s = 0.1;
     ear_until(flight.ear, t_s);
-    for (; t_s < flight.ear->run.duration_s; t_s += 1e-4) {
+    for (; t_s < flight.ear->run.duration_s && isnan(warned_s); t_s += 1e-4) {
         ear_until(flight.ear, t_s);
         if (isnan(warned_s) && !hil_board_pin(board, 4, 0))
             warned_s = t_s;
@@ -148,8 +152,8 @@ static void the_output_warns_in_time(void **state)
 {
     (void)state;
     double worst_s = 0.0;
-    for (unsigned i = 0; i < 5; i++) {
-        double late_s = fly(i < 1 ? 5 : 4, 1 + i, i != 1);
+    for (unsigned i = 0; i < 3; i++) {
+        double late_s = fly(5, 1 + i, i != 1);
         assert_true(late_s >= 0.0);
         worst_s = late_s > worst_s ? late_s : worst_s;
     }
