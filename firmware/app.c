@@ -7,7 +7,6 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
-#include "firmware/norshare.h"
 #include "firmware/zero.h"
 #include "firmware/tasks.h"
 
@@ -77,6 +76,7 @@ void app_configured(struct app *app)
         blackbox_leave_out(&app->box);
     else if (app->box.state == BLACKBOX_MISSING)
         blackbox_start(&app->box);
+    runwaystore_follow(&app->runwaystore, app->box.state != BLACKBOX_MISSING);
 }
 
 static void tell_configuration(struct app *app)
@@ -96,6 +96,7 @@ void app_start(struct app *app)
     forget_survey(app);
     calibrate_start(&app->calibrate);
     slowlog_start(&app->slowlog);
+    runwaystore_start(&app->runwaystore);
     thermometer_start(&app->thermometer);
     app_configured(app);
     telemetry_start(&app->telemetry);
@@ -160,6 +161,8 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
     if (calibrate_busy(&app->calibrate))
         return MR_WAIT;
     enum mr_status status = landing_recording(&app->landing) ? MR_NOT_NOW : blackbox_ready(&app->box);
+    if (status == MR_OK && app->predict.status == MR_OK && !runwaystore_loaded(&app->runwaystore))
+        status = MR_WAIT;
     if (status == MR_WAIT || status == MR_FULL)
         boxlink_tell_state(&app->box, &app->telemetry);
     if (status != MR_OK)
@@ -177,7 +180,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         slowlog_read_stop(&app->slowlog);
         telemetry_state(&app->telemetry, &app->landing);
         predict_arm(&app->predict, &app->telemetry, app->slack_in);
-        predict_store(&app->predict, &app->telemetry);
+        predict_store(&app->predict, &app->telemetry, app->runwaystore.copy);
         tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);
     }
@@ -508,6 +511,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     tasks_done(MR_TASK_TELEMETRY);
 
     tasks_begin(MR_TASK_PREDICTOR);
+    predict_regular(&app->predict, &app->telemetry, app->runwaystore.copy, block->index);
     predict_block(&app->predict, &app->telemetry, &app->landing,
                   &(struct predict_block){.index = block->index, .tick = block->tick, .displacement_in = app->displacement_in[row],
                                           .baseline_in = app->baseline_in, .waiting = board_blocks_waiting()});
@@ -553,7 +557,8 @@ bool app_poll(struct app *app)
         tasks_done(MR_TASK_BLOCKS);
     }
     tasks_begin(MR_TASK_BOX);
-    norshare_poll(&app->box, &app->slowlog, app->next_index, !landing_recording(&app->landing));
+    norshare_poll(&(struct norshare){&app->box, &app->slowlog, &app->runwaystore, &app->predict, app->slack_in}, app->next_index,
+                  !landing_recording(&app->landing));
     tasks_done(MR_TASK_BOX);
     tasks_begin(MR_TASK_UPKEEP);
     healthlink_idle(&app->healthlink);

@@ -12,6 +12,7 @@
 #include "firmware/healthlink.h"
 #include "firmware/landing.h"
 #include "firmware/live.h"
+#include "firmware/norshare.h"
 #include "firmware/predict.h"
 #include "firmware/slowlog.h"
 #include "firmware/telemetry.h"
@@ -51,6 +52,7 @@ struct app {
     struct channels channels;
     float slack_in[MR_SEGMENTS];       /* NaN: not surveyed since a landing */
     struct predict predict;
+    struct runwaystore runwaystore;
     unsigned ticks_without_block;      /* supervision ticks of 10 ms */
     unsigned ticks_to_rom;             /* likewise; 0: the boot ROM was not asked for */
 

@@ -12,8 +12,10 @@
 #define NOR_PAGE 256u
 #define NOR_SECTOR 4096u
 #define NOR_CHIP_SECTORS 4096u
-#define SLOWLOG_SECTORS 32u /* the last ones are the slow log's (slowlog.h) */
-#define NOR_SECTORS (NOR_CHIP_SECTORS - SLOWLOG_SECTORS) /* the rest the black box's */
+#define RUNWAY_COPIES 2u    /* the last ones are the predictor's runway's (runwaystore.h), a sector each, */
+#define SLOWLOG_SECTORS 30u /* those before them the slow log's (slowlog.h), */
+#define NOR_SECTORS (NOR_CHIP_SECTORS - SLOWLOG_SECTORS - RUNWAY_COPIES) /* the rest the black box's */
+#define RUNWAY_FIRST_SECTOR (NOR_CHIP_SECTORS - RUNWAY_COPIES)
 #define NOR_PAGES_PER_SECTOR (NOR_SECTOR / NOR_PAGE)
 
 enum nor_status {

@@ -1,12 +1,13 @@
 #include "firmware/norshare.h"
 
-void norshare_poll(struct blackbox *box, struct slowlog *log, uint32_t now_ms, bool quiet)
+void norshare_poll(struct norshare *share, uint32_t now_ms, bool quiet)
 {
-    log->left_out = box->left_out;
-    if (!slowlog_busy(log)) {
-        blackbox_poll(box, now_ms);
-        if (blackbox_idle(box))
-            slowlog_begin(log, quiet);
+    share->log->left_out = share->box->left_out;
+    runwaystore_follow(share->store, share->box->state != BLACKBOX_MISSING);
+    if (!runwaystore_busy(share->store, share->predict, share->slack_in) && !slowlog_busy(share->log)) {
+        blackbox_poll(share->box, now_ms);
+        if (blackbox_idle(share->box) && !runwaystore_begin(share->store, share->predict, quiet, now_ms))
+            slowlog_begin(share->log, quiet);
     }
-    box->waits = slowlog_erasing(log);
+    share->box->waits = slowlog_erasing(share->log) || runwaystore_erasing(share->store);
 }

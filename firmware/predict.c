@@ -10,6 +10,16 @@
 #define NEVER_S 1e9f
 #define BRAKING_GATES 3u /* beyond touchdown: from them on the deceleration rests on braking alone */
 #define TOLD UINT32_MAX
+#define STORE_BLOCKS 1000u
+#define STORE_PHASE 613u
+
+/* What is told of the runway, and its number. */
+static void refresh(struct predict *p)
+{
+    mr_predictor_save(&p->predictor, &p->state);
+    p->crc = mr_runway_crc(&p->state);
+    p->store_due = true;
+}
 
 void predict_configure(struct predict *p)
 {
@@ -26,6 +36,8 @@ void predict_configure(struct predict *p)
     p->status = mr_predictor_start(&p->predictor, &started);
     if (p->status == MR_OK && (!had || mr_predictor_load(&p->predictor, &p->state) != MR_OK))
         p->source = MR_RUNWAY_UNKNOWN;
+    if (p->status == MR_OK)
+        refresh(p);
 }
 
 /* --- what is said --- */
@@ -120,6 +132,19 @@ static void say_runway(struct predict *p, struct telemetry *telemetry)
     p->telling = 0;
 }
 
+static void say_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
+{
+    p->store_due = false;
+    SAY(telemetry, runway_store, RUNWAY_STORE, .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
+        .copy_a = copy[0], .copy_b = copy[1], .crc = p->crc);
+}
+
+void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy, uint32_t index)
+{
+    if (p->status != MR_NOT_NOW && (p->store_due || index % STORE_BLOCKS == STORE_PHASE))
+        say_store(p, telemetry, copy);
+}
+
 static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned n)
 {
     uint8_t payload[MR_MESSAGE_MAX];
@@ -143,7 +168,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     if (p->status != MR_OK)
         return;
     /* Armed with what is told: openings to 0.01 mil. It was saved from this runway, so it fits. */
-    mr_predictor_save(&p->predictor, &p->state);
+    refresh(p);
     (void)mr_predictor_load(&p->predictor, &p->state);
     memcpy(p->predictor.surveyed_in, slack_in, sizeof p->predictor.surveyed_in);
     mr_predictor_arm(&p->predictor);
@@ -157,11 +182,13 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     say_runway(p, telemetry);
 }
 
-void predict_store(const struct predict *p, struct telemetry *telemetry)
+void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
 {
     telemetry_to_box(telemetry, p->status == MR_OK);
     if (!telemetry->to_box)
         return;
+    say_store(p, telemetry, copy);
+    p->store_due = true; /* on the links too */
     SAY(telemetry, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
         say_joints(p, telemetry, n);
@@ -244,6 +271,32 @@ static void changed(struct predict *p, enum mr_runway_source source, uint32_t in
     p->source = (uint8_t)source;
     p->dirty = true;
     p->changed_block = index;
+    refresh(p);
+}
+
+enum mr_status predict_load(struct predict *p, enum mr_runway_source source, const float *slack_in)
+{
+    if (p->given_whole)
+        return MR_OK;
+    enum mr_status status = mr_predictor_load(&p->predictor, &p->state);
+    if (status != MR_OK)
+        return status;
+    mr_predictor_survey(&p->predictor, slack_in); /* read before it was loaded */
+    p->source = (uint8_t)(p->dirty ? MR_RUNWAY_MEASURED : source);
+    refresh(p);
+    return MR_OK;
+}
+
+const struct mr_predictor_state *predict_state(struct predict *p)
+{
+    refresh(p);
+    return &p->state;
+}
+
+void predict_kept(struct predict *p, uint32_t crc)
+{
+    p->dirty = p->crc != crc; /* it has changed again */
+    p->store_due = true;
 }
 
 bool predict_end(struct predict *p, struct telemetry *telemetry, bool moved, uint32_t index)
@@ -259,6 +312,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, bool moved, uin
         say_zone(p, telemetry, index);
     }
     if (folded) {
+        p->given_whole = true;
         mr_predictor_fold(&p->predictor);
         changed(p, MR_RUNWAY_MEASURED, index);
     }
@@ -282,6 +336,7 @@ static enum mr_status take(struct predict *p, uint32_t crc, uint32_t index)
     if (mr_runway_crc(&p->given) != crc)
         return MR_CRC;
     enum mr_status status = mr_predictor_load(&p->predictor, &p->given);
+    p->given_whole |= status == MR_OK;
     if (status == MR_OK)
         changed(p, MR_RUNWAY_HOST, index);
     return status;
@@ -291,6 +346,7 @@ static void forget(struct predict *p, uint32_t index)
 {
     struct mr_predictor_config started = p->predictor.config;
     p->status = mr_predictor_start(&p->predictor, &started);
+    p->given_whole = true;
     changed(p, MR_RUNWAY_UNKNOWN, index);
 }
 
@@ -313,7 +369,7 @@ enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry, cons
         *forgotten = true;
         return p->status;
     case MR_COMMAND_RUNWAY_READ:
-        mr_predictor_save(&p->predictor, &p->state);
+        refresh(p);
         say_runway(p, telemetry);
         return MR_OK;
     case MR_COMMAND_RUNWAY_JOINTS:

@@ -49,8 +49,11 @@ struct predict {
     unsigned telling;                /* next of its messages; UINT32_MAX: none */
     struct mr_predictor_state given; /* by commands, to be taken */
     uint8_t source;                  /* enum mr_runway_source */
+    bool given_whole;                /* by a landing or a command: what is in the memory is not loaded over it */
     bool dirty;                      /* changed since it was kept */
+    bool store_due;                  /* message runway_store */
     uint32_t changed_block;
+    uint32_t crc;                    /* of the runway in force */
 };
 
 /* What a block brings for it. */
@@ -66,7 +69,16 @@ void predict_configure(struct predict *predict);
 /* MR_OK when the landing may be armed. `slack_in`: the survey, MR_SEGMENTS; NaN: not surveyed since a landing. */
 void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in);
 /* Into the black box's record of the landing just armed. */
-void predict_store(const struct predict *predict, struct telemetry *telemetry);
+void predict_store(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy);
+/* The runway found in the memory is in `state`: it is in force unless one was given meanwhile, the survey (MR_SEGMENTS) on top of it. MR_OK,
+ * or why not. */
+enum mr_status predict_load(struct predict *predict, enum mr_runway_source source, const float *slack_in);
+/* The runway in force, to be kept; then: it is. */
+const struct mr_predictor_state *predict_state(struct predict *predict);
+/* `crc`: of the one that is kept. */
+void predict_kept(struct predict *predict, uint32_t crc);
+/* `copy`: the two in the memory, as the message runway_store tells them. Each second, and when something changed. */
+void predict_regular(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy, uint32_t index);
 /* Each block: while recorded all of it, else what is to be told. */
 void predict_block(struct predict *predict, struct telemetry *telemetry, const struct landing *landing, const struct predict_block *block);
 /* The landing is over. `moved`: a gear rolled, so that the joints are others now; else it was armed for nothing. True: the survey, if

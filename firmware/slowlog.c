@@ -20,7 +20,7 @@ _Static_assert(SLOWLOG_AHEAD + 2 <= SLOWLOG_SECTORS, "there must be room for row
 
 static uint32_t address_of(unsigned page)
 {
-    return (NOR_CHIP_SECTORS - SLOWLOG_SECTORS) * NOR_SECTOR + page * NOR_PAGE;
+    return NOR_SECTORS * NOR_SECTOR + page * NOR_PAGE;
 }
 
 static unsigned sector_of(unsigned place) { return place / SLOWLOG_ROWS_PER_SECTOR; }

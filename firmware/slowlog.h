@@ -4,7 +4,7 @@
  * A row (common/slowrow.h) is made at each full minute of the block index while no landing is going on, of the means of its last
  * four seconds, and told when it is kept (or at once when there is no memory, or none is configured). Rows fill the pages of a ring of SLOWLOG_SECTORS
  * sectors, four to a page; SLOWLOG_AHEAD of them ahead of the newest row are kept erased, so that rows go on for four hours of
- * standing armed, when nothing is erased. So 27 to 28 sectors of 64 rows are held: 28.8 hours at least.
+ * standing armed, when nothing is erased. So 25 to 26 sectors of 64 rows are held: 26.7 hours at least.
  *
  * The black box comes first: norshare.h lets the log begin an operation only when the box has none, and an erase only when no
  * landing is armed or going on. A row is read back after it was programmed and goes once more into the next place when it does not hold. What the power

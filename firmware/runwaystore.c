@@ -1,0 +1,218 @@
+#include "firmware/runwaystore.h"
+
+#include <string.h>
+
+#include "firmware/health.h"
+
+enum step { STEP_NONE, STEP_READ, STEP_READ_AGAIN, STEP_ERASE, STEP_PROGRAM, STEP_VERIFY };
+
+#define PAGES ((MR_RUNWAY_IMAGE + NOR_PAGE - 1u) / NOR_PAGE)
+#define TRIES 3u
+
+_Static_assert(PAGES <= NOR_PAGES_PER_SECTOR, "a copy has a sector");
+
+static uint32_t address_of(unsigned copy, unsigned page)
+{
+    return (RUNWAY_FIRST_SECTOR + copy) * NOR_SECTOR + page * NOR_PAGE;
+}
+
+static unsigned length_of(unsigned page)
+{
+    unsigned left = MR_RUNWAY_IMAGE - page * NOR_PAGE;
+    return left < NOR_PAGE ? left : NOR_PAGE;
+}
+
+void runwaystore_start(struct runwaystore *store)
+{
+    memset(store, 0, sizeof *store);
+    memset(store->copy, (int)RUNWAYSTORE_NOT_READ, sizeof store->copy);
+    store->step = STEP_READ;
+}
+
+void runwaystore_follow(struct runwaystore *store, bool memory)
+{
+    if (memory == !store->missing)
+        return;
+    runwaystore_start(store);
+    store->missing = !memory;
+    if (!memory)
+        memset(store->copy, (int)RUNWAYSTORE_NO_MEMORY, sizeof store->copy);
+}
+
+static bool is_blank(const struct runwaystore *store)
+{
+    for (unsigned i = 0; i < MR_RUNWAY_IMAGE; i++) {
+        if (store->image[i] != 0xff)
+            return false;
+    }
+    return true;
+}
+
+static bool is_damaged(uint8_t copy)
+{
+    return copy != (uint8_t)MR_OK && copy < RUNWAYSTORE_NOT_READ;
+}
+
+/* The newest whole copy; RUNWAY_COPIES: none is. */
+static unsigned newest(const struct runwaystore *store)
+{
+    bool a = store->copy[0] == MR_OK, b = store->copy[1] == MR_OK;
+    if (a && b)
+        return (int32_t)(store->sequence[1] - store->sequence[0]) > 0 ? 1 : 0;
+    return a ? 0 : b ? 1 : RUNWAY_COPIES;
+}
+
+/* A copy has been read; one that is damaged is read again: a mistake in reading is not taken for one in the memory. */
+static void look_at_copy(struct runwaystore *store, struct predict *predict)
+{
+    struct mr_predictor_state *state = &predict->state; /* nothing is armed before it is loaded */
+    enum mr_status status = mr_runway_read(state, &store->sequence[store->at], store->image);
+    store->copy[store->at] = is_blank(store) ? RUNWAYSTORE_BLANK : (uint8_t)-status;
+    store->page = 0;
+    if (is_damaged(store->copy[store->at]) && ++store->tries < TRIES)
+        return;
+    store->tries = 0;
+    if (++store->at < RUNWAY_COPIES)
+        return;
+    store->at = newest(store);
+    store->step = STEP_READ_AGAIN;
+    if (store->at < RUNWAY_COPIES)
+        return;
+    store->step = STEP_NONE;
+    store->loaded = true;
+    if (is_damaged(store->copy[0]) || is_damaged(store->copy[1]))
+        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_DETAIL);
+}
+
+/* The newest is whole: it is the runway, unless it is of another one. */
+static void load(struct runwaystore *store, struct predict *predict, const float *slack_in)
+{
+    enum mr_status status = mr_runway_read(&predict->state, &store->sequence[store->at], store->image);
+    if (status == MR_OK)
+        status = predict_load(predict, store->at ? MR_RUNWAY_COPY_B : MR_RUNWAY_COPY_A, slack_in);
+    if (status != MR_OK)
+        store->copy[store->at] = (uint8_t)-status;
+    store->step = STEP_NONE;
+    store->loaded = true;
+}
+
+static void next_page(struct runwaystore *store)
+{
+    if (store->step == STEP_ERASE) {
+        store->step = STEP_PROGRAM;
+        store->page = 1;
+    } else if (store->step == STEP_PROGRAM) {
+        store->step = store->page == 0 ? STEP_VERIFY : STEP_PROGRAM;
+        store->page = store->page == 0 || store->page + 1u == PAGES ? 0 : store->page + 1u;
+    } else {
+        store->page++;
+    }
+}
+
+static void writing_ends(struct runwaystore *store, struct predict *predict, bool holds)
+{
+    store->copy[store->at] = holds ? (uint8_t)MR_OK : (uint8_t)-MR_IO;
+    if (!holds && ++store->tries < TRIES) {
+        store->step = STEP_ERASE;
+        store->page = 0;
+        return;
+    }
+    if (!holds)
+        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_DETAIL);
+    store->step = STEP_NONE;
+    store->tries = 0;
+    predict_kept(predict, store->crc);
+}
+
+/* A page of the copy has been read. */
+static void take_page(struct runwaystore *store, struct predict *predict, const float *slack_in)
+{
+    uint8_t *of_image = store->image + store->page * NOR_PAGE;
+    unsigned length = length_of(store->page);
+    if (store->step == STEP_VERIFY && memcmp(of_image, store->buffer, length) != 0) {
+        writing_ends(store, predict, false);
+        return;
+    }
+    memcpy(of_image, store->buffer, length);
+    next_page(store);
+    if (store->page < PAGES)
+        return;
+    if (store->step == STEP_VERIFY)
+        writing_ends(store, predict, true);
+    else if (store->step == STEP_READ)
+        look_at_copy(store, predict);
+    else
+        load(store, predict, slack_in);
+}
+
+bool runwaystore_busy(struct runwaystore *store, struct predict *predict, const float *slack_in)
+{
+    if (!store->under_way)
+        return false;
+    enum nor_status status = nor_poll();
+    if (status == NOR_BUSY)
+        return true;
+    store->under_way = false;
+    if (status == NOR_MISSING)
+        runwaystore_follow(store, false);
+    else if (store->step == STEP_ERASE || store->step == STEP_PROGRAM)
+        next_page(store); /* whether it did what it should, reading tells */
+    else if (store->step != STEP_NONE)
+        take_page(store, predict, slack_in);
+    return false;
+}
+
+/* The runway as it is now, into the copy that is not the newest. */
+static void begin_writing(struct runwaystore *store, struct predict *predict)
+{
+    unsigned last = newest(store);
+    uint32_t sequence = last < RUNWAY_COPIES ? store->sequence[last] + 1u : 1u;
+    store->at = last == 0 ? 1 : 0;
+    store->sequence[store->at] = sequence;
+    store->copy[store->at] = RUNWAYSTORE_BLANK;
+    store->step = STEP_ERASE;
+    store->page = 0;
+    store->tries = 0;
+    mr_runway_write(predict_state(predict), sequence, store->image);
+    store->crc = predict->crc;
+}
+
+static void begin_operation(struct runwaystore *store)
+{
+    uint32_t address = address_of(store->at, store->page);
+    store->under_way = true;
+    if (store->step == STEP_ERASE) {
+        nor_begin_erase(address);
+    } else if (store->step == STEP_PROGRAM) {
+        memset(store->buffer, 0xff, sizeof store->buffer);
+        memcpy(store->buffer, store->image + store->page * NOR_PAGE, length_of(store->page));
+        nor_begin_program(address, store->buffer);
+    } else {
+        nor_begin_read(address, store->buffer, length_of(store->page));
+    }
+}
+
+bool runwaystore_begin(struct runwaystore *store, struct predict *predict, bool quiet, uint32_t now_ms)
+{
+    bool writing = store->step >= STEP_ERASE;
+    if (store->missing || predict->status != MR_OK)
+        return false;
+    if (writing && (!quiet || !predict->dirty)) /* written anew when it is quiet again: it will be another one */
+        store->step = STEP_NONE;
+    if (store->step == STEP_NONE && store->loaded && quiet && predict->dirty && now_ms - predict->changed_block >= RUNWAYSTORE_QUIET_BLOCKS)
+        begin_writing(store, predict);
+    if (store->step == STEP_NONE)
+        return false;
+    begin_operation(store);
+    return true;
+}
+
+bool runwaystore_erasing(const struct runwaystore *store)
+{
+    return store->under_way && store->step == STEP_ERASE;
+}
+
+bool runwaystore_loaded(const struct runwaystore *store)
+{
+    return store->loaded || store->missing;
+}

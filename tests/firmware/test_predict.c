@@ -1,0 +1,445 @@
+/* The predictor on the board: what it says, the runway that it keeps through landings and resets, what stands in for what is missing. */
+#include "common/fault.h"
+#include "common/runway.h"
+#include "firmware/config.h"
+#include "firmware/health.h"
+#include "tests/firmware/fake_nor.h"
+#include "tests/firmware/play.h"
+
+#include <stdio.h>
+
+#define A_COPY (NOR_SECTOR * RUNWAY_FIRST_SECTOR)
+#define B_COPY (A_COPY + NOR_SECTOR)
+
+static struct mr_config built_in;
+
+/* The supply comes back, or the board is reset: only the memory is what it was. */
+static void boot(void)
+{
+    fake_nor_power();
+    fake_reset();
+    config = built_in;
+    app_start(&app);
+    index_now = 0;
+    opened_codes = 0;
+    touchdown_s = 1.0;
+    memset(moved_in, 0, sizeof moved_in);
+}
+
+static int start_with_memory(void **state)
+{
+    (void)state;
+    built_in = config;
+    fake_nor_reset();
+    boot();
+    return 0;
+}
+
+static int put_back(void **state)
+{
+    (void)state;
+    config = built_in;
+    fake_nor.present = false;
+    return 0;
+}
+
+/* A millisecond of the memory goes with each block. */
+static void live(unsigned blocks)
+{
+    while (blocks--) {
+        play_block();
+        fake_nor.now_us += 1000;
+        if (fake.received_taken == fake.received_count)
+            fake.received_taken = fake.received_count = 0;
+    }
+}
+
+static void survey_all(float slack_in)
+{
+    char words[64];
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        snprintf(words, sizeof words, "survey %u %.4f", s, (double)slack_in);
+        command(words);
+        live(1);
+    }
+}
+
+/* The state, as the links tell it. */
+static uint32_t told_crc(struct mr_predictor_state *state)
+{
+    struct mr_runway runway;
+    struct mr_runway_joints joints;
+    struct mr_runway_store stored;
+    fake.sent_count = 0;
+    command("runway-read");
+    live(120);
+    memset(state, 0, sizeof *state);
+    GET_LAST(runway, RUNWAY, &runway);
+    state->mats = runway.mats;
+    state->landings = runway.landings;
+    state->scale = runway.resistance;
+    assert_int_equal(count_frames(MR_ID_RUNWAY_JOINTS), 141); /* 421 joints, three in each */
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        if (fake.sent[i].id == MR_ID_RUNWAY_JOINTS && mr_runway_joints_get(&joints, fake.sent[i].data, 8) == MR_OK)
+            mr_runway_take(state, &joints);
+    }
+    GET_LAST(runway_store, RUNWAY_STORE, &stored);
+    assert_int_equal(mr_runway_crc(state), stored.crc);
+    return stored.crc;
+}
+
+static struct mr_runway_store told_store(void)
+{
+    struct mr_runway_store stored;
+    fake.sent_count = 0;
+    live(1001);
+    GET_LAST(runway_store, RUNWAY_STORE, &stored);
+    return stored;
+}
+
+static void a_new_board_knows_no_runway(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    struct mr_runway_store stored = told_store();
+    assert_int_equal(stored.state, 0);
+    assert_int_equal(stored.source, MR_RUNWAY_UNKNOWN);
+    assert_int_equal(stored.copy_a, RUNWAYSTORE_BLANK);
+    assert_int_equal(stored.copy_b, RUNWAYSTORE_BLANK);
+    told_crc(&told);
+    assert_int_equal(told.landings, 0);
+    assert_int_equal(told.mats, 420);
+    assert_true(told.scale == 1.0f);
+    assert_int_equal(fake_nor.erases + fake_nor.operations, 0); /* nothing to keep */
+}
+
+static void the_parameters_are_told(void **state)
+{
+    (void)state;
+    struct mr_predict_item item;
+    fake.sent_count = 0;
+    command("state");
+    live(400);
+    assert_int_equal(count_frames(MR_ID_PREDICT_ITEM), MR_PREDICT_ITEMS);
+    GET_LAST(predict_item, PREDICT_ITEM, &item);
+    assert_int_equal(item.index, MR_PREDICT_ITEMS - 1);
+    assert_int_equal(item.items, MR_PREDICT_ITEMS);
+    assert_true(item.value == 110.0f); /* station of the last transducer */
+}
+
+/* What a survey says is kept half a second after its last segment, and is there after a reset. */
+static void the_runway_survives_a_reset(void **state)
+{
+    (void)state;
+    struct mr_predictor_state before, after;
+    live(200);
+    survey_all(0.05f);
+    uint32_t crc = told_crc(&before);
+    live(1000);
+    assert_int_equal(told_store().copy_a, 0);
+    boot();
+    live(200);
+    struct mr_runway_store stored = told_store();
+    assert_int_equal(stored.source, MR_RUNWAY_COPY_A);
+    assert_int_equal(told_crc(&after), crc);
+    assert_memory_equal(&after, &before, sizeof after);
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) { /* the survey's sums, by a sum of its own */
+        unsigned sum = 0;
+        for (unsigned j = 0; j < 10; j++)
+            sum += after.gap_hmil[10 * s + j];
+        assert_in_range(sum, 4995, 5005);
+    }
+}
+
+static void a_landing_is_folded_and_kept(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    struct mr_slack slack;
+    live(200);
+    survey_all(0.20f);
+    live(1000);
+    command("arm 3");
+    touchdown_s = 2.0 + 1e-3 * (double)index_now;
+    fly(touchdown_s + 8.5);
+    GET_LAST(slack, SLACK, &slack);
+    for (unsigned i = 0; i < 60; i++)
+        live(100);
+    GET_LAST(slack, SLACK, &slack);
+    assert_true(isnan(slack.slack_in)); /* a survey describes the runway until the next landing */
+    struct mr_runway_store stored = told_store();
+    assert_int_equal(stored.source, MR_RUNWAY_MEASURED);
+    uint32_t crc = told_crc(&told);
+    assert_int_equal(told.landings, 1);
+    boot();
+    live(300);
+    stored = told_store();
+    assert_int_equal(stored.source, MR_RUNWAY_COPY_B); /* the survey went to A */
+    assert_int_equal(stored.crc, crc);
+}
+
+static void armed_for_nothing_is_no_landing(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    command("arm 3");
+    live(700);
+    command("disarm");
+    live(1200);
+    told_crc(&told);
+    assert_int_equal(told.landings, 0);
+    assert_int_equal(told_store().copy_a, RUNWAYSTORE_BLANK);
+}
+
+/* The power goes in any operation of the memory, at its beginning, in its midst and at its end: the runway is the old one or the new. */
+static void a_power_cut_leaves_the_old_or_the_new(void **state)
+{
+    (void)state;
+    static uint8_t cells[2 * NOR_SECTOR];
+    struct mr_predictor_state told;
+    unsigned old_ones = 0, new_ones = 0;
+    live(200);
+    survey_all(0.05f);
+    live(1000);
+    survey_all(0.06f); /* both copies hold one */
+    live(1000);
+    uint32_t old = told_crc(&told), new = 0;
+    memcpy(cells, fake_nor.cell + A_COPY, sizeof cells);
+    for (unsigned cut = 0; cut < 1 + 3 * 6; cut++) { /* an erase and five pages */
+        memcpy(fake_nor.cell + A_COPY, cells, sizeof cells);
+        fake_nor.cut_at = 0;
+        boot();
+        live(200);
+        survey_all(0.07f);
+        if (cut) {
+            fake_nor.cut_at = fake_nor.operations + 1 + (cut - 1) / 3;
+            fake_nor.cut_permille = (cut - 1) % 3 * 500;
+        }
+        live(1000);
+        assert_int_equal(fake_nor.dark, cut > 0);
+        boot();
+        live(200);
+        struct mr_runway_store stored = told_store();
+        if (cut == 0)
+            new = stored.crc;
+        assert_true(stored.crc == old || stored.crc == new);
+        assert_true(stored.source == MR_RUNWAY_COPY_A || stored.source == MR_RUNWAY_COPY_B);
+        old_ones += stored.crc == old;
+        new_ones += stored.crc == new;
+    }
+    assert_true(new != old && old_ones >= 15 && new_ones >= 1);
+    assert_false(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+}
+
+static void damaged_copies_are_told_and_passed_over(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.05f);
+    live(1000);
+    uint32_t older = told_crc(&told);
+    survey_all(0.06f);
+    live(1000);
+    fake_nor.cell[B_COPY + 700] ^= 4;
+    boot();
+    live(200);
+    struct mr_runway_store stored = told_store();
+    assert_int_equal(stored.copy_b, -MR_CRC);
+    assert_int_equal(stored.source, MR_RUNWAY_COPY_A);
+    assert_int_equal(stored.crc, older);
+    assert_false(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+    fake_nor.cell[A_COPY + 1] ^= 1; /* and the other: nothing is left */
+    boot();
+    live(200);
+    stored = told_store();
+    assert_int_equal(stored.copy_a, -MR_MALFORMED);
+    assert_int_equal(stored.source, MR_RUNWAY_UNKNOWN);
+    assert_true(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+    told_crc(&told);
+    assert_int_equal(told.landings, 0);
+    survey_all(0.05f); /* and it can be kept again */
+    live(1200);
+    assert_int_equal(told_store().copy_a, 0);
+}
+
+static void a_sector_that_does_not_hold_is_told(void **state)
+{
+    (void)state;
+    live(200);
+    fake_nor.faults = FAKE_NOR_PROGRAM_SILENT;
+    fake_nor.from = A_COPY;
+    fake_nor.to = B_COPY;
+    survey_all(0.05f);
+    live(3000);
+    assert_int_equal(told_store().copy_a, -MR_IO);
+    assert_true(health_faults() & 1u << MR_FAULT_NOR_FAILED);
+    assert_true(fake_nor.erases <= 3); /* it is not tried for ever */
+    fake_nor.faults = 0;
+}
+
+/* Words and joints, then its CRC. */
+static void give(const struct mr_predictor_state *state, uint32_t crc)
+{
+    char words[64];
+    for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++) {
+        snprintf(words, sizeof words, "runway-word %u %ld", i, (long)mr_runway_word_argument(state, i));
+        command(words);
+        live(1);
+    }
+    for (unsigned i = 0; i < 256; i++) {
+        snprintf(words, sizeof words, "runway-joints %u %ld", i, (long)mr_runway_joints_argument(state, i));
+        command(words);
+        live(1);
+    }
+    struct mr_command take = {.code = MR_COMMAND_RUNWAY_TAKE, .argument = (int32_t)crc};
+    struct board_can_frame *frame = &fake.received[fake.received_count++];
+    frame->id = MR_ID_COMMAND;
+    frame->length = (uint8_t)mr_command_put(&take, frame->data);
+    live(1);
+}
+
+static int8_t last_status(void)
+{
+    struct mr_ack ack;
+    GET_LAST(ack, ACK, &ack);
+    return ack.status;
+}
+
+static void the_host_gives_a_runway(void **state)
+{
+    (void)state;
+    struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.25f}, told;
+    for (unsigned j = 0; j < 421; j++)
+        given.gap_hmil[j] = (uint16_t)(j * 7 % 3001);
+    live(10); /* before the memory has been looked at */
+    give(&given, mr_runway_crc(&given) ^ 1u);
+    assert_int_equal(last_status(), MR_CRC);
+    give(&given, mr_runway_crc(&given));
+    assert_int_equal(last_status(), MR_OK);
+    assert_int_equal(told_crc(&told), mr_runway_crc(&given));
+    assert_memory_equal(&told, &given, sizeof told);
+    assert_int_equal(told_store().source, MR_RUNWAY_HOST);
+    given.gap_hmil[5] = 3200; /* wider than any joint */
+    give(&given, mr_runway_crc(&given));
+    assert_int_equal(last_status(), MR_MALFORMED);
+    command("runway-word 3 0");
+    live(1);
+    assert_int_equal(last_status(), MR_USAGE);
+    command("runway-forget");
+    live(1);
+    told_crc(&told);
+    assert_int_equal(told.landings, 0);
+    command("arm 1");
+    live(10);
+    command("runway-forget");
+    live(1);
+    assert_int_equal(last_status(), MR_NOT_NOW);
+}
+
+/* Blocks that wait put it down one level at once, and once in a look; that is told, and comes back. */
+static void a_backlog_is_an_input(void **state)
+{
+    (void)state;
+    struct mr_backlog backlog;
+    struct mr_verdict verdict;
+    live(200);
+    command("arm 1");
+    touchdown_s = 1.0;
+    fly(1.6);
+    GET_LAST(verdict, VERDICT, &verdict);
+    assert_int_equal(verdict.level, MR_PREDICTOR_FULL);
+    fake.blocks_waiting = 9;
+    live(10);
+    fake.blocks_waiting = 0;
+    live(10);
+    assert_int_equal(count_frames(MR_ID_BACKLOG), 1);
+    GET_LAST(backlog, BACKLOG, &backlog);
+    assert_int_equal(backlog.waiting, 9);
+    GET_LAST(verdict, VERDICT, &verdict);
+    assert_int_equal(verdict.level, MR_PREDICTOR_TWO);
+    assert_true(verdict.basis & MR_PREDICTOR_DEGRADED);
+    live(100);
+    command("backlog 12"); /* as a replay gives it */
+    live(20);
+    GET_LAST(backlog, BACKLOG, &backlog);
+    assert_int_equal(backlog.waiting, 12);
+    GET_LAST(verdict, VERDICT, &verdict);
+    assert_int_equal(verdict.level, MR_PREDICTOR_FOUR);
+    live(3000);
+    GET_LAST(verdict, VERDICT, &verdict);
+    assert_int_equal(verdict.level, MR_PREDICTOR_FULL);
+    assert_false(verdict.basis & MR_PREDICTOR_DEGRADED);
+}
+
+static int without_predictor(void **state)
+{
+    built_in = config;
+    config.predict[0].fitted = 0;
+    fake_nor_reset();
+    fake_reset();
+    app_start(&app);
+    index_now = 0;
+    (void)state;
+    return 0;
+}
+
+static void without_one_nothing_is_said_or_kept(void **state)
+{
+    (void)state;
+    survey_all(0.0f);
+    live(2000);
+    command("arm 1");
+    touchdown_s = 3.0;
+    fly(5.0);
+    for (uint16_t id = MR_ID_ZONE; id <= MR_ID_PREDICT_ITEM; id++)
+        assert_int_equal(count_frames(id), 0);
+    assert_false(fake.warning);
+    assert_int_equal(fake_nor.cell[A_COPY], 0xff);
+    config = built_in;
+}
+
+static int with_a_refused_one(void **state)
+{
+    built_in = config;
+    config.predict[0].step_ms = 0.4f; /* a firmware's own configuration is not checked: the predictor refuses it */
+    fake_nor_reset();
+    fake_reset();
+    app_start(&app);
+    index_now = 0;
+    (void)state;
+    return 0;
+}
+
+static void a_refused_one_says_why(void **state)
+{
+    (void)state;
+    struct mr_runway_store stored = told_store();
+    assert_int_equal(stored.state, -MR_NUMERICS);
+    command("arm 1");
+    live(200);
+    assert_int_equal(last_status(), MR_OK); /* the rest measures */
+    assert_int_equal(count_frames(MR_ID_ZONE), 0);
+    config = built_in;
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, start_with_memory, put_back)
+    const struct CMUnitTest tests[] = {
+        TEST(a_new_board_knows_no_runway),
+        TEST(the_parameters_are_told),
+        TEST(the_runway_survives_a_reset),
+        TEST(a_landing_is_folded_and_kept),
+        TEST(armed_for_nothing_is_no_landing),
+        TEST(a_power_cut_leaves_the_old_or_the_new),
+        TEST(damaged_copies_are_told_and_passed_over),
+        TEST(a_sector_that_does_not_hold_is_told),
+        TEST(the_host_gives_a_runway),
+        TEST(a_backlog_is_an_input),
+        cmocka_unit_test_setup_teardown(without_one_nothing_is_said_or_kept, without_predictor, put_back),
+        cmocka_unit_test_setup_teardown(a_refused_one_says_why, with_a_refused_one, put_back),
+    };
+    return cmocka_run_group_tests_name("firmware/predict", tests, NULL, NULL);
+}
