@@ -193,7 +193,7 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
         if (collector->segment_known[i])
             status = store_segment_put(collector->store, slot->row.id, &collector->segment[i], error);
     }
-    return status;
+    return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
 }
 
 /* ---- what happens in a landing ---- */
@@ -658,7 +658,7 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
                 account, id,
                 timebase_unwrap(&side->time, (uint16_t)(payload[length - 2] | payload[length - 1] << 8)));
         break;
-    default: status = collect_band_message(collector, side, id, payload, length, error); break;
+    default: status = collect_predict_message(collector, side, id, payload, length, host_us, error); break;
     }
     return status;
 }

@@ -6,6 +6,7 @@
 #include "common/catalogue.h"
 #include "common/fault.h"
 #include "common/framing.h"
+#include "common/runway.h"
 #include "common/slowrow.h"
 #include "host/account.h"
 #include "host/collect.h"
@@ -48,6 +49,9 @@ struct side {
     struct mr_shunt shunt; /* the calibration whose results come */
     struct mr_shunt_result shunt_result;
     struct mr_slowrow_reader slow;
+    struct mr_predictor_state runway;      /* being put together */
+    unsigned runway_parts;                 /* of it, that came in a row */
+    struct mr_runway_store runway_store;   /* newest */
     uint64_t told[LINK_TROUBLES];    /* what the link has counted */
     uint64_t pending[LINK_TROUBLES]; /* and is not recorded yet: in landing pending_run, from pending_us on */
     int64_t pending_run;
@@ -78,6 +82,10 @@ struct collector {
     bool segment_known[MR_SEGMENTS];
     struct store_segment segment[MR_SEGMENTS];
     uint16_t fault_count[MR_FAULT_COUNT];
+    struct mr_runway_store stored;   /* newest, of either link */
+    bool stored_known, stored_news;  /* and nobody has asked for yet */
+    bool predict_known[MR_PREDICT_ITEMS];
+    float predict_item[MR_PREDICT_ITEMS];
     bool config_kept;         /* a whole configuration is in the database: */
     uint32_t config_kept_crc;
     struct crash_report crash[LINK_KINDS]; /* being put together */
@@ -99,6 +107,11 @@ enum mr_status collect_config_word(struct collector *collector, struct side *sid
 /* The same for what is said of bands and of their gages' calibration; MR_OK for all other messages. */
 enum mr_status collect_band_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
                                     size_t length, struct error *error);
+/* The same for what the predictor says (host/collect_predict.c); other messages go on to collect_band_message. */
+enum mr_status collect_predict_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
+                                       size_t length, uint64_t host_us, struct error *error);
+/* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
+enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot, struct error *error);
 /* Writes all that is known of the configuration for a landing that begins. */
 enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
                                            struct error *error);

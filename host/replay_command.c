@@ -167,6 +167,8 @@ static void print(const struct replay *replay)
                (unsigned)replay->recorded.landing.config_crc, (unsigned)replay->replayed.landing.config_crc);
     if (input->zeros)
         printf("  zeros         %zu measured before the landing, given again\n", input->zeros);
+    if (input->runway)
+        printf("  runway        the one that the landing was armed with, given again\n");
     if (input->shift_blocks)
         printf("  moved         by %lld s: block %lld of the record is block %lld of the replay\n",
                (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
@@ -186,6 +188,7 @@ static int print_json(const struct replay *replay, int exit_code)
                                (json_int_t)input->edges, "commands", (json_int_t)input->commands, "segments_surveyed",
                                (json_int_t)input->surveyed);
     json_object_set_new(object, "zeros", json_integer((json_int_t)input->zeros));
+    json_object_set_new(object, "runway", json_boolean(input->runway));
     json_t *diff = diff_json(&replay->diff);
     json_object_update(object, diff);
     json_decref(diff);

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "common/command.h"
 #include "common/fault.h"
 #include "common/wire.h"
 #include "host/collect_state.h"
@@ -132,6 +133,8 @@ static void compare_pair(struct comparing *c, const struct answer *a, const stru
  * have been on their way. */
 static bool follows_from_record(const struct answer *answer, int64_t first_block)
 {
+    if (answer->info->id == MR_ID_ACK && value_of(answer, "code") == (double)MR_COMMAND_BACKLOG)
+        return false; /* the replay's own */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)

@@ -13,7 +13,7 @@
 
 #include "host/replay/answers.h"
 
-#define DIFF_MESSAGES_MAX 64
+#define DIFF_MESSAGES_MAX 128
 
 enum diff_kind { DIFF_VALUE, DIFF_ONLY_RECORDED, DIFF_ONLY_REPLAYED };
 

@@ -36,6 +36,9 @@ static const struct {
     {"serial_health.dropped", FIELD_CIRCUMSTANCE},
     {"serial_health.bad", FIELD_CIRCUMSTANCE},
     {"channel_quality.error_codes", FIELD_CIRCUMSTANCE}, /* it grows with the hours since power on */
+    {"runway_store.source", FIELD_CIRCUMSTANCE}, /* the host gives it to the one that replays */
+    {"runway_store.copy_a", FIELD_CIRCUMSTANCE},
+    {"runway_store.copy_b", FIELD_CIRCUMSTANCE},
     {"temperature.temperature_c", FIELD_CIRCUMSTANCE},
     {"temperature.error_c", FIELD_CIRCUMSTANCE},
     {"box_state.state", FIELD_CIRCUMSTANCE},

@@ -11,14 +11,17 @@
 #include "common/closure.h"
 #include "common/command.h"
 #include "common/crc32.h"
+#include "host/store/store_predict.h"
 
 #define LATE_BLOCKS 20000 /* a record that is armed later than this is moved back ... */
-#define EARLY_BLOCKS 200  /* and one that is armed before this forth: the survey goes first */
+#define EARLY_BLOCKS 450  /* and one that is armed before this forth: zeros, survey and runway go first */
 #define BLOCKS_PER_S 1000 /* whatever the board does by its block index repeats every second */
-#define FIRST_COMMAND 40  /* block of the first zero, then one in each; and then a segment of the survey every second block */
+#define FIRST_COMMAND 40  /* block of the first zero, then one in each; and then a segment of the survey every second block; and a word of */
+                          /* the runway in each */
 #define COMMANDS_PER_BLOCK 4u
 #define HOLES_NAMED 3
 #define CLOCK_INTERNAL 1  /* of the message hello */
+#define RUNWAY_TAG 10000u
 
 struct writer {
     FILE *file;
@@ -137,6 +140,11 @@ static bool take_commands(const struct answers *recorded, struct commands *comma
             mr_mark_get(&mark, answer->data, answer->info->length);
         if (answer->info->id == MR_ID_LANDING)
             mr_landing_get(&last, answer->data, answer->info->length);
+        if (answer->info->id == MR_ID_BACKLOG) {
+            struct mr_backlog backlog;
+            mr_backlog_get(&backlog, answer->data, answer->info->length);
+            fits = add_command(commands, backlog.block, (struct mr_command){.code = MR_COMMAND_BACKLOG, .argument = backlog.waiting}) && fits;
+        }
         if (answer->info->id != MR_ID_ACK)
             continue;
         struct mr_ack ack;
@@ -177,6 +185,26 @@ static void put_zeros(struct writer *writer, const struct answers *recorded, str
     }
 }
 
+/* The runway that the landing was armed with, whatever the survey made of it. None in the database: the one of a new board, surveyed. */
+static enum mr_status put_runway(struct writer *writer, struct store *store, const struct answers *recorded, struct replay_input *input,
+                                 struct error *error)
+{
+    struct mr_predictor_state state;
+    int64_t source;
+    enum mr_status status = store_runway_get(store, recorded->landing.id, &state, &source, &input->runway, error);
+    if (status != MR_OK || !input->runway)
+        return status;
+    size_t block = FIRST_COMMAND + input->zeros + 2 * input->surveyed;
+    for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
+        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i, RUNWAY_TAG + i,
+            mr_runway_word_argument(&state, i));
+    for (unsigned i = 0; i < 256 && 2 * i <= state.mats; i++)
+        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i, RUNWAY_TAG + MR_RUNWAY_WORDS + i,
+            mr_runway_joints_argument(&state, i));
+    put(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE, RUNWAY_TAG - 1u, (int32_t)mr_runway_crc(&state));
+    return MR_OK;
+}
+
 static enum mr_status put_commands(struct writer *writer, struct store *store, const struct answers *recorded,
                                    struct replay_input *input, struct error *error)
 {
@@ -195,6 +223,9 @@ static enum mr_status put_commands(struct writer *writer, struct store *store, c
         input->surveyed++;
     }
     free(segment);
+    status = put_runway(writer, store, recorded, input, error);
+    if (status != MR_OK)
+        return status;
     bool fits = take_commands(recorded, &commands);
     if (!commands.armed)
         put(writer, "command %lld %d 0 0 %lld\n", (long long)(input->armed_block - input->shift_blocks),

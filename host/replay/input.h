@@ -3,7 +3,7 @@
  * command, edge, film frame and block; hil/replayfile.h draws it).
  *
  * Not recorded, and so made up: the survey is given again before arming, segment by segment, and zeros that were measured
- * (channel_zero of the landing says which, and what they were); blocks before the first record
+ * (channel_zero of the landing says which, and what they were), and the predictor's runway as it was when armed; blocks before the first record
  * repeat it. A record that begins late after the board's start is moved back by whole seconds, in which everything that the
  * board does by the clock repeats. */
 #ifndef MATRIG_HOST_REPLAY_INPUT_H
@@ -22,6 +22,7 @@ struct replay_input {
     size_t frames; /* of the film */
     size_t commands; /* given again in the block that took them */
     size_t surveyed; /* segments given before arming */
+    bool runway;     /* the predictor's, of the time of arming, is given */
     size_t zeros;    /* measured zeros given before arming */
     bool crystal;
 };

@@ -97,6 +97,25 @@
       "SELECT board_uid, seq, boot, block, time_us, faults, state, temperature_c, d1_in, d2_in, d3_in, d4_in," \
       " d5_in, d6_in, d7_in, d8_in, t1_lb, t2_lb, t3_lb, t4_lb, t5_lb, t6_lb, t7_lb, t8_lb, t9_lb, t10_lb, t11_lb, t12_lb," \
       " t13_lb, t14_lb FROM slow_log WHERE ?1 IS NULL OR board_uid=?1 ORDER BY board_uid, seq, id")          \
+    X(PREDICTION_PUT, "iiiiiiirrriirrrri",                                                                   \
+      "INSERT INTO predictions VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links, " \
+      "verdict=coalesce(excluded.verdict, verdict), reason=coalesce(excluded.reason, reason), "              \
+      "level=coalesce(excluded.level, level), basis=coalesce(excluded.basis, basis), "                       \
+      "age_blocks=coalesce(excluded.age_blocks, age_blocks), start_error_ft=coalesce(excluded.start_error_ft, start_error_ft), " \
+      "end_error_ft=coalesce(excluded.end_error_ft, end_error_ft), mean_gap_in=coalesce(excluded.mean_gap_in, mean_gap_in), " \
+      "closed_joints=coalesce(excluded.closed_joints, closed_joints), coming_mats=coalesce(excluded.coming_mats, coming_mats), " \
+      "coming_wheel_ft=coalesce(excluded.coming_wheel_ft, coming_wheel_ft), compression_lb=coalesce(excluded.compression_lb, compression_lb), " \
+      "critical_lb=coalesce(excluded.critical_lb, critical_lb), distance_ft=coalesce(excluded.distance_ft, distance_ft)") \
+    X(PREDICTIONS, "i",                                                                                      \
+      "SELECT block, verdict, reason, level, basis, age_blocks, start_error_ft, end_error_ft, mean_gap_in, closed_joints," \
+      " coming_mats, coming_wheel_ft, compression_lb, critical_lb, distance_ft, links FROM predictions WHERE landing=? ORDER BY block") \
+    X(TRUST_PUT, "iiirri",                                                                                   \
+      "INSERT INTO trust VALUES(?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links")          \
+    X(TRUSTS, "i", "SELECT block, doubts, resistance, updates, links FROM trust WHERE landing=? ORDER BY block") \
+    X(RUNWAY_PUT, "iiiriib", "INSERT OR REPLACE INTO runways VALUES(?,?,?,?,?,?,?)")                         \
+    X(RUNWAY_GET, "i", "SELECT source, state FROM runways WHERE landing=?")                                  \
+    X(PREDICT_ITEM_PUT, "iir", "INSERT OR REPLACE INTO predict_items VALUES(?,?,?)")                         \
+    X(PREDICT_ITEMS, "i", "SELECT item, value FROM predict_items WHERE landing=? ORDER BY item")             \
     X(RESULT_PUT, "irrrrrrriii",                                                                             \
       "INSERT INTO results VALUES(?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET "                         \
       "links=links|excluded.links,"                                                                          \
