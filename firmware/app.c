@@ -179,7 +179,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         slowlog_read_stop(&app->slowlog);
         telemetry_state(&app->telemetry, &app->landing);
-        predict_arm(&app->predict, &app->telemetry, app->slack_in);
+        predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
         predict_store(&app->predict, &app->telemetry, app->runwaystore.copy);
         tell_blocks_before(app);
         telemetry_burst(&app->telemetry, &app->landing);

@@ -163,7 +163,7 @@ static void go_on_saying(struct predict *p, struct telemetry *telemetry)
 
 /* --- a landing --- */
 
-void predict_arm(struct predict *p, struct telemetry *telemetry, const float *slack_in)
+void predict_arm(struct predict *p, struct telemetry *telemetry, const float *slack_in, uint32_t index)
 {
     if (p->status != MR_OK)
         return;
@@ -176,7 +176,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     p->motion = (struct predict_motion){0};
     p->warning = false;
     p->doubts = p->updates = 0;
-    p->told_block = 0;
+    p->told_block = index;
     p->hurried = false;
     p->backlog_given = 0;
     say_runway(p, telemetry);

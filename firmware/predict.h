@@ -66,8 +66,8 @@ struct predict_block {
 
 /* The configuration is another one, or known now. The runway stays what it was, if it has as many mats. */
 void predict_configure(struct predict *predict);
-/* MR_OK when the landing may be armed. `slack_in`: the survey, MR_SEGMENTS; NaN: not surveyed since a landing. */
-void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in);
+/* A landing is armed; its record begins with block `index`. `slack_in`: the survey, MR_SEGMENTS; NaN: not surveyed since a landing. */
+void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in, uint32_t index);
 /* Into the black box's record of the landing just armed. */
 void predict_store(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy);
 /* The runway found in the memory is in `state`: it is in force unless one was given meanwhile, the survey (MR_SEGMENTS) on top of it. MR_OK,

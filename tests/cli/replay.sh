@@ -122,9 +122,9 @@ with_a_hole() {
         fails_with 4 '10 blocks are lost: RUN 5 of .*, blocks 1200 to 1209 \(1\.200 s to 1\.210 s\)' $matrig replay "$tmp/hole.db" 5
 }
 changed_record() { # one sum of one block is another: the board says so, and so does what it makes of it
-    broken changed "update blocks set record = cast(substr(record, 1, 11) || x'0102' || substr(record, 14) as blob) where landing = 5 and idx = 1300" &&
+    broken changed "update blocks set record = cast(substr(record, 1, 11) || x'0102' || substr(record, 14) as blob) where landing = 5 and idx = 1302" &&
         $matrig --json --quiet replay "$tmp/changed.db" 5 >"$tmp/changed.json"
-    [ $? = 1 ] && first_is "$tmp/changed.json" displacement_1_3 d1_in && [ "$(in_json "$tmp/changed.json" first.t_s)" = 1.3 ]
+    [ $? = 1 ] && first_is "$tmp/changed.json" displacement_1_3 d1_in && [ "$(in_json "$tmp/changed.json" first.t_s)" = 1.302 ]
 }
 changed_edge() { # one tick in the frame that told of it
     broken tick "update frames set data = cast(x'00' || substr(data, 2) as blob) where id = (select min(id) from frames where landing = 5 and can_id = 144 and link = 0)" &&
