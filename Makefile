@@ -28,7 +28,9 @@ LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
 hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c))
-host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c
+# The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
+host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
+	firmware/predict_feed.c
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)

@@ -10,9 +10,6 @@
 #include "firmware/zero.h"
 #include "firmware/tasks.h"
 
-/* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
- * first trigger, every edge up to there has been stored, however busy the processor was. */
-#define EDGE_WINDOW_TICKS 75600u
 #define STALL_TICKS 5u             /* supervision ticks without a block */
 #define TICKS_PER_S 100u
 
@@ -23,15 +20,6 @@ static void miss_block(struct app *app, uint32_t index)
         app->displacement_in[index % 4][i] = MR_NAN;
     for (unsigned i = 0; i < MR_GAGES; i++)
         app->tension_lb[index % 4][i] = MR_NAN;
-}
-
-static void forget_baseline(struct app *app)
-{
-    app->baseline_blocks = 0;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        app->baseline_sum_in[i] = 0.0f;
-        app->baseline_in[i] = MR_NAN;
-    }
 }
 
 /* No mean goes over readings of two zeros. */
@@ -70,7 +58,7 @@ void app_configured(struct app *app)
     for (unsigned i = 0; i < 4; i++)
         miss_block(app, i);
     app->blocks_in_row = 0;
-    forget_baseline(app);
+    baseline_forget(&app->baseline);
     predict_configure(&app->predict);
     if (!config.site[0].black_box)
         blackbox_leave_out(&app->box);
@@ -169,7 +157,7 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         return status;
     status = landing_arm(&app->landing, (uint16_t)command->argument, app->next_index);
     if (status == MR_OK) {
-        forget_baseline(app);
+        baseline_forget(&app->baseline);
         camera_arm(&app->camera);
         read_blocks_before(app);
         channels_arm(&app->channels, app->next_index);
@@ -386,28 +374,6 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
     }
 }
 
-/* While armed, the mean of each full group of blocks becomes the zero: the newest one before the first edge stands. */
-static void follow_baseline(struct app *app, unsigned row)
-{
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->baseline_sum_in[i] += app->displacement_in[row][i];
-    if (++app->baseline_blocks < APP_BASELINE_BLOCKS)
-        return;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        app->baseline_in[i] = app->baseline_sum_in[i] / (float)APP_BASELINE_BLOCKS;
-        app->baseline_sum_in[i] = 0.0f;
-    }
-    app->baseline_blocks = 0;
-}
-
-/* The group that was being summed ends with something that may move the mat. */
-static void forget_partial_baseline(struct app *app)
-{
-    app->baseline_blocks = 0;
-    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        app->baseline_sum_in[i] = 0.0f;
-}
-
 static void tell_landing(struct app *app, const struct landing_news *news, uint32_t index)
 {
     const struct landing *landing = &app->landing;
@@ -453,7 +419,7 @@ static void take_slow(struct app *app, uint32_t index)
 static void take_block(struct app *app, const struct mr_block *block)
 {
     uint32_t edge_ticks[MR_SWITCHES_WAITING];
-    size_t edges = board_edges_take(block->tick + EDGE_WINDOW_TICKS, edge_ticks, MR_SWITCHES_WAITING);
+    size_t edges = board_edges_take(block->tick + LANDING_EDGE_TICKS, edge_ticks, MR_SWITCHES_WAITING);
     float staircase_code = (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
     unsigned row = block->index % 4;
     bool was_recording = landing_recording(&app->landing);
@@ -475,22 +441,18 @@ static void take_block(struct app *app, const struct mr_block *block)
         read_channels(app, block);
     if (was_recording || recording)
         telemetry_block(&app->telemetry, block);
-    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline_in,
+    channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline.in,
                   app->tension_lb[row]);
     if (news.state && app->landing.state == LANDING_DONE)
         bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
     live_block(&app->live, &app->landing, &app->telemetry, block);
     tell_landing(app, &news, block->index);
-    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + EDGE_WINDOW_TICKS);
+    camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + LANDING_EDGE_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
-    if (recording) {
-        if (landing_quiet(&app->landing, block->index))
-            follow_baseline(app, row);
-        else
-            forget_partial_baseline(app);
-    } else if (was_recording) {
+    if (recording)
+        baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index));
+    else if (was_recording)
         end_prediction(app, true, block->index);
-    }
     if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
         float mean_in[MR_TRANSDUCERS];
         mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);
@@ -514,7 +476,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     predict_regular(&app->predict, &app->telemetry, app->runwaystore.copy, block->index);
     predict_block(&app->predict, &app->telemetry, &app->landing,
                   &(struct predict_block){.index = block->index, .tick = block->tick, .displacement_in = app->displacement_in[row],
-                                          .baseline_in = app->baseline_in, .waiting = board_blocks_waiting()});
+                                          .baseline_in = app->baseline.in, .waiting = board_blocks_waiting()});
     tasks_done(MR_TASK_PREDICTOR);
 }
 

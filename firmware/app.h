@@ -4,6 +4,7 @@
 
 #include "common/framing.h"
 #include "firmware/bandwatch.h"
+#include "firmware/baseline.h"
 #include "firmware/boxlink.h"
 #include "firmware/calibrate.h"
 #include "firmware/camera.h"
@@ -19,7 +20,6 @@
 #include "firmware/thermometer.h"
 #include "firmware/timesync.h"
 
-#define APP_BASELINE_BLOCKS 256u   /* mean over these is the zero of a landing's movement */
 #define APP_IDLE_BLOCKS 100u       /* while idle, readings go out at 10 Hz */
 #define APP_BLOCKS_BEFORE 4u       /* a record begins so many blocks before arming: as far back as the first means reach */
 #define APP_NEWEST 8u              /* blocks kept: those, and the one that comes */
@@ -45,9 +45,7 @@ struct app {
     float displacement_in[4][MR_TRANSDUCERS];
     float tension_lb[4][MR_GAGES];
 
-    float baseline_sum_in[MR_TRANSDUCERS];
-    unsigned baseline_blocks;
-    float baseline_in[MR_TRANSDUCERS]; /* NaN until APP_BASELINE_BLOCKS have passed since arming */
+    struct baseline baseline;
 
     struct channels channels;
     float slack_in[MR_SEGMENTS];       /* NaN: not surveyed since a landing */

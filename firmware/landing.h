@@ -25,6 +25,9 @@
 #include "common/switches.h"
 #include "firmware/config.h"
 
+/* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
+ * first trigger, every edge up to there has been stored, however busy the processor was. */
+#define LANDING_EDGE_TICKS 75600u
 #define LANDING_EDGES 96u
 #define LANDING_EVENTS 80u            /* told of one block; the queues of the links hold them */
 #define LANDING_LIMIT_BLOCKS 20000u

@@ -13,24 +13,11 @@
 #include "common/command.h"
 #include "common/predictor.h"
 #include "common/runway.h"
-#include "firmware/landing.h"
+#include "firmware/predict_feed.h"
 #include "firmware/telemetry.h"
 
-#define PREDICT_LOOK_BLOCKS 10u     /* the lamp follows so often */
-#define PREDICT_SAY_BLOCKS 50u      /* 20 Hz */
 #define PREDICT_TRUST_BLOCKS 1000u
-#define PREDICT_BACKLOG_BLOCKS 8u   /* of the 16 that the board holds; the final fit of the motion keeps up to 7 waiting */
 #define PREDICT_JOINTS_PER_BLOCK 2u /* messages: all of 420 mats in 70 ms */
-
-/* Motion of the gear as of the last gate, in single precision: carried on block by block without a double. */
-struct predict_motion {
-    unsigned gates;        /* of the passage, when this was made */
-    bool rolling, known;   /* a wheel is there; its speed is known */
-    uint32_t tick;         /* of the gate */
-    float station_ft, speed_ft_s, deceleration_ft_s2;
-    float stop_s;          /* from the gate until it stops; a large number: it does not */
-    bool braking;          /* gates enough beyond touchdown to tell the deceleration */
-};
 
 struct predict {
     struct mr_predictor predictor;
@@ -54,14 +41,6 @@ struct predict {
     bool store_due;                  /* message runway_store */
     uint32_t changed_block;
     uint32_t crc;                    /* of the runway in force */
-};
-
-/* What a block brings for it. */
-struct predict_block {
-    uint32_t index, tick;
-    const float *displacement_in; /* readings of this block, MR_TRANSDUCERS; NaN: none */
-    const float *baseline_in;     /* their zero; NaN: not known yet */
-    unsigned waiting;             /* blocks that wait behind this one */
 };
 
 /* The configuration is another one, or known now. The runway stays what it was, if it has as many mats. */

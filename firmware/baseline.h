@@ -1,0 +1,22 @@
+/* The zero of a landing's movement: while it is armed and nothing rolls, the mean of each full group of blocks; the newest one before
+ * the first edge stands. Pure. */
+#ifndef MATRIG_FIRMWARE_BASELINE_H
+#define MATRIG_FIRMWARE_BASELINE_H
+
+#include <stdbool.h>
+
+#include "common/block.h"
+
+#define BASELINE_BLOCKS 256u
+
+struct baseline {
+    float sum_in[MR_TRANSDUCERS];
+    unsigned blocks;
+    float in[MR_TRANSDUCERS]; /* NaN until BASELINE_BLOCKS have passed since arming */
+};
+
+void baseline_forget(struct baseline *baseline);
+/* A block's readings; NaN: missing. Not `quiet`: the group that was being summed ends with something that may move the mat. */
+void baseline_follow(struct baseline *baseline, const float *displacement_in, bool quiet);
+
+#endif

@@ -1,0 +1,48 @@
+/* What goes into the predictor and what comes out as messages, each block: the part that the host runs too, to say whether a board said
+ * what follows from its record (host/analyse/predict_again.h). Pure but for the configuration. */
+#ifndef MATRIG_FIRMWARE_PREDICT_FEED_H
+#define MATRIG_FIRMWARE_PREDICT_FEED_H
+
+#include "common/catalogue.h"
+#include "common/predictor.h"
+#include "firmware/landing.h"
+
+#define PREDICT_LOOK_BLOCKS 10u     /* the lamp follows so often */
+#define PREDICT_SAY_BLOCKS 50u      /* 20 Hz */
+#define PREDICT_BACKLOG_BLOCKS 8u   /* of the 16 that the board holds; the final fit of the motion keeps up to 7 waiting */
+
+/* Motion of the gear as of the last gate, in single precision: carried on block by block without a double. */
+struct predict_motion {
+    unsigned gates;        /* of the passage, when this was made */
+    bool rolling, known;   /* a wheel is there; its speed is known */
+    uint32_t tick;         /* of the gate */
+    float station_ft, speed_ft_s, deceleration_ft_s2;
+    float stop_s;          /* from the gate until it stops; a large number: it does not */
+    bool braking;          /* gates enough beyond touchdown to tell the deceleration */
+};
+
+/* What a block brings for it. */
+struct predict_block {
+    uint32_t index, tick;
+    const float *displacement_in; /* readings of this block, MR_TRANSDUCERS; NaN: none */
+    const float *baseline_in;     /* their zero; NaN: not known yet */
+    unsigned waiting;             /* blocks that wait behind this one */
+};
+
+void predict_feed(struct predict_motion *motion, const struct landing *landing, const struct predict_block *block,
+                  struct mr_predictor_input *input);
+
+/* One statement; `error` only where there is a zone. */
+struct predict_said {
+    struct mr_zone zone;
+    struct mr_zone_lead lead;
+    struct mr_zone_error error;
+    struct mr_zone_coming coming;
+    struct mr_zone_press press;
+    struct mr_verdict verdict;
+};
+
+void predict_statement(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone, bool warning, uint32_t index,
+                       struct predict_said *said);
+
+#endif
