@@ -7,6 +7,7 @@
 
 #include "common/gates.h"
 #include "common/predictor.h"
+#include "host/analyse/predict_again.h"
 #include "host/analyse/zones.h"
 #include "host/cli.h"
 #include "host/run.h"
@@ -42,6 +43,7 @@ struct predict {
     struct mr_predictor_state state;
     float slack_in[MR_SEGMENTS];
     size_t fresh; /* segments surveyed since */
+    bool differ;  /* the board said something else than what follows from a record */
 };
 
 static const char *const verdicts[] = {"quiet", "advisory", "warning"};
@@ -203,11 +205,38 @@ static void conclude(const struct predict *predict, double warned_s, double boar
                (double)left->end_ft, left->closed_joints);
 }
 
+/* Did the board say what follows from its record, bit by bit? */
+static void tell_again(const struct predict_again *again)
+{
+    if (!again->possible)
+        printf("the board's own run cannot be computed again: the record lacks %s\n", again->lacks);
+    else if (!again->differ)
+        printf("computed again from the record: %zu statements of the board, %zu fields, all the same to the last bit\n", again->said,
+               again->fields);
+    else
+        printf("computed again from the record: %zu of %zu fields of %zu statements DIFFER; first block %lld, %s: board %.10g, host %.10g\n",
+               again->differ, again->fields, again->made, (long long)again->first.block, again->first.field, again->first.said,
+               again->first.made);
+}
+
+static json_t *again_json(const struct predict_again *again)
+{
+    json_t *object = json_pack("{s:b, s:i, s:i, s:i, s:i}", "possible", again->possible, "statements", (int)again->said, "fields",
+                               (int)again->fields, "differ", (int)again->differ, "backlogs", (int)again->backlogs);
+    json_object_set_new(object, "lacks", again->lacks ? json_string(again->lacks) : json_null());
+    json_object_set_new(object, "first",
+                        again->differ ? json_pack("{s:I, s:s, s:o, s:o}", "block", (json_int_t)again->first.block, "field", again->first.field,
+                                                  "board", number(again->first.said), "host", number(again->first.made))
+                                      : json_null());
+    return object;
+}
+
 /* One landing. `results`: NULL, or where its object goes. */
 static enum mr_status predict_run(struct predict *predict, struct store *store, int64_t run, json_t *results, const struct cli *cli,
                                   struct error *error)
 {
     struct mr_predictor_zone left;
+    struct predict_again again;
     double board_s, warned_s;
     predict->gates = predict->beyond = 0;
     predict->known = false;
@@ -227,10 +256,16 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
         warned_s = run_all(predict, cli);
         board_s = predict->zones.warning.warned ? predict->zones.warning.t_s : (double)NAN;
         mr_predictor_zone(&predict->predictor, &left);
-        if (results)
-            json_array_append_new(results, conclude_json(predict, warned_s, board_s, &left));
-        else
+        status = predict_again(store, run, &again, error);
+        if (results) {
+            json_t *object = conclude_json(predict, warned_s, board_s, &left);
+            json_object_set_new(object, "again", again_json(&again));
+            json_array_append_new(results, object);
+        } else {
             conclude(predict, warned_s, board_s, &left);
+            tell_again(&again);
+        }
+        predict->differ |= again.differ > 0;
         mr_predictor_fold(&predict->predictor);
         mr_predictor_save(&predict->predictor, &predict->state);
         predict->carried = true;
@@ -255,13 +290,13 @@ static enum mr_status parse_runs(const char *const *words, int64_t *runs, size_t
     return status;
 }
 
-static int print_results(json_t *results)
+static int print_results(json_t *results, int exit_code)
 {
     json_t *whole = json_array_size(results) == 1 ? json_incref(json_array_get(results, 0)) : json_pack("{s:O}", "runs", results);
     json_decref(results);
     bool failed = json_dumpf(whole, stdout, JSON_INDENT(1)) != 0 || putchar('\n') == EOF || fflush(stdout) != 0;
     json_decref(whole);
-    return failed ? 3 : 0;
+    return failed ? 3 : exit_code;
 }
 
 int predict_command(int argc, char **argv, const struct cli *cli)
@@ -288,8 +323,9 @@ int predict_command(int argc, char **argv, const struct cli *cli)
         status = predict_run(&predict, store, runs[i], results, cli, &error);
     }
     store_close(store);
+    int exit_code = predict.differ ? mr_status_exit_code(MR_LIMIT) : 0;
     if (status == MR_OK && cli->json)
-        return print_results(results);
+        return print_results(results, exit_code);
     json_decref(results);
-    return status == MR_OK ? 0 : cli_fail(&error);
+    return status == MR_OK ? exit_code : cli_fail(&error);
 }

@@ -70,6 +70,19 @@ enum mr_status store_predictions(struct store *store, int64_t run, struct store_
     return status;
 }
 
+static void backlog_row(sqlite3_stmt *s, void *to)
+{
+    *(struct store_backlog *)to = (struct store_backlog){store_integer(s, 0), store_integer(s, 1)};
+}
+
+enum mr_status store_backlogs(struct store *store, int64_t run, struct store_backlog **rows, size_t *count, struct error *error)
+{
+    void *made;
+    enum mr_status status = read_all(store, STORE_BACKLOGS, run, sizeof **rows, backlog_row, &made, count, error);
+    *rows = made;
+    return status;
+}
+
 enum mr_status store_trust_put(struct store *store, int64_t run, const struct store_trust *row, struct error *error)
 {
     return store_run(store, error, STORE_TRUST_PUT, run, row->block, row->doubts, row->resistance, row->updates, row->links);

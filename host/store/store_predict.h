@@ -23,6 +23,12 @@ struct store_trust {
     int64_t links;
 };
 
+/* Blocks in which others waited for the predictor, ascending. */
+struct store_backlog {
+    int64_t block, waiting;
+};
+enum mr_status store_backlogs(struct store *store, int64_t run, struct store_backlog **rows, size_t *count, struct error *error);
+
 /* A prediction that says nothing yet. */
 struct store_prediction store_prediction_blank(int64_t block, int64_t links);
 enum mr_status store_prediction_put(struct store *store, int64_t run, const struct store_prediction *row, struct error *error);

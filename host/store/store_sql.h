@@ -114,6 +114,7 @@
     X(TRUSTS, "i", "SELECT block, doubts, resistance, updates, links FROM trust WHERE landing=? ORDER BY block") \
     X(RUNWAY_PUT, "iiiriib", "INSERT OR REPLACE INTO runways VALUES(?,?,?,?,?,?,?)")                         \
     X(RUNWAY_GET, "i", "SELECT source, state FROM runways WHERE landing=?")                                  \
+    X(BACKLOGS, "i", "SELECT value, code FROM events WHERE kind='backlog' AND landing=? ORDER BY value")      \
     X(PREDICT_ITEM_PUT, "iir", "INSERT OR REPLACE INTO predict_items VALUES(?,?,?)")                         \
     X(PREDICT_ITEMS, "i", "SELECT item, value FROM predict_items WHERE landing=? ORDER BY item")             \
     X(RESULT_PUT, "irrrrrrriii",                                                                             \

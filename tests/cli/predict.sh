@@ -53,6 +53,30 @@ second_is_surveyed() { # read anew by the landing's own script, so taken over
 check "two landings in order" several
 check "the first is as by itself, the second is not" first_is_the_same
 check "both were surveyed" second_is_surveyed
+# The board's own run from what it recorded: every field of every statement; and a record that is another is found out.
+again() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.again.$2')"; }
+board_said_what_follows() {
+    grep '^computed again' "$tmp/1.txt" "$tmp/5.txt"
+    [ "$(grep -c 'all the same to the last bit' "$tmp/1.txt")$(grep -c 'all the same to the last bit' "$tmp/5.txt")" = 11 ] &&
+        [ "$(again "$tmp/5.json" possible)" = 1 ] && [ "$(again "$tmp/5.json" differ)" = 0 ] && [ "$(again "$tmp/5.json" fields)" -gt 3000 ]
+}
+changed() { # NAME SQL: a database that says something else
+    sqlite3 "$db" "vacuum into '$tmp/$1.db'" && sqlite3 "$tmp/$1.db" "$2"
+}
+another_record_differs() { # a joint, 0.01 mil wider
+    changed joint "update runways set state = cast(substr(state, 1, 1042) || x'00000000' as blob) where landing = 2; update predict_items set value = value * 1.001 where landing = 2 and item = 8" || return 1
+    ! $matrig predict "$tmp/joint.db" 2 >"$tmp/joint.txt" 2>"$tmp/joint.err"
+    grep -q 'the runway of RUN 2 is damaged' "$tmp/joint.err" || return 1
+    changed grit "update predict_items set value = value * 1.001 where landing = 2 and item = 8"
+    $matrig --json predict "$tmp/grit.db" 2 >"$tmp/grit.json"
+    [ $? = 1 ] && [ "$(again "$tmp/grit.json" differ)" -gt 100 ] && [ "$(again "$tmp/grit.json" first.block)" -gt 1000 ]
+}
+what_lacks_is_named() {
+    changed bare "delete from runways" && $matrig predict "$tmp/bare.db" 2 >"$tmp/bare.txt" && grep -q 'lacks the runway it was armed with' "$tmp/bare.txt"
+}
+check "the board said what follows from its record, to the last bit" board_said_what_follows
+check "what does not follow is found out" another_record_differs
+check "what a record lacks is named" what_lacks_is_named
 check "out of order" fails_with 2 'out of order: RUN 1 after 2' $matrig predict "$db" 2 1
 check "a RUN that is not there, after one that is" fails_with 2 'RUN 9' $matrig predict "$db" 1 9
 check "a RUN that is not there" fails_with 2 'RUN 9' $matrig predict "$db" 9

@@ -1,0 +1,302 @@
+#include "host/analyse/predict_again.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/watch.h"
+#include "firmware/baseline.h"
+#include "firmware/config.h"
+#include "firmware/predict_feed.h"
+
+struct again {
+    struct predict_again *result;
+    struct store_landing row;
+    struct store_edge *edge;
+    size_t edges, next_edge;
+    struct store_zone *zone;
+    struct store_prediction *prediction;
+    size_t zones, predictions, next_zone, next_prediction;
+    struct store_backlog *backlog;
+    size_t backlogs, next_backlog;
+
+    struct landing landing;
+    struct mr_watch watch;
+    struct baseline baseline;
+    struct mr_predictor predictor;
+    struct mr_predictor_zone look;
+    struct predict_motion motion;
+    bool armed, warning, over;
+    int64_t block;
+};
+
+/* --- what the board knew --- */
+
+static enum mr_status load_config(struct store *store, struct again *again, struct error *error)
+{
+    struct store_switch *place = NULL;
+    size_t found, places = 0;
+    memset(&config, 0, sizeof config);
+    enum mr_status status = store_channels(store, again->row.id, config.channel, &found, error);
+    if (status == MR_OK)
+        status = store_switches(store, again->row.id, &place, &places, error);
+    for (size_t i = 0; i < places; i++) {
+        if (place[i].position >= 1 && place[i].position <= (int64_t)MR_CONFIG_SWITCHES)
+            config.gate[place[i].position - 1] =
+                (struct mr_gate_config){.station_ft = (float)place[i].station_ft, .step_codes = (uint16_t)place[i].step_codes};
+    }
+    free(place);
+    config.site[0].touchdown_ft = (float)again->row.touchdown_ft;
+    config.site[0].switch_error_ft = (float)again->row.switch_error_ft;
+    return status;
+}
+
+/* NULL: all is there. */
+static const char *lacking(const struct again *again, bool runway, size_t items)
+{
+    if (!again->predictions)
+        return "a word of the predictor";
+    if (!runway)
+        return "the runway it was armed with";
+    if (items != (size_t)MR_PREDICT_ITEMS)
+        return "its parameters";
+    return again->row.armed_block == STORE_NONE ? "the moment of arming" : NULL;
+}
+
+static enum mr_status load(struct store *store, struct again *again, struct error *error)
+{
+    struct mr_predictor_config parameters;
+    struct mr_predictor_state state;
+    struct store_segment *segment = NULL;
+    size_t items = 0, segments = 0;
+    int64_t run = again->row.id, source;
+    bool runway = false;
+    enum mr_status status = load_config(store, again, error);
+    if (status == MR_OK)
+        status = store_edges(store, run, &again->edge, &again->edges, error);
+    if (status == MR_OK)
+        status = store_zones(store, run, &again->zone, &again->zones, error);
+    if (status == MR_OK)
+        status = store_predictions(store, run, &again->prediction, &again->predictions, error);
+    if (status == MR_OK)
+        status = store_backlogs(store, run, &again->backlog, &again->backlogs, error);
+    if (status == MR_OK)
+        status = store_runway_get(store, run, &state, &source, &runway, error);
+    if (status == MR_OK)
+        status = store_predict_config(store, run, &parameters, &items, error);
+    if (status == MR_OK)
+        status = store_segments(store, run, &segment, &segments, error);
+    if (status == MR_OK)
+        again->result->lacks = lacking(again, runway, items);
+    again->result->possible = status == MR_OK && !again->result->lacks;
+    if (again->result->possible && (mr_predictor_start(&again->predictor, &parameters) != MR_OK ||
+                                    mr_predictor_load(&again->predictor, &state) != MR_OK)) {
+        again->result->possible = false;
+        again->result->lacks = "a runway that its parameters go with";
+    }
+    for (size_t i = 0; status == MR_OK && i < segments; i++) {
+        if (segment[i].segment >= 0 && segment[i].segment < (int64_t)MR_SEGMENTS)
+            again->predictor.surveyed_in[segment[i].segment] = (float)segment[i].slack_in;
+    }
+    free(segment);
+    return status;
+}
+
+/* --- comparing --- */
+
+static void compare(struct again *again, const char *field, double said, double made)
+{
+    struct predict_again *result = again->result;
+    result->fields++;
+    if (said == made || (isnan(said) && isnan(made)))
+        return;
+    if (result->differ++)
+        return;
+    result->first.block = again->block;
+    snprintf(result->first.field, sizeof result->first.field, "%s", field);
+    result->first.said = said;
+    result->first.made = made;
+}
+
+static double whole(int64_t value)
+{
+    return value == STORE_NONE ? (double)NAN : (double)value;
+}
+
+/* What a message says when it has been through the wire. */
+#define THROUGH_WIRE(name, message)                                                          \
+    do {                                                                                     \
+        uint8_t payload_[MR_MESSAGE_MAX];                                                    \
+        (void)mr_##name##_get(message, payload_, mr_##name##_put(message, payload_));        \
+    } while (0)
+
+static void compare_zone(struct again *again, const struct store_zone *z, struct predict_said *said)
+{
+    THROUGH_WIRE(zone, &said->zone);
+    THROUGH_WIRE(zone_lead, &said->lead);
+    compare(again, "mats", whole(z->mats), said->zone.mats);
+    compare(again, "start_ft", z->start_ft, (double)said->zone.start_ft);
+    compare(again, "end_ft", z->end_ft, (double)said->zone.end_ft);
+    compare(again, "lead_s", z->lead_s, (double)said->lead.lead_s);
+    compare(again, "wheel_ft", z->wheel_ft, (double)said->lead.wheel_ft);
+    compare(again, "warning", whole(z->warning), said->lead.warning);
+    compare(again, "inferred_percent", whole(z->inferred_percent), said->lead.inferred_percent);
+}
+
+static void compare_prediction(struct again *again, const struct store_prediction *p, struct predict_said *said)
+{
+    THROUGH_WIRE(zone_error, &said->error);
+    THROUGH_WIRE(zone_coming, &said->coming);
+    THROUGH_WIRE(zone_press, &said->press);
+    if (said->zone.mats) {
+        compare(again, "start_error_ft", p->start_error_ft, (double)said->error.start_ft);
+        compare(again, "end_error_ft", p->end_error_ft, (double)said->error.end_ft);
+        compare(again, "mean_gap_in", p->mean_gap_in, (double)said->error.mean_gap_in);
+    }
+    compare(again, "closed_joints", whole(p->closed_joints), said->coming.closed_joints);
+    compare(again, "coming_mats", whole(p->coming_mats), said->coming.mats);
+    compare(again, "coming_wheel_ft", p->coming_wheel_ft, (double)said->coming.wheel_ft);
+    compare(again, "compression_lb", p->compression_lb, (double)said->press.compression_lb);
+    compare(again, "critical_lb", p->critical_lb, (double)said->press.critical_lb);
+    compare(again, "distance_ft", p->distance_ft, (double)said->press.distance_ft);
+    compare(again, "verdict", whole(p->verdict), said->verdict.verdict);
+    compare(again, "reason", whole(p->reason), said->verdict.reason);
+    compare(again, "level", whole(p->level), said->verdict.level);
+    compare(again, "basis", whole(p->basis), said->verdict.basis);
+    compare(again, "age", whole(p->age_blocks), said->verdict.age);
+}
+
+/* A statement of the host: the board's of the same block. One that there is not was lost, or is a difference. */
+static void hold_against(struct again *again)
+{
+    struct predict_said said;
+    predict_statement(&again->predictor, &again->look, again->warning, (uint32_t)again->block, &said);
+    while (again->next_zone < again->zones && again->zone[again->next_zone].block < again->block)
+        again->next_zone++;
+    while (again->next_prediction < again->predictions && again->prediction[again->next_prediction].block < again->block)
+        again->next_prediction++;
+    const struct store_zone *z = again->next_zone < again->zones ? &again->zone[again->next_zone] : NULL;
+    const struct store_prediction *p = again->next_prediction < again->predictions ? &again->prediction[again->next_prediction] : NULL;
+    again->result->made++;
+    if (!z || z->block != again->block || !p || p->block != again->block) {
+        compare(again, "statement", (double)NAN, 1.0);
+        return;
+    }
+    again->result->said++;
+    compare_zone(again, z, &said);
+    compare_prediction(again, p, &said);
+}
+
+/* --- a block --- */
+
+static unsigned take_edges(struct again *again, uint32_t until_tick, uint32_t *ticks)
+{
+    unsigned count = 0;
+    while (again->next_edge < again->edges && count < MR_SWITCHES_WAITING &&
+           (int32_t)((uint32_t)again->edge[again->next_edge].tick - until_tick) <= 0)
+        ticks[count++] = (uint32_t)again->edge[again->next_edge++].tick;
+    return count;
+}
+
+static void read_transducers(struct again *again, const struct mr_block *block, float *displacement_in)
+{
+    struct mr_watch_news news;
+    float ratio = mr_channels_ratio(block);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        displacement_in[i] = NAN;
+        if (config.channel[i].kind != MR_KIND_DISPLACEMENT)
+            continue;
+        struct mr_reading reading = mr_channel_read(&config.channel[i], block, i, ratio);
+        mr_watch_reading(&again->watch, &config.channel[i], i, block->index, &reading);
+        displacement_in[i] = reading.value;
+        if (again->watch.changed >> i & 1u)
+            mr_watch_take(&again->watch, i, block->index, &news);
+    }
+}
+
+static void arm(struct again *again, const struct mr_block *block)
+{
+    landing_arm(&again->landing, (uint16_t)again->row.board_landing, block->index);
+    mr_watch_begin(&again->watch, config.channel, block->index);
+    baseline_forget(&again->baseline);
+    mr_predictor_arm(&again->predictor);
+    again->look = (struct mr_predictor_zone){.level = again->predictor.level};
+    again->armed = true;
+}
+
+static void look(struct again *again, const struct mr_block *block)
+{
+    struct mr_predictor_zone was = again->look;
+    mr_predictor_zone(&again->predictor, &again->look);
+    bool warning = again->look.verdict == MR_PREDICTOR_WARNING && landing_may_warn(&again->landing, block->index);
+    bool changed = warning != again->warning || again->look.verdict != was.verdict || again->look.level != was.level;
+    again->warning = warning;
+    if (changed || block->index % PREDICT_SAY_BLOCKS == 0)
+        hold_against(again);
+}
+
+static void take_backlog(struct again *again)
+{
+    while (again->next_backlog < again->backlogs && again->backlog[again->next_backlog].block < again->block)
+        again->next_backlog++;
+    if (again->next_backlog < again->backlogs && again->backlog[again->next_backlog].block == again->block) {
+        mr_predictor_hurry(&again->predictor);
+        again->result->backlogs++;
+    }
+}
+
+static enum mr_status take_block(void *context, const uint8_t *record, size_t length)
+{
+    struct again *again = context;
+    struct mr_block block;
+    struct mr_predictor_input input;
+    uint32_t ticks[MR_SWITCHES_WAITING];
+    float displacement_in[MR_TRANSDUCERS];
+    if (again->over || mr_block_get(&block, record, length) != MR_OK)
+        return MR_OK;
+    again->block = block.index;
+    if (!again->armed && again->block >= again->row.armed_block)
+        arm(again, &block);
+    unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_EDGE_TICKS, ticks) : 0;
+    float staircase_code = (float)block.sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
+    landing_block(&again->landing, block.index, block.tick, staircase_code, ticks, edges);
+    again->over = again->armed && !landing_recording(&again->landing);
+    if (!again->armed || again->over)
+        return MR_OK;
+    read_transducers(again, &block, displacement_in);
+    baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index));
+    take_backlog(again);
+    predict_feed(&again->motion, &again->landing,
+                 &(struct predict_block){.index = block.index, .tick = block.tick, .displacement_in = displacement_in,
+                                         .baseline_in = again->baseline.in}, &input);
+    mr_predictor_block(&again->predictor, &input);
+    if (block.index % PREDICT_LOOK_BLOCKS == 0)
+        look(again, &block);
+    return MR_OK;
+}
+
+enum mr_status predict_again(struct store *store, int64_t run, struct predict_again *result, struct error *error)
+{
+    struct again *again = calloc(1, sizeof *again);
+    if (!again)
+        abort();
+    *result = (struct predict_again){0};
+    again->result = result;
+    landing_start(&again->landing);
+    enum mr_status status = store_landing_get(store, run, &again->row, error);
+    if (status == MR_OK)
+        status = load(store, again, error);
+    if (status == MR_OK && result->possible)
+        status = store_blocks_each(store, run, take_block, again, error);
+    if (status == MR_OK && result->possible && !result->made) {
+        result->possible = false;
+        result->lacks = "block records";
+    }
+    free(again->edge);
+    free(again->zone);
+    free(again->prediction);
+    free(again->backlog);
+    free(again);
+    return status;
+}
