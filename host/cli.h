@@ -23,6 +23,8 @@ int board_command(int argc, char **argv, const struct cli *cli);
 int flash_command(int argc, char **argv, const struct cli *cli);
 /* board's words with `config` among them */
 int config_command(int argc, char **argv, const struct cli *cli);
+/* board's words with `runway` among them */
+int runway_command(int argc, char **argv, const struct cli *cli);
 int ready_command(int argc, char **argv, const struct cli *cli);
 int gages_command(int argc, char **argv, const struct cli *cli);
 int sim_command(int argc, char **argv, const struct cli *cli);

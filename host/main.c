@@ -35,8 +35,8 @@ static const struct command commands[] = {
      "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
     {"board", board_command,
      "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
-     "                        config get|set|check | health [--elf F] | self-test | reset",
-     "a board: its firmware, black box, slow log, configuration and health",
+     "                        config get|set|check | runway [show|load F|forget] [-o F] | health [--elf F] | self-test | reset",
+     "a board: its firmware, black box, slow log, configuration, runway and health",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  (no word)      the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
      "                 .hex, .bin) compares it with a file. Exit 1 when it differs or is not whole\n"
@@ -50,6 +50,9 @@ static const struct command commands[] = {
      "  config get     the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial\n"
      "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done\n"
      "  config check F check F alone, without a board\n"
+     "  runway         what the board's predictor knows of the runway: landings, joints, where it comes from; -o writes it to a file.\n"
+     "                 load F gives the board that of a file, forget: nobody has measured it. Not from arm to done.\n"
+     "                 matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt\n"
      "  health         restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
      "                 its functions). Exit 1 when there is a fault\n"
      "  self-test      memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails\n"
