@@ -19,7 +19,8 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         if (file ~ /(blackbox|recorder|slowlog|boxlink|nor)\.c$/ || file ~ /common\/(blockpack|boxpage)\.c$/) return "storage"
         if (file ~ /(telemetry|can|uart)\.c$/ || file ~ /common\/(catalogue|framing|block|crc32)\.c$/) return "telemetry"
         if (file ~ /firmware\/landing\.c$/ || file ~ /common\/(gates|braking|passage|switches|staircase)\.c$/) return "speed"
-        if (file ~ /common\/closure\.c$/) return "zones"
+        if (file ~ /common\/(predictor|matchain|zonescan|closure|runway)\.c$/ || file ~ /firmware\/(predict|predict_feed|runwaystore)\.c$/)
+            return "prediction"
         if (file ~ /(bands|bandwatch|calibrate)\.c$/) return "bands"
         return "the rest"
     }
@@ -32,7 +33,7 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         total[task(file[name], name)] += $1; all += $1
     }
     END {
-        n = split("sampling demodulation storage telemetry library speed zones bands", order, " ")
+        n = split("sampling demodulation storage telemetry library speed prediction bands", order, " ")
         order[++n] = "the rest"
         printf "%-16s %14s %16s %10s\n", "task", "instructions/s", "cycles/s (x 1.5)", "of 168 MHz"
         for (i = 1; i <= n; i++) {
@@ -46,3 +47,45 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         printf "sampling, demodulation, storage, telemetry, all of the library and of the divides: %.2f %% (limit %d %%)\n", (taken + extra) / 1.68e6, limit
         exit (taken + extra) / 1.68e6 > limit
     }' $out/files.txt $out/profile.txt | tee $out/budget.txt
+
+# The predictor over any second: profiles up to each quarter of a second, a second apart. All divides and roots are put down to it.
+echo
+echo "prediction through landing 5, by the second:"
+from=1.25 to=7.0
+until=$from
+while awk -v a="$until" -v b=$to 'BEGIN { exit !(a <= b) }'; do
+    build/matrig-board --elf $elf --rig tests/runs/landing5.run --for "$until" --profile $out/part.txt 2>/dev/null
+    awk -v t="$until" '
+        FNR == NR { file[$1] = $2; next }
+        /floating point divide, root/ { divides = $1 }
+        /^by function/ { functions = 1; next }
+        functions && $1 ~ /^[0-9]+$/ {
+            name = $4; sub(/,$/, "", name); sub(/\..*/, "", name)
+            if (file[name] ~ /common\/(predictor|matchain|zonescan|closure|runway)\.c$/ || file[name] ~ /firmware\/(predict|predict_feed)\.c$/) n += $1
+            all += $1
+        }
+        END { printf "%s %.0f %.0f %.0f\n", t, n, divides, all }' $out/files.txt $out/part.txt
+    until=$(awk -v a="$until" 'BEGIN { print a + 0.25 }')
+done >$out/parts.txt
+most_percent=60
+awk -v limit=$most_percent '
+    { t[NR] = $1; n[NR] = $2; d[NR] = $3; all[NR] = $4 }
+    END {
+        for (i = 5; i <= NR; i++) {
+            cost = (1.5 * (n[i] - n[i - 4]) + 12.5 * (d[i] - d[i - 4])) / 1.68e6
+            sum = (1.5 * (all[i] - all[i - 4]) + 12.5 * (d[i] - d[i - 4])) / 1.68e6
+            if (cost > worst) { worst = cost; at = t[i] }
+            if (sum > worst_sum) worst_sum = sum
+        }
+        printf "  dearest second (to %.2f s): %.1f %% of 168 MHz (limit %d %%); the dearest second of all tasks together: %.1f %%\n", at, worst, limit, worst_sum
+        exit !(worst > 0 && worst <= limit)
+    }' $out/parts.txt | tee -a $out/budget.txt
+echo "what it takes, and what it leaves alone:"
+build/matrig --quiet log --can file:$out/can.log --serial file:$out/serial.bin --db $out/campaign.db >$out/log.txt || true
+arm-none-eabi-nm -l -S --radix=d $elf | awk '/(common\/(predictor|matchain|zonescan|runway)|firmware\/(predict|predict_feed|runwaystore))\.c:/ { n += $2 }
+    END { printf "  flash %d bytes\n", n }' | tee -a $out/budget.txt
+gdb-multiarch -batch -ex 'printf "  RAM %d bytes: model and what is told %d, memory of the runway %d\n", sizeof(struct predict) + sizeof(struct runwaystore), sizeof(struct predict), sizeof(struct runwaystore)' $elf 2>/dev/null | tee -a $out/budget.txt
+awk '/worst case/ { print "  stack of the firmware, " $0 }' build/firmware/stack.txt | tee -a $out/budget.txt
+grep -E '^  (gaps|faults) ' $out/log.txt | tee -a $out/budget.txt
+! grep -Eq '^  (gaps|faults) +[^n]' $out/log.txt # no block lost, no task late
+rm -f $out/campaign.db
