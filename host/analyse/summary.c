@@ -9,6 +9,7 @@
 #include "host/analyse/summary_time.h"
 #include "host/cli.h"
 #include "host/collect.h"
+#include "host/runway.h"
 #include "host/units.h"
 
 const char *summary_link_name(int link)
@@ -329,6 +330,18 @@ static void print_zone(const struct zone_warning *w, bool since_touchdown, bool 
         fprintf(out, "; the wheel came there %.3f s later\n", w->true_lead_s);
     else
         fprintf(out, "; the wheel did not come there in the record\n");
+    if (w->reason != STORE_NONE) {
+        fprintf(out, "  %-13s %s", "reason", runway_reason_text((unsigned)w->reason));
+        if (w->coming_mats > 0)
+            fprintf(out, ": %lld mats before the wheel at station %.1f %s", (long long)w->coming_mats, w->coming_wheel_ft * station->factor,
+                    station->text);
+        if (!isnan(w->coming_after_s))
+            fprintf(out, ", where it was %.3f s later", w->coming_after_s);
+        if (!isnan(w->start_error_ft))
+            fprintf(out, "; ends good to %.1f and %.1f %s (one standard error)", w->start_error_ft * station->factor,
+                    w->end_error_ft * station->factor, station->text);
+        fprintf(out, "; model: %s\n", runway_level_text((unsigned)w->level));
+    }
     if (!isnan(w->lead_s)) {
         fprintf(out, "  %-13s %.3f s to station %.1f %s, given at %.3f s", "lead time", w->lead_s,
                 w->lead_start_ft * station->factor, station->text, w->lead_t_s);
@@ -477,6 +490,13 @@ static json_t *zone_json(const struct zone_warning *w, bool si)
     set_value(zone, "end", station, w->end_ft);
     set_value(zone, "wheel", station, w->wheel_ft);
     json_object_set_new(zone, "inferred_percent", integer_or_null(w->inferred_percent));
+    json_object_set_new(zone, "reason", w->reason == STORE_NONE ? json_null() : json_string(runway_reason_text((unsigned)w->reason)));
+    json_object_set_new(zone, "level", w->level == STORE_NONE ? json_null() : json_string(runway_level_text((unsigned)w->level)));
+    set_value(zone, "start_error", station, w->start_error_ft);
+    set_value(zone, "end_error", station, w->end_error_ft);
+    json_object_set_new(zone, "coming_mats", integer_or_null(w->coming_mats));
+    set_value(zone, "coming_wheel", station, w->coming_wheel_ft);
+    json_object_set_new(zone, "coming_after_s", cli_json_number(w->coming_after_s, 6));
     json_object_set_new(zone, "most_mats", json_integer(w->most_mats));
     set_value(zone, "most_start", station, w->most_start_ft);
     set_value(zone, "most_end", station, w->most_end_ft);

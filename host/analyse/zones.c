@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/wire.h"
+#include "host/store/store_predict.h"
 
 double zones_time_s(const struct measured *measured, const struct store_zone *zone)
 {
@@ -25,6 +26,13 @@ static struct zone_warning first_warning(const struct measured *measured, const 
         .lead_t_s = (double)NAN,
         .lead_start_ft = (double)NAN,
         .lead_became_s = (double)NAN,
+        .reason = STORE_NONE,
+        .level = STORE_NONE,
+        .start_error_ft = (double)NAN,
+        .end_error_ft = (double)NAN,
+        .coming_mats = STORE_NONE,
+        .coming_wheel_ft = (double)NAN,
+        .coming_after_s = (double)NAN,
     };
     warning.reached_t_s = measured_reach_s(measured, row->start_ft);
     warning.reached = !isnan(warning.reached_t_s);
@@ -32,6 +40,30 @@ static struct zone_warning first_warning(const struct measured *measured, const 
         warning.reached_t_s = warning.t_s;
     warning.true_lead_s = warning.reached_t_s - warning.t_s;
     return warning;
+}
+
+/* What the predictor said with the first warning. */
+static enum mr_status find_reason(struct store *store, const struct measured *measured, struct zones *zones, struct error *error)
+{
+    struct store_prediction *row = NULL;
+    size_t count = 0;
+    struct zone_warning *warning = &zones->warning;
+    enum mr_status status = warning->warned ? store_predictions(store, measured->landing.id, &row, &count, error) : MR_OK;
+    for (size_t i = 0; status == MR_OK && i < count; i++) {
+        if ((double)(1000 * row[i].block - measured->t0_us) / 1e6 != warning->t_s)
+            continue;
+        warning->reason = row[i].reason;
+        warning->level = row[i].level;
+        warning->start_error_ft = row[i].start_error_ft;
+        warning->end_error_ft = row[i].end_error_ft;
+        warning->coming_mats = row[i].coming_mats;
+        warning->coming_wheel_ft = row[i].coming_wheel_ft;
+        warning->coming_after_s = fmax(measured_reach_s(measured, row[i].coming_wheel_ft), warning->t_s) - warning->t_s;
+        if (isnan(measured_reach_s(measured, row[i].coming_wheel_ft)))
+            warning->coming_after_s = (double)NAN;
+    }
+    free(row);
+    return status;
 }
 
 static void find_warning(const struct measured *measured, struct zones *zones)
@@ -62,9 +94,10 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
 {
     memset(zones, 0, sizeof *zones);
     enum mr_status status = store_zones(store, measured->landing.id, &zones->row, &zones->count, error);
-    if (status == MR_OK)
-        find_warning(measured, zones);
-    return status;
+    if (status != MR_OK)
+        return status;
+    find_warning(measured, zones);
+    return find_reason(store, measured, zones, error);
 }
 
 void zones_free(struct zones *zones)

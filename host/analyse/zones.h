@@ -13,6 +13,12 @@ struct zone_warning {
     double start_ft, end_ft;
     double wheel_ft; /* NaN: not known yet */
     int64_t inferred_percent;
+    /* By the predictor, at the same time; STORE_NONE, NaN: it did not say, as a board of before it: */
+    int64_t reason, level;
+    double start_error_ft, end_error_ft; /* standard errors */
+    int64_t coming_mats;                 /* longest zone that it sees coming */
+    double coming_wheel_ft;              /* where the wheel is then, */
+    double coming_after_s;               /* and how much later it was there; NaN: it was not */
     /* Longest run while the warning stood: */
     int64_t most_mats;
     double most_start_ft, most_end_ft;

@@ -7,6 +7,7 @@
 #include "host/collect.h"
 #include "host/report/bands_page.h"
 #include "host/report/html.h"
+#include "host/runway.h"
 #include "host/units.h"
 
 /* Colours: blue, orange, green and so on of equal weight, tellable apart without red against green; the dark
@@ -215,6 +216,17 @@ static void zone_words(FILE *out, const struct zone_warning *w, bool since_touch
         fprintf(out, ". The wheel came there %.3f s later", w->true_lead_s);
     else
         fputs(". The wheel did not come there in the record", out);
+    if (w->reason != STORE_NONE) {
+        fprintf(out, ". Because %s", runway_reason_text((unsigned)w->reason));
+        if (w->coming_mats > 0)
+            fprintf(out, ": %lld mats before the wheel at station %.1f %s", (long long)w->coming_mats, w->coming_wheel_ft * station->factor,
+                    station->text);
+        if (!isnan(w->coming_after_s))
+            fprintf(out, ", where it was %.3f s later", w->coming_after_s);
+        if (!isnan(w->start_error_ft))
+            fprintf(out, "; the ends are good to %.1f and %.1f %s (95 %%: twice that)", w->start_error_ft * station->factor,
+                    w->end_error_ft * station->factor, station->text);
+    }
     if (!isnan(w->lead_s)) {
         fprintf(out, ". The first lead time given was %.3f s, to station %.1f %s, at %.3f s", w->lead_s,
                 w->lead_start_ft * station->factor, station->text, w->lead_t_s);
