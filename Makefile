@@ -58,7 +58,7 @@ images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/
 programs := $(B)/matrig $(B)/matrig-board
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
-variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera)
+variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score
 
@@ -260,6 +260,13 @@ $(B)/tests/variant/changing.c: firmware/main.c
 	static void change(struct app *a) { static uint32_t done; if (a->next_index / 50 == done) return; done = a->next_index / 50; \
 	for (unsigned c = 0; c < 22; c++) config.channel[c].kind = (uint8_t)(done * 2654435761u >> (31 - c) \& 1u ? (c < 8 ? 1 : done % 2 ? 2 : 0) : 0); \
 	app_configured(a); }' $< >$@ && grep -q 'change(&app)' $@
+# And without the predictor; and with a third of its budget.
+$(B)/tests/variant/quiet.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|\.fitted = 1,|.fitted = 0,|' $< >$@ && ! cmp -s $< $@
+$(B)/tests/variant/frugal.c: firmware/config.c
+	@mkdir -p $(@D)
+	sed 's|\.updates_per_block = 1000,|.updates_per_block = 333,|' $< >$@ && ! cmp -s $< $@
 # And one whose built-in configuration has a camera.
 $(B)/tests/variant/camera.c: firmware/config.c
 	@mkdir -p $(@D)

@@ -43,7 +43,7 @@ counts() { # ELF, SECONDS, EXTRA ARGUMENTS...: instructions, CAN frames, serial 
         sed -n 's/.*x), \([0-9]*\) instructions, CAN \([0-9]*\) out.*serial \([0-9]*\) bytes out.*/\1 \2 \3/p'
     od -An -v -tx1 -w256 "$tmp/nor" | grep -vc '^\( ff\)*$' || true
 }
-for rig in full bandless four switches; do
+for rig in full quiet bandless four switches; do
     elf=build/tests/variant/$rig.elf
     if [ $rig = full ]; then elf=build/firmware/matrig.elf; fi
     { counts $elf 5; counts $elf 10; counts $elf 1.8 --rig tests/runs/landing5.run; counts $elf 5.8 --rig tests/runs/landing5.run; } | paste -s -d ' ' |

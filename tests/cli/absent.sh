@@ -11,8 +11,8 @@ record() {
         $matrig log --can "file:$tmp/$1.can" --serial "file:$tmp/$1.serial" --db "$tmp/$1.db" >"$tmp/$1.txt"
 }
 tells() { # NAME: speed and stop as with all channels; what else it has
-    grep -E 'touchdown|deceleration|stop ' "$tmp/full.txt" >"$tmp/wanted"
-    grep -E 'touchdown|deceleration|stop ' "$tmp/$1.txt" | diff "$tmp/wanted" - && [ "$(wc -l <"$tmp/wanted")" -ge 3 ]
+    grep -E '^  (touchdown|deceleration|stop) ' "$tmp/full.txt" >"$tmp/wanted"
+    grep -E '^  (touchdown|deceleration|stop) ' "$tmp/$1.txt" | diff "$tmp/wanted" - && [ "$(wc -l <"$tmp/wanted")" -ge 3 ]
 }
 four_tell() {
     record full build/firmware/matrig.elf && record four $variants/four.elf && tells four || return 1
@@ -33,10 +33,24 @@ other_image_is_found_out() { # one that has all channels: the blocks have more
     ! $matrig --json --quiet replay "$tmp/four.db" 1 --exact >"$tmp/other.json" && [ "$(in_json "$tmp/other.json" differ)" -gt 1000 ]
 }
 
+# Without the predictor: the same landing, and not a word, a warning, a page of memory or an instruction of it.
+quiet_tells() {
+    record quiet $variants/quiet.elf && tells quiet || return 1
+    [ "$(sqlite3 "$tmp/quiet.db" 'select (select count(*) from zones) + (select count(*) from predictions) + (select count(*) from runways) + (select count(*) from predict_items)')" = 0 ] &&
+        [ "$(sqlite3 "$tmp/quiet.db" 'select count(*) from frames where can_id between 128 and 139')" = 0 ] && grep -q 'zone  *no warning' "$tmp/quiet.txt"
+}
+instructions() { sed -n 's/.*), \([0-9]*\) instructions.*/\1/p' "$tmp/$1.err"; }
+it_costs_nothing() { # landing 5 took 142 million instructions before there was a predictor
+    echo "with $(instructions full), without $(instructions quiet) instructions"
+    [ "$(instructions quiet)" -lt $(($(instructions full) / 2)) ] && [ "$(instructions quiet)" -lt 150000000 ]
+}
 check "transducers 1 to 4 alone: the same speed and movements" four_tell
 check "switches alone: the same speed" switches_tell
+check "without the predictor: the same speed, not a word" quiet_tells
+check "and it costs nothing" it_costs_nothing
 check "the database has the channels that are fitted" only_those_are_stored
 check "replay of transducers 1 to 4 alone: no field differs" says_the_same four
 check "replay of switches alone: no field differs" says_the_same switches
+check "replay without the predictor: no field differs" says_the_same quiet
 check "replay on an image that has all channels differs" other_image_is_found_out
 finish

@@ -68,7 +68,7 @@ check "its speed is within 1 %" within_1_percent 3 5
 check "transducer 4 is named" told 3 3 7 'transducer 4 (70.0 ft): stuck, from'
 check "its readings are missing from where it was first watched, half a second after arming" missing_from 3 d4_in -0.31 0.02
 check "the other peaks are right" untouched 3 5 1 2 3
-check "the zone is warned of before the landing all the same" grep -q 'zone  *warned .* before touchdown' "$tmp/log.txt"
+check "the zone is warned of all the same" grep -q 'zone  *warned .* after touchdown' "$tmp/log.txt"
 check "landing 4, transducer 3 stuck when the gear is at 38 ft" twin 4 "station 38" "transducer 3 stick"
 check "its speed is within 1 %" within_1_percent 4 4
 check "transducer 3 is named" told 4 2 7 'transducer 3 (60.0 ft): stuck, from'
