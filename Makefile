@@ -266,7 +266,7 @@ $(B)/tests/variant/quiet.c: firmware/config.c
 	sed 's|\.fitted = 1,|.fitted = 0,|' $< >$@ && ! cmp -s $< $@
 $(B)/tests/variant/frugal.c: firmware/config.c
 	@mkdir -p $(@D)
-	sed 's|\.updates_per_block = 1000,|.updates_per_block = 333,|' $< >$@ && ! cmp -s $< $@
+	sed 's|\.updates_per_block = 1100,|.updates_per_block = 366,|' $< >$@ && ! cmp -s $< $@
 # And one whose built-in configuration has a camera.
 $(B)/tests/variant/camera.c: firmware/config.c
 	@mkdir -p $(@D)

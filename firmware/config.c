@@ -94,7 +94,7 @@ struct mr_config config = {
      * 1300 lb on twelve axles. Critical compression: w L / 2 h0 for an irregularity of 0.043 in. */
     .predict = {{
         .fitted = 1,
-        .updates_per_block = 1000,
+        .updates_per_block = 1100,
         .mat_weight_lb = 0.466f,
         .friction = 0.5f,
         .joint_stiffness_lb_ft = 2.9e5f,
