@@ -302,7 +302,7 @@ $(B)/tests/variant/quiet.c: firmware/config.c
 	sed 's|\.fitted = 1,|.fitted = 0,|' $< >$@ && ! cmp -s $< $@
 $(B)/tests/variant/frugal.c: firmware/config.c
 	@mkdir -p $(@D)
-	sed 's|\.updates_per_block = 1000,|.updates_per_block = 333,|' $< >$@ && ! cmp -s $< $@
+	sed 's|\.updates_per_block = MR_PREDICTOR_UPDATES_PER_BLOCK,|.updates_per_block = 300,|' $< >$@ && ! cmp -s $< $@
 # And one whose built-in configuration has a camera.
 $(B)/tests/variant/camera.c: firmware/config.c
 	@mkdir -p $(@D)

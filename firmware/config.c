@@ -94,13 +94,13 @@ struct mr_config config = {
      * 1300 lb on twelve axles. Critical compression: w L / 2 h0 for an irregularity of 0.043 in. */
     .predict = {{
         .fitted = 1,
-        .updates_per_block = 1000,
+        .updates_per_block = MR_PREDICTOR_UPDATES_PER_BLOCK,
         .mat_weight_lb = 0.466f,
         .friction = 0.5f,
         .joint_stiffness_lb_ft = 2.9e5f,
         .joint_damping_lb_s_ft = 5.0f,
         .slack_in = 0.030f,
-        .step_ms = 1.0f / 6.0f,
+        .step_ms = 0.185f,
         .grit_lb = 10.0f,
         .thrust_lb_per_g = 1300.0f / 12.0f,
         .deceleration_ft_s2 = 5.0f,

@@ -72,6 +72,7 @@ static bool is_due(const struct mr_block *block)
     unsigned place = (unsigned)(p->wheel_ft / mat_ft) + 1;
     mr_zonescan_begin(&scan, chain, &(struct mr_zonescan_order){.from = (uint16_t)(place + 1), .place = (uint16_t)place,
                                                                .last_place = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
+                                                               .grit_lb = chain->group > 1u ? p->shut_lb : chain->grit_lb,
                                                                .push_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / 32.174f});
     while (!mr_zonescan_go(&scan, chain, 10000)) {}
     return scan.found.coming * chain->group >= MR_PREDICTOR_WARNING_MATS;
