@@ -208,11 +208,13 @@ enum mr_status band_check(const struct band_design *d, struct band_check *check,
             take(d, &scene, &result, pass, check);
             if (sim_scene_set_list(&scene.gap0_ft, result.gap_ft + 1, (size_t)scene.mats + 1, error) == MR_OK)
                 mods_carry(&scene, &result, error);
-        } else if (result.status == SIM_INTERRUPTED)
+        } else if (result.status == SIM_INTERRUPTED) {
+            *error = (struct error){0}; /* say it in the words of this command */
             error_set(error, MR_NUMERICS,
                       "the model of the band takes too long: pass %d came to %.3g of %.3g s in %.0f s; give a shorter length or "
                       "--design-only",
                       pass, result.t_s, result.t_end_s, PATIENCE_S);
+        }
         sim_result_free(&result);
     }
     sim_scene_free(&scene);
