@@ -222,6 +222,27 @@ static json_t *scaled_path(const struct request *request, const json_t *path)
     return rows;
 }
 
+/* Defaults of the modifications that a scene has. */
+static void complete_mods(const json_t *scene, json_t *complete)
+{
+    static const struct {
+        const char *name, *with;
+        size_t offset;
+    } defaults[] = {
+        {"band_area", "bands", offsetof(struct sim_scene, mods.band_area_ft2)},
+        {"band_E", "bands", offsetof(struct sim_scene, mods.band_e_lb_ft2)},
+        {"cleat_depth", "cleat_every", offsetof(struct sim_scene, mods.cleat_depth_ft)},
+    };
+    struct sim_scene plain;
+    sim_scene_defaults(&plain);
+    for (size_t i = 0; i < sizeof defaults / sizeof defaults[0]; i++) {
+        double number;
+        memcpy(&number, (const char *)&plain + defaults[i].offset, sizeof number);
+        if (json_object_get(scene, defaults[i].with) && !json_object_get(complete, defaults[i].name))
+            json_object_set_new(complete, defaults[i].name, json_real(number));
+    }
+}
+
 /* Keys as written, scaled; defaults that change with scale are written out, as the other side's differ. */
 static json_t *scaled_scene(const struct request *request, const json_t *scene)
 {
@@ -251,6 +272,7 @@ static json_t *scaled_scene(const struct request *request, const json_t *scene)
             json_object_set_new(complete, defaults[i].name, json_real(number));
         }
     }
+    complete_mods(scene, complete);
     json_object_foreach(complete, key, value)
     {
         json_t *scaled = NULL;

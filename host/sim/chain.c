@@ -116,12 +116,20 @@ void chain_touch(struct chain *chain, const struct sim_touch *touch, int count)
     }
 }
 
+static __attribute__((noinline)) void release_cleats(struct chain *chain, const struct sim_touch *touch, int count)
+{
+    for (int i = 0; i < count; i++)
+        chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
+}
+
 void chain_release(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
         chain->thrust_lb[touch[i].mat] = 0.0;
-        chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
+        chain->limit_lb[touch[i].mat] = chain->weight_limit_lb;
     }
+    if (chain->mods)
+        release_cleats(chain, touch, count);
 }
 
 /* Force on mat n without its friction. */
@@ -313,6 +321,13 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     }
 }
 
+static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
+{
+    struct mods_view view = chain_view(chain);
+    if (chain->mods->jointed)
+        mods_pull_joints(chain->mods, &view, first, last);
+}
+
 unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
 {
     int block = block_of(first);
@@ -321,10 +336,8 @@ unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
         chain->tension_lb[1] = 0.0;
     if (chain->right_free)
         chain->tension_lb[chain->mats + 1] = 0.0;
-    if (chain->mods && chain->mods->jointed) {
-        struct mods_view view = chain_view(chain);
-        mods_pull_joints(chain->mods, &view, block, block_of(last + 1) + BLOCK - 1);
-    }
+    if (chain->mods)
+        brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
     if (chain->friction == SIM_STICK)
         return stick(chain, h_s, first, last);
     slide(chain, h_s, first, last);

@@ -223,11 +223,20 @@ static void brace_slides(struct landing *l, const struct sim_touch *touch, int c
 static void brace_heaves(struct landing *l)
 {
     const struct model *m = &l->model;
-    struct mods_heave heave = {l->z, m->length_ft, m->rest_y_ft, l->heaves.first, l->heaves.last, m->brace_lb, m->brace_lb_ft};
+    struct mods_heave heave = {.z = l->z,
+                               .tilt_ft = m->tilt_ft,
+                               .ground_ft = l->scene->ground_ft.values,
+                               .mats = m->mats,
+                               .length_ft = m->length_ft,
+                               .rest_y_ft = m->rest_y_ft,
+                               .first = l->heaves.first,
+                               .last = l->heaves.last,
+                               .down_lb = m->brace_lb,
+                               .moment_lb_ft = m->brace_lb_ft};
     mods_brace_heave(l->mods, &heave);
 }
 
-static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s, bool cleated)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* spare until outputs are taken */
@@ -246,13 +255,19 @@ static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, in
             if (touch[i].mat - 1 == n)
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;
         }
-        if (l->mods && l->mods->cleated)
+        if (cleated)
             limit += mods_raised_cleat_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
         if (m->law == SIM_NONE)
             limit = 0.0;
         v[2 * n + 1] = slip_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
     }
     return stops;
+}
+
+/* Runways without cleats get a loop without. */
+static unsigned kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
+{
+    return l->mods && l->mods->cleated ? kick(l, touch, count, h_s, true) : kick(l, touch, count, h_s, false);
 }
 
 /* --- up and down --- */

@@ -142,6 +142,17 @@ static int lines_across(const struct sim_mods *s, int joint)
     return lines;
 }
 
+/* Turn of a joint as the mats lie on the ground. */
+static double laid_turn_rad(const struct sim_scene *scene, int joint)
+{
+    const double *ground_ft = scene->ground_ft.values;
+    if (!ground_ft || joint < 2 || joint > scene->mats)
+        return 0.0;
+    double left = (ground_ft[joint - 2] - ground_ft[joint - 1]) / scene->length_ft;
+    double right = (ground_ft[joint - 1] - ground_ft[joint]) / scene->length_ft;
+    return asin(right) - asin(left);
+}
+
 static void reset_joints(struct mods *m)
 {
     const struct sim_mods *s = &m->scene->mods;
@@ -161,7 +172,7 @@ static void reset_joints(struct mods *m)
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
             m->cap_lb[j] = s->lay_slide_lb * sin(s->lay_deg * RADIANS);
         }
-        m->turn_rad[j] = 0.0;
+        m->turn_rad[j] = laid_turn_rad(m->scene, j);
         m->state->torn[j] = 0.0;
     }
     for (size_t i = 0; i < s->torn.count; i++)

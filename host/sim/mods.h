@@ -102,6 +102,8 @@ double mods_moment_lb_ft(struct mods *mods, int joint, double turn_rad);
 /* The part of a planar model that heaves: mats first..last from 0, heights as in model.h. */
 struct mods_heave {
     const double *z;
+    const double *tilt_ft, *ground_ft; /* of uneven ground (model.h, scene.h); NULL: level */
+    int mats;
     double length_ft, rest_y_ft;
     int first, last;
     double *down_lb;      /* out, per node: what presses it down */

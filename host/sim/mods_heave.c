@@ -3,10 +3,13 @@
 
 #include "host/sim/mods_view.h"
 
-/* Mats and nodes count from 0 here, as in the planar model; Y is down. A mat outside the heaving part is flat. */
+/* Mats and nodes count from 0 here, as in the planar model; Y is down. A mat outside the heaving part lies on the ground. */
 static double slope(const struct mods_heave *h, int n)
 {
-    return n < h->first || n > h->last ? 0.0 : (h->z[2 * n + 2] - h->z[2 * n]) / h->length_ft;
+    if (n < 0 || n >= h->mats)
+        return 0.0;
+    double tilt_ft = h->tilt_ft ? h->tilt_ft[n] : 0.0;
+    return ((n < h->first || n > h->last ? 0.0 : h->z[2 * n + 2] - h->z[2 * n]) + tilt_ft) / h->length_ft;
 }
 
 static double taut_lb(const struct mods *m, int segment)
@@ -32,14 +35,18 @@ static void press_crests(const struct mods *m, const struct mods_heave *h)
     }
 }
 
+static double node_height_ft(const struct mods_heave *h, int node)
+{
+    double ground_ft = h->ground_ft ? h->ground_ft[node] : 0.0;
+    return ground_ft - (node < h->first || node > h->last + 1 ? h->rest_y_ft : h->z[2 * node]);
+}
+
 /* Height of a point of the band in mats from the left end: of a node, or of the middle of a riveted mat. */
 static double height_ft(const struct mods_heave *h, double at)
 {
     int node = (int)floor(at);
-    bool middle = at > node;
-    if (node < h->first || node + middle > h->last + 1)
-        return -h->rest_y_ft;
-    return middle ? -0.5 * (h->z[2 * node] + h->z[2 * node + 2]) : -h->z[2 * node];
+    double left_ft = node_height_ft(h, node);
+    return at > node ? 0.5 * (left_ft + node_height_ft(h, node + 1)) : left_ft;
 }
 
 static void press(const struct mods_heave *h, double at, double down_lb)

@@ -48,6 +48,18 @@ J
 check "and a runway" there_and_back host/scenes/model_runway.json 8e-4
 check "a scaled scene moves 1/7 as far" scaled_run
 
+banded() { # tensions of a model's bands are n^3 smaller; 7^3 = 343
+    cat >"$tmp/banded.json" <<'J'
+{"model": "chain", "N": 40, "F": 1200, "v0": 0, "Vac": 40, "tend": 0.5, "bands": 1, "band_T0": 9000, "band_every": 8, "band_K": 2000}
+J
+    $m scale "$tmp/banded.json" --to model -o "$tmp/small.json" || return 1
+    for f in banded small; do
+        $m --json sim "$tmp/$f.json" | grep -o '"band_least_lb":\[[^]]*' | cut -d[ -f2 | tr , '\n' >"$tmp/$f.t"
+    done
+    paste "$tmp/banded.t" "$tmp/small.t" | awk '{ r = $1 / $2 / 343; if (r < 0.999 || r > 1.001) bad++; if ($1 < 8995) moved++ } \
+        END { print NR, bad + 0, moved; exit bad || NR != 6 || !moved }'
+}
+check "bands scale with it" banded
 check "no such quantity" fails_with 2 "unknown quantity: 'speed'" $m scale speed=3
 check "a symbol in the wrong case" fails_with 2 "'W' is weight" $m scale w=3
 check "a file for nothing" fails_with 2 "nothing to write" $m scale W=1 -o "$tmp/nothing"

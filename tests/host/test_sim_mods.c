@@ -613,7 +613,8 @@ static void a_taut_band_holds_a_vee_down(void **state)
     rivet(&scene, 6, 3, 9);
     tension(&scene, &t0, 1);
     z[2 * 5] = -h;
-    struct mods_heave heave = {z, 1.0, 0.0, 0, 11, down, moment};
+    struct mods_heave heave = {
+        .z = z, .mats = 12, .length_ft = 1.0, .first = 0, .last = 11, .down_lb = down, .moment_lb_ft = moment};
     assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
     mods_brace_heave(mods, &heave);
     for (int j = 0; j <= 12; j++)
