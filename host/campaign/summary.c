@@ -87,16 +87,16 @@ enum mr_status campaign_summarise(struct campaign_summary *s, const struct campa
                                   const struct campaign_run *runs, struct error *error)
 {
     struct gather g = {.campaign = campaign, .runs = runs};
-    size_t buckled = 0;
+    size_t buckled = 0, before = 0, seeds = campaign->seeds;
     *s = (struct campaign_summary){0};
     s->landing = calloc(campaign->landing_count, sizeof *s->landing);
-    g.values = calloc(2 * campaign->seeds, sizeof *g.values);
+    g.values = calloc(4 * seeds, sizeof *g.values);
     if (!s->landing || !g.values) {
         free(g.values);
         campaign_summary_free(s);
         return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign->seeds);
     }
-    for (size_t i = 0; i < campaign->seeds; i++) {
+    for (size_t i = 0; i < seeds; i++) {
         s->failed += runs[i].error.status != MR_OK;
         s->runways += runs[i].error.status == MR_OK;
         s->survived += runs[i].error.status == MR_OK && runs[i].buckled == 0;
@@ -108,11 +108,17 @@ enum mr_status campaign_summarise(struct campaign_summary *s, const struct campa
         }
         if (runs[i].buckled > 0) {
             g.values[buckled] = runs[i].buckle_ft;
-            g.values[campaign->seeds + buckled++] = runs[i].buckled;
+            g.values[seeds + buckled++] = runs[i].buckled;
+        }
+        if (runs[i].buckled > 1) {
+            g.values[2 * seeds + before] = runs[i].outcomes[runs[i].buckled - 2].zone_mats;
+            g.values[3 * seeds + before++] = runs[i].outcomes[runs[i].buckled - 2].peak_in;
         }
     }
     s->station_ft = campaign_spread_of(g.values, buckled);
-    s->buckle_landing = campaign_spread_of(g.values + campaign->seeds, buckled);
+    s->buckle_landing = campaign_spread_of(g.values + seeds, buckled);
+    s->zone_before = campaign_spread_of(g.values + 2 * seeds, before);
+    s->peak_before_in = campaign_spread_of(g.values + 3 * seeds, before);
     for (g.landing = 0; g.landing < campaign->landing_count; g.landing++)
         summarise_landing(&s->landing[g.landing], &g);
     free(g.values);

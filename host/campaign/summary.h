@@ -26,6 +26,7 @@ struct campaign_summary {
     size_t landings; /* played, over all runways */
     size_t planar;   /* of them with the planar engine */
     struct campaign_spread station_ft, buckle_landing; /* of those that buckled */
+    struct campaign_spread zone_before, peak_before_in; /* of them, in the landing before */
     struct campaign_landing_summary *landing; /* landing_count */
     double ms_chain, ms_planar;
 };

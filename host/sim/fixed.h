@@ -12,7 +12,8 @@
  * be below rtol times the largest movement, or a tenth of it when no rtol is given. A given step that
  * misses that is `unstable`; otherwise the step is halved until it is met, 8 times at most, then
  * `step_underflow`. A step that is not given begins at half the stability limit, so the check runs at the
- * limit itself: when its energy grows there, the pair is halved once.
+ * limit itself: when its energy grows there, the pair is halved once. With options->single one pass answers; only its energy
+ * is checked.
  *
  * Only the mats between the outermost awake ones and one more on either side are integrated: a mat at rest
  * is moved by its neighbours only, so the motion spreads at most one mat per step and the results are

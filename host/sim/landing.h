@@ -10,11 +10,15 @@
  * heave, and four at rest at either end: what those hold back is below 1e-13 of L, which sampled switches amplify to some
  * 2 % of the error estimate. Flat mats do not heave, so a flat landing without a wheel load costs what the chain costs.
  *
+ * On uneven ground (scene key `ground`) heights are counted from the ground under each node; mats begin tilted, and what slides
+ * heaves. There a node is at rest when it is slower than 1e-6 of sqrt(g L), as under compression it rests off its settled
+ * height; between 1e-7 and 1e-5 the lifts of landings without a wave differ by less than 1e-7 in.
+ *
  * Checks: a step beyond the stability limit is refused. Every run is done twice, at the step and at double the step;
  * the error estimate is their largest difference. It must stay below a fifth of the largest movement, the lifts within
  * a fifth of the bow wave's threshold or of each other, and both must agree on whether there is a bow wave; else the
  * step is halved, 4 times at most, then `step_underflow` (`unstable` when dt was given). An angle beyond 85 degrees
- * ends `folded`. */
+ * ends `folded`. With options->single one march answers, unchecked (sim.h). */
 #ifndef MATRIG_HOST_SIM_LANDING_H
 #define MATRIG_HOST_SIM_LANDING_H
 

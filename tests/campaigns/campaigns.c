@@ -21,14 +21,24 @@ static double clock_s(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* Largest movement in a landing: over all of them the mean of the medians, and the most. */
+static void print_movements(const struct campaign *c, const struct campaign_summary *s)
+{
+    double sum = 0.0, most = 0.0;
+    size_t waved = 0;
+    for (size_t i = 0; i < c->landing_count; i++) {
+        sum += s->landing[i].peak_in.middle / (double)c->landing_count;
+        most = s->landing[i].peak_in.high > most ? s->landing[i].peak_in.high : most;
+        waved += s->landing[i].waved;
+    }
+    printf("; %.2f in per landing, up to %.2f; low waves in %zu of %zu landings", sum, most, waved, s->landings);
+}
+
 /* "landing 4 (3x), 5 (12x), none (1x); station 66.6 (63.7 to 79.1); zone 54 (41 to 70) mats before". */
 static void print_predicted(const struct campaign *c, const struct campaign_summary *s)
 {
     const char *between = "landing ";
-    size_t last = 0;
     for (size_t i = 0; i < c->landing_count; i++) {
-        if (s->landing[i].played > 0)
-            last = i;
         if (s->landing[i].buckled == 0)
             continue;
         printf("%s%zu (%zux)", between, i + 1, s->landing[i].buckled);
@@ -38,11 +48,11 @@ static void print_predicted(const struct campaign *c, const struct campaign_summ
         printf("%s (%zux)", s->survived == s->runways ? "never" : ", none", s->survived);
     if (s->station_ft.count > 0)
         printf("; station %.0f (%.0f to %.0f)", s->station_ft.middle, s->station_ft.low, s->station_ft.high);
-    size_t calm = last > 0 && s->landing[last].buckled > 0 ? last - 1 : last;
-    if (s->landing[calm].buckled == 0)
-        printf("; landing %zu: %.2f in (%.2f to %.2f), zone %.0f mats (%.0f to %.0f)", calm + 1,
-               s->landing[calm].peak_in.middle, s->landing[calm].peak_in.low, s->landing[calm].peak_in.high,
-               s->landing[calm].zone_mats.middle, s->landing[calm].zone_mats.low, s->landing[calm].zone_mats.high);
+    if (s->zone_before.count > 0)
+        printf("; the landing before: %.2f in (%.2f to %.2f), zone %.0f mats (%.0f to %.0f)", s->peak_before_in.middle,
+               s->peak_before_in.low, s->peak_before_in.high, s->zone_before.middle, s->zone_before.low, s->zone_before.high);
+    else if (s->survived == s->runways)
+        print_movements(c, s);
 }
 
 static void print_verdict(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s)

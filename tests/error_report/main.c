@@ -72,6 +72,8 @@ int main(int argc, char **argv)
         fputs(head, out);
         for (size_t i = 0; i < count && error.status == MR_OK; i++)
             one_scene(out, scenes[i], &error);
+        if (argc == 2 && error.status == MR_OK)
+            write_engines(out, "host/campaign/series/standard.json", &error);
         fputs("</body></html>\n", out);
         output_close(out, path, &error);
     }

@@ -9,6 +9,9 @@
 /* What the figures of a study say, as one <p>: every number and every verdict in it is taken from the study. */
 void write_conclusion(FILE *out, const struct error_study *study);
 
+/* The engines of campaigns on the first landing of a series, as a section. */
+enum mr_status write_engines(FILE *out, const char *series, struct error *error);
+
 /* Runs, slopes and cheapest solvers as tables. */
 void write_tables(FILE *out, const struct error_study *study);
 
