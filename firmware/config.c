@@ -2,6 +2,7 @@
 
 #include "common/channels.h"
 #include "common/closure.h"
+#include "common/predictor.h"
 
 /* Transducers: 0.5 V/in with full excitation, half-difference demodulation: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in.
  * Their mechanical zero is set at 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */

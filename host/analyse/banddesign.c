@@ -1,13 +1,16 @@
 #include "host/analyse/banddesign.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
 
 #include "host/sim/mods.h"
 #include "host/sim/sim.h"
 
 #define IN2_PER_FT2 144.0
-#define MATS_MOST 20000
+#define MATS_MOST 5000
+#define PATIENCE_S 120.0 /* of processor time, for all passes */
 /* Of the joints, in the model: 9500 lb/in per inch of width over 12 ft (3.4), 1/4 in of play (2.5, 3.2). */
 #define JOINT_LB_FT (9500.0 * 144.0 * 12.0)
 #define PLAY_FT (0.25 / 12.0)
@@ -105,6 +108,7 @@ static enum mr_status make_scene(const struct band_design *d, struct sim_scene *
         return error_set(error, MR_USAGE,
                          "no model of this band: %g rows; the model takes %g to %d: give a length for it, or --design-only",
                          mats, d->every, MATS_MOST);
+    snprintf(scene->name, sizeof scene->name, "band");
     scene->model = SIM_CHAIN;
     scene->mats = (int)(mats + 0.5);
     scene->length_ft = d->row_ft;
@@ -180,11 +184,19 @@ static void take(const struct band_design *d, const struct sim_scene *scene, con
     check->run_ms += result->run_ms;
 }
 
+static bool go_on(void *ctx, int pass, double part)
+{
+    (void)pass;
+    (void)part;
+    return (double)(clock() - *(const clock_t *)ctx) < PATIENCE_S * CLOCKS_PER_SEC;
+}
+
 enum mr_status band_check(const struct band_design *d, struct band_check *check, struct error *error)
 {
     struct sim_scene scene;
     struct sim_result result = {0};
-    struct sim_options options = {.rtol = 0.3};
+    clock_t begin = clock();
+    struct sim_options options = {.rtol = 0.3, .go_on = go_on, .go_on_ctx = &begin};
     *check = (struct band_check){.least_lb = d->t0_lb, .most_lb = d->t0_lb};
     if (make_scene(d, &scene, error) != MR_OK) {
         sim_scene_free(&scene);
@@ -196,6 +208,12 @@ enum mr_status band_check(const struct band_design *d, struct band_check *check,
             take(d, &scene, &result, pass, check);
             if (sim_scene_set_list(&scene.gap0_ft, result.gap_ft + 1, (size_t)scene.mats + 1, error) == MR_OK)
                 mods_carry(&scene, &result, error);
+        } else if (result.status == SIM_INTERRUPTED) {
+            *error = (struct error){0}; /* say it in the words of this command */
+            error_set(error, MR_NUMERICS,
+                      "the model of the band takes too long: pass %d came to %.3g of %.3g s in %.0f s; give a shorter length or "
+                      "--design-only",
+                      pass, result.t_s, result.t_end_s, PATIENCE_S);
         }
         sim_result_free(&result);
     }

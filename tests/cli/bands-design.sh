@@ -53,6 +53,7 @@ check "connections that hold 5 kip slip under 30" jolt
 load() { $m bands $small | grep -q "disagree: a connection carries up to"; }
 check "theory's F' is not what a connection carries: said" load
 
+check "too long for the model" fails_with 2 "no model of this band: 6000 rows" $m bands length=12000ft
 check "too weak" fails_with 2 "bands too weak: .*R = 60000 lb.*A fy = 18750" $m bands width=1in thickness=0.375in
 check "no such input" fails_with 2 "unknown input: 'wieght'" $m bands wieght=3
 check "no such unit" fails_with 2 "unknown unit: 'stone' for weight; give one of lb kip N kN" $m bands weight=3stone

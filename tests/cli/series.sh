@@ -40,4 +40,25 @@ check "no file" fails_with 2 "FILE" $m campaign
 check "no jobs" fails_with 2 "-j" $m campaign "$tmp/small.json" -j 0
 check "too many seeds" fails_with 2 "--seeds" $m campaign "$tmp/small.json" --seeds 100001
 check "a page that cannot be written" fails_with 3 "no-such" $m --quiet campaign "$tmp/small.json" --seeds 1 -o "$tmp/no-such/page.html"
+
+# Extremes end with an answer, or say why not.
+extreme() { # NAME, replacements in the file, in the scene
+    sed "$2" "$tmp/scene.json" >"$tmp/scene_$1.json"
+    cat >"$tmp/$1.json" <<J
+{"scene": "scene_$1.json", "seeds": 2, $3}
+J
+    timeout 60 $m --json --quiet campaign "$tmp/$1.json" >"$tmp/$1.out" 2>"$tmp/$1.err"
+    case $? in
+        0) grep -q '"failed":0' "$tmp/$1.out" && ! grep -Eqi '[^a-z](nan|inf)[^a-z]' "$tmp/$1.out" ;;
+        5) grep -q '"failed":"' "$tmp/$1.out" && [ "$(wc -l <"$tmp/$1.err")" = 1 ] ;;
+        *) cat "$tmp/$1.err"; false ;;
+    esac
+}
+landings='"landings": [{"speed_ft_s": 20, "deceleration_ft_s2"'
+check "locked wheels, 32 ft/s2" extreme locked '' "$landings: 32, \"times\": 3}]"
+check "friction 0.05" extreme slippery 's/"f": 0.5/"f": 0.05/' "$landings: 9}]"
+check "friction 1" extreme rough 's/"f": 0.5/"f": 1/' "$landings: 9}]"
+check "all joints closed" extreme closed '' "\"runway\": {\"gap_in\": 0}, $landings: 9}]"
+check "all joints closed, 32 ft/s2, friction 0.05" extreme all 's/"f": 0.5/"f": 0.05/' "\"runway\": {\"gap_in\": 0}, $landings: 32}]"
+check "2,000 mats" extreme long 's/120/2000/' "$landings: 5, \"touchdown_ft\": [3, 400], \"times\": 3}]"
 finish
