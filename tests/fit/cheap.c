@@ -35,7 +35,7 @@ double cheap_normal(struct cheap_random *random) /* Box and Muller */
 
 void cheap_priors(struct fit_parameter parameter[FIT_KEYS])
 {
-    parameter[FIT_GAP] = (struct fit_parameter){true, 0.012, 0.4};
+    parameter[FIT_GAP] = (struct fit_parameter){true, 0.010, 0.35};
     parameter[FIT_GRIT] = (struct fit_parameter){true, 6.0, 0.4};
     parameter[FIT_FRICTION] = (struct fit_parameter){true, 0.5, 0.3};
     parameter[FIT_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
@@ -71,8 +71,11 @@ static bool set_scene(struct sim_scene *scene, const double value[FIT_KEYS], dou
     scene->friction = value[FIT_FRICTION];
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = DWELL_S;
+    /* Uniform, but none beyond the slack s: up to 2 h leaves a mean of s - s^2/(4 h) where 2 h > s, and that mean is the parameter. */
+    double mean_ft = value[FIT_GAP] / 12.0;
+    double half_ft = mean_ft > 0.5 * SLACK_FT ? SLACK_FT * SLACK_FT / 4.0 / fmax(SLACK_FT - mean_ft, 1e-6) : mean_ft;
     for (int j = 0; j <= MATS; j++) {
-        gap_ft[j] = fmin(2.0 * value[FIT_GAP] / 12.0 * cheap_uniform(random), SLACK_FT);
+        gap_ft[j] = fmin(2.0 * half_ft * cheap_uniform(random), SLACK_FT);
         grit_lb[j] = 2.0 * value[FIT_GRIT] * cheap_uniform(random);
     }
     return set_path(scene, error) && sim_scene_set_list(&scene->gap0_ft, gap_ft, MATS + 1, error) == MR_OK &&
