@@ -231,8 +231,8 @@ static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, 
 {
     float at2 = past(bands, gage, 2), at4 = past(bands, gage, 4);
     float step_lb = magnitude(at2 - at4);
-    if (!(step_lb >= band->step_lb))
-        return false;
+    if (!(step_lb >= band->step_lb) || magnitude(past(bands, gage, 1) - past(bands, gage, 3)) > step_lb)
+        return false; /* none, or the next step shows more of it: it fell within a mean */
     float before_lb = magnitude(at4 - past(bands, gage, 6)), after_lb = magnitude(past(bands, gage, 0) - at2);
     return step_lb >= SHARP * before_lb && step_lb >= SHARP * after_lb;
 }

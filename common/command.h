@@ -22,7 +22,7 @@
     X(CONFIG_READ, 12, "config-read", 0, 1, "tell the configuration in force; argument: word to begin at; not from arm to done") \
     X(CAMERA,      13, "camera",  0, 1,     "trigger the camera")                                        \
     X(LIVE,        14, "live",    0, 1,     "tell edges, and a block record each 20 ms on serial, for so many seconds, 60 at most; 0: no more; idle") \
-    X(BACKLOG,     15, "backlog", 0, 1,      "so many blocks waited for the predictor, as they did in the landing that is replayed") \
+    X(BACKLOG,     15, "backlog", 0, 1,      "so many blocks waited for the predictor, as in the landing that is replayed; no ack when taken") \
     X(BOX_LIST,    16, "box-list", 0, 1,     "tell the records of the black box")                 \
     X(BOX_READ,    17, "box-read", 0, 1,     "read one out over serial; argument: its number * 32768 + page to begin at; idle") \
     X(BOX_FREE,    18, "box-free", 0, 1,     "give a record's space back; argument: its number; idle") \

@@ -327,8 +327,9 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     }
     if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
         blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
-    telemetry_ack(&app->telemetry, &(struct mr_ack){.code = command.code, .status = (int8_t)status,
-                                                    .tag = command.tag, .block = app->next_index});
+    if (command.code != MR_COMMAND_BACKLOG || status != MR_OK) /* an input of a replay: the landing had no answer to it */
+        telemetry_ack(&app->telemetry, &(struct mr_ack){.code = command.code, .status = (int8_t)status,
+                                                        .tag = command.tag, .block = app->next_index});
     return MR_OK;
 }
 

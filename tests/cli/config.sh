@@ -136,7 +136,7 @@ files_are_refused_with_line_and_advice() {
         refused 1 'channel\[2\].number is 1, channel\[1\].number is 1: numbers of one kind must differ: .*; mend it' 's/^(channel\[2\]\.number = ).*/\11/' &&
         refused 4 'channel\[2\].expires_day cannot be .2026-02-30.: .*; it is YYYY-MM-DD up to 2243-10-17, or never' 's/^(channel\[2\]\.expires_day = ).*/\12026-02-30/' &&
         refused 2 'no such gate: 25: .*; gate\[1\] to gate\[24\] are there' 's/^gate\[24\]/gate[25]/' &&
-        refused 2 'no such group: .mat.: .*; there are site, channel, gate and band' 's/^site\.mats/mat.mats/' &&
+        refused 2 'no such group: .mat.: .*; there are site, channel, gate, band and predict' 's/^site\.mats/mat.mats/' &&
         refused 2 'gate has no field .place.: .*; the comment' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
         refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); it is in line $mats too" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
         refused 4 'site.mats is not there: .*; every field is needed' '/^site\.mats/d' &&

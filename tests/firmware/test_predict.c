@@ -361,8 +361,10 @@ static void a_backlog_is_an_input(void **state)
     assert_int_equal(verdict.level, MR_PREDICTOR_TWO);
     assert_true(verdict.basis & MR_PREDICTOR_DEGRADED);
     live(100);
+    unsigned answers = count_frames(MR_ID_ACK);
     command("backlog 12"); /* as a replay gives it */
     live(20);
+    assert_int_equal(count_frames(MR_ID_ACK), answers); /* the landing had none */
     GET_LAST(backlog, BACKLOG, &backlog);
     assert_int_equal(backlog.waiting, 12);
     GET_LAST(verdict, VERDICT, &verdict);
