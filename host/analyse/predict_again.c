@@ -95,10 +95,15 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
         again->result->possible = false;
         again->result->lacks = "a runway that its parameters go with";
     }
+    float slack_in[MR_SEGMENTS];
+    for (size_t i = 0; i < MR_SEGMENTS; i++)
+        slack_in[i] = NAN;
     for (size_t i = 0; status == MR_OK && i < segments; i++) {
         if (segment[i].segment >= 0 && segment[i].segment < (int64_t)MR_SEGMENTS)
-            again->predictor.surveyed_in[segment[i].segment] = (float)segment[i].slack_in;
+            slack_in[segment[i].segment] = (float)segment[i].slack_in;
     }
+    if (again->result->possible)
+        mr_predictor_surveyed(&again->predictor, slack_in);
     free(segment);
     return status;
 }
@@ -265,7 +270,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     if (!again->armed || again->over)
         return MR_OK;
     read_transducers(again, &block, displacement_in);
-    baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index));
+    baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index),
+                    predict_held(&again->predictor, &again->landing));
     take_backlog(again);
     predict_feed(&again->motion, &again->landing,
                  &(struct predict_block){.index = block.index, .tick = block.tick, .displacement_in = displacement_in,

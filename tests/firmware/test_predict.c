@@ -373,6 +373,123 @@ static void a_backlog_is_an_input(void **state)
     assert_false(verdict.basis & MR_PREDICTOR_DEGRADED);
 }
 
+/* No switch tells of the gear: transducers 1 to 3 (40, 50 and 60 ft) approach each other by 0.35 in each. What they have moved is no new
+ * zero, whatever time goes by; and the joints are others when it is over. */
+static void without_switches_the_movement_stays(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    struct mr_slack slack;
+    struct mr_zone zone;
+    live(200);
+    survey_all(0.1f);
+    command("arm 1");
+    live(600);
+    moved_in[0] = 0.72f;
+    moved_in[1] = 0.37f;
+    moved_in[2] = 0.02f;
+    live(3000);
+    assert_true(fake.warning);
+    GET_LAST(zone, ZONE, &zone);
+    assert_in_range(zone.mats, 60, 75);
+    command("disarm");
+    live(1200);
+    assert_false(fake.warning);
+    GET_LAST(slack, SLACK, &slack);
+    assert_true(isnan(slack.slack_in));
+    told_crc(&told);
+    assert_int_equal(told.landings, 1);
+    unsigned left = 0;
+    for (unsigned j = 150; j < 200; j++)
+        left += told.gap_hmil[j];
+    assert_in_range(left, 0, 5000); /* of 50,000 in these five segments */
+}
+
+/* Somebody touches one transducer: no gear, and the survey holds. */
+static void one_that_is_touched_is_no_landing(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.1f);
+    command("arm 1");
+    live(600);
+    moved_in[3] = 0.3f;
+    live(600);
+    command("disarm");
+    live(100);
+    told_crc(&told);
+    assert_int_equal(told.landings, 0);
+}
+
+static unsigned surveyed(void)
+{
+    unsigned count = 0;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        count += isnan(app.predict.predictor.surveyed_in[s]) ? 0u : 1u;
+    return count;
+}
+
+static void rearm(void)
+{
+    command("disarm");
+    live(1);
+    command("arm 1");
+    live(1);
+}
+
+/* A statement rests on a survey only where the joints have its sums: not on one that they cannot have (ten have 0.3 in of slack), nor on
+ * one that the host's runway has taken the place of. */
+static void a_survey_counts_where_the_joints_have_it(void **state)
+{
+    (void)state;
+    struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.0f};
+    live(200);
+    survey_all(0.1f);
+    rearm();
+    assert_int_equal(surveyed(), MR_SEGMENTS);
+    rearm(); /* for nothing: it still holds */
+    assert_int_equal(surveyed(), MR_SEGMENTS);
+    command("disarm");
+    live(1);
+    command("survey 4 1.0");
+    live(1);
+    rearm();
+    assert_int_equal(surveyed(), MR_SEGMENTS - 1u);
+    command("disarm");
+    live(1);
+    for (unsigned j = 0; j < 421; j++)
+        given.gap_hmil[j] = j < 100 ? 1000 : 0; /* the first ten segments as they were surveyed */
+    give(&given, mr_runway_crc(&given));
+    assert_int_equal(last_status(), MR_OK);
+    rearm();
+    assert_int_equal(surveyed(), 9); /* but the one that could not be */
+}
+
+/* Left out of the configuration and back, the runway is what it was. One of other mats is not, but what was surveyed is. */
+static void a_configuration_leaves_the_runway(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.05f);
+    live(1200);
+    uint32_t crc = told_crc(&told);
+    config.predict[0].fitted = 0;
+    app_configured(&app);
+    live(100);
+    config.predict[0].fitted = 1;
+    app_configured(&app);
+    live(100);
+    assert_int_equal(told_crc(&told), crc);
+    config.site[0].mats = 400;
+    app_configured(&app);
+    live(1);
+    assert_int_equal(app.predict.predictor.config.chain.mats, 400);
+    rearm();
+    assert_int_equal(surveyed(), 40); /* and a joint more, which is a segment of its own */
+}
+
 static int without_predictor(void **state)
 {
     built_in = config;
@@ -438,6 +555,10 @@ int main(void)
         TEST(a_sector_that_does_not_hold_is_told),
         TEST(the_host_gives_a_runway),
         TEST(a_backlog_is_an_input),
+        TEST(without_switches_the_movement_stays),
+        TEST(one_that_is_touched_is_no_landing),
+        TEST(a_survey_counts_where_the_joints_have_it),
+        TEST(a_configuration_leaves_the_runway),
         cmocka_unit_test_setup_teardown(without_one_nothing_is_said_or_kept, without_predictor, put_back),
         cmocka_unit_test_setup_teardown(a_refused_one_says_why, with_a_refused_one, put_back),
     };
