@@ -206,6 +206,14 @@ static void conclude(const struct predict *predict, double warned_s, double boar
                (double)left->end_ft, left->closed_joints);
 }
 
+static void tell_lost(const struct predict_again *again)
+{
+    if (again->possible && again->lacks_block != STORE_NONE)
+        printf("computed again up to block %lld, which the record lacks\n", (long long)again->lacks_block);
+    if (again->lost)
+        printf("not compared: %zu fields or statements that were lost on the way\n", again->lost);
+}
+
 /* Did the board say what follows from its record, bit by bit? */
 static void tell_again(const struct predict_again *again)
 {
@@ -224,6 +232,8 @@ static json_t *again_json(const struct predict_again *again)
 {
     json_t *object = json_pack("{s:b, s:i, s:i, s:i, s:i}", "possible", again->possible, "statements", (int)again->said, "fields",
                                (int)again->fields, "differ", (int)again->differ, "backlogs", (int)again->backlogs);
+    json_object_set_new(object, "lost", json_integer((json_int_t)again->lost));
+    json_object_set_new(object, "lacks_block", again->lacks_block == STORE_NONE ? json_null() : json_integer((json_int_t)again->lacks_block));
     json_object_set_new(object, "lacks", again->lacks ? json_string(again->lacks) : json_null());
     json_object_set_new(object, "first",
                         again->differ ? json_pack("{s:I, s:s, s:o, s:o}", "block", (json_int_t)again->first.block, "field", again->first.field,
@@ -264,6 +274,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
             json_array_append_new(results, object);
         } else {
             conclude(predict, warned_s, board_s, &left);
+            tell_lost(&again);
             tell_again(&again);
         }
         predict->differ |= again.differ > 0;
