@@ -333,9 +333,12 @@ static void the_host_gives_a_runway(void **state)
     assert_int_equal(told.landings, 0);
     command("arm 1");
     live(10);
-    command("runway-forget");
-    live(1);
-    assert_int_equal(last_status(), MR_NOT_NOW);
+    const char *const locked[] = {"runway-forget", "runway-read", "runway-word 0 0", "runway-joints 0 0"};
+    for (size_t i = 0; i < sizeof locked / sizeof *locked; i++) {
+        command(locked[i]);
+        live(1);
+        assert_int_equal(last_status(), MR_NOT_NOW);
+    }
 }
 
 /* Blocks that wait put it down one level at once, and once in a look; that is told, and comes back. */
@@ -381,6 +384,7 @@ static void without_switches_the_movement_stays(void **state)
     struct mr_predictor_state told;
     struct mr_slack slack;
     struct mr_zone zone;
+    struct mr_zone_lead lead;
     live(200);
     survey_all(0.1f);
     command("arm 1");
@@ -392,6 +396,8 @@ static void without_switches_the_movement_stays(void **state)
     assert_true(fake.warning);
     GET_LAST(zone, ZONE, &zone);
     assert_in_range(zone.mats, 60, 75);
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_in_range(lead.inferred_percent, 0, 5); /* between transducers at 40 and 110 */
     command("disarm");
     live(1200);
     assert_false(fake.warning);
@@ -490,6 +496,108 @@ static void a_configuration_leaves_the_runway(void **state)
     assert_int_equal(surveyed(), 40); /* and a joint more, which is a segment of its own */
 }
 
+/* Counted by 32 bits: after the highest comes 0, and that is the newer one. */
+static void the_newer_copy_is_found_beyond_the_wrap(void **state)
+{
+    (void)state;
+    struct mr_predictor_state older = {.mats = 420, .landings = 1, .scale = 1.0f}, newer = {.mats = 420, .landings = 2, .scale = 1.0f};
+    mr_runway_write(&older, UINT32_MAX, fake_nor.cell + A_COPY);
+    mr_runway_write(&newer, 0, fake_nor.cell + B_COPY);
+    boot();
+    live(200);
+    struct mr_runway_store stored = told_store();
+    assert_int_equal(stored.source, MR_RUNWAY_COPY_B);
+    assert_int_equal(stored.crc, mr_runway_crc(&newer));
+}
+
+/* Commands of the first millisecond, before the memory has been read: what is surveyed comes on top of what is kept, what is to be forgotten
+ * stays so; and a landing waits for the runway. */
+static void commands_before_the_memory_is_read(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.05f);
+    live(1200);
+    boot();
+    command("survey 3 0.2");
+    live(200);
+    assert_int_equal(told_store().source, MR_RUNWAY_MEASURED);
+    told_crc(&told);
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        int sum = 0;
+        for (unsigned j = 0; j < 10; j++)
+            sum += told.gap_hmil[10 * s + j];
+        assert_in_range(sum, s == 3 ? 19990 : 4990, s == 3 ? 20010 : 5010);
+    }
+    boot();
+    command("runway-forget");
+    live(200);
+    assert_int_equal(told_store().source, MR_RUNWAY_UNKNOWN);
+    boot();
+    for (unsigned i = 0; i < 400 && app.landing.state != LANDING_ARMED; i++) {
+        command("arm 1");
+        live(1);
+    }
+    assert_int_equal(app.landing.state, LANDING_ARMED);
+    assert_true(app.runwaystore.loaded);
+}
+
+/* What changes while a copy is being written is kept too. */
+static void a_change_while_it_is_written_is_kept(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.05f);
+    for (unsigned i = 0; i < 2000 && app.runwaystore.copy[0] != RUNWAYSTORE_BLANK; i++)
+        live(1);
+    uint64_t before = fake_nor.operations;
+    for (unsigned i = 0; i < 2000 && fake_nor.operations == before; i++)
+        live(1);
+    command("survey 3 0.2");
+    live(3000);
+    uint32_t crc = told_crc(&told);
+    boot();
+    live(200);
+    assert_int_equal(told_store().crc, crc);
+}
+
+/* A wrong bit that comes and goes in reading is none in the memory. */
+static void a_mistake_in_reading_is_read_again(void **state)
+{
+    (void)state;
+    live(200);
+    survey_all(0.05f);
+    live(1200);
+    boot();
+    fake_nor.faults = FAKE_NOR_READ_ERROR;
+    fake_nor.from = A_COPY;
+    fake_nor.to = B_COPY;
+    for (unsigned i = 0; i < 400 && app.runwaystore.tries == 0; i++)
+        live(1);
+    assert_true(app.runwaystore.tries > 0);
+    fake_nor.faults = 0;
+    live(200);
+    assert_int_equal(told_store().source, MR_RUNWAY_COPY_A);
+}
+
+/* With all joints closed anything that moves warns; not while the model is pushed over a switch. */
+static void a_model_that_is_pushed_is_not_warned_of(void **state)
+{
+    (void)state;
+    live(200);
+    survey_all(0.0f);
+    command("arm 1");
+    live(600);
+    moved_in[0] = 0.2f;
+    live(20);
+    assert_true(fake.warning);
+    pass_switch(9, (double)index_now * 1e-3);
+    live(60);
+    assert_false(fake.warning);
+}
+
 static int without_predictor(void **state)
 {
     built_in = config;
@@ -555,6 +663,11 @@ int main(void)
         TEST(a_sector_that_does_not_hold_is_told),
         TEST(the_host_gives_a_runway),
         TEST(a_backlog_is_an_input),
+        TEST(the_newer_copy_is_found_beyond_the_wrap),
+        TEST(commands_before_the_memory_is_read),
+        TEST(a_change_while_it_is_written_is_kept),
+        TEST(a_mistake_in_reading_is_read_again),
+        TEST(a_model_that_is_pushed_is_not_warned_of),
         TEST(without_switches_the_movement_stays),
         TEST(one_that_is_touched_is_no_landing),
         TEST(a_survey_counts_where_the_joints_have_it),
