@@ -849,7 +849,8 @@ void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *z
     if (zone->mats) {
         float distance_ft = zone->start_ft - p->wheel_ft;
         zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
-        state_errors(p, zone);
+        if (zone->level != MR_PREDICTOR_KINEMATIC) /* for which the score found none that would hold */
+            state_errors(p, zone);
         if (!unmoved)
             zone->lead_s = mr_closure_lead_s(zone->distance_ft, p->speed_ft_s, p->deceleration_ft_s2);
     }

@@ -97,7 +97,7 @@ struct mr_predictor_input {
 struct mr_predictor_zone {
     unsigned mats;               /* 0: none */
     float start_ft, end_ft;
-    float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score` */
+    float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score`; NaN: kinematic */
     uint8_t start_class, end_class;     /* what they are chosen by; `make score` calibrates with it */
     unsigned closed_joints;
     float mean_gap_in;           /* of the joints inside */

@@ -44,6 +44,7 @@ struct predict {
     struct mr_predictor_state state;
     float slack_in[MR_SEGMENTS];
     size_t fresh; /* segments surveyed since */
+    char board[25]; /* its uid; empty: not known */
     bool differ;  /* the board said something else than what follows from a record */
 };
 
@@ -121,6 +122,12 @@ static json_t *number(double value)
     return isnan(value) ? json_null() : json_real(value);
 }
 
+/* Half a 95 % interval; none is stated where there is no zone, nor of a kinematic one. */
+static void error_text(float error_ft, char text[16])
+{
+    snprintf(text, 16, isnan(error_ft) ? "-" : "%.1f", 1.96 * (double)error_ft);
+}
+
 static void tell(struct predict *predict, double t_s, const struct mr_predictor_zone *zone, const struct cli *cli)
 {
     float wheel_ft = predict->predictor.wheel_ft;
@@ -135,11 +142,13 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
                                         "basis", (int)zone->basis));
         return;
     }
-    char coming[16] = "-";
+    char coming[16] = "-", start[16], end[16];
+    error_text(zone->start_error_ft, start);
+    error_text(zone->end_error_ft, end);
     if (zone->coming_mats)
         snprintf(coming, sizeof coming, "%.1f", (double)zone->coming_ft);
-    printf("%7.3f %7.1f %6u %6.1f +- %-4.1f %6.1f +- %-4.1f %7u %7s %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
-           (double)zone->start_ft, 1.96 * (double)zone->start_error_ft, (double)zone->end_ft, 1.96 * (double)zone->end_error_ft,
+    printf("%7.3f %7.1f %6u %6.1f +- %-4s %6.1f +- %-4s %7u %7s %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
+           (double)zone->start_ft, start, (double)zone->end_ft, end,
            zone->coming_mats, coming, (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
            zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
 }
@@ -255,6 +264,12 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     enum mr_status status = measured_load(store, run, &predict->measured, error);
     if (status == MR_OK && predict->measured.source == MEASURED_NOTHING)
         status = error_set(error, MR_USAGE, "no readings: RUN %lld has neither blocks nor displacements", (long long)run);
+    const char *board = predict->measured.landing.board_uid;
+    if (status == MR_OK && board[0] && predict->board[0] && strcmp(board, predict->board) != 0)
+        status = error_set(error, MR_USAGE, "RUN %lld is of board %s, those before of %s: give the landings of one runway", (long long)run,
+                           board, predict->board);
+    if (status == MR_OK && board[0])
+        memcpy(predict->board, board, sizeof predict->board);
     if (status == MR_OK)
         status = zones_load_survey(store, run, &predict->survey, error);
     if (status == MR_OK)

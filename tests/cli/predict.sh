@@ -102,6 +102,8 @@ check "blocks and edges that lack are named" blocks_that_lack_end_it
 check "the board said what follows from its record, to the last bit" board_said_what_follows
 check "what does not follow is found out" another_record_differs
 check "what a record lacks is named" what_lacks_is_named
+changed boards "update landings set board_uid = '000000000000000000000000' where id = 2"
+check "landings of two boards" fails_with 2 'RUN 2 is of board 0*, those before of [0-9A-F]*: give the landings of one runway' $matrig predict "$tmp/boards.db" 1 2
 check "out of order" fails_with 2 'out of order: RUN 1 after 2' $matrig predict "$db" 2 1
 check "a RUN that is not there, after one that is" fails_with 2 'RUN 9' $matrig predict "$db" 1 9
 check "a RUN that is not there" fails_with 2 'RUN 9' $matrig predict "$db" 9

@@ -385,6 +385,7 @@ static void without_switches_the_movement_stays(void **state)
     struct mr_slack slack;
     struct mr_zone zone;
     struct mr_zone_lead lead;
+    struct mr_zone_error zone_error;
     live(200);
     survey_all(0.1f);
     command("arm 1");
@@ -398,6 +399,8 @@ static void without_switches_the_movement_stays(void **state)
     assert_in_range(zone.mats, 60, 75);
     GET_LAST(zone_lead, ZONE_LEAD, &lead);
     assert_in_range(lead.inferred_percent, 0, 5); /* between transducers at 40 and 110 */
+    GET_LAST(zone_error, ZONE_ERROR, &zone_error);
+    assert_true(isnan(zone_error.start_ft) && isnan(zone_error.end_ft)); /* the score has none to state */
     command("disarm");
     live(1200);
     assert_false(fake.warning);
@@ -582,6 +585,21 @@ static void a_mistake_in_reading_is_read_again(void **state)
     assert_int_equal(told_store().source, MR_RUNWAY_COPY_A);
 }
 
+/* The deceleration is taken from the third switch beyond touchdown on (17.5 ft, 0.509 s after it). */
+static void braking_is_known_from_the_third_switch(void **state)
+{
+    (void)state;
+    for (unsigned third = 0; third < 2; third++) {
+        boot();
+        live(200);
+        command("arm 1");
+        touchdown_s = 1.0;
+        fly(third ? 1.53 : 1.50);
+        assert_int_equal(app.predict.predictor.braking, third);
+        assert_true(app.predict.predictor.speed_ft_s > 0.0f);
+    }
+}
+
 /* With all joints closed anything that moves warns; not while the model is pushed over a switch. */
 static void a_model_that_is_pushed_is_not_warned_of(void **state)
 {
@@ -667,6 +685,7 @@ int main(void)
         TEST(commands_before_the_memory_is_read),
         TEST(a_change_while_it_is_written_is_kept),
         TEST(a_mistake_in_reading_is_read_again),
+        TEST(braking_is_known_from_the_third_switch),
         TEST(a_model_that_is_pushed_is_not_warned_of),
         TEST(without_switches_the_movement_stays),
         TEST(one_that_is_touched_is_no_landing),
