@@ -443,8 +443,10 @@ static void take_block(struct app *app, const struct mr_block *block)
         telemetry_block(&app->telemetry, block);
     channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline.in,
                   app->tension_lb[row]);
-    if (news.state && app->landing.state == LANDING_DONE)
-        bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
+    if (news.state && app->landing.state == LANDING_DONE) { /* before the message that ends the landing */
+        bandwatch_end(&app->bandwatch, &app->telemetry);
+        end_prediction(app, block->index);
+    }
     live_block(&app->live, &app->landing, &app->telemetry, block);
     tell_landing(app, &news, block->index);
     camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + LANDING_EDGE_TICKS);
@@ -452,8 +454,6 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (recording)
         baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index),
                         predict_held(&app->predict.predictor, &app->landing));
-    else if (was_recording)
-        end_prediction(app, block->index);
     if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
         float mean_in[MR_TRANSDUCERS];
         mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);

@@ -40,7 +40,7 @@ struct predict {
     bool known;
     json_t *rows;
     /* From the landing before: */
-    bool carried;
+    bool carried, forgets; /* forgets: the board has a predictor itself */
     struct mr_predictor_state state;
     float slack_in[MR_SEGMENTS];
     size_t fresh; /* segments surveyed since */
@@ -51,15 +51,15 @@ struct predict {
 static const char *const verdicts[] = {"quiet", "advisory", "warning"};
 static const char *const reasons[] = {"", "zone ahead", "zone growing", "compression"};
 
-/* The segments that were surveyed since the landing before: the board keeps a reading until there is another, so what is the same to
- * the last digit is no news. */
+/* The segments that were surveyed since the landing before. A board with a predictor forgets a survey with the landing that uses it up; one
+ * without keeps a reading until there is another, so what is the same to the last digit is no news. */
 static void take_survey(struct predict *predict)
 {
     float sum_in[MR_SEGMENTS];
     predict->fresh = 0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         float slack_in = predict->survey.slack_in[s], before_in = predict->slack_in[s];
-        bool stale = predict->carried && !(slack_in < before_in || slack_in > before_in || isnan(before_in));
+        bool stale = predict->carried && !predict->forgets && !(slack_in < before_in || slack_in > before_in || isnan(before_in));
         sum_in[s] = stale ? NAN : slack_in;
         predict->fresh += isnan(sum_in[s]) ? 0u : 1u;
         predict->slack_in[s] = slack_in;
@@ -257,6 +257,8 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
 {
     struct mr_predictor_zone left;
     struct predict_again again;
+    struct mr_predictor_state runway;
+    int64_t source;
     double board_s, warned_s;
     predict->gates = predict->beyond = 0;
     predict->known = false;
@@ -274,6 +276,8 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
         status = zones_load_survey(store, run, &predict->survey, error);
     if (status == MR_OK)
         status = zones_load(store, &predict->measured, &predict->zones, error);
+    if (status == MR_OK)
+        status = store_runway_get(store, run, &runway, &source, &predict->forgets, error);
     if (status == MR_OK)
         status = prepare(predict, error);
     if (status == MR_OK) {

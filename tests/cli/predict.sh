@@ -52,7 +52,13 @@ second_is_surveyed() { # read anew by the landing's own script, so taken over
 }
 check "two landings in order" several
 check "the first is as by itself, the second is not" first_is_the_same
+second_reads_the_same() { # and that is news: the board has forgotten the first reading. Exit 1: it has not had this one
+    sqlite3 "$db" "vacuum into '$tmp/same.db'" && sqlite3 "$tmp/same.db" "update slack set slack_in = (select o.slack_in from slack o join surveys v on
+        v.id = o.survey where v.landing = 1 and o.segment = slack.segment) where survey = (select id from surveys where landing = 2)" &&
+        { $matrig --json predict "$tmp/same.db" 1 2 >"$tmp/same.json"; [ $? -le 1 ]; } && grep -c '"segments_surveyed": 4[0-2]' "$tmp/same.json" | grep -x 2
+}
 check "both were surveyed" second_is_surveyed
+check "a reading that is the same is news" second_reads_the_same
 # The board's own run from what it recorded: every field of every statement; and a record that is another is found out.
 again() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.again.$2')"; }
 board_said_what_follows() {
