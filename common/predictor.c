@@ -129,14 +129,20 @@ static float sum_ft(const struct mr_predictor *p, unsigned segment)
     return sum;
 }
 
+/* Whether so many joints can have the sum, an error of the reading allowed. */
+static bool can_be(const struct mr_predictor *p, unsigned segment, float sum_in)
+{
+    float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, segment);
+    return joints_in(p, segment) > 0 && between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
+}
+
 void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
 {
     float slack_ft = p->config.chain.slack_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         unsigned first = s * MR_MATS_PER_SEGMENT, count = joints_in(p, s);
         float have_ft = sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
-        float most_in = IN_PER_FT * slack_ft * (float)count + 4.0f * SURVEY_ERROR_IN;
-        p->surveyed_in[s] = between(sum_in[s], -4.0f * SURVEY_ERROR_IN, most_in) ? sum_in[s] : MR_NAN;
+        p->surveyed_in[s] = can_be(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
         if (__builtin_isnan(p->surveyed_in[s]))
             continue;
         if (!(off_ft > error_ft || off_ft < -error_ft))
@@ -154,13 +160,26 @@ void mr_predictor_survey(struct mr_predictor *p, const float *sum_in)
     }
 }
 
+void mr_predictor_surveyed(struct mr_predictor *p, const float *sum_in)
+{
+    float error_in = 2.0f * SURVEY_ERROR_IN + 1e-3f;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        float have_in = IN_PER_FT * sum_ft(p, s), most_in = IN_PER_FT * p->config.chain.slack_ft * (float)joints_in(p, s);
+        float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
+        bool holds = can_be(p, s, sum_in[s]) && between(have_in - said_in, -error_in, error_in);
+        p->surveyed_in[s] = holds ? sum_in[s] : MR_NAN;
+    }
+}
+
 /* What transducers and survey say without the model. */
 static void find_kinematic(const struct mr_predictor *p, struct mr_closure_zone *zone, float *left_in)
 {
-    float slack_in[MR_SEGMENTS];
+    float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        moved_in[i] = p->last_in[i] - p->base_in[i]; /* what it had moved before, the joints have taken already */
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack_in[s] = joints_in(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * sum_ft(p, s) : MR_NAN;
-    const struct mr_closure_input input = {.station_ft = p->config.station_ft, .displacement_in = p->last_in, .slack_in = slack_in,
+    const struct mr_closure_input input = {.station_ft = p->config.station_ft, .displacement_in = moved_in, .slack_in = slack_in,
                                            .wheel_ft = p->wheel_ft, .speed_ft_s = p->speed_ft_s,
                                            .deceleration_ft_s2 = p->deceleration_ft_s2};
     mr_closure_find(&input, zone, left_in);
@@ -452,7 +471,8 @@ static void forget_looks(struct mr_predictor *p)
 void mr_predictor_arm(struct mr_predictor *p)
 {
     p->armed = true;
-    p->braking = p->degraded = p->fell_back = p->moved = false;
+    p->braking = p->degraded = p->fell_back = false;
+    p->moved = 0;
     p->level = p->config.level;
     p->block = p->corrected_block = p->updates = p->visits = p->most_updates = 0;
     forget_looks(p);
@@ -497,7 +517,7 @@ static float draw(struct mr_predictor *p, unsigned i, unsigned mat, float readin
     }
     p->last_in[i] = reading_in;
     if (reading_in > MOVED_IN || reading_in < -MOVED_IN)
-        p->moved = true;
+        p->moved |= 1u << i;
     if (__builtin_isnan(p->slow_in[i]))
         p->slow_in[i] = reading_in;
     float moved_in = (reading_in - p->slow_in[i]) * SLOW;
@@ -829,7 +849,8 @@ void mr_predictor_zone(const struct mr_predictor *p, struct mr_predictor_zone *z
     if (zone->mats) {
         float distance_ft = zone->start_ft - p->wheel_ft;
         zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
-        state_errors(p, zone);
+        if (zone->level != MR_PREDICTOR_KINEMATIC) /* for which the score found none that would hold */
+            state_errors(p, zone);
         if (!unmoved)
             zone->lead_s = mr_closure_lead_s(zone->distance_ft, p->speed_ft_s, p->deceleration_ft_s2);
     }

@@ -97,7 +97,7 @@ struct mr_predictor_input {
 struct mr_predictor_zone {
     unsigned mats;               /* 0: none */
     float start_ft, end_ft;
-    float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score` */
+    float start_error_ft, end_error_ft; /* standard errors, calibrated by `make score`; NaN: kinematic */
     uint8_t start_class, end_class;     /* what they are chosen by; `make score` calibrates with it */
     unsigned closed_joints;
     float mean_gap_in;           /* of the joints inside */
@@ -140,7 +140,8 @@ struct mr_predictor {
     float scale;                      /* of the closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
     uint32_t landings;                /* folded in */
-    bool armed, braking, degraded, fell_back, moved;
+    bool armed, braking, degraded, fell_back;
+    uint32_t moved;                   /* transducers that are trusted and have, as bits */
     enum mr_predictor_level level;    /* now */
     uint32_t block;                   /* since arming */
     uint32_t corrected_block;
@@ -180,6 +181,8 @@ enum mr_status mr_predictor_load(struct mr_predictor *predictor, const struct mr
 /* Sums of joint openings per segment of ten mats, MR_SEGMENTS of them, NaN: not read. Between landings. A sum that ten joints cannot
  * have (negative, or wider than their slack) counts as not read. */
 void mr_predictor_survey(struct mr_predictor *predictor, const float *sum_in);
+/* The same sums again, for a runway that has been loaded: no joint changes, and those count as surveyed of which the joints have the sum. */
+void mr_predictor_surveyed(struct mr_predictor *predictor, const float *sum_in);
 /* A landing begins: displacements count from here. */
 void mr_predictor_arm(struct mr_predictor *predictor);
 /* Inputs are not trusted: a wheel or a speed that no gear has counts as not known, a deceleration as the last one, a reading as

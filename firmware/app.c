@@ -59,7 +59,7 @@ void app_configured(struct app *app)
         miss_block(app, i);
     app->blocks_in_row = 0;
     baseline_forget(&app->baseline);
-    predict_configure(&app->predict);
+    predict_configure(&app->predict, app->slack_in);
     if (!config.site[0].black_box)
         blackbox_leave_out(&app->box);
     else if (app->box.state == BLACKBOX_MISSING)
@@ -176,9 +176,9 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
 }
 
 /* The landing is over; where a gear rolled, the survey holds no more. */
-static void end_prediction(struct app *app, bool moved, uint32_t index)
+static void end_prediction(struct app *app, uint32_t index)
 {
-    if (predict_end(&app->predict, &app->telemetry, moved, index))
+    if (predict_end(&app->predict, &app->telemetry, &app->landing, index))
         forget_survey(app);
 }
 
@@ -272,7 +272,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         break;
     case MR_COMMAND_DISARM:
         bandwatch_end(&app->bandwatch, &app->telemetry);
-        end_prediction(app, app->landing.state != LANDING_ARMED, app->next_index);
+        end_prediction(app, app->next_index);
         landing_disarm(&app->landing, app->next_index);
         telemetry_state(&app->telemetry, &app->landing);
         break;
@@ -444,16 +444,17 @@ static void take_block(struct app *app, const struct mr_block *block)
         telemetry_block(&app->telemetry, block);
     channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline.in,
                   app->tension_lb[row]);
-    if (news.state && app->landing.state == LANDING_DONE)
-        bandwatch_end(&app->bandwatch, &app->telemetry); /* before the message that ends the landing */
+    if (news.state && app->landing.state == LANDING_DONE) { /* before the message that ends the landing */
+        bandwatch_end(&app->bandwatch, &app->telemetry);
+        end_prediction(app, block->index);
+    }
     live_block(&app->live, &app->landing, &app->telemetry, block);
     tell_landing(app, &news, block->index);
     camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + LANDING_EDGE_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
-        baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index));
-    else if (was_recording)
-        end_prediction(app, true, block->index);
+        baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index),
+                        predict_held(&app->predict.predictor, &app->landing));
     if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
         float mean_in[MR_TRANSDUCERS];
         mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);

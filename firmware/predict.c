@@ -18,12 +18,11 @@ static void refresh(struct predict *p)
     p->store_due = true;
 }
 
-void predict_configure(struct predict *p)
+void predict_configure(struct predict *p, const float *slack_in)
 {
     struct mr_predictor_config started;
-    bool had = p->status == MR_OK && p->predictor.config.chain.mats;
-    if (had)
-        mr_predictor_save(&p->predictor, &p->state);
+    if (p->status == MR_OK && p->predictor.config.chain.mats)
+        mr_predictor_save(&p->predictor, &p->state); /* and there it waits while none is configured */
     p->telling = TOLD;
     p->warning = false;
     p->status = MR_NOT_NOW;
@@ -31,10 +30,13 @@ void predict_configure(struct predict *p)
         return;
     mr_config_predictor(&config, &started);
     p->status = mr_predictor_start(&p->predictor, &started);
-    if (p->status == MR_OK && (!had || mr_predictor_load(&p->predictor, &p->state) != MR_OK))
+    if (p->status != MR_OK)
+        return;
+    if (mr_predictor_load(&p->predictor, &p->state) != MR_OK) {
         p->source = MR_RUNWAY_UNKNOWN;
-    if (p->status == MR_OK)
-        refresh(p);
+        mr_predictor_survey(&p->predictor, slack_in);
+    }
+    refresh(p);
 }
 
 /* --- what is said --- */
@@ -139,7 +141,7 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     /* Armed with what is told: openings to 0.01 mil. It was saved from this runway, so it fits. */
     refresh(p);
     (void)mr_predictor_load(&p->predictor, &p->state);
-    memcpy(p->predictor.surveyed_in, slack_in, sizeof p->predictor.surveyed_in);
+    mr_predictor_surveyed(&p->predictor, slack_in);
     mr_predictor_arm(&p->predictor);
     p->zone = (struct mr_predictor_zone){.level = p->predictor.level};
     p->motion = (struct predict_motion){0};
@@ -224,8 +226,10 @@ void predict_kept(struct predict *p, uint32_t crc)
     p->store_due = true;
 }
 
-bool predict_end(struct predict *p, struct telemetry *telemetry, bool moved, uint32_t index)
+bool predict_end(struct predict *p, struct telemetry *telemetry, const struct landing *landing, uint32_t index)
 {
+    uint32_t held = predict_held(&p->predictor, landing);
+    bool moved = landing->state != LANDING_ARMED || (held & (held - 1u)) != 0;
     bool folded = p->status == MR_OK && p->predictor.armed && moved;
     if (p->status != MR_OK || !p->predictor.armed)
         return false;

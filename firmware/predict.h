@@ -43,8 +43,9 @@ struct predict {
     uint32_t crc;                    /* of the runway in force */
 };
 
-/* The configuration is another one, or known now. The runway stays what it was, if it has as many mats. */
-void predict_configure(struct predict *predict);
+/* The configuration is another one, or known now. The runway stays what it was, also while no predictor is configured, if it has as many
+ * mats and no joint is wider than the slack; else it is one that nobody has measured, but for the survey. */
+void predict_configure(struct predict *predict, const float *slack_in);
 /* A landing is armed; its record begins with block `index`. `slack_in`: the survey, MR_SEGMENTS; NaN: not surveyed since a landing. */
 void predict_arm(struct predict *predict, struct telemetry *telemetry, const float *slack_in, uint32_t index);
 /* Into the black box's record of the landing just armed. */
@@ -60,9 +61,9 @@ void predict_kept(struct predict *predict, uint32_t crc);
 void predict_regular(struct predict *predict, struct telemetry *telemetry, const uint8_t *copy, uint32_t index);
 /* Each block: while recorded all of it, else what is to be told. */
 void predict_block(struct predict *predict, struct telemetry *telemetry, const struct landing *landing, const struct predict_block *block);
-/* The landing is over. `moved`: a gear rolled, so that the joints are others now; else it was armed for nothing. True: the survey, if
- * any, is used up. */
-bool predict_end(struct predict *predict, struct telemetry *telemetry, bool moved, uint32_t index);
+/* The landing is over, or being disarmed. When a gear rolled, or two transducers moved and no switch said anything, the joints are others
+ * now; else it was armed for nothing. True: the survey, if any, is used up. */
+bool predict_end(struct predict *predict, struct telemetry *telemetry, const struct landing *landing, uint32_t index);
 void predict_survey(struct predict *predict, const float *slack_in, uint32_t index);
 /* Commands backlog and runway-*. `locked`: a landing is armed or going on. True in `forgotten`: the survey holds no more. */
 enum mr_status predict_obey(struct predict *predict, struct telemetry *telemetry, const struct mr_command *command, bool locked,

@@ -48,6 +48,11 @@ static void tell_motion(const struct predict_motion *motion, uint32_t tick, stru
     input->on_runway = input->wheel_ft >= config.site[0].touchdown_ft;
 }
 
+uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing)
+{
+    return landing->edges ? 0u : predictor->moved;
+}
+
 void predict_feed(struct predict_motion *motion, const struct landing *landing, const struct predict_block *block,
                   struct mr_predictor_input *input)
 {

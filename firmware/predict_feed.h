@@ -29,6 +29,10 @@ struct predict_block {
     unsigned waiting;             /* blocks that wait behind this one */
 };
 
+/* Transducers, as bits, whose zero stays what it was though nothing seems to roll: they have moved, and no switch has said a word since
+ * arming. */
+uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing);
+
 void predict_feed(struct predict_motion *motion, const struct landing *landing, const struct predict_block *block,
                   struct mr_predictor_input *input);
 

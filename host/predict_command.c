@@ -40,25 +40,26 @@ struct predict {
     bool known;
     json_t *rows;
     /* From the landing before: */
-    bool carried;
+    bool carried, forgets; /* forgets: the board has a predictor itself */
     struct mr_predictor_state state;
     float slack_in[MR_SEGMENTS];
     size_t fresh; /* segments surveyed since */
+    char board[25]; /* its uid; empty: not known */
     bool differ;  /* the board said something else than what follows from a record */
 };
 
 static const char *const verdicts[] = {"quiet", "advisory", "warning"};
 static const char *const reasons[] = {"", "zone ahead", "zone growing", "compression"};
 
-/* The segments that were surveyed since the landing before: the board keeps a reading until there is another, so what is the same to
- * the last digit is no news. */
+/* The segments that were surveyed since the landing before. A board with a predictor forgets a survey with the landing that uses it up; one
+ * without keeps a reading until there is another, so what is the same to the last digit is no news. */
 static void take_survey(struct predict *predict)
 {
     float sum_in[MR_SEGMENTS];
     predict->fresh = 0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         float slack_in = predict->survey.slack_in[s], before_in = predict->slack_in[s];
-        bool stale = predict->carried && !(slack_in < before_in || slack_in > before_in || isnan(before_in));
+        bool stale = predict->carried && !predict->forgets && !(slack_in < before_in || slack_in > before_in || isnan(before_in));
         sum_in[s] = stale ? NAN : slack_in;
         predict->fresh += isnan(sum_in[s]) ? 0u : 1u;
         predict->slack_in[s] = slack_in;
@@ -121,6 +122,12 @@ static json_t *number(double value)
     return isnan(value) ? json_null() : json_real(value);
 }
 
+/* Half a 95 % interval; none is stated where there is no zone, nor of a kinematic one. */
+static void error_text(float error_ft, char text[16])
+{
+    snprintf(text, 16, isnan(error_ft) ? "-" : "%.1f", 1.96 * (double)error_ft);
+}
+
 static void tell(struct predict *predict, double t_s, const struct mr_predictor_zone *zone, const struct cli *cli)
 {
     float wheel_ft = predict->predictor.wheel_ft;
@@ -135,11 +142,13 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
                                         "basis", (int)zone->basis));
         return;
     }
-    char coming[16] = "-";
+    char coming[16] = "-", start[16], end[16];
+    error_text(zone->start_error_ft, start);
+    error_text(zone->end_error_ft, end);
     if (zone->coming_mats)
         snprintf(coming, sizeof coming, "%.1f", (double)zone->coming_ft);
-    printf("%7.3f %7.1f %6u %6.1f +- %-4.1f %6.1f +- %-4.1f %7u %7s %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
-           (double)zone->start_ft, 1.96 * (double)zone->start_error_ft, (double)zone->end_ft, 1.96 * (double)zone->end_error_ft,
+    printf("%7.3f %7.1f %6u %6.1f +- %-4s %6.1f +- %-4s %7u %7s %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
+           (double)zone->start_ft, start, (double)zone->end_ft, end,
            zone->coming_mats, coming, (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
            zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
 }
@@ -206,6 +215,14 @@ static void conclude(const struct predict *predict, double warned_s, double boar
                (double)left->end_ft, left->closed_joints);
 }
 
+static void tell_lost(const struct predict_again *again)
+{
+    if (again->possible && again->lacks_block != STORE_NONE)
+        printf("computed again up to block %lld, which the record lacks\n", (long long)again->lacks_block);
+    if (again->lost)
+        printf("not compared: %zu fields or statements that were lost on the way\n", again->lost);
+}
+
 /* Did the board say what follows from its record, bit by bit? */
 static void tell_again(const struct predict_again *again)
 {
@@ -224,6 +241,8 @@ static json_t *again_json(const struct predict_again *again)
 {
     json_t *object = json_pack("{s:b, s:i, s:i, s:i, s:i}", "possible", again->possible, "statements", (int)again->said, "fields",
                                (int)again->fields, "differ", (int)again->differ, "backlogs", (int)again->backlogs);
+    json_object_set_new(object, "lost", json_integer((json_int_t)again->lost));
+    json_object_set_new(object, "lacks_block", again->lacks_block == STORE_NONE ? json_null() : json_integer((json_int_t)again->lacks_block));
     json_object_set_new(object, "lacks", again->lacks ? json_string(again->lacks) : json_null());
     json_object_set_new(object, "first",
                         again->differ ? json_pack("{s:I, s:s, s:o, s:o}", "block", (json_int_t)again->first.block, "field", again->first.field,
@@ -238,6 +257,8 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
 {
     struct mr_predictor_zone left;
     struct predict_again again;
+    struct mr_predictor_state runway;
+    int64_t source;
     double board_s, warned_s;
     predict->gates = predict->beyond = 0;
     predict->known = false;
@@ -245,10 +266,18 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     enum mr_status status = measured_load(store, run, &predict->measured, error);
     if (status == MR_OK && predict->measured.source == MEASURED_NOTHING)
         status = error_set(error, MR_USAGE, "no readings: RUN %lld has neither blocks nor displacements", (long long)run);
+    const char *board = predict->measured.landing.board_uid;
+    if (status == MR_OK && board[0] && predict->board[0] && strcmp(board, predict->board) != 0)
+        status = error_set(error, MR_USAGE, "RUN %lld is of board %s, those before of %s: give the landings of one runway", (long long)run,
+                           board, predict->board);
+    if (status == MR_OK && board[0])
+        memcpy(predict->board, board, sizeof predict->board);
     if (status == MR_OK)
         status = zones_load_survey(store, run, &predict->survey, error);
     if (status == MR_OK)
         status = zones_load(store, &predict->measured, &predict->zones, error);
+    if (status == MR_OK)
+        status = store_runway_get(store, run, &runway, &source, &predict->forgets, error);
     if (status == MR_OK)
         status = prepare(predict, error);
     if (status == MR_OK) {
@@ -264,6 +293,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
             json_array_append_new(results, object);
         } else {
             conclude(predict, warned_s, board_s, &left);
+            tell_lost(&again);
             tell_again(&again);
         }
         predict->differ |= again.differ > 0;

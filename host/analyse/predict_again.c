@@ -20,6 +20,8 @@ struct again {
     size_t zones, predictions, next_zone, next_prediction;
     struct store_backlog *backlog;
     size_t backlogs, next_backlog;
+    struct store_gap *gap;
+    size_t gaps;
 
     struct landing landing;
     struct mr_watch watch;
@@ -28,6 +30,7 @@ struct again {
     struct mr_predictor_zone look;
     struct predict_motion motion;
     bool armed, warning, over;
+    bool covered; /* frames of about this block were lost */
     int64_t block;
 };
 
@@ -52,6 +55,16 @@ static enum mr_status load_config(struct store *store, struct again *again, stru
     return status;
 }
 
+/* Edges are numbered from arming on; what is beyond 255 cannot be told apart. */
+static bool edges_whole(const struct again *again)
+{
+    for (size_t i = 0; i < again->edges && i < UINT8_MAX; i++) {
+        if (again->edge[i].count != (int64_t)i + 1)
+            return false;
+    }
+    return true;
+}
+
 /* NULL: all is there. */
 static const char *lacking(const struct again *again, bool runway, size_t items)
 {
@@ -61,6 +74,8 @@ static const char *lacking(const struct again *again, bool runway, size_t items)
         return "the runway it was armed with";
     if (items != (size_t)MR_PREDICT_ITEMS)
         return "its parameters";
+    if (!edges_whole(again))
+        return "an edge";
     return again->row.armed_block == STORE_NONE ? "the moment of arming" : NULL;
 }
 
@@ -82,6 +97,8 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
     if (status == MR_OK)
         status = store_backlogs(store, run, &again->backlog, &again->backlogs, error);
     if (status == MR_OK)
+        status = store_gaps(store, run, &again->gap, &again->gaps, error);
+    if (status == MR_OK)
         status = store_runway_get(store, run, &state, &source, &runway, error);
     if (status == MR_OK)
         status = store_predict_config(store, run, &parameters, &items, error);
@@ -95,19 +112,41 @@ static enum mr_status load(struct store *store, struct again *again, struct erro
         again->result->possible = false;
         again->result->lacks = "a runway that its parameters go with";
     }
+    float slack_in[MR_SEGMENTS];
+    for (size_t i = 0; i < MR_SEGMENTS; i++)
+        slack_in[i] = NAN;
     for (size_t i = 0; status == MR_OK && i < segments; i++) {
         if (segment[i].segment >= 0 && segment[i].segment < (int64_t)MR_SEGMENTS)
-            again->predictor.surveyed_in[segment[i].segment] = (float)segment[i].slack_in;
+            slack_in[segment[i].segment] = (float)segment[i].slack_in;
     }
+    if (again->result->possible)
+        mr_predictor_surveyed(&again->predictor, slack_in);
     free(segment);
     return status;
 }
 
 /* --- comparing --- */
 
+/* Whether the record says itself that it lacks something there. */
+static bool has_gap(const struct again *again, int64_t block, bool of_the_board)
+{
+    for (size_t i = 0; i < again->gaps; i++) {
+        const struct store_gap *gap = &again->gap[i];
+        bool from = gap->from_block == STORE_NONE || gap->from_block <= block, to = gap->to_block == STORE_NONE || gap->to_block >= block;
+        bool block_of_the_board = strcmp(gap->message, "block") == 0 && strcmp(gap->cause, "board") == 0;
+        if (from && to && block_of_the_board == of_the_board)
+            return true;
+    }
+    return false;
+}
+
 static void compare(struct again *again, const char *field, double said, double made)
 {
     struct predict_again *result = again->result;
+    if (again->covered && isnan(said) && !isnan(made)) { /* lost on the way */
+        result->lost++;
+        return;
+    }
     result->fields++;
     if (said == made || (isnan(said) && isnan(made)))
         return;
@@ -167,19 +206,36 @@ static void compare_prediction(struct again *again, const struct store_predictio
     compare(again, "age", whole(p->age_blocks), said->verdict.age);
 }
 
-/* A statement of the host: the board's of the same block. One that there is not was lost, or is a difference. */
+/* Statements of the board of blocks before `block` that the host has not made are differences. */
+static void pass_over(struct again *again, int64_t block)
+{
+    int64_t now = again->block;
+    again->covered = false;
+    while (again->next_zone < again->zones && (again->block = again->zone[again->next_zone].block) < block) {
+        compare(again, "statement", 1.0, (double)NAN);
+        again->next_zone++;
+    }
+    while (again->next_prediction < again->predictions && (again->block = again->prediction[again->next_prediction].block) < block) {
+        compare(again, "statement", 1.0, (double)NAN);
+        again->next_prediction++;
+    }
+    again->block = now;
+}
+
+/* A statement of the host: the board's of the same block. One that there is not was lost, as a gap says, or is a difference. */
 static void hold_against(struct again *again)
 {
     struct predict_said said;
     predict_statement(&again->predictor, &again->look, again->warning, (uint32_t)again->block, &said);
-    while (again->next_zone < again->zones && again->zone[again->next_zone].block < again->block)
-        again->next_zone++;
-    while (again->next_prediction < again->predictions && again->prediction[again->next_prediction].block < again->block)
-        again->next_prediction++;
+    pass_over(again, again->block);
+    again->covered = has_gap(again, again->block, false);
     const struct store_zone *z = again->next_zone < again->zones ? &again->zone[again->next_zone] : NULL;
     const struct store_prediction *p = again->next_prediction < again->predictions ? &again->prediction[again->next_prediction] : NULL;
+    bool has_z = z && z->block == again->block, has_p = p && p->block == again->block;
+    again->next_zone += has_z;
+    again->next_prediction += has_p;
     again->result->made++;
-    if (!z || z->block != again->block || !p || p->block != again->block) {
+    if (!has_z || !has_p) {
         compare(again, "statement", (double)NAN, 1.0);
         return;
     }
@@ -246,6 +302,21 @@ static void take_backlog(struct again *again)
     }
 }
 
+/* From arming on every block is needed, but those that the board itself has not had. False: it ends here. */
+static bool follows(struct again *again, int64_t index)
+{
+    int64_t wanted = again->armed ? again->block + 1 : again->row.armed_block;
+    if (!again->armed && index < wanted)
+        return true;
+    for (; wanted < index; wanted++) {
+        if (!has_gap(again, wanted, true)) {
+            again->result->lacks_block = wanted;
+            return false;
+        }
+    }
+    return true;
+}
+
 static enum mr_status take_block(void *context, const uint8_t *record, size_t length)
 {
     struct again *again = context;
@@ -254,6 +325,9 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     uint32_t ticks[MR_SWITCHES_WAITING];
     float displacement_in[MR_TRANSDUCERS];
     if (again->over || mr_block_get(&block, record, length) != MR_OK)
+        return MR_OK;
+    again->over = !follows(again, block.index);
+    if (again->over)
         return MR_OK;
     again->block = block.index;
     if (!again->armed && again->block >= again->row.armed_block)
@@ -265,7 +339,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     if (!again->armed || again->over)
         return MR_OK;
     read_transducers(again, &block, displacement_in);
-    baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index));
+    baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index),
+                    predict_held(&again->predictor, &again->landing));
     take_backlog(again);
     predict_feed(&again->motion, &again->landing,
                  &(struct predict_block){.index = block.index, .tick = block.tick, .displacement_in = displacement_in,
@@ -281,7 +356,7 @@ enum mr_status predict_again(struct store *store, int64_t run, struct predict_ag
     struct again *again = calloc(1, sizeof *again);
     if (!again)
         abort();
-    *result = (struct predict_again){0};
+    *result = (struct predict_again){.lacks_block = STORE_NONE};
     again->result = result;
     landing_start(&again->landing);
     enum mr_status status = store_landing_get(store, run, &again->row, error);
@@ -289,14 +364,17 @@ enum mr_status predict_again(struct store *store, int64_t run, struct predict_ag
         status = load(store, again, error);
     if (status == MR_OK && result->possible)
         status = store_blocks_each(store, run, take_block, again, error);
+    if (status == MR_OK && result->possible && result->made)
+        pass_over(again, result->lacks_block == STORE_NONE ? again->block : result->lacks_block);
     if (status == MR_OK && result->possible && !result->made) {
         result->possible = false;
-        result->lacks = "block records";
+        result->lacks = again->armed ? "block records" : "block records from arming on";
     }
     free(again->edge);
     free(again->zone);
     free(again->prediction);
     free(again->backlog);
+    free(again->gap);
     free(again);
     return status;
 }

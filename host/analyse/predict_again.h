@@ -11,6 +11,8 @@ struct predict_again {
     const char *lacks;      /* what it does not, when it is not possible */
     size_t said, made;      /* statements of the board, and of the host in the blocks that the record has */
     size_t fields, differ;
+    size_t lost;            /* fields and statements that did not come, where the record says that frames were lost */
+    int64_t lacks_block;    /* the first that the record lacks: the comparison ends there; STORE_NONE: none */
     struct {
         int64_t block;
         char field[24];

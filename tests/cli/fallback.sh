@@ -30,7 +30,8 @@ all_lost() { # it runs on the model alone, and says so
 no_switches() { # kinematic, as soon as something moves
     { echo 'matrig-faults 1'; for p in $(seq 24); do echo "at 0.5  switch $p skip"; done; } >"$tmp/none.faults"
     fly none build/firmware/matrig.elf --faults "$tmp/none.faults" && [ "$(bit none 8)" = 1.00 ] &&
-        [ "$(ask none 'select group_concat(distinct level) from predictions where block between 3500 and 5000')" = 4 ]
+        [ "$(ask none 'select group_concat(distinct level) from predictions where block between 3500 and 5000')" = 4 ] &&
+        [ "$(ask none 'select min(mats) from zones where block between 5000 and 5450')" -ge 60 ] # what has moved stays so: 71 by the truth
 }
 a_third() { # one level down where the budget asks for it
     fly third $variants/frugal.elf && [ "$(ask third 'select count(distinct level) from predictions')" -ge 2 ] &&

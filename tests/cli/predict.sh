@@ -52,7 +52,13 @@ second_is_surveyed() { # read anew by the landing's own script, so taken over
 }
 check "two landings in order" several
 check "the first is as by itself, the second is not" first_is_the_same
+second_reads_the_same() { # and that is news: the board has forgotten the first reading. Exit 1: it has not had this one
+    sqlite3 "$db" "vacuum into '$tmp/same.db'" && sqlite3 "$tmp/same.db" "update slack set slack_in = (select o.slack_in from slack o join surveys v on
+        v.id = o.survey where v.landing = 1 and o.segment = slack.segment) where survey = (select id from surveys where landing = 2)" &&
+        { $matrig --json predict "$tmp/same.db" 1 2 >"$tmp/same.json"; [ $? -le 1 ]; } && grep -c '"segments_surveyed": 4[0-2]' "$tmp/same.json" | grep -x 2
+}
 check "both were surveyed" second_is_surveyed
+check "a reading that is the same is news" second_reads_the_same
 # The board's own run from what it recorded: every field of every statement; and a record that is another is found out.
 again() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.again.$2')"; }
 board_said_what_follows() {
@@ -74,9 +80,36 @@ another_record_differs() { # a joint, 0.01 mil wider
 what_lacks_is_named() {
     changed bare "delete from runways" && $matrig predict "$tmp/bare.db" 2 >"$tmp/bare.txt" && grep -q 'lacks the runway it was armed with' "$tmp/bare.txt"
 }
+# A gap that the record declares is none of the board's making; one that it does not declare is. So is what the board said beyond that.
+middle='(select min(block) from predictions where landing = 2 and block % 50 = 0 and block > 2000)'
+what_was_lost_is_no_difference() {
+    changed lost "delete from predictions where landing = 2 and block = $middle; delete from zones where landing = 2 and block = $middle + 50"
+    ! $matrig predict "$tmp/lost.db" 2 >"$tmp/lost.txt" && grep -q '^computed again from the record: 2 of .* DIFFER.*statement: board nan' "$tmp/lost.txt" || return 1
+    sqlite3 "$tmp/lost.db" "insert into gaps(session, landing, link, message, channels, cause, count, from_block, to_block)
+        select session, 2, 1, 'frame', 'all', 'link', 12, 1990, 2200 from landings where id = 2"
+    $matrig predict "$tmp/lost.db" 2 >"$tmp/lost.txt" && grep '^not compared: 2 fields' "$tmp/lost.txt" && grep -q 'all the same to the last bit' "$tmp/lost.txt"
+}
+what_the_board_said_besides_is_a_difference() {
+    changed besides "insert into zones select landing, block + 10, mats, start_ft, end_ft, lead_s, wheel_ft, 1, inferred_percent, links from zones where landing = 2 and block = $middle"
+    ! $matrig predict "$tmp/besides.db" 2 >"$tmp/besides.txt" && grep '1 of .* DIFFER; first block 2[0-9]*, statement: board 1, host nan' "$tmp/besides.txt"
+}
+blocks_that_lack_end_it() {
+    changed hole "delete from blocks where landing = 2 and idx between 1512 and 1513; insert into gaps(session, landing, link, message, channels, cause,
+        count, from_block, to_block) select session, 2, 1, 'block', 'all', 'board', 1, 1512, 1512 from landings where id = 2"
+    $matrig predict "$tmp/hole.db" 2 >"$tmp/hole.txt" && grep '^computed again up to block 1513, which the record lacks' "$tmp/hole.txt" &&
+        grep -q 'all the same to the last bit' "$tmp/hole.txt" || return 1
+    changed late "delete from blocks where landing = 2 and idx < 1500" && $matrig predict "$tmp/late.db" 2 >"$tmp/late.txt" &&
+        grep 'lacks block records from arming on' "$tmp/late.txt" || return 1
+    changed edge "delete from edges where landing = 2 and count = 3" && $matrig predict "$tmp/edge.db" 2 >"$tmp/edge.txt" && grep 'lacks an edge' "$tmp/edge.txt"
+}
+check "what was lost on the way is no difference" what_was_lost_is_no_difference
+check "what the board said besides is one" what_the_board_said_besides_is_a_difference
+check "blocks and edges that lack are named" blocks_that_lack_end_it
 check "the board said what follows from its record, to the last bit" board_said_what_follows
 check "what does not follow is found out" another_record_differs
 check "what a record lacks is named" what_lacks_is_named
+changed boards "update landings set board_uid = '000000000000000000000000' where id = 2"
+check "landings of two boards" fails_with 2 'RUN 2 is of board 0*, those before of [0-9A-F]*: give the landings of one runway' $matrig predict "$tmp/boards.db" 1 2
 check "out of order" fails_with 2 'out of order: RUN 1 after 2' $matrig predict "$db" 2 1
 check "a RUN that is not there, after one that is" fails_with 2 'RUN 9' $matrig predict "$db" 1 9
 check "a RUN that is not there" fails_with 2 'RUN 9' $matrig predict "$db" 9

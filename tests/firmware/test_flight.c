@@ -129,6 +129,39 @@ static void a_warning_ends_with_the_landing(void **state)
     assert_int_equal(lead.warning, 0);
 }
 
+/* Over the time limit while the motion is not known and transducers alone speak: the last word is that the warning is over. */
+static void a_kinematic_warning_ends_before_the_landing(void **state)
+{
+    (void)state;
+    struct mr_landing message;
+    struct mr_zone_lead lead;
+    survey(0.0f);
+    play(30);
+    command("arm 2");
+    play(600);
+    moved_in[0] = 0.2f;
+    play(30);
+    assert_true(fake.warning);
+    pass_switch(1, (double)index_now * 1e-3);
+    play(200);
+    pass_switch(2, (double)index_now * 1e-3);
+    play(40);
+    app.landing.motion_known = false; /* an estimate that found nothing */
+    app.predict.motion.known = false;
+    play(5100);
+    GET_LAST(landing, LANDING, &message);
+    assert_int_equal(message.state, LANDING_DONE);
+    assert_false(fake.warning);
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_int_equal(lead.warning, 0);
+    bool done = false;
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        if (fake.sent[i].id == MR_ID_LANDING && mr_landing_get(&message, fake.sent[i].data, 8) == MR_OK)
+            done |= message.state == LANDING_DONE;
+        assert_false(done && fake.sent[i].id == MR_ID_ZONE_LEAD);
+    }
+}
+
 /* Movement counts from arming, each time anew: what moved before is in the survey already. */
 static void what_moved_before_arming_is_the_zero(void **state)
 {
@@ -300,6 +333,7 @@ int main(void)
         TEST(every_switch_is_named),
         TEST(closing_joints_ahead_are_warned_of),
         TEST(a_warning_ends_with_the_landing),
+        TEST(a_kinematic_warning_ends_before_the_landing),
         TEST(what_moved_before_arming_is_the_zero),
         TEST(two_landings_in_one_run),
         TEST(the_track_does_not_bend_the_motion),

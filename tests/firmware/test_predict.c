@@ -333,9 +333,12 @@ static void the_host_gives_a_runway(void **state)
     assert_int_equal(told.landings, 0);
     command("arm 1");
     live(10);
-    command("runway-forget");
-    live(1);
-    assert_int_equal(last_status(), MR_NOT_NOW);
+    const char *const locked[] = {"runway-forget", "runway-read", "runway-word 0 0", "runway-joints 0 0"};
+    for (size_t i = 0; i < sizeof locked / sizeof *locked; i++) {
+        command(locked[i]);
+        live(1);
+        assert_int_equal(last_status(), MR_NOT_NOW);
+    }
 }
 
 /* Blocks that wait put it down one level at once, and once in a look; that is told, and comes back. */
@@ -373,6 +376,246 @@ static void a_backlog_is_an_input(void **state)
     GET_LAST(verdict, VERDICT, &verdict);
     assert_int_equal(verdict.level, MR_PREDICTOR_FULL);
     assert_false(verdict.basis & MR_PREDICTOR_DEGRADED);
+}
+
+/* No switch tells of the gear: transducers 1 to 3 (40, 50 and 60 ft) approach each other by 0.35 in each. What they have moved is no new
+ * zero, whatever time goes by; and the joints are others when it is over. */
+static void without_switches_the_movement_stays(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    struct mr_slack slack;
+    struct mr_zone zone;
+    struct mr_zone_lead lead;
+    struct mr_zone_error zone_error;
+    live(200);
+    survey_all(0.1f);
+    command("arm 1");
+    live(600);
+    moved_in[0] = 0.72f;
+    moved_in[1] = 0.37f;
+    moved_in[2] = 0.02f;
+    live(3000);
+    assert_true(fake.warning);
+    GET_LAST(zone, ZONE, &zone);
+    assert_in_range(zone.mats, 60, 75);
+    GET_LAST(zone_lead, ZONE_LEAD, &lead);
+    assert_in_range(lead.inferred_percent, 0, 5); /* between transducers at 40 and 110 */
+    GET_LAST(zone_error, ZONE_ERROR, &zone_error);
+    assert_true(isnan(zone_error.start_ft) && isnan(zone_error.end_ft)); /* the score has none to state */
+    command("disarm");
+    live(1200);
+    assert_false(fake.warning);
+    GET_LAST(slack, SLACK, &slack);
+    assert_true(isnan(slack.slack_in));
+    told_crc(&told);
+    assert_int_equal(told.landings, 1);
+    unsigned left = 0;
+    for (unsigned j = 150; j < 200; j++)
+        left += told.gap_hmil[j];
+    assert_in_range(left, 0, 5000); /* of 50,000 in these five segments */
+}
+
+/* Somebody touches one transducer: no gear, and the survey holds. */
+static void one_that_is_touched_is_no_landing(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.1f);
+    command("arm 1");
+    live(600);
+    moved_in[3] = 0.3f;
+    live(600);
+    command("disarm");
+    live(100);
+    told_crc(&told);
+    assert_int_equal(told.landings, 0);
+}
+
+static unsigned surveyed(void)
+{
+    unsigned count = 0;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        count += isnan(app.predict.predictor.surveyed_in[s]) ? 0u : 1u;
+    return count;
+}
+
+static void rearm(void)
+{
+    command("disarm");
+    live(1);
+    command("arm 1");
+    live(1);
+}
+
+/* A statement rests on a survey only where the joints have its sums: not on one that they cannot have (ten have 0.3 in of slack), nor on
+ * one that the host's runway has taken the place of. */
+static void a_survey_counts_where_the_joints_have_it(void **state)
+{
+    (void)state;
+    struct mr_predictor_state given = {.mats = 420, .landings = 7, .scale = 1.0f};
+    live(200);
+    survey_all(0.1f);
+    rearm();
+    assert_int_equal(surveyed(), MR_SEGMENTS);
+    rearm(); /* for nothing: it still holds */
+    assert_int_equal(surveyed(), MR_SEGMENTS);
+    command("disarm");
+    live(1);
+    command("survey 4 1.0");
+    live(1);
+    rearm();
+    assert_int_equal(surveyed(), MR_SEGMENTS - 1u);
+    command("disarm");
+    live(1);
+    for (unsigned j = 0; j < 421; j++)
+        given.gap_hmil[j] = j < 100 ? 1000 : 0; /* the first ten segments as they were surveyed */
+    give(&given, mr_runway_crc(&given));
+    assert_int_equal(last_status(), MR_OK);
+    rearm();
+    assert_int_equal(surveyed(), 9); /* but the one that could not be */
+}
+
+/* Left out of the configuration and back, the runway is what it was. One of other mats is not, but what was surveyed is. */
+static void a_configuration_leaves_the_runway(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.05f);
+    live(1200);
+    uint32_t crc = told_crc(&told);
+    config.predict[0].fitted = 0;
+    app_configured(&app);
+    live(100);
+    config.predict[0].fitted = 1;
+    app_configured(&app);
+    live(100);
+    assert_int_equal(told_crc(&told), crc);
+    config.site[0].mats = 400;
+    app_configured(&app);
+    live(1);
+    assert_int_equal(app.predict.predictor.config.chain.mats, 400);
+    rearm();
+    assert_int_equal(surveyed(), 40); /* and a joint more, which is a segment of its own */
+}
+
+/* Counted by 32 bits: after the highest comes 0, and that is the newer one. */
+static void the_newer_copy_is_found_beyond_the_wrap(void **state)
+{
+    (void)state;
+    struct mr_predictor_state older = {.mats = 420, .landings = 1, .scale = 1.0f}, newer = {.mats = 420, .landings = 2, .scale = 1.0f};
+    mr_runway_write(&older, UINT32_MAX, fake_nor.cell + A_COPY);
+    mr_runway_write(&newer, 0, fake_nor.cell + B_COPY);
+    boot();
+    live(200);
+    struct mr_runway_store stored = told_store();
+    assert_int_equal(stored.source, MR_RUNWAY_COPY_B);
+    assert_int_equal(stored.crc, mr_runway_crc(&newer));
+}
+
+/* Commands of the first millisecond, before the memory has been read: what is surveyed comes on top of what is kept, what is to be forgotten
+ * stays so; and a landing waits for the runway. */
+static void commands_before_the_memory_is_read(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.05f);
+    live(1200);
+    boot();
+    command("survey 3 0.2");
+    live(200);
+    assert_int_equal(told_store().source, MR_RUNWAY_MEASURED);
+    told_crc(&told);
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        int sum = 0;
+        for (unsigned j = 0; j < 10; j++)
+            sum += told.gap_hmil[10 * s + j];
+        assert_in_range(sum, s == 3 ? 19990 : 4990, s == 3 ? 20010 : 5010);
+    }
+    boot();
+    command("runway-forget");
+    live(200);
+    assert_int_equal(told_store().source, MR_RUNWAY_UNKNOWN);
+    boot();
+    for (unsigned i = 0; i < 400 && app.landing.state != LANDING_ARMED; i++) {
+        command("arm 1");
+        live(1);
+    }
+    assert_int_equal(app.landing.state, LANDING_ARMED);
+    assert_true(app.runwaystore.loaded);
+}
+
+/* What changes while a copy is being written is kept too. */
+static void a_change_while_it_is_written_is_kept(void **state)
+{
+    (void)state;
+    struct mr_predictor_state told;
+    live(200);
+    survey_all(0.05f);
+    for (unsigned i = 0; i < 2000 && app.runwaystore.copy[0] != RUNWAYSTORE_BLANK; i++)
+        live(1);
+    uint64_t before = fake_nor.operations;
+    for (unsigned i = 0; i < 2000 && fake_nor.operations == before; i++)
+        live(1);
+    command("survey 3 0.2");
+    live(3000);
+    uint32_t crc = told_crc(&told);
+    boot();
+    live(200);
+    assert_int_equal(told_store().crc, crc);
+}
+
+/* A wrong bit that comes and goes in reading is none in the memory. */
+static void a_mistake_in_reading_is_read_again(void **state)
+{
+    (void)state;
+    live(200);
+    survey_all(0.05f);
+    live(1200);
+    boot();
+    fake_nor.faults = FAKE_NOR_READ_ERROR;
+    fake_nor.from = A_COPY;
+    fake_nor.to = B_COPY;
+    for (unsigned i = 0; i < 400 && app.runwaystore.tries == 0; i++)
+        live(1);
+    assert_true(app.runwaystore.tries > 0);
+    fake_nor.faults = 0;
+    live(200);
+    assert_int_equal(told_store().source, MR_RUNWAY_COPY_A);
+}
+
+/* The deceleration is taken from the third switch beyond touchdown on (17.5 ft, 0.509 s after it). */
+static void braking_is_known_from_the_third_switch(void **state)
+{
+    (void)state;
+    for (unsigned third = 0; third < 2; third++) {
+        boot();
+        live(200);
+        command("arm 1");
+        touchdown_s = 1.0;
+        fly(third ? 1.53 : 1.50);
+        assert_int_equal(app.predict.predictor.braking, third);
+        assert_true(app.predict.predictor.speed_ft_s > 0.0f);
+    }
+}
+
+/* With all joints closed anything that moves warns; not while the model is pushed over a switch. */
+static void a_model_that_is_pushed_is_not_warned_of(void **state)
+{
+    (void)state;
+    live(200);
+    survey_all(0.0f);
+    command("arm 1");
+    live(600);
+    moved_in[0] = 0.2f;
+    live(20);
+    assert_true(fake.warning);
+    pass_switch(9, (double)index_now * 1e-3);
+    live(60);
+    assert_false(fake.warning);
 }
 
 static int without_predictor(void **state)
@@ -440,6 +683,16 @@ int main(void)
         TEST(a_sector_that_does_not_hold_is_told),
         TEST(the_host_gives_a_runway),
         TEST(a_backlog_is_an_input),
+        TEST(the_newer_copy_is_found_beyond_the_wrap),
+        TEST(commands_before_the_memory_is_read),
+        TEST(a_change_while_it_is_written_is_kept),
+        TEST(a_mistake_in_reading_is_read_again),
+        TEST(braking_is_known_from_the_third_switch),
+        TEST(a_model_that_is_pushed_is_not_warned_of),
+        TEST(without_switches_the_movement_stays),
+        TEST(one_that_is_touched_is_no_landing),
+        TEST(a_survey_counts_where_the_joints_have_it),
+        TEST(a_configuration_leaves_the_runway),
         cmocka_unit_test_setup_teardown(without_one_nothing_is_said_or_kept, without_predictor, put_back),
         cmocka_unit_test_setup_teardown(a_refused_one_says_why, with_a_refused_one, put_back),
     };

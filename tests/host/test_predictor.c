@@ -407,6 +407,94 @@ static void a_third_of_the_budget_is_two_in_one(void **state)
     }
 }
 
+/* Two levels down at once; each level up is waited for anew, ten looks. */
+static void it_comes_back_level_by_level(void **state)
+{
+    (void)state;
+    struct mr_predictor_config config = rig();
+    struct mr_predictor_input input = {.wheel_ft = 10.0f, .speed_ft_s = 0.0f, .deceleration_ft_s2 = 5.0f};
+    unsigned blocks[MR_PREDICTOR_PLOUGH] = {0};
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    mr_predictor_hurry(&predictor);
+    mr_predictor_hurry(&predictor);
+    for (unsigned ms = 0; ms < 2000; ms++) {
+        mr_predictor_block(&predictor, &input);
+        assert_true(predictor.level < MR_PREDICTOR_PLOUGH);
+        blocks[predictor.level]++;
+    }
+    assert_in_range(blocks[MR_PREDICTOR_FOUR], 450, 550);
+    assert_in_range(blocks[MR_PREDICTOR_TWO], 450, 550);
+    assert_int_equal(predictor.level, MR_PREDICTOR_FULL);
+}
+
+/* A budget that no look exceeds by half, but a second does. */
+static void a_second_beyond_the_budget_counts(void **state)
+{
+    (void)state;
+    struct landing landing = {.speed_ft_s = 33.0, .braking_ft_s2 = 8.0};
+    struct mr_predictor_config config = rig();
+    uint32_t looks[200] = {0}, most = 0, second = 0;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    for (unsigned ms = 0; ms < 4000; ms++) {
+        struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
+        uint32_t updates = predictor.updates, visits = predictor.visits;
+        mr_predictor_block(&predictor, &input);
+        looks[ms / 50] += predictor.updates - updates + (predictor.visits - visits) / 2u;
+        most = looks[ms / 50] > most ? looks[ms / 50] : most;
+    }
+    for (unsigned n = 0; n + 20 <= 80; n++) {
+        uint32_t sum = 0;
+        for (unsigned i = n; i < n + 20; i++)
+            sum += looks[i];
+        second = sum > second ? sum : second;
+    }
+    config.updates_per_block = most / 50u * 3u / 4u; /* a look: at most 1.33 of it */
+    assert_true(second > 1000u * config.updates_per_block);
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    enum mr_predictor_level worst = MR_PREDICTOR_FULL;
+    for (unsigned ms = 0; ms < 4000; ms++) {
+        struct mr_predictor_input input = gear_at(&landing, 1e-3 * ms);
+        mr_predictor_block(&predictor, &input);
+        worst = predictor.level > worst ? predictor.level : worst;
+    }
+    assert_int_equal(worst, MR_PREDICTOR_TWO);
+}
+
+/* What is carried on, and what is not: a channel that was lost for a while is trusted again; a deceleration counts when switches beyond
+ * touchdown tell it, and only in its landing; the resistance stays within its bounds however the mats are dragged. */
+static void what_counts_and_how_long(void **state)
+{
+    (void)state;
+    struct mr_predictor_config config = rig();
+    struct mr_predictor_input input = {.wheel_ft = 30.0f, .speed_ft_s = 10.0f, .deceleration_ft_s2 = 9.0f, .on_runway = true};
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_arm(&predictor);
+    mr_predictor_block(&predictor, &input);
+    assert_true(predictor.deceleration_ft_s2 == 5.0f);
+    input.braking_known = true;
+    input.displacement_in[2] = NAN;
+    mr_predictor_block(&predictor, &input);
+    assert_true(predictor.deceleration_ft_s2 == 9.0f);
+    assert_int_equal(predictor.doubt[2], MR_PREDICTOR_MISSING);
+    input.displacement_in[2] = 0.0f;
+    mr_predictor_block(&predictor, &input);
+    assert_int_equal(predictor.doubt[2], MR_PREDICTOR_TRUSTED);
+    for (int way = 1; way >= -1; way -= 2) {
+        mr_predictor_arm(&predictor);
+        assert_true(predictor.deceleration_ft_s2 == 5.0f);
+        for (unsigned ms = 0; ms < 4000; ms++) {
+            for (unsigned i = 0; i < 3; i++)
+                input.displacement_in[i] = (float)way * 0.01f * (float)(ms % 1000 < 100 ? ms % 1000 : 100);
+            memset(predictor.doubt, 0, sizeof predictor.doubt); /* whatever it is, it is believed */
+            mr_predictor_block(&predictor, &input);
+            assert_true(predictor.scale >= 0.3f && predictor.scale <= 2.5f);
+        }
+    }
+}
+
 /* --- what is wrong --- */
 
 static unsigned wrong_kind;
@@ -561,6 +649,9 @@ int main(void)
         cmocka_unit_test(without_switches_it_is_kinematic),
         cmocka_unit_test(level_follows_the_budget),
         cmocka_unit_test(a_third_of_the_budget_is_two_in_one),
+        cmocka_unit_test(it_comes_back_level_by_level),
+        cmocka_unit_test(a_second_beyond_the_budget_counts),
+        cmocka_unit_test(what_counts_and_how_long),
         cmocka_unit_test(wrong_inputs_end_in_sane_statements),
         cmocka_unit_test(extremes_stay_bounded),
         cmocka_unit_test(impossible_parameters_are_refused),

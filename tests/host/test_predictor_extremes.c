@@ -355,6 +355,43 @@ static void a_spoilt_chain_falls_back(void **state)
     assert_false(zone.basis & MR_PREDICTOR_FELL_BACK);
 }
 
+/* However often it is begun again, what the transducers have moved closes joints once. Stations 40 to 60 approach each other by 0.1 in. */
+static void falling_back_again_closes_nothing_more(void **state)
+{
+    (void)state;
+    struct mr_predictor_config config = case_rig();
+    struct mr_predictor_input input = {.wheel_ft = 5.0f, .speed_ft_s = 30.0f, .deceleration_ft_s2 = 5.0f, .braking_known = true};
+    float sum_in[MR_SEGMENTS], once_ft = 0.0f;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++)
+        sum_in[s] = 0.1f;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        config.station_ft[i] = i < 3 ? 40.0f + 10.0f * (float)i : NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        input.displacement_in[i] = i < 3 ? 0.2f - 0.1f * (float)i : NAN;
+    assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
+    mr_predictor_survey(&predictor, sum_in);
+    mr_predictor_arm(&predictor);
+    for (unsigned k = 1; k <= 5; k++) {
+        if (k < 5) {
+            predictor.chain.u_ft[20] = NAN;
+            predictor.chain.awake[3] = true;
+            predictor.chain.low = 3;
+            predictor.chain.high = 3;
+            mr_predictor_block(&predictor, &input);
+            assert_int_equal(predictor.failures, k);
+        } else {
+            mr_predictor_fold(&predictor);
+        }
+        float now_ft = 0.0f;
+        for (unsigned j = 130; j < 220; j++)
+            now_ft += predictor.gap_ft[j];
+        if (k == 1)
+            once_ft = now_ft;
+        assert_true(fabsf(12.0f * once_ft - (0.9f - 0.2f)) < 0.02f);
+        assert_true(fabsf(now_ft - once_ft) < 1e-5f);
+    }
+}
+
 int main(void)
 {
     all_gaps_in = NAN;
@@ -369,6 +406,7 @@ int main(void)
         cmocka_unit_test(time_standing_still_comes_to_rest),
         cmocka_unit_test(a_speed_rounded_below_zero_is_rest),
         cmocka_unit_test(a_spoilt_chain_falls_back),
+        cmocka_unit_test(falling_back_again_closes_nothing_more),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
