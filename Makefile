@@ -149,6 +149,12 @@ score: $(B)/tests/score/score ## the predictor on seeded landings that are not i
 identity: all $(B)/tests/identity/draw ## LANDINGS=20 SEED=1: the board's statements against the host's, bit for bit, on seeded landings
 	@LANDINGS=$(or $(LANDINGS),20) SEED=$(or $(SEED),1) tests/cli/identity.sh
 
+.PHONY: series
+series: all $(B)/tests/runs/synthesise ## landings 1 to 5 of the standard series on the emulated board, its runway kept: said | observed 1973 | true
+	@mkdir -p $(B)/runs
+	@[ -e $(B)/runs/landing5.run ] || $(B)/tests/runs/synthesise $(B)/runs >$(B)/runs/table.txt
+	@tests/series.sh | tee $(B)/runs/series.txt
+
 .PHONY: campaigns
 campaigns: $(B)/tests/campaigns/campaigns ## SEEDS=16: the report's series of landings, observed | predicted | verdict: build/campaigns/table.md
 	@mkdir -p $(B)/campaigns
