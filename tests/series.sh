@@ -17,9 +17,11 @@ observed=(
     "35.5 ft/s, 6.6 to 9.2 ft/s2: buckles at 85 and 91; stations 10 to 80 in tension, compressed beyond 80, about 70 mats"
 )
 
-play() { # LANDING
+play() { # LANDING: and on, until the runway is in the memory, 0.5 s after it is disarmed
+    local for_s
+    for_s=$(awk '$1 == "duration_s" { print $2 + 1.2; exit }' build/runs/landing$1.run)
     build/matrig-board --elf build/firmware/matrig.elf --nor $out/nor.bin --can none --serial file:$out/serial.bin --rig build/runs/landing$1.run \
-        --seed "$1" 2>$out/board$1.txt
+        --for "$for_s" --seed "$1" 2>$out/board$1.txt
     # The file of the line may end inside a frame: after the landing.
     build/matrig --quiet log --serial file:$out/serial.bin --db $db >$out/log$1.txt 2>$out/log.err || grep -q 'ended inside a frame' $out/log.err
 }
