@@ -43,6 +43,7 @@ stability_src := $(wildcard tests/stability/*.c)
 score_src := $(wildcard tests/score/*.c)
 fit_cheap_src := tests/fit/cheap.c
 campaigns_src := $(wildcard tests/campaigns/*.c)
+identity_src := $(wildcard tests/identity/*.c) tests/score/truth.c tests/runs/runfile.c
 series := $(addprefix host/campaign/series/,$(addsuffix .json,standard friction control_mild control_fresh bands_preliminary \
 	bands_detailed diagonal cleats stiffeners dyess))
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
@@ -67,7 +68,7 @@ test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/c
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
-	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns
+	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw
 
 fuzz_targets := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
@@ -143,6 +144,16 @@ stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, ever
 score: $(B)/tests/score/score ## the predictor on seeded landings that are not its model, 1,500 in all: build/score/table.txt
 	@mkdir -p $(B)/score
 	$(B)/tests/score/score $(B)/score $(or $(FROM),0) $(or $(SERIES),500) | tee $(B)/score/table.txt
+
+.PHONY: identity
+identity: all $(B)/tests/identity/draw ## LANDINGS=20 SEED=1: the board's statements against the host's, bit for bit, on seeded landings
+	@LANDINGS=$(or $(LANDINGS),20) SEED=$(or $(SEED),1) tests/cli/identity.sh
+
+.PHONY: series
+series: all $(B)/tests/runs/synthesise ## landings 1 to 5 of the standard series on the emulated board, its runway kept: said | observed 1973 | true
+	@mkdir -p $(B)/runs
+	@[ -e $(B)/runs/landing5.run ] || $(B)/tests/runs/synthesise $(B)/runs >$(B)/runs/table.txt
+	@tests/series.sh | tee $(B)/runs/series.txt
 
 .PHONY: campaigns
 campaigns: $(B)/tests/campaigns/campaigns ## SEEDS=16: the report's series of landings, observed | predicted | verdict: build/campaigns/table.md
@@ -361,6 +372,8 @@ $(B)/tests/score/score: $(patsubst %.c,$(B)/%.o,$(score_src)) $(host_lib) $(comm
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/host/test_fit: $(patsubst %.c,$(B)/%.o,$(fit_cheap_src))
 $(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/identity/draw: $(patsubst %.c,$(B)/%.o,$(identity_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(campaigns_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@

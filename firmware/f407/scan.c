@@ -34,6 +34,11 @@ static struct mr_block queue[BLOCK_QUEUE];
 static volatile uint32_t queued, taken;
 static uint32_t next_index; /* of the block being filled */
 
+/* Where the other converter's stream stood when the last block was full; of one that stands still, one half in two looks right. */
+#define STOOD_NOWHERE UINT32_MAX
+static uint32_t other_stood = STOOD_NOWHERE;
+static bool other_stands;
+
 /* ADC3 inputs of PF3, PF4, ... PF10: transducers 1 to 8. */
 static const uint8_t adc3_input[MR_TRANSDUCERS] = {9, 14, 15, 4, 5, 6, 7, 8};
 /* Gages 1 to 14 on PA0-7, PB0-1, PC0-3, then the staircase on PC4 and the reference on PC5: inputs in order. */
@@ -85,6 +90,8 @@ static void start_conversions(void)
     ADC3->CR2 = 0;
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
     bool adc3_is_last = scan.transducers > scan.others;
+    other_stood = STOOD_NOWHERE;
+    other_stands = false;
     start_stream(ADC1_STREAM, 0, ADC1, adc1_code, SCANS * scan.others, adc3_is_last ? 0 : tell);
     start_stream(ADC3_STREAM, 2, ADC3, adc3_code, SCANS * scan.transducers, adc3_is_last ? tell : 0);
     start_converter(ADC1, adc1_input, scan.channel + scan.transducers, MR_TRANSDUCERS, scan.others);
@@ -144,7 +151,7 @@ static void check_polarity(void)
 
 /* A stream's half is full, or the other: the block is taken from there. The other converter triggers at the same time and is done by
  * now: its stream must stand at the same half, or a scan of it was lost. It stands there until its first code of the next scan, 36 us
- * at least. */
+ * at least. Once it has not moved for a block no block is whole until supervision, which misses them, starts the scans again. */
 static void end_block(unsigned stream, unsigned other, unsigned other_count)
 {
     uint32_t flags = DMA2->ISR[stream / 4] >> dma_flag_shift(stream) & DMA_FLAGS_ALL;
@@ -156,13 +163,17 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
 
     if (flags & DMA_FLAG_HTIF && flags & DMA_FLAG_TCIF) { /* more than a block late: two have passed */
         next_index += 2;
+        other_stood = STOOD_NOWHERE;
         health_count(MR_FAULT_SCAN_OVERRUN, 1);
         return;
     }
     unsigned half = flags & DMA_FLAG_HTIF ? 0 : MR_SCANS_PER_BLOCK;
     uint32_t index = next_index++;
     uint32_t expected = half ? SCANS * other_count : MR_SCANS_PER_BLOCK * other_count;
-    if (other_count && DMA2->stream[other].NDTR != expected) {
+    uint32_t stands_at = DMA2->stream[other].NDTR;
+    other_stands |= stands_at == other_stood;
+    other_stood = stands_at;
+    if (other_count && (stands_at != expected || other_stands)) {
         health_count(MR_FAULT_SCAN_OVERRUN, 3);
         return;
     }

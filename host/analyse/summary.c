@@ -67,6 +67,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = zones_load(store, &summary->measured, &summary->zones, error);
     if (status == MR_OK)
+        status = foresight_load(store, &summary->measured, &summary->foresight, error);
+    if (status == MR_OK)
         status = store_session_get(store, summary->measured.landing.session, &summary->session, error);
     if (status == MR_OK)
         status = load_links(store, summary, error);
@@ -354,6 +356,13 @@ static void print_zone(const struct zone_warning *w, bool since_touchdown, bool 
             w->most_start_ft * station->factor, w->most_end_ft * station->factor, station->text);
 }
 
+static void print_foresight(const struct summary *summary, bool si, FILE *out)
+{
+    char line[240];
+    for (size_t i = 0; foresight_line(&summary->foresight, &summary->measured, i, si, line, sizeof line); i++)
+        fprintf(out, "  %-13s %s\n", i ? "" : "foresight", line);
+}
+
 static void print_links(const struct summary *summary, FILE *out)
 {
     for (int kind = 0; kind < LINK_KINDS; kind++) {
@@ -420,6 +429,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
         print_channels(&summary->measured, si, out);
     bands_print(&summary->bands, &summary->measured, si, out);
     print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
+    print_foresight(summary, si, out);
     summary_time_print(summary, si, out);
     print_links(summary, out);
 }
@@ -475,6 +485,15 @@ static json_t *channels_json(const struct measured *measured, enum mr_channel_ki
         json_array_append_new(list, row);
     }
     return list;
+}
+
+static json_t *foresight_json(const struct summary *summary, bool si)
+{
+    char line[240];
+    json_t *lines = json_array();
+    for (size_t i = 0; foresight_line(&summary->foresight, &summary->measured, i, si, line, sizeof line); i++)
+        json_array_append_new(lines, json_string(line));
+    return lines;
 }
 
 static json_t *zone_json(const struct zone_warning *w, bool si)
@@ -584,6 +603,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_object_set_new(object, "tensions", channels_json(measured, MR_KIND_TENSION, si));
     bands_json(&summary->bands, measured, si, object);
     json_object_set_new(object, "zone", zone_json(&summary->zones.warning, si));
+    json_object_set_new(object, "foresight", foresight_json(summary, si));
     if (summary->temperature.readings) {
         json_object_set_new(object, "temperature_c", cli_json_number(summary->temperature.mean_c, 6));
         json_object_set_new(object, "temperature_error_c", cli_json_number(summary->temperature.error_c, 4));

@@ -8,6 +8,7 @@
 
 #include "host/analyse/bands.h"
 #include "host/analyse/film.h"
+#include "host/analyse/foresight.h"
 #include "host/analyse/summary_ready.h"
 #include "host/analyse/zones.h"
 #include "host/link/link.h"
@@ -28,6 +29,7 @@ struct summary_link {
 struct summary {
     struct measured measured;
     struct zones zones;
+    struct foresight foresight;
     struct bands_summary bands;
     struct summary_link link[LINK_KINDS];
     struct store_session_row session;

@@ -181,6 +181,8 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
         if (summary_channel_event(summary, i, si, text, sizeof text))
             html_fact(out, "damage", "%s", text);
     }
+    for (size_t i = 0; foresight_line(&summary->foresight, measured, i, si, text, sizeof text); i++)
+        html_fact(out, "foresight", "%s", text);
     html_fact(out, "readings from", "%s", sources[measured->source]);
     html_fact(out, "state", "%s", collector_state_text((unsigned)row->state));
     html_fact(out, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");

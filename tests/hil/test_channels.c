@@ -45,6 +45,22 @@ static void the_excitation_has_no_mean_through_stalls(void **state)
     ear_close(ear);
 }
 
+/* Wherever in a block one of them stops, right at its end too, where the codes that it has left look whole to every second block. */
+static void a_converter_that_stops_is_started_again(void **state)
+{
+    (void)state;
+    struct ear *ear = ear_open(NULL, 0);
+    for (unsigned phase = 0; phase < MR_SCANS_PER_BLOCK; phase++) {
+        ear_until(ear, 1.0 + 0.2 * phase + 125e-6 * phase);
+        overrun(ear, phase % 2 ? HIL_ADC1 : HIL_ADC3);
+        ear_until(ear, 1.1 + 0.2 * phase + 125e-6 * phase);
+        overrun(ear, phase % 2 ? HIL_ADC3 : HIL_ADC1);
+    }
+    ear_until(ear, 1.0 + 0.2 * MR_SCANS_PER_BLOCK + 0.1);
+    assert_int_equal(ear->fault[MR_FAULT_SCAN_STALL].count, 2 * MR_SCANS_PER_BLOCK);
+    ear_close(ear);
+}
+
 /* 2 LSB rms and rounding, sqrt(4 + 1/48 + 1/12) a code, mean of eight: 0.716 codes. A reading follows its block's reference too,
  * 0.716 codes of 3103: of a gage at 100 lb, 1117 codes, 0.26. */
 static void the_noise_told_is_the_converters(void **state)
@@ -124,6 +140,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_excitation_has_no_mean_through_stalls),
+        cmocka_unit_test(a_converter_that_stops_is_started_again),
         cmocka_unit_test(the_noise_told_is_the_converters),
         cmocka_unit_test(a_broken_lead_is_told_while_idle),
     };

@@ -1,6 +1,6 @@
-/* synthesise: makes the committed landings of this folder anew. See README.md.
+/* synthesise: makes the committed landings of this folder anew, and the two between them. See README.md.
  *
- *   synthesise OUTPUT_DIR [SEED [STEPS_PER_MS]]   landing1.run, landing4.run, landing5.run; a table on stdout
+ *   synthesise OUTPUT_DIR [SEED [STEPS_PER_MS]]   landing1.run to landing5.run; a table on stdout
  *   synthesise --check [SEED [STEPS_PER_MS]]      writes no file: each landing again with half the step, and
  *                                                 how far apart
  *   synthesise --mats LANDING [SEED]              every mat and joint at the end of a landing, for plotting
@@ -192,7 +192,7 @@ static int make_all(const char *folder, uint64_t seed, int steps_per_ms)
         if (!land(number))
             return 5;
         print_row();
-        if ((number == 1 || number >= 4) && !write_landing(folder)) {
+        if (!write_landing(folder)) {
             fprintf(stderr, "synthesise: %s/landing%d.run: %s; name a folder that can be written\n", folder,
                     number, strerror(errno));
             return 3;

@@ -1,0 +1,150 @@
+#include "host/analyse/foresight.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "common/predictor.h"
+#include "host/runway.h"
+#include "host/store/store_predict.h"
+#include "host/units.h"
+
+#define SETTLING_BLOCKS 500 /* from arming on the transducers' zeros are found first (0.2 s): nobody lacks them then */
+
+static double time_s(const struct measured *measured, int64_t block)
+{
+    return (double)(1000 * block - measured->t0_us) / 1e6;
+}
+
+static void stretch(struct foresight_span *span, double t_s)
+{
+    if (isnan(span->from_s))
+        span->from_s = t_s;
+    span->to_s = t_s;
+}
+
+/* No motion is a lack only where something moves: before the first switches nobody expects one, and then the level is not kinematic. */
+static void look(struct foresight *foresight, const struct store_prediction *row, double t_s)
+{
+    if (row->basis == STORE_NONE || row->level == STORE_NONE)
+        return;
+    bool kinematic = row->level == MR_PREDICTOR_KINEMATIC && row->basis & MR_PREDICTOR_NO_MOTION;
+    const bool lacks[FORESIGHT_LACKS] = {row->basis & MR_PREDICTOR_BLIND, kinematic, row->basis & MR_PREDICTOR_DEGRADED,
+                                         row->basis & MR_PREDICTOR_FELL_BACK};
+    for (unsigned i = 0; i < FORESIGHT_LACKS; i++) {
+        if (lacks[i])
+            stretch(&foresight->lack[i], t_s);
+    }
+    if (lacks[FORESIGHT_DEGRADED] && row->level > foresight->worst_level)
+        foresight->worst_level = row->level;
+}
+
+static void doubt(struct foresight *foresight, const struct measured *measured, const struct store_trust *row)
+{
+    double t_s = time_s(measured, row->block);
+    for (unsigned i = 0; i < MR_TRANSDUCERS && row->doubts != STORE_NONE; i++) {
+        unsigned why = (unsigned)row->doubts >> 2 * i & 3u;
+        foresight->doubted_still[i] = why != 0;
+        if (!why || measured->channel[i].config.kind != MR_KIND_DISPLACEMENT)
+            continue;
+        foresight->doubt[i] = why;
+        stretch(&foresight->left_out[i], t_s);
+    }
+    if (!isnan(row->resistance))
+        foresight->resistance = row->resistance;
+}
+
+enum mr_status foresight_load(struct store *store, const struct measured *measured, struct foresight *foresight, struct error *error)
+{
+    struct store_prediction *rows = NULL;
+    struct store_trust *trusts = NULL;
+    struct mr_predictor_state state;
+    size_t count = 0, trust_count = 0;
+    bool there = false;
+    *foresight = (struct foresight){.source = STORE_NONE, .resistance = (double)NAN};
+    for (unsigned i = 0; i < FORESIGHT_LACKS; i++)
+        foresight->lack[i].from_s = (double)NAN;
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        foresight->left_out[i].from_s = (double)NAN;
+    enum mr_status status = store_predictions(store, measured->landing.id, &rows, &count, error);
+    if (status == MR_OK)
+        status = store_trusts(store, measured->landing.id, &trusts, &trust_count, error);
+    if (status == MR_OK)
+        status = store_runway_get(store, measured->landing.id, &state, &foresight->source, &there, error);
+    if (status == MR_OK) {
+        foresight->statements = count;
+        foresight->landings = there ? state.landings : 0;
+        foresight->source = there ? foresight->source : STORE_NONE;
+        int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
+        for (size_t i = 0; i < count; i++) {
+            if (rows[i].block >= settled)
+                look(foresight, &rows[i], time_s(measured, rows[i].block));
+        }
+        for (size_t i = 0; i < trust_count; i++) {
+            if (trusts[i].block >= settled)
+                doubt(foresight, measured, &trusts[i]);
+        }
+    }
+    free(rows);
+    free(trusts);
+    return status;
+}
+
+static bool begin_line(const struct foresight *foresight, char *out, size_t size)
+{
+    int length = snprintf(out, size, "the runway it began with: %s",
+                          foresight->source == STORE_NONE ? "not told" : runway_source_text((unsigned)foresight->source));
+    if (length > 0 && (size_t)length < size && foresight->landings)
+        length += snprintf(out + length, size - (size_t)length, ", after %u landings", foresight->landings);
+    if (length > 0 && (size_t)length < size && !isnan(foresight->resistance))
+        snprintf(out + length, size - (size_t)length, "; its joints resist closing %.2f times as much as configured", foresight->resistance);
+    return true;
+}
+
+static bool lack_line(const struct foresight *foresight, enum foresight_lack lack, char *out, size_t size)
+{
+    static const char *const words[] = {
+        [FORESIGHT_BLIND] = "blind: no transducer to correct the model; zones are what it makes of switches, survey and earlier landings",
+        [FORESIGHT_NO_MOTION] = "no switch told where the gear is: zones from transducers and survey alone, without times to them",
+        [FORESIGHT_BEGUN_AGAIN] = "the model ran away and was begun again from the last survey or landing: distrust its zones",
+    };
+    const struct foresight_span *span = &foresight->lack[lack];
+    if (isnan(span->from_s))
+        return false;
+    if (lack == FORESIGHT_DEGRADED)
+        snprintf(out, size, "%s instead of every mat, from %.3f to %.3f s: the budget (predict.updates_per_block) or a backlog; ends of zones are less certain",
+                 runway_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
+    else
+        snprintf(out, size, "%s; from %.3f to %.3f s", words[lack], span->from_s, span->to_s);
+    return true;
+}
+
+static bool doubt_line(const struct foresight *foresight, const struct measured *measured, unsigned i, bool si, char *out, size_t size)
+{
+    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct foresight_span *span = &foresight->left_out[i];
+    if (isnan(span->from_s))
+        return false;
+    char until[40] = " on";
+    if (!foresight->doubted_still[i])
+        snprintf(until, sizeof until, " to %.3f s", span->to_s);
+    snprintf(out, size, "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones around it rest on its neighbours and the model", i + 1u,
+             (double)measured->channel[i].config.station_ft * station->factor, station->text, runway_doubt_text(foresight->doubt[i]),
+             span->from_s, until);
+    return true;
+}
+
+bool foresight_line(const struct foresight *foresight, const struct measured *measured, size_t i, bool si, char *out, size_t size)
+{
+    size_t found = 0;
+    if (!foresight->statements)
+        return false;
+    for (unsigned k = 0; k < 1 + FORESIGHT_LACKS + MR_TRANSDUCERS; k++) {
+        bool said = k == 0 ? begin_line(foresight, out, size)
+                    : k <= FORESIGHT_LACKS ? lack_line(foresight, (enum foresight_lack)(k - 1), out, size)
+                                           : doubt_line(foresight, measured, k - 1 - FORESIGHT_LACKS, si, out, size);
+        if (said && found++ == i)
+            return true;
+    }
+    return false;
+}
