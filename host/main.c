@@ -205,8 +205,8 @@ static const struct command commands[] = {
      "Example: matrig campaign host/campaign/series/standard.json -o standard.html\n"},
     {"sweep", sweep_command,
      "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] | FILE --gather | FILE --slurm|--parallel [--shards N]",
-     "studies over many scenes: Cartesian, Latin hypercube, thresholds",
-     "  FILE           the study, JSON (host/sweep/README.md): base scene, what is varied, what is wanted\n"
+     "studies over many scenes or campaigns: Cartesian, Latin hypercube, thresholds",
+     "  FILE           the study, JSON (host/sweep/README.md): base scene or campaign, what is varied, what is wanted\n"
      "  -o R.jsonl     results, one JSON line a case; else FILE's name with .jsonl. The same command goes on where it was, after\n"
      "                 any kill; R.study.json is a copy of the study\n"
      "  -j N           cases at a time, each a process on one core; else as many as there are cores\n"
