@@ -300,7 +300,7 @@ static const struct command commands[] = {
      "  --keep modulus the pilot model's rule: forces by n^2\n"
      "  -o F           where to write the scene; else standard output\n"
      "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"
-     "Example: matrig scale F=108 v0=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"},
+     "Example: matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"},
     {"params", params_command, "READINGS [-o F]", "readings of simple tests to scene parameters",
      "  READINGS       JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
      "                 {\"readings\": [...], \"error\": E}, with standard errors\n"
