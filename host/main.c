@@ -108,7 +108,7 @@ static const struct command commands[] = {
      "  bridge         what channel.unit_per_code and channel.shunt_lb should be, from\n"
      "    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
      "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
-     "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM\n"
+     "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM. In pounds, as the configuration has it, also with --si\n"
      "Example: matrig gages zero 1 --serial serial:/dev/ttyUSB0; matrig gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625\n"},
     {"survey", survey_command,
      "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"

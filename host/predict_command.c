@@ -12,6 +12,7 @@
 #include "host/cli.h"
 #include "host/run.h"
 #include "host/store/store_journal.h"
+#include "host/units.h"
 
 #define EDGE_KNOWN_S 0.005 /* after it, an edge has its name (common/switches.h) */
 #define CHANGED_MATS 5     /* less is no news */
@@ -136,11 +137,12 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
         return;
     }
     char coming[16] = "-";
+    double ft = unit_of(UNIT_STATION, cli->si)->factor, lb = unit_of(UNIT_TENSION, cli->si)->factor;
     if (zone->coming_mats)
-        snprintf(coming, sizeof coming, "%.1f", (double)zone->coming_ft);
-    printf("%7.3f %7.1f %6u %6.1f +- %-4.1f %6.1f +- %-4.1f %7u %7s %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
-           (double)zone->start_ft, 1.96 * (double)zone->start_error_ft, (double)zone->end_ft, 1.96 * (double)zone->end_error_ft,
-           zone->coming_mats, coming, (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
+        snprintf(coming, sizeof coming, "%.1f", ft * (double)zone->coming_ft);
+    printf("%7.3f %7.1f %6u %6.1f +- %-4.1f %6.1f +- %-4.1f %7u %7s %7.1f  %-8s %s%s%s\n", t_s, ft * (double)wheel_ft, zone->mats,
+           ft * (double)zone->start_ft, 1.96 * ft * (double)zone->start_error_ft, ft * (double)zone->end_ft,
+           1.96 * ft * (double)zone->end_error_ft, zone->coming_mats, coming, lb * (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
            zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
 }
 
@@ -184,8 +186,10 @@ static json_t *conclude_json(const struct predict *predict, double warned_s, dou
                                 : json_null());
 }
 
-static void conclude(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left)
+static void conclude(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left,
+                     const struct cli *cli)
 {
+    const struct unit *station = unit_of(UNIT_STATION, cli->si);
     if (isnan(warned_s))
         printf("predictor: no warning");
     else
@@ -202,8 +206,8 @@ static void conclude(const struct predict *predict, double warned_s, double boar
                    predict->predictor.doubt[i] == MR_PREDICTOR_DRIFTS ? "drifted" : "disagreed with the model");
     }
     if (left->mats)
-        printf("left ahead of the stop: %u mats closed, stations %.1f to %.1f ft, %u closed joints\n", left->mats, (double)left->start_ft,
-               (double)left->end_ft, left->closed_joints);
+        printf("left ahead of the stop: %u mats closed, stations %.1f to %.1f %s, %u closed joints\n", left->mats,
+               station->factor * (double)left->start_ft, station->factor * (double)left->end_ft, station->text, left->closed_joints);
 }
 
 /* Did the board say what follows from its record, bit by bit? */
@@ -253,7 +257,8 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
         status = prepare(predict, error);
     if (status == MR_OK) {
         if (!results)
-            printf("    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict\n");
+            puts(cli->si ? "    t_s   wheel   mats   start_m           end_m       coming    at_m press_N   verdict"
+                         : "    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict");
         warned_s = run_all(predict, cli);
         board_s = predict->zones.warning.warned ? predict->zones.warning.t_s : (double)NAN;
         mr_predictor_zone(&predict->predictor, &left);
@@ -263,7 +268,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
             json_object_set_new(object, "again", again_json(&again));
             json_array_append_new(results, object);
         } else {
-            conclude(predict, warned_s, board_s, &left);
+            conclude(predict, warned_s, board_s, &left, cli);
             tell_again(&again);
         }
         predict->differ |= again.differ > 0;

@@ -70,26 +70,21 @@ check "values" offers "candump csv" export db 1 --format c
 check "words of board" offers "read reset runway" board --serial serial:/dev/ttyUSB0 r
 check "a file where one is wanted" offers "" log --db x
 check "commands for help" offers "sweep" help sw
-taken() { # whatever is offered is taken: a command that does not know an option says so before anything else
+unknown() { # COMMAND... OPTION: not taken; one that nobody knows ends each before it does anything
+    [[ $($m "$@" x --no-such-option 2>&1 </dev/null) == *"unknown option: '${*: -1}'"* ]]
+}
+taken() {
     local command option
     for command in $commands; do
         for option in $(options_of $command); do
-            [ $option = --help ] && continue
-            case $command in
-            board) # one table for each of its words
-                for word in list config runway; do
-                    timeout 20 $m board $word $option >"$tmp/o" 2>&1 </dev/null
-                    cat "$tmp/o" >>"$tmp/board.$option"
-                    grep -q 'unknown option' "$tmp/o" || continue 2
-                done
-                echo "board: $option"
-                return 1
-                ;;
-            gages) [[ $option == --serial ]] && word=zero || word=bridge ;;
-            *) word= ;;
-            esac
-            timeout 20 $m $command $word $option >"$tmp/o" 2>&1 </dev/null
-            grep -q 'unknown option' "$tmp/o" && { echo "$command: $option"; return 1; }
+            case $command$option in
+            *--help) continue ;;
+            board*) # one table for each of its words
+                unknown board list $option && unknown board config $option && unknown board runway $option ;;
+            gages--serial) unknown gages zero $option ;;
+            gages*) unknown gages bridge $option ;;
+            *) unknown $command $option ;;
+            esac && { echo "$command: $option"; return 1; }
         done
     done
     return 0
@@ -148,6 +143,14 @@ coloured() { TERM=xterm script -qec "$1 $m nonsense" /dev/null 2>&1 | grep -q "$
 check "an error is coloured on a terminal" coloured ""
 check "not with NO_COLOR" sh -c "! { $(declare -f coloured); m=$m; coloured NO_COLOR=1; }"
 check "not in a file" sh -c "! $m nonsense 2>&1 | grep -q '$(printf '\033')'"
+
+# --- SI: every number of a length is 0.3048 of what it was ---
+si() {
+    $m predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/ft" && $m --si predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/m" &&
+        $m --si predict "$away/c.db" 1 | grep -q 'start_m .* press_N' &&
+        paste "$tmp/ft" "$tmp/m" | awk '{ a = $3 - 0.3048 * $1; b = $4 - 0.3048 * $2; if (a * a > 0.005 || b * b > 0.005) bad = 1; if ($1 > 1) n++ } END { print n; exit bad || n < 3 }'
+}
+check "predict in metres" si
 
 # --- one object with --json, whatever is asked ---
 object() { # WORD...: JSON and nothing else
