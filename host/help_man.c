@@ -64,9 +64,15 @@ static void text_line(const char *line, size_t length)
     if (!at)
         return;
     puts(".PP\nExample:\n.PP\n.nf");
-    fputs("    ", stdout);
-    bold(at + sizeof example - 1, length - before - (sizeof example - 1));
-    puts("\n.fi");
+    const char *from = at + sizeof example - 1, *end = line + length;
+    while (from < end) { /* several stand on lines of their own */
+        const char *next = memmem(from, (size_t)(end - from), "; matrig ", 9);
+        fputs("    ", stdout);
+        bold(from, (size_t)((next ? next : end) - from));
+        putchar('\n');
+        from = next ? next + 2 : end;
+    }
+    puts(".fi");
 }
 
 static size_t term_end(const char *line, size_t length)
@@ -112,7 +118,7 @@ static void detail_line(struct place_in *in, const char *line, size_t length)
     } else {
         if (indent == 0 && !in->plain)
             puts(".PP");
-        else if (indent > 0 && memmem(line + indent, length - indent, "   ", 3))
+        else if (indent > 0 && (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
             puts(".br"); /* a row of a list */
         in->plain = indent == 0;
         in->example = indent == 0 && memmem(line, length, "Example:", 8);
@@ -151,7 +157,7 @@ static void head(void)
     }
     printf(".\\\" Made by matrig help --man.\n.TH MATRIG 1 \"%s\" \"matrig %d.%d.%d\" \"User Commands\"\n", date, FIRMWARE_MAJOR, FIRMWARE_MINOR,
            FIRMWARE_PATCH);
-    puts(".SH NAME\nmatrig \\- instrument for a model landing\\-mat runway\n"
+    puts(".nh\n.ad l\n.SH NAME\nmatrig \\- instrument for a model landing\\-mat runway\n"
          ".SH SYNOPSIS\n\\fBmatrig\\fR [\\fB\\-\\-json\\fR] [\\fB\\-\\-quiet\\fR] [\\fB\\-\\-si\\fR] \\fICOMMAND\\fR ...\n"
          ".SH DESCRIPTION\nLogs landings on a model landing\\-mat runway from a board's CAN bus and serial line into one campaign file, "
          "simulates the mat, compares, reports and exports.\n"
