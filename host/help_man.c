@@ -54,7 +54,7 @@ static void bold(const char *from, size_t length)
 /* Text that may end with an example, which gets a paragraph of its own. */
 static void text_line(const char *line, size_t length)
 {
-    static const char example[] = "Example: ";
+    static const char example[] = "Example:";
     const char *at = memmem(line, length, example, sizeof example - 1);
     size_t before = at ? (size_t)(at - line) : length;
     if (before > 0) {
@@ -63,8 +63,11 @@ static void text_line(const char *line, size_t length)
     }
     if (!at)
         return;
-    puts(".PP\nExample:\n.PP\n.nf");
+    puts(".PP\nExample:\n.PP");
     const char *from = at + sizeof example - 1, *end = line + length;
+    if (from == end)
+        return; /* on the lines that follow */
+    puts(".nf");
     while (from < end) { /* several stand on lines of their own */
         const char *next = memmem(from, (size_t)(end - from), "; matrig ", 9);
         fputs("    ", stdout);
@@ -116,7 +119,7 @@ static void detail_line(struct place_in *in, const char *line, size_t length)
             text_line(line + end, length - end);
         in->plain = in->example = false;
     } else {
-        if (indent == 0 && !in->plain)
+        if (indent == 0 && !in->plain && strncmp(line, "Example:", 8) != 0) /* which has its own */
             puts(".PP");
         else if (indent > 0 && (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
             puts(".br"); /* a row of a list */
