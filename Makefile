@@ -20,7 +20,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libsundials-dev libserialport-dev libmd-dev libgsl-dev libmicrohttpd-dev libc6-dev $(if $(shell command -v npm),,npm)
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
-	gdb-multiarch gtkwave stm32flash python3
+	gdb-multiarch gtkwave stm32flash python3 groff-base
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
 # To drive the pages in a browser.
@@ -64,6 +64,7 @@ HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lsundials_cvode -lsu
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin
 programs := $(B)/matrig $(B)/matrig-board
+manuals := $(B)/matrig.1 $(B)/matrig.bash
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
@@ -81,7 +82,7 @@ help: ## list the targets
 deps: $(B)/.demo-packages $(B)/.test-packages ## install what is missing (Debian packages)
 
 .PHONY: all
-all: $(images) $(B)/firmware/stack.txt $(programs) ## build firmware images, matrig and matrig-board
+all: $(images) $(B)/firmware/stack.txt $(programs) $(manuals) ## build firmware images, matrig and matrig-board
 
 .PHONY: have-port
 have-port:
@@ -89,6 +90,25 @@ have-port:
 .PHONY: flash
 flash: have-port $(images) $(B)/matrig ## program a board through its boot ROM: make flash PORT=/dev/ttyUSB0
 	@$(B)/matrig flash $(if $(findstring :,$(firstword $(subst /, ,$(PORT)))),,serial:)$(PORT) $(firmware) $(FLASH_OPTIONS)
+
+PREFIX ?= /usr/local
+installed := $(DESTDIR)$(PREFIX)
+.PHONY: install
+install: all ## PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, man page, completion, licences
+	install -d $(addprefix $(installed)/,bin share/man/man1 share/bash-completion/completions share/matrig/scenes share/doc/matrig)
+	install -m 755 $(programs) $(installed)/bin
+	install -m 644 $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(installed)/share/matrig
+	install -m 644 host/scenes/*.json $(installed)/share/matrig/scenes
+	install -m 644 $(B)/matrig.1 $(installed)/share/man/man1
+	install -m 644 $(B)/matrig.bash $(installed)/share/bash-completion/completions/matrig
+	install -m 644 LICENSE $(installed)/share/doc/matrig
+	install -m 644 $(dir $(uplot))../LICENSE $(installed)/share/doc/matrig/LICENSE.uPlot
+	sed -n '/^## Licence/,/^## [^L]/p' README.md >$(installed)/share/doc/matrig/LICENCES.md
+.PHONY: uninstall
+uninstall: ## PREFIX=/usr/local DESTDIR=: take away what install put there
+	rm -f $(addprefix $(installed)/bin/,$(notdir $(programs))) $(installed)/share/man/man1/matrig.1 \
+		$(installed)/share/bash-completion/completions/matrig
+	rm -rf $(installed)/share/matrig $(installed)/share/doc/matrig
 
 .PHONY: demo
 demo: all ## play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
@@ -225,6 +245,12 @@ $(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
 	$(CC) $^ $(HIL_LIBS) -o $@
+
+# Man page and completion, from the table that --help prints. Dated by the commit.
+$(B)/matrig.1: $(B)/matrig
+	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null) $< help --man >$@
+$(B)/matrig.bash: $(B)/matrig
+	$< help --bash >$@
 
 # The boot ROM of the emulated board: a small program of its own, carried by matrig-board as bytes.
 $(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages

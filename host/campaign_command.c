@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "host/campaign/page.h"
+#include "host/campaign/result_json.h"
 #include "host/cli.h"
 #include "host/output.h"
 
@@ -65,96 +66,6 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     if (seeds && cli_number(seeds, "--seeds", 1, CAMPAIGN_SEEDS_MAX, &request->seeds, error) != MR_OK)
         return error->status;
     return MR_OK;
-}
-
-static json_t *spread_json(const struct campaign_spread *s)
-{
-    return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->middle, 6), cli_json_number(s->high, 6));
-}
-
-static json_t *spreads_json(const struct campaign_spread *list, size_t count)
-{
-    json_t *array = json_array();
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(array, spread_json(&list[i]));
-    return array;
-}
-
-static json_t *landing_json(const struct campaign *c, const struct campaign_landing_summary *s, size_t number)
-{
-    json_t *o = json_pack("{s:I,s:I,s:I,s:I,s:I,s:I,s:I}", "landing", (json_int_t)number, "runways", (json_int_t)s->played,
-                          "buckled", (json_int_t)s->buckled, "planar", (json_int_t)s->planar, "with_waves",
-                          (json_int_t)s->waved, "unhinged", (json_int_t)s->unhinged, "torn", (json_int_t)s->torn);
-    const struct {
-        const char *name;
-        const struct campaign_spread *spread;
-    } spreads[] = {{"stop_ft", &s->stop_ft},   {"deceleration_ft_s2", &s->deceleration_ft_s2},
-                   {"peak_in", &s->peak_in},   {"reach_ft", &s->reach_ft},
-                   {"zone_mats", &s->zone_mats}, {"push_lb", &s->push_lb},
-                   {"pull_lb", &s->pull_lb}};
-    for (size_t i = 0; i < sizeof spreads / sizeof spreads[0]; i++)
-        json_object_set_new(o, spreads[i].name, spread_json(spreads[i].spread));
-    json_object_set_new(o, "movement_in", spreads_json(s->movement_in, c->station_count));
-    json_object_set_new(o, "total_in", spreads_json(s->total_in, c->station_count));
-    return o;
-}
-
-static json_t *stations_json(const double *stations_ft, size_t count)
-{
-    json_t *array = json_array();
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(array, cli_json_number(stations_ft[i], 6));
-    return array;
-}
-
-static json_t *outcome_json(const struct campaign_outcome *o, size_t number)
-{
-    size_t waves = (size_t)(o->waves < CAMPAIGN_WAVES_MAX ? o->waves : CAMPAIGN_WAVES_MAX);
-    return json_pack("{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,s:o}", "landing",
-                     (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6), "deceleration_ft_s2",
-                     cli_json_number(o->deceleration_ft_s2, 4), "mats_chain", cli_json_number(o->mats_chain, 4), "mats_planar",
-                     cli_json_number(o->mats_planar, 4), "planar", o->asked_planar, "lift_ratio",
-                     cli_json_number(o->skip_ratio, 4), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
-                     cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
-                     cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6), "push_lb",
-                     cli_json_number(o->push_lb, 5), "pull_lb", cli_json_number(o->pull_lb, 5), "tears", o->tears, "waves",
-                     o->waves, "wave_ft", stations_json(o->wave_ft, waves), "rise_in", cli_json_number(o->rise_in, 5),
-                     "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg", cli_json_number(o->sag_deg, 4), "unhinged",
-                     o->unhinged, "buckled", o->buckled, "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns));
-}
-
-static json_t *run_json(const struct campaign_run *run)
-{
-    json_t *outcomes = json_array();
-    for (size_t i = 0; i < run->played; i++)
-        json_array_append_new(outcomes, outcome_json(&run->outcomes[i], i + 1));
-    json_t *object = json_pack("{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
-                               run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
-                               run->buckled > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings", outcomes);
-    if (run->error.status != MR_OK)
-        json_object_set_new(object, "failed", json_string(run->error.text));
-    return object;
-}
-
-static json_t *result_json(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s,
-                           const struct campaign_difference *apart)
-{
-    json_t *landings = json_array(), *list = json_array();
-    for (size_t i = 0; i < c->landing_count; i++)
-        json_array_append_new(landings, landing_json(c, &s->landing[i], i + 1));
-    for (size_t i = 0; i < c->seeds; i++)
-        json_array_append_new(list, run_json(&runs[i]));
-    json_t *object = json_pack("{s:s,s:I,s:I,s:I,s:I,s:o,s:o,s:o,s:o,s:o,s:s}", "name", c->name, "seeds",
-                               (json_int_t)c->seeds, "first_seed", (json_int_t)c->first_seed, "failed",
-                               (json_int_t)s->failed, "survived", (json_int_t)s->survived, "buckled_landing",
-                               spread_json(&s->buckle_landing), "buckled_ft", spread_json(&s->station_ft), "stations_ft",
-                               stations_json(c->stations_ft, c->station_count), "landings", landings, "runways", list,
-                               "observed", c->observed);
-    if (apart)
-        json_object_set_new(object, "check", json_pack("{s:o,s:o,s:I}", "movement_in", cli_json_number(apart->movement_in, 4),
-                                                       "with_waves_in", cli_json_number(apart->waved_in, 4),
-                                                       "other_outcomes", (json_int_t)apart->outcomes));
-    return object;
 }
 
 static void spread_cell(const struct campaign_spread *s, int decimals, double unit)
@@ -299,7 +210,7 @@ static int finish(const struct campaign *c, const struct request *request, const
     if (error->status != MR_OK)
         code = cli_fail(error);
     if (cli->json)
-        code = cli_print_json(result_json(c, runs, &summary, request->check && error->status == MR_OK ? &apart : NULL), code);
+        code = cli_print_json(campaign_json(c, runs, &summary, request->check && error->status == MR_OK ? &apart : NULL), code);
     campaign_summary_free(&summary);
     return code;
 }

@@ -24,6 +24,13 @@ static const struct cli_option *find_option(const struct cli_option *options, si
         if (strlen(options[i].name) == length && strncmp(options[i].name, word, length) == 0)
             return &options[i];
     }
+    /* -j4 and -oFILE, as make and cc take them */
+    for (size_t i = 0; i < count && word[0] == '-' && word[1] != '-' && word[1] && word[2]; i++) {
+        if (options[i].name[1] == word[1] && !options[i].name[2] && !options[i].flag) {
+            *attached = word + 2;
+            return &options[i];
+        }
+    }
     return NULL;
 }
 

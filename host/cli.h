@@ -52,7 +52,7 @@ int fit_command(int argc, char **argv, const struct cli *cli);
 /* Print `matrig: <line>` on stderr and return the exit code of the error's status. */
 int cli_fail(const struct error *error);
 
-/* An option of a command: `--name value`, or `--name=value`; a flag takes no value. */
+/* An option of a command: `--name value`, or `--name=value`; of one letter also `-n4`. A flag takes no value. */
 struct cli_option {
     const char *name;   /* with its dashes; "-o" is allowed too */
     const char **value; /* receives the value; NULL for a flag */

@@ -2,37 +2,15 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "host/cli.h"
 #include "host/compare.h"
 #include "host/link/link.h"
+#include "host/place.h"
 #include "host/run.h"
 #include "host/store/store_journal.h"
 #include "host/units.h"
 
-#define MODEL_RUNWAY "host/scenes/model_runway.json"
-
-/* The model runway's scene lies beside the program's build folder, or below the current one. */
-static void find_model_runway(char *path, size_t size)
-{
-    char program[400];
-    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-    snprintf(path, size, "%s", MODEL_RUNWAY);
-    if (length <= 0)
-        return;
-    program[length] = '\0';
-    for (int up = 0; up < 2; up++) {
-        char *slash = strrchr(program, '/');
-        if (!slash)
-            return;
-        *slash = '\0';
-    }
-    char candidate[500];
-    snprintf(candidate, sizeof candidate, "%s/%s", program, MODEL_RUNWAY);
-    if (access(candidate, R_OK) == 0)
-        snprintf(path, size, "%s", candidate);
-}
 
 static double scaled(double value_in, bool si)
 {
@@ -173,7 +151,7 @@ int compare_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = store_refuse_void(store, run, voided, &error);
     if (status == MR_OK && !scene_path) {
-        find_model_runway(model_runway, sizeof model_runway);
+        place_find(PLACE_RUNWAY, model_runway, sizeof model_runway);
         scene_path = model_runway;
     }
     if (status == MR_OK)

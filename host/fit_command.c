@@ -8,11 +8,11 @@
 #include "host/cli.h"
 #include "host/fit/campaign.h"
 #include "host/fit/print.h"
+#include "host/place.h"
 #include "host/run.h"
 
 #define RUNS_MAX 20
 #define PRIORS_MAX FIT_KEYS
-#define MODEL_RUNWAY "host/scenes/model_runway.json"
 
 struct request {
     const char *words[1 + RUNS_MAX];
@@ -20,26 +20,6 @@ struct request {
     struct fit_options options;
     char model_runway[500];
 };
-
-/* The model runway's scene lies beside the program's build folder, or below the current one. */
-static void find_model_runway(char *path, size_t size)
-{
-    char program[400];
-    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-    snprintf(path, size, "%s", MODEL_RUNWAY);
-    for (int up = 0; up < 2 && length > 0; up++) {
-        program[length] = '\0';
-        char *slash = strrchr(program, '/');
-        if (!slash)
-            return;
-        *slash = '\0';
-        length = slash - program;
-    }
-    char candidate[500];
-    snprintf(candidate, sizeof candidate, "%s/%s", program, MODEL_RUNWAY);
-    if (length > 0 && access(candidate, R_OK) == 0)
-        snprintf(path, size, "%s", candidate);
-}
 
 static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
 {
@@ -63,7 +43,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     if (most)
         cli_number(most, "--max-time", 1.0, 1e6, &request->options.max_s, error);
     if (!request->scene) {
-        find_model_runway(request->model_runway, sizeof request->model_runway);
+        place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
     return error->status;

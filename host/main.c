@@ -3,17 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/cli.h"
+#include "host/commands.h"
+#include "host/help.h"
 #include "host/output.h"
 #include "host/store/store.h"
-
-struct command {
-    const char *name;
-    int (*run)(int argc, char **argv, const struct cli *cli);
-    const char *words; /* what follows the name */
-    const char *summary;
-    const char *details; /* lines for COMMAND --help */
-};
 
 static const struct command commands[] = {
     {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen] [--elf F] [--page F]", "collect landings from a board",
@@ -26,6 +19,7 @@ static const struct command commands[] = {
      "  --elf F        the image that the board runs: names the function of a processor fault\n"
      "  --page F       keep the report in F up to date: written beside the logging when a landing ends\n"
      "When a landing ends its summary is printed; when its links fall silent in the middle, what came until then.\n"
+     "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page landing.html\n"
      "\n"
      "LINK is one of\n"
      "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
@@ -48,7 +42,7 @@ static const struct command commands[] = {
      "         matrig live campaign.db --terminal\n"},
     {"board", board_command,
      "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
-     "                        config get|set|check | runway [show|load F|forget] [-o F] | health [--elf F] | self-test | reset",
+     "                        config get|set|check [-o F] [--can LINK] | runway [show|load F|forget] [-o F] | health [--elf F] | self-test | reset",
      "a board: its firmware, black box, slow log, configuration, runway and health",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  (no word)      the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
@@ -69,7 +63,8 @@ static const struct command commands[] = {
      "  health         restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
      "                 its functions). Exit 1 when there is a fault\n"
      "  self-test      memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails\n"
-     "  reset          restart it\n"},
+     "  reset          restart it\n"
+     "Example: matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db\n"},
     {"flash", flash_command, "LINK IMAGE [--enter | --boot0] [--baud N] [--all] [--force] [--stay] [--erase-configuration]",
      "program a board through its chip's boot ROM",
      "  LINK           the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its own rate is for the firmware;\n"
@@ -86,7 +81,8 @@ static const struct command commands[] = {
      "  --erase-configuration\n"
      "                 erase sectors 2 and 3 too; else they are never touched\n"
      "Only sectors that differ are erased. Every byte is read back. After a pulled cable the same command goes on where it was;\n"
-     "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed.\n"},
+     "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed.\n"
+     "Example: matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf\n"},
     {"ready", ready_command, "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] [--room MB] | DB --serial LINK --walk [--for S] [--of KINDS]",
      "go or no-go before a landing, and the walk test",
      "  DB             campaign database, made when it does not exist; what was found is kept in it, with the landings of the next 12 h\n"
@@ -100,7 +96,8 @@ static const struct command commands[] = {
      "  --walk         walk along the rig: trip each switch, push at each transducer, pull at each gage, in order. Nothing is recorded.\n"
      "                 Names what did not answer and what answered in another's place. Exit 1 when there is any\n"
      "  --for S        the walk ends after S seconds; else after 600, when all have answered, or on Ctrl-C\n"
-     "  --of KINDS     only these, of switches,transducers,gages\n"},
+     "  --of KINDS     only these, of switches,transducers,gages\n"
+     "Example: matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0\n"},
     {"gages", gages_command, "zero [1|2] --serial LINK | shunt --serial LINK | bridge --excitation V --gain G ...",
      "zero and shunt calibration; pounds per code of a bridge",
      "  zero [1|2]     mean of a quarter of a second is the zero of all channels, of the transducers (1) or the gages (2), until\n"
@@ -111,7 +108,8 @@ static const struct command commands[] = {
      "  bridge         what channel.unit_per_code and channel.shunt_lb should be, from\n"
      "    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
      "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
-     "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM\n"},
+     "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM. In pounds, as the configuration has it, also with --si\n"
+     "Example: matrig gages zero 1 --serial serial:/dev/ttyUSB0; matrig gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625\n"},
     {"survey", survey_command,
      "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"
      "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F | --show | --list | --load LINK [--can]] [--survey N]",
@@ -184,7 +182,8 @@ static const struct command commands[] = {
      "  --no-prune     integrate every mat all the time, also those at rest\n"
      "  --csv F        write the history of the mats in u_mats (or all): displacements, heights of their left ends\n"
      "  --progress     say how far the run is\n"
-     "Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5).\n"},
+     "Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5).\n"
+     "Example: matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv\n"},
     {"error", error_command, "SCENE|--predictor [--plot F.svg]", "every solver's error against its run time",
      "  SCENE          scene file, JSON\n"
      "  --predictor    instead: the onboard predictor at each of its levels and several steps, on five landings: error against\n"
@@ -192,7 +191,8 @@ static const struct command commands[] = {
      "  --plot F.svg   draw error against run time. Errors are in ft, also with --si\n"
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
-     "methods agree on; when they do not, there is no table: exit 5\n"},
+     "methods agree on; when they do not, there is no table: exit 5.\n"
+     "Example: matrig error host/scenes/consistent_fig3_7.json --plot error.svg\n"},
     {"campaign", campaign_command, "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--check] [--no-prune]",
      "a series of landings on an ensemble of runways: which one survives",
      "  FILE           campaign file, JSON (host/campaign/README.md): runway, landings, modifications, seeds\n"
@@ -205,8 +205,8 @@ static const struct command commands[] = {
      "Example: matrig campaign host/campaign/series/standard.json -o standard.html\n"},
     {"sweep", sweep_command,
      "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] | FILE --gather | FILE --slurm|--parallel [--shards N]",
-     "studies over many scenes: Cartesian, Latin hypercube, thresholds",
-     "  FILE           the study, JSON (host/sweep/README.md): base scene, what is varied, what is wanted\n"
+     "studies over many scenes or campaigns: Cartesian, Latin hypercube, thresholds",
+     "  FILE           the study, JSON (host/sweep/README.md): base scene or campaign, what is varied, what is wanted\n"
      "  -o R.jsonl     results, one JSON line a case; else FILE's name with .jsonl. The same command goes on where it was, after\n"
      "                 any kill; R.study.json is a copy of the study\n"
      "  -j N           cases at a time, each a process on one core; else as many as there are cores\n"
@@ -228,7 +228,8 @@ static const struct command commands[] = {
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --scene S      scene file that gives the runway; else the model runway\n"
      "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"
-     "  --void         also a landing that was voided (matrig landing)\n"},
+     "  --void         also a landing that was voided (matrig landing)\n"
+     "Example: matrig compare campaign.db 5 --limit 0.25\n"},
     {"fit", fit_command, "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F]",
      "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
      "  DB [RUN...]    campaign database and landings in it; else all whose motion is known\n"
@@ -246,28 +247,33 @@ static const struct command commands[] = {
      "Example: matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg\n"},
     {"bundle", bundle_command, "DB RUN -o F", "one landing as a campaign of its own, to pass on",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
-     "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"},
+     "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"
+     "Example: matrig bundle campaign.db 5 -o landing5.db\n"},
     {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--board F] [--exact]",
      "a recorded landing through the firmware again, and whether it says the same",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --speed S      max (the default), or real: by the wall clock\n"
-     "  --elf F        firmware image; else firmware/matrig.elf beside matrig\n"
+     "  --elf F        firmware image; else the one that came with matrig\n"
      "  --board F      the emulated board; else matrig-board beside matrig\n"
      "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
      "                 is compared within tolerances, which the output states\n"
-     "Exit 1 when anything differs.\n"},
+     "Exit 1 when anything differs.\n"
+     "Example: matrig replay campaign.db 5\n"},
     {"predict", predict_command, "DB RUN... [--void]", "the predictor of zones and warnings on recorded landings",
      "  DB RUN         campaign database and number of the landing in it, from 1; of several, in order, each begins with\n"
      "                 what the joints have become in the one before, and with the segments surveyed since:\n"
      "                 matrig predict campaign.db 1 2 3 4 5\n"
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
-     "board knew then: edges so far, readings so far, the survey. --void: also of a landing that was voided\n"},
+     "board knew then: edges so far, readings so far, the survey.\n"
+     "  --void         also of a landing that was voided\n"
+     "Example: matrig predict campaign.db 5\n"},
     {"report", report_command, "DB [-o F.html] [--void] | SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",
      "  DB             campaign database\n"
      "  SWEEP.jsonl    results of matrig sweep\n"
      "  -o F           where to write the page; else the name of what it shows with .html\n"
-     "  --void         with the landings that were voided (matrig landing)\n"},
+     "  --void         with the landings that were voided (matrig landing)\n"
+     "Example: matrig report campaign.db -o report.html\n"},
     {"export", export_command, "DB RUN --format csv|candump|frames|mdf4 [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"
@@ -278,9 +284,11 @@ static const struct command commands[] = {
      "                 each frame of the camera's film: time, where the gear stood and how well that is known\n"
      "  --format mdf4  ASAM MDF 4.10: readings and gear at 1 kHz with units and what is not valid, CAN frames as bus logging\n"
      "                 with the DBC attached\n"
-     "  -o F           where to write; else standard output\n"},
+     "  -o F           where to write; else standard output\n"
+     "Example: matrig export campaign.db 5 --format csv -o landing5.csv\n"},
     {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
-     "  -o F           where to write; else standard output\n"},
+     "  -o F           where to write; else standard output\n"
+     "Example: matrig dbc -o matrig.dbc\n"},
     {"scale", scale_command, "[NAME=VALUE... | SCENE] [--to model|prototype] [--n N] [--keep density|modulus] [-o F]",
      "quantities and scenes between model and prototype",
      "  NAME=VALUE     a quantity, by name or symbol; without any, all ratios are listed. Dimensionless terms that the\n"
@@ -291,7 +299,8 @@ static const struct command commands[] = {
      "  --keep density the 1/7 model's rule: forces by n^3 (the default)\n"
      "  --keep modulus the pilot model's rule: forces by n^2\n"
      "  -o F           where to write the scene; else standard output\n"
-     "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"},
+     "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"
+     "Example: matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"},
     {"params", params_command, "READINGS [-o F]", "readings of simple tests to scene parameters",
      "  READINGS       JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
      "                 {\"readings\": [...], \"error\": E}, with standard errors\n"
@@ -301,7 +310,8 @@ static const struct command commands[] = {
      "                 pull        pull_lb, weight_lb: f\n"
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
      "  -o F           write the parameters as the beginning of a scene\n"
-     "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"},
+     "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"
+     "Example: matrig params readings.json -o scene.json\n"},
     {"bands", bands_command, "[NAME=VALUE[UNIT]...] [--design-only] [--passes N]",
      "design restraining bands by Appendix C, and check them in the model",
      "  NAME=VALUE     what is not given is the report's example (a number alone is in the unit named here):\n"
@@ -320,27 +330,7 @@ static const struct command commands[] = {
 
 #define COMMAND_COUNT (sizeof commands / sizeof commands[0])
 
-static void print_help(void)
-{
-    puts("usage: matrig [--json] [--quiet] [--si] COMMAND ...\n");
-    for (size_t i = 0; i < COMMAND_COUNT; i++)
-        printf("  %-8s %s\n", commands[i].name, commands[i].summary);
-    puts("\n"
-         "  --json   the result as one JSON object on standard output\n"
-         "  --quiet  no progress and no notes\n"
-         "  --si     metres, seconds and newtons instead of feet, inches and pounds\n"
-         "\n"
-         "matrig COMMAND --help tells more about a command.\n"
-         "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
-         "4 malformed or truncated input, 5 numerics refused or failed.");
-}
-
-static int print_command_help(const struct command *command)
-{
-    printf("usage: matrig [--json] [--quiet] [--si] %s %s\n\n%s.\n\n%s", command->name, command->words,
-           command->summary, command->details);
-    return 0;
-}
+static const struct command_table table = {commands, COMMAND_COUNT};
 
 static int fail_usage(const char *what, const char *where)
 {
@@ -367,8 +357,11 @@ int main(int argc, char **argv)
     int i = 1;
     for (; i < argc && argv[i][0] == '-'; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            print_help();
-            return 0;
+            help_overview(&table);
+            return finish_output();
+        } else if (strcmp(argv[i], "--version") == 0) {
+            help_version(&cli);
+            return finish_output();
         } else if (strcmp(argv[i], "--json") == 0) {
             cli.json = true;
         } else if (strcmp(argv[i], "--quiet") == 0) {
@@ -381,13 +374,19 @@ int main(int argc, char **argv)
     }
     if (i == argc)
         return fail_usage("no command given", "matrig");
+    if (strcmp(argv[i], "help") == 0) {
+        int exit_code = help_words(argc - i, argv + i, &table, &cli);
+        return exit_code ? exit_code : finish_output();
+    }
     store_on_migration(cli.quiet ? NULL : tell_migration);
     for (size_t c = 0; c < COMMAND_COUNT; c++) {
         if (strcmp(argv[i], commands[c].name) != 0)
             continue;
         for (int k = i + 1; k < argc; k++) {
-            if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0)
-                return print_command_help(&commands[c]);
+            if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0) {
+                help_command(&commands[c]);
+                return finish_output();
+            }
         }
         int exit_code = commands[c].run(argc - i, argv + i, &cli);
         return exit_code ? exit_code : finish_output();

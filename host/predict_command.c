@@ -12,6 +12,7 @@
 #include "host/cli.h"
 #include "host/run.h"
 #include "host/store/store_journal.h"
+#include "host/units.h"
 
 #define EDGE_KNOWN_S 0.005 /* after it, an edge has its name (common/switches.h) */
 #define CHANGED_MATS 5     /* less is no news */
@@ -123,9 +124,9 @@ static json_t *number(double value)
 }
 
 /* Half a 95 % interval; none is stated where there is no zone, nor of a kinematic one. */
-static void error_text(float error_ft, char text[16])
+static void error_text(double error, char text[16])
 {
-    snprintf(text, 16, isnan(error_ft) ? "-" : "%.1f", 1.96 * (double)error_ft);
+    snprintf(text, 16, isnan(error) ? "-" : "%.1f", 1.96 * error);
 }
 
 static void tell(struct predict *predict, double t_s, const struct mr_predictor_zone *zone, const struct cli *cli)
@@ -143,13 +144,14 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
         return;
     }
     char coming[16] = "-", start[16], end[16];
-    error_text(zone->start_error_ft, start);
-    error_text(zone->end_error_ft, end);
+    double ft = unit_of(UNIT_STATION, cli->si)->factor, lb = unit_of(UNIT_TENSION, cli->si)->factor;
+    error_text(ft * (double)zone->start_error_ft, start);
+    error_text(ft * (double)zone->end_error_ft, end);
     if (zone->coming_mats)
-        snprintf(coming, sizeof coming, "%.1f", (double)zone->coming_ft);
-    printf("%7.3f %7.1f %6u %6.1f +- %-4s %6.1f +- %-4s %7u %7s %7.1f  %-8s %s%s%s\n", t_s, (double)wheel_ft, zone->mats,
-           (double)zone->start_ft, start, (double)zone->end_ft, end,
-           zone->coming_mats, coming, (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
+        snprintf(coming, sizeof coming, "%.1f", ft * (double)zone->coming_ft);
+    printf("%7.3f %7.1f %6u %6.1f +- %-4s %6.1f +- %-4s %7u %7s %7.1f  %-8s %s%s%s\n", t_s, ft * (double)wheel_ft, zone->mats,
+           ft * (double)zone->start_ft, start, ft * (double)zone->end_ft, end, zone->coming_mats, coming,
+           lb * (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
            zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
 }
 
@@ -193,8 +195,10 @@ static json_t *conclude_json(const struct predict *predict, double warned_s, dou
                                 : json_null());
 }
 
-static void conclude(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left)
+static void conclude(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left,
+                     const struct cli *cli)
 {
+    const struct unit *station = unit_of(UNIT_STATION, cli->si);
     if (isnan(warned_s))
         printf("predictor: no warning");
     else
@@ -211,8 +215,8 @@ static void conclude(const struct predict *predict, double warned_s, double boar
                    predict->predictor.doubt[i] == MR_PREDICTOR_DRIFTS ? "drifted" : "disagreed with the model");
     }
     if (left->mats)
-        printf("left ahead of the stop: %u mats closed, stations %.1f to %.1f ft, %u closed joints\n", left->mats, (double)left->start_ft,
-               (double)left->end_ft, left->closed_joints);
+        printf("left ahead of the stop: %u mats closed, stations %.1f to %.1f %s, %u closed joints\n", left->mats,
+               station->factor * (double)left->start_ft, station->factor * (double)left->end_ft, station->text, left->closed_joints);
 }
 
 static void tell_lost(const struct predict_again *again)
@@ -282,7 +286,8 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
         status = prepare(predict, error);
     if (status == MR_OK) {
         if (!results)
-            printf("    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict\n");
+            puts(cli->si ? "    t_s   wheel   mats   start_m           end_m       coming    at_m press_N   verdict"
+                         : "    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict");
         warned_s = run_all(predict, cli);
         board_s = predict->zones.warning.warned ? predict->zones.warning.t_s : (double)NAN;
         mr_predictor_zone(&predict->predictor, &left);
@@ -292,7 +297,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
             json_object_set_new(object, "again", again_json(&again));
             json_array_append_new(results, object);
         } else {
-            conclude(predict, warned_s, board_s, &left);
+            conclude(predict, warned_s, board_s, &left, cli);
             tell_lost(&again);
             tell_again(&again);
         }

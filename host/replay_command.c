@@ -9,6 +9,7 @@
 
 #include "host/cli.h"
 #include "host/configtext.h"
+#include "host/place.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
 #include "host/replay/input.h"
@@ -21,7 +22,7 @@ struct replay {
     int64_t run;
     bool exact_asked;
     struct replay_board board;
-    char program[PATH_MAX], elf[PATH_MAX]; /* defaults, beside this program */
+    char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
     char directory[PATH_MAX];              /* temporary; "" before it is made */
     struct answers recorded, replayed;
     struct replay_input input;
@@ -31,14 +32,8 @@ struct replay {
 
 static void default_paths(struct replay *replay)
 {
-    char self[PATH_MAX - 40];
-    ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
-    self[length > 0 ? length : 0] = '\0';
-    char *slash = strrchr(self, '/');
-    if (slash)
-        *slash = '\0';
-    snprintf(replay->program, sizeof replay->program, "%s/matrig-board", slash ? self : ".");
-    snprintf(replay->elf, sizeof replay->elf, "%s/firmware/matrig.elf", slash ? self : ".");
+    place_find(PLACE_BOARD, replay->program, sizeof replay->program);
+    place_find(PLACE_FIRMWARE, replay->elf, sizeof replay->elf);
     if (!replay->board.program)
         replay->board.program = replay->program;
     if (!replay->board.elf)

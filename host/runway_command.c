@@ -12,6 +12,7 @@
 #include "host/cli.h"
 #include "host/listen.h"
 #include "host/runway.h"
+#include "host/units.h"
 
 #define ANSWER_S 10.0 /* hello comes once a second, and so does what the memory holds */
 #define ROUNDS 3
@@ -186,9 +187,10 @@ static int print(const struct talk *talk, const struct cli *cli)
     printf("runway     %s; %u mats, %u landings, closing resistance %.2f of the one configured, CRC %08x\n",
            runway_source_text(stored->source), state->mats, state->landings, (double)state->scale, (unsigned)stored->crc);
     printf("copies     A %s, B %s\n", copy_text(stored->copy_a, a), copy_text(stored->copy_b, b));
-    printf("joints     %u of %u closed to 0.002 in; slack of ten in a row, in:\n", closed_of(state), state->mats + 1u);
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, cli->si);
+    printf("joints     %u of %u closed to 0.002 in; slack of ten in a row, %s:\n", closed_of(state), state->mats + 1u, length->text);
     for (unsigned s = 0; 10 * s <= state->mats; s++)
-        printf("%s%7.4f", s % 7 == 0 ? s ? "\n    " : "    " : " ", sum_in(state, s));
+        printf("%s%7.4f", s % 7 == 0 ? s ? "\n    " : "    " : " ", length->factor * sum_in(state, s));
     putchar('\n');
     return 0;
 }

@@ -109,19 +109,6 @@ static enum mr_status check_together(const struct request *r, const char *shard,
     return MR_OK;
 }
 
-/* -j4 as make takes it. */
-static void split_jobs(int argc, char **argv)
-{
-    static char split[40];
-    for (int i = 1; i < argc; i++) {
-        if (strncmp(argv[i], "-j", 2) == 0 && argv[i][2] >= '0' && argv[i][2] <= '9') {
-            snprintf(split, sizeof split, "-j=%s", argv[i] + 2);
-            argv[i] = split;
-            return; /* a second one is refused */
-        }
-    }
-}
-
 static enum mr_status read_request(int argc, char **argv, struct request *r, struct error *error)
 {
     const char *output = NULL, *jobs = NULL, *shard = NULL, *shards = NULL;
@@ -133,7 +120,6 @@ static enum mr_status read_request(int argc, char **argv, struct request *r, str
         {"--retry", NULL, &r->retry},  {"--slurm", NULL, &r->slurm},
         {"--no-wait", NULL, &r->no_wait}, {"--parallel", NULL, &r->parallel},
     };
-    split_jobs(argc, argv);
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], r->words, 1, 1 + PARTS_MAX, "FILE", error) != MR_OK)
         return error->status;
     r->study = r->words[0];
@@ -392,12 +378,23 @@ static enum mr_status submit(const struct request *r, const struct sweep_study *
 
 /* ---- without running ---- */
 
-static int list_cases(const struct sweep_study *study)
+static json_t *list_case(const struct sweep_study *study, size_t i)
 {
+    char id[SWEEP_ID_SIZE];
+    sweep_id_text(study->ids[i], id);
+    return json_pack("{s:s,s:o}", "case", id, "values", sweep_study_values(study, i));
+}
+
+static int list_cases(const struct sweep_study *study, const struct cli *cli)
+{
+    if (cli->json) {
+        json_t *list = json_array();
+        for (size_t i = 0; i < study->cases; i++)
+            json_array_append_new(list, list_case(study, i));
+        return cli_print_json(json_pack("{s:o}", "cases", list), 0);
+    }
     for (size_t i = 0; i < study->cases; i++) {
-        char id[SWEEP_ID_SIZE];
-        sweep_id_text(study->ids[i], id);
-        json_t *line = json_pack("{s:s,s:o}", "case", id, "values", sweep_study_values(study, i));
+        json_t *line = list_case(study, i);
         json_dumpf(line, stdout, JSON_COMPACT | JSON_REAL_PRECISION(15));
         putchar('\n');
         json_decref(line);
@@ -415,7 +412,7 @@ int sweep_command(int argc, char **argv, const struct cli *cli)
         return cli_fail(&error);
     int code = 0;
     if (request.list) {
-        code = list_cases(&study);
+        code = list_cases(&study, cli);
         sweep_study_free(&study);
         return code;
     }

@@ -7,6 +7,7 @@
 #ifndef MATRIG_HOST_CAMPAIGN_H
 #define MATRIG_HOST_CAMPAIGN_H
 
+#include <jansson.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -77,6 +78,8 @@ struct campaign {
 
 /* Read a campaign file. MR_MALFORMED names the key; MR_IO, MR_TRUNCATED as scenes. Nothing is left to free then. */
 enum mr_status campaign_load(struct campaign *campaign, const char *path, struct error *error);
+/* The same from what a file holds. `where` begins its errors; a scene that is a name is looked for beside the file `where`. */
+enum mr_status campaign_from_json(struct campaign *campaign, const char *where, const json_t *root, struct error *error);
 void campaign_free(struct campaign *campaign);
 
 #endif

@@ -365,7 +365,7 @@ static json_t *take_scene(const struct reader *r, const json_t *root)
     if (!json_is_string(scene))
         return json_incref(scene);
     const char *slash = strrchr(r->path, '/');
-    int folder = slash ? (int)(slash - r->path) + 1 : 0;
+    int folder = slash && json_string_value(scene)[0] != '/' ? (int)(slash - r->path) + 1 : 0;
     snprintf(path, sizeof path, "%.*s%s", folder, r->path, json_string_value(scene));
     return load_json(r, path);
 }
@@ -402,9 +402,9 @@ static void read_root(const struct reader *r, const json_t *root, struct campaig
     json_decref(scene);
 }
 
-enum mr_status campaign_load(struct campaign *c, const char *path, struct error *error)
+enum mr_status campaign_from_json(struct campaign *c, const char *where, const json_t *root, struct error *error)
 {
-    const struct reader r = {path, error};
+    const struct reader r = {where, error};
     /* model scale, of the standard series (README.md, "Calibration") */
     *c = (struct campaign){
         .gap_in = {0.0, 0.036},
@@ -424,14 +424,22 @@ enum mr_status campaign_load(struct campaign *c, const char *path, struct error 
         .skip_share = 0.9,
         .needed = 0.625,
     };
-    json_t *root = load_json(&r, path);
-    if (root)
-        read_root(&r, root, c);
-    json_decref(root);
+    read_root(&r, root, c);
     if (failed(&r))
         campaign_free(c);
     if (!failed(&r) && !c->name[0])
-        snprintf(c->name, sizeof c->name, "%s", path);
+        snprintf(c->name, sizeof c->name, "%s", where);
+    return error->status;
+}
+
+enum mr_status campaign_load(struct campaign *c, const char *path, struct error *error)
+{
+    const struct reader r = {path, error};
+    *c = (struct campaign){0};
+    json_t *root = load_json(&r, path);
+    if (root)
+        campaign_from_json(c, path, root, error);
+    json_decref(root);
     return error->status;
 }
 

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/campaign/result_json.h"
 #include "host/sim_json.h"
 #include "host/sweep/jsonpath.h"
 
@@ -44,14 +45,53 @@ static json_t *simulate_scene(const struct sweep_study *study, const json_t *inp
     return object;
 }
 
-/* Seam: `matrig campaign` gives its simulation here. NULL: sweep_study_load refuses the kind. */
+/* One runway after the other: a case stays on one core. Its seeds are the campaign's. */
+static json_t *play_campaign(const struct campaign *campaign, struct campaign_run *runs, struct error *error)
+{
+    struct campaign_summary summary;
+    if (campaign_ensemble(campaign, 1, false, NULL, NULL, runs, error) != MR_OK ||
+        campaign_summarise(&summary, campaign, runs, error) != MR_OK)
+        return NULL;
+    json_t *object = campaign_json(campaign, runs, &summary, NULL);
+    json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
+    for (size_t i = 0; i < campaign->seeds && summary.failed > 0; i++) {
+        if (runs[i].error.status != MR_OK) {
+            json_object_set_new(object, "reason", json_sprintf("%zu of %zu runways could not be played; seed %llu: %s", summary.failed,
+                                                               campaign->seeds, (unsigned long long)runs[i].seed, runs[i].error.text));
+            break;
+        }
+    }
+    campaign_summary_free(&summary);
+    return object;
+}
+
+static json_t *simulate_campaign(const struct sweep_study *study, const json_t *input)
+{
+    (void)study;
+    struct error error = {0};
+    struct campaign campaign;
+    if (campaign_from_json(&campaign, "campaign", input, &error) != MR_OK)
+        return refused(&error);
+    struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
+    json_t *object = NULL;
+    if (!runs)
+        error_set(&error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign.seeds);
+    else
+        object = play_campaign(&campaign, runs, &error);
+    for (size_t i = 0; runs && i < campaign.seeds; i++)
+        campaign_run_free(&runs[i]);
+    free(runs);
+    campaign_free(&campaign);
+    return object ? object : refused(&error);
+}
+
 sweep_simulate *sweep_simulation(enum sweep_kind kind)
 {
     switch (kind) {
     case SWEEP_SCENE:
         return simulate_scene;
     case SWEEP_CAMPAIGN:
-        break;
+        return simulate_campaign;
     }
     return NULL;
 }
@@ -59,8 +99,12 @@ sweep_simulate *sweep_simulation(enum sweep_kind kind)
 enum mr_status sweep_case_check(const struct sweep_study *study, const json_t *input, const char *where, struct error *error)
 {
     struct sim_scene scene;
-    if (study->kind != SWEEP_SCENE)
-        return MR_OK;
+    struct campaign campaign;
+    if (study->kind == SWEEP_CAMPAIGN) {
+        if (campaign_from_json(&campaign, where, input, error) == MR_OK)
+            campaign_free(&campaign);
+        return error->status;
+    }
     if (read_scene(&scene, input, where, error) == MR_OK)
         sim_scene_free(&scene);
     return error->status;
@@ -79,6 +123,13 @@ static json_t *failure(const char *status, const char *format, const char *what)
     return json_pack("{s:s,s:o}", "status", status, "reason", json_sprintf(format, what));
 }
 
+static json_t *no_field(const struct sweep_study *study, const char *what, const char *name)
+{
+    return json_pack("{s:s,s:o}", "status", "refused", "reason",
+                     json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
+                                  study->kind == SWEEP_CAMPAIGN ? "campaign FILE" : "sim SCENE"));
+}
+
 /* status, reason, result of a finished simulation; a field that is missing fails the case: nothing is made up. */
 static json_t *kept(const struct sweep_study *study, const json_t *result)
 {
@@ -95,7 +146,7 @@ static json_t *kept(const struct sweep_study *study, const json_t *result)
         json_t *value = jsonpath_get(result, name);
         if (!value) {
             json_decref(values);
-            return failure("refused", "the result has no field \"%s\"; see matrig sim --json SCENE", name);
+            return no_field(study, "field", name);
         }
         json_object_set(values, name, value);
     }
@@ -145,7 +196,7 @@ static bool beyond(struct search *s, double value)
         json_object_set_new(s->failed, "reason", json_sprintf("at %s = %.12g: %s", find->key.name, value,
                                                               json_string_value(json_object_get(result, "reason"))));
     } else if (!counts && isnan(number)) {
-        s->failed = failure("refused", "the result has no number \"%s\"; see matrig sim --json SCENE", find->field);
+        s->failed = no_field(s->study, "number", find->field);
     } else if (!counts) {
         is = find->below ? number < find->level : number > find->level;
     }
@@ -213,7 +264,7 @@ json_t *sweep_case_run(const struct sweep_study *study, size_t index, sweep_simu
 {
     json_t *outcome, *input = sweep_study_input(study, index);
     if (!input)
-        return failure("refused", "%s cannot be made", "the scene");
+        return failure("refused", "%s cannot be made", study->kind == SWEEP_CAMPAIGN ? "the campaign" : "the scene");
     if (study->find.wanted) {
         struct search s = {.study = study, .input = input, .simulate = simulate};
         outcome = run_search(&s);

@@ -382,7 +382,10 @@ void sweep_page_write(FILE *out, const char *name, const struct sweep_table *tab
     html_text(out, title ? title : "Sweep");
     fputs("</h1>\n<p>", out);
     html_text(out, name);
-    fputs(": units are those of the scene keys and of the simulation's results (ft, lb, s).</p>\n", out);
+    fputs(table->study.kind == SWEEP_CAMPAIGN
+              ? ": units are those of the campaign's keys (in their names; of its scene ft, lb, s) and of its results.</p>\n"
+              : ": units are those of the scene keys and of the simulation's results (ft, lb, s).</p>\n",
+          out);
     facts(out, table);
     if (table->finds)
         quantity_section(out, table, levels, level_count, &(struct sweep_quantity){NULL});

@@ -36,26 +36,54 @@ static enum mr_status load_json(const char *path, const char *what, json_t **roo
     return error_set(error, MR_MALFORMED, "not a %s: %s: the file holds no JSON object; begin with {", what, path);
 }
 
+/* The path of a file that another one names. `found` has PATH_MAX bytes. */
+static enum mr_status beside(const char *path, const char *name, char *found, struct error *error)
+{
+    const char *slash = strrchr(path, '/');
+    int folder = slash && name[0] != '/' ? (int)(slash - path + 1) : 0;
+    if (snprintf(found, PATH_MAX, "%.*s%s", folder, path, name) >= PATH_MAX)
+        return error_set(error, MR_TOO_LONG, "path too long: %s: %.100s; move the files", path, name);
+    return MR_OK;
+}
+
+/* The scene that a campaign names is put in too, and the parts that it may leave out, so that keys inside them can be varied. */
+static enum mr_status complete_campaign(struct sweep_study *study, const char *file, struct error *error)
+{
+    static const char *const parts[] = {"runway", "aircraft", "engine"};
+    json_t *scene = json_object_get(study->base, "scene");
+    char path[PATH_MAX];
+    if (json_is_string(scene)) {
+        if (beside(file, json_string_value(scene), path, error) != MR_OK || load_json(path, "scene", &scene, error) != MR_OK)
+            return error->status;
+        json_object_set_new(study->base, "scene", scene);
+    }
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        if (!json_object_get(study->base, parts[i]))
+            json_object_set_new(study->base, parts[i], json_object());
+    }
+    return MR_OK;
+}
+
 /* A base that is the name of a file is put in: the study is then whole. */
 static enum mr_status read_base(struct sweep_study *study, const char *path, struct error *error)
 {
     json_t *base = json_object_get(study->root, "base");
+    char file[PATH_MAX];
+    snprintf(file, sizeof file, "%s", path); /* that says the scene of a campaign; checked by the read of the study */
     if (json_is_string(base)) {
-        const char *name = json_string_value(base), *slash = strrchr(path, '/');
-        char beside[PATH_MAX];
-        int folder = slash && name[0] != '/' ? (int)(slash - path + 1) : 0;
-        if (snprintf(beside, sizeof beside, "%.*s%s", folder, path, name) >= (int)sizeof beside)
-            return error_set(error, MR_TOO_LONG, "path too long: %s: base; move the files", path);
-        json_object_set_new(study->root, "_base_file", json_string(name));
-        if (load_json(beside, kind_names[study->kind], &base, error) != MR_OK)
+        json_object_set_new(study->root, "_base_file", json_copy(base));
+        if (beside(path, json_string_value(base), file, error) != MR_OK ||
+            load_json(file, study->kind == SWEEP_SCENE ? "scene" : "campaign", &base, error) != MR_OK)
             return error->status;
         json_object_set_new(study->root, "base", base);
     }
     if (!json_is_object(base))
-        return error_set(error, MR_MALFORMED, "%s: %s: base; give the name of a scene file, or the scene itself",
+        return error_set(error, MR_MALFORMED, "%s: %s: base; give the name of a scene or campaign file, or what it would hold",
                          base ? "wrong type" : "something is missing", path);
     study->base = base;
-    return MR_OK;
+    if (!json_object_get(study->root, "kind") && json_object_get(base, "landings"))
+        study->kind = SWEEP_CAMPAIGN;
+    return study->kind == SWEEP_CAMPAIGN ? complete_campaign(study, file, error) : MR_OK;
 }
 
 static enum mr_status read_kind(struct sweep_study *study, const char *path, struct error *error)
@@ -66,14 +94,13 @@ static enum mr_status read_kind(struct sweep_study *study, const char *path, str
         if (strcmp(name, kind_names[i]) != 0)
             continue;
         study->kind = (enum sweep_kind)i;
-        if (sweep_simulation(study->kind))
-            return MR_OK;
-        return error_set(error, MR_USAGE, "not available: %s: studies of a %s; this matrig sweeps scenes only", path, name);
+        return MR_OK;
     }
     return error_set(error, MR_MALFORMED, "unknown choice: %s: kind; give \"scene\" or \"campaign\"", path);
 }
 
-/* A key of a scene that does not exist would fail in every case: refuse the study. */
+/* A key of a scene that does not exist would fail in every case: refuse the study. Those of a campaign are paths; its first case
+ * shows whether they are known. */
 static enum mr_status check_key(const struct sweep_study *study, const char *where, const char *key, struct error *error)
 {
     char first[JSONPATH_MAX];
@@ -270,9 +297,12 @@ static enum mr_status read_rest(struct sweep_study *study, const char *path, str
                 return error_set(error, MR_MALFORMED, "wrong type: %s: outputs[%zu]; give the name of a field of the result", path, i);
         }
         if (json_array_size(outputs) == 0)
-            return error_set(error, MR_MALFORMED, "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig sim --json",
-                             path);
+            return error_set(error, MR_MALFORMED, "something is missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
+                             path, study->kind == SWEEP_CAMPAIGN ? "campaign" : "sim");
     }
+    if (study->kind == SWEEP_CAMPAIGN && (solver || json_object_get(study->root, "rtol")))
+        return error_set(error, MR_MALFORMED, "not here: %s: %s; a campaign has its own engines (key engine): leave it out", path,
+                         solver ? "solver" : "rtol");
     if (solver && !json_is_string(solver))
         return error_set(error, MR_MALFORMED, "wrong type: %s: solver; give text", path);
     study->solver = json_string_value(solver);

@@ -231,6 +231,66 @@ at_most() { sed 's/"from": 10,/"from": 300,/; s/\[160, 320\]/[160]/; s/, 5\]/]/'
     [ "$(grep -c '"verdict":"at_most","low":null,"high":300' "$tmp/find2.jsonl")" = 3 ]; }
 check "a threshold below the range too" at_most
 
+# --- campaigns: a case is what matrig campaign says of the file with the values in it ---
+mkdir -p "$tmp/runway"
+cat >"$tmp/runway/scene.json" <<'J'
+{"N": 120, "L": 0.2857142857142857, "W": 0.466, "I": 1.19e-4, "KV": 1.3e4, "CV": 60, "KT": 41.6, "CT": 1.57e-4, "TAD_deg": 7,
+ "profile": "full", "KL": 2.9e5, "CL": 5, "slack": 0.0025, "left": "fixed", "right": "fixed", "f": 0.5, "v0": 0}
+J
+cat >"$tmp/runway/series.json" <<'J'
+{"scene": "scene.json", "seeds": [4, 6], "landings": [{"speed_ft_s": 10, "deceleration_ft_s2": 4}, {"speed_ft_s": 20, "deceleration_ft_s2": 8}]}
+J
+cat >"$tmp/series.json" <<'J'
+{"base": "runway/series.json", "vary": {"landings.-1.deceleration_ft_s2": [8, 11], "scene.f": [0.5, 0.8], "runway.closing_lb": [[0, 10]]},
+ "outputs": ["buckled_share", "median_station_ft", "median_zone_mats", "median_movement_in", "landings.0.total_in.5.1"]}
+J
+campaigns() { $m --quiet sweep "$tmp/series.json" -j1 >"$tmp/o" && cat "$tmp/o" "$tmp/series.jsonl" && distinct "$tmp/series.jsonl" 4 && ! grep -v '"status":"ok"' "$tmp/series.jsonl"; }
+check "a study of a campaign, known by its landings" campaigns
+by_hand() { # DECELERATION F: the same from the runways of a campaign file that was written so
+    sed "s/0.5, \"v0\"/$2, \"v0\"/" "$tmp/runway/scene.json" >"$tmp/runway/scene2.json"
+    sed "s/scene.json/scene2.json/; s/: 8}/: $1}/; s/\"seeds\"/\"runway\": {\"closing_lb\": [0, 10]}, &/" "$tmp/runway/series.json" >"$tmp/runway/series2.json"
+    $m --quiet --json campaign "$tmp/runway/series2.json" >"$tmp/direct.json" && python3 - "$tmp" "$1" "$2" <<'P'
+import json, statistics, sys
+tmp, a, f = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
+runways = json.load(open(tmp + "/direct.json"))["runways"]
+line, = [l for l in map(json.loads, open(tmp + "/series.jsonl")) if (l["values"]["landings.-1.deceleration_ft_s2"], l["values"]["scene.f"]) == (a, f)]
+buckled = [r for r in runways if r["buckled_landing"]]
+before = [[l for l in r["landings"] if not l["buckled"]] for r in runways]
+want = {"buckled_share": len(buckled) / len(runways),
+        "median_station_ft": statistics.median(r["buckled_ft"] for r in buckled) if buckled else None,
+        "median_zone_mats": statistics.median(max(l["zone_mats"] for l in b) for b in before),
+        "median_movement_in": statistics.median(max(l["peak_in"] for l in b) for b in before)}
+for name, value in want.items():
+    got = line["result"][name]
+    print(name, got, value)
+    assert got == value or abs(got - value) < 1e-4 * abs(value) + 1e-6, name
+print(line["result"]["landings.0.total_in.5.1"])
+assert line["result"]["landings.0.total_in.5.1"] == json.load(open(tmp + "/direct.json"))["landings"][0]["total_in"][5][1]
+P
+}
+check "its cases are those of matrig campaign" by_hand 8 0.5
+check "also with another friction and deceleration" by_hand 11 0.8
+kind_id() { # saying the kind changes nothing
+    sed 's/{"base"/{"kind": "campaign", "base"/' "$tmp/series.json" >"$tmp/said.json" && cmp <(ids "$tmp/said.json") <(ids "$tmp/series.json") && [ "$(ids "$tmp/said.json" | wc -l)" = 4 ]
+}
+check "and its ids do not depend on whether the kind is said" kind_id
+alone() { # the copy beside the results has the scene in it: it runs elsewhere
+    mkdir -p "$tmp/away" && cp "$tmp/series.study.json" "$tmp/away/s.json" && cmp <(ids "$tmp/away/s.json") <(ids "$tmp/series.json")
+}
+check "the copy of the study is whole" alone
+unplayable() { # an aircraft that rolls for longer than it is followed
+    sed 's/"N": 120/"N": 20000/' "$tmp/runway/scene.json" >"$tmp/runway/long.json"
+    cat >"$tmp/rolls.json" <<'J'
+{"base": {"scene": "runway/long.json", "seeds": 2, "engine": {"use": "chain"}, "landings": [{"speed_ft_s": 1, "deceleration_ft_s2": 4}]},
+ "vary": {"landings.0.deceleration_ft_s2": [4, 0.0001]}, "outputs": ["buckled_share"]}
+J
+    $m --quiet sweep "$tmp/rolls.json" && cat "$tmp/rolls.jsonl" && grep -q ':4}.*"status":"ok","result":{"buckled_share":0.0}' "$tmp/rolls.jsonl" &&
+        grep -q '"status":"incomplete","reason":"2 of 2 runways could not be played; seed 1: no stop: ' "$tmp/rolls.jsonl"
+}
+check "a case with runways that cannot be played says so, and has no result" unplayable
+page_campaign() { $m report "$tmp/series.jsonl" && grep -q "those of the campaign's keys" "$tmp/series.html" && [ "$(grep -c '<svg' "$tmp/series.html")" -ge 3 ]; }
+check "its page" page_campaign
+
 # --- failures are kept ---
 cat >"$tmp/slow.json" <<'J'
 {"base": {"model": "consistent", "profile": "full", "bump": [0.0099, 0.02, 0.0099], "mats_crossed": 6}, "vary": {"F": [11000, 12000]}, "outputs": ["bow_wave"]}
@@ -316,7 +376,16 @@ bad "too many cases" 4 'too many cases' "{$b, \"vary\": {\"F\": {\"from\": 1, \"
 bad "a dotted key that leads nowhere" 4 'no such place' "{$b, \"vary\": {\"path.7.1\": [5]}, $o}"
 bad "a search without a field" 4 'find field' "{$b, \"vary\": {\"KL\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"above\": 1}}"
 bad "a search of a varied key" 4 'varied and searched' "{$b, \"vary\": {\"F\": [5]}, \"find\": {\"key\": \"F\", \"from\": 1, \"to\": 2, \"field\": \"peak_u_ft\", \"above\": 1}}"
-bad "campaigns, not yet" 2 'not available: .*studies of a campaign' "{\"kind\": \"campaign\", \"base\": {}, \"vary\": {\"F\": [1]}, $o}"
+c='"base": "runway/series.json"' co='"outputs": ["buckled_share"]'
+bad "a scene given as a campaign" 4 'wrong value: .*landings' "{\"kind\": \"campaign\", \"base\": {\"scene\": {}}, \"vary\": {\"seeds\": [1]}, $co}"
+bad "a campaign given as a scene" 4 'unknown key' "{\"kind\": \"scene\", $c, \"vary\": {\"F\": [1]}, $co}"
+bad "a key that campaigns lack" 4 'unknown key: .*first case: .*"friction"' "{$c, \"vary\": {\"friction\": [1]}, $co}"
+bad "a key that its runway lacks" 4 'unknown key: .*runway."gaps"' "{$c, \"vary\": {\"runway.gaps\": [1]}, $co}"
+bad "a key that its scene lacks" 4 'Thrust' "{$c, \"vary\": {\"scene.Thrust\": [1]}, $co}"
+bad "a landing that it lacks" 4 'no such place' "{$c, \"vary\": {\"landings.2.speed_ft_s\": [1]}, $co}"
+bad "a solver for a campaign" 4 'not here: .*solver' "{$c, \"solver\": \"event\", \"vary\": {\"seeds\": [1]}, $co}"
+bad "a campaign whose scene is not there" 3 'cannot open scene: .*runway/gone.json' \
+    "{\"base\": {\"scene\": \"runway/gone.json\", \"landings\": []}, \"vary\": {\"seeds\": [1]}, $co}"
 unknown_output() { printf '%s' "{$b, \"vary\": {\"F\": [1]}, \"outputs\": [\"lift\"]}" >"$tmp/bad.json" && rm -f "$tmp/bad.jsonl" && $m --quiet sweep "$tmp/bad.json" && cat "$tmp/bad.jsonl" &&
     grep -q '"status":"refused","reason":"the result has no field \\"lift\\"' "$tmp/bad.jsonl"; }
 check "an output that no result has" unknown_output

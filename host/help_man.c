@@ -1,0 +1,197 @@
+/* The man page. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "firmware/version.h"
+#include "host/help.h"
+
+#define TEXT_COLUMN 17 /* where an item's text begins, from 0 */
+
+/* Text as roff takes it: nothing in it is a request or an escape, a hyphen can be copied into a shell. Blanks become one. */
+static void text(const char *from, size_t length)
+{
+    bool blank = false, begun = false;
+    for (size_t i = 0; i < length; i++) {
+        char c = from[i];
+        if (c == ' ' || c == '\n') {
+            blank = begun;
+            continue;
+        }
+        if (blank)
+            putchar(' ');
+        if (!begun && (c == '.' || c == '\''))
+            fputs("\\&", stdout);
+        blank = false;
+        begun = true;
+        if (c == '\\')
+            fputs("\\e", stdout);
+        else if (c == '-')
+            fputs("\\-", stdout);
+        else if (c == '\'')
+            fputs("\\(aq", stdout);
+        else if (c == '"')
+            fputs("\\(dq", stdout);
+        else if (c == '^')
+            fputs("\\(ha", stdout);
+        else if (c == '~')
+            fputs("\\(ti", stdout);
+        else if (c == '`')
+            fputs("\\(ga", stdout);
+        else
+            putchar(c);
+    }
+}
+
+static void bold(const char *from, size_t length)
+{
+    fputs("\\fB", stdout);
+    text(from, length);
+    fputs("\\fR", stdout);
+}
+
+/* Text that may end with an example, which gets a paragraph of its own. */
+static void text_line(const char *line, size_t length)
+{
+    static const char example[] = "Example:";
+    const char *at = memmem(line, length, example, sizeof example - 1);
+    size_t before = at ? (size_t)(at - line) : length;
+    if (before > 0) {
+        text(line, before);
+        putchar('\n');
+    }
+    if (!at)
+        return;
+    puts(".PP\nExample:\n.PP");
+    const char *from = at + sizeof example - 1, *end = line + length;
+    if (from == end)
+        return; /* on the lines that follow */
+    puts(".nf");
+    while (from < end) { /* several stand on lines of their own */
+        const char *next = memmem(from, (size_t)(end - from), "; matrig ", 9);
+        fputs("    ", stdout);
+        bold(from, (size_t)((next ? next : end) - from));
+        putchar('\n');
+        from = next ? next + 2 : end;
+    }
+    puts(".fi");
+}
+
+static size_t term_end(const char *line, size_t length)
+{
+    if (length > TEXT_COLUMN && line[TEXT_COLUMN - 1] == ' ')
+        return TEXT_COLUMN - 1;
+    const char *gap = memmem(line + 2, length - 2, "  ", 2);
+    return gap ? (size_t)(gap - line) : length;
+}
+
+static size_t blanks(const char *line, size_t length)
+{
+    size_t count = 0;
+    while (count < length && line[count] == ' ')
+        count++;
+    return count;
+}
+
+struct place_in {
+    bool plain;   /* in a paragraph that is not an item's */
+    bool example; /* in an example: its lines are commands */
+};
+
+static void detail_line(struct place_in *in, const char *line, size_t length)
+{
+    size_t indent = blanks(line, length);
+    bool item = indent == 2 && length > 2;
+    if (length == 0) {
+        in->plain = in->example = false;
+    } else if (in->example && indent > 0) { /* one more line of it */
+        puts(".nf");
+        fputs("    ", stdout);
+        bold(line, length);
+        puts("\n.fi");
+    } else if (item) {
+        size_t end = term_end(line, length);
+        puts(".TP");
+        bold(line + 2, end - 2);
+        putchar('\n');
+        if (end < length)
+            text_line(line + end, length - end);
+        in->plain = in->example = false;
+    } else {
+        if (indent == 0 && !in->plain && strncmp(line, "Example:", 8) != 0) /* which has its own */
+            puts(".PP");
+        else if (indent > 0 && (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
+            puts(".br"); /* a row of a list */
+        in->plain = indent == 0;
+        in->example = indent == 0 && memmem(line, length, "Example:", 8);
+        text_line(line, length);
+    }
+}
+
+static void section(const struct command *command)
+{
+    struct place_in in = {false, false};
+    printf(".SS %s\n", command->name);
+    bold("matrig", 6);
+    putchar(' ');
+    bold(command->name, strlen(command->name));
+    putchar(' ');
+    text(command->words, strlen(command->words));
+    puts("\n.PP");
+    text(command->summary, strlen(command->summary));
+    puts(".");
+    for (const char *line = command->details; *line;) {
+        size_t length = strcspn(line, "\n");
+        detail_line(&in, line, length);
+        line += length + (line[length] == '\n');
+    }
+}
+
+static void head(void)
+{
+    const char *epoch = getenv("SOURCE_DATE_EPOCH");
+    char date[20] = "";
+    if (epoch && *epoch) {
+        time_t seconds = (time_t)strtoll(epoch, NULL, 10);
+        struct tm day;
+        if (gmtime_r(&seconds, &day))
+            strftime(date, sizeof date, "%Y-%m-%d", &day);
+    }
+    printf(".\\\" Made by matrig help --man.\n.TH MATRIG 1 \"%s\" \"matrig %d.%d.%d\" \"User Commands\"\n", date, FIRMWARE_MAJOR, FIRMWARE_MINOR,
+           FIRMWARE_PATCH);
+    puts(".nh\n.ad l\n.SH NAME\nmatrig \\- instrument for a model landing\\-mat runway\n"
+         ".SH SYNOPSIS\n\\fBmatrig\\fR [\\fB\\-\\-json\\fR] [\\fB\\-\\-quiet\\fR] [\\fB\\-\\-si\\fR] \\fICOMMAND\\fR ...\n"
+         ".SH DESCRIPTION\nLogs landings on a model landing\\-mat runway from a board's CAN bus and serial line into one campaign file, "
+         "simulates the mat, compares, reports and exports.\n"
+         ".SH OPTIONS\nThey stand before the command.\n"
+         ".TP\n\\fB\\-\\-json\\fR\nThe result as one JSON object on standard output.\n"
+         ".TP\n\\fB\\-\\-quiet\\fR\nNo progress and no notes.\n"
+         ".TP\n\\fB\\-\\-si\\fR\nMetres, seconds and newtons instead of feet, inches and pounds.\n"
+         ".TP\n\\fB\\-\\-version\\fR, \\fB\\-\\-help\\fR\nWhat it is, and what it can do; after a command: about the command.\n"
+         ".SH COMMANDS");
+}
+
+static void tail(void)
+{
+    puts(".SH EXIT STATUS\n"
+         ".TP\n0\nOk.\n.TP\n1\nA comparison or limit failed.\n.TP\n2\nUsage.\n.TP\n3\nInput, output or device.\n"
+         ".TP\n4\nMalformed or truncated input.\n.TP\n5\nNumerics refused or failed.\n"
+         ".SH ENVIRONMENT\n"
+         ".TP\n\\fBNO_COLOR\\fR\nWhen it is set and not empty: no colours.\n"
+         ".TP\n\\fBTMPDIR\\fR\nWhere matrig replay puts what it hands to the emulated board; else /tmp.\n"
+         ".TP\n\\fBUSER\\fR\nWho says what landing, survey and calibrate note, without \\-\\-who.\n"
+         ".TP\n\\fBXDG_DATA_HOME\\fR, \\fBXDG_DATA_DIRS\\fR\nFolders in which matrig/ may hold the firmware image and the model runway's scene, when they are "
+         "neither beside the program nor in ../share/matrig from there.\n"
+         ".TP\n\\fBSLURM_ARRAY_TASK_ID\\fR\nWhich shard of a sweep a task does.\n"
+         ".SH FILES\nmatrig keeps nothing but in the files that it is given: no settings, no caches, no history.\n"
+         ".SH SEE ALSO\nThe README.md of the project, and those in its folders.");
+}
+
+void help_man(const struct command_table *table)
+{
+    head();
+    for (size_t i = 0; i < table->count; i++)
+        section(&table->commands[i]);
+    tail();
+}

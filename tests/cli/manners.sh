@@ -1,0 +1,171 @@
+#!/usr/bin/env bash
+# matrig's manners: help with examples, man page, completion, make install, NO_COLOR, --json. The table of commands is one; what the
+# commands really take is asked of them, or read in their sources.
+. "$(dirname "$0")/tap.sh"
+m=build/matrig
+trap 'rm -rf "$root" "$away"' EXIT
+root=$(mktemp -d /tmp/matrig.XXXXXX) away=$(mktemp -d /tmp/matrig.XXXXXX)
+commands=$($m --json help | grep -o '"name":"[a-z]*"' | cut -d'"' -f4)
+
+# --- help ---
+check "the table is there" sh -c "[ $(wc -w <<<"$commands") -ge 25 ]"
+examples() {
+    local command
+    for command in $commands; do
+        $m $command --help >"$tmp/help" && grep -q "^usage: matrig .* $command" "$tmp/help" &&
+            sed -n '/Example:/,$p' "$tmp/help" | grep -q "matrig $command " || { echo "$command has no example"; return 1; }
+        cmp "$tmp/help" <($m help $command) || return 1
+    done
+}
+check "every command has help with an example" examples
+overview() { for command in $commands; do $m --help | grep -q "^  $command " || return 1; done; }
+check "and is listed" overview
+check "a version" sh -c "$m --version | grep -Eq '^matrig [0-9]+\.[0-9]+\.[0-9]+\$' && $m --json --version | grep -q '^{\"version\":\"'"
+check "help of what is not there" fails_with 2 "unknown command: 'lgo'" $m help lgo
+check "an option of one letter with its value" fails_with 2 'out of range: 0 for -j' $m campaign none.json -j0
+check "a flag takes none" fails_with 2 "unknown option: '-xy'" $m campaign none.json -xy
+check "two helps at once" fails_with 2 'too much at once' $m help --man --bash
+runs_examples() { # those that need no board and no campaign, as --help has them
+    local line
+    while read -r line; do
+        eval "${line/#matrig/$m}" >"$tmp/o" 2>"$tmp/e" || { echo "$line"; cat "$tmp/e"; return 1; }
+    done < <(for command in scale gages sim; do $m $command --help | sed -n 's/^Example: //p' | tr ';' '\n' | sed 's/^ //' | grep -v serial: |
+        sed "s#-o [a-z]*#-o $tmp/out#; s#--csv [a-z]*#--csv $tmp/out#"; done)
+}
+check "examples run" runs_examples
+
+# --- man page ---
+man_lint() { groff -man -ww -b -Tutf8 -z build/matrig.1 2>"$tmp/lint" && [ ! -s "$tmp/lint" ]; }
+check "groff has nothing to say about the man page" man_lint
+. build/matrig.bash
+options_of() { sed -n "/^    $1)/,/^        ;;/s/^        options='\(.*\)'/\1/p" build/matrig.bash; }
+man_complete() {
+    groff -man -Tascii -P-cbou build/matrig.1 2>/dev/null >"$tmp/man.txt" || return 1
+    local command option
+    for command in $commands; do
+        sed -n "/^   $command\$/,/^   [a-z]*\$/p;/^EXIT/q" "$tmp/man.txt" >"$tmp/part"
+        for option in $(options_of $command); do
+            [ $option = --help ] || grep -q -- "$option" "$tmp/man.txt" || { echo "$command $option"; return 1; }
+        done
+        grep -q "^   $command\$" "$tmp/man.txt" || { echo "no $command"; return 1; }
+    done
+    ! grep -Eq '\\[a-zA-Z(]' "$tmp/man.txt" # nothing of the source shows
+}
+check "it has every command and option" man_complete
+
+# --- completion ---
+complete_line() { # WORD...: what is offered for the last of them
+    COMP_WORDS=(matrig "$@") COMP_CWORD=$#
+    _matrig
+    printf '%s\n' "${COMPREPLY[@]}"
+}
+offers() { # EXPECTED WORD...
+    local expected=$1
+    shift
+    [ "$(complete_line "$@" | sort | xargs)" = "$expected" ] || { echo "offered: $(complete_line "$@" | xargs)"; return 1; }
+}
+check "commands" offers "calibrate campaign" ca
+check "commands after options" offers "export" --json exp
+check "options of a command" offers "--design-only" bands --d
+check "options, all of them" offers "--format --help -o" export db 1 -
+check "values" offers "candump csv" export db 1 --format c
+check "words of board" offers "read reset runway" board --serial serial:/dev/ttyUSB0 r
+check "a file where one is wanted" offers "" log --db x
+check "commands for help" offers "sweep" help sw
+unknown() { # COMMAND... OPTION: not taken; one that nobody knows ends each before it does anything
+    [[ $($m "$@" x --no-such-option 2>&1 </dev/null) == *"unknown option: '${*: -1}'"* ]]
+}
+taken() {
+    local command option
+    for command in $commands; do
+        for option in $(options_of $command); do
+            case $command$option in
+            *--help) continue ;;
+            board*) # one table for each of its words
+                unknown board list $option && unknown board config $option && unknown board runway $option ;;
+            gages--serial) unknown gages zero $option ;;
+            gages*) unknown gages bridge $option ;;
+            *) unknown $command $option ;;
+            esac && { echo "$command: $option"; return 1; }
+        done
+    done
+    return 0
+}
+check "commands take what is offered" taken
+offered() { # and whatever their sources take is offered
+    local file command option
+    for file in host/*_command.c; do
+        command=$(basename "$file" _command.c)
+        case $command in config | runway) command=board ;; esac
+        for option in $(grep -oE '\{"--?[a-zA-Z0-9-]+", *(&|NULL)' "$file" | grep -oE -- '--?[a-zA-Z0-9-]+'); do
+            [ $command = landing ] && set -- $(options_of landing) $(options_of series) || set -- $(options_of $command)
+            [[ " $* " == *" $option "* ]] || { echo "$command: $option is not in its help"; return 1; }
+        done
+    done
+}
+check "what commands take is offered" offered
+
+# --- make install ---
+export -n MAKEFLAGS MFLAGS MAKELEVEL
+unset MAKEFLAGS MFLAGS
+installs() { make -s install DESTDIR="$root" PREFIX=/usr; }
+check "make install" installs
+there() {
+    local file
+    for file in bin/matrig bin/matrig-board share/matrig/matrig.elf share/matrig/scenes/model_runway.json share/man/man1/matrig.1 \
+        share/bash-completion/completions/matrig share/doc/matrig/LICENSE share/doc/matrig/LICENSE.uPlot share/doc/matrig/LICENCES.md; do
+        [ -s "$root/usr/$file" ] || { echo "no $file"; return 1; }
+    done
+    grep -q GPL-2.0 "$root/usr/share/doc/matrig/LICENCES.md" && [ -x "$root/usr/bin/matrig" ] && ! find "$root" -path "*$PWD*" | grep . &&
+        cmp build/firmware/matrig.elf "$root/usr/share/matrig/matrig.elf"
+}
+check "everything is where it belongs" there
+records() {
+    "$root/usr/bin/matrig-board" --elf "$root/usr/share/matrig/matrig.elf" --can "file:$away/can" --serial "file:$away/serial" --rig tests/runs/landing5.run &&
+        "$root/usr/bin/matrig" --quiet log --can "file:$away/can" --serial "file:$away/serial" --db "$away/c.db"
+}
+check "installed programs record a landing" records
+elsewhere() { # in a folder that has nothing to do with the sources: image, board and scene are found
+    cd "$away" && env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" --json replay c.db 1 >r.json && cat r.json && grep -q '^{.*}$' r.json &&
+        env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" compare c.db 1 >cmp.txt && cat cmp.txt && grep -q 'against model_runway.json' cmp.txt
+}
+check "and replay and compare it in another folder" sh -c "$(declare -f elsewhere); root=$root away=$away; elsewhere"
+by_xdg() { # the scene in a folder for data, the program alone elsewhere
+    mkdir -p "$away/bin" "$away/data/matrig/scenes" && cp "$root/usr/bin/matrig" "$away/bin" &&
+        cp "$root/usr/share/matrig/scenes/model_runway.json" "$away/data/matrig/scenes" &&
+        fails_with 3 'host/scenes/model_runway.json' env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$away/bin/matrig" compare "$away/c.db" 1 &&
+        XDG_DATA_DIRS=relative:/nowhere:$away/data "$away/bin/matrig" compare "$away/c.db" 1
+}
+check "or in a folder for data (XDG)" by_xdg
+uninstalls() { make -s uninstall DESTDIR="$root" PREFIX=/usr && ! find "$root" -type f | grep .; }
+check "make uninstall leaves no file" uninstalls
+
+# --- colours ---
+coloured() { TERM=xterm script -qec "$1 $m nonsense" /dev/null 2>&1 | grep -q "$(printf '\033')\\[3"; }
+check "an error is coloured on a terminal" coloured ""
+check "not with NO_COLOR" sh -c "! { $(declare -f coloured); m=$m; coloured NO_COLOR=1; }"
+check "not in a file" sh -c "! $m nonsense 2>&1 | grep -q '$(printf '\033')'"
+
+# --- SI: every number of a length is 0.3048 of what it was ---
+si() {
+    $m predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/ft" && $m --si predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/m" &&
+        $m --si predict "$away/c.db" 1 | grep -q 'start_m .* press_N' &&
+        paste "$tmp/ft" "$tmp/m" | awk '{ a = $3 - 0.3048 * $1; b = $4 - 0.3048 * $2; if (a * a > 0.005 || b * b > 0.005) bad = 1; if ($1 > 1) n++ } END { print n; exit bad || n < 3 }'
+}
+check "predict in metres" si
+
+# --- one object with --json, whatever is asked ---
+object() { # WORD...: JSON and nothing else
+    $m --quiet --json "$@" >"$tmp/o.json"
+    echo "exit $?" && [ "$(sqlite3 :memory: "select json_valid(readfile('$tmp/o.json'))")" = 1 ]
+}
+db=$away/c.db
+printf '{"base": {"model": "chain", "N": 2, "F": 10, "tend": 0.001}, "vary": {"KL": [1e6, 2e6]}, "outputs": ["peak_u_ft"]}' >"$tmp/study.json"
+printf '{"inertia": {"weight_lb": 160, "spacing_ft": 4, "cord_ft": 5, "period_s": 2}}' >"$tmp/readings.json"
+for words in "landing $db" "landing $db 1" "series $db" "migrate $db --check" "compare $db 1" "predict $db 1" "report $db -o $tmp/r.html" \
+    "export $db 1 --format csv -o $tmp/x.csv" "dbc -o $tmp/x.dbc" "bundle $db 1 -o $tmp/bundle.db" "scale" "bands --design-only" \
+    "sim host/scenes/friction_block.json" "error host/scenes/friction_block.json" "sweep $tmp/study.json --list" "sweep $tmp/study.json" "report $tmp/study.jsonl" \
+    "params $tmp/readings.json" "gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625" "survey $db --list" "live $db" help; do
+    check "--json $(cut -d' ' -f1 <<<"$words")" object $words
+done
+finish
