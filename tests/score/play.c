@@ -173,6 +173,10 @@ static void look(struct player *player, const struct score_landing *landing, uns
                                                .deceleration_ft_s2 = input->deceleration_ft_s2};
     mr_closure_find(&kinematic, &closed, player->left_in);
     if (!(t_s > (double)outcome->event_s) && !(t_s > (double)outcome->wave_s)) {
+        for (unsigned i = 0; i < SCORE_LIMITS; i++) {
+            if (isnan(outcome->reach_s[i]) && zone.coming_mats >= SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * i)
+                outcome->reach_s[i] = (float)t_s;
+        }
         if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)
             outcome->warned_s[SCORE_PREDICTOR] = (float)t_s;
         if (isnan(outcome->warned_s[SCORE_KINEMATIC]) && closed.mats >= SCORE_EVENT_MATS &&
@@ -210,6 +214,8 @@ static void play_landing(struct player *player, const struct score_landing *land
                                     .view = (uint8_t)player->view, .wave_s = landing->wave_s, .warned_s = {NAN, NAN}, .known_s = NAN};
     struct motion motion = {.gates = 0};
     struct mr_predictor_input input = {.wheel_ft = NAN};
+    for (unsigned i = 0; i < SCORE_LIMITS; i++)
+        outcome.reach_s[i] = NAN;
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
     if (player->view & SCORE_SURVEYED) {
         read_survey(landing, player->slack_in, &player->noise);

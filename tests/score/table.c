@@ -36,28 +36,91 @@ static bool same(struct score_zone a, struct score_zone b)
     return shorter > 0 && high - low >= OVERLAP * shorter;
 }
 
-static void calibrate(const struct score_look *looks, size_t count, bool end, unsigned class)
+static const char *view_name(unsigned view)
+{
+    static const char *const names[SCORE_VIEWS] = {"no survey, 40-110", "survey, 40-110", "no survey, 10-70", "survey, 10-70"};
+    return names[view];
+}
+
+/* Of the looks whose ends are compared. */
+static bool compared(const struct score_look *l)
+{
+    return l->method == SCORE_PREDICTOR && mats_of(l->truth) >= SCORE_ZONE_MATS && same(l->truth, l->said);
+}
+
+static float off_mats(const struct score_look *l, bool end)
+{
+    return fabsf((float)(end ? l->said.last - l->truth.last : l->said.first - l->truth.first));
+}
+
+/* 95 % point over 1.96 of a class; 0: no looks. */
+static double calibrate(const struct score_look *looks, size_t count, bool end, unsigned class)
 {
     float *off = malloc((count + 1) * sizeof *off);
     size_t n = 0;
     for (size_t i = 0; i < count; i++) {
-        const struct score_look *l = &looks[i];
-        if (l->method != SCORE_PREDICTOR || mats_of(l->truth) < SCORE_ZONE_MATS || !same(l->truth, l->said) ||
-            (end ? l->end_class : l->start_class) != class)
-            continue;
-        off[n++] = fabsf((float)(end ? l->said.last - l->truth.last : l->said.first - l->truth.first));
+        if (compared(&looks[i]) && looks[i].series < SCORE_TRAINED && (end ? looks[i].end_class : looks[i].start_class) == class)
+            off[n++] = off_mats(&looks[i], end);
     }
-    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, (quantile(off, n, 0.95) + 0.5) / 1.96, n);
+    double error_mats = n ? (quantile(off, n, 0.95) + 0.5) / 1.96 : 0.0;
+    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, error_mats, n);
     free(off);
+    return error_mats;
+}
+
+/* view SCORE_VIEWS: all of them. */
+static void print_held(const struct score_look *looks, size_t count, unsigned view, bool end, const double *error_mats)
+{
+    size_t n = 0, held = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_look *l = &looks[i];
+        if (!compared(l) || l->series < SCORE_TRAINED || (view < SCORE_VIEWS && l->view != view))
+            continue;
+        n++;
+        held += (double)off_mats(l, end) <= 1.96 * error_mats[end ? l->end_class : l->start_class] + 1e-6;
+    }
+    printf(" %s %5.1f %%", end ? "end" : "start", 100.0 * (double)held / (double)n);
+}
+
+/* 95 % point of the errors in what is stated now. */
+static double wider(const struct score_look *looks, size_t count, bool end, unsigned class, bool held_out)
+{
+    float *part = malloc((count + 1) * sizeof *part);
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_look *l = &looks[i];
+        if (!compared(l) || (l->series >= SCORE_TRAINED) != held_out ||
+            (class < MR_PREDICTOR_END_CLASSES && (end ? l->end_class : l->start_class) != class))
+            continue;
+        part[n++] = off_mats(l, end) / (1.96f * (end ? l->end_error : l->start_error));
+    }
+    double by = quantile(part, n, 0.95);
+    free(part);
+    return by;
 }
 
 void score_calibrate(const struct score_look *looks, size_t count)
 {
-    printf("\n95 %% points of the errors, and half a mat, over 1.96\n");
+    double start_mats[MR_PREDICTOR_START_CLASSES], end_mats[MR_PREDICTOR_END_CLASSES];
+    printf("\n95 %% points of the errors, and half a mat, over 1.96: series below %d\n", SCORE_TRAINED);
     for (unsigned class = 0; class < MR_PREDICTOR_START_CLASSES; class++)
-        calibrate(looks, count, false, class);
+        start_mats[class] = calibrate(looks, count, false, class);
     for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class++)
-        calibrate(looks, count, true, class);
+        end_mats[class] = calibrate(looks, count, true, class);
+    printf("they hold in series from %d on:\n", SCORE_TRAINED);
+    for (unsigned view = 0; view <= SCORE_VIEWS; view++) {
+        printf("    %-20s", view < SCORE_VIEWS ? view_name(view) : "all views");
+        print_held(looks, count, view, false, start_mats);
+        print_held(looks, count, view, true, end_mats);
+        printf("\n");
+    }
+    printf("what is stated now would hold in 95 %% if it were times: start %.3f, end %.3f (series from %d on %.3f, %.3f); end by class",
+           wider(looks, count, false, MR_PREDICTOR_END_CLASSES, false), wider(looks, count, true, MR_PREDICTOR_END_CLASSES, false),
+           SCORE_TRAINED, wider(looks, count, false, MR_PREDICTOR_END_CLASSES, true),
+           wider(looks, count, true, MR_PREDICTOR_END_CLASSES, true));
+    for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class++)
+        printf(" %.3f", wider(looks, count, true, class, false));
+    printf("\n");
 }
 
 struct rank_value {
@@ -91,12 +154,6 @@ double score_auc(const float *rank, const bool *event, size_t count)
     }
     free(sorted);
     return events > 0.0 && others > 0.0 ? sum / (events * others) : (double)NAN;
-}
-
-static const char *view_name(unsigned view)
-{
-    static const char *const names[SCORE_VIEWS] = {"no survey, 40-110", "survey, 40-110", "no survey, 10-70", "survey, 10-70"};
-    return names[view];
 }
 
 static void print_zones(const struct score_look *looks, size_t count)
@@ -182,6 +239,39 @@ static void print_warnings(const struct score_outcome *outcomes, size_t count)
         }
     }
     free(lead);
+}
+
+static void print_limit(const struct score_outcome *outcomes, size_t count, unsigned view, unsigned limit, bool held_out)
+{
+    size_t events = 0, hits = 0, early = 0, quiet = 0, alarms = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_outcome *o = &outcomes[i];
+        if (o->view != view || (o->series >= SCORE_TRAINED) != held_out)
+            continue;
+        bool event = !isnan(o->event_s), said = !isnan(o->reach_s[limit]);
+        events += event;
+        quiet += !event;
+        hits += event && said;
+        alarms += !event && said;
+        early += event && said && (double)(o->event_s - o->reach_s[limit]) >= SCORE_AHEAD_S;
+    }
+    if (events && quiet)
+        printf(" | %4zu %5.1f%% %5.1f%% %5.1f%%", events + quiet, 100.0 * (double)hits / (double)events,
+               100.0 * (double)early / (double)events, 100.0 * (double)alarms / (double)quiet);
+}
+
+void score_print_limits(const struct score_outcome *outcomes, size_t count)
+{
+    printf("\nother limits of a warning: landings, hit, of them all %.1f s before, false; series below %d, then the others\n",
+           SCORE_AHEAD_S, SCORE_TRAINED);
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        for (unsigned limit = 0; limit < SCORE_LIMITS; limit++) {
+            printf("%-20s %3u mats", view_name(view), SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * limit);
+            print_limit(outcomes, count, view, limit, false);
+            print_limit(outcomes, count, view, limit, true);
+            printf("\n");
+        }
+    }
 }
 
 /* The difference of two areas when whole series are drawn again with replacement. */
