@@ -16,6 +16,9 @@ enum score_method { SCORE_PREDICTOR, SCORE_KINEMATIC, SCORE_METHODS };
 /* What ranks landings by danger. */
 enum score_rank { SCORE_BY_PREDICTOR, SCORE_BY_THRUST, SCORE_BY_COUNT, SCORE_BY_KINEMATIC, SCORE_BY_HINDSIGHT, SCORE_RANKS };
 
+/* What ranks landings by the danger of a bow wave. */
+enum score_wave_rank { SCORE_WAVE_COMING, SCORE_WAVE_COMPRESSION, SCORE_WAVE_THRUST, SCORE_WAVE_COUNT, SCORE_WAVE_KINEMATIC, SCORE_WAVE_RANKS };
+
 #define SCORE_EVENT_MATS 50      /* a zone of so many compressed mats with the wheel at it */
 #define SCORE_EVENT_FT 2.0       /* that near */
 #define SCORE_AHEAD_S 0.5        /* a warning so long before is in time; ranks are taken then */
@@ -44,6 +47,8 @@ struct score_outcome {
     float event_s;                     /* NaN: none */
     float wave_s;                      /* planar truth: a bow wave; NaN: none */
     float warned_s[SCORE_METHODS];     /* first warning; NaN: none */
+    float advised_s;                   /* first advisory or warning */
+    float wave_rank[SCORE_WAVE_RANKS]; /* until SCORE_AHEAD_S before the wave, or the stop */
     float reach_s[SCORE_LIMITS];       /* first time that the zone coming has so many mats, until the event; NaN: never */
     float known_s;                     /* the third switch beyond touchdown: before, nobody knows the braking */
     float updates;                     /* of mats */

@@ -274,77 +274,120 @@ void score_print_limits(const struct score_outcome *outcomes, size_t count)
     }
 }
 
+/* Landings as they are ranked: `series` rises. */
+struct ranked {
+    float *own, *other;
+    bool *event;
+    uint16_t *series;
+    size_t count;
+};
+
+static struct ranked make_ranked(size_t most)
+{
+    return (struct ranked){malloc((most + 1) * sizeof(float)), malloc((most + 1) * sizeof(float)), malloc(most + 1),
+                           malloc((most + 1) * sizeof(uint16_t)), 0};
+}
+
+static void free_ranked(struct ranked *ranked)
+{
+    free(ranked->own);
+    free(ranked->other);
+    free(ranked->event);
+    free(ranked->series);
+}
+
 /* The difference of two areas when whole series are drawn again with replacement. */
-static void bootstrap(const struct score_outcome *outcomes, const size_t *of, size_t count, unsigned rank, double *low, double *high)
+static void bootstrap(const struct ranked *of, double *low, double *high)
 {
     size_t series_count = 0;
-    size_t *begin = malloc((count + 1) * sizeof *begin);
-    float *one = malloc(2 * count * SCORE_LANDINGS * sizeof *one), *two = one + count * SCORE_LANDINGS;
-    bool *event = malloc(count * SCORE_LANDINGS);
-    static float differences[RESAMPLES];
+    size_t *begin = malloc((of->count + 1) * sizeof *begin);
+    struct ranked drawn = make_ranked(of->count * SCORE_LANDINGS);
     uint64_t state = 0xb007;
-    for (size_t i = 0; i < count; i++) {
-        if (i == 0 || outcomes[of[i]].series != outcomes[of[i - 1]].series)
+    static float differences[RESAMPLES];
+    for (size_t i = 0; i < of->count; i++) {
+        if (i == 0 || of->series[i] != of->series[i - 1])
             begin[series_count++] = i;
     }
-    begin[series_count] = count;
+    begin[series_count] = of->count;
     size_t used = 0;
     for (unsigned r = 0; r < RESAMPLES; r++) {
         size_t n = 0;
         for (size_t k = 0; k < series_count; k++) {
             size_t s = (size_t)(score_uniform(&state) * (double)series_count);
             for (size_t i = begin[s]; i < begin[s + 1]; i++, n++) {
-                one[n] = outcomes[of[i]].rank[SCORE_BY_PREDICTOR];
-                two[n] = outcomes[of[i]].rank[rank];
-                event[n] = !isnan(outcomes[of[i]].event_s);
+                drawn.own[n] = of->own[i];
+                drawn.other[n] = of->other[i];
+                drawn.event[n] = of->event[i];
             }
         }
-        double difference = score_auc(one, event, n) - score_auc(two, event, n);
+        double difference = score_auc(drawn.own, drawn.event, n) - score_auc(drawn.other, drawn.event, n);
         if (!isnan(difference))
             differences[used++] = (float)difference;
     }
     *low = quantile(differences, used, 0.025);
     *high = quantile(differences, used, 0.975);
     free(begin);
-    free(one);
-    free(event);
+    free_ranked(&drawn);
+}
+
+/* The area of `other`, and for another rank than the predictor's how much more its own is. */
+static void print_area(const struct ranked *ranked, unsigned view, const char *name, bool own)
+{
+    double area = score_auc(ranked->other, ranked->event, ranked->count), low, high;
+    printf("%-20s %-14s %.3f", view_name(view), name, area);
+    if (!own) {
+        bootstrap(ranked, &low, &high);
+        printf("   %+.3f (%+.3f to %+.3f)", score_auc(ranked->own, ranked->event, ranked->count) - area, low, high);
+    }
+    printf("\n");
 }
 
 /* `knowable`: without the events that come before anybody can know the braking and still be SCORE_AHEAD_S ahead. */
 static void print_ranks(const struct score_outcome *outcomes, size_t count, bool knowable)
 {
-    float *rank = malloc((count + 1) * sizeof *rank);
-    bool *event = malloc(count + 1);
-    size_t *of = malloc((count + 1) * sizeof *of);
+    struct ranked ranked = make_ranked(count);
     printf("\nranking landings %.1f s before%s: area under the curve, and the predictor's lead with its 95 %% bootstrap interval\n",
            SCORE_AHEAD_S, knowable ? ", events at least as long after braking is known" : "");
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
-        double own = NAN;
         for (unsigned r = 0; r < SCORE_RANKS; r++) {
-            size_t n = 0;
+            ranked.count = 0;
             for (size_t i = 0; i < count; i++) {
-                if (outcomes[i].view != view ||
-                    (knowable && !isnan(outcomes[i].event_s) && !((double)(outcomes[i].event_s - outcomes[i].known_s) >= SCORE_AHEAD_S)))
+                const struct score_outcome *o = &outcomes[i];
+                if (o->view != view || (knowable && !isnan(o->event_s) && !((double)(o->event_s - o->known_s) >= SCORE_AHEAD_S)))
                     continue;
-                of[n] = i;
-                rank[n] = outcomes[i].rank[r];
-                event[n++] = !isnan(outcomes[i].event_s);
+                ranked.own[ranked.count] = o->rank[SCORE_BY_PREDICTOR];
+                ranked.other[ranked.count] = o->rank[r];
+                ranked.event[ranked.count] = !isnan(o->event_s);
+                ranked.series[ranked.count++] = o->series;
             }
-            double auc = score_auc(rank, event, n);
-            printf("%-20s %-14s %.3f", view_name(view), rank_names[r], auc);
-            if (r == SCORE_BY_PREDICTOR) {
-                own = auc;
-                printf("\n");
-                continue;
-            }
-            double low, high;
-            bootstrap(outcomes, of, n, r, &low, &high);
-            printf("   %+.3f (%+.3f to %+.3f)\n", own - auc, low, high);
+            print_area(&ranked, view, rank_names[r], r == SCORE_BY_PREDICTOR);
         }
     }
-    free(rank);
-    free(event);
-    free(of);
+    free_ranked(&ranked);
+}
+
+/* Landings with a wave from the others, by what was said until SCORE_AHEAD_S before; without those whose wave comes before anybody
+ * can know the braking and still be so long ahead. */
+static void print_wave_ranks(const struct score_outcome *outcomes, size_t count)
+{
+    static const char *const names[SCORE_WAVE_RANKS] = {"zone coming", "compression", "thrust alone", "landing count", "kinematic"};
+    struct ranked ranked = make_ranked(count);
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        for (unsigned r = 0; r < SCORE_WAVE_RANKS; r++) {
+            ranked.count = 0;
+            for (size_t i = 0; i < count; i++) {
+                const struct score_outcome *o = &outcomes[i];
+                if (o->view != view || (!isnan(o->wave_s) && !((double)(o->wave_s - o->known_s) >= SCORE_AHEAD_S)))
+                    continue;
+                ranked.own[ranked.count] = o->wave_rank[SCORE_WAVE_COMING];
+                ranked.other[ranked.count] = o->wave_rank[r];
+                ranked.event[ranked.count] = !isnan(o->wave_s);
+                ranked.series[ranked.count++] = o->series;
+            }
+            print_area(&ranked, view, names[r], r == SCORE_WAVE_COMING);
+        }
+    }
+    free_ranked(&ranked);
 }
 
 /* Bow waves of a planar truth: what the warning is for. */
@@ -357,7 +400,7 @@ static void print_waves(const struct score_outcome *outcomes, size_t count)
         return;
     printf("\nbow waves\n");
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
-        size_t warned = 0, early = 0, falsely = 0;
+        size_t warned = 0, early = 0, falsely = 0, advised = 0, advised_falsely = 0, knowable = 0;
         waves = none = 0;
         for (size_t i = 0; i < count; i++) {
             const struct score_outcome *o = &outcomes[i];
@@ -367,13 +410,18 @@ static void print_waves(const struct score_outcome *outcomes, size_t count)
             bool ahead = wave && told && (double)(o->wave_s - o->warned_s[SCORE_PREDICTOR]) >= SCORE_AHEAD_S;
             waves += wave ? 1u : 0u;
             none += wave ? 0u : 1u;
+            advised += wave && !isnan(o->advised_s) ? 1u : 0u;
+            advised_falsely += !wave && !isnan(o->advised_s) ? 1u : 0u;
+            knowable += wave && (double)(o->wave_s - o->known_s) >= SCORE_AHEAD_S ? 1u : 0u;
             warned += wave && told ? 1u : 0u;
             early += ahead ? 1u : 0u;
             falsely += !wave && told ? 1u : 0u;
         }
-        printf("%-20s %zu of %zu landings; warned of %zu, %.1f s before %zu; warnings without one: %zu of %zu\n", view_name(view), waves,
-               waves + none, warned, SCORE_AHEAD_S, early, falsely, none);
+        printf("%-20s %zu of %zu landings (%zu with braking known %.1f s before); warned of %zu, %.1f s before %zu; warnings without one: "
+               "%zu of %zu; advisory or warning: %zu, without one %zu\n", view_name(view), waves, waves + none, knowable, SCORE_AHEAD_S,
+               warned, SCORE_AHEAD_S, early, falsely, none, advised, advised_falsely);
     }
+    print_wave_ranks(outcomes, count);
 }
 
 static void print_rest(const struct score_outcome *outcomes, size_t count)
