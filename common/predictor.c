@@ -769,8 +769,8 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
  * where there is a zone of 30 mats or more at all. First four: not surveyed; then surveyed. Start: beyond the transducers, at the wheel
  * and ahead of it; between them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond; further, none
  * beyond; LAST_FT before the runway's end. */
-static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.32f, 21.68f, 0.77f, 19.64f, 1.28f, 10.97f, 0.77f, 6.38f};
-static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.4f, 17.0f, 20.5f, 12.7f, 9.7f, 14.8f, 12.7f, 7.3f};
+static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.83f, 21.17f, 0.77f, 19.13f, 1.28f, 10.97f, 0.77f, 6.89f};
+static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 23.21f, 10.97f, 9.95f, 15.05f, 12.50f, 8.42f};
 
 static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
