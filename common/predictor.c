@@ -36,7 +36,6 @@
 #define AT_WHEEL_FT 1.0f
 #define NEAR_FT 9.5f                /* an end so far beyond a transducer is better known */
 #define LAST_FT 6.0f                /* and an end so near to the runway's */
-#define COARSER 1.2f                /* errors of the ends at the other levels, over those of full; `score FOLDER 250 60 LEVEL` */
 #define FOLLOW_BLOCKS 4u            /* in that time a wheel comes half a mat further; 8 double the error */
 #define FOLLOW_VISITS 3u            /* what a group costs then, in joints looked at */
 #define CALM_LOOKS 10u
@@ -789,8 +788,12 @@ static void state_basis(const struct mr_predictor *p, struct mr_predictor_zone *
  * where there is a zone of 30 mats or more at all. First four: not surveyed; then surveyed. Start: beyond the transducers, at the wheel
  * and ahead of it; between them, the same. End: at most NEAR_FT beyond a valid transducer; further, another one beyond; further, none
  * beyond; LAST_FT before the runway's end. */
-static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.32f, 21.68f, 0.77f, 19.64f, 1.28f, 10.97f, 0.77f, 6.38f};
-static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.4f, 17.0f, 20.5f, 12.7f, 9.7f, 14.8f, 12.7f, 7.3f};
+static const float start_error_mats[MR_PREDICTOR_START_CLASSES] = {3.83f, 21.17f, 0.77f, 19.13f, 1.28f, 10.97f, 0.77f, 6.89f};
+static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 23.21f, 10.97f, 9.95f, 15.05f, 12.50f, 8.42f};
+
+/* By level, over those: two and four mats in one need no other, the plough and kinematic zones do (tests/score/README.md). */
+#define LEVELS (MR_PREDICTOR_KINEMATIC + 1)
+static const float coarser_start[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f}, coarser_end[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
 
 static uint8_t class_of_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
@@ -813,8 +816,8 @@ static void state_errors(const struct mr_predictor *p, struct mr_predictor_zone 
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_class = (uint8_t)(surveyed + between + ahead);
     zone->end_class = (uint8_t)(surveyed + class_of_end(p, zone));
-    zone->start_error_ft = mat_ft * start_error_mats[zone->start_class];
-    zone->end_error_ft = mat_ft * (zone->level == MR_PREDICTOR_FULL ? 1.0f : COARSER) * end_error_mats[zone->end_class];
+    zone->start_error_ft = mat_ft * coarser_start[zone->level] * start_error_mats[zone->start_class];
+    zone->end_error_ft = mat_ft * coarser_end[zone->level] * end_error_mats[zone->end_class];
 }
 
 static void judge(struct mr_predictor_zone *zone)

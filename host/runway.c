@@ -19,7 +19,8 @@ const char *runway_verdict_text(unsigned verdict)
 
 const char *runway_reason_text(unsigned reason)
 {
-    static const char *const text[] = {"no reason", "a closed zone lies ahead", "a closed zone will lie ahead before the gear stops",
+    static const char *const text[] = {"no reason", "a closed zone lies ahead",
+                                       "the model expects a closed zone ahead before the gear stops",
                                        "the compression is beyond the critical one"};
     return TEXT(text, reason);
 }

@@ -102,8 +102,10 @@ int main(int argc, char **argv)
         return 5;
     }
     score_print(all_looks, look_count, all_outcomes, outcome_count);
-    if (argc == 6 && !planar)
+    if (argc == 6 && !planar) {
+        score_print_limits(all_outcomes, outcome_count);
         score_calibrate(all_looks, look_count);
+    }
     free(all_looks);
     free(all_outcomes);
     return code;

@@ -159,6 +159,17 @@ static double event_of(const struct score_landing *landing, struct score_zone *z
     return event_s;
 }
 
+static void rank_waves(const struct player *player, const struct score_landing *landing, double t_s, const struct mr_predictor_zone *zone,
+                       const struct mr_closure_zone *closed, struct score_outcome *outcome)
+{
+    const float by[SCORE_WAVE_RANKS] = {(float)zone->coming_mats, zone->compression_lb, player->predictor.deceleration_ft_s2,
+                                        (float)landing->number, (float)closed->mats};
+    if (isnan(outcome->advised_s) && zone->verdict != MR_PREDICTOR_QUIET && !(t_s > (double)landing->wave_s))
+        outcome->advised_s = (float)t_s;
+    for (unsigned r = 0; r < SCORE_WAVE_RANKS && !(t_s > 0.0 && t_s > (double)landing->wave_s - SCORE_AHEAD_S); r++)
+        outcome->wave_rank[r] = fmaxf(outcome->wave_rank[r], by[r]);
+}
+
 /* One look: what both methods say, beside the truth. */
 static void look(struct player *player, const struct score_landing *landing, unsigned k, const struct score_zone *zones,
                  const struct mr_predictor_input *input, struct score_outcome *outcome)
@@ -172,7 +183,12 @@ static void look(struct player *player, const struct score_landing *landing, uns
                                                .speed_ft_s = input->speed_ft_s,
                                                .deceleration_ft_s2 = input->deceleration_ft_s2};
     mr_closure_find(&kinematic, &closed, player->left_in);
+    rank_waves(player, landing, t_s, &zone, &closed, outcome);
     if (!(t_s > (double)outcome->event_s) && !(t_s > (double)outcome->wave_s)) {
+        for (unsigned i = 0; i < SCORE_LIMITS; i++) {
+            if (isnan(outcome->reach_s[i]) && zone.coming_mats >= SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * i)
+                outcome->reach_s[i] = (float)t_s;
+        }
         if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)
             outcome->warned_s[SCORE_PREDICTOR] = (float)t_s;
         if (isnan(outcome->warned_s[SCORE_KINEMATIC]) && closed.mats >= SCORE_EVENT_MATS &&
@@ -207,9 +223,11 @@ static void play_landing(struct player *player, const struct score_landing *land
 {
     static struct score_zone zones[SCORE_LOOKS_MAX];
     struct score_outcome outcome = {.series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
-                                    .view = (uint8_t)player->view, .wave_s = landing->wave_s, .warned_s = {NAN, NAN}, .known_s = NAN};
+                                    .view = (uint8_t)player->view, .wave_s = landing->wave_s, .warned_s = {NAN, NAN}, .advised_s = NAN, .known_s = NAN};
     struct motion motion = {.gates = 0};
     struct mr_predictor_input input = {.wheel_ft = NAN};
+    for (unsigned i = 0; i < SCORE_LIMITS; i++)
+        outcome.reach_s[i] = NAN;
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
     if (player->view & SCORE_SURVEYED) {
         read_survey(landing, player->slack_in, &player->noise);

@@ -36,28 +36,91 @@ static bool same(struct score_zone a, struct score_zone b)
     return shorter > 0 && high - low >= OVERLAP * shorter;
 }
 
-static void calibrate(const struct score_look *looks, size_t count, bool end, unsigned class)
+static const char *view_name(unsigned view)
+{
+    static const char *const names[SCORE_VIEWS] = {"no survey, 40-110", "survey, 40-110", "no survey, 10-70", "survey, 10-70"};
+    return names[view];
+}
+
+/* Of the looks whose ends are compared. */
+static bool compared(const struct score_look *l)
+{
+    return l->method == SCORE_PREDICTOR && mats_of(l->truth) >= SCORE_ZONE_MATS && same(l->truth, l->said);
+}
+
+static float off_mats(const struct score_look *l, bool end)
+{
+    return fabsf((float)(end ? l->said.last - l->truth.last : l->said.first - l->truth.first));
+}
+
+/* 95 % point over 1.96 of a class; 0: no looks. */
+static double calibrate(const struct score_look *looks, size_t count, bool end, unsigned class)
 {
     float *off = malloc((count + 1) * sizeof *off);
     size_t n = 0;
     for (size_t i = 0; i < count; i++) {
-        const struct score_look *l = &looks[i];
-        if (l->method != SCORE_PREDICTOR || mats_of(l->truth) < SCORE_ZONE_MATS || !same(l->truth, l->said) ||
-            (end ? l->end_class : l->start_class) != class)
-            continue;
-        off[n++] = fabsf((float)(end ? l->said.last - l->truth.last : l->said.first - l->truth.first));
+        if (compared(&looks[i]) && looks[i].series < SCORE_TRAINED && (end ? looks[i].end_class : looks[i].start_class) == class)
+            off[n++] = off_mats(&looks[i], end);
     }
-    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, (quantile(off, n, 0.95) + 0.5) / 1.96, n);
+    double error_mats = n ? (quantile(off, n, 0.95) + 0.5) / 1.96 : 0.0;
+    printf("    %s class %2u: %6.2f mats, of %zu looks\n", end ? "end" : "start", class, error_mats, n);
     free(off);
+    return error_mats;
+}
+
+/* view SCORE_VIEWS: all of them. */
+static void print_held(const struct score_look *looks, size_t count, unsigned view, bool end, const double *error_mats)
+{
+    size_t n = 0, held = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_look *l = &looks[i];
+        if (!compared(l) || l->series < SCORE_TRAINED || (view < SCORE_VIEWS && l->view != view))
+            continue;
+        n++;
+        held += (double)off_mats(l, end) <= 1.96 * error_mats[end ? l->end_class : l->start_class] + 1e-6;
+    }
+    printf(" %s %5.1f %%", end ? "end" : "start", 100.0 * (double)held / (double)n);
+}
+
+/* 95 % point of the errors in what is stated now. */
+static double wider(const struct score_look *looks, size_t count, bool end, unsigned class, bool held_out)
+{
+    float *part = malloc((count + 1) * sizeof *part);
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_look *l = &looks[i];
+        if (!compared(l) || (l->series >= SCORE_TRAINED) != held_out ||
+            (class < MR_PREDICTOR_END_CLASSES && (end ? l->end_class : l->start_class) != class))
+            continue;
+        part[n++] = off_mats(l, end) / (1.96f * (end ? l->end_error : l->start_error));
+    }
+    double by = quantile(part, n, 0.95);
+    free(part);
+    return by;
 }
 
 void score_calibrate(const struct score_look *looks, size_t count)
 {
-    printf("\n95 %% points of the errors, and half a mat, over 1.96\n");
+    double start_mats[MR_PREDICTOR_START_CLASSES], end_mats[MR_PREDICTOR_END_CLASSES];
+    printf("\n95 %% points of the errors, and half a mat, over 1.96: series below %d\n", SCORE_TRAINED);
     for (unsigned class = 0; class < MR_PREDICTOR_START_CLASSES; class++)
-        calibrate(looks, count, false, class);
+        start_mats[class] = calibrate(looks, count, false, class);
     for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class++)
-        calibrate(looks, count, true, class);
+        end_mats[class] = calibrate(looks, count, true, class);
+    printf("they hold in series from %d on:\n", SCORE_TRAINED);
+    for (unsigned view = 0; view <= SCORE_VIEWS; view++) {
+        printf("    %-20s", view < SCORE_VIEWS ? view_name(view) : "all views");
+        print_held(looks, count, view, false, start_mats);
+        print_held(looks, count, view, true, end_mats);
+        printf("\n");
+    }
+    printf("what is stated now would hold in 95 %% if it were times: start %.3f, end %.3f (series from %d on %.3f, %.3f); end by class",
+           wider(looks, count, false, MR_PREDICTOR_END_CLASSES, false), wider(looks, count, true, MR_PREDICTOR_END_CLASSES, false),
+           SCORE_TRAINED, wider(looks, count, false, MR_PREDICTOR_END_CLASSES, true),
+           wider(looks, count, true, MR_PREDICTOR_END_CLASSES, true));
+    for (unsigned class = 0; class < MR_PREDICTOR_END_CLASSES; class++)
+        printf(" %.3f", wider(looks, count, true, class, false));
+    printf("\n");
 }
 
 struct rank_value {
@@ -91,12 +154,6 @@ double score_auc(const float *rank, const bool *event, size_t count)
     }
     free(sorted);
     return events > 0.0 && others > 0.0 ? sum / (events * others) : (double)NAN;
-}
-
-static const char *view_name(unsigned view)
-{
-    static const char *const names[SCORE_VIEWS] = {"no survey, 40-110", "survey, 40-110", "no survey, 10-70", "survey, 10-70"};
-    return names[view];
 }
 
 static void print_zones(const struct score_look *looks, size_t count)
@@ -184,77 +241,153 @@ static void print_warnings(const struct score_outcome *outcomes, size_t count)
     free(lead);
 }
 
+static void print_limit(const struct score_outcome *outcomes, size_t count, unsigned view, unsigned limit, bool held_out)
+{
+    size_t events = 0, hits = 0, early = 0, quiet = 0, alarms = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct score_outcome *o = &outcomes[i];
+        if (o->view != view || (o->series >= SCORE_TRAINED) != held_out)
+            continue;
+        bool event = !isnan(o->event_s), said = !isnan(o->reach_s[limit]);
+        events += event;
+        quiet += !event;
+        hits += event && said;
+        alarms += !event && said;
+        early += event && said && (double)(o->event_s - o->reach_s[limit]) >= SCORE_AHEAD_S;
+    }
+    if (events && quiet)
+        printf(" | %4zu %5.1f%% %5.1f%% %5.1f%%", events + quiet, 100.0 * (double)hits / (double)events,
+               100.0 * (double)early / (double)events, 100.0 * (double)alarms / (double)quiet);
+}
+
+void score_print_limits(const struct score_outcome *outcomes, size_t count)
+{
+    printf("\nother limits of a warning: landings, hit, of them all %.1f s before, false; series below %d, then the others\n",
+           SCORE_AHEAD_S, SCORE_TRAINED);
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        for (unsigned limit = 0; limit < SCORE_LIMITS; limit++) {
+            printf("%-20s %3u mats", view_name(view), SCORE_LIMIT_FIRST + SCORE_LIMIT_STEP * limit);
+            print_limit(outcomes, count, view, limit, false);
+            print_limit(outcomes, count, view, limit, true);
+            printf("\n");
+        }
+    }
+}
+
+/* Landings as they are ranked: `series` rises. */
+struct ranked {
+    float *own, *other;
+    bool *event;
+    uint16_t *series;
+    size_t count;
+};
+
+static struct ranked make_ranked(size_t most)
+{
+    return (struct ranked){malloc((most + 1) * sizeof(float)), malloc((most + 1) * sizeof(float)), malloc(most + 1),
+                           malloc((most + 1) * sizeof(uint16_t)), 0};
+}
+
+static void free_ranked(struct ranked *ranked)
+{
+    free(ranked->own);
+    free(ranked->other);
+    free(ranked->event);
+    free(ranked->series);
+}
+
 /* The difference of two areas when whole series are drawn again with replacement. */
-static void bootstrap(const struct score_outcome *outcomes, const size_t *of, size_t count, unsigned rank, double *low, double *high)
+static void bootstrap(const struct ranked *of, double *low, double *high)
 {
     size_t series_count = 0;
-    size_t *begin = malloc((count + 1) * sizeof *begin);
-    float *one = malloc(2 * count * SCORE_LANDINGS * sizeof *one), *two = one + count * SCORE_LANDINGS;
-    bool *event = malloc(count * SCORE_LANDINGS);
-    static float differences[RESAMPLES];
+    size_t *begin = malloc((of->count + 1) * sizeof *begin);
+    struct ranked drawn = make_ranked(of->count * SCORE_LANDINGS);
     uint64_t state = 0xb007;
-    for (size_t i = 0; i < count; i++) {
-        if (i == 0 || outcomes[of[i]].series != outcomes[of[i - 1]].series)
+    static float differences[RESAMPLES];
+    for (size_t i = 0; i < of->count; i++) {
+        if (i == 0 || of->series[i] != of->series[i - 1])
             begin[series_count++] = i;
     }
-    begin[series_count] = count;
+    begin[series_count] = of->count;
     size_t used = 0;
     for (unsigned r = 0; r < RESAMPLES; r++) {
         size_t n = 0;
         for (size_t k = 0; k < series_count; k++) {
             size_t s = (size_t)(score_uniform(&state) * (double)series_count);
             for (size_t i = begin[s]; i < begin[s + 1]; i++, n++) {
-                one[n] = outcomes[of[i]].rank[SCORE_BY_PREDICTOR];
-                two[n] = outcomes[of[i]].rank[rank];
-                event[n] = !isnan(outcomes[of[i]].event_s);
+                drawn.own[n] = of->own[i];
+                drawn.other[n] = of->other[i];
+                drawn.event[n] = of->event[i];
             }
         }
-        double difference = score_auc(one, event, n) - score_auc(two, event, n);
+        double difference = score_auc(drawn.own, drawn.event, n) - score_auc(drawn.other, drawn.event, n);
         if (!isnan(difference))
             differences[used++] = (float)difference;
     }
     *low = quantile(differences, used, 0.025);
     *high = quantile(differences, used, 0.975);
     free(begin);
-    free(one);
-    free(event);
+    free_ranked(&drawn);
+}
+
+/* The area of `other`, and for another rank than the predictor's how much more its own is. */
+static void print_area(const struct ranked *ranked, unsigned view, const char *name, bool own)
+{
+    double area = score_auc(ranked->other, ranked->event, ranked->count), low, high;
+    printf("%-20s %-14s %.3f", view_name(view), name, area);
+    if (!own) {
+        bootstrap(ranked, &low, &high);
+        printf("   %+.3f (%+.3f to %+.3f)", score_auc(ranked->own, ranked->event, ranked->count) - area, low, high);
+    }
+    printf("\n");
 }
 
 /* `knowable`: without the events that come before anybody can know the braking and still be SCORE_AHEAD_S ahead. */
 static void print_ranks(const struct score_outcome *outcomes, size_t count, bool knowable)
 {
-    float *rank = malloc((count + 1) * sizeof *rank);
-    bool *event = malloc(count + 1);
-    size_t *of = malloc((count + 1) * sizeof *of);
+    struct ranked ranked = make_ranked(count);
     printf("\nranking landings %.1f s before%s: area under the curve, and the predictor's lead with its 95 %% bootstrap interval\n",
            SCORE_AHEAD_S, knowable ? ", events at least as long after braking is known" : "");
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
-        double own = NAN;
         for (unsigned r = 0; r < SCORE_RANKS; r++) {
-            size_t n = 0;
+            ranked.count = 0;
             for (size_t i = 0; i < count; i++) {
-                if (outcomes[i].view != view ||
-                    (knowable && !isnan(outcomes[i].event_s) && !((double)(outcomes[i].event_s - outcomes[i].known_s) >= SCORE_AHEAD_S)))
+                const struct score_outcome *o = &outcomes[i];
+                if (o->view != view || (knowable && !isnan(o->event_s) && !((double)(o->event_s - o->known_s) >= SCORE_AHEAD_S)))
                     continue;
-                of[n] = i;
-                rank[n] = outcomes[i].rank[r];
-                event[n++] = !isnan(outcomes[i].event_s);
+                ranked.own[ranked.count] = o->rank[SCORE_BY_PREDICTOR];
+                ranked.other[ranked.count] = o->rank[r];
+                ranked.event[ranked.count] = !isnan(o->event_s);
+                ranked.series[ranked.count++] = o->series;
             }
-            double auc = score_auc(rank, event, n);
-            printf("%-20s %-14s %.3f", view_name(view), rank_names[r], auc);
-            if (r == SCORE_BY_PREDICTOR) {
-                own = auc;
-                printf("\n");
-                continue;
-            }
-            double low, high;
-            bootstrap(outcomes, of, n, r, &low, &high);
-            printf("   %+.3f (%+.3f to %+.3f)\n", own - auc, low, high);
+            print_area(&ranked, view, rank_names[r], r == SCORE_BY_PREDICTOR);
         }
     }
-    free(rank);
-    free(event);
-    free(of);
+    free_ranked(&ranked);
+}
+
+/* Landings with a wave from the others, by what was said until SCORE_AHEAD_S before; without those whose wave comes before anybody
+ * can know the braking and still be so long ahead. */
+static void print_wave_ranks(const struct score_outcome *outcomes, size_t count)
+{
+    static const char *const names[SCORE_WAVE_RANKS] = {"zone coming", "compression", "thrust alone", "landing count", "kinematic"};
+    struct ranked ranked = make_ranked(count);
+    for (unsigned view = 0; view < SCORE_VIEWS; view++) {
+        for (unsigned r = 0; r < SCORE_WAVE_RANKS; r++) {
+            ranked.count = 0;
+            for (size_t i = 0; i < count; i++) {
+                const struct score_outcome *o = &outcomes[i];
+                if (o->view != view || (!isnan(o->wave_s) && !((double)(o->wave_s - o->known_s) >= SCORE_AHEAD_S)))
+                    continue;
+                ranked.own[ranked.count] = o->wave_rank[SCORE_WAVE_COMING];
+                ranked.other[ranked.count] = o->wave_rank[r];
+                ranked.event[ranked.count] = !isnan(o->wave_s);
+                ranked.series[ranked.count++] = o->series;
+            }
+            print_area(&ranked, view, names[r], r == SCORE_WAVE_COMING);
+        }
+    }
+    free_ranked(&ranked);
 }
 
 /* Bow waves of a planar truth: what the warning is for. */
@@ -267,7 +400,7 @@ static void print_waves(const struct score_outcome *outcomes, size_t count)
         return;
     printf("\nbow waves\n");
     for (unsigned view = 0; view < SCORE_VIEWS; view++) {
-        size_t warned = 0, early = 0, falsely = 0;
+        size_t warned = 0, early = 0, falsely = 0, advised = 0, advised_falsely = 0, knowable = 0;
         waves = none = 0;
         for (size_t i = 0; i < count; i++) {
             const struct score_outcome *o = &outcomes[i];
@@ -277,13 +410,18 @@ static void print_waves(const struct score_outcome *outcomes, size_t count)
             bool ahead = wave && told && (double)(o->wave_s - o->warned_s[SCORE_PREDICTOR]) >= SCORE_AHEAD_S;
             waves += wave ? 1u : 0u;
             none += wave ? 0u : 1u;
+            advised += wave && !isnan(o->advised_s) ? 1u : 0u;
+            advised_falsely += !wave && !isnan(o->advised_s) ? 1u : 0u;
+            knowable += wave && (double)(o->wave_s - o->known_s) >= SCORE_AHEAD_S ? 1u : 0u;
             warned += wave && told ? 1u : 0u;
             early += ahead ? 1u : 0u;
             falsely += !wave && told ? 1u : 0u;
         }
-        printf("%-20s %zu of %zu landings; warned of %zu, %.1f s before %zu; warnings without one: %zu of %zu\n", view_name(view), waves,
-               waves + none, warned, SCORE_AHEAD_S, early, falsely, none);
+        printf("%-20s %zu of %zu landings (%zu with braking known %.1f s before); warned of %zu, %.1f s before %zu; warnings without one: "
+               "%zu of %zu; advisory or warning: %zu, without one %zu\n", view_name(view), waves, waves + none, knowable, SCORE_AHEAD_S,
+               warned, SCORE_AHEAD_S, early, falsely, none, advised, advised_falsely);
     }
+    print_wave_ranks(outcomes, count);
 }
 
 static void print_rest(const struct score_outcome *outcomes, size_t count)
