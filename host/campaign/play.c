@@ -273,6 +273,30 @@ static void note_zone(const struct runway *r, const struct sim_scene *scene, str
     }
 }
 
+/* `mods`: with the tensions before the landing. A slack segment (negative: how far it hangs loose) pulls nothing. */
+static void note_bands(const struct sim_mods *mods, const struct sim_scene *scene, const struct draw_path *path,
+                       const struct mods_state *state, struct campaign_outcome *out)
+{
+    size_t passed = 0;
+    int every = mods->band_every, first = mods->band_first > 0 ? mods->band_first : every;
+    if (!state || state->segments == 0 || mods->band_t0_lb.count == 0)
+        return;
+    for (size_t i = 0; i < state->segments; i++) {
+        double middle_ft = (first + ((double)i - 0.5) * every - 0.5) * scene->length_ft;
+        double before_lb = fmax(0.0, mods->band_t0_lb.values[i < mods->band_t0_lb.count ? i : 0]);
+        out->band_slack += state->band_least_lb[i] <= 0.0;
+        if (!(middle_ft > path->touchdown_ft && middle_ft < path->stop_ft))
+            continue;
+        out->band_ahead_lb += fmax(0.0, state->band_least_lb[i]) - before_lb;
+        out->band_behind_lb += fmax(0.0, state->band_most_lb[i]) - before_lb;
+        passed++;
+    }
+    if (passed > 0) {
+        out->band_ahead_lb /= (double)passed;
+        out->band_behind_lb /= (double)passed;
+    }
+}
+
 /* The gaps that a movement leaves; a wave that is left is pressed flat when the aircraft is pushed back over it. */
 static void open_gaps(struct runway *r, const double *u_ft)
 {
@@ -305,6 +329,7 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
         follow_ground(r);
         note_joints(r, moved, out);
         note_zone(r, &landing->scene, out);
+        note_bands(&r->mods, &landing->scene, path, moved->mods, out);
         carry(r, &landing->scene, moved, error);
     }
     sim_result_free(&chain);
