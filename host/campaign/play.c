@@ -11,7 +11,7 @@
 #define IN_PER_FT 12.0
 #define ZONE_JOINTS 10     /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE (1.0 / 3.0)
-#define MOVED_IN 0.001
+#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
 
 /* A runway between landings. */
 struct runway {
@@ -223,7 +223,7 @@ static void note_movement(struct runway *r, const struct sim_scene *scene, const
         r->u_ft[n] += u_ft[n];
         out->peak_in = fmax(out->peak_in, fabs(u_ft[n]) * IN_PER_FT);
         double station_ft = (n - 0.5) * scene->length_ft;
-        if (fabs(u_ft[n]) * IN_PER_FT > MOVED_IN && station_ft - out->stop_ft > out->reach_ft)
+        if (fabs(u_ft[n]) > MOVED_SHARE * scene->length_ft && station_ft - out->stop_ft > out->reach_ft)
             out->reach_ft = station_ft - out->stop_ft;
     }
     for (size_t i = 0; i < c->station_count; i++) {
@@ -342,11 +342,12 @@ static enum mr_status push_back(struct runway *r, const struct campaign_landing 
                                 double touchdown_ft, bool all, struct error *error)
 {
     const struct campaign *c = r->campaign;
-    double way_ft = stop_ft - touchdown_ft, force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
+    double way_ft = stop_ft - touchdown_ft, ramp_s = c->onset_s > 0.0 ? 2.0 * c->onset_s : 0.01 * way_ft / c->back_ft_s;
+    double force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
     const struct sim_path_row rows[] = {{0.0, stop_ft, 0.0},
-                                        {0.1, stop_ft, force_lb},
-                                        {0.1 + way_ft / c->back_ft_s, touchdown_ft, force_lb},
-                                        {0.2 + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
+                                        {ramp_s, stop_ft, force_lb},
+                                        {ramp_s + way_ft / c->back_ft_s, touchdown_ft, force_lb},
+                                        {2.0 * ramp_s + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
     struct sim_result result = {0};
     if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK) {
         for (int n = 1; n <= r->mats; n++)
