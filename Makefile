@@ -68,7 +68,8 @@ test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/c
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
-	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/campaign_figures/campaign-figures
+	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/campaign_figures/campaign-figures \
+	$(B)/tests/pilot/pilot
 
 fuzz_targets := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
@@ -150,6 +151,10 @@ campaign-figures: $(B)/tests/campaign_figures/campaign-figures $(B)/matrig ## SE
 	@mkdir -p $(B)/campaign-figures
 	$(B)/matrig scale host/campaign/series/standard.json -o $(B)/campaign-figures/standard_prototype.json >$(B)/campaign-figures/scale.txt
 	$(B)/tests/campaign_figures/campaign-figures $(B)/campaign-figures $(or $(SEEDS),4)
+
+.PHONY: pilot
+pilot: $(B)/tests/pilot/pilot ## SEEDS=8: the pilot study's six results (report B.3), observed | computed | verdict: build/pilot.md
+	$(B)/tests/pilot/pilot $(or $(SEEDS),8) | tee $(B)/pilot.md
 
 .PHONY: campaigns
 campaigns: $(B)/tests/campaigns/campaigns ## SEEDS=16: the report's series of landings, observed | predicted | verdict: build/campaigns/table.md
@@ -370,6 +375,8 @@ $(B)/tests/host/test_fit: $(patsubst %.c,$(B)/%.o,$(fit_cheap_src))
 $(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/campaign_figures/campaign-figures: $(patsubst %.c,$(B)/%.o,$(campaign_figures_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/pilot/pilot: $(B)/tests/pilot/pilot.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(campaigns_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@

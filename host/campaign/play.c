@@ -195,6 +195,10 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene, c
     out->asked_planar = true;
     out->ms_planar = result->run_ms;
     out->mats_planar = result->mats_mean;
+    if (result->first_crest > 0 && result->first_crest_wheel > 0) {
+        out->crest_ft = joint_station_ft(scene, (size_t)result->first_crest - 1);
+        out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
+    }
     if (result->status == SIM_FOLDED) {
         out->buckled = true;
         out->buckle_ft = joint_station_ft(scene, (size_t)result->mat);

@@ -36,7 +36,9 @@ static enum mr_status one(FILE *page, const char *folder, const struct figure *f
         figure_draw(page, figure, &run, false);
         fputs("<p>Series: ", page);
         html_text(page, run.campaign.name);
-        fprintf(page, "; %zu runways%s.</p>\n", run.played ? seeds : 0, run.played ? "" : ": not played");
+        fprintf(page, "; %zu runways%s. ", run.played ? seeds : 0, run.played ? "" : ": not played");
+        html_text(page, run.campaign.basis);
+        fputs("</p>\n", page);
         figure_table(page, figure, &run);
         fputs("</section>\n", page);
         fprintf(stderr, "figure %s: %s\n", figure->number, run.played ? "drawn" : "its series awaits something");
