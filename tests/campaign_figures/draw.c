@@ -88,7 +88,7 @@ static void mark_stations(const struct svg_plot *plot, const struct figure *figu
     double row = 0.0, ft = (plot->y.high - plot->y.low) / plot->height;
     for (size_t i = 0; i < facts_of(figure); i++) {
         const struct figure_fact *fact = &figure->facts[i];
-        if (!(fact->at_ft > 0.0))
+        if (!(fact->at_ft > 0.0) || fact->mark_in != 0.0)
             continue;
         double y = plot->y.high - (14.0 + 18.0 * row++) * ft;
         if (fact->to_ft > fact->at_ft)
@@ -98,6 +98,22 @@ static void mark_stations(const struct svg_plot *plot, const struct figure *figu
             svg_line(plot, "stated", x, ys, 2);
         }
         letter(plot, fact->at_ft, y, -8, 4, i);
+    }
+}
+
+/* Displacements that the text states. */
+static void mark_values(const struct svg_plot *plot, const struct figure *figure)
+{
+    for (size_t i = 0; i < facts_of(figure); i++) {
+        const struct figure_fact *fact = &figure->facts[i];
+        if (fact->mark_in == 0.0)
+            continue;
+        double x[] = {plot->x.low, plot->x.high}, y[] = {fact->mark_in, fact->mark_in};
+        if (fact->at_ft > 0.0)
+            svg_mark(plot->out, "m2", 3, svg_x(plot, fact->at_ft), svg_y(plot, fact->mark_in), 5.0);
+        else
+            svg_line(plot, "stated", x, y, 2);
+        letter(plot, fact->at_ft > 0.0 ? fact->at_ft : plot->x.high, fact->mark_in, fact->at_ft > 0.0 ? 12 : -10, -4, i);
     }
 }
 
@@ -133,6 +149,8 @@ static void draw_curves(FILE *out, const struct figure *figure, const struct fig
             high = fmax(high, bundles[i].high[k]);
         }
     }
+    for (size_t i = 0; i < facts_of(figure); i++)
+        high = fmax(high, figure->facts[i].mark_in);
     high += 0.35 * (high - low) + 0.05; /* room for the letters */
     low -= 0.06 * (high - low);
     struct svg_plot plot = {.out = out, .left = LEFT, .top = TOP, .width = PLOT_WIDTH, .height = PLOT_HEIGHT,
@@ -155,6 +173,7 @@ static void draw_curves(FILE *out, const struct figure *figure, const struct fig
     fprintf(out, "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">middle of the runways; grey: all of them</text>\n",
             LEFT + PLOT_WIDTH + 16.0, TOP + 14.0 + 20.0 * (double)(curves + 1));
     mark_stations(&plot, figure);
+    mark_values(&plot, figure);
     mark_buckles(&plot, figure, run);
 }
 
@@ -278,7 +297,7 @@ void figure_table(FILE *out, const struct figure *figure, const struct figure_ru
         else
             html_cell(out, "%s%s (%s to %s)", middle, unit_of(fact->kind), low, high);
         html_cell(out, "%zu of %zu", v.agree, v.of);
-        html_cell(out, "%s", v.of > 0 && v.middle >= fact->low && v.middle <= fact->high ? "agrees" : "DIFFERS");
+        html_cell(out, "%s", 2 * v.agree > v.of ? "agrees" : "DIFFERS");
         html_cell(out, "%s", fact->note);
         fputs("</tr>\n", out);
     }

@@ -21,8 +21,8 @@ struct figure_curve {
     const char *text; /* NULL: no more curves */
 };
 
-/* Something the text states, and what is computed for it: the middle runway must be in [low, high]. a, b, c: see each.
- * In the picture it is marked at stations [at, to] (to 0: a point). */
+/* Something the text states, and what is computed for it: more than half of the runways must be in [low, high]. a, b, c: see each.
+ * In the picture it is marked at stations [at, to] (to 0: a point), or where the displacement is `mark_in` (at `at`, or anywhere). */
 enum fact_kind {
     FACT_NONE,
     FACT_LANDING,      /* landing that buckles; never is infinite */
@@ -45,6 +45,7 @@ struct figure_fact {
     double a, b, c;
     double low, high;
     double at_ft, to_ft; /* stations of the mark; at 0: none */
+    double mark_in;      /* 0: none */
     const char *text;    /* as the report states it, and where */
     const char *note;    /* why it is judged so; "" */
 };

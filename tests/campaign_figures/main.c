@@ -16,7 +16,7 @@ static const char head[] =
     "td,th{border:1px solid #bbb;padding:2px 7px;text-align:left}.scroll{overflow-x:auto}svg{width:100%;height:auto}"
     "section{margin:1.5em 0 2.5em;break-inside:avoid}</style></head><body>\n<h1>Figures 4.1 to 5.12 of the 1973 report</h1>\n"
     "<p>Its drawings are lost; these are drawn from the series of host/campaign/series as the campaign plays them. Letters mark "
-    "what captions and text state; the tables say what came out. Runways differ in gaps, dirt and ground (seeds 1 to ";
+    "what captions and text state; the tables say what came out, and agree means more than half of the runways. Runways differ in gaps, dirt and ground (seeds 1 to ";
 
 static enum mr_status one(FILE *page, const char *folder, const struct figure *figure, size_t seeds, struct error *error)
 {
@@ -37,6 +37,7 @@ static enum mr_status one(FILE *page, const char *folder, const struct figure *f
         fputs("<p>Series: ", page);
         html_text(page, run.campaign.name);
         fprintf(page, "; %zu runways%s. ", run.played ? seeds : 0, run.played ? "" : ": not played");
+        fputs(run.campaign.basis[0] ? "Basis: " : "", page);
         html_text(page, run.campaign.basis);
         fputs("</p>\n", page);
         figure_table(page, figure, &run);

@@ -107,10 +107,12 @@ static void print_waves(struct tally *concrete, struct tally *pad)
            typical_ft, verdict(spread_ft > 10 * 3.5 / 12), spread_ft * 12 / 3.5);
     size_t close = within(pad->ahead_mats, pad->crests, 5, 8);
     double ahead = middle(pad->ahead_mats, pad->crests), concrete_ahead = middle(concrete->ahead_mats, concrete->crests);
+    printf("| 3 | compressible base: in front of and close to the gear | %.1f panels ahead (middle) on the pad, %.1f on concrete | %s |\n", ahead,
+           concrete_ahead, verdict(ahead > 0 && ahead < concrete_ahead));
     printf("| 3 | compressible base: crest usually five to eight panels ahead of the gear | middle %.1f panels ahead, %zu of %zu "
-           "waves within five to eight, %.0f to %.0f; concrete: %.1f | %s |\n",
+           "waves within five to eight, %.0f to %.0f | %s |\n",
            ahead, close, pad->crests, pad->crests ? pad->ahead_mats[0] : 0.0,
-           pad->crests ? pad->ahead_mats[pad->crests - 1] : 0.0, concrete_ahead, verdict(ahead >= 5 && ahead <= 8));
+           pad->crests ? pad->ahead_mats[pad->crests - 1] : 0.0, verdict(ahead >= 5 && ahead <= 8));
 }
 
 static enum mr_status print_speeds(size_t seeds, struct error *error)
