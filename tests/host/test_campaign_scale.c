@@ -83,7 +83,8 @@ static void standard_series_is_the_same_to_the_last_bit(void **state)
     bool same;
     make(&p, STANDARD, "4");
     assert_true(p.prototype.weight_lb == 64.0 * p.model.weight_lb);
-    assert_true(p.prototype.landings[4].profile[1].station_ft == 4.0 * 83.0);
+    assert_true(p.model.landings[4].profile_count > 1 &&
+                p.prototype.landings[4].profile[1].station_ft == 4.0 * p.model.landings[4].profile[1].station_ft);
     assert_true(apart_in(&p.model, &p.prototype, 4.0, &same) == 0.0);
     assert_true(same);
     assert_true(apart_in(&p.model, &p.again, 1.0, &same) == 0.0);
