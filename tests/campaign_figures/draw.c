@@ -15,6 +15,7 @@
 #define LEFT 76.0
 #define LINE 15.0
 #define MARK_EVERY 5 /* stations */
+#define RIG_BANDS 4.0 /* that share the braking force: report 5.1.3.1, C.1 */
 
 static const char style[] =
     "svg{background:#fff;font:12px sans-serif}.frame{fill:none;stroke:#555}.grid{stroke:#e0e0e0}.tick,.label,.key{fill:#111}"
@@ -177,7 +178,7 @@ static void draw_curves(FILE *out, const struct figure *figure, const struct fig
     mark_buckles(&plot, figure, run);
 }
 
-/* Fig 5.3, and Appendix C beside it: R = W a/(N g) a band, half of it ahead and half behind at the middle of a band. */
+/* Fig 5.3, and Appendix C beside it: R = W a/(4 g) a band, half of it ahead and half behind at the middle of a band. */
 static void draw_tensions(FILE *out, const struct figure_run *run)
 {
     const struct campaign *c = &run->campaign;
@@ -188,7 +189,7 @@ static void draw_tensions(FILE *out, const struct figure_run *run)
             most_lb = fmax(most_lb, fabs(run->runs[i].outcomes[k].band_behind_lb));
         }
     }
-    double theory_lb = 0.5 * c->weight_lb / (c->axles * c->landings[0].scene.mods.bands) * to_ft_s2 / c->landings[0].scene.g_ft_s2;
+    double theory_lb = 0.5 * c->weight_lb / RIG_BANDS * to_ft_s2 / c->landings[0].scene.g_ft_s2;
     most_lb = 1.1 * fmax(most_lb, theory_lb);
     struct svg_plot plot = {.out = out, .left = LEFT, .top = TOP, .width = PLOT_WIDTH, .height = PLOT_HEIGHT,
                             .x = {0.0, to_ft_s2, "mean deceleration of the landing, ft/s2", true},
@@ -209,8 +210,9 @@ static void draw_tensions(FILE *out, const struct figure_run *run)
     }
     legend_line(out, TOP + 14.0, NULL, 0, "least, 100 lb (landings 1 to 13)");
     legend_line(out, TOP + 34.0, NULL, 1, "least, 140 lb (14 to 26)");
-    legend_line(out, TOP + 54.0, "s1", 0, "most (open marks)");
-    fprintf(out, "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">dashed: +- R/2, R = W a/(4 g) (C.3)</text>\n"
+    legend_line(out, TOP + 54.0, NULL, 0, "most: open marks alike");
+    svg_mark(out, "m", 0, LEFT + PLOT_WIDTH + 33.0, TOP + 50.0, 4.0);
+    fprintf(out, "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">dashed: +- R/2, R = W a/(4 g) (C.1)</text>\n"
                  "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">mean over segments passed, a mark</text>\n"
                  "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">per landing and runway</text>\n",
             LEFT + PLOT_WIDTH + 16.0, TOP + 80.0, LEFT + PLOT_WIDTH + 16.0, TOP + 100.0, LEFT + PLOT_WIDTH + 16.0, TOP + 116.0);
