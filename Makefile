@@ -44,6 +44,7 @@ score_src := $(wildcard tests/score/*.c)
 fit_cheap_src := tests/fit/cheap.c
 campaigns_src := $(wildcard tests/campaigns/*.c)
 identity_src := $(wildcard tests/identity/*.c) tests/score/truth.c tests/runs/runfile.c
+campaign_figures_src := $(wildcard tests/campaign_figures/*.c)
 series := $(addprefix host/campaign/series/,$(addsuffix .json,standard friction control_mild control_fresh bands_preliminary \
 	bands_detailed diagonal cleats stiffeners dyess))
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
@@ -69,7 +70,8 @@ test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/c
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
-	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw
+	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
+	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot
 
 fuzz_targets := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
@@ -174,6 +176,16 @@ series: all $(B)/tests/runs/synthesise ## landings 1 to 5 of the standard series
 	@mkdir -p $(B)/runs
 	@[ -e $(B)/runs/landing5.run ] || $(B)/tests/runs/synthesise $(B)/runs >$(B)/runs/table.txt
 	@tests/series.sh | tee $(B)/runs/series.txt
+
+.PHONY: campaign-figures
+campaign-figures: $(B)/tests/campaign_figures/campaign-figures $(B)/matrig ## SEEDS=4: figures 4.1 to 5.12 from the series: build/campaign-figures/figures.html
+	@mkdir -p $(B)/campaign-figures
+	$(B)/matrig scale host/campaign/series/standard.json -o $(B)/campaign-figures/standard_prototype.json >$(B)/campaign-figures/scale.txt
+	$(B)/tests/campaign_figures/campaign-figures $(B)/campaign-figures $(or $(SEEDS),4)
+
+.PHONY: pilot
+pilot: $(B)/tests/pilot/pilot ## SEEDS=8: the pilot study's six results (report B.3), observed | computed | verdict: build/pilot.md
+	$(B)/tests/pilot/pilot $(or $(SEEDS),8) | tee $(B)/pilot.md
 
 .PHONY: campaigns
 campaigns: $(B)/tests/campaigns/campaigns ## SEEDS=16: the report's series of landings, observed | predicted | verdict: build/campaigns/table.md
@@ -398,6 +410,10 @@ $(B)/tests/score/score: $(patsubst %.c,$(B)/%.o,$(score_src)) $(host_lib) $(comm
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/host/test_fit: $(patsubst %.c,$(B)/%.o,$(fit_cheap_src))
 $(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/campaign_figures/campaign-figures: $(patsubst %.c,$(B)/%.o,$(campaign_figures_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/pilot/pilot: $(B)/tests/pilot/pilot.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/identity/draw: $(patsubst %.c,$(B)/%.o,$(identity_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@

@@ -126,6 +126,8 @@ static void print_verdict(const struct campaign *c, const struct campaign_run *r
     putchar('\n');
     if (c->observed[0])
         printf("  observed: %s\n", c->observed);
+    if (c->basis[0])
+        printf("  parameters: %s\n", c->basis);
     if (c->awaits[0])
         printf("  NOT A RESULT: awaits %s\n", c->awaits);
     for (size_t i = 0; i < c->seeds; i++) {

@@ -289,11 +289,12 @@ static const struct command commands[] = {
     {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
      "  -o F           where to write; else standard output\n"
      "Example: matrig dbc -o matrig.dbc\n"},
-    {"scale", scale_command, "[NAME=VALUE... | SCENE] [--to model|prototype] [--n N] [--keep density|modulus] [-o F]",
-     "quantities and scenes between model and prototype",
+    {"scale", scale_command, "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] [-o F]",
+     "quantities, scenes and campaigns between model and prototype",
      "  NAME=VALUE     a quantity, by name or symbol; without any, all ratios are listed. Dimensionless terms that the\n"
      "                 given quantities make up are shown for both sides\n"
      "  SCENE          scene file, JSON: every key is scaled, defaults that scale are written out\n"
+     "  CAMPAIGN       campaign file (it has landings): runway, aircraft, landings and what they apply, its scene inside\n"
      "  --to SIDE      prototype (the default: what is given is the model's) or model\n"
      "  --n N          prototype length / model length; else 7\n"
      "  --keep density the 1/7 model's rule: forces by n^3 (the default)\n"

@@ -1,4 +1,4 @@
-/* matrig scale: quantities and scene files between model and prototype. */
+/* matrig scale: quantities, scene files and campaigns between model and prototype. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,6 +6,7 @@
 #include <strings.h>
 
 #include "common/similitude.h"
+#include "host/campaign/campaign.h"
 #include "host/cli.h"
 #include "host/output.h"
 #include "host/sim/scene.h"
@@ -202,7 +203,9 @@ static int scale_values(const struct request *request, const struct cli *cli)
 static json_t *times(const json_t *value, double by)
 {
     if (json_is_number(value))
-        return cli_json_number(json_number_value(value) * by, 15);
+        return json_real(json_number_value(value) * by);
+    if (!json_is_array(value))
+        return json_deep_copy(value);
     json_t *list = json_array();
     for (size_t i = 0; i < json_array_size(value); i++)
         json_array_append_new(list, times(json_array_get(value, i), by));
@@ -243,6 +246,18 @@ static void complete_mods(const json_t *scene, json_t *complete)
     }
 }
 
+/* A scene key's value on the other side. */
+static json_t *scaled_entry(const struct request *request, const char *key, const json_t *value)
+{
+    if (strcmp(key, "path") == 0)
+        return scaled_path(request, value);
+    for (size_t i = 0; i < sizeof scaled_keys / sizeof scaled_keys[0]; i++) {
+        if (strcmp(key, scaled_keys[i].name) == 0)
+            return times(value, factor(request, scaled_keys[i].dimension));
+    }
+    return json_deep_copy(value);
+}
+
 /* Keys as written, scaled; defaults that change with scale are written out, as the other side's differ. */
 static json_t *scaled_scene(const struct request *request, const json_t *scene)
 {
@@ -275,15 +290,108 @@ static json_t *scaled_scene(const struct request *request, const json_t *scene)
     complete_mods(scene, complete);
     json_object_foreach(complete, key, value)
     {
-        json_t *scaled = NULL;
-        for (size_t i = 0; i < sizeof scaled_keys / sizeof scaled_keys[0]; i++) {
-            if (strcmp(key, scaled_keys[i].name) == 0)
-                scaled = times(value, factor(request, scaled_keys[i].dimension));
-        }
-        if (strcmp(key, "path") == 0)
-            scaled = scaled_path(request, value);
-        json_object_set_new(result, key, scaled ? scaled : json_deep_copy(value));
+        json_object_set_new(result, key, scaled_entry(request, key, value));
     }
+    json_decref(complete);
+    return result;
+}
+
+static json_t *scaled_range(const struct request *request, struct campaign_range range, struct mr_dimension dimension)
+{
+    double by = factor(request, dimension);
+    return range.low == range.high ? json_real(range.low * by) : json_pack("[f,f]", range.low * by, range.high * by);
+}
+
+/* Runway, aircraft and engine, every key written out: the defaults are a model's. */
+static void scaled_parts(const struct request *request, const struct campaign *c, json_t *result)
+{
+    static const struct mr_dimension inches = {0, 1, 0}, lb = {1, 0, 0}, s = {0, 0, 1}, speed = {0, 1, -1}, drag = {0, 1, -2},
+                                     strength = {1, -1, 0};
+    static const char *const engines[] = {"auto", "chain", "planar"};
+    json_object_set_new(
+        result, "runway",
+        json_pack("{s:o,s:o,s:o,s:s,s:f,s:f,s:f,s:f,s:f}", "gap_in", scaled_range(request, c->gap_in, inches), "closing_lb",
+                  scaled_range(request, c->closing_lb, lb), "irregularity_in", scaled_range(request, c->irregularity_in, inches),
+                  "irregularity_along", c->along == CAMPAIGN_GROUND ? "ground" : "mats", "joint_lb_in",
+                  c->strength_lb_in * factor(request, strength), "strip_ft", c->strip_ft * factor(request, inches), "unhinge_deg",
+                  c->unhinge_deg, "wave_in", c->wave_in * factor(request, inches), "buckle_in",
+                  c->buckle_in * factor(request, inches)));
+    json_object_set_new(result, "aircraft",
+                        json_pack("{s:f,s:f,s:f,s:f,s:f,s:f}", "weight_lb", c->weight_lb * factor(request, lb), "axles", c->axles,
+                                  "onset_s", c->onset_s * factor(request, s), "dwell_s", c->dwell_s * factor(request, s),
+                                  "back_ft_s", c->back_ft_s * factor(request, speed), "back_drag_ft_s2",
+                                  c->back_drag_ft_s2 * factor(request, drag)));
+    json_object_set_new(result, "engine",
+                        json_pack("{s:s,s:f,s:f,s:f}", "use", engines[c->engine], "chain_dt_s",
+                                  c->chain_dt_s * factor(request, s), "planar_dt_s", c->planar_dt_s * factor(request, s),
+                                  "skip_share", c->skip_share));
+}
+
+/* One entry of the file's landings; `scene` takes the defaults of what it applies. */
+static json_t *scaled_landing(const struct request *request, const json_t *entry, const struct campaign_landing *landing,
+                              json_t *scene)
+{
+    static const struct mr_dimension ft = {0, 1, 0}, speed = {0, 1, -1}, drag = {0, 1, -2};
+    json_t *result = json_deep_copy(entry), *apply = json_object_get(entry, "apply"), *value;
+    json_t *drag_entry = json_object_get(entry, "deceleration_ft_s2"), *profile = json_object_get(entry, "profile");
+    const char *key;
+    size_t i;
+    json_object_set_new(result, "touchdown_ft", scaled_range(request, landing->touchdown_ft, ft));
+    json_object_set_new(result, "speed_ft_s", scaled_range(request, landing->speed_ft_s, speed));
+    if (drag_entry)
+        json_object_set_new(result, "deceleration_ft_s2", times(drag_entry, factor(request, drag)));
+    json_array_foreach(profile, i, value)
+    {
+        json_t *row = json_pack("[f,f]", json_number_value(json_array_get(value, 0)) * factor(request, ft),
+                                json_number_value(json_array_get(value, 1)) * factor(request, drag));
+        json_array_set_new(json_object_get(result, "profile"), i, row);
+    }
+    json_object_foreach(apply, key, value)
+    {
+        json_object_set_new(json_object_get(result, "apply"), key, scaled_entry(request, key, value));
+    }
+    if (apply)
+        complete_mods(apply, scene);
+    return result;
+}
+
+/* The scene of a campaign: inline, or the file it names beside itself. */
+static json_t *campaign_scene(const char *path, const json_t *campaign)
+{
+    const json_t *scene = json_object_get(campaign, "scene");
+    char name[1024];
+    const char *slash = strrchr(path, '/');
+    if (!json_is_string(scene))
+        return json_deep_copy(scene);
+    snprintf(name, sizeof name, "%.*s%s", slash ? (int)(slash - path) + 1 : 0, path, json_string_value(scene));
+    return json_load_file(name, 0, NULL);
+}
+
+static json_t *scaled_campaign(const struct request *request, const char *path, const json_t *source,
+                               const struct campaign *c)
+{
+    static const struct mr_dimension ft = {0, 1, 0};
+    json_t *result = json_deep_copy(source), *scene = campaign_scene(path, source), *list = json_array(), *entry;
+    char note[200];
+    size_t i, at = 0;
+    json_array_foreach(json_object_get(source, "landings"), i, entry)
+    {
+        json_array_append_new(list, scaled_landing(request, entry, &c->landings[at], scene));
+        double number = json_object_get(entry, "times") ? json_number_value(json_object_get(entry, "times")) : 1.0;
+        at += (size_t)number;
+    }
+    snprintf(note, sizeof note, "To %s scale by matrig scale: n %g, %s kept. Texts (name, observed) are the original's.",
+             request->to_model ? "model" : "prototype", request->n, request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+    json_object_set_new(result, "_scaled", json_string(note));
+    json_t *scaled = scaled_scene(request, scene);
+    json_object_del(scaled, "F"); /* the landings give them */
+    json_object_del(scaled, "Vac");
+    json_object_set_new(result, "scene", scaled);
+    json_object_set_new(result, "landings", list);
+    scaled_parts(request, c, result);
+    if (json_object_get(source, "stations_ft"))
+        json_object_set_new(result, "stations_ft", times(json_object_get(source, "stations_ft"), factor(request, ft)));
+    json_decref(scene);
     return result;
 }
 
@@ -318,7 +426,7 @@ static enum mr_status write_scene(const struct request *request, const json_t *s
     FILE *file = output_open(request->output_path, error);
     if (!file)
         return error->status;
-    json_dumpf(scene, file, JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(15));
+    json_dumpf(scene, file, JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(17));
     fputc('\n', file);
     return output_close(file, request->output_path, error);
 }
@@ -359,6 +467,46 @@ static int scale_scene(const struct request *request, const struct cli *cli)
     return code;
 }
 
+static int scale_campaign(const struct request *request, const struct cli *cli)
+{
+    const char *path = request->words[0];
+    struct error error = {0};
+    struct campaign campaign;
+    int code = 0;
+    if (campaign_load(&campaign, path, &error) != MR_OK) /* what is no campaign is refused as `campaign` does */
+        return cli_fail(&error);
+    json_t *source = json_load_file(path, 0, NULL), *scaled = NULL;
+    if (source)
+        scaled = scaled_campaign(request, path, source, &campaign);
+    else
+        error_set(&error, MR_IO, "cannot read campaign again: %s; check the path", path);
+    if (scaled && (request->output_path || !cli->json))
+        write_scene(request, scaled, &error);
+    if (error.status != MR_OK) {
+        code = cli_fail(&error);
+    } else if (cli->json) {
+        json_t *object = request_json(request);
+        json_object_set(object, "campaign", scaled);
+        code = cli_print_json(object, 0);
+    } else if (request->output_path) {
+        printf("%s: campaign \"%s\", %zu landings, to %s scale at n = %g\n", request->output_path, campaign.name,
+               campaign.landing_count, request->to_model ? "model" : "prototype", request->n);
+    }
+    json_decref(source);
+    json_decref(scaled);
+    campaign_free(&campaign);
+    return code;
+}
+
+/* A campaign is told from a scene by its landings. */
+static bool is_campaign(const char *path)
+{
+    json_t *root = json_load_file(path, 0, NULL);
+    bool campaign = json_object_get(root, "landings") != NULL;
+    json_decref(root);
+    return campaign;
+}
+
 int scale_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
@@ -368,7 +516,7 @@ int scale_command(int argc, char **argv, const struct cli *cli)
     if (request.count == 0)
         return print_ratios(&request, cli);
     if (request.count == 1 && !strchr(request.words[0], '='))
-        return scale_scene(&request, cli);
+        return is_campaign(request.words[0]) ? scale_campaign(&request, cli) : scale_scene(&request, cli);
     if (request.output_path) {
         error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out", request.output_path);
         return cli_fail(&error);

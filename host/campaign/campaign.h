@@ -71,6 +71,7 @@ struct campaign {
     size_t station_count;
     /* what was seen, for the scoreboard; texts, "" when absent */
     char observed[240], awaits[160];
+    char basis[400]; /* where the parameters come from: calibrated on this series, predicted, assumed, put in afterwards */
     int observed_landing; /* 0: not stated; -1: never */
     int within;           /* landings: a runway that buckles so near to it agrees */
     double needed;        /* share of the runways that has to agree */

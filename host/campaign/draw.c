@@ -3,7 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define NODE_S 1e-3 /* of the integration of the path */
+#define NODE_S 1e-3           /* of the integration of the path, with mats as long as the rig's; else by the root of the scale, */
+#define NODE_FT (2.0 / 7.0)   /* so that a scaled campaign is the same one */
+#define NODE_G_FT_S2 32.174
 #define ROW_NODES 10
 #define MOST_S 600.0
 
@@ -72,11 +74,12 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
     double at_ft = draw_between(&draw, landing->touchdown_ft), v_ft_s = draw_between(&draw, landing->speed_ft_s);
     double drawn_ft_s2 = draw_between(&draw, landing->deceleration_ft_s2), from_ft_s = v_ft_s;
     double runway_ft = landing->scene.mats * landing->scene.length_ft, t_s = 0.0, a_ft_s2 = 0.0;
+    double node_s = NODE_S * sqrt(landing->scene.length_ft / NODE_FT * (NODE_G_FT_S2 / landing->scene.g_ft_s2));
     size_t room = 0;
     draw_path_free(path);
     path->touchdown_ft = at_ft;
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
-        t_s = NODE_S * (double)k;
+        t_s = node_s * (double)k;
         double onset = campaign->onset_s > 0.0 ? fmin(t_s / campaign->onset_s, 1.0) : 1.0;
         a_ft_s2 = onset * onset * (3.0 - 2.0 * onset) * profile_ft_s2(landing, drawn_ft_s2, at_ft);
         if (k % ROW_NODES == 0 &&
@@ -85,13 +88,13 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
         if (t_s > MOST_S)
             return error_set(error, MR_USAGE, "no stop: %s: landing %zu still rolls after %g s; give more deceleration",
                              campaign->name, index + 1, MOST_S);
-        double rest_s = a_ft_s2 > 0.0 ? fmin(NODE_S, v_ft_s / a_ft_s2) : NODE_S;
+        double rest_s = a_ft_s2 > 0.0 ? fmin(node_s, v_ft_s / a_ft_s2) : node_s;
         at_ft += rest_s * (v_ft_s - 0.5 * a_ft_s2 * rest_s);
-        v_ft_s = rest_s < NODE_S ? 0.0 : v_ft_s - a_ft_s2 * rest_s;
+        v_ft_s = rest_s < node_s ? 0.0 : v_ft_s - a_ft_s2 * rest_s;
         t_s += rest_s;
     }
     if (t_s <= path->rows[path->count - 1].t_s)
-        t_s = path->rows[path->count - 1].t_s + NODE_S;
+        t_s = path->rows[path->count - 1].t_s + node_s;
     path->stop_ft = at_ft;
     path->mean_ft_s2 = (from_ft_s * from_ft_s - v_ft_s * v_ft_s) / (2.0 * fmax(at_ft - path->touchdown_ft, 1e-9));
     if (add_row(path, &room, (struct sim_path_row){t_s, at_ft, lb_per_ft_s2 * a_ft_s2}, error) != MR_OK)

@@ -373,13 +373,14 @@ static json_t *take_scene(const struct reader *r, const json_t *root)
 static void read_root(const struct reader *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {"name", "scene", "runway", "aircraft", "engine", "landings", "seeds", "stations_ft",
-                                        "observed", "observed_landing", "within", "needed", "awaits", NULL};
+                                        "observed", "observed_landing", "within", "needed", "awaits", "basis", NULL};
     check_keys(r, "", root, known);
     if (failed(r))
         return;
     text(r, root, "name", c->name, sizeof c->name);
     text(r, root, "observed", c->observed, sizeof c->observed);
     text(r, root, "awaits", c->awaits, sizeof c->awaits);
+    text(r, root, "basis", c->basis, sizeof c->basis);
     double landing = 0.0, within = 0.0;
     number(r, "", root, "observed_landing", -1.0, CAMPAIGN_LANDINGS_MAX, &landing);
     c->observed_landing = (int)landing;

@@ -141,6 +141,11 @@ void campaign_page(FILE *out, const struct campaign *c, const struct campaign_ru
         html_text(out, c->observed);
         fputs(".</p>\n", out);
     }
+    if (c->basis[0]) {
+        fputs("<p>Parameters: ", out);
+        html_text(out, c->basis);
+        fputs(".</p>\n", out);
+    }
     if (c->awaits[0]) {
         fputs("<p><b>Not a result: awaits ", out);
         html_text(out, c->awaits);

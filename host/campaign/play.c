@@ -11,7 +11,7 @@
 #define IN_PER_FT 12.0
 #define ZONE_JOINTS 10     /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE (1.0 / 3.0)
-#define MOVED_IN 0.001
+#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* of a mat's length: 0.001 in on the rig */
 
 /* A runway between landings. */
 struct runway {
@@ -195,6 +195,10 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene, c
     out->asked_planar = true;
     out->ms_planar = result->run_ms;
     out->mats_planar = result->mats_mean;
+    if (result->first_crest > 0 && result->first_crest_wheel > 0) {
+        out->crest_ft = joint_station_ft(scene, (size_t)result->first_crest - 1);
+        out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
+    }
     if (result->status == SIM_FOLDED) {
         out->buckled = true;
         out->buckle_ft = joint_station_ft(scene, (size_t)result->mat);
@@ -223,7 +227,7 @@ static void note_movement(struct runway *r, const struct sim_scene *scene, const
         r->u_ft[n] += u_ft[n];
         out->peak_in = fmax(out->peak_in, fabs(u_ft[n]) * IN_PER_FT);
         double station_ft = (n - 0.5) * scene->length_ft;
-        if (fabs(u_ft[n]) * IN_PER_FT > MOVED_IN && station_ft - out->stop_ft > out->reach_ft)
+        if (fabs(u_ft[n]) > MOVED_SHARE * scene->length_ft && station_ft - out->stop_ft > out->reach_ft)
             out->reach_ft = station_ft - out->stop_ft;
     }
     for (size_t i = 0; i < c->station_count; i++) {
@@ -273,6 +277,30 @@ static void note_zone(const struct runway *r, const struct sim_scene *scene, str
     }
 }
 
+/* `mods`: with the tensions before the landing. A slack segment (negative: how far it hangs loose) pulls nothing. */
+static void note_bands(const struct sim_mods *mods, const struct sim_scene *scene, const struct draw_path *path,
+                       const struct mods_state *state, struct campaign_outcome *out)
+{
+    size_t passed = 0;
+    int every = mods->band_every, first = mods->band_first > 0 ? mods->band_first : every;
+    if (!state || state->segments == 0 || mods->band_t0_lb.count == 0)
+        return;
+    for (size_t i = 0; i < state->segments; i++) {
+        double middle_ft = (first + ((double)i - 0.5) * every - 0.5) * scene->length_ft;
+        double before_lb = fmax(0.0, mods->band_t0_lb.values[i < mods->band_t0_lb.count ? i : 0]);
+        out->band_slack += state->band_least_lb[i] <= 0.0;
+        if (!(middle_ft > path->touchdown_ft && middle_ft < path->stop_ft))
+            continue;
+        out->band_ahead_lb += fmax(0.0, state->band_least_lb[i]) - before_lb;
+        out->band_behind_lb += fmax(0.0, state->band_most_lb[i]) - before_lb;
+        passed++;
+    }
+    if (passed > 0) {
+        out->band_ahead_lb /= (double)passed;
+        out->band_behind_lb /= (double)passed;
+    }
+}
+
 /* The gaps that a movement leaves; a wave that is left is pressed flat when the aircraft is pushed back over it. */
 static void open_gaps(struct runway *r, const double *u_ft)
 {
@@ -305,6 +333,7 @@ static enum mr_status land(struct runway *r, const struct campaign_landing *land
         follow_ground(r);
         note_joints(r, moved, out);
         note_zone(r, &landing->scene, out);
+        note_bands(&r->mods, &landing->scene, path, moved->mods, out);
         carry(r, &landing->scene, moved, error);
     }
     sim_result_free(&chain);
@@ -317,11 +346,12 @@ static enum mr_status push_back(struct runway *r, const struct campaign_landing 
                                 double touchdown_ft, bool all, struct error *error)
 {
     const struct campaign *c = r->campaign;
-    double way_ft = stop_ft - touchdown_ft, force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
+    double way_ft = stop_ft - touchdown_ft, ramp_s = c->onset_s > 0.0 ? 2.0 * c->onset_s : 0.01 * way_ft / c->back_ft_s;
+    double force_lb = -c->weight_lb / c->axles * c->back_drag_ft_s2 / landing->scene.g_ft_s2;
     const struct sim_path_row rows[] = {{0.0, stop_ft, 0.0},
-                                        {0.1, stop_ft, force_lb},
-                                        {0.1 + way_ft / c->back_ft_s, touchdown_ft, force_lb},
-                                        {0.2 + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
+                                        {ramp_s, stop_ft, force_lb},
+                                        {ramp_s + way_ft / c->back_ft_s, touchdown_ft, force_lb},
+                                        {2.0 * ramp_s + way_ft / c->back_ft_s, touchdown_ft, 0.0}};
     struct sim_result result = {0};
     if (way_ft > 0.0 && run_engine(r, landing, SIM_CHAIN, rows, 4, all, &result, error) == MR_OK) {
         for (int n = 1; n <= r->mats; n++)

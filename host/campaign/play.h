@@ -28,6 +28,12 @@ struct campaign_outcome {
     double buckle_ft; /* station: where the wheel first met the wave; else, when it stopped before it, its crest */
     int overruns;
     double overrun_ft[SIM_OVERRUNS_MAX]; /* all such stations */
+    int crest_ahead_mats; /* of the wheel's mat: where a rise of buckle_in came first; only when crest_ft > 0 */
+    double crest_ft;      /* station of it; 0: nothing rose so far while the wheel was on the runway */
+    /* Bands: change of tension from before the landing to its least and its most, mean over the segments that the aircraft
+     * passed; how many segments went slack. 0 without bands. */
+    double band_ahead_lb, band_behind_lb;
+    int band_slack;
 };
 
 struct campaign_run {

@@ -65,6 +65,7 @@ struct march {
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
     int overrun[SIM_OVERRUNS_MAX], overruns;
+    int first_crest, first_crest_wheel;
     double awake_s;
     int mats_max;
     struct sim_record record;
@@ -417,10 +418,24 @@ static void note_shape(struct landing *l, struct march *march)
     }
 }
 
+/* The highest node, when the first of them has risen so far. */
+static void note_crest(const struct landing *l, struct march *march, double lift_ft)
+{
+    int highest = l->heaves.first;
+    for (int j = l->heaves.first + 1; j <= l->heaves.last + 1 && j <= l->model.mats; j++)
+        highest = l->z[2 * j] < l->z[2 * highest] ? j : highest;
+    if (l->heaves.last >= l->heaves.first && -l->z[2 * highest] >= lift_ft) {
+        march->first_crest = highest + 1;
+        march->first_crest_wheel = l->model.span.mat + 1;
+    }
+}
+
 /* The wheel at a wave that has risen too far to be pressed flat. */
 static void note_overrun(const struct landing *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
+    if (march->first_crest == 0)
+        note_crest(l, march, lift_ft);
     if (mat < 0 || march->overruns == SIM_OVERRUNS_MAX)
         return;
     double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
@@ -582,6 +597,8 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
     result->sag_deg = fine->sag_deg;
     result->sag_joint = fine->sag_joint;
     result->overruns = fine->overruns;
+    result->first_crest = fine->first_crest;
+    result->first_crest_wheel = fine->first_crest_wheel;
     memcpy(result->overrun, fine->overrun, sizeof result->overrun);
     size_t joints = (size_t)l->model.mats + 1;
     if (keep_most(&result->push_lb, l->push_lb, joints, error) != MR_OK ||
@@ -704,6 +721,8 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
         struct march only = {0};
         if (start_march(l, &only, options, (uint64_t)steps, result, error) != MR_OK)
             return error->status;
+        result->first_crest = only.first_crest;
+        result->first_crest_wheel = only.first_crest_wheel;
         if (only.status != SIM_OK)
             fail(result, only.status, only.mat, only.t_s);
         result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);

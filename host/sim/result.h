@@ -58,6 +58,8 @@ struct sim_result {
     int overrun[SIM_OVERRUNS_MAX]; /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; at least */
     int overruns;                  /* OVERRUN_APART mats apart (landing.c) */
 
+    int first_crest, first_crest_wheel; /* node that first rose so far, and the mat the wheel was on then (0: on none) */
+
     struct sim_output *outputs;
     size_t output_count;
     double *u_ft;   /* at the end: mats + 1 values, by mat */

@@ -1,5 +1,5 @@
-/* campaigns FOLDER SERIES...: the scoreboard of the series of the report: observed | predicted | verdict, a row each on
- * stdout, a page of each in FOLDER. SEEDS=n plays so many runways (the files' number else). A series that awaits
+/* campaigns FOLDER SERIES...: the scoreboard of the series of the report: observed | predicted | verdict | where the parameters
+ * come from, a row each on stdout, a page of each in FOLDER. SEEDS=n plays so many runways (the files' number else). A series that awaits
  * something is not played.
  *
  * Exit: 0, whatever the verdicts are; 3 files; 5 a runway could not be played to its end. */
@@ -14,10 +14,10 @@
 
 #define LEAST_SEEDS 16
 
-static double clock_s(void)
+static double clock_s(clockid_t clock)
 {
     struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
+    clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
@@ -32,6 +32,17 @@ static void print_movements(const struct campaign *c, const struct campaign_summ
         waved += s->landing[i].waved;
     }
     printf("; %.2f in per landing, up to %.2f; low waves in %zu of %zu landings", sum, most, waved, s->landings);
+}
+
+static void print_torn(const struct campaign *c, const struct campaign_summary *s)
+{
+    const char *between = "; joints torn in landing ";
+    for (size_t i = 0; i < c->landing_count; i++) {
+        if (s->landing[i].torn == 0)
+            continue;
+        printf("%s%zu (%zux)", between, i + 1, s->landing[i].torn);
+        between = ", ";
+    }
 }
 
 /* "landing 4 (3x), 5 (12x), none (1x); station 66.6 (63.7 to 79.1); zone 54 (41 to 70) mats before". */
@@ -53,6 +64,7 @@ static void print_predicted(const struct campaign *c, const struct campaign_summ
                s->peak_before_in.low, s->peak_before_in.high, s->zone_before.middle, s->zone_before.low, s->zone_before.high);
     else if (s->survived == s->runways)
         print_movements(c, s);
+    print_torn(c, s);
 }
 
 static void print_verdict(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s)
@@ -91,7 +103,7 @@ static int score(const char *folder, const char *path)
         return 3;
     }
     if (campaign.awaits[0]) {
-        printf("| %s | %s | not run | awaits %s |\n", campaign.name, campaign.observed, campaign.awaits);
+        printf("| %s | %s | not run | awaits %s | %s |\n", campaign.name, campaign.observed, campaign.awaits, campaign.basis);
         campaign_free(&campaign);
         return 0;
     }
@@ -99,7 +111,7 @@ static int score(const char *folder, const char *path)
     if (seeds && atoi(seeds) > 0 && atoi(seeds) <= CAMPAIGN_SEEDS_MAX)
         campaign.seeds = (size_t)atoi(seeds);
     struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
-    double begin_s = clock_s();
+    double begin_s = clock_s(CLOCK_MONOTONIC), begin_cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID);
     if (!runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds", campaign.seeds);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
@@ -109,8 +121,9 @@ static int score(const char *folder, const char *path)
         print_predicted(&campaign, &summary);
         printf(" | ");
         print_verdict(&campaign, runs, &summary);
-        printf(" |\n");
-        fprintf(stderr, "%s: %zu runways, %.1f s\n", campaign.name, campaign.seeds, clock_s() - begin_s);
+        printf(" | %s |\n", campaign.basis);
+        fprintf(stderr, "%s: %zu runways, %.1f s, %.1f s of processor time\n", campaign.name, campaign.seeds,
+                clock_s(CLOCK_MONOTONIC) - begin_s, clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s);
         write_page(folder, path, &campaign, runs, &summary, &error);
     }
     int code = error.status != MR_OK ? 3 : summary.failed > 0 ? 5 : 0;
@@ -134,7 +147,7 @@ int main(int argc, char **argv)
         fputs("usage: campaigns FOLDER SERIES.json...\n", stderr);
         return 2;
     }
-    puts("| series | observed | predicted: median (5 to 95 %) | verdict |\n|---|---|---|---|");
+    puts("| series | observed | predicted: median (5 to 95 %) | verdict | parameters |\n|---|---|---|---|---|");
     for (int i = 2; i < argc; i++) {
         int one = score(argv[1], argv[i]);
         code = one > code ? one : code;

@@ -311,11 +311,59 @@ static void test_every_series_can_be_read(void **state)
         if (campaign_load(&campaign, files.gl_pathv[i], &error) != MR_OK)
             fail_msg("%s", error.text);
         assert_true(campaign.seeds >= 16 && campaign.observed[0] != 0);
+        assert_true(campaign.basis[0] != 0 && campaign.awaits[0] == 0);
         campaign_free(&campaign);
         series++;
     }
     assert_int_equal(series, 10);
     globfree(&files);
+}
+
+static struct campaign series(const char *path)
+{
+    struct campaign campaign;
+    error = (struct error){0};
+    if (campaign_load(&campaign, path, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    return campaign;
+}
+
+/* Every key of `scene` is `from`'s times the factor beside it. */
+static void is_scaled(const struct sim_scene *scene, const struct sim_scene *from, const double *factors)
+{
+    const double now[] = {scene->length_ft,  scene->weight_lb, scene->inertia_slug_ft2, scene->kl_lb_ft,
+                          scene->cl_lb_s_ft, scene->slack_ft,  scene->kt_lb_ft_rad,     scene->ct_lb_ft_s_rad,
+                          scene->tad_deg,    scene->kv_lb_ft,  scene->cv_lb_s_ft,       scene->friction};
+    const double then[] = {from->length_ft,  from->weight_lb, from->inertia_slug_ft2, from->kl_lb_ft,
+                           from->cl_lb_s_ft, from->slack_ft,  from->kt_lb_ft_rad,     from->ct_lb_ft_s_rad,
+                           from->tad_deg,    from->kv_lb_ft,  from->cv_lb_s_ft,       from->friction};
+    for (size_t i = 0; i < sizeof now / sizeof now[0]; i++) {
+        if (fabs(now[i] / (then[i] * factors[i]) - 1.0) > 1e-5)
+            fail_msg("key %zu: %.9g, not %.9g", i, now[i], then[i] * factors[i]);
+    }
+}
+
+/* Dyess is the rig by the report's table 2.2 with n = 7; the diagonal pattern
+ * the rig with joints across at 45 degrees: lengths along the runway over cos
+ * 45, forces of a joint and turns about it times cos 45. */
+static void test_scenes_are_the_rig_scaled(void **state)
+{
+    struct campaign rig = series("host/campaign/series/standard.json"),
+                    dyess = series("host/campaign/series/dyess.json");
+    struct campaign diagonal = series("host/campaign/series/diagonal.json");
+    const double n = 7.0, c = sqrt(0.5);
+    (void)state;
+    const double prototype[] = {n,         n * n * n,   pow(n, 5), n * n, pow(n, 2.5), n,
+                                pow(n, 4), pow(n, 4.5), 1.0,       n * n, pow(n, 2.5), 1.0};
+    const double across[] = {1 / c, 1 / c, pow(c, -3), c, c, 1 / c, pow(c, -3), pow(c, -3), c, 1.0, 1.0, 1.0};
+    is_scaled(&dyess.landings[0].scene, &rig.landings[0].scene, prototype);
+    is_scaled(&diagonal.landings[0].scene, &rig.landings[0].scene, across);
+    assert_true(fabs(dyess.gap_in.high - n * rig.gap_in.high) < 1e-9);
+    assert_true(fabs(dyess.closing_lb.high - n * n * n * rig.closing_lb.high) < 1e-9);
+    assert_true(fabs(diagonal.gap_in.high - rig.gap_in.high / c) < 1e-4);
+    campaign_free(&rig);
+    campaign_free(&dyess);
+    campaign_free(&diagonal);
 }
 
 int main(void)
@@ -329,6 +377,7 @@ int main(void)
         cmocka_unit_test(test_modifications_are_laid_over_the_scene),
         cmocka_unit_test(test_files_that_are_refused),
         cmocka_unit_test(test_every_series_can_be_read),
+        cmocka_unit_test(test_scenes_are_the_rig_scaled),
         cmocka_unit_test(test_the_standard_series_moves_as_observed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

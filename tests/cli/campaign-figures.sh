@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Figures of the series and the pilot cases: pictures without holes on a page that stands alone, and what must hold on every runway.
+. "$(dirname "$0")/tap.sh"
+figures=build/tests/campaign_figures/campaign-figures
+check "figure 4.5 of one runway" $figures "$tmp" 1 4.5
+drawn() {
+    ! grep -qi 'nan\|inf"' "$tmp"/*.svg "$tmp/figures.html" && grep -q 'xmlns="http://www.w3.org/2000/svg"' "$tmp/fig4_5.svg" &&
+        grep -q 'station, ft' "$tmp/fig4_5.svg" && grep -q 'displacement downfield, in' "$tmp/fig4_5.svg" &&
+        [ "$(grep -c 'class="letter' "$tmp/fig4_5.svg")" -eq 5 ] && ! grep -Eq '(src|href)="[^#]|@import|url\(' "$tmp/figures.html"
+}
+check "with units, its five stated places and values, nothing from elsewhere" drawn
+table() { grep -q '<td>g</td>' "$tmp/figures.html" && grep -q 'agrees' "$tmp/figures.html" && grep -q 'DIFFERS' "$tmp/figures.html"; }
+check "and a table that can say either" table
+check "no such folder" fails_with 3 none $figures "$tmp/none" 1 4.5
+check "no runways" fails_with 2 usage $figures "$tmp" 0
+# More friction below than above holds the mat under a locked wheel: Coulomb, on any runway.
+pilot() { build/tests/pilot/pilot 1 >"$tmp/pilot.md" && cat "$tmp/pilot.md" && [ "$(grep -c '^| [1-6]' "$tmp/pilot.md")" -eq 7 ]; }
+check "the pilot study's six results" pilot
+check "no wave when f below exceeds f above" grep -q '^| 5 .* 0 of 1 runways buckle, .* agrees' "$tmp/pilot.md"
+finish
