@@ -39,6 +39,7 @@ void account_restart(struct account *account, bool whole)
     account->suspect_count = 0;
     account->received_since = 0;
     account->whole = whole;
+    account->doubtful = false;
     memset(account->received_of, 0, sizeof account->received_of);
     memset(account->count_known, 0, sizeof account->count_known);
     account_break(account);
@@ -51,11 +52,16 @@ void account_message(struct account *account, uint16_t id)
         account->received_of[place]++;
 }
 
-void account_message_count(struct account *account, const struct mr_message_count *count)
+void account_goes_on(struct account *account)
+{
+    account->doubtful = false;
+}
+
+bool account_message_count(struct account *account, const struct mr_message_count *count)
 {
     unsigned place = mr_message_place(count->id);
-    if (place >= MR_PLACES)
-        return;
+    if (place >= MR_PLACES || account->doubtful || (account->count_known[place] && count->count < account->count_of[place]))
+        return false;
     /* The count of message_count itself leaves out the frame that brings it. */
     int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
     if (account->count_known[place] || account->whole) {
@@ -70,6 +76,7 @@ void account_message_count(struct account *account, const struct mr_message_coun
     account->count_known[place] = true;
     account->count_of[place] = count->count;
     account->received_at_count[place] = received;
+    return true;
 }
 
 void account_break(struct account *account)
@@ -104,6 +111,7 @@ void account_serial_frame(struct account *account, uint16_t seq, int64_t block)
 {
     uint16_t jump = (uint16_t)(seq - account->seq_next);
     account->counts.received++;
+    account->doubtful |= account->seq_known && jump > 0;
     if (account->seq_known && jump > 0 && jump < SEQ_JUMP_MAX) {
         account->counts.lost += jump;
         account->lost_since_block = true;

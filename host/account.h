@@ -62,6 +62,7 @@ struct account {
     int64_t dropped_block;
     bool block_known;
     uint32_t block_next;
+    bool doubtful; /* frames were lost, perhaps because the board began again */
 };
 
 void account_start(struct account *account, enum link_kind kind);
@@ -70,9 +71,13 @@ void account_restart(struct account *account, bool whole);
 /* A landing begins or ends on this link: no steps and no block numbers are expected across it. */
 void account_break(struct account *account);
 
-/* A message came, counted already as a frame; a message_count says what the board has sent of one. */
+/* A message came, counted already as a frame; a message_count says what the board has sent of one. False: nothing was taken from it,
+ * for it may be of a board that has begun again, which nobody has noticed yet: its count went back, or frames were lost before it
+ * and no time has come since. Counts only grow, so the next one makes up for it. */
 void account_message(struct account *account, uint16_t id);
-void account_message_count(struct account *account, const struct mr_message_count *count);
+bool account_message_count(struct account *account, const struct mr_message_count *count);
+/* A time of the board came that goes on from those before: it has not begun again. */
+void account_goes_on(struct account *account);
 
 /* A frame came. `block`: newest block known on the link, that of this frame included; -1: none. Call it
  * before what the frame says is accounted. */

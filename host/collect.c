@@ -172,6 +172,8 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         account_can_frame(&side->account);
     else
         account_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
+    if (info->id == MR_ID_CLOCK && side->time.tick_known)
+        account_goes_on(&side->account);
     account_message(&side->account, info->id);
 
     struct store_frame frame = {.seq = seq,
@@ -234,6 +236,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         timebase_clock(&side->time, block.index, block.tick);
     }
     account_serial_frame(&side->account, frame->seq, collect_newest_block(side));
+    account_goes_on(&side->account);
     account_message(&side->account, MR_ID_BLOCK);
     if (side->current)
         account_block(&side->account, block.index);

@@ -182,6 +182,41 @@ static void restart_begins_afresh(void **state)
     assert_int_equal(account.counts.dropped, 0);
 }
 
+static bool count(struct account *account, uint16_t id, uint32_t sent)
+{
+    account_message(account, MR_ID_MESSAGE_COUNT);
+    return account_message_count(account, &(struct mr_message_count){.id = id, .count = sent});
+}
+
+/* What a board counts anew is no loss of what it had counted, whether its restart has been noticed or not. */
+static void counts_of_a_board_that_begins_again(void **state)
+{
+    struct account account;
+    unsigned zone = mr_message_place(MR_ID_ZONE), motion = mr_message_place(MR_ID_MOTION);
+    (void)state;
+    account_start(&account, LINK_SERIAL);
+    account_serial_frame(&account, 0, 1);
+    for (unsigned i = 0; i < 122; i++)
+        account_message(&account, MR_ID_ZONE);
+    assert_true(count(&account, MR_ID_ZONE, 122));
+    assert_true(count(&account, MR_ID_MOTION, 0));
+    account_serial_frame(&account, 7, 1); /* 1 to 6 are lost: the hello of a board that begins again may be among them */
+    account_message(&account, MR_ID_MOTION);
+    assert_false(count(&account, MR_ID_ZONE, 0));
+    assert_false(count(&account, MR_ID_MOTION, 3));
+    account_goes_on(&account); /* it was none */
+    assert_true(count(&account, MR_ID_MOTION, 3));
+    assert_int_equal(account.missing_of[motion], 2);
+    assert_false(count(&account, MR_ID_ZONE, 0)); /* now it has: no count goes back */
+    assert_int_equal(account.missing_of[zone], 0);
+    assert_int_equal(account.repeated_of[zone], 0);
+    account_restart(&account, false);
+    assert_true(count(&account, MR_ID_ZONE, 1)); /* of what came before that nothing is known */
+    account_message(&account, MR_ID_ZONE);
+    assert_true(count(&account, MR_ID_ZONE, 4));
+    assert_int_equal(account.missing_of[zone], 2);
+}
+
 static void time_unwraps(void **state)
 {
     struct timebase time = {0};
@@ -291,6 +326,7 @@ int main(void)
         cmocka_unit_test(steps_are_believed_only_with_a_loss),
         cmocka_unit_test(steps_count_when_no_health_comes_any_more),
         cmocka_unit_test(restart_begins_afresh),
+        cmocka_unit_test(counts_of_a_board_that_begins_again),
         cmocka_unit_test(time_unwraps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

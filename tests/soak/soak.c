@@ -196,8 +196,7 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
         account_can_health(account, &health, -1);
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
         unsigned place = mr_message_place(count.id);
-        account_message_count(account, &count);
-        if (place < PLACES) {
+        if (account_message_count(account, &count) && place < PLACES) {
             soak->wire[link].told[place] = true;
             soak->wire[link].count[place] = count.count;
         }
@@ -233,16 +232,22 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
     struct account *account = &soak->account[LINK_SERIAL];
     struct mr_clock clock;
     struct mr_block block;
-    bool again = false;
-    if (frame->type == MR_ID_CLOCK && mr_clock_get(&clock, frame->payload, frame->length) == MR_OK && clock.tick != 0)
+    bool again = false, timed = false;
+    if (frame->type == MR_ID_CLOCK && mr_clock_get(&clock, frame->payload, frame->length) == MR_OK && clock.tick != 0) {
         again = timebase_clock(&soak->time[LINK_SERIAL], clock.block, clock.tick);
-    if (frame->type == MR_ID_BLOCK && mr_block_get(&block, frame->payload, frame->length) == MR_OK)
+        timed = true;
+    }
+    if (frame->type == MR_ID_BLOCK && mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
         again = timebase_clock(&soak->time[LINK_SERIAL], block.index, block.tick);
+        timed = true;
+    }
     if (again)
         begin_boot(soak, LINK_SERIAL, false);
     else if (frame->type == MR_ID_HELLO && frame->seq == 0 && account->seq_known && account->seq_next != 0)
         begin_boot(soak, LINK_SERIAL, true);
     account_serial_frame(account, frame->seq, -1);
+    if (timed)
+        account_goes_on(account);
     understand(soak, LINK_SERIAL, frame->type, frame->payload, frame->length);
 }
 
