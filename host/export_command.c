@@ -61,21 +61,6 @@ static enum mr_status export_candump(struct store *store, int64_t run, FILE *out
 
 /* ---- csv ---- */
 
-/* Order of the measuring channels in the table: displacements 1.., then tensions 1... */
-static size_t csv_channels(const struct measured *measured, const struct measured_channel **channels)
-{
-    static const enum mr_channel_kind kinds[] = {MR_KIND_DISPLACEMENT, MR_KIND_TENSION};
-    size_t count = 0;
-    for (size_t k = 0; k < 2; k++) {
-        for (unsigned number = 1; number <= MR_CHANNELS; number++) {
-            int c = measured_find(measured, kinds[k], number);
-            if (c >= 0)
-                channels[count++] = &measured->channel[c];
-        }
-    }
-    return count;
-}
-
 static void csv_provenance(const struct measured *measured, bool si, FILE *out)
 {
     static const char *const sources[] = {"none", "serial block records at 1 kHz",
@@ -160,7 +145,7 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
                            "no readings: RUN %lld of %s; the landing was given up before any came",
                            (long long)run, store_path(store));
     if (status == MR_OK) {
-        size_t count = csv_channels(&measured, channels);
+        size_t count = measured_in_order(&measured, channels);
         csv_provenance(&measured, cli->si, out);
         csv_errors(&measured, channels, count, cli->si, out);
         fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,

@@ -32,20 +32,6 @@ static void put_single(uint8_t *at, float value)
 
 /* ---- readings ---- */
 
-static unsigned channels_of(const struct measured *measured, const struct measured_channel **channels)
-{
-    static const enum mr_channel_kind kinds[] = {MR_KIND_DISPLACEMENT, MR_KIND_TENSION};
-    unsigned count = 0;
-    for (unsigned k = 0; k < 2; k++) {
-        for (unsigned number = 1; number <= MR_CHANNELS; number++) {
-            int c = measured_find(measured, kinds[k], number);
-            if (c >= 0)
-                channels[count++] = &measured->channel[c];
-        }
-    }
-    return count;
-}
-
 static const struct unit *unit_of_channel(const struct measured_channel *channel, bool si)
 {
     return unit_of(channel->config.kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT : UNIT_TENSION, si);
@@ -125,7 +111,7 @@ static void put_readings(struct place *place, bool si)
 {
     const struct measured *measured = &place->summary->measured;
     const struct measured_channel *channels[MR_CHANNELS];
-    unsigned count = channels_of(measured, channels);
+    unsigned count = (unsigned)measured_in_order(measured, channels);
     if (measured->source == MEASURED_NOTHING || measured->samples == 0)
         return;
     describe_readings(place, channels, count, si);

@@ -400,3 +400,17 @@ void measured_free(struct measured *measured)
         free(measured->channel[c].validity);
     }
 }
+
+size_t measured_in_order(const struct measured *measured, const struct measured_channel **channels)
+{
+    static const enum mr_channel_kind kinds[] = {MR_KIND_DISPLACEMENT, MR_KIND_TENSION};
+    size_t count = 0;
+    for (size_t k = 0; k < 2; k++) {
+        for (unsigned number = 1; number <= MR_CHANNELS; number++) {
+            int c = measured_find(measured, kinds[k], number);
+            if (c >= 0)
+                channels[count++] = &measured->channel[c];
+        }
+    }
+    return count;
+}

@@ -94,5 +94,7 @@ double measured_speed_ft_s(const struct measured *measured, double t_s, double *
 double measured_reach_s(const struct measured *measured, double station_ft);
 /* Channel index of transducer or gage `number`; -1: none. */
 int measured_find(const struct measured *measured, enum mr_channel_kind kind, unsigned number);
+/* The measuring channels as tables have them: displacements 1.., then tensions 1... `channels` has room for MR_CHANNELS; how many. */
+size_t measured_in_order(const struct measured *measured, const struct measured_channel **channels);
 
 #endif
