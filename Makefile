@@ -385,7 +385,8 @@ $(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmwar
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 # The predictor with every float a double, its other names hidden: both kinds go into one program.
-double_objects := $(patsubst %,$(B)/tests/double/%.o,common/predictor common/zonescan common/matchain common/closure tests/double/double)
+double_objects := $(patsubst %,$(B)/tests/double/%.o,$(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure \
+	tests/double/double)
 $(double_objects): $(B)/tests/double/%.o: %.c | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -Wno-double-promotion -Dfloat=double -D__builtin_sqrtf=__builtin_sqrt -c $< -o $@
