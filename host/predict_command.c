@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/gates.h"
 #include "common/predictor.h"
+#include "host/analyse/gear.h"
 #include "host/analyse/predict_again.h"
 #include "host/analyse/zones.h"
 #include "host/cli.h"
@@ -14,7 +14,6 @@
 #include "host/store/store_journal.h"
 #include "host/units.h"
 
-#define EDGE_KNOWN_S 0.005 /* after it, an edge has its name (common/switches.h) */
 #define CHANGED_MATS 5     /* less is no news */
 #define RUNS_MAX 1000
 
@@ -36,9 +35,7 @@ struct predict {
     struct zones_closure survey;
     struct zones zones; /* what the board said */
     struct mr_predictor predictor;
-    size_t gates, beyond; /* so far */
-    struct mr_motion_estimate motion;
-    bool known;
+    struct gear gear;
     json_t *rows;
     /* From the landing before: */
     bool carried, forgets; /* forgets: the board has a predictor itself */
@@ -83,32 +80,6 @@ static enum mr_status prepare(struct predict *predict, struct error *error)
     take_survey(predict);
     mr_predictor_arm(&predict->predictor);
     return MR_OK;
-}
-
-/* The gear as the board knew it at t_s: an estimate at each gate, carried on. */
-static void tell_motion(struct predict *predict, double t_s, struct mr_predictor_input *input)
-{
-    const struct measured *measured = &predict->measured;
-    size_t before = predict->gates;
-    while (predict->gates < measured->gates && measured->gate[predict->gates].t_s + EDGE_KNOWN_S <= t_s)
-        predict->beyond += measured->gate[predict->gates++].station_ft >= measured->landing.touchdown_ft;
-    if (predict->gates != before) {
-        size_t skip = predict->beyond >= 2 ? predict->gates - predict->beyond : 0;
-        predict->known = mr_gates_now(measured->gate + skip, predict->gates - skip, measured->landing.switch_error_ft,
-                                      &predict->motion) == MR_OK;
-    }
-    if (!predict->known)
-        return;
-    double v = predict->motion.speed_ft_s.value, a = predict->motion.deceleration_ft_s2.value;
-    input->braking_known = predict->beyond >= 3 && !isnan(a);
-    a = isnan(a) ? 0.0 : a;
-    double since_s = t_s - predict->motion.t_s;
-    if (a > 0.0 && since_s > v / a)
-        since_s = v / a;
-    input->wheel_ft = (float)(predict->motion.position_ft.value + (v - 0.5 * a * since_s) * since_s);
-    input->speed_ft_s = (float)(v - a * since_s);
-    input->deceleration_ft_s2 = (float)a;
-    input->on_runway = (double)input->wheel_ft >= measured->landing.touchdown_ft;
 }
 
 static bool news(const struct mr_predictor_zone *now, const struct mr_predictor_zone *last)
@@ -162,9 +133,10 @@ static double run_all(struct predict *predict, const struct cli *cli)
     struct mr_predictor_zone zone, last = {.level = MR_PREDICTOR_KINEMATIC};
     double warned_s = (double)NAN;
     for (size_t sample = 0; sample < measured->samples; sample++) {
-        struct mr_predictor_input input = {.wheel_ft = NAN, .speed_ft_s = NAN, .deceleration_ft_s2 = NAN};
+        struct mr_predictor_input input;
         double t_s = measured_time_s(measured, sample);
-        tell_motion(predict, t_s, &input);
+        gear_take(&predict->gear, measured->gate, measured->gates, measured->landing.touchdown_ft, measured->landing.switch_error_ft, t_s);
+        gear_tell(&predict->gear, measured->landing.touchdown_ft, t_s, &input);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
             const struct measured_channel *channel = &measured->channel[i];
             input.displacement_in[i] =
@@ -264,8 +236,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     struct mr_predictor_state runway;
     int64_t source;
     double board_s, warned_s;
-    predict->gates = predict->beyond = 0;
-    predict->known = false;
+    predict->gear = (struct gear){0};
     predict->rows = json_array();
     enum mr_status status = measured_load(store, run, &predict->measured, error);
     if (status == MR_OK && predict->measured.source == MEASURED_NOTHING)

@@ -2,8 +2,8 @@
 #include <string.h>
 
 #include "common/closure.h"
-#include "common/gates.h"
 #include "common/predictor.h"
+#include "host/analyse/gear.h"
 #include "tests/score/score.h"
 
 #define NOISE_IN 0.0015
@@ -84,46 +84,12 @@ static void read_transducers(const struct score_landing *landing, const struct r
     }
 }
 
-/* What the firmware knows of the gear: its own estimates, from the edges so far. */
-struct motion {
-    struct mr_gate gate[MR_GATES_MAX];
-    size_t gates, beyond;
-    struct mr_motion_estimate now;
-    bool known;
-};
-
-static void take_edges(struct motion *motion, const struct score_landing *landing, double t_s)
+/* Gates as the firmware has them. */
+static size_t take_gates(const struct score_landing *landing, struct mr_gate *gate)
 {
-    bool news = false;
-    while (motion->gates < landing->edges && (double)landing->edge_s[motion->gates] + 0.005 <= t_s) {
-        motion->gate[motion->gates] = (struct mr_gate){(double)landing->edge_s[motion->gates],
-                                                       (double)landing->edge_ft[motion->gates]};
-        motion->beyond += motion->gate[motion->gates].station_ft >= TOLD_TOUCHDOWN_FT;
-        motion->gates++;
-        news = true;
-    }
-    if (!news)
-        return;
-    size_t skip = motion->beyond >= 2 ? motion->gates - motion->beyond : 0;
-    motion->known = mr_gates_now(motion->gate + skip, motion->gates - skip, SWITCH_ERROR_FT, &motion->now) == MR_OK;
-}
-
-static void tell_motion(const struct motion *motion, double t_s, struct mr_predictor_input *input)
-{
-    input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = NAN;
-    input->braking_known = false;
-    if (!motion->known)
-        return;
-    double v = motion->now.speed_ft_s.value, a = motion->now.deceleration_ft_s2.value;
-    input->braking_known = motion->beyond >= 3 && !isnan(a);
-    a = isnan(a) ? 0.0 : a;
-    double since_s = t_s - motion->now.t_s;
-    if (a > 0.0 && since_s > v / a)
-        since_s = v / a;
-    input->wheel_ft = (float)(motion->now.position_ft.value + (v - 0.5 * a * since_s) * since_s);
-    input->speed_ft_s = (float)(v - a * since_s);
-    input->deceleration_ft_s2 = (float)a;
-    input->on_runway = (double)input->wheel_ft >= TOLD_TOUCHDOWN_FT;
+    for (size_t i = 0; i < landing->edges; i++)
+        gate[i] = (struct mr_gate){(double)landing->edge_s[i], (double)landing->edge_ft[i]};
+    return landing->edges;
 }
 
 static struct score_zone said_zone(unsigned mats, float start_ft)
@@ -224,8 +190,10 @@ static void play_landing(struct player *player, const struct score_landing *land
     static struct score_zone zones[SCORE_LOOKS_MAX];
     struct score_outcome outcome = {.series = (uint16_t)player->truth->series.number, .landing = (uint8_t)landing->number,
                                     .view = (uint8_t)player->view, .wave_s = landing->wave_s, .warned_s = {NAN, NAN}, .advised_s = NAN, .known_s = NAN};
-    struct motion motion = {.gates = 0};
-    struct mr_predictor_input input = {.wheel_ft = NAN};
+    struct mr_gate gate[MR_GATES_MAX];
+    size_t gates = take_gates(landing, gate);
+    struct gear gear = {0};
+    struct mr_predictor_input input;
     for (unsigned i = 0; i < SCORE_LIMITS; i++)
         outcome.reach_s[i] = NAN;
     outcome.event_s = (float)event_of(landing, zones, &outcome.most_mats);
@@ -240,8 +208,8 @@ static void play_landing(struct player *player, const struct score_landing *land
     unsigned last = isnan(landing->wave_s) ? (unsigned)(landing->stop_s * 1000.0) + 300u : (unsigned)(landing->wave_s * 1000.0f);
     for (unsigned ms = 0; ms < last; ms++) {
         double t_s = 1e-3 * ms;
-        take_edges(&motion, landing, t_s);
-        tell_motion(&motion, t_s, &input);
+        gear_take(&gear, gate, gates, TOLD_TOUCHDOWN_FT, SWITCH_ERROR_FT, t_s);
+        gear_tell(&gear, TOLD_TOUCHDOWN_FT, t_s, &input);
         if (isnan(outcome.known_s) && input.braking_known)
             outcome.known_s = (float)t_s;
         read_transducers(landing, &player->rig, ms, input.displacement_in, &player->noise);
