@@ -271,6 +271,7 @@ $(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
 		-fno-tree-loop-distribute-patterns -T hil/rom/bootrom.ld $< -o $@
 $(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
+$(B)/host/hil/bootrom.o: HOST_FLAGS += -Wa,-I$(B)/hil
 $(B)/host/hil/bootrom.o: $(B)/hil/bootrom.bin
 
 # --- the live page: uPlot of the version and checksum in package-lock.json, carried by matrig as bytes ---

@@ -5,5 +5,5 @@ __asm__(".section .rodata\n"
         ".balign 4096\n"
         ".global hil_bootrom_image\n"
         "hil_bootrom_image:\n"
-        ".incbin \"build/hil/bootrom.bin\"\n"
+        ".incbin \"bootrom.bin\"\n"
         ".previous\n");
