@@ -42,6 +42,7 @@ struct campaign_landing {
     struct campaign_range deceleration_ft_s2;             /* drawn anew in every landing; when there is no profile */
     struct campaign_knot profile[CAMPAIGN_PROFILE_MAX]; /* linear between stations, constant beyond the ends */
     size_t profile_count;
+    double tow_lb; /* above 0: no landing, but a model towed with locked wheels: constant speed, this thrust on the strip */
     enum campaign_back back;
     struct sim_scene scene; /* as the runway is then: the file's scene with what has been applied; model and path unset */
     bool modified;          /* a modification was applied or removed before this landing */

@@ -151,16 +151,17 @@ static bool modify(const struct keys *r, const char *where, const json_t *landin
 static void read_landing(const struct keys *r, const char *where, const json_t *entry, const json_t *scene, json_t *now,
                          struct campaign_landing *landing)
 {
-    static const char *const known[] = {"touchdown_ft", "speed_ft_s", "deceleration_ft_s2", "profile", "push_back",
-                                        "apply", "remove", "times", NULL};
+    static const char *const known[] = {"touchdown_ft", "speed_ft_s", "deceleration_ft_s2", "profile", "tow_lb",
+                                        "push_back",    "apply", "remove", "times", NULL};
     static const char *const backs[] = {"plywood", "mat", NULL};
     char scene_where[700];
     keys_check(r, where, entry, known);
     keys_range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
     keys_range(r, where, entry, "speed_ft_s", 1e-3, 1e4, &landing->speed_ft_s);
     const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"), *profile = json_object_get(entry, "profile");
-    if (!deceleration == !profile)
-        keys_wrong(r, where, "deceleration_ft_s2", "either it or a profile");
+    keys_number(r, where, entry, "tow_lb", 1e-6, 1e9, &landing->tow_lb);
+    if (!!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
+        keys_wrong(r, where, "deceleration_ft_s2", "it, a profile or tow_lb, one of them");
     keys_range(r, where, entry, "deceleration_ft_s2", 0.0, 1e4, &landing->deceleration_ft_s2);
     if (profile)
         read_profile(r, where, profile, landing);
