@@ -81,8 +81,10 @@ static void complete_mods(const json_t *scene, json_t *complete)
         const char *name, *with;
         size_t offset;
     } defaults[] = {
-        {"band_area", "bands", offsetof(struct sim_scene, mods.band_area_ft2)},
-        {"band_E", "bands", offsetof(struct sim_scene, mods.band_e_lb_ft2)},
+        {"band_area", "bands", offsetof(struct sim_scene, mods.band[0].area_ft2)},
+        {"band_E", "bands", offsetof(struct sim_scene, mods.band[0].e_lb_ft2)},
+        {"band2_area", "bands2", offsetof(struct sim_scene, mods.band[1].area_ft2)},
+        {"band2_E", "bands2", offsetof(struct sim_scene, mods.band[1].e_lb_ft2)},
         {"cleat_depth", "cleat_every", offsetof(struct sim_scene, mods.cleat_depth_ft)},
     };
     struct sim_scene plain;
@@ -99,10 +101,13 @@ static void complete_mods(const json_t *scene, json_t *complete)
 static json_t *scaled_entry(const struct scale_request *request, const char *key, const json_t *value)
 {
     double by = scale_lay_factor(key, request->lay_deg);
+    char first[32] = ""; /* the second group of bands as the first */
+    if (strncmp(key, "band2_", 6) == 0)
+        snprintf(first, sizeof first, "band_%s", key + 6);
     if (strcmp(key, "path") == 0)
         return scaled_path(request, value);
     for (size_t i = 0; i < sizeof scaled_keys / sizeof scaled_keys[0]; i++) {
-        if (strcmp(key, scaled_keys[i].name) == 0)
+        if (strcmp(first[0] ? first : key, scaled_keys[i].name) == 0)
             by *= scale_factor(request, scaled_keys[i].dimension);
     }
     return by != 1.0 ? times(value, by) : json_deep_copy(value);
