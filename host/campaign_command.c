@@ -6,6 +6,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "host/campaign/facts.h"
 #include "host/campaign/page.h"
 #include "host/campaign/result_json.h"
 #include "host/cli.h"
@@ -128,12 +129,28 @@ static void print_verdict(const struct campaign *c, const struct campaign_run *r
         printf("  observed: %s\n", c->observed);
     if (c->basis[0])
         printf("  parameters: %s\n", c->basis);
+    if (c->afterwards[0])
+        printf("  put in afterwards, so no prediction: %s\n", c->afterwards);
     if (c->awaits[0])
         printf("  NOT A RESULT: awaits %s\n", c->awaits);
     for (size_t i = 0; i < c->seeds; i++) {
         if (runs[i].error.status != MR_OK)
             printf("  failed: seed %llu, landing %zu: %s\n", (unsigned long long)runs[i].seed, runs[i].played + 1,
                    runs[i].error.text);
+    }
+}
+
+/* What else was seen, in the file's units. */
+static void print_facts(const struct campaign *c, const struct campaign_summary *s)
+{
+    for (size_t i = 0; i < c->fact_count; i++) {
+        const struct campaign_fact_summary *fact = &s->fact[i];
+        char range[64], value[80] = "none";
+        facts_range_text(&c->facts[i], range, sizeof range);
+        if (fact->value.count > 0)
+            snprintf(value, sizeof value, "%.3g (%.3g-%.3g)", fact->value.middle, fact->value.low, fact->value.high);
+        printf("  %s %s: seen %s, predicted %s; %zu of %zu runways agree\n", fact->enough ? "agrees " : "DIFFERS", c->facts[i].says,
+               range, value, fact->agree, s->runways);
     }
 }
 
@@ -146,6 +163,7 @@ static void print_result(const struct campaign *c, const struct campaign_run *ru
     print_landings(c, s, cli);
     print_stations(c, s, cli);
     print_verdict(c, runs, s, cli);
+    print_facts(c, s);
     printf("  computed: %zu landings, %zu of them with the planar engine too; %.1f s of the chain, %.1f s planar\n",
            s->landings, s->planar, 1e-3 * s->ms_chain, 1e-3 * s->ms_planar);
 }

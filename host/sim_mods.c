@@ -27,21 +27,45 @@ static json_t *flagged(const double *flags, const double *names, size_t count)
     return list;
 }
 
+/* One group of bands: its part of the arrays begins at `segment` and `connection`. */
+static void group_json(json_t *object, int group, const struct mods_state *s, size_t segment, size_t connection, size_t count)
+{
+    const char *prefix = group == 0 ? "band" : "band2";
+    const struct {
+        const char *name;
+        json_t *list;
+    } lists[] = {
+        {"T0", numbers(s->band_lb + segment, count + 1)},
+        {"least_lb", numbers(s->band_least_lb + segment, count + 1)},
+        {"most_lb", numbers(s->band_most_lb + segment, count + 1)},
+        {"mats", numbers(s->band_mat + connection, count)},
+        {"load_lb", numbers(s->band_load_lb + connection, count)},
+        {"slipped", numbers(s->band_slip_ft + connection, count)},
+        {"pulled", flagged(s->band_out + connection, s->band_mat + connection, count)},
+    };
+    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
+        char name[24];
+        snprintf(name, sizeof name, "%s_%s", prefix, lists[i].name);
+        json_object_set_new(object, name, lists[i].list);
+    }
+}
+
 json_t *sim_mods_json(const struct sim_scene *scene, const struct mods_state *s)
 {
     if (!s)
         return NULL;
     json_t *object = json_object();
-    if (s->segments > 0) {
-        json_object_set_new(object, "band_T0", numbers(s->band_lb, s->segments));
-        json_object_set_new(object, "band_least_lb", numbers(s->band_least_lb, s->segments));
-        json_object_set_new(object, "band_most_lb", numbers(s->band_most_lb, s->segments));
-        json_object_set_new(object, "band_mats", numbers(s->band_mat, s->connections));
-        json_object_set_new(object, "band_load_lb", numbers(s->band_load_lb, s->connections));
-        json_object_set_new(object, "band_slipped", numbers(s->band_slip_ft, s->connections));
-        json_object_set_new(object, "band_pulled", flagged(s->band_out, s->band_mat, s->connections));
-        json_object_set_new(object, "band_error_lb", cli_json_number(s->error_lb, DIGITS));
+    size_t segment = 0, connection = 0;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        size_t count = (size_t)mods_connections(scene, g);
+        if (count == 0)
+            continue;
+        group_json(object, g, s, segment, connection, count);
+        segment += count + 1;
+        connection += count;
     }
+    if (s->segments > 0)
+        json_object_set_new(object, "band_error_lb", cli_json_number(s->error_lb, DIGITS));
     if (s->cleats > 0)
         json_object_set_new(object, "cleat_left", numbers(s->cleat_left, s->cleats));
     if (scene->mods.tear_lb < HUGE_VAL || scene->mods.torn.count > 0)

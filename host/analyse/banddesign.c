@@ -122,13 +122,13 @@ static enum mr_status make_scene(const struct band_design *d, struct sim_scene *
     scene->v0_ft_s = 0.0;
     scene->left = scene->right = SIM_FREE;
     scene->t_dwell_s = 1.0;
-    scene->mods.bands = 1.0;
-    scene->mods.band_area_ft2 = d->area_ft2;
-    scene->mods.band_e_lb_ft2 = d->modulus_lb_ft2;
-    scene->mods.band_every = (int)d->every;
-    scene->mods.band_first = (int)(0.5 * d->every) + 1;
-    scene->mods.band_k_lb_ft = d->spring_lb_ft;
-    scene->mods.band_grip_lb = d->grip_lb;
+    scene->mods.band[0].count = 1.0;
+    scene->mods.band[0].area_ft2 = d->area_ft2;
+    scene->mods.band[0].e_lb_ft2 = d->modulus_lb_ft2;
+    scene->mods.band[0].every = (int)d->every;
+    scene->mods.band[0].first = (int)(0.5 * d->every) + 1;
+    scene->mods.band[0].k_lb_ft = d->spring_lb_ft;
+    scene->mods.band[0].grip_lb = d->grip_lb;
     double from_ft = ENDS * scene->mats * d->row_ft, to_ft = (1.0 - ENDS) * scene->mats * d->row_ft;
     double run_s = (to_ft - from_ft) / d->speed_ft_s, build_s = fmin(BUILD_UP_S, 0.25 * run_s);
     double build_ft = build_s * d->speed_ft_s;
@@ -136,7 +136,7 @@ static enum mr_status make_scene(const struct band_design *d, struct sim_scene *
                                         {build_s, from_ft + build_ft, d->r_lb},
                                         {run_s - build_s, to_ft - build_ft, d->r_lb},
                                         {run_s, to_ft, 0.0}};
-    if (sim_scene_set_list(&scene->mods.band_t0_lb, &d->t0_lb, 1, error) != MR_OK ||
+    if (sim_scene_set_list(&scene->mods.band[0].t0_lb, &d->t0_lb, 1, error) != MR_OK ||
         sim_scene_set_path(scene, path, 4, error) != MR_OK)
         return error->status;
     return lay_mats(scene, error);

@@ -20,6 +20,7 @@
 #define CAMPAIGN_PROFILE_MAX 16
 #define CAMPAIGN_STATIONS_MAX 64
 #define CAMPAIGN_WAVES_MAX 8
+#define CAMPAIGN_FACTS_MAX 8
 
 /* auto: the chain always; the planar engine where the chain's compression could raise a wave. */
 enum campaign_engine { CAMPAIGN_AUTO, CAMPAIGN_CHAIN, CAMPAIGN_PLANAR };
@@ -41,9 +42,33 @@ struct campaign_landing {
     struct campaign_range deceleration_ft_s2;             /* drawn anew in every landing; when there is no profile */
     struct campaign_knot profile[CAMPAIGN_PROFILE_MAX]; /* linear between stations, constant beyond the ends */
     size_t profile_count;
+    double tow_lb; /* above 0: no landing, but a model towed with locked wheels: constant speed, this thrust on the strip */
     enum campaign_back back;
     struct sim_scene scene; /* as the runway is then: the file's scene with what has been applied; model and path unset */
     bool modified;          /* a modification was applied or removed before this landing */
+};
+
+/* What else was seen than where the runway buckled: a quantity over some landings, and its range. */
+enum campaign_quantity {
+    CAMPAIGN_MOVED_IN,  /* sum of the movements */
+    CAMPAIGN_EACH_IN,   /* their mean */
+    CAMPAIGN_MOST_IN,   /* their largest */
+    CAMPAIGN_ZONE_MATS, /* longest closed zone */
+    CAMPAIGN_WAVES,     /* landings with a wave */
+    CAMPAIGN_SLACK,     /* landings in which a band went slack */
+    CAMPAIGN_TORN       /* landings in which joints tore */
+};
+enum campaign_when { CAMPAIGN_IN_LANDINGS, CAMPAIGN_BEFORE_BUCKLING, CAMPAIGN_AT_BUCKLING };
+
+struct campaign_fact {
+    char says[160];
+    enum campaign_quantity quantity;
+    enum campaign_when when;
+    size_t first, last;                 /* landings, from 1 */
+    size_t against_first, against_last; /* the quantity is divided by what it is over these; 0: not */
+    double station_ft;                  /* of movements; NaN: wherever they are largest */
+    double low, high;
+    double needed; /* share of the runways that has to agree */
 };
 
 struct campaign {
@@ -71,10 +96,13 @@ struct campaign {
     size_t station_count;
     /* what was seen, for the scoreboard; texts, "" when absent */
     char observed[240], awaits[160];
-    char basis[400]; /* where the parameters come from: calibrated on this series, predicted, assumed, put in afterwards */
+    char basis[400];      /* where the parameters come from: calibrated on this series, predicted, assumed */
+    char afterwards[240]; /* what was put in after its row had been seen: no prediction any more */
     int observed_landing; /* 0: not stated; -1: never */
     int within;           /* landings: a runway that buckles so near to it agrees */
     double needed;        /* share of the runways that has to agree */
+    struct campaign_fact facts[CAMPAIGN_FACTS_MAX];
+    size_t fact_count;
 };
 
 /* Read a campaign file. MR_MALFORMED names the key; MR_IO, MR_TRUNCATED as scenes. Nothing is left to free then. */

@@ -73,7 +73,7 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
     double lb_per_ft_s2 = campaign->weight_lb / (campaign->axles * landing->scene.g_ft_s2);
     double at_ft = draw_between(&draw, landing->touchdown_ft), v_ft_s = draw_between(&draw, landing->speed_ft_s);
     double drawn_ft_s2 = draw_between(&draw, landing->deceleration_ft_s2), from_ft_s = v_ft_s;
-    double runway_ft = landing->scene.mats * landing->scene.length_ft, t_s = 0.0, a_ft_s2 = 0.0;
+    double runway_ft = landing->scene.mats * landing->scene.length_ft, t_s = 0.0, force_lb = 0.0;
     double node_s = NODE_S * sqrt(landing->scene.length_ft / NODE_FT * (NODE_G_FT_S2 / landing->scene.g_ft_s2));
     size_t room = 0;
     draw_path_free(path);
@@ -81,9 +81,12 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
         t_s = node_s * (double)k;
         double onset = campaign->onset_s > 0.0 ? fmin(t_s / campaign->onset_s, 1.0) : 1.0;
-        a_ft_s2 = onset * onset * (3.0 - 2.0 * onset) * profile_ft_s2(landing, drawn_ft_s2, at_ft);
+        double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0; /* towed: the speed is kept from outside */
+        if (!(landing->tow_lb > 0.0))
+            a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
+        force_lb = landing->tow_lb > 0.0 ? share * landing->tow_lb : lb_per_ft_s2 * a_ft_s2;
         if (k % ROW_NODES == 0 &&
-            add_row(path, &room, (struct sim_path_row){t_s, at_ft, lb_per_ft_s2 * a_ft_s2}, error) != MR_OK)
+            add_row(path, &room, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
             return error->status;
         if (t_s > MOST_S)
             return error_set(error, MR_USAGE, "no stop: %s: landing %zu still rolls after %g s; give more deceleration",
@@ -97,7 +100,7 @@ enum mr_status draw_landing(const struct campaign *campaign, const struct campai
         t_s = path->rows[path->count - 1].t_s + node_s;
     path->stop_ft = at_ft;
     path->mean_ft_s2 = (from_ft_s * from_ft_s - v_ft_s * v_ft_s) / (2.0 * fmax(at_ft - path->touchdown_ft, 1e-9));
-    if (add_row(path, &room, (struct sim_path_row){t_s, at_ft, lb_per_ft_s2 * a_ft_s2}, error) != MR_OK)
+    if (add_row(path, &room, (struct sim_path_row){t_s, at_ft, force_lb}, error) != MR_OK)
         return error->status;
     return add_row(path, &room, (struct sim_path_row){t_s, at_ft, 0.0}, error);
 }

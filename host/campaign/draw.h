@@ -25,7 +25,7 @@ struct draw_path {
 };
 
 /* Path of landing `index` (from 0) on the runway of a seed: brakes from touchdown, with an onset of onset_s; thrust
- * W/axles a/g. `path` is all zero or of an earlier call. MR_FULL; MR_USAGE when it does not stop within 600 s. */
+ * W/axles a/g; or is towed to the runway's end. `path` is all zero or of an earlier call. MR_FULL; MR_USAGE when it does not stop within 600 s. */
 enum mr_status draw_landing(const struct campaign *campaign, const struct campaign_landing *landing, uint64_t seed,
                             size_t index, struct draw_path *path, struct error *error);
 void draw_path_free(struct draw_path *path);

@@ -7,114 +7,12 @@
 #include <string.h>
 
 #include "host/campaign/campaign.h"
+#include "host/campaign/facts.h"
+#include "host/campaign/keys.h"
 
 #define IN_PER_FT 12.0
 
-struct reader {
-    const char *path;
-    struct error *error;
-};
-
-static bool failed(const struct reader *r)
-{
-    return r->error->status != MR_OK;
-}
-
-static void wrong(const struct reader *r, const char *where, const char *key, const char *wanted)
-{
-    error_set(r->error, MR_MALFORMED, "wrong value: %s: %s%s%s; give %s", r->path, where, where[0] ? "." : "", key, wanted);
-}
-
-/* Every key must be one of `known` (a list that ends with NULL), or a comment. */
-static void check_keys(const struct reader *r, const char *where, const json_t *object, const char *const *known)
-{
-    const char *name;
-    json_t *value;
-    if (!json_is_object(object)) {
-        wrong(r, where, "", "an object, {...}");
-        return;
-    }
-    json_object_foreach((json_t *)object, name, value)
-    {
-        size_t i = 0;
-        while (known[i] && strcmp(known[i], name) != 0)
-            i++;
-        if (!known[i] && name[0] != '_')
-            error_set(r->error, MR_MALFORMED,
-                      "unknown key: %s: %s%s\"%s\"; correct it (host/campaign/README.md lists the keys), or write _%s "
-                      "for a comment",
-                      r->path, where, where[0] ? "." : "", name, name);
-    }
-}
-
-static void number(const struct reader *r, const char *where, const json_t *object, const char *key, double low,
-                   double high, double *value)
-{
-    const json_t *entry = json_object_get(object, key);
-    char wanted[80];
-    if (!entry || failed(r))
-        return;
-    *value = json_number_value(entry);
-    snprintf(wanted, sizeof wanted, "a number from %g to %g", low, high);
-    if (!json_is_number(entry) || !(*value >= low && *value <= high))
-        wrong(r, where, key, wanted);
-}
-
-static void range_of(const struct reader *r, const char *where, const char *key, const json_t *entry, double low,
-                     double high, struct campaign_range *range)
-{
-    char wanted[120];
-    if (json_is_array(entry) && json_array_size(entry) == 2) {
-        range->low = json_number_value(json_array_get(entry, 0));
-        range->high = json_number_value(json_array_get(entry, 1));
-    } else {
-        range->low = range->high = json_number_value(entry);
-    }
-    snprintf(wanted, sizeof wanted, "a number or [from, to] to draw between, from %g to %g", low, high);
-    bool numbers = json_is_number(entry) || (json_array_size(entry) == 2 && json_is_number(json_array_get(entry, 0)) &&
-                                             json_is_number(json_array_get(entry, 1)));
-    if (!numbers || !(range->low >= low && range->high <= high && range->low <= range->high))
-        wrong(r, where, key, wanted);
-}
-
-static void range(const struct reader *r, const char *where, const json_t *object, const char *key, double low,
-                  double high, struct campaign_range *value)
-{
-    const json_t *entry = json_object_get(object, key);
-    if (entry && !failed(r))
-        range_of(r, where, key, entry, low, high, value);
-}
-
-/* Index of a word among `choices`, or the present one when the key is absent. */
-static unsigned choice(const struct reader *r, const char *where, const json_t *object, const char *key,
-                       const char *const *choices, unsigned now)
-{
-    const json_t *entry = json_object_get(object, key);
-    char wanted[120] = "one of";
-    if (!entry || failed(r))
-        return now;
-    for (unsigned i = 0; choices[i]; i++) {
-        if (json_is_string(entry) && strcmp(json_string_value(entry), choices[i]) == 0)
-            return i;
-        strcat(strcat(wanted, i > 0 ? ", " : " "), choices[i]); /* short words */
-    }
-    wrong(r, where, key, wanted);
-    return now;
-}
-
-static void text(const struct reader *r, const json_t *object, const char *key, char *to, size_t size)
-{
-    const json_t *entry = json_object_get(object, key);
-    if (!entry || failed(r))
-        return;
-    if (!json_is_string(entry) || strlen(json_string_value(entry)) >= size) {
-        wrong(r, "", key, "a short text");
-        return;
-    }
-    snprintf(to, size, "%s", json_string_value(entry));
-}
-
-static void read_runway(const struct reader *r, const json_t *root, struct campaign *c)
+static void read_runway(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {"gap_in", "closing_lb", "irregularity_in", "irregularity_along", "joint_lb_in",
                                         "strip_ft", "unhinge_deg", "wave_in", "buckle_in", NULL};
@@ -122,48 +20,48 @@ static void read_runway(const struct reader *r, const json_t *root, struct campa
     const json_t *runway = json_object_get(root, "runway");
     if (!runway)
         return;
-    check_keys(r, "runway", runway, known);
-    range(r, "runway", runway, "gap_in", 0.0, 1000.0, &c->gap_in);
-    range(r, "runway", runway, "closing_lb", 0.0, 1e9, &c->closing_lb);
-    range(r, "runway", runway, "irregularity_in", 0.0, 1000.0, &c->irregularity_in);
-    c->along = choice(r, "runway", runway, "irregularity_along", along, c->along);
-    number(r, "runway", runway, "joint_lb_in", 0.0, 1e9, &c->strength_lb_in);
-    number(r, "runway", runway, "strip_ft", 1e-3, 1e4, &c->strip_ft);
-    number(r, "runway", runway, "unhinge_deg", 0.0, 180.0, &c->unhinge_deg);
-    number(r, "runway", runway, "wave_in", 1e-6, 1000.0, &c->wave_in);
-    number(r, "runway", runway, "buckle_in", 1e-6, 1000.0, &c->buckle_in);
+    keys_check(r, "runway", runway, known);
+    keys_range(r, "runway", runway, "gap_in", 0.0, 1000.0, &c->gap_in);
+    keys_range(r, "runway", runway, "closing_lb", 0.0, 1e9, &c->closing_lb);
+    keys_range(r, "runway", runway, "irregularity_in", 0.0, 1000.0, &c->irregularity_in);
+    c->along = keys_choice(r, "runway", runway, "irregularity_along", along, c->along);
+    keys_number(r, "runway", runway, "joint_lb_in", 0.0, 1e9, &c->strength_lb_in);
+    keys_number(r, "runway", runway, "strip_ft", 1e-3, 1e4, &c->strip_ft);
+    keys_number(r, "runway", runway, "unhinge_deg", 0.0, 180.0, &c->unhinge_deg);
+    keys_number(r, "runway", runway, "wave_in", 1e-6, 1000.0, &c->wave_in);
+    keys_number(r, "runway", runway, "buckle_in", 1e-6, 1000.0, &c->buckle_in);
 }
 
-static void read_aircraft(const struct reader *r, const json_t *root, struct campaign *c)
+static void read_aircraft(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {"weight_lb", "axles", "onset_s", "dwell_s", "back_ft_s", "back_drag_ft_s2", NULL};
     const json_t *aircraft = json_object_get(root, "aircraft");
     if (!aircraft)
         return;
-    check_keys(r, "aircraft", aircraft, known);
-    number(r, "aircraft", aircraft, "weight_lb", 0.0, 1e9, &c->weight_lb);
-    number(r, "aircraft", aircraft, "axles", 1.0, 1e6, &c->axles);
-    number(r, "aircraft", aircraft, "onset_s", 0.0, 60.0, &c->onset_s);
-    number(r, "aircraft", aircraft, "dwell_s", 0.0, 60.0, &c->dwell_s);
-    number(r, "aircraft", aircraft, "back_ft_s", 1e-3, 1000.0, &c->back_ft_s);
-    number(r, "aircraft", aircraft, "back_drag_ft_s2", 0.0, 1000.0, &c->back_drag_ft_s2);
+    keys_check(r, "aircraft", aircraft, known);
+    keys_number(r, "aircraft", aircraft, "weight_lb", 0.0, 1e9, &c->weight_lb);
+    keys_number(r, "aircraft", aircraft, "axles", 1.0, 1e6, &c->axles);
+    keys_number(r, "aircraft", aircraft, "onset_s", 0.0, 60.0, &c->onset_s);
+    keys_number(r, "aircraft", aircraft, "dwell_s", 0.0, 60.0, &c->dwell_s);
+    keys_number(r, "aircraft", aircraft, "back_ft_s", 1e-3, 1000.0, &c->back_ft_s);
+    keys_number(r, "aircraft", aircraft, "back_drag_ft_s2", 0.0, 1000.0, &c->back_drag_ft_s2);
 }
 
-static void read_engines(const struct reader *r, const json_t *root, struct campaign *c)
+static void read_engines(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {"use", "chain_dt_s", "planar_dt_s", "skip_share", NULL};
     static const char *const names[] = {"auto", "chain", "planar", NULL};
     const json_t *engine = json_object_get(root, "engine");
     if (!engine)
         return;
-    check_keys(r, "engine", engine, known);
-    c->engine = choice(r, "engine", engine, "use", names, c->engine);
-    number(r, "engine", engine, "chain_dt_s", 0.0, 1.0, &c->chain_dt_s);
-    number(r, "engine", engine, "planar_dt_s", 0.0, 1.0, &c->planar_dt_s);
-    number(r, "engine", engine, "skip_share", -1.0, 1e3, &c->skip_share);
+    keys_check(r, "engine", engine, known);
+    c->engine = keys_choice(r, "engine", engine, "use", names, c->engine);
+    keys_number(r, "engine", engine, "chain_dt_s", 0.0, 1.0, &c->chain_dt_s);
+    keys_number(r, "engine", engine, "planar_dt_s", 0.0, 1.0, &c->planar_dt_s);
+    keys_number(r, "engine", engine, "skip_share", -1.0, 1e3, &c->skip_share);
 }
 
-static void read_seeds(const struct reader *r, const json_t *root, struct campaign *c)
+static void read_seeds(const struct keys *r, const json_t *root, struct campaign *c)
 {
     const json_t *seeds = json_object_get(root, "seeds");
     double first = 1.0, last = 16.0;
@@ -174,17 +72,17 @@ static void read_seeds(const struct reader *r, const json_t *root, struct campai
         first = (double)json_integer_value(json_array_get(seeds, 0));
         last = (double)json_integer_value(json_array_get(seeds, 1));
     } else if (seeds) {
-        wrong(r, "", "seeds", "how many, or [first, last]");
+        keys_wrong(r, "", "seeds", "how many, or [first, last]");
     }
     if (!(first >= 0.0 && last >= first && last < 1e15 && last - first < CAMPAIGN_SEEDS_MAX)) {
-        wrong(r, "", "seeds", "1 to 10000 seeds, as their number or [first, last]");
+        keys_wrong(r, "", "seeds", "1 to 10000 seeds, as their number or [first, last]");
         return;
     }
     c->first_seed = (uint64_t)first;
     c->seeds = (size_t)(last - first) + 1;
 }
 
-static void read_stations(const struct reader *r, const json_t *root, struct campaign *c)
+static void read_stations(const struct keys *r, const json_t *root, struct campaign *c)
 {
     const json_t *list = json_object_get(root, "stations_ft");
     double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
@@ -195,45 +93,45 @@ static void read_stations(const struct reader *r, const json_t *root, struct cam
     }
     c->station_count = json_array_size(list);
     if (!json_is_array(list) || c->station_count == 0 || c->station_count > CAMPAIGN_STATIONS_MAX)
-        wrong(r, "", "stations_ft", "a list of 1 to 64 stations");
-    for (size_t i = 0; i < c->station_count && !failed(r); i++) {
+        keys_wrong(r, "", "stations_ft", "a list of 1 to 64 stations");
+    for (size_t i = 0; i < c->station_count && !keys_failed(r); i++) {
         c->stations_ft[i] = json_number_value(json_array_get(list, i));
         if (!json_is_number(json_array_get(list, i)) || !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
-            wrong(r, "", "stations_ft", "stations on the runway");
+            keys_wrong(r, "", "stations_ft", "stations on the runway");
     }
 }
 
-static void read_profile(const struct reader *r, const char *where, const json_t *list, struct campaign_landing *landing)
+static void read_profile(const struct keys *r, const char *where, const json_t *list, struct campaign_landing *landing)
 {
     landing->profile_count = json_array_size(list);
     if (landing->profile_count > CAMPAIGN_PROFILE_MAX) {
-        wrong(r, where, "profile", "at most 16 rows [station_ft, ft/s2]");
+        keys_wrong(r, where, "profile", "at most 16 rows [station_ft, ft/s2]");
         return;
     }
-    for (size_t i = 0; i < landing->profile_count && !failed(r); i++) {
+    for (size_t i = 0; i < landing->profile_count && !keys_failed(r); i++) {
         const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0), *a = json_array_get(row, 1);
         struct campaign_knot *knot = &landing->profile[i];
         *knot = (struct campaign_knot){json_number_value(x), json_number_value(a)};
         if (json_array_size(row) != 2 || !json_is_number(x) || !json_is_number(a) || !(knot->deceleration_ft_s2 >= 0.0) ||
             !(knot->deceleration_ft_s2 <= 1e4) || !isfinite(knot->station_ft) ||
             (i > 0 && knot->station_ft <= knot[-1].station_ft))
-            wrong(r, where, "profile", "rows [station_ft, ft/s2] in order of station, decelerations from 0 to 10000");
+            keys_wrong(r, where, "profile", "rows [station_ft, ft/s2] in order of station, decelerations from 0 to 10000");
     }
 }
 
 /* Put what the landing applies on the scene's keys, and take off what it removes: back to the file's scene. */
-static bool modify(const struct reader *r, const char *where, const json_t *landing, const json_t *scene, json_t *now)
+static bool modify(const struct keys *r, const char *where, const json_t *landing, const json_t *scene, json_t *now)
 {
     json_t *apply = json_object_get(landing, "apply"), *remove_list = json_object_get(landing, "remove"), *value;
     const char *name;
     size_t i;
     if (remove_list && !json_is_array(remove_list))
-        wrong(r, where, "remove", "a list of scene keys");
+        keys_wrong(r, where, "remove", "a list of scene keys");
     json_array_foreach(remove_list, i, value)
     {
         const char *key = json_string_value(value);
         if (!key || !json_object_get(now, key)) {
-            wrong(r, where, "remove", "scene keys that have been applied before");
+            keys_wrong(r, where, "remove", "scene keys that have been applied before");
             return true;
         }
         if (json_object_get(scene, key))
@@ -242,7 +140,7 @@ static bool modify(const struct reader *r, const char *where, const json_t *land
             json_object_del(now, key);
     }
     if (apply && !json_is_object(apply))
-        wrong(r, where, "apply", "an object of scene keys");
+        keys_wrong(r, where, "apply", "an object of scene keys");
     json_object_foreach(apply, name, value)
     {
         json_object_set(now, name, value);
@@ -250,46 +148,47 @@ static bool modify(const struct reader *r, const char *where, const json_t *land
     return apply || remove_list;
 }
 
-static void read_landing(const struct reader *r, const char *where, const json_t *entry, const json_t *scene, json_t *now,
+static void read_landing(const struct keys *r, const char *where, const json_t *entry, const json_t *scene, json_t *now,
                          struct campaign_landing *landing)
 {
-    static const char *const known[] = {"touchdown_ft", "speed_ft_s", "deceleration_ft_s2", "profile", "push_back",
-                                        "apply", "remove", "times", NULL};
+    static const char *const known[] = {"touchdown_ft", "speed_ft_s", "deceleration_ft_s2", "profile", "tow_lb",
+                                        "push_back",    "apply", "remove", "times", NULL};
     static const char *const backs[] = {"plywood", "mat", NULL};
     char scene_where[700];
-    check_keys(r, where, entry, known);
-    range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
-    range(r, where, entry, "speed_ft_s", 1e-3, 1e4, &landing->speed_ft_s);
+    keys_check(r, where, entry, known);
+    keys_range(r, where, entry, "touchdown_ft", -1e6, 1e6, &landing->touchdown_ft);
+    keys_range(r, where, entry, "speed_ft_s", 1e-3, 1e4, &landing->speed_ft_s);
     const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"), *profile = json_object_get(entry, "profile");
-    if (!deceleration == !profile)
-        wrong(r, where, "deceleration_ft_s2", "either it or a profile");
-    range(r, where, entry, "deceleration_ft_s2", 0.0, 1e4, &landing->deceleration_ft_s2);
+    keys_number(r, where, entry, "tow_lb", 1e-6, 1e9, &landing->tow_lb);
+    if (!!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
+        keys_wrong(r, where, "deceleration_ft_s2", "it, a profile or tow_lb, one of them");
+    keys_range(r, where, entry, "deceleration_ft_s2", 0.0, 1e4, &landing->deceleration_ft_s2);
     if (profile)
         read_profile(r, where, profile, landing);
-    landing->back = choice(r, where, entry, "push_back", backs, landing->back);
-    if (failed(r))
+    landing->back = keys_choice(r, where, entry, "push_back", backs, landing->back);
+    if (keys_failed(r))
         return;
     landing->modified = modify(r, where, entry, scene, now);
     snprintf(scene_where, sizeof scene_where, "%s: %s", r->path, where);
-    if (!failed(r))
+    if (!keys_failed(r))
         sim_scene_from_json(&landing->scene, scene_where, now, r->error);
 }
 
 /* The engines set these, landing by landing. */
-static void check_scene(const struct reader *r, const json_t *scene)
+static void check_scene(const struct keys *r, const json_t *scene)
 {
     static const char *const own[] = {"model", "path", "gap0", "grit", "ground", "bump", "t_dwell", "tend", "t_out", "Vac",
                                       "s0", "F", "F_tstop", NULL};
     if (!json_is_object(scene))
-        wrong(r, "", "scene", "an object of scene keys, or the name of a scene file");
-    for (size_t i = 0; own[i] && !failed(r); i++) {
+        keys_wrong(r, "", "scene", "an object of scene keys, or the name of a scene file");
+    for (size_t i = 0; own[i] && !keys_failed(r); i++) {
         if (json_object_get(scene, own[i]))
             error_set(r->error, MR_MALFORMED, "not here: %s: scene.%s; the runway and the landings give it: leave it out",
                       r->path, own[i]);
     }
 }
 
-static void read_landings(const struct reader *r, const json_t *root, const json_t *scene, struct campaign *c)
+static void read_landings(const struct keys *r, const json_t *root, const json_t *scene, struct campaign *c)
 {
     const json_t *list = json_object_get(root, "landings"), *entry;
     json_t *now = json_deep_copy(scene);
@@ -298,7 +197,7 @@ static void read_landings(const struct reader *r, const json_t *root, const json
     if (!c->landings || !now)
         error_set(r->error, MR_FULL, "out of memory: %s", r->path);
     else if (!json_is_array(list) || json_array_size(list) == 0)
-        wrong(r, "", "landings", "a list of at least one landing");
+        keys_wrong(r, "", "landings", "a list of at least one landing");
     /* the heights and paths that the engines add make a scene whole */
     json_object_set_new(now, "model", json_string("consistent"));
     json_object_set_new(now, "t_dwell", json_real(c->dwell_s));
@@ -307,10 +206,10 @@ static void read_landings(const struct reader *r, const json_t *root, const json
         char where[40];
         double times = 1.0;
         snprintf(where, sizeof where, "landings[%zu]", i);
-        if (failed(r))
+        if (keys_failed(r))
             break;
-        number(r, where, entry, "times", 1.0, CAMPAIGN_LANDINGS_MAX, &times);
-        for (size_t k = 0; k < (size_t)times && !failed(r); k++) {
+        keys_number(r, where, entry, "times", 1.0, CAMPAIGN_LANDINGS_MAX, &times);
+        for (size_t k = 0; k < (size_t)times && !keys_failed(r); k++) {
             if (c->landing_count == CAMPAIGN_LANDINGS_MAX) {
                 error_set(r->error, MR_MALFORMED, "too many landings: %s: more than %d; give fewer", r->path,
                           CAMPAIGN_LANDINGS_MAX);
@@ -327,10 +226,10 @@ static void read_landings(const struct reader *r, const json_t *root, const json
     json_decref(now);
 }
 
-static void check_lengths(const struct reader *r, const struct campaign *c)
+static void check_lengths(const struct keys *r, const struct campaign *c)
 {
     const struct sim_scene *first = &c->landings[0].scene;
-    for (size_t i = 1; i < c->landing_count && !failed(r); i++) {
+    for (size_t i = 1; i < c->landing_count && !keys_failed(r); i++) {
         const struct sim_scene *scene = &c->landings[i].scene;
         if (scene->mats != first->mats || scene->length_ft != first->length_ft || scene->slack_ft != first->slack_ft)
             error_set(r->error, MR_MALFORMED, "another runway: %s: landing %zu has another N, L or slack; give them in "
@@ -339,7 +238,7 @@ static void check_lengths(const struct reader *r, const struct campaign *c)
     }
 }
 
-static json_t *load_json(const struct reader *r, const char *path)
+static json_t *load_json(const struct keys *r, const char *path)
 {
     json_error_t where;
     errno = 0;
@@ -358,7 +257,7 @@ static json_t *load_json(const struct reader *r, const char *path)
 }
 
 /* `scene` as an object, or as the name of a file beside the campaign's. */
-static json_t *take_scene(const struct reader *r, const json_t *root)
+static json_t *take_scene(const struct keys *r, const json_t *root)
 {
     json_t *scene = json_object_get(root, "scene");
     char path[1024];
@@ -370,42 +269,46 @@ static json_t *take_scene(const struct reader *r, const json_t *root)
     return load_json(r, path);
 }
 
-static void read_root(const struct reader *r, const json_t *root, struct campaign *c)
+static void read_root(const struct keys *r, const json_t *root, struct campaign *c)
 {
     static const char *const known[] = {"name", "scene", "runway", "aircraft", "engine", "landings", "seeds", "stations_ft",
-                                        "observed", "observed_landing", "within", "needed", "awaits", "basis", NULL};
-    check_keys(r, "", root, known);
-    if (failed(r))
+                                        "observed", "observed_landing", "within", "needed", "facts", "awaits", "basis",
+                                        "afterwards", NULL};
+    keys_check(r, "", root, known);
+    if (keys_failed(r))
         return;
-    text(r, root, "name", c->name, sizeof c->name);
-    text(r, root, "observed", c->observed, sizeof c->observed);
-    text(r, root, "awaits", c->awaits, sizeof c->awaits);
-    text(r, root, "basis", c->basis, sizeof c->basis);
+    keys_text(r, "", root, "name", c->name, sizeof c->name);
+    keys_text(r, "", root, "observed", c->observed, sizeof c->observed);
+    keys_text(r, "", root, "awaits", c->awaits, sizeof c->awaits);
+    keys_text(r, "", root, "basis", c->basis, sizeof c->basis);
+    keys_text(r, "", root, "afterwards", c->afterwards, sizeof c->afterwards);
     double landing = 0.0, within = 0.0;
-    number(r, "", root, "observed_landing", -1.0, CAMPAIGN_LANDINGS_MAX, &landing);
+    keys_number(r, "", root, "observed_landing", -1.0, CAMPAIGN_LANDINGS_MAX, &landing);
     c->observed_landing = (int)landing;
-    number(r, "", root, "within", 0.0, CAMPAIGN_LANDINGS_MAX, &within);
+    keys_number(r, "", root, "within", 0.0, CAMPAIGN_LANDINGS_MAX, &within);
     c->within = (int)within;
-    number(r, "", root, "needed", 0.0, 1.0, &c->needed);
+    keys_number(r, "", root, "needed", 0.0, 1.0, &c->needed);
     read_runway(r, root, c);
     read_aircraft(r, root, c);
     read_engines(r, root, c);
     read_seeds(r, root, c);
-    json_t *scene = failed(r) ? NULL : take_scene(r, root);
-    if (!failed(r))
+    json_t *scene = keys_failed(r) ? NULL : take_scene(r, root);
+    if (!keys_failed(r))
         check_scene(r, scene);
-    if (!failed(r))
+    if (!keys_failed(r))
         read_landings(r, root, scene, c);
-    if (!failed(r))
+    if (!keys_failed(r))
         check_lengths(r, c);
-    if (!failed(r))
+    if (!keys_failed(r))
         read_stations(r, root, c);
+    if (!keys_failed(r))
+        facts_read(r, root, c);
     json_decref(scene);
 }
 
 enum mr_status campaign_from_json(struct campaign *c, const char *where, const json_t *root, struct error *error)
 {
-    const struct reader r = {where, error};
+    const struct keys r = {where, error};
     /* model scale, of the standard series (README.md, "Calibration") */
     *c = (struct campaign){
         .gap_in = {0.0, 0.036},
@@ -426,16 +329,16 @@ enum mr_status campaign_from_json(struct campaign *c, const char *where, const j
         .needed = 0.625,
     };
     read_root(&r, root, c);
-    if (failed(&r))
+    if (keys_failed(&r))
         campaign_free(c);
-    if (!failed(&r) && !c->name[0])
+    if (!keys_failed(&r) && !c->name[0])
         snprintf(c->name, sizeof c->name, "%s", where);
     return error->status;
 }
 
 enum mr_status campaign_load(struct campaign *c, const char *path, struct error *error)
 {
-    const struct reader r = {path, error};
+    const struct keys r = {path, error};
     *c = (struct campaign){0};
     json_t *root = load_json(&r, path);
     if (root)

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "host/campaign/facts.h"
 #include "host/report/html.h"
 #include "host/report/svg.h"
 
@@ -119,6 +120,27 @@ static void landings(FILE *out, const struct campaign *c, const struct campaign_
     fputs("</tbody></table></div>\n", out);
 }
 
+/* What was seen besides where it buckled. */
+static void facts(FILE *out, const struct campaign *c, const struct campaign_summary *s)
+{
+    static const char *const heads[] = {"also seen", "that is", "predicted", "", "runways that agree", NULL};
+    if (c->fact_count == 0)
+        return;
+    html_table(out, heads);
+    for (size_t i = 0; i < c->fact_count; i++) {
+        char range[64];
+        facts_range_text(&c->facts[i], range, sizeof range);
+        fputs("<tr>", out);
+        html_cell(out, "%s", c->facts[i].says);
+        html_cell(out, "%s", range);
+        spread(out, &s->fact[i].value, c->facts[i].quantity <= CAMPAIGN_MOST_IN ? 2 : 0);
+        html_cell(out, "%s", s->fact[i].enough ? "agrees" : "DIFFERS");
+        html_cell(out, "%zu of %zu", s->fact[i].agree, s->runways);
+        fputs("</tr>\n", out);
+    }
+    fputs("</tbody></table></div>\n", out);
+}
+
 void campaign_page(FILE *out, const struct campaign *c, const struct campaign_run *runs,
                    const struct campaign_summary *s)
 {
@@ -146,6 +168,11 @@ void campaign_page(FILE *out, const struct campaign *c, const struct campaign_ru
         html_text(out, c->basis);
         fputs(".</p>\n", out);
     }
+    if (c->afterwards[0]) {
+        fputs("<p>Put in afterwards, so no prediction: ", out);
+        html_text(out, c->afterwards);
+        fputs(".</p>\n", out);
+    }
     if (c->awaits[0]) {
         fputs("<p><b>Not a result: awaits ", out);
         html_text(out, c->awaits);
@@ -153,5 +180,6 @@ void campaign_page(FILE *out, const struct campaign *c, const struct campaign_ru
     }
     campaign_picture(out, c, runs, s, false);
     landings(out, c, s);
+    facts(out, c, s);
     fputs("</body></html>\n", out);
 }

@@ -79,9 +79,9 @@ static enum mr_status modify(struct runway *r, const struct campaign_landing *la
     r->mods.torn = (struct sim_list){0};
     mods_free_lists(&r->mods);
     r->mods = landing->scene.mods;
-    struct sim_list *lists[] = {&r->mods.band_t0_lb, &r->mods.band_slipped_ft, &r->mods.band_pulled, &r->mods.cleat_left,
-                                &r->mods.stiff_gap0_ft, &r->mods.torn};
-    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++)
+    struct sim_list *lists[MODS_LISTS];
+    mods_lists(&r->mods, lists);
+    for (size_t i = 0; i < MODS_LISTS; i++)
         own_list(lists[i], error); /* every one, so that none stays the campaign's */
     if (torn.count > 0) {
         free(r->mods.torn.values);
@@ -281,19 +281,20 @@ static void note_zone(const struct runway *r, const struct sim_scene *scene, str
 static void note_bands(const struct sim_mods *mods, const struct sim_scene *scene, const struct draw_path *path,
                        const struct mods_state *state, struct campaign_outcome *out)
 {
-    size_t passed = 0;
-    int every = mods->band_every, first = mods->band_first > 0 ? mods->band_first : every;
-    if (!state || state->segments == 0 || mods->band_t0_lb.count == 0)
-        return;
-    for (size_t i = 0; i < state->segments; i++) {
-        double middle_ft = (first + ((double)i - 0.5) * every - 0.5) * scene->length_ft;
-        double before_lb = fmax(0.0, mods->band_t0_lb.values[i < mods->band_t0_lb.count ? i : 0]);
-        out->band_slack += state->band_least_lb[i] <= 0.0;
-        if (!(middle_ft > path->touchdown_ft && middle_ft < path->stop_ft))
-            continue;
-        out->band_ahead_lb += fmax(0.0, state->band_least_lb[i]) - before_lb;
-        out->band_behind_lb += fmax(0.0, state->band_most_lb[i]) - before_lb;
-        passed++;
+    size_t passed = 0, segment = 0;
+    for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
+        const struct sim_list *before = &mods->band[g].t0_lb;
+        int connections = mods_connections(scene, g);
+        for (int i = 0; i <= connections && connections > 0; i++, segment++) {
+            double middle_ft = (mods_connection_mat(scene, g, i) - 0.5 * mods->band[g].every - 0.5) * scene->length_ft;
+            double before_lb = before->count > 0 ? fmax(0.0, sim_scene_joint(before, i + 1)) : 0.0;
+            out->band_slack += state->band_least_lb[segment] <= 0.0;
+            if (!(middle_ft > path->touchdown_ft && middle_ft < path->stop_ft))
+                continue;
+            out->band_ahead_lb += fmax(0.0, state->band_least_lb[segment]) - before_lb;
+            out->band_behind_lb += fmax(0.0, state->band_most_lb[segment]) - before_lb;
+            passed++;
+        }
     }
     if (passed > 0) {
         out->band_ahead_lb /= (double)passed;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/campaign/facts.h"
 #include "host/cli.h"
 
 static json_t *spread_json(const struct campaign_spread *s)
@@ -126,6 +127,19 @@ static void add_medians(json_t *object, const struct campaign *c, const struct c
     json_object_set_new(object, "median_movement_in", largest_json(c, runs, movement_in));
 }
 
+static json_t *facts_json(const struct campaign *c, const struct campaign_summary *s)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < c->fact_count; i++) {
+        const struct campaign_fact *fact = &c->facts[i];
+        json_array_append_new(list, json_pack("{s:s,s:s,s:o,s:o,s:I,s:o,s:b}", "says", fact->says, "unit", facts_unit(fact), "at_least",
+                                              cli_json_number(fact->low, 6), "at_most", cli_json_number(fact->high, 6), "agree",
+                                              (json_int_t)s->fact[i].agree, "value", spread_json(&s->fact[i].value), "enough",
+                                              s->fact[i].enough));
+    }
+    return list;
+}
+
 json_t *campaign_json(const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s,
                       const struct campaign_difference *apart)
 {
@@ -141,6 +155,8 @@ json_t *campaign_json(const struct campaign *c, const struct campaign_run *runs,
                                stations_json(c->stations_ft, c->station_count), "landings", landings, "runways", list,
                                "observed", c->observed);
     add_medians(object, c, runs, s);
+    if (c->fact_count > 0)
+        json_object_set_new(object, "facts", facts_json(c, s));
     if (apart)
         json_object_set_new(object, "check", json_pack("{s:o,s:o,s:I}", "movement_in", cli_json_number(apart->movement_in, 4),
                                                        "with_waves_in", cli_json_number(apart->waved_in, 4),

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/campaign/facts.h"
+
 static int by_value(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -121,6 +123,8 @@ enum mr_status campaign_summarise(struct campaign_summary *s, const struct campa
     s->peak_before_in = campaign_spread_of(g.values + 3 * seeds, before);
     for (g.landing = 0; g.landing < campaign->landing_count; g.landing++)
         summarise_landing(&s->landing[g.landing], &g);
+    for (size_t i = 0; i < campaign->fact_count; i++)
+        s->fact[i] = facts_summarise(campaign, &campaign->facts[i], runs, g.values);
     free(g.values);
     return MR_OK;
 }

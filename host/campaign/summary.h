@@ -19,6 +19,12 @@ struct campaign_landing_summary {
     struct campaign_spread movement_in[CAMPAIGN_STATIONS_MAX], total_in[CAMPAIGN_STATIONS_MAX];
 };
 
+struct campaign_fact_summary {
+    size_t agree; /* runways */
+    bool enough;  /* as many as the fact needs */
+    struct campaign_spread value; /* of those that have one */
+};
+
 struct campaign_summary {
     size_t runways;  /* that were played to their end */
     size_t failed;   /* that could not be */
@@ -28,6 +34,7 @@ struct campaign_summary {
     struct campaign_spread station_ft, buckle_landing; /* of those that buckled */
     struct campaign_spread zone_before, peak_before_in; /* of them, in the landing before */
     struct campaign_landing_summary *landing; /* landing_count */
+    struct campaign_fact_summary fact[CAMPAIGN_FACTS_MAX];
     double ms_chain, ms_planar;
 };
 

@@ -161,8 +161,8 @@ void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch,
     if (!mods->banded)
         return;
     mods_pull_bands(mods, &view, touch, count);
-    for (int c = 0; c < mods->segments - 1; c++) {
-        int mat = mods->mat[c];
+    for (int c = 0; c < mods->braces; c++) {
+        int mat = mods->brace_mat[c];
         mods->saved_lb[c] = chain->thrust_lb[mat];
         chain->thrust_lb[mat] += mods->carried_lb[c];
         if ((mat < *first || mat > *last) && fabs(push_lb(chain, mat)) > chain->limit_lb[mat]) {
@@ -175,8 +175,8 @@ void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch,
 void chain_unbrace(struct chain *chain)
 {
     struct mods *mods = chain->mods;
-    for (int c = 0; mods->banded && c < mods->segments - 1; c++)
-        chain->thrust_lb[mods->mat[c]] = mods->saved_lb[c];
+    for (int c = 0; mods->banded && c < mods->braces; c++)
+        chain->thrust_lb[mods->brace_mat[c]] = mods->saved_lb[c];
 }
 
 double chain_opening_ft(const struct chain *chain, int joint)

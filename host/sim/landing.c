@@ -211,8 +211,8 @@ static void brace_slides(struct landing *l, const struct sim_touch *touch, int c
     if (!mods->banded)
         return;
     mods_pull_bands(mods, &view, touch, count);
-    for (int c = 0; c < mods->segments - 1; c++) {
-        int n = mods->mat[c] - 1;
+    for (int c = 0; c < mods->braces; c++) {
+        int n = mods->brace_mat[c] - 1;
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[c];
         double limit_lb = m->law == SIM_NONE ? 0.0 : m->weight_limit_lb + mods_cleat_lb(mods, n + 1);
         if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
@@ -246,8 +246,8 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
-    for (int c = 0; l->mods && c < l->mods->segments - 1; c++)
-        thrust[l->mods->mat[c] - 1] += l->mods->carried_lb[c]; /* those outside are not looked at */
+    for (int c = 0; l->mods && c < l->mods->braces; c++)
+        thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[c]; /* those outside are not looked at */
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)

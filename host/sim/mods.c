@@ -31,8 +31,12 @@ static void place_state(struct mods_state *s)
 
 static struct mods_state *make_state(const struct sim_scene *scene)
 {
-    size_t connections = (size_t)mods_connections(scene), cleats = (size_t)mods_cleats(scene);
-    size_t segments = connections > 0 ? connections + 1 : 0, joints = (size_t)scene->mats + 1;
+    size_t connections = 0, segments = 0, cleats = (size_t)mods_cleats(scene), joints = (size_t)scene->mats + 1;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        size_t of_group = (size_t)mods_connections(scene, g);
+        connections += of_group;
+        segments += of_group > 0 ? of_group + 1 : 0;
+    }
     size_t count = 3 * segments + 4 * connections + 2 * cleats + 2 * (joints + 1);
     struct mods_state *s = calloc(1, sizeof *s + count * sizeof s->values[0]);
     if (!s)
@@ -75,16 +79,14 @@ double mods_difference_lb(const struct mods_state *a, const struct mods_state *b
 
 static void lay_out(struct mods *m)
 {
-    size_t joints = (size_t)m->mats + 2, segments = (size_t)m->segments;
+    size_t joints = (size_t)m->mats + 2;
     double *at = m->storage;
-    double **per_segment[] = {&m->k_lb_ft, &m->stretch_ft, &m->band_lb, &m->carried_lb, &m->saved_lb};
     double **per_joint[] = {&m->spring_lb_ft,     &m->spring_gap_ft, &m->cap_lb, &m->turn_lb_ft_rad,
                             &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft};
-    for (size_t i = 0; i < 5; i++, at += segments)
-        *per_segment[i] = at;
     for (size_t i = 0; i < 8; i++, at += joints)
         *per_joint[i] = at;
-    m->mat = (int *)at;
+    if (m->banded)
+        mods_place_bands(m, at);
 }
 
 enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, struct error *error)
@@ -97,26 +99,26 @@ enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, stru
     if (m) {
         *m = (struct mods){
             .scene = scene,
-            .banded = s->bands > 0.0,
+            .banded = s->band[0].count > 0.0 || s->band[1].count > 0.0,
             .cleated = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
             .stiffened = s->stiff_span > 1,
             .laid = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
             .tears = s->tear_lb < HUGE_VAL || s->torn.count > 0,
             .mats = scene->mats,
-            .segments = s->bands > 0.0 ? mods_connections(scene) + 1 : 0,
             .cleats = mods_cleats(scene),
             .state = make_state(scene),
         };
         m->jointed = m->stiffened || m->laid || m->tears;
-        m->storage = calloc(6 * (size_t)m->segments + 8 * ((size_t)m->mats + 2), sizeof(double));
+    }
+    if (m && m->state) {
+        size_t bands = 3 * m->state->segments + 5 * m->state->connections;
+        m->storage = calloc(bands + 8 * ((size_t)m->mats + 2), sizeof(double));
     }
     if (!m || !m->state || !m->storage) {
         mods_free(m);
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
     }
     lay_out(m);
-    for (int c = 0; c < m->segments - 1; c++)
-        m->mat[c] = mods_connection_mat(scene, c);
     mods_reset(m);
     *mods = m;
     return MR_OK;
@@ -282,20 +284,28 @@ double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 
 double mods_stiffness_lb_ft(const struct mods *m)
 {
-    double spring = 0.0, band = 0.0;
+    double spring = 0.0, bands = 0.0;
     for (int j = 2; m->jointed && j <= m->mats; j++)
         spring = fmax(spring, m->spring_lb_ft[j]);
-    for (int i = 0; m->banded && i < m->segments - 1; i++)
-        band = fmax(band, m->k_lb_ft[i] + m->k_lb_ft[i + 1]);
-    return 4.0 * spring + 2.0 * m->scene->mods.bands * band;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        const struct mods_bands *b = &m->band[g];
+        double most = 0.0;
+        for (int i = 0; i < b->segments - 1; i++)
+            most = fmax(most, b->k_lb_ft[i] + b->k_lb_ft[i + 1]);
+        bands += most > 0.0 ? 2.0 * b->made->count * most : 0.0;
+    }
+    return 4.0 * spring + bands;
 }
 
 void mods_describe(const struct mods *m, struct sim_result *result)
 {
     const struct sim_mods *s = &m->scene->mods;
-    if (m->banded)
-        sim_result_note(result, "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two", s->bands,
-                        m->segments - 1, m->k_lb_ft[m->segments / 2]);
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        const struct mods_bands *b = &m->band[g];
+        if (b->segments > 0)
+            sim_result_note(result, "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two", b->made->count,
+                            b->segments - 1, b->k_lb_ft[b->segments / 2]);
+    }
     if (m->cleated)
         sim_result_note(result, "cleats: %d, each worth %g lb when fresh (a mat's friction: %g lb)", m->cleats,
                         s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);

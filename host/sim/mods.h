@@ -27,7 +27,7 @@ struct mods_view {
     int joint_offset;
 };
 
-/* What a run leaves behind, per band. A tension below 0 is that of a slack segment: it hangs loose by -T l/(A E). */
+/* What a run leaves behind, per band; the second group's segments and connections follow the first's. A tension below 0 is that of a slack segment: it hangs loose by -T l/(A E). */
 struct mods_state {
     size_t segments, connections, cleats, joints;
     double *band_lb;       /* per segment, at the end */
@@ -46,16 +46,27 @@ struct mods_state {
     double values[];      /* that the pointers above point into */
 };
 
+/* The bands of a group: parts of the arrays of mods and of its state. */
+struct mods_bands {
+    const struct sim_bands *made; /* as the scene has them */
+    int segments;                 /* connections + 1; 0: none */
+    int *mat, *brace;             /* of each connection: its mat, and that mat's place among the braced ones */
+    double *k_lb_ft, *stretch_ft; /* per segment: stiffness; stretch while u = 0 */
+    double *lb;                   /* present tension, negative: slack */
+    double *least_lb, *most_lb;
+    double *slip_ft, *load_lb, *out, *riveted; /* per connection, as in mods_state */
+};
+
 struct mods {
     const struct sim_scene *scene;
     bool banded, cleated, jointed, stiffened, laid, tears;
     int mats;
-    int segments; /* connections + 1 */
-    int *mat;     /* of each connection */
-    double *k_lb_ft, *stretch_ft; /* per segment: stiffness; stretch while u = 0 */
-    double *band_lb;              /* present tension, negative: slack */
-    double *carried_lb;           /* per connection: what the bands push its mat with */
-    double *saved_lb;             /* for the engine */
+    struct mods_bands band[SIM_BAND_GROUPS];
+    double *band_lb; /* tensions of all groups */
+    int braces;         /* mats that bands are riveted to */
+    int *brace_mat;     /* in order */
+    double *carried_lb; /* what all bands push each with */
+    double *saved_lb;   /* for the engine */
     int cleats;
     double *spring_lb_ft, *spring_gap_ft, *cap_lb; /* per joint: elastic-plastic spring across it */
     double *raised_ft; /* per cleat: most since the wheel was on it; planar */
@@ -68,12 +79,15 @@ struct mods {
 /* In struct sim_scene: defaults, release of lists, ranges that need the whole scene. */
 void mods_defaults(struct sim_mods *mods);
 void mods_free_lists(struct sim_mods *mods);
+#define MODS_LISTS (3 * SIM_BAND_GROUPS + 3)
+void mods_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]); /* all that it owns */
 enum mr_status mods_check(const struct sim_scene *scene, const char *where, struct error *error);
 bool mods_any(const struct sim_scene *scene);
 
-/* How many connections (riveted mats) and cleats a scene has, and the mat of the i-th from 0. */
-int mods_connections(const struct sim_scene *scene);
-int mods_connection_mat(const struct sim_scene *scene, int i);
+/* How many connections (riveted mats) a group of bands and how many cleats a scene has, and the mat of the i-th from 0. A group has
+ * one segment more than connections, or none. */
+int mods_connections(const struct sim_scene *scene, int group);
+int mods_connection_mat(const struct sim_scene *scene, int group, int i);
 int mods_cleats(const struct sim_scene *scene);
 int mods_cleat_mat(const struct sim_scene *scene, int i);
 

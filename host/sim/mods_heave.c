@@ -12,26 +12,26 @@ static double slope(const struct mods_heave *h, int n)
     return ((n < h->first || n > h->last ? 0.0 : h->z[2 * n + 2] - h->z[2 * n]) + tilt_ft) / h->length_ft;
 }
 
-static double taut_lb(const struct mods *m, int segment)
+static double all_lb(const struct mods_bands *b, int segment)
 {
-    return m->band_lb[segment] > 0.0 ? m->scene->mods.bands * m->band_lb[segment] : 0.0;
+    return b->made->count * taut_lb(b->lb[segment]);
 }
 
 /* The segment that passes over node j, between mats j and j + 1 of those counted from 1. */
-static int segment_over(const struct mods *m, int j)
+static int segment_over(const struct mods_bands *b, int j)
 {
-    int first = m->mat[0], every = m->scene->mods.band_every;
+    int first = b->mat[0], every = b->made->every;
     int before = j < first ? 0 : (j - first) / every + 1; /* rivets in mats 1..j */
-    return before < m->segments ? before : m->segments - 1;
+    return before < b->segments ? before : b->segments - 1;
 }
 
 /* A band that follows the mats bears on every crest with T times its angle: 2 T h/L on a vee. */
-static void press_crests(const struct mods *m, const struct mods_heave *h)
+static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
         double kink = slope(h, j) - slope(h, j - 1);
         if (kink > 0.0)
-            h->down_lb[j] += taut_lb(m, segment_over(m, j)) * kink;
+            h->down_lb[j] += all_lb(b, segment_over(b, j)) * kink;
     }
 }
 
@@ -65,11 +65,11 @@ static double rise(const struct mods_heave *h, double from, double to)
 }
 
 /* A band that is free between its rivets is the tightest line over the nodes from one to the next. */
-static void press_hull(const struct mods *m, const struct mods_heave *h, int segment)
+static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h, int segment)
 {
-    double t_lb = taut_lb(m, segment), *line = m->hull;
-    double from = segment > 0 ? m->mat[segment - 1] - 0.5 : 0.0;
-    double to = segment < m->segments - 1 ? m->mat[segment] - 0.5 : m->mats;
+    double t_lb = all_lb(b, segment), *line = m->hull;
+    double from = segment > 0 ? b->mat[segment - 1] - 0.5 : 0.0;
+    double to = segment < b->segments - 1 ? b->mat[segment] - 0.5 : m->mats;
     int count = 1;
     if (!(t_lb > 0.0) || to <= h->first || from >= h->last + 1 || !(to > from))
         return;
@@ -96,23 +96,28 @@ void mods_brace_heave(struct mods *m, const struct mods_heave *h)
         h->moment_lb_ft[j] =
             m->stiffened ? mods_moment_lb_ft(m, j + 1, asin(slope(h, j)) - asin(slope(h, j - 1))) : 0.0;
     }
-    if (m->banded && m->scene->mods.band_over == SIM_OVER_JOINTS)
-        press_crests(m, h);
-    for (int i = 0; m->banded && m->scene->mods.band_over == SIM_OVER_RIVETS && i < m->segments; i++)
-        press_hull(m, h, i);
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        const struct mods_bands *b = &m->band[g];
+        if (b->segments > 0 && b->made->over == SIM_OVER_JOINTS)
+            press_crests(b, h);
+        for (int i = 0; i < b->segments && b->made->over == SIM_OVER_RIVETS; i++)
+            press_hull(m, b, h, i);
+    }
 }
 
 double mods_rate2(const struct mods *m, double mass_slug, double inertia)
 {
-    const struct sim_mods *s = &m->scene->mods;
-    double length_ft = m->scene->length_ft, turn = 0.0, most_lb = 0.0;
+    double length_ft = m->scene->length_ft, turn = 0.0, pull_lb = 0.0;
     double lightest = fmin(mass_slug, 4.0 * inertia / (length_ft * length_ft));
     for (int j = 1; m->stiffened && j <= m->mats + 1; j++)
         turn = fmax(turn, m->turn_lb_ft_rad[j]);
-    for (int i = 0; i < m->segments; i++)
-        most_lb = fmax(most_lb, m->band_lb[i]);
-    return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia +
-           (m->banded ? 2.0 * s->bands * most_lb * 4.0 / (length_ft * lightest) : 0.0);
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        double most_lb = 0.0;
+        for (int i = 0; i < m->band[g].segments; i++)
+            most_lb = fmax(most_lb, all_lb(&m->band[g], i));
+        pull_lb += most_lb;
+    }
+    return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia + 2.0 * pull_lb * 4.0 / (length_ft * lightest);
 }
 
 /* Soil holds a cleat with its depth squared (passive earth pressure). */

@@ -11,15 +11,6 @@
 void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
-        .band_area_ft2 = 0.375 * 0.020 / 144.0,
-        .band_e_lb_ft2 = 29e6 * 144.0,
-        .band_every = 20,
-        .band_k_lb_ft = INFINITY,
-        .band_grip_lb = INFINITY,
-        .band_pull_lb = INFINITY,
-        .band_wear_ft = INFINITY,
-        .band_tilt_rad = 0.050 / (24.0 / 7.0),
-        .band_alpha_f = 6.5e-6,
         .cleat_travel_ft = INFINITY,
         .cleat_depth_ft = 0.75 / 12.0,
         .stiff_free = 1,
@@ -29,13 +20,38 @@ void mods_defaults(struct sim_mods *mods)
         .stiff_yield_lb_ft = INFINITY,
         .tear_lb = INFINITY,
     };
+    for (int g = 0; g < SIM_BAND_GROUPS; g++)
+        mods->band[g] = (struct sim_bands){
+            .area_ft2 = 0.375 * 0.020 / 144.0,
+            .e_lb_ft2 = 29e6 * 144.0,
+            .every = 20,
+            .k_lb_ft = INFINITY,
+            .grip_lb = INFINITY,
+            .pull_lb = INFINITY,
+            .wear_ft = INFINITY,
+            .tilt_rad = 0.050 / (24.0 / 7.0),
+            .alpha_f = 6.5e-6,
+        };
+}
+
+void mods_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
+{
+    size_t count = 0;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        lists[count++] = &m->band[g].t0_lb;
+        lists[count++] = &m->band[g].slipped_ft;
+        lists[count++] = &m->band[g].pulled;
+    }
+    lists[count++] = &m->cleat_left;
+    lists[count++] = &m->stiff_gap0_ft;
+    lists[count++] = &m->torn;
 }
 
 void mods_free_lists(struct sim_mods *mods)
 {
-    struct sim_list *lists[] = {&mods->band_t0_lb, &mods->band_slipped_ft, &mods->band_pulled,
-                                &mods->cleat_left, &mods->stiff_gap0_ft, &mods->torn};
-    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
+    struct sim_list *lists[MODS_LISTS];
+    mods_lists(mods, lists);
+    for (size_t i = 0; i < MODS_LISTS; i++) {
         free(lists[i]->values);
         *lists[i] = (struct sim_list){0};
     }
@@ -44,22 +60,22 @@ void mods_free_lists(struct sim_mods *mods)
 bool mods_any(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
-    return m->bands > 0.0 || m->cleat_every > 0 || m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL ||
+    return m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 || m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL ||
            m->torn.count > 0;
 }
 
-int mods_connections(const struct sim_scene *scene)
+int mods_connections(const struct sim_scene *scene, int group)
 {
-    const struct sim_mods *m = &scene->mods;
-    int first = m->band_first > 0 ? m->band_first : m->band_every;
-    int last = m->band_last > 0 && m->band_last < scene->mats ? m->band_last : scene->mats;
-    return m->bands > 0.0 && first <= last ? (last - first) / m->band_every + 1 : 0;
+    const struct sim_bands *b = &scene->mods.band[group];
+    int first = mods_connection_mat(scene, group, 0);
+    int last = b->last > 0 && b->last < scene->mats ? b->last : scene->mats;
+    return b->count > 0.0 && first <= last ? (last - first) / b->every + 1 : 0;
 }
 
-int mods_connection_mat(const struct sim_scene *scene, int i)
+int mods_connection_mat(const struct sim_scene *scene, int group, int i)
 {
-    const struct sim_mods *m = &scene->mods;
-    return (m->band_first > 0 ? m->band_first : m->band_every) + i * m->band_every;
+    const struct sim_bands *b = &scene->mods.band[group];
+    return (b->first > 0 ? b->first : b->every) + i * b->every;
 }
 
 int mods_cleats(const struct sim_scene *scene)
@@ -85,27 +101,28 @@ static enum mr_status check_length(const struct sim_list *list, int wanted, cons
                      list->count, wanted, part);
 }
 
-static enum mr_status check_bands(const struct sim_scene *scene, const char *where, struct error *error)
+static enum mr_status check_bands(const struct sim_scene *scene, int group, const char *where, struct error *error)
 {
-    const struct sim_mods *m = &scene->mods;
-    int connections = mods_connections(scene);
-    if (m->bands > 0.0 && connections == 0)
+    static const char *const t0_names[] = {"band_T0", "band2_T0"}, *const slip_names[] = {"band_slipped", "band2_slipped"};
+    static const char *const prefixes[] = {"band", "band2"};
+    const struct sim_bands *b = &scene->mods.band[group];
+    int connections = mods_connections(scene, group), first = mods_connection_mat(scene, group, 0);
+    if (!(b->count > 0.0))
+        return MR_OK;
+    if (connections == 0)
         return error_set(error, MR_MALFORMED,
-                         "bands riveted nowhere: %s: the first riveted mat is %d of %d (band_first, band_every); give a "
+                         "bands riveted nowhere: %s: the first riveted mat is %d of %d (%s_first, %s_every); give a "
                          "smaller one",
-                         where, mods_connection_mat(scene, 0), scene->mats);
-    if (m->bands > 0.0 && (check_length(&m->band_t0_lb, connections + 1, "band_T0",
-                                        "segment (riveted mats + 1)", where, error) != MR_OK ||
-                           check_length(&m->band_slipped_ft, connections, "band_slipped", "riveted mat", where,
-                                        error) != MR_OK))
+                         where, first, scene->mats, prefixes[group], prefixes[group]);
+    if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)", where, error) != MR_OK ||
+        check_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where, error) != MR_OK)
         return error->status;
-    for (size_t i = 0; m->bands > 0.0 && i < m->band_pulled.count; i++) {
-        double from = m->band_pulled.values[i] - mods_connection_mat(scene, 0);
-        double at = from / m->band_every;
+    for (size_t i = 0; i < b->pulled.count; i++) {
+        double at = (b->pulled.values[i] - first) / b->every;
         if (!(at >= 0.0 && at < connections && at == floor(at)))
             return error_set(error, MR_MALFORMED,
-                             "not a riveted mat: %s: band_pulled[%zu] is %g; rivets are in every %dth mat from %d on",
-                             where, i, m->band_pulled.values[i], m->band_every, mods_connection_mat(scene, 0));
+                             "not a riveted mat: %s: %s_pulled[%zu] is %g; rivets are in every %dth mat from %d on",
+                             where, prefixes[group], i, b->pulled.values[i], b->every, first);
     }
     return MR_OK;
 }
@@ -113,8 +130,10 @@ static enum mr_status check_bands(const struct sim_scene *scene, const char *whe
 enum mr_status mods_check(const struct sim_scene *scene, const char *where, struct error *error)
 {
     const struct sim_mods *m = &scene->mods;
-    if (check_bands(scene, where, error) != MR_OK)
-        return error->status;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        if (check_bands(scene, g, where, error) != MR_OK)
+            return error->status;
+    }
     if (m->cleat_every > 0 &&
         check_length(&m->cleat_left, mods_cleats(scene), "cleat_left", "cleated mat", where, error) != MR_OK)
         return error->status;
@@ -153,14 +172,22 @@ enum mr_status mods_carry(struct sim_scene *scene, const struct sim_result *resu
 {
     const struct mods_state *s = result->mods;
     struct sim_mods *m = &scene->mods;
+    size_t segment = 0, connection = 0;
     if (!s)
         return MR_OK;
-    if (m->bands > 0.0 &&
-        (sim_scene_set_list(&m->band_t0_lb, s->band_lb, s->segments, error) != MR_OK ||
-         sim_scene_set_list(&m->band_slipped_ft, s->band_slip_ft, s->connections, error) != MR_OK ||
-         set_flagged(&m->band_pulled, s->band_out, s->band_mat, s->connections, error) != MR_OK))
-        return error->status;
-    m->band_dt_f = 0.0;
+    for (int g = 0; g < SIM_BAND_GROUPS; g++) {
+        struct sim_bands *b = &m->band[g];
+        size_t count = (size_t)mods_connections(scene, g);
+        if (count == 0)
+            continue;
+        if (sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1, error) != MR_OK ||
+            sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count, error) != MR_OK ||
+            set_flagged(&b->pulled, s->band_out + connection, s->band_mat + connection, count, error) != MR_OK)
+            return error->status;
+        b->dt_f = 0.0;
+        segment += count + 1;
+        connection += count;
+    }
     if (m->cleat_every > 0 && sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats, error) != MR_OK)
         return error->status;
     if (m->stiff_span > 1 &&

@@ -16,8 +16,14 @@ static inline double view_v_ft_s(const struct mods_view *view, int mats, int mat
 }
 
 /* mods_bands.c */
+void mods_place_bands(struct mods *mods, double *storage); /* 3 a segment, 5 a connection */
 void mods_reset_bands(struct mods *mods);
 double mods_band_energy_lb_ft(const struct mods *mods, const struct mods_view *view);
-double mods_band_raw_lb(const struct mods *mods, const struct mods_view *view, int segment);
+
+/* What a segment pulls with; a slack one nothing. */
+static inline double taut_lb(double raw_lb)
+{
+    return raw_lb > 0.0 ? raw_lb : 0.0;
+}
 
 #endif

@@ -28,6 +28,21 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
 #define LIMIT(name, field) {name, SIM_KEY_REAL, FIELD(field), 0.0, INFINITY, false, NULL}
 #define LIST(name, field, kind, low, high) {name, kind, FIELD(field), low, high, false, NULL}
 
+#define BANDS(name, prefix, i)                                                                                         \
+    NOT_NEGATIVE(name, mods.band[i].count), POSITIVE(prefix "area", mods.band[i].area_ft2),                            \
+        POSITIVE(prefix "E", mods.band[i].e_lb_ft2), INTEGER(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX),     \
+        INTEGER(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX),                                                  \
+        INTEGER(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX),                                                    \
+        LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -LARGEST, LARGEST),                                       \
+        {prefix "K", SIM_KEY_REAL, FIELD(mods.band[i].k_lb_ft), 0.0, INFINITY, true, NULL},                            \
+        LIMIT(prefix "grip", mods.band[i].grip_lb), LIMIT(prefix "pull", mods.band[i].pull_lb),                        \
+        {prefix "wear", SIM_KEY_REAL, FIELD(mods.band[i].wear_ft), 0.0, INFINITY, true, NULL},                         \
+        {prefix "tilt", SIM_KEY_REAL, FIELD(mods.band[i].tilt_rad), 0.0, 1.0, false, NULL},                            \
+        NOT_NEGATIVE(prefix "alpha", mods.band[i].alpha_f), ANY(prefix "dT", mods.band[i].dt_f),                       \
+        CHOICE(prefix "over", mods.band[i].over, overs),                                                               \
+        LIST(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, LARGEST),                                  \
+        LIST(prefix "pulled", mods.band[i].pulled, SIM_KEY_MATS, 1, SIM_MATS_MAX)
+
 const struct sim_key sim_keys[] = {
     {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL},
     CHOICE("model", model, models),
@@ -76,23 +91,8 @@ const struct sim_key sim_keys[] = {
     LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, LARGEST),
     LIST("ground", ground_ft, SIM_KEY_LIST, -LARGEST, LARGEST),
     {"t_dwell", SIM_KEY_REAL, FIELD(t_dwell_s), -1.0, LARGEST, false, NULL},
-    NOT_NEGATIVE("bands", mods.bands),
-    POSITIVE("band_area", mods.band_area_ft2),
-    POSITIVE("band_E", mods.band_e_lb_ft2),
-    INTEGER("band_every", mods.band_every, 1, SIM_MATS_MAX),
-    INTEGER("band_first", mods.band_first, 0, SIM_MATS_MAX),
-    INTEGER("band_last", mods.band_last, 0, SIM_MATS_MAX),
-    LIST("band_T0", mods.band_t0_lb, SIM_KEY_PARTS, -LARGEST, LARGEST),
-    {"band_K", SIM_KEY_REAL, FIELD(mods.band_k_lb_ft), 0.0, INFINITY, true, NULL},
-    LIMIT("band_grip", mods.band_grip_lb),
-    LIMIT("band_pull", mods.band_pull_lb),
-    {"band_wear", SIM_KEY_REAL, FIELD(mods.band_wear_ft), 0.0, INFINITY, true, NULL},
-    {"band_tilt", SIM_KEY_REAL, FIELD(mods.band_tilt_rad), 0.0, 1.0, false, NULL},
-    NOT_NEGATIVE("band_alpha", mods.band_alpha_f),
-    ANY("band_dT", mods.band_dt_f),
-    CHOICE("band_over", mods.band_over, overs),
-    LIST("band_slipped", mods.band_slipped_ft, SIM_KEY_PARTS, 0.0, LARGEST),
-    LIST("band_pulled", mods.band_pulled, SIM_KEY_MATS, 1, SIM_MATS_MAX),
+    BANDS("bands", "band_", 0),
+    BANDS("bands2", "band2_", 1),
     INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX),
     INTEGER("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX),
     NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb),

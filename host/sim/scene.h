@@ -39,24 +39,30 @@ struct sim_path_row {
     double force_lb; /* on the mats, downfield positive */
 };
 
+#define SIM_BAND_GROUPS 2
+
+/* Bands that are alike; those of the other group may have another section, tension and rivets. */
+struct sim_bands {
+    double count; /* on the strip; 0: none */
+    double area_ft2; /* of one */
+    double e_lb_ft2;
+    int every, first, last; /* riveted mats; 0: the first of `every`, the last mat */
+    struct sim_list t0_lb;  /* per band: one value, or one per segment; negative: slack by T l/(A E) */
+    double k_lb_ft;         /* spring at either anchor; INFINITY: rigid */
+    double grip_lb;         /* what a connection holds before the band slips through; INFINITY: all */
+    double pull_lb;         /* vertical force that pulls a rivet out; INFINITY: none */
+    double wear_ft;         /* slip that wears a rivet's hole to nothing; INFINITY: never */
+    double tilt_rad;        /* how far the wheel turns a riveted mat */
+    double alpha_f;         /* thermal expansion, 1/degree F */
+    double dt_f;            /* how much warmer the band is than when it had its T0, degrees F */
+    enum sim_band_over over;
+    struct sim_list slipped_ft; /* per connection, so far; empty: 0 */
+    struct sim_list pulled;     /* mats whose rivets are out */
+};
+
 /* What was done to a runway against movement and waves (MODIFICATIONS.md). All of it is absent by default. */
 struct sim_mods {
-    /* bands */
-    double bands; /* on the strip; 0: none */
-    double band_area_ft2;
-    double band_e_lb_ft2;
-    int band_every, band_first, band_last; /* riveted mats; 0: the first of `every`, the last mat */
-    struct sim_list band_t0_lb;            /* per band: one value, or one per segment; negative: slack by T l/(A E) */
-    double band_k_lb_ft;                   /* spring at either anchor; INFINITY: rigid */
-    double band_grip_lb;                   /* what a connection holds before the band slips through; INFINITY: all */
-    double band_pull_lb;                   /* vertical force that pulls a rivet out; INFINITY: none */
-    double band_wear_ft;                   /* slip that wears a rivet's hole to nothing; INFINITY: never */
-    double band_tilt_rad;                  /* how far the wheel turns a riveted mat */
-    double band_alpha_f;                   /* thermal expansion, 1/degree F */
-    double band_dt_f;                      /* how much warmer the band is than when it had its T0, degrees F */
-    enum sim_band_over band_over;
-    struct sim_list band_slipped_ft; /* per connection, so far; empty: 0 */
-    struct sim_list band_pulled;     /* mats whose rivets are out */
+    struct sim_bands band[SIM_BAND_GROUPS];
     /* cleats */
     int cleat_every, cleat_first; /* 0: none; the first of `every` */
     double cleat_hold_lb;         /* a fresh one */

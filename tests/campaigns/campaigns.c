@@ -9,6 +9,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "host/campaign/facts.h"
 #include "host/campaign/page.h"
 #include "host/output.h"
 
@@ -78,6 +79,29 @@ static void print_verdict(const struct campaign *c, const struct campaign_run *r
         printf("%s: %zu of %zu agree (%s%s), %.0f needed", (double)agree >= c->needed * (double)s->runways ? "yes" : "NO",
                agree, s->runways, c->observed_landing < 0 ? "never" : "landing",
                c->observed_landing < 0 ? "" : c->within > 0 ? " within one" : "", c->needed * (double)s->runways);
+    if (c->afterwards[0])
+        printf("; with what was put in afterwards");
+}
+
+/* What the report tells besides: a row each below the series. */
+static void print_facts(const struct campaign *c, const struct campaign_summary *s)
+{
+    for (size_t i = 0; i < c->fact_count; i++) {
+        const struct campaign_fact_summary *fact = &s->fact[i];
+        char range[64];
+        facts_range_text(&c->facts[i], range, sizeof range);
+        printf("| - %s | %s: %s | ", c->name, c->facts[i].says, range);
+        if (fact->value.count == 0)
+            printf("none has it | ");
+        else
+            printf("%.3g (%.3g to %.3g)%s | ", fact->value.middle, fact->value.low, fact->value.high,
+                   fact->value.count < s->runways ? ", of those that have it" : "");
+        if (s->runways < LEAST_SEEDS)
+            printf("too few runways: %zu of %zu agree | |\n", fact->agree, s->runways);
+        else
+            printf("%s: %zu of %zu agree, %.0f needed | |\n", fact->enough ? "yes" : "NO", fact->agree, s->runways,
+                   c->facts[i].needed * (double)s->runways);
+    }
 }
 
 static enum mr_status write_page(const char *folder, const char *path, const struct campaign *c,
@@ -117,11 +141,12 @@ static int score(const char *folder, const char *path)
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (runs && campaign_ensemble(&campaign, cores > 0 ? (int)cores : 1, false, NULL, NULL, runs, &error) == MR_OK &&
         campaign_summarise(&summary, &campaign, runs, &error) == MR_OK) {
-        printf("| %s | %s | ", campaign.name, campaign.observed);
+        printf("| %s | %s | %zu runways: ", campaign.name, campaign.observed, summary.runways);
         print_predicted(&campaign, &summary);
         printf(" | ");
         print_verdict(&campaign, runs, &summary);
-        printf(" | %s |\n", campaign.basis);
+        printf(" | %s%s%s |\n", campaign.basis, campaign.afterwards[0] ? "; AFTERWARDS: " : "", campaign.afterwards);
+        print_facts(&campaign, &summary);
         fprintf(stderr, "%s: %zu runways, %.1f s, %.1f s of processor time\n", campaign.name, campaign.seeds,
                 clock_s(CLOCK_MONOTONIC) - begin_s, clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s);
         write_page(folder, path, &campaign, runs, &summary, &error);

@@ -72,4 +72,29 @@ check "no such scene" fails_with 3 "none.json" $m scale "$tmp/none.json"
 echo '{"model": "chain", "sped": 3}' >"$tmp/bad.json"
 check "a scene with an unknown key" fails_with 4 sped $m scale "$tmp/bad.json"
 check "a list of all ratios" grep -q 'torsional_stiffness  KT     n^4 ' <($m scale)
+
+laid_rig() { # the series' scene, made by hand to five digits; sliding is its own
+    $m scale host/campaign/series/rig.json --lay 45 -o "$tmp/diagonal.json" || return 1
+    python3 - "$tmp/diagonal.json" host/campaign/series/diagonal_rig.json <<'P'
+import json, sys
+a, b = (json.load(open(f)) for f in sys.argv[1:])
+keys = {k for k in set(a) | set(b) if k[0] != "_"} - {"lay_slide", "lay_mu"}
+bad = [k for k in keys if not (a.get(k) == b.get(k) or abs(a[k] - b[k]) < 2e-5 * abs(b[k]))]
+print(sorted(keys), bad)
+sys.exit(bool(bad) or len(keys) < 15)
+P
+}
+check "the rig laid at 45 degrees is the diagonal series' scene" laid_rig
+laid_series() {
+    $m --json scale host/campaign/series/standard.json --lay 45 >"$tmp/o.json" && grep -q '"gap_in":\[0.0,0.0509' "$tmp/o.json" &&
+        grep -q '"N":297' "$tmp/o.json"
+}
+check "and a campaign: gaps open along the runway" laid_series
+check "laid twice" fails_with 2 "laid already" $m scale "$tmp/diagonal.json" --lay 45
+echo '{"model":"chain","N":2,"gap0":[0,0,0],"slack":0.01}' >"$tmp/joints.json"
+check "joints that are no more" fails_with 2 "gap0 is a list by joint" $m scale "$tmp/joints.json" --lay 45
+echo '{"model":"chain","N":9,"u_mats":[9],"slack":0.01}' >"$tmp/mat.json"
+check "a mat that is no more" fails_with 4 "u_mats" $m scale "$tmp/mat.json" --lay 45
+check "nothing to lay" fails_with 2 "nothing to lay" $m scale W=1 --lay 45
+check "an angle beyond" fails_with 2 "lay" $m scale "$tmp/block.json" --lay 90
 finish

@@ -99,7 +99,8 @@ static void test_a_vee_rises_above_its_static_load(void **state)
 static void test_the_path_is_uniform_braking(void **state)
 {
     struct campaign campaign = load(420, "\"landings\":[{\"deceleration_ft_s2\":4.6,\"times\":2},"
-                                         "{\"speed_ft_s\":30,\"profile\":[[3,5],[53,5.001]]}]");
+                                         "{\"speed_ft_s\":30,\"profile\":[[3,5],[53,5.001]]},"
+                                         "{\"touchdown_ft\":2,\"speed_ft_s\":4,\"tow_lb\":26}]");
     struct draw_path path = {0};
     (void)state;
     assert_int_equal(draw_landing(&campaign, &campaign.landings[0], 1, 0, &path, &error), MR_OK);
@@ -109,6 +110,11 @@ static void test_the_path_is_uniform_braking(void **state)
     assert_true(path.rows[path.count - 1].force_lb == 0.0);
     assert_int_equal(draw_landing(&campaign, &campaign.landings[2], 1, 2, &path, &error), MR_OK);
     assert_near(path.stop_ft, 3.0 + 30.0 * 0.025 + 30.0 * 30.0 / 10.0, 0.05);
+    assert_int_equal(draw_landing(&campaign, &campaign.landings[3], 1, 3, &path, &error), MR_OK);
+    assert_near(path.stop_ft, 120.0, 0.01); /* towed at 4 ft/s: 29.5 s to the end */
+    assert_near(path.rows[path.count - 1].t_s, 29.5, 2e-3);
+    assert_near(path.rows[1000].x_ft, 2.0 + 4.0 * path.rows[1000].t_s, 1e-9);
+    assert_near(path.rows[1000].force_lb, 26.0, 1e-12);
     draw_path_free(&path);
     campaign_free(&campaign);
 }
@@ -345,7 +351,8 @@ static void is_scaled(const struct sim_scene *scene, const struct sim_scene *fro
 
 /* Dyess is the rig by the report's table 2.2 with n = 7; the diagonal pattern
  * the rig with joints across at 45 degrees: lengths along the runway over cos
- * 45, forces of a joint and turns about it times cos 45. */
+ * 45, and with them the weight and the soil under a mat; forces of a joint and
+ * turns about it times cos 45. */
 static void test_scenes_are_the_rig_scaled(void **state)
 {
     struct campaign rig = series("host/campaign/series/standard.json"),
@@ -355,7 +362,7 @@ static void test_scenes_are_the_rig_scaled(void **state)
     (void)state;
     const double prototype[] = {n,         n * n * n,   pow(n, 5), n * n, pow(n, 2.5), n,
                                 pow(n, 4), pow(n, 4.5), 1.0,       n * n, pow(n, 2.5), 1.0};
-    const double across[] = {1 / c, 1 / c, pow(c, -3), c, c, 1 / c, pow(c, -3), pow(c, -3), c, 1.0, 1.0, 1.0};
+    const double across[] = {1 / c, 1 / c, pow(c, -3), c, c, 1 / c, pow(c, -3), pow(c, -3), c, 1 / c, 1 / c, 1.0};
     is_scaled(&dyess.landings[0].scene, &rig.landings[0].scene, prototype);
     is_scaled(&diagonal.landings[0].scene, &rig.landings[0].scene, across);
     assert_true(fabs(dyess.gap_in.high - n * rig.gap_in.high) < 1e-9);

@@ -115,7 +115,8 @@ static void banded_landings_are_too(void **state)
 {
     (void)state;
     char path[] = "/tmp/matrig-banded.XXXXXX";
-    write_landings(path, "0.0025", "", "\"bands\":0.33,\"band_every\":10,\"band_T0\":100,\"band_K\":2000,\"band_grip\":60",
+    write_landings(path, "0.0025", "", "\"bands\":0.33,\"band_every\":10,\"band_T0\":100,\"band_K\":2000,\"band_grip\":60,"
+                   "\"bands2\":0.125,\"band2_every\":20,\"band2_T0\":60,\"band2_wear\":0.5,\"band2_pull\":50",
                    ",\"remove\":[\"bands\"]");
     struct pair p;
     bool same;

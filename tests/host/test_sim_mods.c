@@ -31,23 +31,23 @@ static struct sim_scene apart(int mats)
     scene.slack_ft = 10.0;
     scene.force_lb = scene.vac_ft_s = scene.v0_ft_s = 0.0;
     scene.friction_law = SIM_NONE;
-    scene.mods.bands = 1.0;
-    scene.mods.band_area_ft2 = 1.0;
-    scene.mods.band_e_lb_ft2 = 1000.0;
+    scene.mods.band[0].count = 1.0;
+    scene.mods.band[0].area_ft2 = 1.0;
+    scene.mods.band[0].e_lb_ft2 = 1000.0;
     assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap, 1, &error), MR_OK);
     return scene;
 }
 
 static void rivet(struct sim_scene *scene, int every, int first, int last)
 {
-    scene->mods.band_every = every;
-    scene->mods.band_first = first;
-    scene->mods.band_last = last;
+    scene->mods.band[0].every = every;
+    scene->mods.band[0].first = first;
+    scene->mods.band[0].last = last;
 }
 
 static void tension(struct sim_scene *scene, const double *values, size_t count)
 {
-    assert_int_equal(sim_scene_set_list(&scene->mods.band_t0_lb, values, count, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene->mods.band[0].t0_lb, values, count, &error), MR_OK);
 }
 
 static struct sim_result run(const struct sim_scene *scene, struct sim_options options)
@@ -80,7 +80,7 @@ static void a_slow_push_splits_as_appendix_c_says(void **state)
         scene.friction = 0.01 / G; /* 0.01 lb: what may be missing */
         rivet(&scene, 10, mat, mat);
         tension(&scene, &t0, 1);
-        scene.mods.band_k_lb_ft = k;
+        scene.mods.band[0].k_lb_ft = k;
         assert_int_equal(sim_scene_set_path(&scene, rows, 3, &error), MR_OK);
         struct sim_result result = run(&scene, (struct sim_options){0});
         double a = (mat - 0.5) / l, s = k * l / ae;
@@ -101,7 +101,7 @@ static void a_mat_swings_between_anchors(void **state)
         struct sim_scene scene = apart(10);
         rivet(&scene, 10, 5, 5);
         tension(&scene, &t0, 1);
-        scene.mods.bands = bands;
+        scene.mods.band[0].count = bands;
         scene.v0_ft_s = 1.0;
         scene.v0_mat = 5;
         double k = 1000.0 / 4.5 + 1000.0 / 5.5, rate = sqrt(bands * k);
@@ -129,7 +129,7 @@ static void a_slack_band_does_not_push(void **state)
     double k = 1000.0 / 5.5, slack = t0 / k; /* force 2 k x to slack, then T0 + k x = k (slack + x) */
     double furthest = -slack + sqrt(2.0 * slack * slack + 36.0 / k); /* k x^2/2 + k slack x - k slack^2/2 = 18 */
     scene.t_end_s = 0.5;
-    scene.mods.band_k_lb_ft = INFINITY;
+    scene.mods.band[0].k_lb_ft = INFINITY;
     struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
     near(result.mods->band_most_lb[0], t0 + k * furthest, 1e-3);
     near(result.mods->band_least_lb[1], t0 - k * furthest, 1e-3); /* negative: how much it hangs loose */
@@ -147,7 +147,7 @@ static void a_connection_holds_its_grip(void **state)
     const struct sim_path_row rows[] = {{0, 5.5, 50.0}, {0.2, 5.5, 50.0}};
     rivet(&scene, 11, 6, 6);
     tension(&scene, &t0, 1);
-    scene.mods.band_grip_lb = 10.0;
+    scene.mods.band[0].grip_lb = 10.0;
     assert_int_equal(sim_scene_set_path(&scene, rows, 2, &error), MR_OK);
     struct sim_result result = run(&scene, (struct sim_options){.dt_s = 1e-5});
     double k = 1000.0 / 5.5, rate = sqrt(2.0 * k);
@@ -174,8 +174,8 @@ static void heat_slackens(void **state)
     scene.t_end_s = 0.1;
     rivet(&scene, 3, 2, 0);
     tension(&scene, &t0, 1);
-    scene.mods.band_alpha_f = 1e-3;
-    scene.mods.band_dt_f = 20.0;
+    scene.mods.band[0].alpha_f = 1e-3;
+    scene.mods.band[0].dt_f = 20.0;
     struct sim_result result = run(&scene, (struct sim_options){0});
     assert_int_equal(result.mods->segments, 4);
     for (int i = 0; i < 4; i++)
@@ -183,7 +183,7 @@ static void heat_slackens(void **state)
     sim_result_free(&result);
 
     rivet(&scene, 10, 5, 5);
-    scene.mods.band_k_lb_ft = 50.0; /* 4.5 and 5.5 ft, 20 ft of give each */
+    scene.mods.band[0].k_lb_ft = 50.0; /* 4.5 and 5.5 ft, 20 ft of give each */
     result = run(&scene, (struct sim_options){0});
     near(result.mods->band_lb[0], 80.0 - 1e-3 * 20.0 * 4.5 / (4.5 / 1000 + 1 / 50.0), 1e-9);
     near(result.mods->band_lb[1], 80.0 - 1e-3 * 20.0 * 5.5 / (5.5 / 1000 + 1 / 50.0), 1e-9);
@@ -202,7 +202,7 @@ static void pulled_rivets_let_the_band_run(void **state)
     scene.t_end_s = 0.1;
     rivet(&scene, 5, 3, 8);
     tension(&scene, t0, 3);
-    assert_int_equal(sim_scene_set_list(&scene.mods.band_pulled, &mat, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.mods.band[0].pulled, &mat, 1, &error), MR_OK);
     struct sim_result result = run(&scene, (struct sim_options){0});
     double both = (100.0 * 2.5 + 10.0 * 5.0) / 7.5;
     near(result.mods->band_lb[0], both, 1e-9);
@@ -226,12 +226,12 @@ static void the_wheel_pulls_rivets_out(void **state)
     scene.t_end_s = 0.13;
     rivet(&scene, 5, 3, 8);
     tension(&scene, &t0, 1);
-    scene.mods.band_tilt_rad = 0.01;
+    scene.mods.band[0].tilt_rad = 0.01;
     for (int i = 0; i < 3; i++) {
-        scene.mods.band_pull_lb = i == 0 ? 1.9 : 2.1;
-        scene.mods.band_wear_ft = 1.0;
+        scene.mods.band[0].pull_lb = i == 0 ? 1.9 : 2.1;
+        scene.mods.band[0].wear_ft = 1.0;
         if (i == 2)
-            assert_int_equal(sim_scene_set_list(&scene.mods.band_slipped_ft, &slipped, 1, &error), MR_OK);
+            assert_int_equal(sim_scene_set_list(&scene.mods.band[0].slipped_ft, &slipped, 1, &error), MR_OK);
         struct sim_result result = run(&scene, (struct sim_options){0});
         assert_true(result.mods->band_out[0] == (i == 1 ? 0.0 : 1.0)); /* mat 3 is passed at 0.04 to 0.06 s */
         assert_true(result.mods->band_out[1] == 0.0);                   /* mat 8 would be at 0.14 */
@@ -270,11 +270,14 @@ static struct sim_scene runway(void)
 static void add_all(struct sim_scene *scene)
 {
     const double t0 = 60.0;
-    scene->mods.bands = 0.5;
-    scene->mods.band_every = 10;
-    scene->mods.band_k_lb_ft = 2000.0;
-    scene->mods.band_grip_lb = 25.0;
+    scene->mods.band[0].count = 0.5;
+    scene->mods.band[0].every = 10;
+    scene->mods.band[0].k_lb_ft = 2000.0;
+    scene->mods.band[0].grip_lb = 25.0;
     tension(scene, &t0, 1);
+    scene->mods.band[1] = (struct sim_bands){.count = 0.25, .area_ft2 = scene->mods.band[0].area_ft2, .e_lb_ft2 = scene->mods.band[0].e_lb_ft2,
+                                             .every = 15, .k_lb_ft = 1000.0, .grip_lb = 25.0, .pull_lb = INFINITY, .wear_ft = INFINITY};
+    assert_int_equal(sim_scene_set_list(&scene->mods.band[1].t0_lb, &t0, 1, &error), MR_OK);
     scene->mods.cleat_every = 7;
     scene->mods.cleat_hold_lb = 2.0;
     scene->mods.cleat_travel_ft = 0.02;
@@ -424,9 +427,9 @@ static void a_second_implementation_agrees(void **state)
         scene.kl_lb_ft = 1e4;
         scene.cl_lb_s_ft = 5.0;
         scene.slack_ft = 0.01;
-        scene.mods.bands = 0.5;
-        scene.mods.band_e_lb_ft2 = 3000.0;
-        scene.mods.band_grip_lb = grips[i];
+        scene.mods.band[0].count = 0.5;
+        scene.mods.band[0].e_lb_ft2 = 3000.0;
+        scene.mods.band[0].grip_lb = grips[i];
         rivet(&scene, 3, 2, 5);
         tension(&scene, &t0, 1);
         assert_int_equal(sim_scene_set_list(&scene.gap0_ft, &gap, 1, &error), MR_OK);
@@ -453,7 +456,7 @@ static void a_cleat_wears_as_it_moves(void **state)
     (void)state;
     struct sim_scene scene = apart(3);
     const struct sim_path_row rows[] = {{0, 1.5, 20.0}, {0.4, 1.5, 20.0}};
-    scene.mods.bands = 0.0;
+    scene.mods.band[0].count = 0.0;
     scene.friction_law = SIM_STICK;
     scene.friction = 5.0 / G;
     scene.mods.cleat_every = 2;
@@ -478,7 +481,7 @@ static void a_stiffener_ties_mats(void **state)
 {
     (void)state;
     struct sim_scene scene = apart(4);
-    scene.mods.bands = 0.0;
+    scene.mods.band[0].count = 0.0;
     scene.mods.stiff_span = 3;
     scene.mods.stiff_k_lb_ft = 100.0;
     scene.v0_mat = 1;
@@ -506,7 +509,7 @@ static void joints_at_45_degrees_slide(void **state)
 {
     (void)state;
     struct sim_scene scene = apart(2);
-    scene.mods.bands = 0.0;
+    scene.mods.band[0].count = 0.0;
     scene.kl_lb_ft = 1e6; /* the joint's own give is small */
     scene.mods.lay_deg = 45.0;
     scene.mods.lay_slide_lb = 10.0;
@@ -531,7 +534,7 @@ static void a_joint_tears(void **state)
     (void)state;
     for (int i = 0; i < 2; i++) {
         struct sim_scene scene = apart(2);
-        scene.mods.bands = 0.0;
+        scene.mods.band[0].count = 0.0;
         scene.slack_ft = 5.05;
         scene.v0_mat = 2;
         scene.v0_ft_s = 2.0;
@@ -609,7 +612,7 @@ static void a_taut_band_holds_a_vee_down(void **state)
     struct sim_scene scene = apart(12);
     struct mods *mods;
     double z[50] = {0}, down[14], moment[14];
-    scene.mods.bands = 2.0;
+    scene.mods.band[0].count = 2.0;
     rivet(&scene, 6, 3, 9);
     tension(&scene, &t0, 1);
     z[2 * 5] = -h;
@@ -620,7 +623,7 @@ static void a_taut_band_holds_a_vee_down(void **state)
     for (int j = 0; j <= 12; j++)
         near(down[j], j == 5 ? 2.0 * 2.0 * t0 * h : 0.0, 1e-12);
     mods_free(mods);
-    scene.mods.band_over = SIM_OVER_RIVETS;
+    scene.mods.band[0].over = SIM_OVER_RIVETS;
     assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
     z[2 * 6] = -0.02; /* below the line from the crest to the rivet */
     mods_brace_heave(mods, &heave);
@@ -685,7 +688,7 @@ static void a_raised_cleat_holds_less(void **state)
     (void)state;
     struct sim_scene scene = apart(4);
     struct mods *mods;
-    scene.mods.bands = 0.0;
+    scene.mods.band[0].count = 0.0;
     scene.mods.cleat_every = 2;
     scene.mods.cleat_hold_lb = 8.0;
     scene.mods.cleat_depth_ft = 0.06;
@@ -714,7 +717,7 @@ static void what_is_absent_changes_nothing(void **state)
     struct sim_scene scene = runway();
     struct sim_result plain = run(&scene, (struct sim_options){.dt_s = 5e-5});
     assert_null(plain.mods);
-    scene.mods.band_grip_lb = 3.0; /* of no bands */
+    scene.mods.band[0].grip_lb = 3.0; /* of no bands */
     scene.mods.cleat_hold_lb = 3.0;
     scene.mods.stiff_k_lb_ft = 3.0;
     struct sim_result still = run(&scene, (struct sim_options){.dt_s = 5e-5});
@@ -722,7 +725,7 @@ static void what_is_absent_changes_nothing(void **state)
     add_all(&scene); /* present but of no strength */
     const double zero = 0.0;
     tension(&scene, &zero, 1);
-    scene.mods.bands = 1e-300;
+    scene.mods.band[0].count = scene.mods.band[1].count = 1e-300;
     scene.mods.cleat_hold_lb = 0.0;
     scene.mods.stiff_k_lb_ft = 0.0;
     scene.mods.tear_lb = 1e9;
@@ -750,16 +753,16 @@ static void what_makes_no_sense_is_refused(void **state)
     (void)state;
     const double two[] = {1, 2}, nine = 9;
     struct sim_scene scene = runway();
-    scene.mods.bands = 1.0;
-    scene.mods.band_first = 121;
+    scene.mods.band[0].count = 1.0;
+    scene.mods.band[0].first = 121;
     refused(&scene, "bands riveted nowhere");
-    scene.mods.band_first = 10;
+    scene.mods.band[0].first = 10;
     tension(&scene, two, 2);
     refused(&scene, "band_T0 has 2 values; give one number or 7");
     tension(&scene, two, 1);
-    assert_int_equal(sim_scene_set_list(&scene.mods.band_pulled, &nine, 1, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.mods.band[0].pulled, &nine, 1, &error), MR_OK);
     refused(&scene, "not a riveted mat");
-    assert_int_equal(sim_scene_set_list(&scene.mods.band_pulled, &nine, 0, &error), MR_OK);
+    assert_int_equal(sim_scene_set_list(&scene.mods.band[0].pulled, &nine, 0, &error), MR_OK);
     scene.mods.stiff_span = 6;
     scene.mods.lay_deg = 45.0;
     refused(&scene, "stiffeners on a diagonal pattern");
@@ -770,7 +773,7 @@ static void what_makes_no_sense_is_refused(void **state)
     assert_int_equal(sim_scene_set_list(&scene.mods.torn, (const double[]){122}, 1, &error), MR_OK);
     refused(&scene, "122");
     assert_int_equal(sim_scene_set_list(&scene.mods.torn, NULL, 0, &error), MR_OK);
-    scene.mods.bands = 1.0;
+    scene.mods.band[0].count = 1.0;
     scene.model = SIM_REPORT;
     assert_int_equal(sim_scene_set_list(&scene.grit_lb, NULL, 0, &error), MR_OK);
     refused(&scene, "a modified runway in model report; leave bands");

@@ -1,0 +1,101 @@
+#include "host/campaign/keys.h"
+
+#include <stdio.h>
+#include <string.h>
+
+bool keys_failed(const struct keys *keys)
+{
+    return keys->error->status != MR_OK;
+}
+
+void keys_wrong(const struct keys *keys, const char *where, const char *key, const char *wanted)
+{
+    error_set(keys->error, MR_MALFORMED, "wrong value: %s: %s%s%s; give %s", keys->path, where, where[0] ? "." : "", key, wanted);
+}
+
+void keys_check(const struct keys *keys, const char *where, const json_t *object, const char *const *known)
+{
+    const char *name;
+    json_t *value;
+    if (!json_is_object(object)) {
+        keys_wrong(keys, where, "", "an object, {...}");
+        return;
+    }
+    json_object_foreach((json_t *)object, name, value)
+    {
+        size_t i = 0;
+        while (known[i] && strcmp(known[i], name) != 0)
+            i++;
+        if (!known[i] && name[0] != '_')
+            error_set(keys->error, MR_MALFORMED,
+                      "unknown key: %s: %s%s\"%s\"; correct it (host/campaign/README.md lists the keys), or write _%s "
+                      "for a comment",
+                      keys->path, where, where[0] ? "." : "", name, name);
+    }
+}
+
+void keys_number(const struct keys *keys, const char *where, const json_t *object, const char *key, double low,
+                 double high, double *value)
+{
+    const json_t *entry = json_object_get(object, key);
+    char wanted[80];
+    if (!entry || keys_failed(keys))
+        return;
+    *value = json_number_value(entry);
+    snprintf(wanted, sizeof wanted, "a number from %g to %g", low, high);
+    if (!json_is_number(entry) || !(*value >= low && *value <= high))
+        keys_wrong(keys, where, key, wanted);
+}
+
+static void range_of(const struct keys *keys, const char *where, const char *key, const json_t *entry, double low,
+                     double high, struct campaign_range *range)
+{
+    char wanted[120];
+    if (json_is_array(entry) && json_array_size(entry) == 2) {
+        range->low = json_number_value(json_array_get(entry, 0));
+        range->high = json_number_value(json_array_get(entry, 1));
+    } else {
+        range->low = range->high = json_number_value(entry);
+    }
+    snprintf(wanted, sizeof wanted, "a number or [from, to] to draw between, from %g to %g", low, high);
+    bool numbers = json_is_number(entry) || (json_array_size(entry) == 2 && json_is_number(json_array_get(entry, 0)) &&
+                                             json_is_number(json_array_get(entry, 1)));
+    if (!numbers || !(range->low >= low && range->high <= high && range->low <= range->high))
+        keys_wrong(keys, where, key, wanted);
+}
+
+void keys_range(const struct keys *keys, const char *where, const json_t *object, const char *key, double low,
+                double high, struct campaign_range *value)
+{
+    const json_t *entry = json_object_get(object, key);
+    if (entry && !keys_failed(keys))
+        range_of(keys, where, key, entry, low, high, value);
+}
+
+unsigned keys_choice(const struct keys *keys, const char *where, const json_t *object, const char *key,
+                     const char *const *choices, unsigned now)
+{
+    const json_t *entry = json_object_get(object, key);
+    char wanted[120] = "one of";
+    if (!entry || keys_failed(keys))
+        return now;
+    for (unsigned i = 0; choices[i]; i++) {
+        if (json_is_string(entry) && strcmp(json_string_value(entry), choices[i]) == 0)
+            return i;
+        strcat(strcat(wanted, i > 0 ? ", " : " "), choices[i]); /* short words */
+    }
+    keys_wrong(keys, where, key, wanted);
+    return now;
+}
+
+void keys_text(const struct keys *keys, const char *where, const json_t *object, const char *key, char *to, size_t size)
+{
+    const json_t *entry = json_object_get(object, key);
+    if (!entry || keys_failed(keys))
+        return;
+    if (!json_is_string(entry) || strlen(json_string_value(entry)) >= size) {
+        keys_wrong(keys, where, key, "a short text");
+        return;
+    }
+    snprintf(to, size, "%s", json_string_value(entry));
+}

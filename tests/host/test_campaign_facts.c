@@ -1,0 +1,158 @@
+/* Facts of a series: what is computed for them, on runways written down by hand. */
+#include "tests/cmocka_all.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/campaign/facts.h"
+
+#define LANDINGS "\"landings\":[{\"deceleration_ft_s2\":5,\"times\":4}],\"stations_ft\":[5,10],"
+#define SCENE "\"scene\":{\"N\":60,\"L\":0.2857142857142857,\"slack\":0.0025}"
+
+static struct error error;
+
+static enum mr_status read(const char *facts, struct campaign *campaign)
+{
+    char text[1200];
+    snprintf(text, sizeof text, "{" LANDINGS SCENE ",\"facts\":[%s]}", facts);
+    json_t *root = json_loads(text, 0, NULL);
+    assert_non_null(root);
+    error = (struct error){0};
+    enum mr_status status = campaign_from_json(campaign, "test", root, &error);
+    json_decref(root);
+    return status;
+}
+
+/* Two runways: one takes four landings; the other buckles in its third. */
+struct case_ {
+    struct campaign_outcome lasting[4], buckling[4];
+    struct campaign_run runs[2];
+};
+
+static void write_down(struct case_ *c)
+{
+    static const double movement_in[4] = {0.25, -0.125, 0.5, 0.375};
+    memset(c, 0, sizeof *c);
+    for (int i = 0; i < 4; i++) {
+        c->lasting[i].peak_in = 1.0 + i;
+        c->lasting[i].movement_in[0] = movement_in[i];
+        c->lasting[i].movement_in[1] = -2.0 * movement_in[i];
+        c->lasting[i].zone_mats = 10 * (i + 1);
+        c->lasting[i].waves = i == 1 ? 3 : 0;
+        c->lasting[i].band_slack = i > 1;
+        c->lasting[i].tears = i == 3 ? 7 : 0;
+        c->buckling[i] = c->lasting[i];
+    }
+    c->buckling[2].buckled = true;
+    c->buckling[2].waves = 1;
+    c->runs[0] = (struct campaign_run){.seed = 1, .played = 4, .outcomes = c->lasting};
+    c->runs[1] = (struct campaign_run){.seed = 2, .played = 3, .buckled = 3, .outcomes = c->buckling};
+}
+
+/* The value of a fact on both runways. */
+static void values(const char *keys, double of[2])
+{
+    char fact[300];
+    struct campaign campaign;
+    struct case_ c;
+    write_down(&c);
+    snprintf(fact, sizeof fact, "{\"says\":\"x\",\"at_least\":0,%s}", keys);
+    if (read(fact, &campaign) != MR_OK)
+        fail_msg("%s", error.text);
+    assert_int_equal(campaign.fact_count, 1);
+    for (int i = 0; i < 2; i++)
+        of[i] = facts_value(&campaign, &campaign.facts[0], &c.runs[i]);
+    campaign_free(&campaign);
+}
+
+static void test_quantities(void **state)
+{
+    static const struct {
+        const char *keys;
+        double lasting, buckling; /* worked by hand; NaN: none */
+    } cases[] = {
+        {"\"quantity\":\"moved_in\",\"landings\":[1,4],\"station_ft\":5", 1.0, NAN},
+        {"\"quantity\":\"moved_in\",\"landings\":[1,4]", 2.0, NAN},
+        {"\"quantity\":\"moved_in\",\"landings\":[1,2],\"station_ft\":6", 0.125, 0.125},
+        {"\"quantity\":\"each_in\",\"landings\":[1,4],\"station_ft\":5", 0.3125, 0.1875},
+        {"\"quantity\":\"each_in\",\"landings\":[2,3]", 2.5, 2.0},
+        {"\"quantity\":\"each_in\",\"landings\":[3,4],\"against\":[1,2]", 3.5 / 1.5, NAN},
+        {"\"quantity\":\"most_in\",\"landings\":[1,3],\"station_ft\":9", 1.0, 0.5},
+        {"\"quantity\":\"zone_mats\",\"landings\":[1,4]", 40.0, 20.0},
+        {"\"quantity\":\"zone_mats\",\"landings\":\"before buckling\"", NAN, 20.0},
+        {"\"quantity\":\"zone_mats\",\"landings\":\"at buckling\"", NAN, 30.0},
+        {"\"quantity\":\"waves\",\"landings\":[1,4]", 1.0, 1.0},
+        {"\"quantity\":\"slack\",\"landings\":[1,4]", 2.0, 0.0},
+        {"\"quantity\":\"torn\",\"landings\":[4,4]", 1.0, NAN},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        double of[2], wanted[2] = {cases[i].lasting, cases[i].buckling};
+        values(cases[i].keys, of);
+        for (int k = 0; k < 2; k++) {
+            if (isnan(wanted[k]) ? !isnan(of[k]) : fabs(of[k] - wanted[k]) > 1e-12)
+                fail_msg("%s: runway %d has %g, should have %g", cases[i].keys, k + 1, of[k], wanted[k]);
+        }
+    }
+}
+
+static void test_agreement(void **state)
+{
+    static const char two[] = "{\"says\":\"a\",\"quantity\":\"zone_mats\",\"landings\":[1,4],\"at_least\":15,\"at_most\":25,\"needed\":0.5},"
+                              "{\"says\":\"b\",\"quantity\":\"torn\",\"landings\":[4,4],\"at_least\":1,\"needed\":1}";
+    struct campaign campaign;
+    struct case_ c;
+    struct campaign_summary summary;
+    (void)state;
+    write_down(&c);
+    assert_int_equal(read(two, &campaign), MR_OK);
+    campaign.seeds = 2;
+    assert_int_equal(campaign_summarise(&summary, &campaign, c.runs, &error), MR_OK);
+    assert_int_equal(summary.fact[0].agree, 1);
+    assert_true(summary.fact[0].enough);
+    assert_int_equal(summary.fact[0].value.count, 2);
+    assert_near(summary.fact[0].value.middle, 30.0, 1e-12);
+    assert_int_equal(summary.fact[1].agree, 1); /* the other never came to landing 4: it does not agree */
+    assert_false(summary.fact[1].enough);
+    assert_int_equal(summary.fact[1].value.count, 1);
+    campaign_summary_free(&summary);
+    campaign_free(&campaign);
+}
+
+static void test_mistakes(void **state)
+{
+    static const struct {
+        const char *fact, *says;
+    } cases[] = {
+        {"{\"says\":\"x\",\"landings\":[1,2],\"at_least\":1}", "facts[0].quantity"},
+        {"{\"says\":\"x\",\"quantity\":\"moved\",\"landings\":[1,2],\"at_least\":1}", "facts[0].quantity"},
+        {"{\"quantity\":\"torn\",\"landings\":[1,2],\"at_least\":1}", "facts[0].says"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,5],\"at_least\":1}", "facts[0].landings"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[2,1],\"at_least\":1}", "facts[0].landings"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"at_least\":1}", "facts[0].landings"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":\"after\",\"at_least\":1}", "before buckling, at buckling"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":\"\",\"at_least\":1}", "before buckling, at buckling"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2]}", "facts[0].at_least"},
+        {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2],\"at_least\":2,\"at_most\":1}", "facts[0].at_least"},
+        {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"station_ft\":90,\"at_least\":2}", "facts[0].station_ft"},
+        {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"most\":90}", "\"most\""},
+    };
+    struct campaign campaign;
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        assert_int_equal(read(cases[i].fact, &campaign), MR_MALFORMED);
+        if (!strstr(error.text, cases[i].says))
+            fail_msg("%s: '%s' does not name %s", cases[i].fact, error.text, cases[i].says);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_quantities),
+        cmocka_unit_test(test_agreement),
+        cmocka_unit_test(test_mistakes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
