@@ -246,7 +246,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         status = store_account_gaps(collector, side, error);
     if (status == MR_OK)
         status = store_block_put(collector->store, collector->session, side->boot,
-                                 side->current ? side->current->row.id : STORE_NONE, block.index,
+                                 side->current ? side->current->row.id : STORE_NONE, (int)side->kind, block.index,
                                  (int64_t)host_us, frame->payload, frame->length, error);
     return status;
 }
