@@ -35,6 +35,9 @@ struct stream {
     uint64_t host_us;
     bool (*drop_can)(const struct stream *stream, uint16_t id); /* true: sent and lost on the way */
     bool (*drop_serial)(const struct stream *stream, uint16_t type);
+    /* Instead of the files, when set: what is sent, as it is sent. */
+    void (*take_can)(struct stream *stream, const struct link_frame *frame);
+    void (*take_serial)(struct stream *stream, const uint8_t *frame, size_t size);
 };
 
 /* Truth of a landing. */
@@ -52,6 +55,8 @@ static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t 
     struct link_frame frame = {.id = id, .length = (uint8_t)length, .host_us = stream->host_us};
     memcpy(frame.data, payload, length);
     stream->can_sent++;
+    if (stream->take_can)
+        stream->take_can(stream, &frame);
     if (!stream->can || (stream->drop_can && stream->drop_can(stream, id)))
         return;
     candump_print(&frame, line);
@@ -63,6 +68,8 @@ static inline void stream_serial(struct stream *stream, uint16_t type, const uin
     uint8_t frame[MR_FRAME_MAX];
     size_t size = mr_frame_encode(stream->seq++, type, payload, length, frame);
     stream->serial_sent++;
+    if (stream->take_serial)
+        stream->take_serial(stream, frame, size);
     if (stream->serial && !(stream->drop_serial && stream->drop_serial(stream, type)))
         fwrite(frame, 1, size, stream->serial);
 }
