@@ -43,6 +43,9 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
 int64_t store_version(const struct store *store, bool *older);
 /* From now on `tell` (NULL: nobody) is told when a campaign was brought forward, in one line. */
 void store_on_migration(void (*tell)(const char *line));
+/* For the one that logs: nobody else does, into the same campaign, until it is closed. Notes, surveys and reports go on beside it.
+ * MR_IO: another one does. */
+enum mr_status store_take_alone(struct store *store, struct error *error);
 void store_close(struct store *store); /* rolls back what is not committed; NULL is allowed */
 const char *store_path(const struct store *store);
 

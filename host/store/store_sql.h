@@ -247,6 +247,7 @@ struct store {
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use */
     int64_t found_version; /* of the tables when it was opened */
     bool found_due;        /* it lacked some of this version's */
+    int alone;             /* descriptor that keeps others who log out; 0: none */
 };
 
 /* The tables. */
