@@ -71,7 +71,7 @@ tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
-	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/soak_host/sender $(B)/tests/link/faults.so
+	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
 
 fuzz_targets := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
@@ -427,6 +427,8 @@ $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(campaigns_src)) $(host
 # The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
 $(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)
 	$(CC) $^ $(HIL_LIBS) -o $@
+$(B)/tests/link/longlanding: $(B)/tests/link/longlanding.o $(B)/host/host/link/candump.o $(common_lib)
+	$(CC) $^ -lm -o $@
 # For LD_PRELOAD: clocks that jump or run fast, a full disk.
 $(B)/tests/link/faults.so: tests/link/faults.c | $(B)/.test-packages
 	@mkdir -p $(@D)

@@ -1,6 +1,6 @@
 /* Changes what one program takes for the time, and how much room its disk has. A library for LD_PRELOAD, for tests:
  *
- *     CLOCK_RATE=20                both clocks pass 20 times as fast
+ *     CLOCK_RATE=FILE:20           both clocks pass 20 times as fast as long as FILE is there
  *     CLOCK_JUMP=FILE:SECONDS      the time of day is SECONDS later (earlier when negative) from when FILE is there
  *     DISK_FULL=FILE:PART          writing to paths that contain PART fails as on a full disk as long as FILE is there
  */
@@ -34,22 +34,24 @@ static int is_there(const char *variable, const char **rest)
 int clock_gettime(clockid_t clock, struct timespec *at)
 {
     static int (*real)(clockid_t, struct timespec *);
-    static struct timespec begun[2];
-    const char *seconds, *rate = getenv("CLOCK_RATE");
+    static int64_t real_ns[2], shown_ns[2]; /* at the last look; one thread looks */
+    const char *seconds, *rate;
     if (!real)
         *(void **)&real = dlsym(RTLD_NEXT, "clock_gettime");
     int result = real(clock, at);
     if (result != 0 || (clock != CLOCK_REALTIME && clock != CLOCK_MONOTONIC))
         return result;
-    struct timespec *first = &begun[clock == CLOCK_MONOTONIC];
-    if (first->tv_sec == 0)
-        *first = *at;
-    int64_t passed = (at->tv_sec - first->tv_sec) * NS + at->tv_nsec - first->tv_nsec;
-    int64_t now = first->tv_sec * NS + first->tv_nsec + (int64_t)((double)passed * (rate ? strtod(rate, NULL) : 1.0));
-    if (clock == CLOCK_REALTIME && is_there("CLOCK_JUMP", &seconds))
-        now += (int64_t)(strtod(seconds, NULL) * (double)NS);
-    at->tv_sec = (time_t)(now / NS);
-    at->tv_nsec = (long)(now % NS);
+    int which = clock == CLOCK_MONOTONIC;
+    int64_t now_ns = at->tv_sec * NS + at->tv_nsec;
+    int64_t passed_ns = real_ns[which] ? now_ns - real_ns[which] : 0;
+    shown_ns[which] = real_ns[which] ? shown_ns[which] : now_ns;
+    shown_ns[which] += is_there("CLOCK_RATE", &rate) ? (int64_t)((double)passed_ns * strtod(rate, NULL)) : passed_ns;
+    real_ns[which] = now_ns;
+    int64_t shown = shown_ns[which];
+    if (!which && is_there("CLOCK_JUMP", &seconds))
+        shown += (int64_t)(strtod(seconds, NULL) * (double)NS);
+    at->tv_sec = (time_t)(shown / NS);
+    at->tv_nsec = (long)(shown % NS);
     return 0;
 }
 
