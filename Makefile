@@ -71,7 +71,7 @@ tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
-	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot
+	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
 
 fuzz_targets := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
@@ -200,6 +200,11 @@ budget: all ## what each task of the firmware costs in a landing, on the emulate
 soak: $(B)/tests/soak/soak $(firmware) ## HOURS=1 SEED=1: virtual time with random faults; sent = received + declared lost, per message
 	@mkdir -p $(B)/soak
 	$(B)/tests/soak/soak $(or $(HOURS),1) $(or $(SEED),1) $(B)/soak | tee $(B)/soak/summary.txt
+
+.PHONY: soak-host
+soak-host: $(B)/tests/soak_host/sender $(B)/matrig ## HOURS=1 or SECONDS=: a full CAN bus and 2 Mbaud into one campaign: lost, memory, processor
+	@mkdir -p $(B)/soak_host
+	@tests/soak_host/run.sh $(or $(SECONDS),$(shell echo $$(($(or $(HOURS),1) * 3600)))) $(B)/soak_host | tee $(B)/soak_host/summary.txt
 
 .PHONY: clean
 clean: ## remove build/
@@ -424,6 +429,14 @@ $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(campaigns_src)) $(host
 # The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
 $(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)
 	$(CC) $^ $(HIL_LIBS) -o $@
+$(B)/tests/link/longlanding: $(B)/tests/link/longlanding.o $(B)/host/host/link/candump.o $(common_lib)
+	$(CC) $^ -lm -o $@
+# For LD_PRELOAD: clocks that jump or run fast, a full disk.
+$(B)/tests/link/faults.so: tests/link/faults.c | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(CC) -std=c11 -O2 -Wall -Wextra -Werror -shared -fPIC $< -ldl -o $@
+$(B)/tests/soak_host/sender: $(B)/tests/soak_host/sender.o $(B)/host/hil/canbits.o $(B)/host/host/link/candump.o $(common_lib)
+	$(CC) $^ -lm -o $@
 $(B)/tests/linux/bridge: $(B)/tests/linux/bridge.o $(B)/host/hil/canbits.o
 	$(CC) $^ -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))

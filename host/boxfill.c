@@ -11,8 +11,8 @@
 #include "host/collect_state.h"
 
 /* Beside CAN and serial. */
-#define THE_BOX ((enum link_kind)2)
-_Static_assert(1 << 2 == BOXFILL_LINK, "as its rows are marked");
+#define THE_BOX ((enum link_kind)STORE_LINK_BOX)
+_Static_assert(1 << STORE_LINK_BOX == BOXFILL_LINK, "as its rows are marked");
 
 /* Where the record's messages go: a collector that follows this one landing. */
 struct messages {
@@ -167,7 +167,8 @@ static enum mr_status fill_block(struct store *store, int64_t session, int64_t r
     if (knows(known, block->index))
         return MR_OK;
     result->filled_blocks++;
-    return store_block_put(store, session, 0, run, block->index, (int64_t)link_now_us(), bytes, mr_block_put(block, bytes), error);
+    return store_block_put(store, session, 0, run, STORE_LINK_BOX, block->index, (int64_t)link_now_us(), bytes, mr_block_put(block, bytes),
+                           error);
 }
 
 static enum mr_status fill(struct store *store, int64_t session, const struct known *known, struct mr_boxread *reader,

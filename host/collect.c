@@ -86,8 +86,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     collect_leave(side);
     side->boot++;
     side->time = (struct timebase){0};
-    side->map.count = 0;
-    side->sync_host_us = 0;
+    collect_forget_time(side);
     account_restart(&side->account, whole);
     side->shunt = (struct mr_shunt){0};
     memset(collector->fault_count, 0, sizeof collector->fault_count);
@@ -246,7 +245,7 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
         status = store_account_gaps(collector, side, error);
     if (status == MR_OK)
         status = store_block_put(collector->store, collector->session, side->boot,
-                                 side->current ? side->current->row.id : STORE_NONE, block.index,
+                                 side->current ? side->current->row.id : STORE_NONE, (int)side->kind, block.index,
                                  (int64_t)host_us, frame->payload, frame->length, error);
     return status;
 }
@@ -343,6 +342,19 @@ enum mr_status collector_troubles(struct collector *collector, enum link_kind ki
         account_trouble(&side->account, (enum link_trouble)i, (int64_t)more);
     }
     return status;
+}
+
+enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us, struct error *error)
+{
+    struct store_event event = {.session = collector->session, .run = STORE_NONE, .board_us = STORE_NONE,
+                                .host_us = (int64_t)link_now_us(), .kind = "clock-set", .value = jump_us};
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        struct side *side = &collector->side[kind];
+        if (side->current)
+            event.run = side->current->row.id;
+        collect_forget_time(side);
+    }
+    return store_event_put(collector->store, &event, error);
 }
 
 enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error)

@@ -31,6 +31,8 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
  * collector_put_counts. Call it before what came after them goes in. */
 enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
                                   const struct link_counters *counters, struct error *error);
+/* This computer's clock was set, by `jump_us`: an event `clock-set`; where the board's clock is against it is found anew. */
+enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us, struct error *error);
 /* A link ended. MR_TRUNCATED: inside a serial frame. */
 enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error);
 /* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end", "time",

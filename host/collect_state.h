@@ -122,6 +122,7 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
 void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
 void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);
 void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
+void collect_forget_time(struct side *side); /* of this computer's clock, which is another one now */
 enum mr_status collect_put_time_map(struct collector *collector, const struct side *side, const struct slot *slot,
                                     struct error *error);
 enum mr_status collect_film_frame(struct collector *collector, struct side *side, const struct mr_film_frame *frame,

@@ -32,6 +32,12 @@ void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t hos
         timemap_add(&side->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
 }
 
+void collect_forget_time(struct side *side)
+{
+    side->map.count = 0;
+    side->sync_host_us = 0;
+}
+
 enum mr_status collect_put_time_map(struct collector *collector, const struct side *side, const struct slot *slot,
                                     struct error *error)
 {

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "host/analyse/film.h"
+#include "host/analyse/measured_source.h"
 #include "host/analyse/summary.h"
 #include "host/cli.h"
 #include "host/export_mdf4.h"
@@ -63,13 +64,12 @@ static enum mr_status export_candump(struct store *store, int64_t run, FILE *out
 
 static void csv_provenance(const struct measured *measured, bool si, FILE *out)
 {
-    static const char *const sources[] = {"none", "serial block records at 1 kHz",
-                                          "CAN messages (displacements 500 Hz, tensions 250 Hz, each value "
-                                          "held over the blocks it is the mean of)"};
+    char source[MEASURED_SOURCE_TEXT];
     const struct store_landing *landing = &measured->landing;
     fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
             (long long)landing->id, (long long)landing->board_landing, landing->board_uid, landing->firmware);
-    fprintf(out, "# readings from %s\n", sources[measured->source]);
+    measured_source_text(measured, source);
+    fprintf(out, "# readings from %s\n", source);
     fprintf(out, "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
             measured->t0_is_touchdown ? "touchdown"
             : measured->gates         ? "the first edge"
@@ -83,6 +83,8 @@ static void csv_provenance(const struct measured *measured, bool si, FILE *out)
     for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
     fputs("n not valid, L block lost; an empty cell is missing\n", out);
+    fputs("# source: one character per channel: S serial, B black box, C CAN, whose value is held over the blocks that it is the mean of "
+          "(displacements 2, tensions 4), - none\n", out);
     fprintf(out, "# units: %s, s, %s, %s, %s\n", unit_of(UNIT_STATION, si)->text,
             unit_of(UNIT_SPEED, si)->text, unit_of(UNIT_DISPLACEMENT, si)->text,
             unit_of(UNIT_TENSION, si)->text);
@@ -116,7 +118,7 @@ static void csv_cell(FILE *out, double value, int digits)
 static void csv_row(const struct measured *measured, const struct measured_channel **channels, size_t count,
                     size_t sample, bool si, FILE *out)
 {
-    char validity[MR_CHANNELS + 1];
+    char validity[MR_CHANNELS + 1], source[MR_CHANNELS + 1];
     double t_s = measured_time_s(measured, sample);
     double error_ft_s;
     double speed_ft_s = measured_speed_ft_s(measured, t_s, &error_ft_s);
@@ -129,9 +131,10 @@ static void csv_row(const struct measured *measured, const struct measured_chann
         csv_cell(out, measured_value(channels[c], sample) * unit->factor, moves ? 5 : 3);
         uint8_t v = channels[c]->validity[sample];
         validity[c] = (char)(v == MEASURED_LOST ? 'L' : v == MEASURED_NOT_VALID ? 'n' : '0' + v);
+        source[c] = measured_source_letter((enum measured_source)channels[c]->source[sample]);
     }
-    validity[count] = '\0';
-    fprintf(out, ",%s\n", validity);
+    validity[count] = source[count] = '\0';
+    fprintf(out, ",%s,%s\n", validity, source);
 }
 
 static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, const struct cli *cli,
@@ -155,7 +158,7 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
             fprintf(out, ",%c%u_%s", moves ? 'd' : 't', channels[c]->config.number,
                     unit_of(moves ? UNIT_DISPLACEMENT : UNIT_TENSION, cli->si)->suffix);
         }
-        fputs(",validity\n", out);
+        fputs(",validity,source\n", out);
         for (size_t i = 0; i < measured.samples; i++)
             csv_row(&measured, channels, count, i, cli->si, out);
         *rows = (long)measured.samples;

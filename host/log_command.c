@@ -22,6 +22,7 @@
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
 #define COMMIT_US 40000u
 #define PROGRESS_US 200000u
+#define CLOCK_JUMP_US 50000 /* within a turn; one that is slewed goes 500 ppm of it */
 #define SERVICE_US 250000u /* links are looked after at least this often */
 #define ASK_US 1000000u  /* between two requests for the configuration */
 #define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
@@ -54,6 +55,7 @@ struct logger {
     unsigned shown; /* landings summarised */
     struct quicklook look;
     struct live live; /* of --live; else all zero */
+    int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
     uint64_t live_us; /* when the board was asked to be live; 0: not yet */
 };
 
@@ -208,11 +210,15 @@ static enum mr_status show_finished(struct logger *logger, struct error *error)
     int64_t run;
     while ((run = collector_take_finished(logger->collector)) != 0) {
         struct summary summary;
+        struct error why = {0};
         enum mr_status status = commit(logger, error);
-        if (status == MR_OK)
-            status = summary_load(logger->store, run, &summary, error);
         if (status != MR_OK)
             return status;
+        if (summary_load(logger->store, run, &summary, &why) != MR_OK) { /* it can be tried again later; what comes cannot */
+            cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)run, why.text);
+            summary_free(&summary);
+            continue;
+        }
         if (logger->cli->json) {
             json_array_append_new(logger->landings, summary_json(&summary, logger->cli->si));
         } else {
@@ -237,12 +243,13 @@ static enum mr_status show_silent(struct logger *logger, struct error *error)
         return MR_OK;
     cli_note(logger->cli, "nothing comes any more of RUN %lld: are board and cables in order? What came until now is kept",
              (long long)progress.run);
+    struct error why = {0};
     enum mr_status status = commit(logger, error);
-    if (status == MR_OK)
-        status = summary_load(logger->store, progress.run, &summary, error);
     if (status != MR_OK)
         return status;
-    if (!logger->cli->json) {
+    if (summary_load(logger->store, progress.run, &summary, &why) != MR_OK) {
+        cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)progress.run, why.text);
+    } else if (!logger->cli->json) {
         summary_print(&summary, logger->cli->si, stdout);
         fflush(stdout);
     }
@@ -335,6 +342,21 @@ static void note_health(struct logger *logger)
                  alarm->outages, alarm->outages == 1 ? "outage" : "outages");
 }
 
+/* The time of day is this computer's, which somebody, or NTP, may set while it is logging. Deadlines go by the monotonic clock; what has
+ * been stamped keeps its stamp, and the campaign says from when on stamps are others. */
+static enum mr_status watch_clock(struct logger *logger, struct error *error)
+{
+    int64_t ahead_us = (int64_t)(link_now_us() - monotonic_us());
+    int64_t jump_us = logger->clock_ahead_us ? ahead_us - logger->clock_ahead_us : 0;
+    logger->clock_ahead_us = ahead_us;
+    if (jump_us > -CLOCK_JUMP_US && jump_us < CLOCK_JUMP_US)
+        return MR_OK;
+    cli_note(logger->cli, "this computer's clock was set by %+.3f s: times of day before and after it differ by that",
+             (double)jump_us / 1e6);
+    enum mr_status status = ensure_transaction(logger, error);
+    return status == MR_OK ? collector_clock_set(logger->collector, jump_us, error) : status;
+}
+
 static void show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_terminal() || (!last && monotonic_us() - logger->shown_us < PROGRESS_US))
@@ -411,6 +433,8 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
             status = show_finished(logger, error);
         if (status == MR_OK)
             status = show_silent(logger, error);
+        if (status == MR_OK)
+            status = watch_clock(logger, error);
         if (status != MR_OK)
             return status;
         ask_for_configuration(logger);
@@ -567,6 +591,12 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
     return status;
 }
 
+static enum mr_status open_store(struct logger *logger, const char *db, struct error *error)
+{
+    enum mr_status status = store_open(db, STORE_CREATE, &logger->store, error);
+    return status == MR_OK ? store_take_alone(logger->store, error) : status;
+}
+
 /* An existing database is checked before any link is opened; a new one is made only once the links are open.
  */
 static enum mr_status open_all(struct logger *logger, const char *can, const char *serial, const char *db, const char *live,
@@ -575,7 +605,7 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
     const char *const spec[LINK_KINDS] = {can, serial};
     enum mr_status status = MR_OK;
     if (access(db, F_OK) == 0)
-        status = store_open(db, STORE_CREATE, &logger->store, error);
+        status = open_store(logger, db, error);
     if (status == MR_OK && live)
         status = open_live(logger, live, can, serial, db, error);
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
@@ -584,7 +614,7 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
         logger->open[kind] = spec[kind] != NULL;
     }
     if (status == MR_OK && !logger->store)
-        status = store_open(db, STORE_CREATE, &logger->store, error);
+        status = open_store(logger, db, error);
     return status;
 }
 

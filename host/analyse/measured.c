@@ -229,9 +229,29 @@ static size_t first_edge_sample(const struct measured *measured)
     return (size_t)sample < measured->samples ? (size_t)sample : measured->samples;
 }
 
+/* From what has the full rate, if there is enough of it: what CAN sends is a mean already. Of one value of `stride` samples. */
+static void find_noise(struct measured_channel *channel, size_t from, size_t to)
+{
+    double squares[2] = {0.0, 0.0};
+    size_t count[2] = {0, 0};
+    for (size_t i = from; i < to; i++) {
+        bool can = channel->source[i] == MEASURED_CAN;
+        double off = (double)channel->raw[i] - channel->baseline;
+        if (channel->validity[i] != MR_VALID)
+            continue;
+        squares[can] += off * off;
+        count[can]++;
+    }
+    channel->noise = (double)NAN;
+    if (count[0] >= count[1] && count[0] > 1)
+        channel->noise = sqrt(squares[0] / (double)(count[0] - 1) / (double)channel->stride);
+    else if (count[1] > 1)
+        channel->noise = sqrt(squares[1] / (double)(count[1] - 1));
+}
+
 static void find_baseline(struct measured_channel *channel, size_t from, size_t to)
 {
-    double sum = 0.0, squares = 0.0;
+    double sum = 0.0;
     size_t count = 0;
     for (size_t i = from; i < to; i++) {
         if (channel->validity[i] != MR_VALID)
@@ -240,13 +260,8 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
         count++;
     }
     channel->baseline = count ? sum / (double)count : (double)NAN;
-    for (size_t i = from; i < to; i++) {
-        if (channel->validity[i] == MR_VALID)
-            squares +=
-                ((double)channel->raw[i] - channel->baseline) * ((double)channel->raw[i] - channel->baseline);
-    }
-    channel->noise = count > 1 ? sqrt(squares / (double)(count - 1)) : (double)NAN;
     channel->rest = count;
+    find_noise(channel, from, to);
 }
 
 double measured_error(const struct measured *measured, const struct measured_channel *channel, double value, double samples)
@@ -286,7 +301,7 @@ static double half_mean(const struct measured *measured, const struct measured_c
     size_t count = 0;
     for (size_t i = from; i <= to; i++) {
         double value = measured_value(channel, i);
-        if (i / channel->stride % 2 != parity || isnan(value))
+        if ((i + channel->phase) / channel->stride % 2 != parity || isnan(value))
             continue;
         sum += value;
         count++;
@@ -395,9 +410,11 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
 
 void measured_free(struct measured *measured)
 {
+    free(measured->stretch);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         free(measured->channel[c].raw);
         free(measured->channel[c].validity);
+        free(measured->channel[c].source);
     }
 }
 

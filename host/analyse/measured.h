@@ -2,8 +2,10 @@
  *
  * Time t_s counts from touchdown (from the first edge when there is no fit, from arming without edges).
  * Samples are 1 ms blocks; a sample's time is the middle of its eight scans. Displacements and tensions are
- * computed here from the block records with the board's own calibration; without block records (no serial
- * link) they come from the CAN messages, each filling the 2 or 4 blocks it is the mean of. A displacement is
+ * computed here from the block records with the board's own calibration. Block records come over serial or from the black box; a
+ * block that neither brought is filled from the CAN messages, each over the 2 or 4 blocks it is the mean of, and so is a landing
+ * without any. Each sample says where it comes from. CAN does not fill a landing that was calibrated anew: the board computed its
+ * messages by the old calibration. A displacement is
  * relative to its mean over the half second before the first edge; a tension is absolute. What is missing or
  * not valid is NaN. A channel that stuck is not valid from where it stopped moving on, which is before anybody could know.
  *
@@ -21,17 +23,26 @@
 #define MEASURED_LOST 255       /* validity: the block never came */
 #define MEASURED_NOT_VALID 254  /* validity: not valid, and CAN does not say why */
 
-enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN };
+enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN, MEASURED_BOX };
+#define MEASURED_SOURCES 4u
+
+/* Blocks in a row of one source: as of their records; CAN where it filled any channel. */
+struct measured_stretch {
+    enum measured_source source;
+    int64_t from_block, to_block; /* both in it */
+};
 
 struct measured_channel {
     struct mr_channel_config config;
     float *raw;        /* per sample, in or lb, as read */
     uint8_t *validity; /* enum mr_validity or one of the two above */
+    uint8_t *source;   /* enum measured_source: whence each sample came */
     size_t valid;      /* samples with MR_VALID */
     double baseline;   /* mean before the first edge; NaN: none */
     double noise;      /* standard deviation of one sample there */
     size_t rest;       /* samples in the baseline */
-    size_t stride;     /* samples that have one value: 1; from CAN as many as a message is the mean of */
+    size_t stride;     /* samples that have one value: 1; as many as a CAN message is the mean of when any is from CAN */
+    size_t phase;      /* a message begins at each sample i for which `stride` divides i + phase */
     /* Of the value (raw, less the baseline for displacements), from the first edge on: */
     double high, low; /* extremes of the moving mean */
     double peak;      /* high or low, whichever is larger in size */
@@ -49,7 +60,10 @@ struct measured_check {
 
 struct measured {
     struct store_landing landing;
-    enum measured_source source;
+    enum measured_source source; /* of most block records; without any CAN */
+    struct measured_stretch *stretch; /* in order, without a hole */
+    size_t stretches;
+    int64_t blocks_from[MEASURED_SOURCES]; /* how many of the samples */
     int64_t first_block;
     size_t samples;
     int64_t t0_us; /* board time of t_s = 0 */

@@ -7,13 +7,16 @@
 #include "common/catalogue.h"
 #include "common/watch.h"
 #include "common/wire.h"
+#include "host/analyse/measured_source.h"
 #include "host/link/link.h"
 #include "host/store/store_recalibrate.h"
 
 struct block_list {
     struct mr_block *block;
+    uint8_t *source; /* enum measured_source */
     size_t count;
     size_t room;
+    size_t known; /* sources */
 };
 
 static enum mr_status keep_block(void *context, const uint8_t *record, size_t length)
@@ -22,26 +25,50 @@ static enum mr_status keep_block(void *context, const uint8_t *record, size_t le
     if (list->count == list->room) {
         size_t room = list->room ? 2 * list->room : 4096;
         struct mr_block *larger = realloc(list->block, room * sizeof *larger);
-        if (!larger)
+        uint8_t *sources = realloc(list->source, room);
+        list->block = larger ? larger : list->block;
+        list->source = sources ? sources : list->source;
+        if (!larger || !sources)
             return MR_FULL;
-        list->block = larger;
         list->room = room;
     }
     return mr_block_get(&list->block[list->count++], record, length);
 }
 
-/* Room for `samples` samples of every measuring channel, all lost so far. */
-static enum mr_status make_series(struct measured *measured, int64_t first_block, size_t samples,
-                                  struct error *error)
+static void keep_source(void *context, int64_t index, int link)
 {
-    measured->first_block = first_block;
+    struct block_list *list = context;
+    (void)index; /* in the order of the blocks */
+    if (list->known < list->count)
+        list->source[list->known++] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
+}
+
+/* Blocks of a landing. */
+struct span {
+    int64_t first, last;
+    bool any;
+};
+
+static void add_to_span(struct span *span, int64_t first, int64_t last)
+{
+    span->first = span->any && span->first < first ? span->first : first;
+    span->last = span->any && span->last > last ? span->last : last;
+    span->any = true;
+}
+
+/* Room for the samples of every measuring channel, all lost so far. */
+static enum mr_status make_series(struct measured *measured, const struct span *span, struct error *error)
+{
+    size_t samples = (size_t)(span->last - span->first) + 1;
+    measured->first_block = span->first;
     measured->samples = samples;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct measured_channel *channel = &measured->channel[c];
         channel->raw = malloc(samples * sizeof *channel->raw);
         channel->validity = malloc(samples);
+        channel->source = calloc(samples, 1);
         channel->stride = 1;
-        if (!channel->raw || !channel->validity)
+        if (!channel->raw || !channel->validity || !channel->source)
             return error_set(error, MR_FULL, "no memory: RUN %lld with %zu samples; close other programs",
                              (long long)measured->landing.id, samples);
         memset(channel->validity, MEASURED_LOST, samples);
@@ -72,9 +99,20 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
     mr_watch_begin(watch, config, index);
 }
 
+/* The board saw what came in a hole; here a channel may have left its band there and come back, while its neighbours moved. What was
+ * not stuck before is judged anew. */
+#define WATCH_HOLE_BLOCKS 20
+static void pass_hole(struct mr_watch *watch)
+{
+    for (unsigned c = 0; c < MR_WATCHED; c++) {
+        if (!watch->channel[c].stuck)
+            watch->channel[c].anchor = MR_NAN;
+    }
+}
+
 /* As the board does it. A channel that turns out to be stuck has been so since its anchor: those readings lose their validity
  * here and, when they have been held against the board's messages, their value (blank_stuck). */
-static void read_block(struct measured *measured, struct mr_watch *watch, const struct mr_block *block)
+static void read_block(struct measured *measured, struct mr_watch *watch, const struct mr_block *block, enum measured_source source)
 {
     size_t i = (size_t)((int64_t)block->index - measured->first_block);
     float ratio = mr_channels_ratio(block);
@@ -85,6 +123,7 @@ static void read_block(struct measured *measured, struct mr_watch *watch, const 
             mr_watch_reading(watch, &channel->config, c, block->index, &reading);
         channel->raw[i] = reading.value;
         channel->validity[i] = reading.validity;
+        channel->source[i] = (uint8_t)source;
         if (reading.validity != MR_INVALID_STUCK)
             continue;
         for (size_t k = i; k-- > 0 && (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
@@ -105,7 +144,7 @@ static void blank_stuck(struct measured *measured)
     }
 }
 
-/* CAN alone: what the board said of a channel that stuck, up to what it said of it next. */
+/* Samples from CAN: what the board said of a channel that stuck, up to what it said of it next. */
 static enum mr_status take_stuck_from_events(struct store *store, struct measured *measured, struct error *error)
 {
     struct store_fault *event = NULL;
@@ -119,34 +158,13 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
             until = event[later].detail == event[e].detail ? event[later].board_us / 1000 : until;
         for (int64_t block = event[e].board_us / 1000; block < until; block++) {
             int64_t i = block - measured->first_block;
-            uint8_t *validity = measured->channel[event[e].detail].validity;
-            if (i >= 0 && i < (int64_t)measured->samples && validity[i] != MEASURED_LOST)
-                validity[i] = MR_INVALID_STUCK;
+            struct measured_channel *channel = &measured->channel[event[e].detail];
+            if (i >= 0 && i < (int64_t)measured->samples && channel->source[i] == MEASURED_CAN)
+                channel->validity[i] = MR_INVALID_STUCK;
         }
     }
     free(event);
     return status;
-}
-
-static enum mr_status series_from_blocks(struct measured *measured, const struct block_list *list,
-                                         struct error *error)
-{
-    int64_t first = list->block[0].index;
-    int64_t last = list->block[list->count - 1].index;
-    enum mr_status status = check_span(measured, first, last, error);
-    if (status == MR_OK)
-        status = make_series(measured, first, (size_t)(last - first) + 1, error);
-    if (status != MR_OK)
-        return status;
-    struct mr_watch watch = {0};
-    for (size_t b = 0; b < list->count; b++) {
-        const struct mr_block *block = &list->block[b];
-        if (!watch.recording && (int64_t)block->index >= measured->landing.armed_block)
-            begin_watch(&watch, measured, block->index);
-        read_block(measured, &watch, block);
-    }
-    measured->source = MEASURED_SERIAL;
-    return MR_OK;
 }
 
 /* ---- CAN messages of decimated channels ---- */
@@ -180,24 +198,33 @@ static const struct decimated *find_decimated(const struct store_frame *frame)
     return NULL;
 }
 
-struct can_span {
-    int64_t first, last;
-    bool any;
+struct spans {
+    struct span blocks, all;
 };
 
+/* What a message is the mean of is added where it lies before or behind all block records. */
 static enum mr_status find_span(void *context, const struct store_frame *frame)
 {
-    struct can_span *span = context;
+    struct spans *spans = context;
     const struct decimated *message = find_decimated(frame);
     if (!message)
         return MR_OK;
-    int64_t block = frame->board_us / 1000;
-    if (!span->any || block - (int64_t)message->blocks + 1 < span->first)
-        span->first = block - (int64_t)message->blocks + 1;
-    if (!span->any || block > span->last)
-        span->last = block;
-    span->any = true;
+    int64_t last = frame->board_us / 1000, first = last - (int64_t)message->blocks + 1;
+    if (!spans->blocks.any || last < spans->blocks.first || first > spans->blocks.last)
+        add_to_span(&spans->all, first, last);
     return MR_OK;
+}
+
+/* One of the samples that a message is the mean of, if nothing better has it. `end`: sample after the message's last. */
+static void fill_sample(struct measured_channel *channel, size_t i, float value, unsigned blocks, size_t end)
+{
+    if (channel->source[i] == MEASURED_SERIAL || channel->source[i] == MEASURED_BOX)
+        return;
+    channel->source[i] = MEASURED_CAN;
+    channel->stride = blocks;
+    channel->phase = (blocks - end % blocks) % blocks;
+    channel->raw[i] = value;
+    channel->validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
 }
 
 static enum mr_status fill_from_message(void *context, const struct store_frame *frame)
@@ -213,11 +240,8 @@ static enum mr_status fill_from_message(void *context, const struct store_frame 
         int c = measured_find(measured, message->kind, message->first + k);
         for (unsigned age = 0; c >= 0 && age < message->blocks; age++) {
             int64_t i = newest - (int64_t)age;
-            if (i < 0 || i >= (int64_t)measured->samples)
-                continue;
-            measured->channel[c].stride = message->blocks;
-            measured->channel[c].raw[i] = value;
-            measured->channel[c].validity[i] = isnan(value) ? MEASURED_NOT_VALID : MR_VALID;
+            if (i >= 0 && i < (int64_t)measured->samples)
+                fill_sample(&measured->channel[c], (size_t)i, value, message->blocks, (size_t)(newest + 1));
         }
     }
     return MR_OK;
@@ -256,47 +280,83 @@ static enum mr_status check_against_message(void *context, const struct store_fr
     return MR_OK;
 }
 
-static enum mr_status series_from_messages(struct store *store, struct measured *measured,
-                                           struct error *error)
+/* `span`: of the blocks and of what CAN adds to them. */
+static enum mr_status series_from_blocks(struct measured *measured, const struct block_list *list, const struct span *span,
+                                         struct error *error)
 {
-    struct can_span span = {0};
+    size_t from_box = 0;
+    struct mr_watch watch = {0};
+    enum mr_status status = make_series(measured, span, error);
+    for (size_t b = 0; b < list->count && status == MR_OK; b++) {
+        const struct mr_block *block = &list->block[b];
+        if (!watch.recording && (int64_t)block->index >= measured->landing.armed_block)
+            begin_watch(&watch, measured, block->index);
+        if (b > 0 && block->index - list->block[b - 1].index > WATCH_HOLE_BLOCKS)
+            pass_hole(&watch);
+        read_block(measured, &watch, block, (enum measured_source)list->source[b]);
+        from_box += list->source[b] == MEASURED_BOX;
+    }
+    measured->source = 2 * from_box > list->count ? MEASURED_BOX : MEASURED_SERIAL;
+    return status;
+}
+
+static enum mr_status load_blocks(struct store *store, const struct measured *measured, struct block_list *list, struct error *error)
+{
     int64_t run = measured->landing.id;
-    enum mr_status status = store_frames_each(store, run, LINK_CAN, find_span, &span, error);
-    if (status != MR_OK || !span.any)
-        return status;
-    status = check_span(measured, span.first, span.last, error);
-    if (status == MR_OK)
-        status = make_series(measured, span.first, (size_t)(span.last - span.first) + 1, error);
-    if (status == MR_OK)
+    enum mr_status status = store_blocks_each(store, run, keep_block, list, error);
+    if (status == MR_FULL)
+        return error_set(error, status, "no memory: RUN %lld; close other programs", (long long)run);
+    if (status != MR_OK)
+        return error_set(error, MR_MALFORMED, "damaged block record: RUN %lld of %s; the database is damaged", (long long)run,
+                         store_path(store));
+    return store_block_links_each(store, run, keep_source, list, error);
+}
+
+/* Where both are, the messages are held against the block records first: then they fill what these lack. */
+static enum mr_status take_messages(struct store *store, struct measured *measured, bool check, bool fill, struct error *error)
+{
+    int64_t run = measured->landing.id;
+    enum mr_status status = MR_OK;
+    if (check)
+        status = store_frames_each(store, run, LINK_CAN, check_against_message, measured, error);
+    if (status == MR_OK && fill)
         status = store_frames_each(store, run, LINK_CAN, fill_from_message, measured, error);
-    measured->source = MEASURED_CAN;
+    if (status == MR_OK && fill)
+        status = take_stuck_from_events(store, measured, error);
     return status;
 }
 
 enum mr_status measured_load_series(struct store *store, struct measured *measured, struct error *error)
 {
     struct block_list list = {0};
-    int64_t run = measured->landing.id;
-    enum mr_status status = store_blocks_each(store, run, keep_block, &list, error);
-    if (status == MR_FULL)
-        error_set(error, status, "no memory: RUN %lld; close other programs", (long long)run);
-    else if (status != MR_OK)
-        error_set(error, MR_MALFORMED, "damaged block record: RUN %lld of %s; the database is damaged",
-                  (long long)run, store_path(store));
-    if (status == MR_OK && list.count > 0) {
-        status = series_from_blocks(measured, &list, error);
-        bool recalibrated = false; /* the board computed its messages by another calibration */
+    struct spans spans = {0};
+    const struct span *span = &spans.all;
+    bool recalibrated = false;
+    enum mr_status status = load_blocks(store, measured, &list, error);
+    if (status == MR_OK)
+        status = store_is_recalibrated(store, measured->landing.id, &recalibrated, error);
+    bool fill = list.count == 0 || !recalibrated;
+    for (size_t b = 0; b < list.count; b++)
+        add_to_span(&spans.blocks, list.block[b].index, list.block[b].index);
+    spans.all = spans.blocks;
+    if (status == MR_OK && fill)
+        status = store_frames_each(store, measured->landing.id, LINK_CAN, find_span, &spans, error);
+    if (status == MR_OK && span->any) {
+        status = check_span(measured, span->first, span->last, error);
+        if (status == MR_OK && list.count)
+            status = series_from_blocks(measured, &list, span, error);
+        else if (status == MR_OK)
+            status = make_series(measured, span, error);
         if (status == MR_OK)
-            status = store_is_recalibrated(store, run, &recalibrated, error);
-        if (status == MR_OK && !recalibrated)
-            status = store_frames_each(store, run, LINK_CAN, check_against_message, measured, error);
-    } else if (status == MR_OK) {
-        status = series_from_messages(store, measured, error);
-        if (status == MR_OK)
-            status = take_stuck_from_events(store, measured, error);
+            status = take_messages(store, measured, list.count && !recalibrated, fill, error);
+        if (status == MR_OK && !list.count)
+            measured->source = MEASURED_CAN;
     }
-    if (status == MR_OK && measured->source != MEASURED_NOTHING)
+    if (status == MR_OK && measured->source != MEASURED_NOTHING) {
         blank_stuck(measured);
+        status = measured_find_stretches(measured, error);
+    }
     free(list.block);
+    free(list.source);
     return status;
 }

@@ -1,4 +1,4 @@
-/* The series of a measured landing: from block records where there are any, else from CAN messages. Only
+/* The series of a measured landing: from block records where there are any, the rest from CAN messages. Only
  * measured.c. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_SERIES_H
 #define MATRIG_HOST_ANALYSE_MEASURED_SERIES_H

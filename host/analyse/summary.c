@@ -6,6 +6,7 @@
 
 #include "common/fault.h"
 #include "common/switches.h"
+#include "host/analyse/measured_source.h"
 #include "host/analyse/summary_time.h"
 #include "host/cli.h"
 #include "host/collect.h"
@@ -411,8 +412,7 @@ static void print_temperature(const struct store_temperature *t, FILE *out)
 
 void summary_print(const struct summary *summary, bool si, FILE *out)
 {
-    static const char *const sources[] = {"no readings came", "serial block records, 1 kHz",
-                                          "CAN messages, displacements at 500 Hz and tensions at 250 Hz"};
+    char source[MEASURED_SOURCE_TEXT];
     const struct store_landing *landing = &summary->measured.landing;
     fprintf(out, "RUN %lld: landing %lld, %s, board %s, firmware %s, image %08llx, commit %s\n", (long long)landing->id,
             (long long)landing->board_landing, collector_state_text((unsigned)landing->state),
@@ -421,7 +421,8 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
             landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
             landing->image_commit[0] ? landing->image_commit : "unknown");
     summary_ready_print(summary->ready, out);
-    fprintf(out, "  %-13s %s\n", "readings", sources[summary->measured.source]);
+    measured_source_text(&summary->measured, source);
+    fprintf(out, "  %-13s %s\n", "readings", source);
     print_temperature(&summary->temperature, out);
     print_motion(summary, si, out);
     print_damage(summary, si, out);
@@ -571,9 +572,18 @@ static json_t *channel_events_json(const struct summary *summary)
     return events;
 }
 
+static json_t *stretches_json(const struct measured *measured)
+{
+    json_t *rows = json_array();
+    for (size_t i = 0; i < measured->stretches; i++)
+        json_array_append_new(rows, json_pack("{sssIsI}", "source", measured_source_name(measured->stretch[i].source), "from_block",
+                                              (json_int_t)measured->stretch[i].from_block, "to_block",
+                                              (json_int_t)measured->stretch[i].to_block));
+    return rows;
+}
+
 json_t *summary_json(const struct summary *summary, bool si)
 {
-    static const char *const sources[] = {"none", "serial", "can"};
     const struct measured *measured = &summary->measured;
     const struct store_landing *landing = &measured->landing;
     json_t *object =
@@ -584,7 +594,8 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_object_set_new(object, "image_commit", json_string(landing->image_commit));
     json_object_set_new(object, "config_crc", integer_or_null(landing->config_crc));
     json_object_set_new(object, "clock_source", integer_or_null(landing->clock_source));
-    json_object_set_new(object, "source", json_string(sources[measured->source]));
+    json_object_set_new(object, "source", json_string(measured_source_name(measured->source)));
+    json_object_set_new(object, "stretches", stretches_json(measured));
     json_object_set_new(object, "switches", json_integer((json_int_t)measured->switches));
     json_object_set_new(object, "switches_seen", json_integer((json_int_t)measured->gates));
     json_object_set_new(object, "fit", json_string(mr_status_text(measured->fit_status)));

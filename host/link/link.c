@@ -194,6 +194,7 @@ enum mr_status link_fill(struct link *link, struct error *error)
     if (count > 0) {
         link->end += (size_t)count;
         link->read_us = link_now_us();
+        link->read_monotonic_us = link_monotonic_us();
         return MR_OK;
     }
     /* A socket whose other side ended while it had unread bytes of ours says so as a reset: to us it is the

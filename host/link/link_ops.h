@@ -35,7 +35,8 @@ struct link {
     uint8_t buffer[LINK_BUFFER]; /* read from fd and not yet given on: from `start` to `end` */
     size_t start;
     size_t end;
-    uint64_t read_us;   /* when the newest of them was read */
+    uint64_t read_us;   /* when the newest of them was read, Unix time */
+    uint64_t read_monotonic_us; /* and by the clock that is never set */
     unsigned long line; /* file: lines given on */
 
     struct error away;         /* why the device is away; MR_OK: it is there */

@@ -10,14 +10,18 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <unistd.h>
+
+#include "host/link/pts.h"
 
 #define WRITE_WAIT_MS 1000u
 #define BAUD_MAX 20000000
+#define PTS_FOLDER "/dev/pts/" /* what is there is no serial port, but speaks like one: socat, an adapter's emulation */
 /* A UART that is further off loses bytes. */
 #define BAUD_TOLERANCE_PERCENT 2
 
 struct tty {
-    struct sp_port *port;
+    struct sp_port *port; /* NULL: a pseudo-terminal */
     const char *spec;
     int fd;
     struct serial_icounter_struct counted;
@@ -109,6 +113,22 @@ static enum mr_status take_alone(struct tty *tty, struct error *error)
     return MR_OK;
 }
 
+static enum mr_status open_port(struct tty *tty, const char *real, int baud, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    if (sp_get_port_by_name(real, &tty->port) != SP_OK)
+        status = no_port(tty->spec, "not a serial device", error);
+    else if (sp_open(tty->port, SP_MODE_READ_WRITE) != SP_OK) {
+        status = open_failed(tty->spec, error);
+        sp_free_port(tty->port);
+        tty->port = NULL;
+    } else if (sp_get_port_handle(tty->port, &tty->fd) != SP_OK)
+        status = error_set(error, MR_IO, "no descriptor of the serial port: %s; try again", tty->spec);
+    if (status == MR_OK)
+        status = take_alone(tty, error);
+    return status == MR_OK ? set_line(tty, baud, false, error) : status;
+}
+
 enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty **tty, struct error *error)
 {
     char real[4096]; /* PATH_MAX; libserialport does not follow the links of /dev/serial */
@@ -118,19 +138,9 @@ enum mr_status tty_open(const char *spec, const char *path, int baud, struct tty
     if (!made)
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", spec);
     made->spec = spec;
-    enum mr_status status = MR_OK;
-    if (sp_get_port_by_name(real, &made->port) != SP_OK)
-        status = no_port(spec, "not a serial device", error);
-    else if (sp_open(made->port, SP_MODE_READ_WRITE) != SP_OK) {
-        status = open_failed(spec, error);
-        sp_free_port(made->port);
-        made->port = NULL;
-    } else if (sp_get_port_handle(made->port, &made->fd) != SP_OK)
-        status = error_set(error, MR_IO, "no descriptor of the serial port: %s; try again", spec);
-    if (status == MR_OK)
-        status = take_alone(made, error);
-    if (status == MR_OK)
-        status = set_line(made, baud, false, error);
+    made->fd = -1;
+    enum mr_status status = strncmp(real, PTS_FOLDER, strlen(PTS_FOLDER)) == 0 ? pts_open(spec, real, baud, &made->fd, error)
+                                                                               : open_port(made, real, baud, error);
     if (status != MR_OK) {
         tty_close(made);
         return status;
@@ -149,12 +159,16 @@ void tty_close(struct tty *tty)
             ioctl(tty->fd, TIOCNXCL);
         sp_close(tty->port);
         sp_free_port(tty->port);
+    } else if (tty->fd >= 0) {
+        close(tty->fd);
     }
     free(tty);
 }
 
 enum mr_status tty_line(struct tty *tty, int baud, bool even_parity, struct error *error)
 {
+    if (!tty->port)
+        return pts_line(tty->spec, tty->fd, baud, error);
     enum mr_status status = set_line(tty, baud, even_parity, error);
     if (status == MR_OK)
         sp_flush(tty->port, SP_BUF_INPUT);
@@ -168,9 +182,11 @@ int tty_fd(const struct tty *tty)
 
 ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
 {
-    enum sp_return count = sp_nonblocking_read(tty->port, bytes, size);
+    ssize_t count = tty->port ? (ssize_t)sp_nonblocking_read(tty->port, bytes, size) : read(tty->fd, bytes, size);
     if (count > 0)
-        return (ssize_t)count;
+        return count;
+    if (!tty->port && count < 0 && (errno == EAGAIN || errno == EINTR)) /* a hang-up may be on its way behind what is there */
+        count = 0;
     /* A port that hung up reads as empty, and stays readable. */
     struct pollfd state = {.fd = tty->fd, .events = POLLIN};
     if (count < 0 || (poll(&state, 1, 0) > 0 && state.revents & (POLLHUP | POLLERR | POLLNVAL))) {
@@ -183,6 +199,8 @@ ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
 
 enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, struct error *error)
 {
+    if (!tty->port)
+        return pts_write(tty->spec, tty->fd, bytes, length, error);
     enum sp_return count = sp_blocking_write(tty->port, bytes, length, WRITE_WAIT_MS);
     if (count < 0)
         return error_set(error, MR_IO, "cannot send (%s): %s; is it still plugged in?",

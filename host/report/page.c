@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "common/fault.h"
+#include "host/analyse/measured_source.h"
 #include "host/collect.h"
 #include "host/report/bands_page.h"
 #include "host/report/html.h"
@@ -149,12 +150,10 @@ static void campaign(FILE *out, const struct report_landing *landings, size_t co
 
 static void facts(FILE *out, const struct report_landing *landing, bool si)
 {
-    static const char *const sources[] = {"no readings came", "serial block records, 1 kHz",
-                                          "CAN messages: displacements 500 Hz, tensions 250 Hz"};
     const struct summary *summary = &landing->summary;
     const struct measured *measured = &summary->measured;
     const struct store_landing *row = &measured->landing;
-    char text[200];
+    char text[200], source[MEASURED_SOURCE_TEXT];
     fputs("<dl>\n", out);
     if (measured->fit_status == MR_OK) {
         fact_estimate(out, "touchdown speed", measured->summary.touchdown_speed_ft_s, unit_of(UNIT_SPEED, si),
@@ -183,7 +182,8 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
     }
     for (size_t i = 0; foresight_line(&summary->foresight, measured, i, si, text, sizeof text); i++)
         html_fact(out, "foresight", "%s", text);
-    html_fact(out, "readings from", "%s", sources[measured->source]);
+    measured_source_text(measured, source);
+    html_fact(out, "readings from", "%s", source);
     html_fact(out, "state", "%s", collector_state_text((unsigned)row->state));
     html_fact(out, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
     html_fact(out, "firmware", "%s, image %08llx, commit %s", row->firmware[0] ? row->firmware : "unknown",

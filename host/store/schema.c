@@ -38,6 +38,7 @@ const char store_schema[] =
     "CREATE TABLE blocks(session INTEGER NOT NULL REFERENCES sessions(id), boot INTEGER NOT NULL, idx "
     "INTEGER NOT NULL,"
     " landing INTEGER REFERENCES landings(id), host_us INTEGER NOT NULL, record BLOB NOT NULL,"
+    " link INTEGER," /* 1 serial, 2 black box; NULL in campaigns made before it was kept */
     " PRIMARY KEY(session, boot, idx)) WITHOUT ROWID;"
     "CREATE INDEX blocks_by_landing ON blocks(landing, idx);"
     "CREATE TABLE frames(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id),"

@@ -1,11 +1,15 @@
 #include "host/store/store.h"
 
+#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "host/store/store_migrate.h"
 #include "host/store/store_sql.h"
@@ -156,6 +160,20 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     return MR_OK;
 }
 
+/* The lock of flock(2) has nothing to do with those that SQLite takes, but those are of the process and go when it closes any
+ * descriptor of the file: this one is closed after the database. */
+enum mr_status store_take_alone(struct store *store, struct error *error)
+{
+    int fd = open(store->path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return error_set(error, MR_IO, "cannot open (%s): %s; check path and rights", strerror(errno), store->path);
+    store->alone = fd;
+    if (flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return error_set(error, MR_IO, "another matrig log writes to this campaign: %s; end it first, or name another database",
+                         store->path);
+    return MR_OK;
+}
+
 void store_close(struct store *store)
 {
     if (!store)
@@ -163,6 +181,8 @@ void store_close(struct store *store)
     for (size_t i = 0; i < STORE_STATEMENT_COUNT; i++)
         sqlite3_finalize(store->statement[i]);
     sqlite3_close(store->database);
+    if (store->alone)
+        close(store->alone);
     free(store->path);
     free(store);
 }

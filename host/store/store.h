@@ -43,6 +43,9 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
 int64_t store_version(const struct store *store, bool *older);
 /* From now on `tell` (NULL: nobody) is told when a campaign was brought forward, in one line. */
 void store_on_migration(void (*tell)(const char *line));
+/* For the one that logs: nobody else does, into the same campaign, until it is closed. Notes, surveys and reports go on beside it.
+ * MR_IO: another one does. */
+enum mr_status store_take_alone(struct store *store, struct error *error);
 void store_close(struct store *store); /* rolls back what is not committed; NULL is allowed */
 const char *store_path(const struct store *store);
 
@@ -151,14 +154,18 @@ enum mr_status store_switches(struct store *store, int64_t run, struct store_swi
 enum mr_status store_segments(struct store *store, int64_t run, struct store_segment **rows, size_t *count,
                               struct error *error);
 
-/* Block records as they came; `run` STORE_NONE outside landings. A block that is there already is left as it
- * is. */
-enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run, int64_t index,
+/* Block records as they came, over serial (LINK_SERIAL) or from the black box (STORE_LINK_BOX); `run` STORE_NONE outside landings. A
+ * block that is there already is left as it is. */
+#define STORE_LINK_BOX 2
+enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run, int link, int64_t index,
                                int64_t host_us, const uint8_t *record, size_t length, struct error *error);
 /* Calls `each` for the blocks of a landing in order of their index; it returns MR_OK to go on. */
 enum mr_status store_blocks_each(struct store *store, int64_t run,
                                  enum mr_status (*each)(void *context, const uint8_t *record, size_t length),
                                  void *context, struct error *error);
+/* By which link each of them came. */
+enum mr_status store_block_links_each(struct store *store, int64_t run, void (*each)(void *context, int64_t index, int link),
+                                      void *context, struct error *error);
 enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *count, struct error *error);
 
 struct store_frame {

@@ -365,6 +365,16 @@ enum mr_status store_blocks_each(struct store *store, int64_t run,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
+enum mr_status store_block_links_each(struct store *store, int64_t run, void (*each)(void *context, int64_t index, int link),
+                                      void *context, struct error *error)
+{
+    sqlite3_stmt *s;
+    enum mr_status status = store_query(store, error, &s, STORE_BLOCK_LINKS, run);
+    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK)
+        each(context, store_integer(s, 0), (int)store_integer(s, 1));
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
 enum mr_status store_frames_each(struct store *store, int64_t run, int link,
                                  enum mr_status (*each)(void *context, const struct store_frame *frame),
                                  void *context, struct error *error)

@@ -60,8 +60,12 @@
     X(SEGMENTS, "i",                                                                                         \
       "SELECT segment, joints, slack_in, start_ft, end_ft FROM slack"                                        \
       " JOIN surveys ON surveys.id=slack.survey WHERE landing=? ORDER BY segment")                           \
-    X(BLOCK_PUT, "iiiiib", "INSERT OR IGNORE INTO blocks VALUES(?,?,?,?,?,?)")                               \
+    X(BLOCK_PUT, "iiiiibi",                                                                                  \
+      "INSERT OR IGNORE INTO blocks(session, boot, idx, landing, host_us, record, link) VALUES(?,?,?,?,?,?,?)") \
     X(BLOCKS, "i", "SELECT record FROM blocks WHERE landing=? ORDER BY idx")                                 \
+    X(BLOCK_LINKS, "i",                                                                                      \
+      "SELECT idx, coalesce(link, (SELECT 1 + (ended_by IS 'black box') FROM sessions WHERE id=session), 1)" \
+      " FROM blocks WHERE landing=? ORDER BY idx")                                                           \
     X(BLOCKS_COUNT, "i", "SELECT count(*) FROM blocks WHERE landing=?")                                      \
     X(FRAME_PUT, "iiiiiiiiib",                                                                               \
       "INSERT INTO frames(session, landing, link, direction, seq, board_us, host_us, can_id, dlc, data)"     \
@@ -243,6 +247,7 @@ struct store {
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT]; /* prepared at first use */
     int64_t found_version; /* of the tables when it was opened */
     bool found_due;        /* it lacked some of this version's */
+    int alone;             /* descriptor that keeps others who log out; 0: none */
 };
 
 /* The tables. */

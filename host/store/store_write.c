@@ -85,11 +85,11 @@ enum mr_status store_segment_put(struct store *store, int64_t run, const struct 
                      segment->slack_in, segment->start_ft, segment->end_ft);
 }
 
-enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run, int64_t index,
+enum mr_status store_block_put(struct store *store, int64_t session, int64_t boot, int64_t run, int link, int64_t index,
                                int64_t host_us, const uint8_t *record, size_t length, struct error *error)
 {
     return store_run(store, error, STORE_BLOCK_PUT, session, boot, index, run, host_us, (const void *)record,
-                     length);
+                     length, INT(link));
 }
 
 enum mr_status store_frame_put(struct store *store, int64_t session, const struct store_frame *frame,

@@ -115,8 +115,8 @@ candump_comes_back() { # what was exported can be logged again, frame for frame
 }
 csv_has_every_millisecond() {
     $matrig export "$tmp/all.db" 1 --format csv -o "$tmp/run.csv" || return 1
-    grep -v '^#' "$tmp/run.csv" | awk -F, 'NR == 1 { if (NF != 27 || $5 != "d1_in" || $26 != "t14_lb") exit 1; next }
-        { if (NF != 27 || length($27) != 22 || (NR > 2 && $2 != last + 1)) { print; exit 1 } last = $2; rows++ }
+    grep -v '^#' "$tmp/run.csv" | awk -F, 'NR == 1 { if (NF != 28 || $5 != "d1_in" || $26 != "t14_lb") exit 1; next }
+        { if (NF != 28 || length($27) != 22 || $28 != "SSSSSSSSSSSSSSSSSSSSSS" || (NR > 2 && $2 != last + 1)) { print; exit 1 } last = $2; rows++ }
         END { if (rows < 5000) exit 1 }' && grep -q '^# readings from serial block records' "$tmp/run.csv"
 }
 csv_in_si() { # millimetres are 25.4 times inches, row by row

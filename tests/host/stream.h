@@ -33,8 +33,12 @@ struct stream {
     uint32_t serial_sent;
     uint32_t block;
     uint64_t host_us;
+    double armed_s; /* before touchdown; 0: one second */
     bool (*drop_can)(const struct stream *stream, uint16_t id); /* true: sent and lost on the way */
     bool (*drop_serial)(const struct stream *stream, uint16_t type);
+    /* Instead of the files, when set: what is sent, as it is sent. */
+    void (*take_can)(struct stream *stream, const struct link_frame *frame);
+    void (*take_serial)(struct stream *stream, const uint8_t *frame, size_t size);
 };
 
 /* Truth of a landing. */
@@ -52,6 +56,8 @@ static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t 
     struct link_frame frame = {.id = id, .length = (uint8_t)length, .host_us = stream->host_us};
     memcpy(frame.data, payload, length);
     stream->can_sent++;
+    if (stream->take_can)
+        stream->take_can(stream, &frame);
     if (!stream->can || (stream->drop_can && stream->drop_can(stream, id)))
         return;
     candump_print(&frame, line);
@@ -63,6 +69,8 @@ static inline void stream_serial(struct stream *stream, uint16_t type, const uin
     uint8_t frame[MR_FRAME_MAX];
     size_t size = mr_frame_encode(stream->seq++, type, payload, length, frame);
     stream->serial_sent++;
+    if (stream->take_serial)
+        stream->take_serial(stream, frame, size);
     if (stream->serial && !(stream->drop_serial && stream->drop_serial(stream, type)))
         fwrite(frame, 1, size, stream->serial);
 }
@@ -244,11 +252,11 @@ static inline void stream_millisecond(struct stream *stream, const struct stream
     stream->host_us += 1000;
 }
 
-/* Armed 1 s before touchdown, recorded until 1 s after the stop, done. */
+/* Armed 1 s (or armed_s) before touchdown, recorded until 1 s after the stop, done. */
 static inline void stream_landing(struct stream *stream, struct stream_truth *truth, unsigned number)
 {
     unsigned next = 1, count = 0;
-    truth->touchdown_s = (double)stream->block / 1000.0 + 1.0;
+    truth->touchdown_s = (double)stream->block / 1000.0 + (stream->armed_s > 0.0 ? stream->armed_s : 1.0);
     double stop_s = truth->touchdown_s + truth->v0_ft_s / truth->a_ft_s2;
     stream_state(stream, 1, 1, number, stream->block);
     stream_hello(stream, MR_LAYOUT);

@@ -191,11 +191,11 @@ static void killed_in_a_transaction(void **state)
         store_begin(store, &error);
         int64_t session = add_session(store);
         for (int64_t i = 0; i < 100; i++)
-            store_block_put(store, session, 0, STORE_NONE, i, 0, record, sizeof record, &error);
+            store_block_put(store, session, 0, STORE_NONE, 1, i, 0, record, sizeof record, &error);
         store_commit(store, &error);
         store_begin(store, &error);
         for (int64_t i = 100; i < 200; i++)
-            store_block_put(store, session, 0, STORE_NONE, i, 0, record, sizeof record, &error);
+            store_block_put(store, session, 0, STORE_NONE, 1, i, 0, record, sizeof record, &error);
         byte = error.status == MR_OK ? 'k' : 'x';
         if (write(ready[1], &byte, 1) != 1)
             _exit(1);

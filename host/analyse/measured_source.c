@@ -1,0 +1,79 @@
+#include "host/analyse/measured_source.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+static const struct {
+    const char *name;
+    char letter;
+    const char *alone, *filled;
+} sources[MEASURED_SOURCES] = {
+    [MEASURED_NOTHING] = {"none", '-', "no readings came", "came from nowhere"},
+    [MEASURED_SERIAL] = {"serial", 'S', "serial block records, 1 kHz", "from serial"},
+    [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
+                      "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},
+    [MEASURED_BOX] = {"blackbox", 'B', "black box records, 1 kHz", "from the black box"},
+};
+
+const char *measured_source_name(enum measured_source source)
+{
+    return sources[source].name;
+}
+
+char measured_source_letter(enum measured_source source)
+{
+    return sources[source].letter;
+}
+
+/* A block is what most of it is: its record's source, else CAN when that filled any of it. */
+static enum measured_source source_of_block(const struct measured *measured, size_t sample)
+{
+    enum measured_source source = MEASURED_NOTHING;
+    for (unsigned c = 0; c < MR_CHANNELS; c++) {
+        enum measured_source of_channel = (enum measured_source)measured->channel[c].source[sample];
+        if (of_channel != MEASURED_NOTHING)
+            source = of_channel;
+    }
+    return source;
+}
+
+enum mr_status measured_find_stretches(struct measured *measured, struct error *error)
+{
+    size_t room = 0;
+    for (size_t i = 0; i < measured->samples; i++) {
+        enum measured_source source = source_of_block(measured, i);
+        int64_t block = measured->first_block + (int64_t)i;
+        measured->blocks_from[source]++;
+        if (measured->stretches && measured->stretch[measured->stretches - 1].source == source) {
+            measured->stretch[measured->stretches - 1].to_block = block;
+            continue;
+        }
+        if (measured->stretches == room) {
+            room = room ? 2 * room : 16;
+            struct measured_stretch *larger = realloc(measured->stretch, room * sizeof *larger);
+            if (!larger)
+                return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)measured->landing.id);
+            measured->stretch = larger;
+        }
+        measured->stretch[measured->stretches++] = (struct measured_stretch){source, block, block};
+    }
+    return MR_OK;
+}
+
+void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT])
+{
+    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN, MEASURED_NOTHING};
+    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s", sources[measured->source].alone);
+    const char *separator = ";";
+    for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_TEXT; k++) {
+        size_t stretches = 0;
+        if (order[k] == measured->source || !measured->blocks_from[order[k]])
+            continue;
+        for (size_t i = 0; i < measured->stretches; i++)
+            stretches += measured->stretch[i].source == order[k];
+        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "%s %lld of %zu ms %s, %zu %s", separator,
+                                 (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled, stretches,
+                                 stretches == 1 ? "stretch" : "stretches");
+        separator = ",";
+    }
+}

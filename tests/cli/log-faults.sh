@@ -1,0 +1,132 @@
+#!/usr/bin/env bash
+# What happens beside the runway while matrig log is at work under full load: killed, disk full, clock set, a second one. What the
+# database has and what the user is told; tests/soak_host/sender.c knows what was sent, and what had been read.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"' EXIT
+faults="LD_PRELOAD=$PWD/build/tests/link/faults.so"
+
+# begin NAME SECONDS [VARIABLE=VALUE...]: sender and logger in the background, into NAME.db
+begin() {
+    local name=$1 seconds=$2
+    shift 2
+    build/tests/soak_host/sender "$sockets/$name.can" "$sockets/$name.serial" "$seconds" 0 "$tmp/$name.marks" >"$tmp/$name.sent" 2>"$tmp/$name.sender" &
+    sender=$!
+    env "$@" $matrig log --listen --can "unix:$sockets/$name.can" --serial "unix:$sockets/$name.serial" --db "$tmp/$name.db" \
+        >"$tmp/$name.txt" 2>"$tmp/$name.err" &
+    logger=$!
+}
+db() { sqlite3 "$tmp/$1.db" "$2"; }
+fills_in() { db "$1" "select count(*) from frames where link = 0 and can_id = 1365"; }
+sent() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.sent') as text), '\$.$2')"; }
+wait_until() { # SECONDS COMMAND...: until it succeeds
+    local until=$((SECONDS + $1))
+    shift
+    until "$@" 2>/dev/null; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
+}
+lines_in() { [ -e "$1" ] && [ "$(wc -l <"$1")" -ge "$2" ]; }
+intact() { [ "$(db "$1" 'pragma integrity_check')" = ok ]; }
+
+# Killed in mid-landing: of what the logger had read 100 ms before, and waited for a processor since, nothing is lost.
+waited_us() { local ran waits _; read -r ran waits _ <"/proc/$1/schedstat" && echo $((waits / 1000)); }
+kept_but_100_ms() { # TRY
+    local before delay_us killed_us read kept
+    begin "kill$1" 30
+    wait_until 20 lines_in "$tmp/kill$1.marks" $((400 + 37 * $1)) || return 1
+    before=$(waited_us $logger)
+    sleep 0.25
+    delay_us=$(($(waited_us $logger) - before))
+    killed_us=$(($(date +%s%N) / 1000))
+    kill -9 $logger
+    wait $logger $sender 2>/dev/null
+    read=$(awk -v at=$((killed_us - 100000 - delay_us)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/kill$1.marks")
+    kept=$(fills_in "kill$1")
+    echo "read 100 ms before the kill: $read; in the campaign: $kept; waited for a processor $delay_us us"
+    [ "$read" -gt 5000 ] && [ "$kept" -ge "$read" ] && intact "kill$1" && [ "$(db "kill$1" 'select state from landings')" = 2 ] &&
+        [ "$(db "kill$1" 'select max(substr(hex(data), 7, 2) || substr(hex(data), 5, 2) || substr(hex(data), 3, 2) || substr(hex(data), 1, 2)) from frames where can_id = 1365')" = \
+            "$(printf %08X $((kept - 1)))" ]
+}
+killed_three_times() { kept_but_100_ms 1 && kept_but_100_ms 2 && kept_but_100_ms 3; }
+the_next_log_goes_on() { # into the same campaign, and the landing that was cut off is told
+    mv "$tmp/kill1.db" "$tmp/next.db" && { mv "$tmp/kill1.db-wal" "$tmp/next.db-wal"; rm -f "$tmp/kill1.db-shm"; } 2>/dev/null
+    begin next 9
+    wait $logger && wait $sender && $matrig --quiet report "$tmp/next.db" -o "$tmp/next.html" && grep -q 'RUN 1: landing 1' "$tmp/next.html" &&
+        grep -q '^RUN 2: landing 1, done' "$tmp/next.txt" && intact next
+}
+
+# The disk is full in the middle of a landing.
+disk_full() {
+    local status read
+    begin full 30 "$faults" "DISK_FULL=$tmp/full.now:full.db"
+    wait_until 20 lines_in "$tmp/full.marks" 500 || return 1
+    local at_us=$(($(date +%s%N) / 1000))
+    touch "$tmp/full.now"
+    wait_until 30 bash -c "! kill -0 $logger" || return 1
+    wait $logger
+    status=$?
+    rm "$tmp/full.now"
+    wait $sender
+    cat "$tmp/full.err"
+    read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/full.marks")
+    echo "exit $status; read 100 ms before: $read; kept $(fills_in full)"
+    [ $status = 3 ] && [ "$(grep -c '^matrig: ' "$tmp/full.err")" = 1 ] &&
+        grep -Eq "^matrig: cannot write \(database or disk is full\): .*full.db; make room on the disk" "$tmp/full.err" &&
+        [ "$read" -gt 3000 ] && [ "$(fills_in full)" -ge "$read" ] && intact full
+}
+after_that_it_goes_on() { # with room again, the same campaign takes the next landing, and shows what it has of the other
+    begin full 9
+    wait $logger && wait $sender && intact full && grep -q '^RUN 2: landing 1, done' "$tmp/full.txt" &&
+        $matrig --quiet report "$tmp/full.db" -o "$tmp/full.html" && grep -q 'RUN 1: landing 1' "$tmp/full.html"
+}
+
+# Somebody sets this computer's clock by an hour, back or forward, in a landing; and a second one starts to log into the campaign.
+clock_set() { # NAME SECONDS
+    begin "$1" 9 "$faults" "CLOCK_JUMP=$tmp/$1.now:$2"
+    wait_until 20 lines_in "$tmp/$1.marks" 700 || return 1
+    touch "$tmp/$1.now"
+    wait $logger
+    local status=$?
+    wait $sender
+    cat "$tmp/$1.err"
+    db "$1" "select kind, landing, value from events where kind = 'clock-set'"
+    [ $status = 0 ] && grep -Eq "^matrig: this computer's clock was set by \\$3 s: times of day before and after" "$tmp/$1.err" &&
+        [ "$(db "$1" "select count(*), abs(value - ($2) * 1000000) < 1000, landing from events where kind = 'clock-set'")" = "1|1|1" ] &&
+        [ "$(fills_in "$1")" = "$(sent "$1" fills)" ] && [ "$(db "$1" 'select sum(lost + bad) from links')" = 0 ] &&
+        grep -q "^RUN 1: landing 1, done" "$tmp/$1.txt" && grep -q "^  stop  *79\.56 " "$tmp/$1.txt" # 3 + 35^2 / 16
+}
+back() { clock_set back -3600 "-3600\.000"; }
+forward() { clock_set forward 3600 "+3600\.000"; }
+
+second_writer() {
+    begin first 9
+    wait_until 20 lines_in "$tmp/first.marks" 300 || return 1
+    fails_with 3 "^matrig: another matrig log writes to this campaign: .*first.db; end it first, or name another database" \
+        $matrig log --can "file:$tmp/nothing" --db "$tmp/first.db" || return 1
+    $matrig landing "$tmp/first.db" 1 --note "a note beside it" || return 1 # people go on writing
+    wait $logger && wait $sender || return 1
+    cat "$tmp/first.err"
+    [ "$(fills_in first)" = "$(sent first fills)" ] && [ "$(db first 'select sum(lost + bad) from links')" = 0 ] && intact first &&
+        [ "$(db first 'select count(*) from sessions')" = 1 ] && grep -q "^RUN 1: landing 1, done" "$tmp/first.txt"
+}
+
+# The three that take longest side by side: most of it is waiting.
+(killed_three_times >"$tmp/killed.out" 2>&1; echo $? >"$tmp/killed.code") &
+killed=$!
+check "the disk is full: one clear error, and what was received 100 ms before is kept" disk_full
+check "with room again the campaign goes on" after_that_it_goes_on
+outcome() { cat "$tmp/$1.out"; [ "$(cat "$tmp/$1.code")" = 0 ]; }
+wait $killed
+check "killed with -9 in mid-landing, three times: what was received 100 ms before is kept" outcome killed
+(second_writer >"$tmp/second.out" 2>&1; echo $? >"$tmp/second.code") &
+second=$!
+(back >"$tmp/backward.out" 2>&1; echo $? >"$tmp/backward.code") &
+backward=$!
+(forward >"$tmp/forward.out" 2>&1; echo $? >"$tmp/forward.code") &
+ahead=$!
+check "the next log goes on in the campaign of a killed one" the_next_log_goes_on
+wait $second $backward $ahead
+check "a second log into the campaign is refused, the first unharmed, notes go on" outcome second
+check "the clock set back an hour in a landing: told, recorded, nothing else" outcome backward
+check "the clock set forward an hour in a landing: told, recorded, nothing else" outcome forward
+finish

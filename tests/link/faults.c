@@ -1,0 +1,80 @@
+/* Changes what one program takes for the time, and how much room its disk has. A library for LD_PRELOAD, for tests:
+ *
+ *     CLOCK_RATE=FILE:20           both clocks pass 20 times as fast as long as FILE is there
+ *     CLOCK_JUMP=FILE:SECONDS      the time of day is SECONDS later (earlier when negative) from when FILE is there
+ *     DISK_FULL=FILE:PART          writing to paths that contain PART fails as on a full disk as long as FILE is there
+ */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/time.h>
+#include <time.h>
+#include <unistd.h>
+
+#define NS 1000000000ll
+
+/* FILE of "FILE:REST" is there; `*rest` is REST. */
+static int is_there(const char *variable, const char **rest)
+{
+    char path[512];
+    const char *value = getenv(variable);
+    const char *colon = value ? strrchr(value, ':') : NULL;
+    if (!colon || (size_t)(colon - value) >= sizeof path)
+        return 0;
+    memcpy(path, value, (size_t)(colon - value));
+    path[colon - value] = '\0';
+    *rest = colon + 1;
+    return access(path, F_OK) == 0;
+}
+
+int clock_gettime(clockid_t clock, struct timespec *at)
+{
+    static int (*real)(clockid_t, struct timespec *);
+    static int64_t real_ns[2], shown_ns[2]; /* at the last look; one thread looks */
+    const char *seconds, *rate;
+    if (!real)
+        *(void **)&real = dlsym(RTLD_NEXT, "clock_gettime");
+    int result = real(clock, at);
+    if (result != 0 || (clock != CLOCK_REALTIME && clock != CLOCK_MONOTONIC))
+        return result;
+    int which = clock == CLOCK_MONOTONIC;
+    int64_t now_ns = at->tv_sec * NS + at->tv_nsec;
+    int64_t passed_ns = real_ns[which] ? now_ns - real_ns[which] : 0;
+    shown_ns[which] = real_ns[which] ? shown_ns[which] : now_ns;
+    shown_ns[which] += is_there("CLOCK_RATE", &rate) ? (int64_t)((double)passed_ns * strtod(rate, NULL)) : passed_ns;
+    real_ns[which] = now_ns;
+    int64_t shown = shown_ns[which];
+    if (!which && is_there("CLOCK_JUMP", &seconds))
+        shown += (int64_t)(strtod(seconds, NULL) * (double)NS);
+    at->tv_sec = (time_t)(shown / NS);
+    at->tv_nsec = (long)(shown % NS);
+    return 0;
+}
+
+static int is_full(int fd)
+{
+    char link[64], path[512];
+    const char *part;
+    if (!is_there("DISK_FULL", &part))
+        return 0;
+    snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+    ssize_t length = readlink(link, path, sizeof path - 1);
+    path[length > 0 ? length : 0] = '\0';
+    return strstr(path, part) != NULL;
+}
+
+ssize_t pwrite64(int fd, const void *bytes, size_t size, off64_t at)
+{
+    static ssize_t (*real)(int, const void *, size_t, off64_t);
+    if (!real)
+        *(void **)&real = dlsym(RTLD_NEXT, "pwrite64");
+    if (is_full(fd)) {
+        errno = ENOSPC;
+        return -1;
+    }
+    return real(fd, bytes, size, at);
+}
