@@ -286,6 +286,14 @@ static const struct command commands[] = {
      "                 with the DBC attached\n"
      "  -o F           where to write; else standard output\n"
      "Example: matrig export campaign.db 5 --format csv -o landing5.csv\n"},
+    {"import", import_command, "DB FILE [--interface NAME] [--again]", "a candump log, or another instrument's readings, into the campaign",
+     "  DB             campaign database, made when it does not exist\n"
+     "  FILE           a log that candump -L wrote of a matrig board: its landings are taken in as if they had been logged\n"
+     "  --interface NAME\n"
+     "                 take the frames of this bus of the log; else those of its first frame's\n"
+     "  --again        though the same file was imported before\n"
+     "A damaged file gives a verdict (complete, truncated at, malformed at: line and column), exit 4, and what is good of it is kept.\n"
+     "Example: matrig import campaign.db candump-2026-05-04.log\n"},
     {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
      "  -o F           where to write; else standard output\n"
      "Example: matrig dbc -o matrig.dbc\n"},
