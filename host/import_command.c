@@ -4,7 +4,9 @@
 
 #include "host/cli.h"
 #include "host/collect.h"
+#include "host/import/csv.h"
 #include "host/import/import.h"
+#include "host/import/landing.h"
 #include "host/link/link.h"
 #include "host/run.h"
 
@@ -82,11 +84,30 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
     return status;
 }
 
-/* All of it, with the row that says from where, or with an error nothing more than was committed on the way. */
-static enum mr_status import(struct store *store, const struct textfile *file, const struct import_request *request,
-                             struct store_import *row, struct import_result *result, struct error *error)
+/* Another instrument's readings are read whole before a campaign is opened, let alone written; a log is looked into. */
+static enum mr_status read_readings(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
+                                    struct import_result *result, struct error *error)
 {
-    enum mr_status status = import_candump(store, file, request, result, error);
+    char interface[IMPORT_INTERFACE];
+    if (!mapping->text)
+        return import_candump_check(file, request, interface, error);
+    return mapping->signals ? import_read_signals(file, request, mapping, result, error)
+                            : csv_read(file->text, file->length, request->path, mapping, &result->rows, &result->verdict, error);
+}
+
+static enum mr_status import_readings(struct store *store, const struct import_request *request, struct mapping *mapping,
+                                      struct import_result *result, struct error *error)
+{
+    enum mr_status status = store_begin(store, error);
+    return status == MR_OK ? import_landing(store, mapping, request, result, error) : status;
+}
+
+/* All of it, with the row that says from where; of a log that breaks a rule, what came before. */
+static enum mr_status import(struct store *store, const struct textfile *file, const struct import_request *request,
+                             struct mapping *mapping, struct store_import *row, struct import_result *result, struct error *error)
+{
+    enum mr_status status = mapping->text ? import_readings(store, request, mapping, result, error)
+                                          : import_candump(store, file, request, result, error);
     if (result->session == 0)
         return status;
     struct error late = {0};
@@ -100,31 +121,60 @@ static enum mr_status import(struct store *store, const struct textfile *file, c
     return status;
 }
 
+/* Which kind of file, and what is to be said of it. */
+static enum mr_status describe(const struct textfile *file, const struct import_request *request, const char *map, struct mapping *mapping,
+                               struct store_import *row, struct error *error)
+{
+    snprintf(row->file, sizeof row->file, "%s", request->path);
+    snprintf(row->sha256, sizeof row->sha256, "%s", file->sha256);
+    row->bytes = (int64_t)file->length;
+    if (map) {
+        enum mr_status status = mapping_load(map, mapping, error);
+        if (status != MR_OK)
+            return status;
+    } else {
+        mapping_of_export(file->text, file->length, mapping);
+    }
+    bool csv = mapping->text && !mapping->signals;
+    row->mapping = mapping->text;
+    snprintf(row->format, sizeof row->format, "%s", csv ? "csv" : mapping->text ? "signals" : "candump");
+    if (request->like && !mapping->text)
+        return error_set(error, MR_USAGE, "--like is for readings of other instruments: %s is a log of a matrig board's; leave it out",
+                         request->path);
+    if (request->interface && csv)
+        return error_set(error, MR_USAGE, "--interface is for candump logs: %s is a table; leave it out", request->path);
+    return MR_OK;
+}
+
 int import_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[2] = {NULL, NULL};
+    const char *words[2] = {NULL, NULL}, *map = NULL, *like = NULL;
     bool again = false;
     struct import_request request = {.cli = cli};
-    const struct cli_option options[] = {{"--interface", &request.interface, NULL}, {"--again", NULL, &again}};
+    const struct cli_option options[] = {
+        {"--map", &map, NULL}, {"--like", &like, NULL}, {"--interface", &request.interface, NULL}, {"--again", NULL, &again}};
     struct error error = {0};
     struct store *store = NULL;
     struct textfile file = {0};
+    struct mapping mapping = {0};
     struct import_result result = {0};
-    struct store_import row = {.format = "candump"};
+    struct store_import row = {0};
     enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 2, "DB FILE", &error);
     request.path = words[1];
+    if (status == MR_OK && like)
+        status = run_parse(like, &request.like, &error);
     if (status == MR_OK)
         status = textfile_open(request.path, &file, &error);
     if (status == MR_OK)
-        status = store_open(words[0], STORE_CREATE, &store, &error);
-    if (status == MR_OK) {
-        snprintf(row.file, sizeof row.file, "%s", request.path);
-        snprintf(row.sha256, sizeof row.sha256, "%s", file.sha256);
-        row.bytes = (int64_t)file.length;
-        status = refuse_twice(store, &row, &request, again, &error);
-    }
+        status = describe(&file, &request, map, &mapping, &row, &error);
     if (status == MR_OK)
-        status = import(store, &file, &request, &row, &result, &error);
+        status = read_readings(&file, &request, &mapping, &result, &error);
+    if (status == MR_OK)
+        status = store_open(words[0], STORE_CREATE, &store, &error);
+    if (status == MR_OK)
+        status = refuse_twice(store, &row, &request, again, &error);
+    if (status == MR_OK)
+        status = import(store, &file, &request, &mapping, &row, &result, &error);
     if (status == MR_OK && !cli->json)
         status = print_result(store, &row, &result, &error);
     if (status == MR_OK && result.verdict.status != MR_OK)
@@ -132,6 +182,7 @@ int import_command(int argc, char **argv, const struct cli *cli)
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (cli->json && result.session)
         exit_code = cli_print_json(result_json(&request, &row, &result), exit_code);
+    mapping_free(&mapping);
     textfile_close(&file);
     store_close(store);
     return exit_code;

@@ -3,7 +3,8 @@
  * Time t_s counts from touchdown (from the first edge when there is no fit, from arming without edges).
  * Samples are 1 ms blocks; a sample's time is the middle of its eight scans. Displacements and tensions are
  * computed here from the block records with the board's own calibration; without block records (no serial
- * link) they come from the CAN messages, each filling the 2 or 4 blocks it is the mean of. A displacement is
+ * link) they come from the CAN messages, each filling the 2 or 4 blocks it is the mean of; those of another instrument (matrig
+ * import) are as its file had them. A displacement is
  * relative to its mean over the half second before the first edge; a tension is absolute. What is missing or
  * not valid is NaN. A channel that stuck is not valid from where it stopped moving on, which is before anybody could know.
  *
@@ -21,7 +22,8 @@
 #define MEASURED_LOST 255       /* validity: the block never came */
 #define MEASURED_NOT_VALID 254  /* validity: not valid, and CAN does not say why */
 
-enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN };
+enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN, MEASURED_IMPORT };
+#define MEASURED_SOURCES 4
 
 struct measured_channel {
     struct mr_channel_config config;

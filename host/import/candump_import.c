@@ -10,19 +10,21 @@
 #define COMMIT_US 200000u
 #define FRAMES_A_LOOK 4096u
 
-/* The interface that is meant: the one asked for, else the only one. */
-static enum mr_status choose_interface(const struct textfile *file, const struct import_request *request, char *name, size_t size,
-                                       struct error *error)
+/* The interface that is meant: the one asked for, else that of the first frame. */
+enum mr_status import_candump_check(const struct textfile *file, const struct import_request *request, char name[IMPORT_INTERFACE],
+                                    struct error *error)
 {
     struct candump_log log;
     struct candump_line line;
-    candump_log_start(&log, file->text, file->length, NULL);
-    if (!candump_log_next(&log, &line))
-        return error_set(error, MR_MALFORMED, "no frame in it: %s line 1, column %zu; give a log that `candump -L` wrote", request->path,
-                         log.verdict.column);
-    snprintf(name, size, "%s", request->interface ? request->interface : "");
-    if (!request->interface)
-        snprintf(name, size, "%.*s", (int)line.interface_length, line.interface);
+    candump_log_start(&log, file->text, file->length, request->interface);
+    bool found = candump_log_next(&log, &line);
+    if (!found && log.elsewhere)
+        return error_set(error, MR_USAGE, "no frame of %s in %zu: %s; see the log's second column", request->interface, log.elsewhere,
+                         request->path);
+    if (!found)
+        return error_set(error, MR_MALFORMED, "no frame in it: %s line %zu, column %zu; give a log that `candump -L` wrote", request->path,
+                         log.verdict.line ? log.verdict.line : 1, log.verdict.column ? log.verdict.column : 1);
+    snprintf(name, IMPORT_INTERFACE, "%.*s", (int)line.interface_length, line.interface);
     return MR_OK;
 }
 
@@ -84,11 +86,11 @@ static enum mr_status end(struct store *store, struct collector *collector, stru
 enum mr_status import_candump(struct store *store, const struct textfile *file, const struct import_request *request,
                               struct import_result *result, struct error *error)
 {
-    char interface[64], spec[500];
+    char interface[IMPORT_INTERFACE], spec[500];
     struct candump_log log;
     struct collector *collector = NULL;
     snprintf(spec, sizeof spec, "import:%s", request->path);
-    enum mr_status status = choose_interface(file, request, interface, sizeof interface, error);
+    enum mr_status status = import_candump_check(file, request, interface, error);
     if (status == MR_OK)
         status = store_begin(store, error);
     if (status == MR_OK)

@@ -25,9 +25,19 @@ struct import_result {
     struct store_link_counts counts;
 };
 
+#define IMPORT_INTERFACE 64u
+/* There is a frame in it, of the interface asked for: else MR_MALFORMED, MR_USAGE. `name`: the interface to take. */
+enum mr_status import_candump_check(const struct textfile *file, const struct import_request *request, char name[IMPORT_INTERFACE],
+                                    struct error *error);
 /* Frames of our own boards: landings as if they had been logged. The store is open; transactions are made here. */
 enum mr_status import_candump(struct store *store, const struct textfile *file, const struct import_request *request,
                               struct import_result *result, struct error *error);
+
+struct mapping;
+/* Frames of other instruments: the mapping's series from a candump log, times in s since its first frame. MR_MALFORMED: none of them
+ * is in it. */
+enum mr_status import_read_signals(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
+                                   struct import_result *result, struct error *error);
 
 /* Progress on a terminal; `last`: its line ends. */
 void import_progress(const struct import_request *request, size_t done, size_t all, bool last);

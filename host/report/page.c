@@ -150,7 +150,7 @@ static void campaign(FILE *out, const struct report_landing *landings, size_t co
 static void facts(FILE *out, const struct report_landing *landing, bool si)
 {
     static const char *const sources[] = {"no readings came", "serial block records, 1 kHz",
-                                          "CAN messages: displacements 500 Hz, tensions 250 Hz"};
+                                          "CAN messages: displacements 500 Hz, tensions 250 Hz", "a file of another instrument"};
     const struct summary *summary = &landing->summary;
     const struct measured *measured = &summary->measured;
     const struct store_landing *row = &measured->landing;
@@ -191,6 +191,11 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
               row->image_commit[0] ? row->image_commit : "unknown");
     html_fact(out, "clock", "%s",
               row->clock_source > 0 ? "internal oscillator: 1 % in every speed" : "crystal");
+    if (summary->imported) {
+        html_fact(out, "imported from", "%s (%s, %lld bytes, SHA-256 %s)", summary->import.file, summary->import.format,
+                  (long long)summary->import.bytes, summary->import.sha256);
+        html_fact(out, "the file", "%s", summary->import.verdict);
+    }
     html_fact(out, "recorded over", "CAN %s, serial %s",
               summary->session.can_link[0] ? summary->session.can_link : "not used",
               summary->session.serial_link[0] ? summary->session.serial_link : "not used");
