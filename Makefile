@@ -23,6 +23,8 @@ TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-u
 	gdb-multiarch gtkwave stm32flash python3 groff-base
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
+# And to decode a candump log beside matrig.
+BENCH_PACKAGES := $(TEST_PACKAGES) python3-can
 # To drive the pages in a browser.
 BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
 # And to test real Linux links, in a guest.
@@ -130,8 +132,9 @@ test-browser: $(B)/.browser-packages all ## live view and report in headless Chr
 	@tests/browser/run.sh
 
 .PHONY: bench
-bench: $(B)/.test-packages all $(variants) $(B)/tests/bench/sim_bench $(B)/tests/fit/coverage $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
+bench: $(B)/.bench-packages all $(variants) $(B)/tests/bench/sim_bench $(B)/tests/exchange/decode $(B)/tests/fit/coverage $(filter $(B)/tests/hil/images/mix_%,$(test_images)) ## timings, as ratios within one run
 	@tests/bench.sh
+	@tests/exchange/bench.sh
 
 .PHONY: coverage
 coverage: $(B)/.coverage-packages ## branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
@@ -231,6 +234,8 @@ $(B)/.demo-packages:
 	$(call install_packages,$(DEMO_PACKAGES))
 $(B)/.test-packages: $(B)/.demo-packages
 	$(call install_packages,$(TEST_PACKAGES))
+$(B)/.bench-packages: $(B)/.test-packages
+	$(call install_packages,$(BENCH_PACKAGES))
 $(B)/.browser-packages: $(B)/.test-packages
 	$(call install_packages,$(BROWSER_PACKAGES))
 $(B)/.linux-packages: $(B)/.test-packages
@@ -425,6 +430,8 @@ $(B)/tests/pilot/pilot: $(B)/tests/pilot/pilot.o $(host_lib) $(common_lib)
 $(B)/tests/identity/draw: $(patsubst %.c,$(B)/%.o,$(identity_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(campaigns_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/exchange/decode: $(B)/tests/exchange/decode.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 # The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
 $(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)

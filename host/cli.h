@@ -40,6 +40,7 @@ int predict_command(int argc, char **argv, const struct cli *cli);
 int replay_command(int argc, char **argv, const struct cli *cli);
 int report_command(int argc, char **argv, const struct cli *cli);
 int export_command(int argc, char **argv, const struct cli *cli);
+int import_command(int argc, char **argv, const struct cli *cli);
 int dbc_command(int argc, char **argv, const struct cli *cli);
 int scale_command(int argc, char **argv, const struct cli *cli);
 int params_command(int argc, char **argv, const struct cli *cli);

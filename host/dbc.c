@@ -1,6 +1,8 @@
 #include "host/dbc.h"
 
+#include <ctype.h>
 #include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "common/catalogue.h"
@@ -8,7 +10,6 @@
 #include "common/command.h"
 #include "common/crash.h"
 #include "common/fault.h"
-#include "host/collect.h"
 
 static bool is_signed(enum mr_wire_type type)
 {
@@ -81,60 +82,105 @@ static void write_value(FILE *out, long value, const char *text)
     write_text(out, text);
 }
 
+/* One "3 settling" of a list; returns where the next begins, NULL when `at` is none. `name` may be NULL. */
+static const char *take_listed(const char *at, long *value, char *name, size_t size)
+{
+    char *after;
+    if (!isdigit((unsigned char)*at))
+        return NULL;
+    *value = strtol(at, &after, 10);
+    if (*after != ' ' || after[1] == '+')
+        return NULL;
+    size_t length = strcspn(++after, ",;");
+    if (name)
+        snprintf(name, size, "%.*s", (int)length, after);
+    after += length;
+    return *after == ',' ? after + 1 + (after[1] == ' ') : after;
+}
+
+/* Many fields' texts list what their values mean: "0 idle, 1 armed, 2 landing", also after "why: ". Sets of bits are no such list. */
+static const char *find_list(const char *text)
+{
+    long value;
+    const char *colon = strstr(text, ": ");
+    const char *at = isdigit((unsigned char)*text) ? text : colon ? colon + 2 : NULL;
+    if (!at || strncmp(text, "bit", 3) == 0 || strstr(text, "bits "))
+        return NULL;
+    const char *second = take_listed(at, &value, NULL, 0);
+    return second && take_listed(second, &value, NULL, 0) ? at : NULL;
+}
+
+static bool write_listed(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
+{
+    char name[100];
+    long value;
+    const char *at = find_list(field->text);
+    if (!at)
+        return false;
+    begin_values(out, message, field);
+    for (const char *next; (next = take_listed(at, &value, name, sizeof name)) != NULL; at = next)
+        write_value(out, value, name);
+    return true;
+}
+
 static void write_values(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
 {
-    static const char *const kinds[] = {"not fitted", "displacement", "tension", "staircase", "reference"};
-    static const char *const clocks[] = {"crystal", "internal oscillator, 1 %", "internal oscillator alone"};
-    static const char *const causes[] = {"no change", "command", "edge", "stopped", "settled", "time limit"};
-
+    const char *name = field->name;
+    bool code = strcmp(name, "code") == 0;
     if (field->per_unit > 0.0f) {
         begin_values(out, message, field);
         write_value(out, field->type == MR_WIRE_u16 ? 65535 : -32768, "missing");
-    } else if (strcmp(field->name, "state") == 0) {
-        begin_values(out, message, field);
-        for (unsigned i = 0; i <= 4; i++)
-            write_value(out, (long)i, collector_state_text(i));
-    } else if (message->id == MR_ID_LANDING && strcmp(field->name, "cause") == 0) {
-        begin_values(out, message, field);
-        for (size_t i = 0; i < sizeof causes / sizeof causes[0]; i++)
-            write_value(out, (long)i, causes[i]);
-    } else if (message->id == MR_ID_FAULT && strcmp(field->name, "code") == 0) {
+    } else if (message->id == MR_ID_FAULT && code) {
         begin_values(out, message, field);
         for (unsigned i = 0; i < MR_FAULT_COUNT; i++)
             write_value(out, (long)i, mr_fault_text(i));
-    } else if (message->id == MR_ID_CRASH && strcmp(field->name, "item") == 0) {
+    } else if (message->id == MR_ID_CRASH && strcmp(name, "item") == 0) {
         begin_values(out, message, field);
         for (unsigned i = 0; i < MR_CRASH_ITEMS; i++)
             write_value(out, (long)i, mr_crash_item_name(i));
-    } else if (message->id == MR_ID_CAN_ALARM && strcmp(field->name, "state") == 0) {
+    } else if (message->id == MR_ID_CAN_ALARM && strcmp(name, "state") == 0) {
         begin_values(out, message, field);
         for (unsigned i = 0; i <= MR_CAN_MISSING; i++)
             write_value(out, (long)i, mr_can_state_text(i));
-    } else if (message->id == MR_ID_RESTARTS && strcmp(field->name, "late_task") == 0) {
+    } else if (message->id == MR_ID_RESTARTS && strcmp(name, "late_task") == 0) {
         begin_values(out, message, field);
         for (unsigned i = 1; i < MR_TASK_COUNT; i++)
             write_value(out, (long)i, mr_task_text(i));
-    } else if ((message->id == MR_ID_COMMAND || message->id == MR_ID_ACK) &&
-               strcmp(field->name, "code") == 0) {
+    } else if ((message->id == MR_ID_COMMAND || message->id == MR_ID_ACK) && code) {
         begin_values(out, message, field);
         for (unsigned i = MR_COMMAND_STATE; i <= MR_COMMAND_SELF_TEST; i++)
             write_value(out, (long)i, mr_command_name(i));
-    } else if (message->id == MR_ID_ACK && strcmp(field->name, "status") == 0) {
+    } else if (message->id == MR_ID_ACK && strcmp(name, "status") == 0) {
         begin_values(out, message, field);
         for (int i = 0; i >= MR_HALTED; i--)
             write_value(out, i, mr_status_text((enum mr_status)i));
-    } else if (message->id == MR_ID_CHANNEL && strcmp(field->name, "kind") == 0) {
-        begin_values(out, message, field);
-        for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
-            write_value(out, (long)i, kinds[i]);
-    } else if (strcmp(field->name, "clock_source") == 0) {
-        begin_values(out, message, field);
-        for (size_t i = 0; i < sizeof clocks / sizeof clocks[0]; i++)
-            write_value(out, (long)i, clocks[i]);
-    } else {
+    } else if (!write_listed(out, message, field)) {
         return;
     }
     fputs(" ;\n", out);
+}
+
+/* How often messages come that come by the clock, ms: as common/catalogue.def says it of each; those of zones and readings while a
+ * landing is recorded. One that comes for each channel or band in turn has no cycle of its own. */
+static const struct {
+    uint16_t id, ms;
+} cycles[] = {
+    {MR_ID_DISPLACEMENT_1_3, 2}, {MR_ID_DISPLACEMENT_4_6, 2}, {MR_ID_DISPLACEMENT_7_8, 2}, {MR_ID_TENSION_1_3, 4},
+    {MR_ID_TENSION_4_6, 4}, {MR_ID_TENSION_7_9, 4}, {MR_ID_TENSION_10_12, 4}, {MR_ID_TENSION_13_14, 4}, {MR_ID_ZONE, 50},
+    {MR_ID_ZONE_LEAD, 50}, {MR_ID_ZONE_ERROR, 50}, {MR_ID_ZONE_COMING, 50}, {MR_ID_ZONE_PRESS, 50}, {MR_ID_VERDICT, 50},
+    {MR_ID_MESSAGE_COUNT, 50}, {MR_ID_CLOCK, 100}, {MR_ID_HEALTH, 100}, {MR_ID_CAN_HEALTH, 100}, {MR_ID_SERIAL_HEALTH, 100},
+    {MR_ID_SYNC, 1000}, {MR_ID_SYNC_AT, 1000}, {MR_ID_TRUST, 1000}, {MR_ID_LANDING, 1000}, {MR_ID_BOX_STATE, 1000},
+    {MR_ID_BOX_SPACE, 1000}, {MR_ID_TEMPERATURE, 1000}, {MR_ID_UPKEEP, 1000}, {MR_ID_CAN_ALARM, 1000}, {MR_ID_RESTARTS, 1000},
+    {MR_ID_CAN_DROPS, 1000}, {MR_ID_CONFIG_STATE, 1000}, {MR_ID_HELLO, 1000}, {MR_ID_BOARD_UID, 1000}, {MR_ID_BOARD_IMAGE, 1000},
+    {MR_ID_BOARD_CONFIG, 1000}, {MR_ID_SITE, 1000}, {MR_ID_WHEEL, 1000}, {MR_ID_IMAGE_COMMIT, 1000}, {MR_ID_IMAGE_HEADER, 1000},
+};
+
+static void write_attributes(FILE *out)
+{
+    fputs("BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_ \"BusType\" STRING ;\n"
+          "BA_DEF_DEF_ \"GenMsgCycleTime\" 0;\nBA_DEF_DEF_ \"BusType\" \"CAN\";\nBA_ \"BusType\" \"CAN\";\n", out);
+    for (size_t i = 0; i < sizeof cycles / sizeof cycles[0]; i++)
+        fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n", cycles[i].id, cycles[i].ms);
 }
 
 unsigned dbc_write(FILE *out)
@@ -142,7 +188,7 @@ unsigned dbc_write(FILE *out)
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
 
-    fputs("VERSION \"\"\n\nNS_ :\n\tCM_\n\tVAL_\n\tSIG_VALTYPE_\n\nBS_:\n\nBU_: BOARD HOST\n\n", out);
+    fputs("VERSION \"\"\n\nNS_ :\n\tCM_\n\tBA_DEF_\n\tBA_\n\tVAL_\n\tBA_DEF_DEF_\n\tSIG_VALTYPE_\n\nBS_:\n\nBU_: BOARD HOST\n\n", out);
     for (size_t m = 0; m < count; m++) {
         const struct mr_message_info *message = &messages[m];
         fprintf(out, "BO_ %u %s: %u %s\n", message->id, message->name, message->length,
@@ -163,6 +209,7 @@ unsigned dbc_write(FILE *out)
             fputs(";\n", out);
         }
     }
+    write_attributes(out);
     for (size_t m = 0; m < count; m++) {
         for (unsigned f = 0; f < messages[m].field_count; f++)
             write_values(out, &messages[m], &messages[m].fields[f]);

@@ -286,6 +286,30 @@ static const struct command commands[] = {
      "                 with the DBC attached\n"
      "  -o F           where to write; else standard output\n"
      "Example: matrig export campaign.db 5 --format csv -o landing5.csv\n"},
+    {"import", import_command, "DB FILE [--map M.json] [--like RUN] [--interface NAME] [--again]", "logs, and other instruments' readings, into the campaign",
+     "  DB             campaign database, made when it does not exist\n"
+     "  FILE           a log that candump -L wrote of a matrig board: its landings are taken in as if they had been logged.\n"
+     "                 Or a table that matrig export --format csv wrote. With --map:\n"
+     "  --map M.json   a table of another instrument (CSV), or its frames in a candump log, becomes a landing. M says what is what:\n"
+     "                 {\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", \"missing\": [\"---\"],\n"
+     "                  \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
+     "                  \"align\": {\"column\": \"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", \"switch\": 3},\n"
+     "                  \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": 2.5, \"offset\": -1, \"station_ft\": 40,\n"
+     "                                \"error\": 0.05}]}\n"
+     "                 column: its name, or its number from 1. channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m,\n"
+     "                 in, mm; where it passes the switches are edges), switch1 to switch64 (with threshold and edge). value = (what stands\n"
+     "                 there * scale + offset) in unit; error: its standard error. Times: s, ms, us, min. Also touchdown_ft,\n"
+     "                 switch_error_ft, gap_s (more is missing data; else 1.5 times the usual), last_line_open (true: the last line needs\n"
+     "                 no newline), note. For frames, in place of column: \"signal\": \"Message.Signal\" of the file that \"dbc\" names, or\n"
+     "                 \"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\"\n"
+     "  --like RUN     it is of the same landing as RUN: gear, switches, survey and stations are RUN's, and time 0 is RUN's touchdown,\n"
+     "                 or the edge that align names is RUN's\n"
+     "  --interface NAME\n"
+     "                 take the frames of this bus of the log; else those of its first frame's\n"
+     "  --again        though the same file was imported before\n"
+     "A damaged file gives a verdict (complete, truncated at, malformed at: line and column), exit 4, and what is good of it is kept.\n"
+     "Example: matrig import campaign.db candump-2026-05-04.log\n"
+     "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5\n"},
     {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
      "  -o F           where to write; else standard output\n"
      "Example: matrig dbc -o matrig.dbc\n"},

@@ -5,7 +5,8 @@
  * computed here from the block records with the board's own calibration. Block records come over serial or from the black box; a
  * block that neither brought is filled from the CAN messages, each over the 2 or 4 blocks it is the mean of, and so is a landing
  * without any. Each sample says where it comes from. CAN does not fill a landing that was calibrated anew: the board computed its
- * messages by the old calibration. A displacement is
+ * messages by the old calibration. Those of another
+ * instrument (matrig import) are as its file had them. A displacement is
  * relative to its mean over the half second before the first edge; a tension is absolute. What is missing or
  * not valid is NaN. A channel that stuck is not valid from where it stopped moving on, which is before anybody could know.
  *
@@ -23,8 +24,8 @@
 #define MEASURED_LOST 255       /* validity: the block never came */
 #define MEASURED_NOT_VALID 254  /* validity: not valid, and CAN does not say why */
 
-enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN, MEASURED_BOX };
-#define MEASURED_SOURCES 4u
+enum measured_source { MEASURED_NOTHING, MEASURED_SERIAL, MEASURED_CAN, MEASURED_BOX, MEASURED_IMPORT };
+#define MEASURED_SOURCES 5u
 
 /* Blocks in a row of one source: as of their records; CAN where it filled any channel. */
 struct measured_stretch {

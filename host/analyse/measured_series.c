@@ -9,6 +9,7 @@
 #include "common/wire.h"
 #include "host/analyse/measured_source.h"
 #include "host/link/link.h"
+#include "host/store/store_import.h"
 #include "host/store/store_recalibrate.h"
 
 struct block_list {
@@ -326,6 +327,50 @@ static enum mr_status take_messages(struct store *store, struct measured *measur
     return status;
 }
 
+/* ---- readings of another instrument ---- */
+
+#define STRIDE_MAX 1000
+
+static enum mr_status fill_from_import(struct measured *measured, const struct store_imported *rows, size_t count, struct error *error)
+{
+    int64_t first = rows[0].first_block, last = first;
+    for (size_t r = 0; r < count; r++) {
+        first = rows[r].first_block < first ? rows[r].first_block : first;
+        last = rows[r].first_block < SAMPLES_MAX * 1000ll && rows[r].first_block + (int64_t)rows[r].count - 1 > last
+                   ? rows[r].first_block + (int64_t)rows[r].count - 1
+                   : last;
+    }
+    enum mr_status status = first < 0 ? check_span(measured, 0, -1, error) : check_span(measured, first, last, error);
+    if (status == MR_OK)
+        status = make_series(measured, &(struct span){first, last, true}, error);
+    for (size_t r = 0; r < count && status == MR_OK; r++) {
+        if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block > last)
+            continue;
+        struct measured_channel *channel = &measured->channel[rows[r].index];
+        channel->stride = rows[r].stride >= 1 && rows[r].stride <= STRIDE_MAX ? (size_t)rows[r].stride : 1;
+        for (size_t i = 0; i < rows[r].count; i++) {
+            size_t at = (size_t)(rows[r].first_block - first) + i;
+            channel->raw[at] = rows[r].reading[i];
+            if (!isnan(channel->raw[at]))
+                channel->validity[at] = MR_VALID;
+            channel->source[at] = MEASURED_IMPORT;
+        }
+    }
+    measured->source = MEASURED_IMPORT;
+    return status;
+}
+
+static enum mr_status series_from_import(struct store *store, struct measured *measured, struct error *error)
+{
+    struct store_imported *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_imported(store, measured->landing.id, &rows, &count, error);
+    if (status == MR_OK && count)
+        status = fill_from_import(measured, rows, count, error);
+    store_imported_free(rows, count);
+    return status;
+}
+
 enum mr_status measured_load_series(struct store *store, struct measured *measured, struct error *error)
 {
     struct block_list list = {0};
@@ -351,6 +396,8 @@ enum mr_status measured_load_series(struct store *store, struct measured *measur
             status = take_messages(store, measured, list.count && !recalibrated, fill, error);
         if (status == MR_OK && !list.count)
             measured->source = MEASURED_CAN;
+    } else if (status == MR_OK) {
+        status = series_from_import(store, measured, error);
     }
     if (status == MR_OK && measured->source != MEASURED_NOTHING) {
         blank_stuck(measured);

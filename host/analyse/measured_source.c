@@ -13,6 +13,7 @@ static const struct {
     [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
                       "from CAN (displacements at 500 Hz, tensions at 250 Hz)"},
     [MEASURED_BOX] = {"blackbox", 'B', "black box records, 1 kHz", "from the black box"},
+    [MEASURED_IMPORT] = {"import", 'I', "a file of another instrument", "from a file of another instrument"},
 };
 
 const char *measured_source_name(enum measured_source source)
@@ -62,7 +63,7 @@ enum mr_status measured_find_stretches(struct measured *measured, struct error *
 
 void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT])
 {
-    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN, MEASURED_NOTHING};
+    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN, MEASURED_IMPORT, MEASURED_NOTHING};
     size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s", sources[measured->source].alone);
     const char *separator = ";";
     for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_TEXT; k++) {

@@ -15,7 +15,7 @@
 
 const char *summary_link_name(int link)
 {
-    return link == LINK_CAN ? "CAN" : "serial";
+    return link == LINK_CAN ? "CAN" : link == LINK_SERIAL ? "serial" : "file";
 }
 
 static enum mr_status load_troubles(struct store *store, int64_t run, int kind, struct summary_link *link,
@@ -72,6 +72,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = store_session_get(store, summary->measured.landing.session, &summary->session, error);
     if (status == MR_OK)
+        status = store_import_get(store, summary->measured.landing.session, &summary->import, &summary->imported, error);
+    if (status == MR_OK)
         status = load_links(store, summary, error);
     if (status == MR_OK)
         status = summary_time_load(store, summary, error);
@@ -98,6 +100,7 @@ void summary_free(struct summary *summary)
     zones_free(&summary->zones);
     bands_free(&summary->bands);
     film_free(&summary->film);
+    free(summary->import.mapping);
     free(summary->gap);
     free(summary->fault);
     free(summary->switch_event);
@@ -159,6 +162,7 @@ static const char *gap_reason(const char *cause)
         {"adapter", "lost in the adapter"},
         {"bus-off", "lost while the adapter was off the bus"},
         {"away", "lost while the link was away"},
+        {"file", "not in the file"},
     };
     for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
         if (strcmp(cause, reasons[i].cause) == 0)
@@ -423,6 +427,9 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     summary_ready_print(summary->ready, out);
     measured_source_text(&summary->measured, source);
     fprintf(out, "  %-13s %s\n", "readings", source);
+    if (summary->imported)
+        fprintf(out, "  %-13s %s, %s, SHA-256 %s\n", "imported from", summary->import.file, summary->import.verdict,
+                summary->import.sha256);
     print_temperature(&summary->temperature, out);
     print_motion(summary, si, out);
     print_damage(summary, si, out);
@@ -596,6 +603,10 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_object_set_new(object, "clock_source", integer_or_null(landing->clock_source));
     json_object_set_new(object, "source", json_string(measured_source_name(measured->source)));
     json_object_set_new(object, "stretches", stretches_json(measured));
+    json_object_set_new(object, "import",
+                        summary->imported ? json_pack("{sssssssI}", "file", summary->import.file, "sha256", summary->import.sha256, "verdict",
+                                                      summary->import.verdict, "bytes", (json_int_t)summary->import.bytes)
+                                          : json_null());
     json_object_set_new(object, "switches", json_integer((json_int_t)measured->switches));
     json_object_set_new(object, "switches_seen", json_integer((json_int_t)measured->gates));
     json_object_set_new(object, "fit", json_string(mr_status_text(measured->fit_status)));

@@ -12,6 +12,7 @@
 #include "host/analyse/summary_ready.h"
 #include "host/analyse/zones.h"
 #include "host/link/link.h"
+#include "host/store/store_import.h"
 
 /* Half width of a 95 % interval in standard errors: positions of switches are taken as normal with known
  * spread. */
@@ -33,6 +34,8 @@ struct summary {
     struct bands_summary bands;
     struct summary_link link[LINK_KINDS];
     struct store_session_row session;
+    bool imported; /* the session was an import: */
+    struct store_import import;
     struct store_gap *gap;
     size_t gaps;
     struct film film;

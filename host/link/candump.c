@@ -8,15 +8,16 @@ struct cursor {
     const char *end;
 };
 
-static int hex_value(char c)
+/* Of a hexadecimal digit, and one more: 0 stands for what is none. */
+static const uint8_t hex_and_1[256] = {
+    ['0'] = 1,  ['1'] = 2,  ['2'] = 3,  ['3'] = 4,  ['4'] = 5,  ['5'] = 6,  ['6'] = 7,  ['7'] = 8,
+    ['8'] = 9,  ['9'] = 10, ['A'] = 11, ['B'] = 12, ['C'] = 13, ['D'] = 14, ['E'] = 15, ['F'] = 16,
+    ['a'] = 11, ['b'] = 12, ['c'] = 13, ['d'] = 14, ['e'] = 15, ['f'] = 16};
+
+/* More than 15: it is no digit. */
+static uint32_t hex_value(char c)
 {
-    if (c >= '0' && c <= '9')
-        return c - '0';
-    if (c >= 'A' && c <= 'F')
-        return c - 'A' + 10;
-    if (c >= 'a' && c <= 'f')
-        return c - 'a' + 10;
-    return -1;
+    return hex_and_1[(uint8_t)c] - 1u;
 }
 
 static bool take(struct cursor *at, char c)
@@ -57,10 +58,10 @@ static bool take_id(struct cursor *at, uint32_t *id)
 {
     uint32_t value = 0;
     unsigned digits = 0;
-    for (; at->p < at->end && hex_value(*at->p) >= 0; at->p++) {
+    for (; at->p < at->end && hex_value(*at->p) < 16; at->p++) {
         if (++digits > 8)
             return false;
-        value = value << 4 | (uint32_t)hex_value(*at->p);
+        value = value << 4 | hex_value(*at->p);
     }
     if (digits == 3 && value <= 0x7ff)
         *id = value;
@@ -86,9 +87,9 @@ static bool take_data(struct cursor *at, struct link_frame *frame)
     while (at->p < at->end && *at->p != ' ' && *at->p != '\r') {
         if (frame->length == 8 || at->end - at->p < 2)
             return false;
-        int high = hex_value(at->p[0]);
-        int low = hex_value(at->p[1]);
-        if (high < 0 || low < 0)
+        uint32_t high = hex_value(at->p[0]);
+        uint32_t low = hex_value(at->p[1]);
+        if ((high | low) > 15)
             return false;
         frame->data[frame->length++] = (uint8_t)(high << 4 | low);
         at->p += 2;
@@ -96,21 +97,37 @@ static bool take_data(struct cursor *at, struct link_frame *frame)
     return true;
 }
 
-enum mr_status candump_parse(const char *line, size_t length, struct link_frame *frame)
+static bool take_line(struct cursor *at, struct candump_line *line)
 {
-    struct cursor at = {line, line + length};
-    if (!take_time(&at, &frame->host_us) || !take(&at, ' '))
-        return MR_MALFORMED;
-    const char *interface = at.p;
-    while (at.p < at.end && *at.p != ' ')
-        at.p++;
-    if (at.p == interface || !take(&at, ' ') || !take_id(&at, &frame->id) || !take(&at, '#') ||
-        !take_data(&at, frame))
-        return MR_MALFORMED;
-    if (take(&at, ' ') && !take(&at, 'R') && !take(&at, 'T'))
-        return MR_MALFORMED;
-    take(&at, '\r');
-    return at.p == at.end ? MR_OK : MR_MALFORMED;
+    struct link_frame *frame = &line->frame;
+    if (!take_time(at, &frame->host_us) || !take(at, ' '))
+        return false;
+    line->interface = at->p;
+    while (at->p < at->end && *at->p != ' ')
+        at->p++;
+    line->interface_length = (size_t)(at->p - line->interface);
+    if (line->interface_length == 0 || !take(at, ' ') || !take_id(at, &frame->id) || !take(at, '#') || !take_data(at, frame))
+        return false;
+    if (take(at, ' ') && !take(at, 'R') && !take(at, 'T'))
+        return false;
+    take(at, '\r');
+    return at->p == at->end;
+}
+
+enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line)
+{
+    struct cursor at = {text, text + length};
+    bool whole = take_line(&at, line);
+    line->column = (size_t)(at.p - text) + 1;
+    return whole ? MR_OK : MR_MALFORMED;
+}
+
+enum mr_status candump_parse(const char *text, size_t length, struct link_frame *frame)
+{
+    struct candump_line line;
+    enum mr_status status = candump_parse_line(text, length, &line);
+    *frame = line.frame;
+    return status;
 }
 
 size_t candump_print(const struct link_frame *frame, char out[CANDUMP_LINE_MAX])

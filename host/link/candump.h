@@ -17,7 +17,16 @@
 #define CANDUMP_LINE_MAX 200u
 
 /* Parse `length` characters without the newline. MR_OK or MR_MALFORMED. */
-enum mr_status candump_parse(const char *line, size_t length, struct link_frame *frame);
+enum mr_status candump_parse(const char *text, size_t length, struct link_frame *frame);
+
+/* The same, with what a frame has no place for. */
+struct candump_line {
+    struct link_frame frame;
+    const char *interface; /* in the text given */
+    size_t interface_length;
+    size_t column; /* from 1: where it stopped being a line of a log */
+};
+enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line);
 
 /* Write the line of a frame with newline and final zero; the time is frame->host_us, the interface "can0".
  * Returns its length. */

@@ -191,6 +191,11 @@ static void facts(FILE *out, const struct report_landing *landing, bool si)
               row->image_commit[0] ? row->image_commit : "unknown");
     html_fact(out, "clock", "%s",
               row->clock_source > 0 ? "internal oscillator: 1 % in every speed" : "crystal");
+    if (summary->imported) {
+        html_fact(out, "imported from", "%s (%s, %lld bytes, SHA-256 %s)", summary->import.file, summary->import.format,
+                  (long long)summary->import.bytes, summary->import.sha256);
+        html_fact(out, "the file", "%s", summary->import.verdict);
+    }
     html_fact(out, "recorded over", "CAN %s, serial %s",
               summary->session.can_link[0] ? summary->session.can_link : "not used",
               summary->session.serial_link[0] ? summary->session.serial_link : "not used");

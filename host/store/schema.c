@@ -138,6 +138,11 @@ const char store_schema[] =
     "CREATE TRIGGER landing_changes_last BEFORE DELETE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;"
     "CREATE TRIGGER observations_stay BEFORE UPDATE ON observations BEGIN SELECT raise(ABORT, 'history stays'); END;"
     "CREATE TRIGGER observations_last BEFORE DELETE ON observations BEGIN SELECT raise(ABORT, 'history stays'); END;"
+    /* What came from files (store_import.h): of a session, from which; readings: 32-bit floats, least byte first, NaN: missing */
+    "CREATE TABLE imports(session INTEGER PRIMARY KEY REFERENCES sessions(id), file TEXT NOT NULL, sha256 TEXT NOT NULL,"
+    " bytes INTEGER NOT NULL, format TEXT NOT NULL, mapping TEXT, verdict TEXT NOT NULL, made_us INTEGER NOT NULL);"
+    "CREATE TABLE imported(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL,"
+    " first_block INTEGER NOT NULL, stride INTEGER NOT NULL, readings BLOB NOT NULL, UNIQUE(landing, idx));"
     "CREATE TABLE simulations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), "
     "scene TEXT NOT NULL,"
     " made_us INTEGER NOT NULL);"

@@ -180,6 +180,7 @@ void store_close(struct store *store)
         return;
     for (size_t i = 0; i < STORE_STATEMENT_COUNT; i++)
         sqlite3_finalize(store->statement[i]);
+    sqlite3_finalize(store->frames_put);
     sqlite3_close(store->database);
     if (store->alone)
         close(store->alone);
@@ -205,7 +206,8 @@ enum mr_status store_begin(struct store *store, struct error *error)
 
 enum mr_status store_commit(struct store *store, struct error *error)
 {
-    return execute(store, "COMMIT", "write", error);
+    enum mr_status status = store_frames_flush(store, error);
+    return status == MR_OK ? execute(store, "COMMIT", "write", error) : status;
 }
 
 static enum mr_status bind(struct store *store, struct error *error, enum store_statement which,
@@ -259,7 +261,9 @@ enum mr_status store_query(struct store *store, struct error *error, sqlite3_stm
 {
     va_list values;
     va_start(values, which);
-    enum mr_status status = bind(store, error, which, values);
+    enum mr_status status = store_frames_flush(store, error);
+    if (status == MR_OK)
+        status = bind(store, error, which, values);
     va_end(values);
     *statement = store->statement[which];
     return status;

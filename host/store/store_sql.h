@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 
 #include "host/store/store.h"
+#include "host/store/store_sql_import.h"
 #include "host/store/store_sql_survey.h"
 
 /* As corrected (store_journal.h), else as the board said. */
@@ -232,6 +233,7 @@
       " peak_simulated_error_in, rms_in, end_measured_in, end_simulated_in, t0_s, dt_s, series_in"           \
       " FROM simulation_channels WHERE simulation=(SELECT max(id) FROM simulations WHERE landing=?) ORDER "  \
       "BY number")                                                                                           \
+    STORE_IMPORT_STATEMENTS(X)                                                                               \
     STORE_SURVEY_STATEMENTS(X)
 
 enum store_statement {
@@ -241,6 +243,14 @@ enum store_statement {
         STORE_STATEMENT_COUNT
 };
 
+/* A frame that waits to be written with others (store_frames.c). */
+#define STORE_FRAMES_A_STATEMENT 64u
+struct store_waiting {
+    int64_t session;
+    struct store_frame frame; /* its data NULL: they are in */
+    uint8_t data[8];
+};
+
 struct store {
     sqlite3 *database;
     char *path;
@@ -248,6 +258,9 @@ struct store {
     int64_t found_version; /* of the tables when it was opened */
     bool found_due;        /* it lacked some of this version's */
     int alone;             /* descriptor that keeps others who log out; 0: none */
+    sqlite3_stmt *frames_put;
+    struct store_waiting waiting[STORE_FRAMES_A_STATEMENT];
+    unsigned waiting_count;
 };
 
 /* The tables. */
@@ -255,6 +268,9 @@ extern const char store_schema[];
 
 /* Sets the error from SQLite's last one. Returns its status. */
 enum mr_status store_failed(struct store *store, const char *doing, struct error *error);
+
+/* Writes the frames that wait; before anything is read, and before a commit. */
+enum mr_status store_frames_flush(struct store *store, struct error *error);
 
 /* Bind and run a statement that returns no rows. */
 enum mr_status store_run(struct store *store, struct error *error, enum store_statement which, ...);

@@ -92,14 +92,6 @@ enum mr_status store_block_put(struct store *store, int64_t session, int64_t boo
                      length, INT(link));
 }
 
-enum mr_status store_frame_put(struct store *store, int64_t session, const struct store_frame *frame,
-                               struct error *error)
-{
-    return store_run(store, error, STORE_FRAME_PUT, session, frame->run, INT(frame->link),
-                     INT(frame->direction), frame->seq, frame->board_us, frame->host_us, INT(frame->id),
-                     INT(frame->length), (const void *)frame->data, frame->length);
-}
-
 enum mr_status store_edge_put(struct store *store, int64_t run, const struct store_edge *edge,
                               struct error *error)
 {

@@ -1,0 +1,225 @@
+#include "host/import/csv.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define FIELDS_MAX 1024u
+#define NUMBER_MAX 64u
+
+struct field {
+    const char *at;
+    size_t length;
+};
+
+struct table {
+    const char *at, *end;
+    const char *path;
+    struct mapping *mapping;
+    struct verdict *verdict;
+    size_t line;
+    struct field field[FIELDS_MAX];
+    size_t fields, columns; /* of this line; of the header, else of the first row */
+    double last_s;
+    size_t rows;
+};
+
+static bool blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r';
+}
+
+static struct field trimmed(const char *from, const char *to)
+{
+    while (from < to && blank(*from))
+        from++;
+    while (to > from && blank(to[-1]))
+        to--;
+    if (to - from >= 2 && *from == '"' && to[-1] == '"') {
+        from++;
+        to--;
+    }
+    return (struct field){from, (size_t)(to - from)};
+}
+
+/* Into fields; a separator within quotes is none. False: too many. */
+static bool split(struct table *t, const char *line, size_t length)
+{
+    const char *from = line, *end = line + length;
+    bool quoted = false;
+    t->fields = 0;
+    for (const char *p = line;; p++) {
+        if (p < end && *p == '"')
+            quoted = !quoted;
+        if (p < end && (quoted || *p != t->mapping->separator))
+            continue;
+        if (t->fields == FIELDS_MAX)
+            return false;
+        t->field[t->fields++] = trimmed(from, p);
+        from = p + 1;
+        if (p == end)
+            return true;
+    }
+}
+
+/* The next line that says something. `whole`: it ends with a newline. */
+static bool next_line(struct table *t, const char **line, size_t *length, bool *whole)
+{
+    while (t->at < t->end) {
+        const char *newline = memchr(t->at, '\n', (size_t)(t->end - t->at));
+        *line = t->at;
+        *length = (size_t)((newline ? newline : t->end) - t->at);
+        *whole = newline != NULL;
+        t->at = newline ? newline + 1 : t->end;
+        t->line++;
+        size_t said = *length;
+        while (said && blank((*line)[said - 1]))
+            said--;
+        if (said && (!t->mapping->comment || **line != t->mapping->comment))
+            return true;
+    }
+    return false;
+}
+
+static unsigned find_name(const struct table *t, const char *name)
+{
+    for (size_t i = 0; i < t->fields; i++) {
+        if (t->field[i].length == strlen(name) && memcmp(t->field[i].at, name, t->field[i].length) == 0)
+            return (unsigned)i + 1;
+    }
+    return 0;
+}
+
+static enum mr_status find_column(const struct table *t, const char *name, unsigned *place, struct error *error)
+{
+    if (!*place)
+        *place = find_name(t, name);
+    if (*place && *place <= FIELDS_MAX)
+        return MR_OK;
+    return error_set(error, MR_MALFORMED, "no column '%s': %s line %zu; the mapping must name it as it stands there%s", name, t->path,
+                     t->line, t->mapping->header_lines ? "" : ", or number it, without header_lines");
+}
+
+static enum mr_status take_header(struct table *t, struct error *error)
+{
+    struct mapping *m = t->mapping;
+    const char *line;
+    size_t length;
+    bool whole;
+    if (t->end - t->at >= 3 && memcmp(t->at, "\xef\xbb\xbf", 3) == 0) /* a mark of UTF-8 */
+        t->at += 3;
+    for (unsigned i = 0; i < m->header_lines; i++) {
+        if (!next_line(t, &line, &length, &whole))
+            return error_set(error, MR_MALFORMED, "only %u of %u header lines: %s line %zu; see the mapping's header_lines", i,
+                             m->header_lines, t->path, t->line);
+        if (!split(t, line, length))
+            return error_set(error, MR_MALFORMED, "more than %u columns: %s line %zu; is the separator '%c'?", FIELDS_MAX, t->path, t->line,
+                             m->separator);
+    }
+    t->columns = m->header_lines ? t->fields : 0;
+    enum mr_status status = find_column(t, m->time_column, &m->time_place, error);
+    for (size_t c = 0; c < m->channels && status == MR_OK; c++)
+        status = find_column(t, m->channel[c].column, &m->channel[c].place, error);
+    return status;
+}
+
+/* NaN and true: missing. False: no number. */
+static bool take_number(const struct mapping *m, struct field field, double *value)
+{
+    char digits[NUMBER_MAX];
+    *value = (double)NAN;
+    if (field.length == 0)
+        return true;
+    for (size_t i = 0; i < m->missing_count; i++) {
+        if (strlen(m->missing[i]) == field.length && memcmp(m->missing[i], field.at, field.length) == 0)
+            return true;
+    }
+    if (field.length >= sizeof digits)
+        return false;
+    for (size_t i = 0; i < field.length; i++) {
+        char c = field.at[i];
+        if (c == '\0' || (!strchr("0123456789+-eE", c) && c != m->decimal)) /* no hexadecimal, inf or nan */
+            return false;
+        digits[i] = c == m->decimal ? '.' : c;
+    }
+    digits[field.length] = '\0';
+    char *end;
+    *value = strtod(digits, &end);
+    return *end == '\0' && isfinite(*value);
+}
+
+static bool bad(struct table *t, const char *line, const char *at, bool whole, const char *what)
+{
+    if (whole)
+        t->verdict->bad_lines++;
+    verdict_set(t->verdict, whole ? MR_MALFORMED : MR_TRUNCATED, t->line, (size_t)(at - line) + 1,
+                whole ? what : "the file ends inside a line");
+    return false;
+}
+
+/* All numbers of the line before any is taken: a bad line gives none. */
+static bool check_row(struct table *t, const char *line, size_t length, bool whole, double *time_s)
+{
+    const struct mapping *m = t->mapping;
+    double value;
+    if (!split(t, line, length))
+        return bad(t, line, line, whole, "too many columns");
+    if (!t->columns)
+        t->columns = t->fields;
+    if (t->fields != t->columns)
+        return bad(t, line, t->fields < t->columns ? line + length : t->field[t->columns].at, whole,
+                   t->fields < t->columns ? "fewer columns than the header has" : "more columns than the header has");
+    if (!whole && !m->last_line_open)
+        return bad(t, line, line + length, false, NULL);
+    if (m->time_place > t->fields)
+        return bad(t, line, line + length, whole, "no column of time");
+    if (!take_number(m, t->field[m->time_place - 1], &value) || isnan(value))
+        return bad(t, line, t->field[m->time_place - 1].at, whole, "no time");
+    *time_s = value * m->time_unit_s;
+    if (!(*time_s > t->last_s))
+        return bad(t, line, t->field[m->time_place - 1].at, whole, "the time does not go on");
+    for (size_t c = 0; c < m->channels; c++) {
+        unsigned place = m->channel[c].place;
+        if (place > t->fields || !take_number(m, t->field[place - 1], &value))
+            return bad(t, line, place > t->fields ? line + length : t->field[place - 1].at, whole, "no number");
+    }
+    return true;
+}
+
+static enum mr_status take_row(struct table *t, double time_s)
+{
+    struct mapping *m = t->mapping;
+    enum mr_status status = MR_OK;
+    t->last_s = time_s;
+    t->rows++;
+    for (size_t c = 0; c < m->channels && status == MR_OK; c++) {
+        struct mapping_channel *channel = &m->channel[c];
+        double value;
+        take_number(m, t->field[channel->place - 1], &value);
+        if (!isnan(value))
+            status = series_add(&channel->series, time_s, value * channel->scale + channel->offset);
+    }
+    return status;
+}
+
+enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping, size_t *rows,
+                        struct verdict *verdict, struct error *error)
+{
+    struct table t = {.at = text, .end = text + length, .path = path, .mapping = mapping, .verdict = verdict, .last_s = -(double)INFINITY};
+    const char *line;
+    double time_s;
+    bool whole;
+    enum mr_status status = take_header(&t, error);
+    while (status == MR_OK && next_line(&t, &line, &length, &whole)) {
+        if (check_row(&t, line, length, whole, &time_s))
+            status = take_row(&t, time_s);
+    }
+    *rows = t.rows;
+    if (status == MR_FULL)
+        return error_set(error, status, "no memory: %s line %zu; import it in parts", path, t.line);
+    if (status == MR_OK && (t.rows == 0 || verdict->bad_lines > t.rows / 9))
+        return error_set(error, MR_MALFORMED, "%zu rows are good, %zu are not: %s line %zu, column %zu: %s; does the mapping fit the file?",
+                         t.rows, verdict->bad_lines, path, verdict->line, verdict->column, verdict->what ? verdict->what : "no row at all");
+    return status;
+}

@@ -1,0 +1,390 @@
+#include "host/import/landing.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/boardtime.h"
+#include "common/channels.h"
+#include "host/analyse/measured.h"
+#include "host/link/link.h"
+
+#define BLOCK_US 1000.0
+#define MIDDLE_US 437.5     /* of the eight scans of a block: host/analyse/measured.h */
+#define BLOCKS_MAX 3600000
+#define STATE_DONE 4
+#define USUAL_GAP 1.5       /* of the usual time between samples: more is missing data */
+#define SWITCH_EVERY_FT 5.0 /* as the rig has them, where neither a landing nor the mapping says */
+#define SWITCH_FIRST_FT (-2.5)
+#define SWITCHES 24u
+#define SWITCHES_MAX 64u
+#define SWITCH_ERROR_FT 0.001
+
+struct work {
+    struct store *store;
+    struct mapping *mapping;
+    const struct import_request *request;
+    struct measured like; /* the landing it is put beside */
+    struct store_edge *edge; /* and its edges */
+    size_t edges;
+    double base_us; /* board time of the file's time 0 */
+    int64_t first;
+    size_t blocks;
+    int64_t run, session;
+    struct found {
+        double board_us;
+        unsigned position;
+    } found[SWITCHES_MAX]; /* edges in the file */
+    unsigned founds;
+};
+
+/* ---- time ---- */
+
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Median time between samples; NaN: fewer than two. */
+static double usual_step_s(const struct series *series)
+{
+    if (series->count < 2)
+        return (double)NAN;
+    double *step = malloc((series->count - 1) * sizeof *step);
+    if (!step)
+        return (double)NAN;
+    for (size_t i = 0; i + 1 < series->count; i++)
+        step[i] = series->time_s[i + 1] - series->time_s[i];
+    qsort(step, series->count - 1, sizeof *step, by_size);
+    double median = step[(series->count - 1) / 2];
+    free(step);
+    return median;
+}
+
+/* When the value passes the threshold for the first time, between two samples; NaN: never. */
+static double edge_time_s(const struct mapping_channel *channel)
+{
+    const struct series *s = &channel->series;
+    for (size_t i = 1; i < s->count; i++) {
+        double from = s->value[i - 1] - channel->threshold, to = s->value[i] - channel->threshold;
+        bool passes = channel->falling ? from >= 0.0 && to < 0.0 : from <= 0.0 && to > 0.0;
+        if (passes)
+            return s->time_s[i - 1] + (s->time_s[i] - s->time_s[i - 1]) * from / (from - to);
+    }
+    return (double)NAN;
+}
+
+static const struct mapping_channel *find_role(const struct mapping *m, enum mapping_role role)
+{
+    for (size_t c = 0; c < m->channels; c++) {
+        if (m->channel[c].role == role)
+            return &m->channel[c];
+    }
+    return NULL;
+}
+
+static bool measures(const struct mapping_channel *channel)
+{
+    return channel->role == MAPPING_DISPLACEMENT || channel->role == MAPPING_TENSION;
+}
+
+static enum mr_status align(struct work *w, const struct mapping_channel *channel, struct error *error)
+{
+    double edge_s = edge_time_s(channel);
+    if (!w->request->like)
+        return error_set(error, MR_USAGE, "aligned on a switch of no landing: %s; give --like RUN", w->request->path);
+    if (isnan(edge_s))
+        return error_set(error, MR_MALFORMED, "no edge through %g to align by: %s, '%s'; see the mapping's align", channel->threshold,
+                         w->request->path, channel->column);
+    for (size_t e = 0; e < w->edges; e++) {
+        if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))
+            continue;
+        w->base_us = w->edge[e].board_us - 1e6 * edge_s;
+        return MR_OK;
+    }
+    return error_set(error, MR_USAGE, "RUN %lld did not see switch %u: %s; align by another", (long long)w->request->like, channel->number,
+                     w->request->path);
+}
+
+static enum mr_status place_in_time(struct work *w, struct error *error)
+{
+    const struct mapping *m = w->mapping;
+    const struct mapping_channel *by = find_role(m, MAPPING_ALIGN);
+    double first_s = (double)INFINITY, last_s = -(double)INFINITY;
+    for (size_t c = 0; c < m->channels; c++) {
+        const struct series *s = &m->channel[c].series;
+        if (!measures(&m->channel[c]) || s->count == 0)
+            continue;
+        first_s = fmin(first_s, s->time_s[0]);
+        last_s = fmax(last_s, s->time_s[s->count - 1]);
+    }
+    if (!(first_s <= last_s))
+        return error_set(error, MR_MALFORMED, "no reading of d1 to d8 or t1 to t14: %s; see the mapping's channels", w->request->path);
+    if ((last_s - first_s) * 1e6 / BLOCK_US >= BLOCKS_MAX)
+        return error_set(error, MR_MALFORMED, "%.0f s long: %s; a landing is an hour at most, is the unit of time right?", last_s - first_s,
+                         w->request->path);
+    w->base_us = w->request->like ? (double)w->like.t0_us : MIDDLE_US - 1e6 * first_s;
+    if (by) {
+        enum mr_status status = align(w, by, error);
+        if (status != MR_OK)
+            return status;
+    }
+    w->base_us += 1e6 * m->shift_s;
+    double from = floor((w->base_us + 1e6 * first_s) / BLOCK_US), to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
+    if (from < 0.0 || to > 4e9)
+        return error_set(error, MR_USAGE, "begins %.3f s before the board's time does: %s; see the mapping's shift_s and align",
+                         -1e-6 * (w->base_us + 1e6 * first_s), w->request->path);
+    w->first = (int64_t)from;
+    w->blocks = (size_t)(to - from) + 1;
+    return MR_OK;
+}
+
+/* ---- samples to blocks ---- */
+
+/* Several samples a block: their mean. */
+static void by_mean(const struct series *s, double base_us, int64_t first, size_t blocks, float *reading)
+{
+    for (size_t i = 0, k = 0; i < blocks; i++) {
+        double end_us = ((double)first + (double)i + 1.0) * BLOCK_US, sum = 0.0;
+        size_t count = 0;
+        for (; k < s->count && base_us + 1e6 * s->time_s[k] < end_us; k++) {
+            if (base_us + 1e6 * s->time_s[k] < end_us - BLOCK_US)
+                continue;
+            sum += s->value[k];
+            count++;
+        }
+        reading[i] = count ? (float)(sum / (double)count) : (float)NAN;
+    }
+}
+
+void import_resample(const struct series *s, double base_us, double usual_us, double gap_us, int64_t first, size_t blocks, float *reading)
+{
+    static const double same_us = 0.5; /* written with six decimals or more */
+    if (usual_us < 0.75 * BLOCK_US) {
+        by_mean(s, base_us, first, blocks, reading);
+        return;
+    }
+    for (size_t i = 0, k = 0; i < blocks; i++) {
+        double at_us = ((double)first + (double)i) * BLOCK_US + MIDDLE_US;
+        while (k + 1 < s->count && base_us + 1e6 * s->time_s[k + 1] <= at_us + same_us)
+            k++;
+        double before_us = base_us + 1e6 * s->time_s[k], after_us = k + 1 < s->count ? base_us + 1e6 * s->time_s[k + 1] : before_us;
+        reading[i] = (float)NAN;
+        if (fabs(at_us - before_us) <= same_us)
+            reading[i] = (float)s->value[k];
+        else if (before_us < at_us && at_us < after_us && after_us - before_us <= gap_us)
+            reading[i] = (float)(s->value[k] + (s->value[k + 1] - s->value[k]) * (at_us - before_us) / (after_us - before_us));
+    }
+}
+
+/* ---- what goes into the campaign ---- */
+
+static enum mr_status put_gap(struct work *w, const struct mapping_channel *channel, const float *reading, struct error *error)
+{
+    struct store_gap gap = {.link = LINK_KINDS, .message = "readings", .cause = "file", .from_block = STORE_NONE};
+    snprintf(gap.channels, sizeof gap.channels, "%c%u", channel->role == MAPPING_TENSION ? 't' : 'd', channel->number);
+    for (size_t i = 0; i < w->blocks; i++) {
+        if (!isnan(reading[i]))
+            continue;
+        gap.count++;
+        gap.to_block = w->first + (int64_t)i;
+        gap.from_block = gap.from_block == STORE_NONE ? gap.to_block : gap.from_block;
+    }
+    return gap.count ? store_gap_put(w->store, w->session, w->run, &gap, error) : MR_OK;
+}
+
+static int64_t index_of(const struct work *w, const struct mapping_channel *channel)
+{
+    enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION : MR_KIND_DISPLACEMENT;
+    int there = w->request->like ? measured_find(&w->like, kind, channel->number) : -1;
+    return there >= 0 ? there : (channel->role == MAPPING_TENSION ? (int64_t)MR_TRANSDUCERS : 0) + (int64_t)channel->number - 1;
+}
+
+/* Kind and station. What the mapping tells of its error stands as a linearity error, the only one that neither a baseline nor a
+ * reference takes away. */
+static enum mr_status put_configuration(struct work *w, const struct mapping_channel *channel, int64_t index, struct error *error)
+{
+    struct mr_channel_config config = {.band = 1, .station_ft = (float)NAN};
+    const struct mr_channel_config *like = w->request->like ? &w->like.channel[index].config : NULL;
+    if (like && like->kind && w->mapping->exported)
+        config = *like;
+    else if (like && like->kind)
+        config = (struct mr_channel_config){.band = like->band, .station_ft = like->station_ft};
+    config.kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION : MR_KIND_DISPLACEMENT;
+    config.number = (uint8_t)channel->number;
+    if (!isnan(channel->station_ft))
+        config.station_ft = (float)channel->station_ft;
+    if (!isnan(channel->error))
+        config.linearity_error = (float)channel->error;
+    enum mr_status status = store_channel_put(w->store, w->run, index, &config, error);
+    for (unsigned item = 0; item < MR_CALIBRATION_TABLE && status == MR_OK; item++)
+        status = store_calibration_put(w->store, w->run, index, item, (double)mr_channel_item(&config, item), error);
+    return status;
+}
+
+static enum mr_status put_channel(struct work *w, const struct mapping_channel *channel, float *reading, struct error *error)
+{
+    double usual_us = 1e6 * usual_step_s(&channel->series);
+    double gap_us = isnan(w->mapping->gap_s) ? USUAL_GAP * usual_us : 1e6 * w->mapping->gap_s;
+    int64_t index = index_of(w, channel);
+    import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first, w->blocks, reading);
+    int64_t stride = usual_us > 1.5 * BLOCK_US && usual_us < 1e6 ? llround(usual_us / BLOCK_US) : 1;
+    struct store_imported row = {.index = index, .first_block = w->first, .stride = stride, .count = w->blocks, .reading = reading};
+    enum mr_status status = put_configuration(w, channel, index, error);
+    if (status == MR_OK)
+        status = store_imported_put(w->store, w->run, &row, error);
+    return status == MR_OK ? put_gap(w, channel, reading, error) : status;
+}
+
+static enum mr_status put_channels(struct work *w, struct error *error)
+{
+    unsigned unknown = 0;
+    float *reading = malloc(w->blocks * sizeof *reading);
+    enum mr_status status = reading ? MR_OK : error_set(error, MR_FULL, "no memory: %s; import it in parts", w->request->path);
+    for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
+        if (measures(&w->mapping->channel[c]) && w->mapping->channel[c].series.count)
+            status = put_channel(w, &w->mapping->channel[c], reading, error);
+        unknown += measures(&w->mapping->channel[c]) && isnan(w->mapping->channel[c].error);
+    }
+    if (unknown && !(w->mapping->exported && w->request->like))
+        cli_note(w->request->cli, "no error is told of %u channels: their standard errors will be of their noise alone; see the mapping's error",
+                 unknown);
+    free(reading);
+    return status;
+}
+
+/* A switch and, if the file tells, when it opened. */
+static enum mr_status put_switch(struct work *w, unsigned position, double station_ft, double edge_s, struct error *error)
+{
+    struct store_switch place = {position, 1, station_ft};
+    if (isnan(station_ft))
+        place.station_ft = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (position - 1);
+    if (!isnan(edge_s) && w->founds < SWITCHES_MAX)
+        w->found[w->founds++] = (struct found){w->base_us + 1e6 * edge_s, position};
+    return store_switch_put(w->store, w->run, &place, error);
+}
+
+static int by_time(const void *a, const void *b)
+{
+    double x = ((const struct found *)a)->board_us, y = ((const struct found *)b)->board_us;
+    return (x > y) - (x < y);
+}
+
+static enum mr_status put_edges(struct work *w, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    qsort(w->found, w->founds, sizeof w->found[0], by_time);
+    for (unsigned i = 0; i < w->founds && status == MR_OK; i++) {
+        const struct found *found = &w->found[i];
+        struct store_edge edge = {.count = i + 1, .position = found->position, .step_codes = (double)NAN, .board_us = found->board_us,
+                                  .tick = (int64_t)llround(found->board_us * MR_TICKS_PER_US) & 0xffffffff};
+        status = store_edge_put(w->store, w->run, &edge, error);
+    }
+    return status;
+}
+
+/* Where the gear passes the stations of the rig's switches. */
+static enum mr_status edges_from_gear(struct work *w, struct mapping_channel gear, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned p = 1; p <= SWITCHES && status == MR_OK; p++) {
+        gear.threshold = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (p - 1);
+        status = put_switch(w, p, (double)NAN, edge_time_s(&gear), error);
+    }
+    return status == MR_OK ? put_edges(w, error) : status;
+}
+
+static enum mr_status edges_from_switches(struct work *w, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
+        const struct mapping_channel *channel = &w->mapping->channel[c];
+        if (channel->role == MAPPING_SWITCH)
+            status = put_switch(w, channel->number, channel->station_ft, edge_time_s(channel), error);
+    }
+    return status == MR_OK ? put_edges(w, error) : status;
+}
+
+static enum mr_status copy_like(struct work *w, struct error *error)
+{
+    struct store_switch *place = NULL;
+    struct store_segment *segment = NULL;
+    size_t places = 0, segments = 0;
+    enum mr_status status = store_switches(w->store, w->request->like, &place, &places, error);
+    if (status == MR_OK)
+        status = store_segments(w->store, w->request->like, &segment, &segments, error);
+    for (size_t i = 0; i < places && status == MR_OK; i++)
+        status = store_switch_put(w->store, w->run, &place[i], error);
+    for (size_t i = 0; i < segments && status == MR_OK; i++)
+        status = store_segment_put(w->store, w->run, &segment[i], error);
+    for (size_t i = 0; i < w->edges && status == MR_OK; i++)
+        status = store_edge_put(w->store, w->run, &w->edge[i], error);
+    free(place);
+    free(segment);
+    return status;
+}
+
+static enum mr_status put_gear(struct work *w, struct error *error)
+{
+    const struct mapping_channel *gear = find_role(w->mapping, MAPPING_GEAR);
+    if (w->request->like)
+        return copy_like(w, error);
+    if (find_role(w->mapping, MAPPING_SWITCH))
+        return edges_from_switches(w, error);
+    return gear ? edges_from_gear(w, *gear, error) : MR_OK;
+}
+
+static enum mr_status put_landing(struct work *w, struct error *error)
+{
+    const struct mapping *m = w->mapping;
+    char spec[500];
+    snprintf(spec, sizeof spec, "import:%s", w->request->path);
+    struct store_session session = {.started_us = (int64_t)link_now_us()};
+    enum mr_status status = store_session_add(w->store, &session, error);
+    struct store_landing landing = {.session = session.id, .armed_block = w->first, .armed_us = session.started_us, .state = STATE_DONE,
+                                    .image_crc = STORE_NONE, .config_crc = STORE_NONE, .clock_source = STORE_NONE,
+                                    .touchdown_ft = m->touchdown_ft,
+                                    .switch_error_ft = isnan(m->switch_error_ft) ? SWITCH_ERROR_FT : m->switch_error_ft};
+    if (w->request->like) {
+        landing.board_landing = w->like.landing.board_landing;
+        landing.touchdown_ft = w->like.landing.touchdown_ft;
+        landing.switch_error_ft = w->like.landing.switch_error_ft;
+        landing.clock_source = w->like.landing.clock_source;
+    }
+    if (status == MR_OK)
+        status = store_landing_add(w->store, &landing, error);
+    w->session = session.id;
+    w->run = landing.id;
+    return status;
+}
+
+enum mr_status import_landing(struct store *store, struct mapping *mapping, const struct import_request *request,
+                              struct import_result *result, struct error *error)
+{
+    struct work w = {.store = store, .mapping = mapping, .request = request};
+    enum mr_status status = MR_OK;
+    if (request->like) {
+        status = measured_load(store, request->like, &w.like, error);
+        if (status == MR_OK)
+            status = store_edges(store, request->like, &w.edge, &w.edges, error);
+    }
+    if (status == MR_OK)
+        status = place_in_time(&w, error);
+    if (status == MR_OK)
+        status = put_landing(&w, error);
+    if (status == MR_OK)
+        status = put_channels(&w, error);
+    if (status == MR_OK)
+        status = put_gear(&w, error);
+    if (status == MR_OK)
+        status = store_session_end(store, w.session, (int64_t)link_now_us(), "end", error);
+    if (status == MR_OK) {
+        result->session = w.session;
+        result->run[result->runs++] = w.run;
+    }
+    free(w.edge);
+    if (request->like)
+        measured_free(&w.like);
+    return status;
+}

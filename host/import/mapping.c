@@ -1,0 +1,459 @@
+#include "host/import/mapping.h"
+
+#include <ctype.h>
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/channels.h"
+#include "host/import/textfile.h"
+
+#define FT_PER_M (1.0 / 0.3048)
+#define IN_PER_M (1.0 / 0.0254)
+#define LB_PER_N (1.0 / 4.4482216152605)
+#define SWITCH_MAX 64u
+
+enum mr_status series_add(struct series *series, double time_s, double value)
+{
+    if (series->count == series->room) {
+        size_t room = series->room ? 2 * series->room : 4096;
+        double *times = realloc(series->time_s, room * sizeof *times);
+        if (times)
+            series->time_s = times;
+        double *values = realloc(series->value, room * sizeof *values);
+        if (values)
+            series->value = values;
+        if (!times || !values)
+            return MR_FULL;
+        series->room = room;
+    }
+    series->time_s[series->count] = time_s;
+    series->value[series->count++] = value;
+    return MR_OK;
+}
+
+/* ---- names ---- */
+
+static bool number_after(const char *text, size_t letters, unsigned most, unsigned *number)
+{
+    char *end;
+    if (!isdigit((unsigned char)text[letters]))
+        return false;
+    unsigned long value = strtoul(text + letters, &end, 10);
+    *number = (unsigned)value;
+    return *end == '\0' && value >= 1 && value <= most;
+}
+
+bool mapping_channel_named(const char *text, struct mapping_channel *channel)
+{
+    if (strcmp(text, "gear") == 0) {
+        channel->role = MAPPING_GEAR;
+        return true;
+    }
+    channel->role = text[0] == 'd' ? MAPPING_DISPLACEMENT : text[0] == 't' ? MAPPING_TENSION : MAPPING_SWITCH;
+    if (text[0] == 'd' || text[0] == 't')
+        return number_after(text, 1, text[0] == 'd' ? MR_TRANSDUCERS : MR_GAGES, &channel->number);
+    return strncmp(text, "switch", 6) == 0 && number_after(text, 6, SWITCH_MAX, &channel->number);
+}
+
+double mapping_unit(enum mapping_role role, const char *unit)
+{
+    static const struct {
+        enum mapping_role role;
+        const char *name;
+        double factor;
+    } units[] = {
+        {MAPPING_DISPLACEMENT, "in", 1.0}, {MAPPING_DISPLACEMENT, "mm", 0.001 * IN_PER_M}, {MAPPING_DISPLACEMENT, "cm", 0.01 * IN_PER_M},
+        {MAPPING_DISPLACEMENT, "m", IN_PER_M}, {MAPPING_DISPLACEMENT, "ft", 12.0}, {MAPPING_TENSION, "lb", 1.0},
+        {MAPPING_TENSION, "N", LB_PER_N}, {MAPPING_TENSION, "kN", 1000.0 * LB_PER_N}, {MAPPING_TENSION, "kip", 1000.0},
+        {MAPPING_GEAR, "ft", 1.0}, {MAPPING_GEAR, "m", FT_PER_M}, {MAPPING_GEAR, "in", 1.0 / 12.0}, {MAPPING_GEAR, "mm", 0.001 * FT_PER_M},
+    };
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
+        if (units[i].role == role && strcmp(units[i].name, unit) == 0)
+            return units[i].factor;
+    }
+    return 0.0;
+}
+
+/* ---- JSON ---- */
+
+struct reader {
+    const char *path;
+    struct error *error;
+};
+
+static void wrong(const struct reader *r, const char *where, const char *key, const char *wanted)
+{
+    error_set(r->error, MR_MALFORMED, "%s%s%s: %s; %s", where, where[0] ? "." : "", key, r->path, wanted);
+}
+
+static void check_keys(const struct reader *r, const char *where, json_t *object, const char *const *known)
+{
+    const char *key;
+    json_t *value;
+    json_object_foreach(object, key, value) {
+        bool found = false;
+        for (size_t i = 0; known[i]; i++)
+            found |= strcmp(known[i], key) == 0;
+        if (!found)
+            wrong(r, where, key, "no such key; see matrig import --help");
+    }
+}
+
+static double number(const struct reader *r, const char *where, json_t *object, const char *key, double otherwise)
+{
+    json_t *value = json_object_get(object, key);
+    if (!value)
+        return otherwise;
+    double v = json_number_value(value);
+    if (!json_is_number(value) || !isfinite(v) || fabs(v) > 1e12) {
+        wrong(r, where, key, "give a number");
+        return otherwise;
+    }
+    return v;
+}
+
+static unsigned whole(const struct reader *r, const char *where, json_t *object, const char *key, unsigned most, unsigned otherwise)
+{
+    double v = number(r, where, object, key, (double)otherwise);
+    if (v < 0.0 || v > (double)most || v != floor(v)) {
+        wrong(r, where, key, "give a whole number that is not too large");
+        return otherwise;
+    }
+    return (unsigned)v;
+}
+
+static void text(const struct reader *r, const char *where, json_t *object, const char *key, char *to, size_t size)
+{
+    json_t *value = json_object_get(object, key);
+    if (!value)
+        return;
+    if (!json_is_string(value) || json_string_length(value) >= size)
+        wrong(r, where, key, "give a string that is not too long");
+    else
+        snprintf(to, size, "%s", json_string_value(value));
+}
+
+static char character(const struct reader *r, json_t *root, const char *key, char otherwise)
+{
+    char one[4] = {otherwise, '\0'};
+    text(r, "", root, key, one, sizeof one);
+    if (one[0] == '\0' && key[0] == 'c') /* no comments */
+        return '\0';
+    if (strlen(one) != 1 || one[0] == '"' || one[0] == '\n')
+        wrong(r, "", key, "give one character");
+    return one[0];
+}
+
+static bool yes(const struct reader *r, const char *where, json_t *object, const char *key)
+{
+    json_t *value = json_object_get(object, key);
+    if (value && !json_is_boolean(value))
+        wrong(r, where, key, "give true or false");
+    return json_is_true(value);
+}
+
+/* By name, or counted from 1. */
+static void column(const struct reader *r, const char *where, json_t *object, char name[MAPPING_NAME], unsigned *place)
+{
+    json_t *value = json_object_get(object, "column");
+    if (json_is_integer(value))
+        *place = whole(r, where, object, "column", 10000, 0);
+    else
+        text(r, where, object, "column", name, MAPPING_NAME);
+    if (!*place && !name[0])
+        wrong(r, where, "column", "give the column's name, or its number from 1");
+}
+
+static void read_time(const struct reader *r, json_t *root, struct mapping *m)
+{
+    static const char *const known[] = {"column", "unit", "shift_s", NULL};
+    static const struct {
+        const char *name;
+        double s;
+    } units[] = {{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}, {"min", 60.0}};
+    json_t *time = json_object_get(root, "time");
+    char unit[16] = "s";
+    m->time_unit_s = 0.0;
+    if (!json_is_object(time)) {
+        if (!m->signals || time)
+            wrong(r, "", "time", "give an object with the column and unit of time");
+        m->time_unit_s = 1.0;
+        return;
+    }
+    check_keys(r, "time", time, known);
+    if (!m->signals)
+        column(r, "time", time, m->time_column, &m->time_place);
+    else if (json_object_get(time, "column"))
+        wrong(r, "time", "column", "the times are those of the log: leave it out");
+    text(r, "time", time, "unit", unit, sizeof unit);
+    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
+        if (strcmp(units[i].name, unit) == 0)
+            m->time_unit_s = units[i].s;
+    }
+    if (m->time_unit_s == 0.0)
+        wrong(r, "time", "unit", "give s, ms, us or min");
+    m->shift_s = number(r, "time", time, "shift_s", 0.0);
+}
+
+/* Where the numbers are: column or signal. */
+static void read_source(const struct reader *r, const char *where, json_t *entry, const char *dbc, struct mapping *m,
+                        struct mapping_channel *c)
+{
+    char name[MAPPING_NAME * 2] = "", id[16] = "", order[8] = "little";
+    if (!m->signals) {
+        column(r, where, entry, c->column, &c->place);
+        return;
+    }
+    c->signal = (struct import_signal){.factor = 1.0};
+    text(r, where, entry, "signal", name, sizeof name);
+    if (name[0]) {
+        if (!dbc[0])
+            wrong(r, "", "dbc", "name the DBC file that knows the signals");
+        else
+            signal_from_dbc(dbc, name, &c->signal, r->error);
+        return;
+    }
+    char *end = NULL;
+    text(r, where, entry, "id", id, sizeof id);
+    unsigned long value = strtoul(id, &end, 16);
+    bool wide = strlen(id) > 5; /* 0x321 or 0x00000321 */
+    if (!id[0] || strncmp(id, "0x", 2) != 0 || *end || value > (wide ? 0x1fffffffUL : 0x7ffUL))
+        wrong(r, where, "id", "give \"signal\", or the identifier as 0x and 3 or 8 hexadecimal digits");
+    c->signal.id = (uint32_t)value | (wide ? LINK_ID_EXTENDED : 0);
+    c->signal.start_bit = whole(r, where, entry, "start_bit", 63, 0);
+    c->signal.bits = whole(r, where, entry, "bits", 64, 0);
+    c->signal.is_signed = yes(r, where, entry, "signed");
+    c->signal.is_float = yes(r, where, entry, "float");
+    text(r, where, entry, "byte_order", order, sizeof order);
+    c->signal.big_endian = strcmp(order, "big") == 0;
+    if (!c->signal.big_endian && strcmp(order, "little") != 0)
+        wrong(r, where, "byte_order", "give little or big");
+    if (!signal_fits(&c->signal, 8))
+        wrong(r, where, "bits", "start_bit and bits must lie within 8 bytes");
+}
+
+static void read_unit(const struct reader *r, const char *where, json_t *entry, struct mapping_channel *c)
+{
+    char unit[16] = "";
+    double factor = 1.0;
+    snprintf(unit, sizeof unit, "%s", c->signal.bits ? c->signal.unit : "");
+    text(r, where, entry, "unit", unit, sizeof unit);
+    if (c->role == MAPPING_DISPLACEMENT || c->role == MAPPING_TENSION || c->role == MAPPING_GEAR)
+        factor = mapping_unit(c->role, unit);
+    if (factor == 0.0)
+        wrong(r, where, "unit", c->role == MAPPING_TENSION ? "give lb, N, kN or kip" : "give in, mm, cm, m or ft");
+    c->scale = factor * number(r, where, entry, "scale", 1.0);
+    c->offset = factor * number(r, where, entry, "offset", 0.0);
+    c->error = factor * number(r, where, entry, "error", (double)NAN);
+    if (c->scale == 0.0)
+        wrong(r, where, "scale", "0 leaves nothing of the readings");
+    if (c->error < 0.0)
+        wrong(r, where, "error", "a standard error is not negative");
+}
+
+static void read_edge(const struct reader *r, const char *where, json_t *entry, struct mapping_channel *c)
+{
+    char edge[16] = "rising";
+    text(r, where, entry, "edge", edge, sizeof edge);
+    c->falling = strcmp(edge, "falling") == 0;
+    if (!c->falling && strcmp(edge, "rising") != 0)
+        wrong(r, where, "edge", "give rising or falling");
+    c->threshold = number(r, where, entry, "threshold", (double)NAN);
+    if (isnan(c->threshold))
+        wrong(r, where, "threshold", "give the value that the edge passes");
+}
+
+static void read_channel(const struct reader *r, json_t *entry, size_t index, const char *dbc, struct mapping *m)
+{
+    static const char *const known[] = {"column", "channel", "unit", "scale", "offset", "threshold", "edge", "station_ft", "error",
+                                        "signal", "id", "start_bit", "bits", "signed", "float", "byte_order", NULL};
+    struct mapping_channel *c = &m->channel[m->channels++];
+    char where[32], name[16] = "";
+    snprintf(where, sizeof where, "channels[%zu]", index);
+    *c = (struct mapping_channel){.station_ft = (double)NAN, .error = (double)NAN};
+    if (!json_is_object(entry)) {
+        wrong(r, "", where, "give an object");
+        return;
+    }
+    check_keys(r, where, entry, known);
+    text(r, where, entry, "channel", name, sizeof name);
+    if (!mapping_channel_named(name, c)) {
+        wrong(r, where, "channel", "give d1 to d8, t1 to t14, gear or switch1 to switch64");
+        return;
+    }
+    for (size_t i = 0; i + 1 < m->channels; i++) {
+        if (m->channel[i].role == c->role && m->channel[i].number == c->number)
+            wrong(r, where, "channel", "this one is there twice");
+    }
+    read_source(r, where, entry, dbc, m, c);
+    read_unit(r, where, entry, c);
+    if (c->role == MAPPING_SWITCH)
+        read_edge(r, where, entry, c);
+    c->station_ft = number(r, where, entry, "station_ft", (double)NAN);
+}
+
+static void read_align(const struct reader *r, json_t *root, const char *dbc, struct mapping *m)
+{
+    static const char *const known[] = {"column", "threshold", "edge", "switch", "signal", "id", "start_bit", "bits", "signed", "float",
+                                        "byte_order", NULL};
+    json_t *align = json_object_get(root, "align");
+    if (!align || m->channels == MAPPING_CHANNELS)
+        return;
+    if (!json_is_object(align)) {
+        wrong(r, "", "align", "give an object with column, threshold and switch");
+        return;
+    }
+    struct mapping_channel *c = &m->channel[m->channels++];
+    *c = (struct mapping_channel){.role = MAPPING_ALIGN, .scale = 1.0, .station_ft = (double)NAN, .error = (double)NAN};
+    check_keys(r, "align", align, known);
+    read_source(r, "align", align, dbc, m, c);
+    read_edge(r, "align", align, c);
+    c->number = whole(r, "align", align, "switch", SWITCH_MAX, 0);
+    if (c->number == 0)
+        wrong(r, "align", "switch", "give the number of the switch whose edge it is, from 1");
+}
+
+static void read_missing(const struct reader *r, json_t *root, struct mapping *m)
+{
+    json_t *words = json_object_get(root, "missing");
+    if (!words)
+        return;
+    if (!json_is_array(words) || json_array_size(words) > MAPPING_WORDS) {
+        wrong(r, "", "missing", "give a list of up to 16 words");
+        return;
+    }
+    for (size_t i = 0; i < json_array_size(words); i++) {
+        const char *word = json_string_value(json_array_get(words, i));
+        if (!word || strlen(word) >= sizeof m->missing[0])
+            wrong(r, "", "missing", "its words are strings of at most 15 characters");
+        else
+            snprintf(m->missing[m->missing_count++], sizeof m->missing[0], "%s", word);
+    }
+}
+
+/* "../x.dbc" beside the mapping file, or as it is. */
+static void path_beside(const char *path, const char *name, char *out, size_t size)
+{
+    const char *slash = strrchr(path, '/');
+    if (!name[0] || name[0] == '/' || !slash)
+        snprintf(out, size, "%s", name);
+    else
+        snprintf(out, size, "%.*s/%s", (int)(slash - path), path, name);
+}
+
+static void read_root(const struct reader *r, json_t *root, struct mapping *m)
+{
+    static const char *const known[] = {"separator", "decimal", "header_lines", "comment", "missing", "last_line_open", "time", "align",
+                                        "channels", "touchdown_ft", "switch_error_ft", "gap_s", "dbc", "note", NULL};
+    json_t *channels = json_object_get(root, "channels");
+    char dbc[400] = "", name[200] = "", note[400] = "";
+    if (!json_is_object(root) || !json_is_array(channels) || json_array_size(channels) == 0 ||
+        json_array_size(channels) >= MAPPING_CHANNELS) {
+        wrong(r, "", "channels", "give a list of one to 99 objects");
+        return;
+    }
+    check_keys(r, "", root, known);
+    text(r, "", root, "note", note, sizeof note);
+    json_t *first = json_array_get(channels, 0);
+    m->signals = json_object_get(first, "signal") || json_object_get(first, "id");
+    text(r, "", root, "dbc", name, sizeof name);
+    path_beside(r->path, name, dbc, sizeof dbc);
+    m->decimal = character(r, root, "decimal", '.');
+    m->separator = character(r, root, "separator", m->decimal == ',' ? ';' : ',');
+    m->comment = character(r, root, "comment", '#');
+    if ((m->decimal != '.' && m->decimal != ',') || m->decimal == m->separator)
+        wrong(r, "", "decimal", "give . or , and another separator");
+    m->header_lines = whole(r, "", root, "header_lines", 1000, 1);
+    m->last_line_open = yes(r, "", root, "last_line_open");
+    m->touchdown_ft = number(r, "", root, "touchdown_ft", (double)NAN);
+    m->switch_error_ft = number(r, "", root, "switch_error_ft", (double)NAN);
+    m->gap_s = number(r, "", root, "gap_s", (double)NAN);
+    read_missing(r, root, m);
+    read_time(r, root, m);
+    for (size_t i = 0; i < json_array_size(channels) && r->error->status == MR_OK; i++)
+        read_channel(r, json_array_get(channels, i), i, dbc, m);
+    if (r->error->status == MR_OK)
+        read_align(r, root, dbc, m);
+}
+
+enum mr_status mapping_parse(const char *json, size_t length, const char *path, struct mapping *mapping, struct error *error)
+{
+    json_error_t where;
+    const struct reader r = {path, error};
+    *mapping = (struct mapping){0};
+    json_t *root = json_loadb(json, length, JSON_REJECT_DUPLICATES, &where);
+    if (!root)
+        return error_set(error, MR_MALFORMED, "no JSON: %s line %d, column %d: %s", path, where.line, where.column, where.text);
+    read_root(&r, root, mapping);
+    mapping->text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS);
+    json_decref(root);
+    if (!mapping->text)
+        return error_set(error, MR_FULL, "no memory: %s; close other programs", path);
+    return error->status;
+}
+
+enum mr_status mapping_load(const char *path, struct mapping *mapping, struct error *error)
+{
+    struct textfile file;
+    *mapping = (struct mapping){0};
+    enum mr_status status = textfile_open(path, &file, error);
+    if (status == MR_OK)
+        status = mapping_parse(file.text, file.length, path, mapping, error);
+    textfile_close(&file);
+    return status;
+}
+
+void mapping_free(struct mapping *mapping)
+{
+    for (size_t i = 0; i < mapping->channels; i++) {
+        free(mapping->channel[i].series.time_s);
+        free(mapping->channel[i].series.value);
+    }
+    free(mapping->text);
+    *mapping = (struct mapping){0};
+}
+
+/* ---- matrig's own table ---- */
+
+/* d3_in, t14_N, gear_m. */
+static void add_exported(struct mapping *m, const char *name, size_t length)
+{
+    char word[MAPPING_NAME];
+    struct mapping_channel c = {.station_ft = (double)NAN, .error = (double)NAN};
+    snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word - 1), name);
+    snprintf(c.column, sizeof c.column, "%s", word);
+    char *unit = strchr(word, '_');
+    if (!unit || m->channels == MAPPING_CHANNELS)
+        return;
+    *unit++ = '\0';
+    if (!mapping_channel_named(word, &c) || (c.scale = mapping_unit(c.role, unit)) == 0.0)
+        return;
+    m->channel[m->channels++] = c;
+}
+
+bool mapping_of_export(const char *table, size_t length, struct mapping *mapping)
+{
+    static const char head[] = "# matrig landing:";
+    const char *at = table, *end = table + length;
+    if (length < sizeof head || memcmp(table, head, sizeof head - 1) != 0)
+        return false;
+    while (at < end && *at == '#') {
+        const char *newline = memchr(at, '\n', (size_t)(end - at));
+        at = newline ? newline + 1 : end;
+    }
+    *mapping = (struct mapping){.exported = true, .separator = ',', .decimal = '.', .comment = '#', .header_lines = 1, .time_column = "t_s", .time_unit_s = 1.0,
+                                .gap_s = (double)NAN, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN};
+    while (at < end && *at != '\n') {
+        size_t count = 0;
+        while (at + count < end && at[count] != ',' && at[count] != '\n')
+            count++;
+        add_exported(mapping, at, count);
+        at += count;
+        at += at < end && *at == ',';
+    }
+    mapping->text = strdup("{\"note\":\"columns of matrig export\"}");
+    return true;
+}

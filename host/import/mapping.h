@@ -1,0 +1,88 @@
+/* What the columns of another instrument's table, or the signals in its CAN frames, are to matrig: a JSON file.
+ *
+ *     {"separator": ";", "decimal": ",", "header_lines": 2, "comment": "#", "missing": ["---", "NaN"], "last_line_open": true,
+ *      "time": {"column": "Zeit", "unit": "ms", "shift_s": 0.25},
+ *      "align": {"column": "Trigger", "threshold": 2.5, "edge": "falling", "switch": 3},
+ *      "channels": [{"column": "Weg 1", "channel": "d1", "unit": "mm", "scale": 2.5, "offset": -1, "station_ft": 40, "error": 0.05}],
+ *      "touchdown_ft": 3, "switch_error_ft": 0.001, "gap_s": 0.01}
+ *
+ * A column is named as the last header line names it, or counted from 1. A channel is d1 to d8 (in, mm, cm, m), t1 to t14 (lb, N, kN,
+ * kip), gear (station of the lead wheel: ft, m; where it passes a switch is an edge) or switch1 to switch64 (an edge where the value
+ * passes `threshold`, `edge` rising or falling; `station_ft` says where it is). value = (what stands there * scale + offset) in `unit`.
+ * `error`: standard error of a reading, in `unit`.
+ *
+ * In place of "column" a channel of a candump log has {"signal": "Message.Signal"} of the file that "dbc" names, or
+ * {"id": "0x321", "start_bit": 0, "bits": 16, "signed": true, "byte_order": "little"}; an 8-digit id is an extended one. Times are then
+ * those of the log. The rest is as above.
+ *
+ * Without "align" time 0 is touchdown of the landing that it is put beside (--like); without that landing the table has its own time. */
+#ifndef MATRIG_HOST_IMPORT_MAPPING_H
+#define MATRIG_HOST_IMPORT_MAPPING_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "host/error.h"
+#include "host/import/signal.h"
+
+#define MAPPING_CHANNELS 100u
+#define MAPPING_NAME 80u
+#define MAPPING_WORDS 16u
+
+/* Samples of one column as they come: those that are missing are not there. */
+struct series {
+    double *time_s, *value; /* in the file's time, and in ft, in or lb */
+    size_t count, room;
+};
+
+enum mapping_role { MAPPING_DISPLACEMENT, MAPPING_TENSION, MAPPING_GEAR, MAPPING_SWITCH, MAPPING_ALIGN };
+
+struct mapping_channel {
+    enum mapping_role role;
+    unsigned number;           /* of the transducer, gage or switch */
+    char column[MAPPING_NAME]; /* empty: it is counted, or a signal */
+    unsigned place;            /* of the column, from 1; 0: to be found by its name */
+    struct import_signal signal;
+    double scale, offset;      /* to the report's unit */
+    double threshold;
+    bool falling;
+    double station_ft; /* NaN: not told */
+    double error;      /* standard error, in the report's unit; NaN: not told */
+    struct series series;
+};
+
+struct mapping {
+    bool signals;  /* of CAN frames; else columns of a table */
+    bool exported; /* matrig's own table: its readings are as good as those of the landing they came from */
+    char separator, decimal, comment; /* comment '\0': none */
+    unsigned header_lines;
+    char missing[MAPPING_WORDS][16];
+    size_t missing_count;
+    bool last_line_open; /* the last line needs no newline */
+    char time_column[MAPPING_NAME];
+    unsigned time_place;
+    double time_unit_s, shift_s;
+    double gap_s; /* between samples; a larger one is missing data. NaN: one and a half of the usual */
+    double touchdown_ft, switch_error_ft; /* NaN: not told */
+    struct mapping_channel channel[MAPPING_CHANNELS];
+    size_t channels;
+    char *text; /* as JSON, what the campaign keeps */
+};
+
+/* MR_IO, MR_MALFORMED: names the key. The caller releases it with mapping_free, also after an error. */
+enum mr_status mapping_load(const char *path, struct mapping *mapping, struct error *error);
+/* The same from text; `path` for errors, and for where a DBC file lies. */
+enum mr_status mapping_parse(const char *text, size_t length, const char *path, struct mapping *mapping, struct error *error);
+/* For a table that matrig export --format csv wrote, by its names. False: it is none. */
+bool mapping_of_export(const char *text, size_t length, struct mapping *mapping);
+void mapping_free(struct mapping *mapping);
+
+/* MR_FULL: no memory. */
+enum mr_status series_add(struct series *series, double time_s, double value);
+/* Of the channel that `text` names ("d3", "t14", "gear", "switch7"); false: there is none. */
+bool mapping_channel_named(const char *text, struct mapping_channel *channel);
+/* Report's unit of the role over the named one; 0: no unit of it. */
+double mapping_unit(enum mapping_role role, const char *unit);
+
+#endif

@@ -1,0 +1,189 @@
+/* matrig import: what other programs wrote, into the campaign. */
+#include <stdio.h>
+#include <string.h>
+
+#include "host/cli.h"
+#include "host/collect.h"
+#include "host/import/csv.h"
+#include "host/import/import.h"
+#include "host/import/landing.h"
+#include "host/link/link.h"
+#include "host/run.h"
+
+void import_progress(const struct import_request *request, size_t done, size_t all, bool last)
+{
+    static uint64_t shown_us;
+    uint64_t now_us = link_now_us();
+    if (request->cli->quiet || !cli_terminal() || (!last && now_us - shown_us < 200000u))
+        return;
+    shown_us = now_us;
+    fprintf(stderr, "\r%s %3.0f %%\033[K%s", request->path, all ? 100.0 * (double)done / (double)all : 100.0, last ? "\r\033[K" : "");
+}
+
+static json_t *result_json(const struct import_request *request, const struct store_import *row, const struct import_result *result)
+{
+    static const char *const states[] = {"complete", "truncated", "malformed"};
+    const struct verdict *v = &result->verdict;
+    json_t *verdict = json_pack("{ss}", "state", states[v->status == MR_OK ? 0 : v->status == MR_TRUNCATED ? 1 : 2]);
+    if (v->status != MR_OK)
+        json_object_update_new(verdict, json_pack("{sIsIsIss}", "line", (json_int_t)v->line, "column", (json_int_t)v->column, "bad_lines",
+                                                  (json_int_t)v->bad_lines, "what", v->what));
+    json_t *runs = json_array();
+    for (size_t i = 0; i < result->runs; i++)
+        json_array_append_new(runs, json_integer((json_int_t)result->run[i]));
+    return json_pack("{sssssIsssosIsIsIsIsIso}", "file", request->path, "sha256", row->sha256, "bytes", (json_int_t)row->bytes, "format",
+                     row->format, "verdict", verdict, "session", (json_int_t)result->session, "rows", (json_int_t)result->rows,
+                     "other_interfaces", (json_int_t)result->elsewhere, "foreign", (json_int_t)result->counts.foreign, "lost",
+                     (json_int_t)result->counts.lost, "runs", runs);
+}
+
+static enum mr_status print_run(struct store *store, int64_t run, struct error *error)
+{
+    struct store_landing landing;
+    int64_t frames = 0;
+    enum mr_status status = store_landing_get(store, run, &landing, error);
+    if (status == MR_OK)
+        status = store_frames_count(store, run, LINK_CAN, &frames, error);
+    if (status == MR_OK)
+        printf("RUN %lld: landing %lld, %s, board %s", (long long)run, (long long)landing.board_landing,
+               collector_state_text((unsigned)landing.state), landing.board_uid[0] ? landing.board_uid : "unknown");
+    if (status == MR_OK && frames)
+        printf(", %lld frames", (long long)frames);
+    if (status == MR_OK)
+        printf("\n");
+    return status;
+}
+
+static enum mr_status print_result(struct store *store, const struct store_import *row, const struct import_result *result,
+                                   struct error *error)
+{
+    enum mr_status status = MR_OK;
+    printf("%s: %s, %zu %s taken\n", row->file, row->verdict, result->rows, strcmp(row->format, "csv") == 0 ? "rows" : "frames");
+    printf("  %-13s %s\n", "sha256", row->sha256);
+    if (result->elsewhere)
+        printf("  %-13s %zu frames, left out\n", "other buses", result->elsewhere);
+    if (result->counts.foreign)
+        printf("  %-13s %lld frames that no matrig board sends, kept as they are\n", "foreign", (long long)result->counts.foreign);
+    if (result->counts.lost)
+        printf("  %-13s %lld frames, by the board's own counts\n", "lost", (long long)result->counts.lost);
+    for (size_t i = 0; i < result->runs && status == MR_OK; i++)
+        status = print_run(store, result->run[i], error);
+    if (result->runs == 0)
+        printf("no landing in it\n");
+    return status;
+}
+
+static enum mr_status refuse_twice(struct store *store, const struct store_import *row, const struct import_request *request, bool again,
+                                   struct error *error)
+{
+    int64_t session = 0;
+    enum mr_status status = store_import_find(store, row->sha256, row->mapping, &session, error);
+    if (status == MR_OK && session && !again)
+        status = error_set(error, MR_USAGE, "imported already, as session %lld of %s: %s; --again takes it a second time",
+                           (long long)session, store_path(store), request->path);
+    return status;
+}
+
+/* Another instrument's readings are read whole before a campaign is opened, let alone written; a log is looked into. */
+static enum mr_status read_readings(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
+                                    struct import_result *result, struct error *error)
+{
+    char interface[IMPORT_INTERFACE];
+    if (!mapping->text)
+        return import_candump_check(file, request, interface, error);
+    return mapping->signals ? import_read_signals(file, request, mapping, result, error)
+                            : csv_read(file->text, file->length, request->path, mapping, &result->rows, &result->verdict, error);
+}
+
+static enum mr_status import_readings(struct store *store, const struct import_request *request, struct mapping *mapping,
+                                      struct import_result *result, struct error *error)
+{
+    enum mr_status status = store_begin(store, error);
+    return status == MR_OK ? import_landing(store, mapping, request, result, error) : status;
+}
+
+/* All of it, with the row that says from where; of a log that breaks a rule, what came before. */
+static enum mr_status import(struct store *store, const struct textfile *file, const struct import_request *request,
+                             struct mapping *mapping, struct store_import *row, struct import_result *result, struct error *error)
+{
+    enum mr_status status = mapping->text ? import_readings(store, request, mapping, result, error)
+                                          : import_candump(store, file, request, result, error);
+    if (result->session == 0)
+        return status;
+    struct error late = {0};
+    row->session = result->session;
+    row->made_us = (int64_t)link_now_us();
+    verdict_text(&result->verdict, row->verdict, sizeof row->verdict);
+    if (status != MR_OK)
+        snprintf(row->verdict, sizeof row->verdict, "given up: %.250s", error->text);
+    if (store_import_put(store, row, &late) != MR_OK || store_commit(store, &late) != MR_OK)
+        status = error_set(error, late.status, "%s", late.text);
+    return status;
+}
+
+/* Which kind of file, and what is to be said of it. */
+static enum mr_status describe(const struct textfile *file, const struct import_request *request, const char *map, struct mapping *mapping,
+                               struct store_import *row, struct error *error)
+{
+    snprintf(row->file, sizeof row->file, "%s", request->path);
+    snprintf(row->sha256, sizeof row->sha256, "%s", file->sha256);
+    row->bytes = (int64_t)file->length;
+    if (map) {
+        enum mr_status status = mapping_load(map, mapping, error);
+        if (status != MR_OK)
+            return status;
+    } else {
+        mapping_of_export(file->text, file->length, mapping);
+    }
+    bool csv = mapping->text && !mapping->signals;
+    row->mapping = mapping->text;
+    snprintf(row->format, sizeof row->format, "%s", csv ? "csv" : mapping->text ? "signals" : "candump");
+    if (request->like && !mapping->text)
+        return error_set(error, MR_USAGE, "--like is for readings of other instruments: %s is a log of a matrig board's; leave it out",
+                         request->path);
+    if (request->interface && csv)
+        return error_set(error, MR_USAGE, "--interface is for candump logs: %s is a table; leave it out", request->path);
+    return MR_OK;
+}
+
+int import_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *words[2] = {NULL, NULL}, *map = NULL, *like = NULL;
+    bool again = false;
+    struct import_request request = {.cli = cli};
+    const struct cli_option options[] = {
+        {"--map", &map, NULL}, {"--like", &like, NULL}, {"--interface", &request.interface, NULL}, {"--again", NULL, &again}};
+    struct error error = {0};
+    struct store *store = NULL;
+    struct textfile file = {0};
+    struct mapping mapping = {0};
+    struct import_result result = {0};
+    struct store_import row = {0};
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 2, "DB FILE", &error);
+    request.path = words[1];
+    if (status == MR_OK && like)
+        status = run_parse(like, &request.like, &error);
+    if (status == MR_OK)
+        status = textfile_open(request.path, &file, &error);
+    if (status == MR_OK)
+        status = describe(&file, &request, map, &mapping, &row, &error);
+    if (status == MR_OK)
+        status = read_readings(&file, &request, &mapping, &result, &error);
+    if (status == MR_OK)
+        status = store_open(words[0], STORE_CREATE, &store, &error);
+    if (status == MR_OK)
+        status = refuse_twice(store, &row, &request, again, &error);
+    if (status == MR_OK)
+        status = import(store, &file, &request, &mapping, &row, &result, &error);
+    if (status == MR_OK && !cli->json)
+        status = print_result(store, &row, &result, &error);
+    if (status == MR_OK && result.verdict.status != MR_OK)
+        status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept", row.verdict, request.path);
+    int exit_code = status == MR_OK ? 0 : cli_fail(&error);
+    if (cli->json && result.session)
+        exit_code = cli_print_json(result_json(&request, &row, &result), exit_code);
+    mapping_free(&mapping);
+    textfile_close(&file);
+    store_close(store);
+    return exit_code;
+}
