@@ -17,6 +17,7 @@
 
 /* The digests are filled in when the tables are; their rows are made first, as long as they will be, to lie before what they tell of. */
 #define ZEROS "0000000000000000000000000000000000000000000000000000000000000000"
+#define PLAIN_FILE "33188" /* 0100644 */
 #define BYTES_LATER "1099511627776"
 
 static const char tables_sql[] =
@@ -189,33 +190,46 @@ static enum mr_status execute(struct making *making, const char *sql, struct err
     return sqlite3_exec(making->database, sql, NULL, NULL, NULL) == SQLITE_OK ? MR_OK : failed(making, error);
 }
 
+/* One row; `blob` NULL or the fifth column's bytes. */
+static enum mr_status put_row(struct making *making, const char *sql, const char *name, int64_t second, int64_t third, const char *text,
+                              const void *blob, size_t size, const char *hex, struct error *error)
+{
+    sqlite3_stmt *row = NULL;
+    bool done = sqlite3_prepare_v2(making->database, sql, -1, &row, NULL) == SQLITE_OK;
+    if (done) {
+        sqlite3_bind_text(row, 1, name, -1, SQLITE_STATIC);
+        sqlite3_bind_int64(row, 2, second);
+        sqlite3_bind_int64(row, 3, third);
+        sqlite3_bind_text(row, 4, text, -1, SQLITE_STATIC);
+        sqlite3_bind_blob64(row, 5, blob, size, SQLITE_STATIC);
+        sqlite3_bind_text(row, 6, hex, -1, SQLITE_STATIC);
+        done = sqlite3_step(row) == SQLITE_DONE;
+    }
+    enum mr_status status = done ? MR_OK : failed(making, error);
+    sqlite3_finalize(row);
+    return status;
+}
+
+static enum mr_status promise_file(struct making *making, enum bundle_file file, struct error *error)
+{
+    const struct content *content = &making->content[file];
+    char hex[BUNDLE_DIGEST];
+    digest_bytes(content->bytes, content->size, hex);
+    return put_row(making, "INSERT INTO bundle_manifest VALUES(?1, 'file', ?2, ?4, ?6)", bundle_files[file].name, (int64_t)content->size, 0,
+                   content->what, NULL, 0, hex, error);
+}
+
 static enum mr_status put_file(struct making *making, enum bundle_file file, struct error *error)
 {
-    struct content *content = &making->content[file];
-    char hex[BUNDLE_DIGEST];
-    sqlite3_stmt *archive = NULL, *manifest = NULL;
+    const struct content *content = &making->content[file];
     uLongf packed_size = compressBound(content->size);
     uint8_t *packed = malloc(packed_size);
     if (!packed || compress2(packed, &packed_size, (const Bytef *)content->bytes, content->size, Z_BEST_COMPRESSION) != Z_OK)
         abort(); /* no memory: the room is what zlib asks for */
     bool shorter = packed_size < content->size; /* the archive's rule: as long as sz means as it is */
-    digest_bytes(content->bytes, content->size, hex);
-    bool done = sqlite3_prepare_v2(making->database, "INSERT INTO sqlar VALUES(?, 33188, ?, ?, ?)", -1, &archive, NULL) == SQLITE_OK &&
-                sqlite3_prepare_v2(making->database, "INSERT INTO bundle_manifest VALUES(?, 'file', ?, ?, ?)", -1, &manifest, NULL) == SQLITE_OK;
-    if (done) {
-        sqlite3_bind_text(archive, 1, bundle_files[file].name, -1, SQLITE_STATIC);
-        sqlite3_bind_int64(archive, 2, (sqlite3_int64)(making->landing.armed_us / 1000000));
-        sqlite3_bind_int64(archive, 3, (sqlite3_int64)content->size);
-        sqlite3_bind_blob64(archive, 4, shorter ? packed : (const void *)content->bytes, shorter ? packed_size : content->size, SQLITE_STATIC);
-        sqlite3_bind_text(manifest, 1, bundle_files[file].name, -1, SQLITE_STATIC);
-        sqlite3_bind_int64(manifest, 2, (sqlite3_int64)content->size);
-        sqlite3_bind_text(manifest, 3, content->what, -1, SQLITE_STATIC);
-        sqlite3_bind_text(manifest, 4, hex, -1, SQLITE_STATIC);
-        done = sqlite3_step(archive) == SQLITE_DONE && sqlite3_step(manifest) == SQLITE_DONE;
-    }
-    enum mr_status status = done ? MR_OK : failed(making, error);
-    sqlite3_finalize(archive);
-    sqlite3_finalize(manifest);
+    enum mr_status status = put_row(making, "INSERT INTO sqlar VALUES(?1, " PLAIN_FILE ", ?3, ?2, ?5)", bundle_files[file].name,
+                                    (int64_t)content->size, making->landing.armed_us / 1000000, NULL,
+                                    shorter ? packed : (const void *)content->bytes, shorter ? packed_size : content->size, NULL, error);
     free(packed);
     return status;
 }
@@ -244,10 +258,14 @@ static enum mr_status put_files(struct making *making, struct error *error)
         status = execute(making, tables_sql, error);
     for (int i = 0; i < BUNDLE_FILES && status == MR_OK; i++) {
         if (making->content[i].bytes)
-            status = put_file(making, (enum bundle_file)i, error);
+            status = promise_file(making, (enum bundle_file)i, error);
     }
     if (status == MR_OK)
         status = execute(making, promises_sql, error);
+    for (int i = 0; i < BUNDLE_FILES && status == MR_OK; i++) {
+        if (making->content[i].bytes)
+            status = put_file(making, (enum bundle_file)i, error);
+    }
     if (status == MR_OK)
         status = execute(making, "COMMIT", error);
     close_draft(making);

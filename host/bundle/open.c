@@ -296,11 +296,17 @@ enum mr_status bundle_open_bytes(const char *path, const uint8_t *bytes, size_t 
         abort();
     memcpy(made->bytes, bytes, made->size = size);
     look_at_header(made, check);
-    enum mr_status status = attach_bytes(made, path, error);
+    struct error why = {0};
+    enum mr_status status = attach_bytes(made, path, &why);
     if (status == MR_OK)
-        status = check_schema(made, path, error);
+        status = check_schema(made, path, &why);
     if (status == MR_OK)
-        status = check_parts(made, check, error);
+        status = check_parts(made, check, &why);
+    if (status != MR_OK && check->truncated)
+        error_set(error, status = MR_TRUNCATED, "truncated at byte %zu of %llu, before anything that could be saved: %s; get it once more", size,
+                  (unsigned long long)check->whole_bytes, path);
+    else if (status != MR_OK)
+        *error = why;
     if (status == MR_OK)
         find_foreign(made, check);
     for (size_t i = 0; i < check->parts; i++)
