@@ -1,6 +1,6 @@
 """What host/bundle/bundle.h says of digests, done again without matrig: every part and the seal of a bundle.
 usage: bundle_check.py BUNDLE; prints what differs, exit 1 then.
-       bundle_check.py BUNDLE DAMAGED KIND: a copy with one thing wrong, for tests"""
+       bundle_check.py BUNDLE FOLDER KIND...: for each kind a copy FOLDER/KIND with one thing wrong"""
 import hashlib, re, sqlite3, struct, sys, zlib
 
 SEAL = b"SHA-256 of this file with these 64 digits as zeros: "
@@ -72,6 +72,7 @@ def damage(path, to, kind):
     if ":" in kind:
         return
     db = sqlite3.connect(to)
+    db.execute("PRAGMA synchronous=OFF")
     {
         "parent": lambda: put(db, "../escaped", b"out"),
         "absolute": lambda: put(db, "/tmp/matrig-escaped", b"out"),
@@ -100,7 +101,8 @@ def damage(path, to, kind):
     db.close()
 
 
-if len(sys.argv) == 4:
-    damage(*sys.argv[1:])
+if len(sys.argv) > 3:
+    for kind in sys.argv[3:]:
+        damage(sys.argv[1], f"{sys.argv[2]}/{kind}", kind)
 else:
     sys.exit(check(sys.argv[1]))
