@@ -107,16 +107,24 @@ static enum mr_status take_firmware(struct making *making, struct content *conte
     return status == MR_OK ? take_file(making->want->elf, content, error) : status;
 }
 
+/* A landing of which no page can be made is passed on all the same: that is when somebody else is to look at it. */
 static enum mr_status take_page(struct making *making, struct content *content, struct error *error)
 {
     char name[60];
+    struct error why = {0};
+    (void)error;
     FILE *out = open_memstream(&content->bytes, &content->size);
     if (!out)
         abort();
     snprintf(name, sizeof name, "landing %lld", (long long)making->landing.board_landing);
-    report_page(making->slice, name, false, out, error);
+    report_page(making->slice, name, false, out, &why);
     fclose(out);
-    return error->status;
+    if (why.status != MR_OK) {
+        free(content->bytes);
+        *content = (struct content){.bytes = NULL};
+        snprintf(content->why_not, sizeof content->why_not, "none can be made: %.*s", (int)strcspn(why.text, ":"), why.text);
+    }
+    return MR_OK;
 }
 
 static enum mr_status take_candump(struct making *making, struct content *content, struct error *error)

@@ -110,6 +110,10 @@ too_long() { # what cannot be packed
         fails_with 4 'bytes, a bundle has at most 10000000: .*; its largest part is scene.json with 11000000 bytes: leave it out with --without scene' \
             $matrig bundle "$tmp/long.db" 1 -o "$tmp/none2" --scene "$tmp/random" && [ ! -e "$tmp/none2" ] && rm "$tmp/random"
 }
+without_a_page() { # a landing of which none can be made is what somebody else is to look at
+    sqlite3 "$tmp/short.db" "update blocks set record = x'00'" && $matrig bundle "$tmp/short.db" 1 -o "$tmp/nopage" 2>"$tmp/nopage.err" &&
+        grep -q 'without report.html: none can be made: damaged block record' "$tmp/nopage.err" && $matrig --quiet replay "$tmp/nopage" --verify
+}
 of_a_bundle() { # a bundle is a campaign: it can be bundled, and is the same landing
     cp "$tmp/short.bundle" "$tmp/again" && $matrig --quiet bundle "$tmp/again" 1 -o "$tmp/twice" && other "$tmp/twice" && $matrig --quiet replay "$tmp/twice" --verify >/dev/null &&
         [ "$(sqlite3 "$tmp/twice" "select sha256 from bundle_manifest where name='frames'")" = "$(sqlite3 "$tmp/short.bundle" "select sha256 from bundle_manifest where name='frames'")" ]
@@ -155,6 +159,7 @@ check "one that was opened for writing is told from one that was changed" opened
 check "another image than the one that recorded it is refused, or left out" another_image_is_refused
 check "one that would be too long names its largest part" too_long
 check "a bundle of a bundle" of_a_bundle
+check "a damaged landing is passed on without a page" without_a_page
 check "a campaign is no bundle" fails_with 4 'no bundle .*bundle_manifest.*give a RUN: matrig replay DB RUN' $matrig replay "$db"
 check "a text is no bundle" fails_with 4 'no bundle: README.md' $matrig replay README.md
 check "a folder is no bundle" fails_with 3 'cannot be read .*: build; ' $matrig replay build
