@@ -18,8 +18,8 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 
 # What Debian 12 must have: to build and play the demo, and beyond that to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libserialport-dev libmd-dev libgsl-dev libmicrohttpd-dev libc6-dev $(if $(shell command -v npm),,npm)
-TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev zlib1g-dev qemu-system-arm can-utils sqlite3 \
+	libsundials-dev libserialport-dev libmd-dev zlib1g-dev libgsl-dev libmicrohttpd-dev libc6-dev $(if $(shell command -v npm),,npm)
+TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
 	gdb-multiarch gtkwave stm32flash python3 groff-base
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
@@ -62,7 +62,7 @@ app_lib := $(B)/host/libapp.a
 # GPL-3.0-or-later: only matrig and the tests of host link them, never matrig-board (GPL-2.0 and 3.0 do not go together).
 HIL_LIBS := -lunicorn -lm
 HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
-	-lsundials_sunlinsolband -lmd -lgsl -lgslcblas -lm
+	-lsundials_sunlinsolband -lmd -lz -lgsl -lgslcblas -lm
 
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin

@@ -1,33 +1,81 @@
-/* matrig bundle: one landing as a campaign of its own. */
+/* matrig bundle: one landing with all that a replay of it needs, in one file. */
+#include <limits.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "host/bundle/bundle.h"
 #include "host/cli.h"
+#include "host/place.h"
 #include "host/run.h"
 #include "host/store/store.h"
 
+/* "page,candump" */
+static enum mr_status leave_out(const char *list, bool without[BUNDLE_FILES], struct error *error)
+{
+    while (list && *list) {
+        size_t length = strcspn(list, ",");
+        int found = -1;
+        for (int i = 0; i < BUNDLE_FILES; i++) {
+            if (strlen(bundle_files[i].option) == length && memcmp(bundle_files[i].option, list, length) == 0)
+                found = i;
+        }
+        if (found < 0)
+            return error_set(error, MR_USAGE, "no such part: '%.*s' for --without; use page, candump, configuration, scene, firmware",
+                             (int)length, list);
+        without[found] = true;
+        list += length + (list[length] == ',');
+    }
+    return MR_OK;
+}
+
+static int tell(const struct bundle_made *made, const char *db, int64_t run, const char *path, const struct cli *cli)
+{
+    json_t *files = json_object();
+    for (int i = 0; i < BUNDLE_FILES; i++) {
+        json_object_set_new(files, bundle_files[i].name,
+                            made->file_bytes[i] ? json_integer((json_int_t)made->file_bytes[i]) : json_null());
+        if (!cli->json && !made->file_bytes[i])
+            cli_note(cli, "without %s: %s", bundle_files[i].name, made->why_not[i]);
+    }
+    if (cli->json)
+        return cli_print_json(json_pack("{sssssIsIssso}", "file", path, "db", db, "run", (json_int_t)run, "bytes", (json_int_t)made->bytes,
+                                        "sha256", made->digest, "files", files), 0);
+    json_decref(files);
+    cli_note(cli, "RUN %lld of %s is RUN 1 of %s, %zu bytes, checked and replayed by: matrig replay %s", (long long)run, db, path,
+             made->bytes, path);
+    return 0;
+}
+
 int bundle_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[2] = {NULL, NULL}, *path = NULL;
-    const struct cli_option options[] = {{"-o", &path, NULL}};
+    const char *words[2] = {NULL, NULL}, *path = NULL, *without = NULL;
+    char elf[PATH_MAX], scene[PATH_MAX];
+    struct bundle_want want = {0};
+    struct bundle_made made;
+    const struct cli_option options[] = {
+        {"-o", &path, NULL}, {"--elf", &want.elf, NULL}, {"--scene", &want.scene, NULL}, {"--without", &without, NULL}};
     struct error error = {0};
     struct store *store = NULL;
     int64_t run = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 1, words, 2, 2, "DB RUN", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 4, words, 2, 2, "DB RUN", &error);
     if (status == MR_OK && !path)
         status = error_set(&error, MR_USAGE, "nowhere to write: matrig bundle needs -o F; see matrig bundle --help");
     if (status == MR_OK && strcmp(path, "-") == 0)
         status = error_set(&error, MR_USAGE, "not a file: -; a bundle is a database, give it a path");
     if (status == MR_OK)
+        status = leave_out(without, want.without, &error);
+    if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
+    place_find(PLACE_FIRMWARE, elf, sizeof elf);
+    place_find(PLACE_RUNWAY, scene, sizeof scene);
+    if (!want.elf)
+        want.elf = elf;
+    if (!want.scene && access(scene, R_OK) == 0)
+        want.scene = scene;
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
     if (status == MR_OK)
-        status = store_bundle(store, run, path, &error);
+        status = bundle_make(store, run, &want, path, &made, &error);
     store_close(store);
-    if (status != MR_OK)
-        return cli_fail(&error);
-    if (cli->json)
-        return cli_print_json(json_pack("{sssssI}", "file", path, "db", words[0], "run", (json_int_t)run), 0);
-    cli_note(cli, "RUN %lld of %s is RUN 1 of %s", (long long)run, words[0], path);
-    return 0;
+    return status == MR_OK ? tell(&made, words[0], run, path, cli) : cli_fail(&error);
 }

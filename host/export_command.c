@@ -6,6 +6,7 @@
 #include "host/analyse/measured_source.h"
 #include "host/analyse/summary.h"
 #include "host/cli.h"
+#include "host/export_candump.h"
 #include "host/export_mdf4.h"
 #include "host/link/candump.h"
 #include "host/output.h"
@@ -42,8 +43,7 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
     return MR_OK;
 }
 
-static enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli,
-                                     long *rows, struct error *error)
+enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli, long *rows, struct error *error)
 {
     struct candump_export export = {.out = out};
     int64_t count;

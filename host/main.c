@@ -245,20 +245,28 @@ static const struct command commands[] = {
      "  --plot F.svg   residual plots\n"
      "  -o F           the scene with the fitted values\n"
      "Example: matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg\n"},
-    {"bundle", bundle_command, "DB RUN -o F", "one landing as a campaign of its own, to pass on",
+    {"bundle", bundle_command, "DB RUN -o F [--elf F] [--scene F] [--without PART,...]", "one landing with all that a replay needs, in one file, to pass on",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
-     "  -o F           where to write it: a database in which the landing is RUN 1; must not be there yet\n"
-     "Example: matrig bundle campaign.db 5 -o landing5.db\n"},
-    {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--board F] [--exact]",
+     "  -o F           where to write it: a database in which the landing is RUN 1, with page, candump log, configuration,\n"
+     "                 scene and firmware image as an archive (sqlite3 F -Ax) and SHA-256 of each; at most 10 MB; must not\n"
+     "                 be there yet\n"
+     "  --elf F        the image that recorded it, another one is refused; else the one that came with matrig\n"
+     "  --scene F      when the landing was not compared; else the model runway\n"
+     "  --without P    parts to leave out, with commas: page, candump, configuration, scene, firmware\n"
+     "Example: matrig bundle campaign.db 5 -o landing5.bundle\n"},
+    {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--board F] [--exact] | BUNDLE [--verify] [--save DIR]",
      "a recorded landing through the firmware again, and whether it says the same",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
+     "  BUNDLE         a file of matrig bundle: every part is checked, then it is replayed with the image in it\n"
+     "  --verify       check the bundle alone; exit 4 when anything is not as it was made\n"
+     "  --save DIR     write those files in the bundle that are whole into this folder, also of a damaged one\n"
      "  --speed S      max (the default), or real: by the wall clock\n"
-     "  --elf F        firmware image; else the one that came with matrig\n"
+     "  --elf F        firmware image; else the bundle's, or the one that came with matrig\n"
      "  --board F      the emulated board; else matrig-board beside matrig\n"
      "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
      "                 is compared within tolerances, which the output states\n"
      "Exit 1 when anything differs.\n"
-     "Example: matrig replay campaign.db 5\n"},
+     "Example: matrig replay landing5.bundle\n"},
     {"predict", predict_command, "DB RUN... [--void]", "the predictor of zones and warnings on recorded landings",
      "  DB RUN         campaign database and number of the landing in it, from 1; of several, in order, each begins with\n"
      "                 what the joints have become in the one before, and with the segments surveyed since:\n"

@@ -7,6 +7,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/bundle/bundle.h"
+#include "host/bundle/show.h"
 #include "host/cli.h"
 #include "host/configtext.h"
 #include "host/place.h"
@@ -18,16 +20,21 @@
 #define CONFIG_COPY_A 0x8000u /* where it is in flash */
 
 struct replay {
-    const char *db;
-    int64_t run;
-    bool exact_asked;
+    const char *db; /* a campaign, with `run`; or a bundle */
+    int64_t run;    /* 1 in a bundle */
+    bool bundled, verify_only;
+    const char *save; /* folder for what a bundle holds; NULL: none */
+    bool exact_asked, elf_asked;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
     char directory[PATH_MAX];              /* temporary; "" before it is made */
+    char elf_unpacked[PATH_MAX + 20];      /* a bundle's image in it */
     struct answers recorded, replayed;
     struct replay_input input;
     struct diff diff;
     bool same_image;
+    struct bundle_check check;
+    bool saved[BUNDLE_FILES];
 };
 
 static void default_paths(struct replay *replay)
@@ -55,7 +62,8 @@ static enum mr_status make_directory(struct replay *replay, struct error *error)
 
 static void remove_directory(const struct replay *replay)
 {
-    static const char *const names[] = {"replay.txt", "can.log", "serial.bin", "board.txt", "flash.bin"};
+    static const char *const names[] = {"replay.txt", "can.log", "serial.bin", "board.txt", "flash.bin",
+                                        "firmware.elf", "campaign.db", "campaign.db-wal", "campaign.db-shm"};
     char path[PATH_MAX + 20];
     if (!replay->directory[0])
         return;
@@ -126,7 +134,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     enum mr_status status = replay_board_check(&replay->board, error);
     if (status == MR_OK)
         status = answers_load(store, replay->run, &replay->recorded, error);
-    if (status == MR_OK)
+    if (status == MR_OK && !replay->directory[0])
         status = make_directory(replay, error);
     snprintf(path, sizeof path, "%s/replay.txt", replay->directory);
     if (status == MR_OK)
@@ -144,6 +152,54 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     options.shift_blocks = replay->input.shift_blocks;
     diff_answers(&replay->recorded, &replay->replayed, &options, &replay->diff);
     return MR_OK;
+}
+
+/* ---- a bundle ---- */
+
+/* What is checked is what is replayed: campaign and image are unpacked into the temporary folder, from memory. */
+static enum mr_status unpack(struct replay *replay, struct bundle *bundle, struct store **store, struct error *error)
+{
+    char path[PATH_MAX + 20];
+    bool firmware = false;
+    for (size_t i = 0; i < replay->check.parts; i++)
+        firmware |= strcmp(replay->check.part[i].name, bundle_files[BUNDLE_FIRMWARE].name) == 0;
+    enum mr_status status = make_directory(replay, error);
+    snprintf(path, sizeof path, "%s/campaign.db", replay->directory);
+    if (status == MR_OK)
+        status = bundle_save_campaign(bundle, path, error);
+    if (status == MR_OK)
+        status = store_open(path, STORE_READ, store, error);
+    snprintf(replay->elf_unpacked, sizeof replay->elf_unpacked, "%s/firmware.elf", replay->directory);
+    if (status == MR_OK && firmware && !replay->elf_asked) {
+        replay->board.elf = replay->elf_unpacked;
+        status = bundle_save_file(bundle, BUNDLE_FIRMWARE, replay->elf_unpacked, error);
+    }
+    return status;
+}
+
+/* One that is damaged is refused, after what is whole in it was saved. */
+static enum mr_status open_bundle(struct replay *replay, struct store **store, const struct cli *cli, struct error *error)
+{
+    struct bundle *bundle = NULL;
+    char verdict[450];
+    enum mr_status status = bundle_open(replay->db, &bundle, &replay->check, error);
+    if (status == MR_OK && replay->save)
+        status = bundle_save(bundle, &replay->check, replay->save, replay->saved, error);
+    if (status == MR_OK) {
+        bundle_verdict(&replay->check, verdict, sizeof verdict);
+        bool sound = bundle_sound(&replay->check);
+        if (!cli->json && (replay->verify_only || !sound))
+            bundle_print(&replay->check, replay->save ? replay->saved : NULL, stdout);
+        if (!sound || (replay->verify_only && (!replay->check.sealed || replay->check.aside)))
+            status = error_set(error, replay->check.truncated ? MR_TRUNCATED : MR_MALFORMED, "%s: %s; get it once more%s", verdict, replay->db,
+                               replay->save ? "" : ", or save what is whole with --save DIR");
+        else if (!replay->verify_only)
+            cli_note(cli, "%s: %s", replay->db, verdict);
+    }
+    if (status == MR_OK && !replay->verify_only)
+        status = unpack(replay, bundle, store, error);
+    bundle_close(bundle);
+    return status;
 }
 
 static void print(const struct replay *replay)
@@ -182,6 +238,8 @@ static int print_json(const struct replay *replay, int exit_code)
                                (json_int_t)input->last_block, "shift_blocks", (json_int_t)input->shift_blocks, "edges",
                                (json_int_t)input->edges, "commands", (json_int_t)input->commands, "segments_surveyed",
                                (json_int_t)input->surveyed);
+    if (replay->bundled)
+        json_object_set_new(object, "bundle", bundle_json(&replay->check, replay->save ? replay->saved : NULL));
     json_object_set_new(object, "zeros", json_integer((json_int_t)input->zeros));
     json_object_set_new(object, "runway", json_boolean(input->runway));
     json_t *diff = diff_json(&replay->diff);
@@ -196,12 +254,19 @@ static enum mr_status parse(struct replay *replay, int argc, char **argv, struct
     const struct cli_option options[] = {{"--speed", &speed, NULL},
                                          {"--elf", &replay->board.elf, NULL},
                                          {"--board", &replay->board.program, NULL},
-                                         {"--exact", NULL, &replay->exact_asked}};
-    enum mr_status status = cli_parse(argc, argv, options, 4, words, 2, 2, "DB RUN", error);
+                                         {"--exact", NULL, &replay->exact_asked},
+                                         {"--verify", NULL, &replay->verify_only},
+                                         {"--save", &replay->save, NULL}};
+    enum mr_status status = cli_parse(argc, argv, options, 6, words, 1, 2, "DB RUN, or BUNDLE", error);
+    replay->bundled = status == MR_OK && !words[1];
+    replay->run = 1;
     if (status == MR_OK && speed && strcmp(speed, "max") != 0 && strcmp(speed, "real") != 0)
         status = error_set(error, MR_USAGE, "no such speed: '%s'; use max or real", speed);
-    if (status == MR_OK)
+    if (status == MR_OK && !replay->bundled && (replay->verify_only || replay->save))
+        status = error_set(error, MR_USAGE, "%s is for a bundle, which has no RUN: '%s'; leave the RUN away", replay->save ? "--save" : "--verify", words[1]);
+    if (status == MR_OK && words[1])
         status = run_parse(words[1], &replay->run, error);
+    replay->elf_asked = replay->board.elf != NULL;
     replay->db = words[0];
     replay->board.real = speed && strcmp(speed, "real") == 0;
     return status;
@@ -217,8 +282,8 @@ int replay_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = parse(replay, argc, argv, &error);
     default_paths(replay);
     if (status == MR_OK)
-        status = store_open(replay->db, STORE_READ, &store, &error);
-    if (status == MR_OK)
+        status = replay->bundled ? open_bundle(replay, &store, cli, &error) : store_open(replay->db, STORE_READ, &store, &error);
+    if (status == MR_OK && !replay->verify_only)
         status = replay_run(replay, store, cli, &error);
     store_close(store);
     remove_directory(replay);
@@ -227,9 +292,11 @@ int replay_command(int argc, char **argv, const struct cli *cli)
         exit_code = cli_fail(&error);
     else if (replay->diff.differ)
         exit_code = mr_status_exit_code(MR_LIMIT);
-    if (status == MR_OK && cli->json)
+    if (cli->json && replay->verify_only && replay->check.parts)
+        exit_code = cli_print_json(bundle_json(&replay->check, replay->save ? replay->saved : NULL), exit_code);
+    else if (status == MR_OK && cli->json)
         exit_code = print_json(replay, exit_code);
-    else if (status == MR_OK)
+    else if (status == MR_OK && !replay->verify_only)
         print(replay);
     answers_free(&replay->recorded);
     answers_free(&replay->replayed);

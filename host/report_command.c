@@ -8,6 +8,7 @@
 #include "host/report/journal_page.h"
 #include "host/report/page.h"
 #include "host/report/survey_page.h"
+#include "host/report_command.h"
 #include "host/store/store_journal.h"
 #include "host/sweep/sweep_page.h"
 
@@ -121,6 +122,25 @@ static int report_sweep(const char *results, const char *path, const struct cli 
         cli_note(cli, "%zu cases in %s", table.count, path);
     sweep_table_free(&table);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
+}
+
+enum mr_status report_page(struct store *store, const char *name, bool si, FILE *out, struct error *error)
+{
+    struct report_landing *landings = NULL;
+    struct store_slow *slow = NULL;
+    size_t count = 0, slow_count = 0;
+    char *more = NULL;
+    enum mr_status status = load(store, true, &landings, &count, error);
+    if (status == MR_OK)
+        status = store_slow_rows(store, NULL, &slow, &slow_count, error);
+    if (status == MR_OK)
+        more = sections(store, si, error);
+    if (error->status == MR_OK)
+        page_write(out, name, landings, count, slow, slow_count, more, si);
+    free_landings(landings, count);
+    free(slow);
+    free(more);
+    return error->status;
 }
 
 int report_command(int argc, char **argv, const struct cli *cli)

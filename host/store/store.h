@@ -302,9 +302,9 @@ enum mr_status store_switch_events(struct store *store, int64_t run, struct stor
 enum mr_status store_channel_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,
                                     struct error *error);
 
-/* Copies one landing, with all that belongs to it, into a new campaign database at `path`, as its RUN 1. MR_USAGE: there is
- * such a file. */
-enum mr_status store_bundle(struct store *store, int64_t run, const char *path, struct error *error);
+/* Copies one landing, with all that belongs to it, into the empty campaign database at `path`, as its RUN 1: tables of this version, of
+ * one moment, also while the campaign is being written. */
+enum mr_status store_slice(struct store *store, int64_t run, const char *path, struct error *error);
 
 /* Troubles that the links themselves saw in a landing (enum link_trouble), summed. */
 struct store_trouble {

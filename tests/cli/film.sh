@@ -74,7 +74,7 @@ replay_gives_the_frames_again() {
     [ "$(grep -c 'film_frame|[67][0-9][0-9]' "$tmp/compared.txt")" = 2 ]
 }
 a_bundle_keeps_the_film() {
-    build/matrig bundle "$db" 1 -o "$tmp/one.db" && build/matrig export "$tmp/one.db" 1 --format frames | cmp - "$tmp/film.csv"
+    build/matrig bundle "$db" 1 -o "$tmp/one.db" --elf $elf && build/matrig export "$tmp/one.db" 1 --format frames | cmp - "$tmp/film.csv"
 }
 no_camera_no_film() {
     build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/no.can" --rig $run --camera 100 --for 3 &&

@@ -11,11 +11,21 @@
 static enum mr_status execute(struct store *store, const char *sql, struct error *error)
 {
     return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK ? MR_OK
-                                                                            : store_failed(store, "bundle", error);
+                                                                            : store_failed(store, "copy the landing from", error);
 }
 
+#define SLOW_BEFORE_US "86400000000" /* a day of the slow log before the landing, and an hour after */
+#define SLOW_AFTER_US "3600000000"
+#define ARMED_US "(SELECT armed_us FROM main.landings WHERE id=?1)"
+#define BOARD_UID "(SELECT board_uid FROM main.landings WHERE id=?1)"
+/* The first survey, which movement is measured from, the one before the landing and the one after it. */
+#define SURVEYS                                                                                        \
+    "(SELECT min(id) FROM main.gage_surveys UNION SELECT max(id) FROM main.gage_surveys"               \
+    " WHERE made_us<=" ARMED_US " UNION SELECT min(id) FROM main.gage_surveys WHERE made_us>" ARMED_US \
+    ")"
+
 /* Which rows of a table belong to the landing: ?1 is RUN, ?2 its session, ?3 its boot. Tables that know a landing by way of
- * another one, and faults of the board from before the landing, are said here; the others have a column for it. */
+ * another one or by its time, and faults of the board from before the landing, are said here; the others have a column for it. */
 static const char *rows_of(const char *table, bool has_landing, bool has_session)
 {
     if (strcmp(table, "landings") == 0)
@@ -30,8 +40,17 @@ static const char *rows_of(const char *table, bool has_landing, bool has_session
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
     if (strcmp(table, "readiness") == 0) /* that of the landing, and those before it within hours */
-        return "board_uid=(SELECT board_uid FROM main.landings WHERE id=?1) AND (SELECT armed_us FROM main.landings WHERE id=?1)"
-               " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
+        return "board_uid=" BOARD_UID " AND " ARMED_US " BETWEEN made_us AND made_us + " STORE_READINESS_TEXT;
+    if (strcmp(table, "series") == 0) /* as store_series_of finds it: the one it was put into, else the newest before it */
+        return "id=(SELECT max(id) FROM main.series AS s WHERE CASE WHEN coalesce((SELECT value FROM main.landing_changes WHERE landing=?1"
+               " AND field='series' ORDER BY id DESC LIMIT 1), '')<>'' THEN s.name=(SELECT value FROM main.landing_changes WHERE"
+               " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE s.made_us<=" ARMED_US " END)";
+    if (strcmp(table, "gage_surveys") == 0)
+        return "id IN " SURVEYS;
+    if (strcmp(table, "gage_readings") == 0 || strcmp(table, "gage_loads") == 0)
+        return "survey IN " SURVEYS;
+    if (strcmp(table, "slow_log") == 0)
+        return "board_uid=" BOARD_UID " AND time_us BETWEEN " ARMED_US "-" SLOW_BEFORE_US " AND " ARMED_US "+" SLOW_AFTER_US;
     if (strcmp(table, "configurations") == 0)
         return "crc=(SELECT config_crc FROM main.landings WHERE id=?1)";
     return has_landing ? "landing=?1" : has_session ? "session=?2" : "0";
@@ -44,7 +63,7 @@ static enum mr_status copy_statement(struct store *store, const char *table, cha
     bool has_landing = false, has_session = false;
     sqlite3_stmt *statement;
     if (sqlite3_prepare_v2(store->database, "SELECT name FROM pragma_table_info(?, 'main')", -1, &statement, NULL) != SQLITE_OK)
-        return store_failed(store, "bundle", error);
+        return store_failed(store, "copy the landing from", error);
     sqlite3_bind_text(statement, 1, table, -1, SQLITE_STATIC);
     bool fits = true;
     while (sqlite3_step(statement) == SQLITE_ROW) {
@@ -79,7 +98,7 @@ static enum mr_status copy_table(struct store *store, const char *table, const s
     if (status != MR_OK)
         return status;
     if (sqlite3_prepare_v2(store->database, sql, -1, &statement, NULL) != SQLITE_OK)
-        return store_failed(store, "bundle", error);
+        return store_failed(store, "copy the landing from", error);
     int parameters = sqlite3_bind_parameter_count(statement);
     if (parameters >= 1)
         sqlite3_bind_int64(statement, 1, landing->id);
@@ -88,7 +107,7 @@ static enum mr_status copy_table(struct store *store, const char *table, const s
     if (parameters >= 3)
         sqlite3_bind_int64(statement, 3, landing->boot);
     if (sqlite3_step(statement) != SQLITE_DONE)
-        status = store_failed(store, "bundle", error);
+        status = store_failed(store, "copy the landing from", error);
     sqlite3_finalize(statement);
     return status;
 }
@@ -99,10 +118,11 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
     enum mr_status status = MR_OK;
     /* In the order in which they were made: what refers to a row comes after it. */
     if (sqlite3_prepare_v2(store->database,
-                           "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sqlite_%'"
+                           "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
+                           " AND name NOT LIKE 'bundle%'" /* of a bundle that is made of a bundle */
                            " ORDER BY rowid",
                            -1, &tables, NULL) != SQLITE_OK)
-        return store_failed(store, "bundle", error);
+        return store_failed(store, "copy the landing from", error);
     while (status == MR_OK && sqlite3_step(tables) == SQLITE_ROW)
         status = copy_table(store, (const char *)sqlite3_column_text(tables, 0), landing, error);
     sqlite3_finalize(tables);
@@ -132,20 +152,9 @@ static enum mr_status fill(struct store *store, const struct store_landing *land
     return status;
 }
 
-enum mr_status store_bundle(struct store *store, int64_t run, const char *path, struct error *error)
+enum mr_status store_slice(struct store *store, int64_t run, const char *path, struct error *error)
 {
     struct store_landing landing;
-    struct store *bundle = NULL;
     enum mr_status status = store_landing_get(store, run, &landing, error);
-    if (status != MR_OK)
-        return status;
-    if (access(path, F_OK) == 0)
-        return error_set(error, MR_USAGE, "is there already: %s; give another file for the bundle", path);
-    status = store_open(path, STORE_CREATE, &bundle, error);
-    store_close(bundle);
-    if (status == MR_OK)
-        status = fill(store, &landing, path, error);
-    if (status != MR_OK)
-        unlink(path);
-    return status;
+    return status == MR_OK ? fill(store, &landing, path, error) : status;
 }

@@ -1,0 +1,10 @@
+#include "host/bundle/bundle.h"
+
+/* In the order in which they lie in the bundle: of one that is cut off, the first are saved. */
+const struct bundle_file_info bundle_files[BUNDLE_FILES] = {
+    [BUNDLE_PAGE] = {"report.html", "page", "what matrig report makes of the landing"},
+    [BUNDLE_CANDUMP] = {"can.log", "candump", "CAN frames of the landing, as candump -L"},
+    [BUNDLE_CONFIGURATION] = {"configuration.txt", "configuration", "what the board had in force, as matrig board config reads it"},
+    [BUNDLE_SCENE] = {"scene.json", "scene", "the mat scene it is compared with"},
+    [BUNDLE_FIRMWARE] = {"firmware.elf", "firmware", "the image that recorded the landing"},
+};
