@@ -1,175 +1,179 @@
-/* matrig compare: measured against simulated, per transducer. */
+/* matrig compare: measured against simulated, a landing or a series (host/compare/). */
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "host/cli.h"
-#include "host/compare.h"
-#include "host/link/link.h"
+#include "host/compare/figure.h"
+#include "host/compare/set.h"
+#include "host/compare/show.h"
+#include "host/output.h"
 #include "host/place.h"
 #include "host/run.h"
 #include "host/store/store_journal.h"
-#include "host/units.h"
 
+struct request {
+    const char *db, *scene, *series, *output;
+    int64_t run; /* 0: a series */
+    size_t seeds;
+    bool voided, as_is;
+    struct compare_limits limits;
+    char runway[500];
+};
 
-static double scaled(double value_in, bool si)
+/* A file rather than the number of a landing. */
+static bool is_file(const char *word)
 {
-    return value_in * unit_of(UNIT_DISPLACEMENT, si)->factor;
+    size_t length = strlen(word);
+    return (length > 5 && strcmp(word + length - 5, ".json") == 0) || (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
 }
 
-/* As printed with four decimals. */
-static double shown(double value_in, bool si)
+static bool is_csv(const char *path)
 {
-    return unit_tidy(scaled(value_in, si), 1e-4);
+    size_t length = strlen(path);
+    return length > 4 && strcmp(path + length - 4, ".csv") == 0;
 }
 
-static void print_comparison(const struct comparison *comparison, int64_t run, const char *scene, bool si)
+/* DB RUN [FILE], DB FILE, or DB with --series. */
+static enum mr_status read_words(const char *const words[3], struct request *request, struct error *error)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    const struct unit *station = unit_of(UNIT_STATION, si);
-    printf("RUN %lld against %s: simulated in %.0f ms, its own error estimate %.4f %s; %zu of %u segments "
-           "surveyed\n",
-           (long long)run, scene, comparison->run_ms, shown(comparison->error_in, si), length->text,
-           comparison->surveyed, MR_SEGMENTS);
-    printf("  transducer   station      peak measured     peak simulated          rms   end measured  "
-           "simulated  difference, %s\n",
-           length->text);
-    for (size_t i = 0; i < comparison->count; i++) {
-        const struct store_simulation *row = &comparison->row[i];
-        printf("  %10lld %6.1f %2s  %8.4f +- %.4f  %8.4f +- %.4f  %11.4f  %13.4f  %9.4f  %10.4f\n",
-               (long long)row->number, row->station_ft * station->factor, station->text,
-               shown(row->peak_measured_in, si), shown(row->peak_measured_error_in, si),
-               shown(row->peak_simulated_in, si), shown(row->peak_simulated_error_in, si),
-               shown(row->rms_in, si), shown(row->end_measured_in, si), shown(row->end_simulated_in, si),
-               shown(row->end_measured_in - row->end_simulated_in, si));
+    request->db = words[0];
+    const char *file = words[1] && is_file(words[1]) ? words[1] : words[2];
+    if (!words[1] && !request->series)
+        return error_set(error, MR_USAGE, "something is missing: matrig compare needs DB RUN, DB CAMPAIGN or DB --series NAME; see matrig compare --help");
+    if (words[1] && file != words[1] && run_parse(words[1], &request->run, error) != MR_OK)
+        return error->status;
+    if (file == words[1] && words[2])
+        return error_set(error, MR_USAGE, "one word too many: '%s' of compare; see matrig compare --help", words[2]);
+    if (request->run && request->series)
+        return error_set(error, MR_USAGE, "RUN or series: %s and --series %s; give one of them", words[1], request->series);
+    if (file && request->scene)
+        return error_set(error, MR_USAGE, "two scenes: %s and --scene %s; give one", file, request->scene);
+    if (!request->run && (request->as_is || request->output || request->voided))
+        return error_set(error, MR_USAGE, "for one landing: %s; give its RUN", request->as_is ? "--as-is" : request->output ? "-o" : "--void");
+    if (file)
+        request->scene = file;
+    if (!request->scene) {
+        place_find(PLACE_RUNWAY, request->runway, sizeof request->runway);
+        request->scene = request->runway;
     }
+    return MR_OK;
 }
 
-static json_t *comparison_json(const struct comparison *comparison, int64_t run, const char *scene, bool si)
+static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
 {
-    const char *unit = unit_of(UNIT_DISPLACEMENT, si)->suffix;
-    json_t *channels = json_array();
-    for (size_t i = 0; i < comparison->count; i++) {
-        const struct store_simulation *row = &comparison->row[i];
-        const struct {
-            const char *name;
-            double value_in;
-        } values[] = {
-            {"peak_measured", row->peak_measured_in},
-            {"peak_measured_error", row->peak_measured_error_in},
-            {"peak_simulated", row->peak_simulated_in},
-            {"peak_simulated_error", row->peak_simulated_error_in},
-            {"rms", row->rms_in},
-            {"end_measured", row->end_measured_in},
-            {"end_simulated", row->end_simulated_in},
-            {"end_difference", row->end_measured_in - row->end_simulated_in},
-        };
-        json_t *channel = json_pack("{sI}", "number", (json_int_t)row->number);
-        const struct unit *station = unit_of(UNIT_STATION, si);
-        char key[60];
-        snprintf(key, sizeof key, "station_%s", station->suffix);
-        json_object_set_new(channel, key, cli_json_number(row->station_ft * station->factor, 9));
-        for (size_t v = 0; v < sizeof values / sizeof values[0]; v++) {
-            snprintf(key, sizeof key, "%s_%s", values[v].name, unit);
-            json_object_set_new(channel, key, cli_json_number(scaled(values[v].value_in, si), 6));
-        }
-        json_array_append_new(channels, channel);
+    const char *words[3] = {NULL, NULL, NULL}, *limit = NULL, *limits = NULL, *seeds = NULL;
+    const struct cli_option options[] = {
+        {"--scene", &request->scene, NULL}, {"--series", &request->series, NULL}, {"--seeds", &seeds, NULL}, {"--limit", &limit, NULL},
+        {"--limits", &limits, NULL},        {"--as-is", NULL, &request->as_is},   {"--void", NULL, &request->voided}, {"-o", &request->output, NULL},
+    };
+    double number = 0.0;
+    memset(request, 0, sizeof *request);
+    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 3, "DB RUN", error) != MR_OK ||
+        read_words(words, request, error) != MR_OK)
+        return error->status;
+    if (limit && cli_number(limit, "--limit", 0.0, 1e6, &number, error) == MR_OK)
+        compare_limits_add_rms(&request->limits, number);
+    if (seeds && cli_number(seeds, "--seeds", 1.0, CAMPAIGN_SEEDS_MAX, &number, error) == MR_OK)
+        request->seeds = (size_t)number;
+    if (error->status == MR_OK && limits)
+        compare_limits_load(&request->limits, limits, error);
+    return error->status;
+}
+
+static enum mr_status write_file(const struct request *request, const struct compare_landing *landing, bool si, struct error *error)
+{
+    FILE *out = output_open(request->output, error);
+    if (!out)
+        return error->status;
+    if (is_csv(request->output))
+        compare_csv(out, &landing->measured, &landing->head, landing->row, landing->rows, si, error);
+    else
+        compare_draw(out, &landing->measured, &landing->head, landing->row, landing->rows, true, si, error);
+    return output_close(out, request->output, error);
+}
+
+/* The result is printed; a limit that failed is the error. */
+static int conclude(const struct compare_verdict *verdict, json_t *object, struct error *error)
+{
+    int exit_code = object ? cli_print_json(object, 0) : 0;
+    if (verdict->failed > 1)
+        error_set(error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text, verdict->failed - 1, verdict->checked);
+    else if (verdict->failed)
+        error_set(error, MR_LIMIT, "%s; see the table, or change the limit", verdict->text);
+    return exit_code == 0 && error->status != MR_OK ? cli_fail(error) : exit_code;
+}
+
+static int compare_one(struct store *store, const struct request *request, struct compare_model *model, const struct cli *cli, struct error *error)
+{
+    struct compare_landing landing = {.rows = 0};
+    struct compare_verdict verdict = {0};
+    json_t *object = NULL;
+    if (store_refuse_void(store, request->run, request->voided, error) == MR_OK &&
+        compare_landing(store, request->run, model, 0, &landing, error) == MR_OK && request->output)
+        write_file(request, &landing, cli->si, error);
+    if (error->status == MR_OK) {
+        compare_limits_check(&request->limits, &landing.figures, cli->si, &verdict);
+        if (cli->json)
+            object = compare_json(&landing.figures, &verdict, cli->si);
+        else
+            compare_show(stdout, &landing.figures, cli->si);
     }
-    json_t *object =
-        json_pack("{sIsssi}", "run", (json_int_t)run, "scene", scene, "surveyed", (int)comparison->surveyed);
-    json_object_set_new(object, "run_ms", cli_json_number(comparison->run_ms, 6));
-    json_object_set_new(object, "channels", channels);
-    return object;
+    compare_landing_free(&landing);
+    if (error->status != MR_OK)
+        return cli_fail(error);
+    if (!cli->json)
+        compare_show_verdict(stdout, &verdict);
+    return conclude(&verdict, object, error);
 }
 
-/* Keeps the comparison in the database; it replaces no earlier one. */
-static enum mr_status keep(struct store *store, int64_t run, const struct comparison *comparison,
-                           struct error *error)
+static void progress(void *ctx, size_t done, size_t of)
 {
-    enum mr_status status = store_begin(store, error);
-    if (status == MR_OK)
-        status = store_simulation_put(store, run, comparison->scene_json, (int64_t)link_now_us(),
-                                      comparison->row, comparison->count, error);
-    return status == MR_OK ? store_commit(store, error) : status;
+    const struct cli *cli = ctx;
+    if (!cli->quiet && cli_terminal())
+        fprintf(stderr, "\r%zu of %zu landings%s", done, of, done == of ? "\n" : "");
 }
 
-static enum mr_status check_limit(const struct comparison *comparison, int64_t run, double limit_in,
-                                  struct error *error)
+static int compare_many(struct store *store, const struct request *request, struct compare_model *model, const struct cli *cli, struct error *error)
 {
-    const struct store_simulation *worst = &comparison->row[0];
-    for (size_t i = 1; i < comparison->count; i++) {
-        if (!(comparison->row[i].rms_in <= worst->rms_in))
-            worst = &comparison->row[i];
+    struct compare_set set;
+    json_t *object = NULL;
+    struct cli for_progress = *cli;
+    enum mr_status status =
+        compare_set_run(store, request->series, model, &request->limits, cli->si, progress, &for_progress, &set, error);
+    struct compare_verdict verdict = set.verdict;
+    if (status == MR_OK && cli->json)
+        object = compare_set_json(&set, cli->si);
+    else if (status == MR_OK) {
+        compare_show_set(stdout, &set, cli->si);
+        compare_show_verdict(stdout, &verdict);
     }
-    if (worst->rms_in <= limit_in)
-        return MR_OK;
-    return error_set(error, MR_LIMIT,
-                     "rms difference %.4f in exceeds %.4f in: transducer %lld of RUN %lld; see the table, or "
-                     "raise --limit",
-                     worst->rms_in, limit_in, (long long)worst->number, (long long)run);
-}
-
-static enum mr_status compare(struct store *store, int64_t run, struct sim_scene *scene,
-                              struct comparison *comparison, struct error *error)
-{
-    struct measured measured;
-    struct zones_closure survey;
-    enum mr_status status = measured_load(store, run, &measured, error);
-    if (status == MR_OK)
-        status = zones_load_survey(store, run, &survey, error);
-    if (status == MR_OK)
-        status = compare_scene(&measured, &survey, scene, error);
-    if (status == MR_OK)
-        status = compare_run(&measured, scene, comparison, error);
-    if (status == MR_OK) {
-        comparison->surveyed = survey.surveyed;
-        status = keep(store, run, comparison, error);
-    }
-    measured_free(&measured);
-    return status;
+    compare_set_free(&set);
+    return status != MR_OK ? cli_fail(error) : conclude(&verdict, object, error);
 }
 
 int compare_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[2] = {NULL, NULL}, *scene_path = NULL, *limit_text = NULL;
-    bool voided = false;
-    const struct cli_option options[] = {{"--scene", &scene_path, NULL}, {"--limit", &limit_text, NULL}, {"--void", NULL, &voided}};
-    char model_runway[500];
+    struct request request;
     struct error error = {0};
     struct store *store = NULL;
-    struct sim_scene scene;
-    struct comparison comparison = {.count = 0};
-    int64_t run = 0;
-    double limit_in = (double)INFINITY;
-    enum mr_status status = cli_parse(argc, argv, options, 3, words, 2, 2, "DB RUN", &error);
-    if (status == MR_OK)
-        status = run_parse(words[1], &run, &error);
-    if (status == MR_OK && limit_text)
-        status = cli_number(limit_text, "--limit", 0.0, 1e6, &limit_in, &error);
-    if (status == MR_OK)
-        status = store_open(words[0], STORE_OPEN, &store, &error);
-    if (status == MR_OK)
-        status = store_refuse_void(store, run, voided, &error);
-    if (status == MR_OK && !scene_path) {
-        place_find(PLACE_RUNWAY, model_runway, sizeof model_runway);
-        scene_path = model_runway;
-    }
-    if (status == MR_OK)
-        status = sim_scene_load(&scene, scene_path, &error);
-    if (status == MR_OK) {
-        status = compare(store, run, &scene, &comparison, &error);
-        sim_scene_free(&scene);
+    struct compare_model model;
+    if (read_request(argc, argv, &request, &error) != MR_OK || store_open(request.db, STORE_OPEN, &store, &error) != MR_OK)
+        return cli_fail(&error);
+    int exit_code;
+    if (compare_model_load(&model, request.scene, request.seeds, &error) != MR_OK) {
+        exit_code = cli_fail(&error);
+    } else if (request.as_is && model.ensemble) {
+        error_set(&error, MR_USAGE, "--as-is takes a scene: %s is a campaign; leave --as-is out", request.scene);
+        exit_code = cli_fail(&error);
+        compare_model_free(&model);
+    } else {
+        model.as_is = request.as_is;
+        exit_code = request.run ? compare_one(store, &request, &model, cli, &error) : compare_many(store, &request, &model, cli, &error);
+        compare_model_free(&model);
     }
     store_close(store);
-    int exit_code = 0;
-    if (status == MR_OK) {
-        const char *name = strrchr(scene_path, '/') ? strrchr(scene_path, '/') + 1 : scene_path;
-        check_limit(&comparison, run, limit_in, &error);
-        if (cli->json)
-            exit_code = cli_print_json(comparison_json(&comparison, run, name, cli->si), 0);
-        else
-            print_comparison(&comparison, run, name, cli->si);
-    }
-    compare_free(&comparison);
-    return error.status != MR_OK ? cli_fail(&error) : exit_code;
+    return exit_code;
 }

@@ -223,13 +223,23 @@ static const struct command commands[] = {
      "Exit 1 when cases are missing (stopped); cases that failed are recorded with their reason.\n"
      "\n"
      "Example: matrig sweep host/sweep/examples/threshold.json -o t.jsonl && matrig report t.jsonl\n"},
-    {"compare", compare_command, "DB RUN [--scene S] [--limit IN] [--void]",
-     "measured against simulated, per transducer",
+    {"compare", compare_command,
+     "DB RUN [FILE] [--scene S] [--limits F] [--limit IN] [--seeds N] [--as-is] [-o F.svg|F.csv] [--void] | DB FILE [--series NAME] | DB --series NAME",
+     "measured against simulated: a landing, or a series",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
-     "  --scene S      scene file that gives the runway; else the model runway\n"
+     "  FILE           what it is compared with: a scene, or a campaign, whose runways are an ensemble that has a spread. Without\n"
+     "                 RUN: all landings, in order; the runway is as each left it. Without FILE: the model runway\n"
+     "  --scene S      the same as FILE\n"
+     "  --series NAME  the landings of a series (matrig series) instead of all\n"
+     "  --limits F     JSON; exit 1 when one fails: {\"channels\": {\"all\": {\"rms_in\": 0.05, \"correlation\": 0.99}, \"3\":\n"
+     "                 {\"peak_in\": 0.1}}, \"zones\": {\"simulated\": {\"overlap\": 0.5}}, \"series\": {\"within\": 0.8}}\n"
      "  --limit IN     exit 1 when a channel's rms difference exceeds IN inches\n"
+     "  --seeds N      as many of the campaign's runways; else as it says\n"
+     "  --as-is        the scene with its own motion and gaps, not the landing's; both are aligned on switch edges\n"
+     "  -o F           one landing: measured and simulated with their bands, a picture; .csv: as numbers, every millisecond\n"
      "  --void         also a landing that was voided (matrig landing)\n"
-     "Example: matrig compare campaign.db 5 --limit 0.25\n"},
+     "Example: matrig compare campaign.db 5 --limits limits.json -o landing5.svg\n"
+     "         matrig compare campaign.db host/campaign/series/standard.json\n"},
     {"fit", fit_command, "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F]",
      "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
      "  DB [RUN...]    campaign database and landings in it; else all whose motion is known\n"

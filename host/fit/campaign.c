@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/analyse/zones.h"
-#include "host/compare.h"
+#include "host/compare/scene.h"
 
 #define SURVEY_SPREAD 0.03 /* of all sums of a survey alike: the gauge, and what counts as closed */
 #define MANY_SAMPLES 1e9

@@ -145,10 +145,11 @@ const char store_schema[] =
     " first_block INTEGER NOT NULL, stride INTEGER NOT NULL, readings BLOB NOT NULL, UNIQUE(landing, idx));"
     "CREATE TABLE simulations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), "
     "scene TEXT NOT NULL,"
-    " made_us INTEGER NOT NULL);"
+    " made_us INTEGER NOT NULL, run_ms REAL, error_in REAL, seeds INTEGER, edges INTEGER, offset_s REAL, scatter_s REAL,"
+    " segments_dt_s REAL, segments_in BLOB);"
     "CREATE TABLE simulation_channels(simulation INTEGER NOT NULL REFERENCES simulations(id), number INTEGER "
     "NOT NULL,"
     " station_ft REAL, peak_measured_in REAL, peak_measured_error_in REAL, peak_simulated_in REAL,"
     " peak_simulated_error_in REAL, rms_in REAL, end_measured_in REAL, end_simulated_in REAL, t0_s REAL, "
     "dt_s REAL,"
-    " series_in BLOB, PRIMARY KEY(simulation, number));";
+    " series_in BLOB, spread_in BLOB, PRIMARY KEY(simulation, number));";

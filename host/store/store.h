@@ -364,7 +364,7 @@ enum mr_status store_film_frame_put(struct store *store, int64_t run, const stru
 enum mr_status store_film_frames(struct store *store, int64_t run, struct store_film_frame **rows, size_t *count,
                                  struct error *error);
 
-/* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown. */
+/* One channel of a comparison with the simulation. Series: u at t0 + i dt, relative to touchdown, aligned with the measured. */
 struct store_simulation {
     int64_t number; /* transducer */
     double station_ft;
@@ -374,14 +374,28 @@ struct store_simulation {
     double end_measured_in, end_simulated_in;
     double t0_s, dt_s;
     float *series_in; /* `length` values; a read allocates it */
+    float *spread_in; /* as many: standard deviation over an ensemble; NULL: of one runway */
     size_t length;
 };
+/* And what its channels have in common. Absent (before matrig kept it): NaN, STORE_NONE, NULL. */
+struct store_simulation_head {
+    double run_ms, error_in; /* of the simulation; the solver's own estimate */
+    int64_t seeds, edges;    /* runways; switch edges that it was aligned by */
+    double offset_s, scatter_s;
+    double segments_dt_s;
+    float *segments_in;      /* what is left of each segment's openings, MR_SEGMENTS a row; a read allocates it */
+    size_t segment_rows;
+    char file[120];          /* scene or campaign */
+};
 enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json, int64_t made_us,
-                                    const struct store_simulation *rows, size_t count, struct error *error);
+                                    const struct store_simulation_head *head, const struct store_simulation *rows, size_t count,
+                                    struct error *error);
 /* The newest comparison of a landing, none: *count 0. store_simulations_free releases rows and their series.
  */
 enum mr_status store_simulations(struct store *store, int64_t run, struct store_simulation **rows,
                                  size_t *count, struct error *error);
+/* Of the same; the caller frees segments_in. */
+enum mr_status store_simulation_head(struct store *store, int64_t run, struct store_simulation_head *head, struct error *error);
 void store_simulations_free(struct store_simulation *rows, size_t count);
 
 #endif

@@ -1,3 +1,4 @@
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -400,6 +401,17 @@ enum mr_status store_frames_each(struct store *store, int64_t run, int link,
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
+/* A blob of floats; NULL: it is absent. */
+static float *floats(sqlite3_stmt *s, int column, size_t *length)
+{
+    size_t bytes = (size_t)sqlite3_column_bytes(s, column);
+    float *values = bytes ? malloc(bytes) : NULL;
+    *length = values ? bytes / sizeof *values : 0;
+    if (values)
+        memcpy(values, sqlite3_column_blob(s, column), bytes);
+    return values;
+}
+
 static void simulation_row(sqlite3_stmt *s, void *to)
 {
     struct store_simulation *row = to;
@@ -416,12 +428,12 @@ static void simulation_row(sqlite3_stmt *s, void *to)
         .t0_s = store_real(s, 9),
         .dt_s = store_real(s, 10),
     };
-    size_t bytes = (size_t)sqlite3_column_bytes(s, 11);
-    row->series_in = malloc(bytes ? bytes : 1);
-    if (row->series_in) {
-        row->length = bytes / sizeof *row->series_in;
-        if (bytes)
-            memcpy(row->series_in, sqlite3_column_blob(s, 11), bytes);
+    size_t spreads = 0;
+    row->series_in = floats(s, 11, &row->length);
+    row->spread_in = floats(s, 12, &spreads);
+    if (spreads != row->length) {
+        free(row->spread_in);
+        row->spread_in = NULL;
     }
 }
 
@@ -438,7 +450,37 @@ enum mr_status store_simulations(struct store *store, int64_t run, struct store_
 
 void store_simulations_free(struct store_simulation *rows, size_t count)
 {
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++) {
         free(rows[i].series_in);
+        free(rows[i].spread_in);
+    }
     free(rows);
+}
+
+enum mr_status store_simulation_head(struct store *store, int64_t run, struct store_simulation_head *head, struct error *error)
+{
+    sqlite3_stmt *s;
+    *head = (struct store_simulation_head){.seeds = STORE_NONE, .edges = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
+    enum mr_status status = store_query(store, error, &s, STORE_SIMULATION_HEAD, run);
+    if (status == MR_OK)
+        status = store_step(store, s, error);
+    if (status == MR_TOO_FEW)
+        return MR_OK;
+    if (status != MR_OK)
+        return status;
+    size_t values;
+    *head = (struct store_simulation_head){
+        .run_ms = store_real(s, 0),
+        .error_in = store_real(s, 1),
+        .seeds = store_integer(s, 2),
+        .edges = store_integer(s, 3),
+        .offset_s = store_real(s, 4),
+        .scatter_s = store_real(s, 5),
+        .segments_dt_s = store_real(s, 6),
+    };
+    head->segments_in = floats(s, 7, &values);
+    head->segment_rows = values / MR_SEGMENTS;
+    store_text(s, 8, head->file, sizeof head->file);
+    store_reset(s);
+    return MR_OK;
 }

@@ -225,15 +225,22 @@
       " (SELECT session FROM landings WHERE board_uid=?) ORDER BY session, boot, number, gage")             \
     X(SIZE, "", "SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size),"  \
       " (SELECT count(*) FROM landings)")                                                                   \
-    X(SIMULATION_ADD, "iti", "INSERT INTO simulations(landing, scene, made_us) VALUES(?,?,?)")               \
-    X(SIMULATION_CHANNEL, "iirrrrrrrrrrb",                                                                   \
-      "INSERT INTO simulation_channels VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?)")                                   \
+    X(SIMULATION_ADD, "itirriirrrb",                                                                          \
+      "INSERT INTO simulations(landing, scene, made_us, run_ms, error_in, seeds, edges, offset_s, scatter_s,"  \
+      " segments_dt_s, segments_in) VALUES(?,?,?,?,?,?,?,?,?,?,?)")                                            \
+    X(SIMULATION_CHANNEL, "iirrrrrrrrrrbb",                                                                  \
+      "INSERT INTO simulation_channels(simulation, number, station_ft, peak_measured_in, peak_measured_error_in," \
+      " peak_simulated_in, peak_simulated_error_in, rms_in, end_measured_in, end_simulated_in, t0_s, dt_s, series_in," \
+      " spread_in) VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?)")                                                     \
     X(SIMULATIONS, "i",                                                                                      \
       "SELECT number, station_ft, peak_measured_in, peak_measured_error_in, peak_simulated_in,"              \
-      " peak_simulated_error_in, rms_in, end_measured_in, end_simulated_in, t0_s, dt_s, series_in"           \
+      " peak_simulated_error_in, rms_in, end_measured_in, end_simulated_in, t0_s, dt_s, series_in, spread_in" \
       " FROM simulation_channels WHERE simulation=(SELECT max(id) FROM simulations WHERE landing=?) ORDER "  \
       "BY number")                                                                                           \
     STORE_IMPORT_STATEMENTS(X)                                                                               \
+    X(SIMULATION_HEAD, "i",                                                                                  \
+      "SELECT run_ms, error_in, seeds, edges, offset_s, scatter_s, segments_dt_s, segments_in," \
+      " iif(json_valid(scene), json_extract(scene, '$.file'), NULL) FROM simulations WHERE id=(SELECT max(id) FROM simulations WHERE landing=?)")                        \
     STORE_SURVEY_STATEMENTS(X)
 
 enum store_statement {

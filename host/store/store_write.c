@@ -155,9 +155,12 @@ enum mr_status store_film_frame_put(struct store *store, int64_t run, const stru
 }
 
 enum mr_status store_simulation_put(struct store *store, int64_t run, const char *scene_json, int64_t made_us,
-                                    const struct store_simulation *rows, size_t count, struct error *error)
+                                    const struct store_simulation_head *head, const struct store_simulation *rows, size_t count,
+                                    struct error *error)
 {
-    enum mr_status status = store_run(store, error, STORE_SIMULATION_ADD, run, scene_json, made_us);
+    enum mr_status status = store_run(store, error, STORE_SIMULATION_ADD, run, scene_json, made_us, head->run_ms, head->error_in,
+                                      head->seeds, head->edges, head->offset_s, head->scatter_s, head->segments_dt_s,
+                                      (const void *)head->segments_in, head->segment_rows * MR_SEGMENTS * sizeof *head->segments_in);
     int64_t id = sqlite3_last_insert_rowid(store->database);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         const struct store_simulation *row = &rows[i];
@@ -165,7 +168,8 @@ enum mr_status store_simulation_put(struct store *store, int64_t run, const char
                            row->peak_measured_in, row->peak_measured_error_in, row->peak_simulated_in,
                            row->peak_simulated_error_in, row->rms_in, row->end_measured_in,
                            row->end_simulated_in, row->t0_s, row->dt_s, (const void *)row->series_in,
-                           row->length * sizeof *row->series_in);
+                           row->length * sizeof *row->series_in, (const void *)row->spread_in,
+                           row->spread_in ? row->length * sizeof *row->spread_in : (size_t)0);
     }
     return status;
 }

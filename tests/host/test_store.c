@@ -229,20 +229,36 @@ static void simulations_keep_the_newest(void **state)
                                    .dt_s = 0.002,
                                    .series_in = series,
                                    .length = 3};
+    float spread[3] = {0.0f, 0.01f, 0.02f}, segments[2 * MR_SEGMENTS] = {[1] = 0.25f, [2 * MR_SEGMENTS - 1] = 0.5f};
+    struct store_simulation_head head = {.run_ms = 35, .error_in = 0.01, .seeds = 1, .edges = 19}, back;
     struct store_simulation *rows;
     size_t count;
     (void)state;
     add_landing(store, add_session(store));
-    assert_int_equal(store_simulation_put(store, 1, "{}", 1, &row, 1, &error), MR_OK);
+    assert_int_equal(store_simulation_head(store, 1, &back, &error), MR_OK);
+    assert_true(back.seeds == STORE_NONE && isnan(back.run_ms) && !back.segments_in);
+    assert_int_equal(store_simulation_put(store, 1, "{}", 1, &head, &row, 1, &error), MR_OK);
     row.rms_in = 0.2;
-    assert_int_equal(store_simulation_put(store, 1, "{}", 2, &row, 1, &error), MR_OK);
+    row.spread_in = spread;
+    head = (struct store_simulation_head){.run_ms = 70, .error_in = 0.02, .seeds = 4, .edges = 18, .offset_s = 0.5, .scatter_s = 0.25,
+                                          .segments_dt_s = 0.02, .segments_in = segments, .segment_rows = 2};
+    assert_int_equal(store_simulation_put(store, 1, "{\"file\":\"a.json\"}", 2, &head, &row, 1, &error), MR_OK);
     assert_int_equal(store_simulations(store, 1, &rows, &count, &error), MR_OK);
     assert_int_equal(count, 1);
     assert_near(rows[0].rms_in, 0.2, 0.0);
     assert_true(isnan(rows[0].peak_measured_in));
     assert_int_equal(rows[0].length, 3);
     assert_memory_equal(rows[0].series_in, series, sizeof series);
+    assert_memory_equal(rows[0].spread_in, spread, sizeof spread);
     store_simulations_free(rows, count);
+    assert_int_equal(store_simulation_head(store, 1, &back, &error), MR_OK);
+    assert_near(back.run_ms, 70.0, 0.0);
+    assert_near(back.error_in, 0.02, 0.0);
+    assert_true(back.seeds == 4 && back.edges == 18 && back.offset_s == 0.5 && back.scatter_s == 0.25 && back.segments_dt_s == 0.02);
+    assert_int_equal(back.segment_rows, 2);
+    assert_memory_equal(back.segments_in, segments, sizeof segments);
+    assert_string_equal(back.file, "a.json");
+    free(back.segments_in);
     store_close(store);
 }
 

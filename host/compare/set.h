@@ -1,0 +1,52 @@
+/* A series of landings compared with one model, in order: each landing, all together, and what surveys between them say. */
+#ifndef MATRIG_HOST_COMPARE_SET_H
+#define MATRIG_HOST_COMPARE_SET_H
+
+#include "host/compare/landing.h"
+#include "host/compare/limits.h"
+
+struct compare_set_landing {
+    int64_t run;
+    bool compared;
+    char why[600]; /* not compared: why */
+    struct compare_figures figures;
+    struct compare_verdict verdict;
+};
+
+/* Movement of the gage points between two surveys; mean over the lines that have it. */
+struct compare_moved {
+    int64_t from_survey, to_survey;
+    bool simulated; /* false: a landing between them was not */
+    size_t landings, points;
+    struct {
+        double measured_in, error_in, simulated_in, spread_in; /* NaN: not read */
+    } point[SURVEY_POINTS]; /* every ten mats */
+    double bias_in, rms_in, chi; /* over the points; chi: in standard errors */
+};
+
+struct compare_set {
+    char against[120], name[80]; /* the model's file; the series' name, or empty: all landings */
+    struct compare_set_landing *landing;
+    size_t count, compared;
+    struct {
+        int64_t number;
+        double station_ft;
+        size_t landings;
+        double samples, bias_in, rms_in;
+    } channel[MR_TRANSDUCERS]; /* by number, pooled over the landings by samples; landings 0: none */
+    struct compare_pooled pooled;
+    double run_ms, error_in; /* all simulations; the largest of their estimates */
+    struct compare_moved *moved;
+    size_t moves;
+    struct compare_verdict verdict; /* landings and series */
+};
+
+/* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that cannot be compared is there with its reason,
+ * and what it did to the runway is unknown to those after it until the next survey. MR_TOO_FEW: none could be; MR_UNKNOWN: no such
+ * series. `progress` may be NULL. The caller frees, also after an error. */
+enum mr_status compare_set_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
+                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_set *set,
+                               struct error *error);
+void compare_set_free(struct compare_set *set);
+
+#endif
