@@ -9,7 +9,7 @@ rm -rf "$out"
 mkdir -p "$out"
 
 # Readings of all four gage lines, with every tenth mat's gap sum as the run file has it and a caliper's error of 0.003 in.
-sheet() { # RUN-FILE WORD SEED
+sheet() { # RUN-FILE WORD SEED NOTE
     awk -v word="$2" -v seed="$3" 'BEGIN { srand(seed); print "kind,line,place,reading_in" }
         $1 == word { for (i = 2; i <= NF; i++) gap[n++] = $i }
         END { for (line = 1; line <= 4; line++)
@@ -22,15 +22,19 @@ sheet() { # RUN-FILE WORD SEED
                   } }' "$1" >"$out/sheet.csv"
     build/matrig --quiet survey "$db" --new --edges none --from "$out/sheet.csv" --doubtful --who jk --note "$4" >/dev/null
 }
-play() { # LANDING
+play() { # LANDING: and on, until the runway is in the board's memory, 0.5 s after it is disarmed
     local for_s
     for_s=$(awk '$1 == "duration_s" { print $2 + 1.2; exit }' "build/runs/landing$1.run")
-    build/matrig-board --elf build/firmware/matrig.elf --nor "$out/nor.bin" --can "file:$out/can.bin" --serial "file:$out/serial.bin" \
-        --rig "build/runs/landing$1.run" --for "$for_s" --seed "$1" 2>"$out/board.txt"
-    # The file of the line may end inside a frame: after the landing.
-    build/matrig --quiet log --can "file:$out/can.bin" --serial "file:$out/serial.bin" --db "$db" >"$out/log.txt" 2>"$out/log.err" ||
-        grep -q 'ended inside a frame' "$out/log.err"
+    build/matrig-board --elf build/firmware/matrig.elf --nor "$out/nor.bin" --can "unix:$sockets/can" --serial "unix:$sockets/serial" \
+        --rig "build/runs/landing$1.run" --for "$for_s" --seed "$1" --speed max 2>"$out/board.txt" &
+    board=$!
+    build/matrig --quiet log --can "unix:$sockets/can" --serial "unix:$sockets/serial" --db "$db" >"$out/log.txt" 2>"$out/log.err"
+    wait "$board"
+    board=
 }
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+board=
+trap '[ -z "$board" ] || kill "$board" 2>/dev/null || true; rm -rf "$sockets"' EXIT
 build/matrig --quiet series "$db" standard --runway "model, 1 to 7" --pattern standard >/dev/null
 for landing in 1 2 3 4 5; do
     sheet "build/runs/landing$landing.run" gap_in "$landing" "before landing $landing"
