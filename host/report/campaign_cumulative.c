@@ -175,7 +175,7 @@ static void write_series(const struct report *report, size_t first, const struct
     }
     fputs("<figure>", out);
     draw_profiles(out, cumulative, count, "cumulative displacement", "cumulative displacement against station, after each landing", report->si);
-    fprintf(out, "<figcaption>Downfield is positive; the sum of what each landing left, with 95 %% errors.%s As report figs. 4.5 and 4.6.</figcaption></figure>\n",
+    fprintf(out, "<figcaption>Downfield is positive; the sum of what each landing left, with 95 %% errors; where a reading is missing it is not known from then on.%s As report figs. 4.5 and 4.6.</figcaption></figure>\n",
             count > NAMED_MAX ? " Not every line is named." : "");
     fprintf(out, "<p>Cumulative displacement by station, %s; &plusmn; is one standard error.</p>\n", unit_of(UNIT_DISPLACEMENT, report->si)->text);
     table(out, cumulative, count, report->si);

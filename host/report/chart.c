@@ -63,6 +63,14 @@ double chart_key(FILE *out, unsigned number, double left, double y, const char *
     return left + 48.0 + 6.2 * (double)strlen(text); /* 11 px letters are about 6 px wide */
 }
 
+void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, double y, const char *text)
+{
+    svg_mark(out, class, shape, left, y - 4.0, 3.0);
+    fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 9.0, y);
+    html_text(out, text);
+    fputs("</text>\n", out);
+}
+
 struct svg_plot chart_small(FILE *out, size_t place, double top, double height)
 {
     double width = (CHART_WIDTH - CHART_LEFT - CHART_RIGHT - 3.0 * BETWEEN) / 4.0;

@@ -9,7 +9,7 @@
 #define CHART_WIDTH 1040.0
 #define CHART_LEFT 58.0
 #define CHART_RIGHT 12.0
-#define CHART_COLUMN_PX 2.0 /* traces of a small picture are thinned by such columns: 0.35 mm on paper */
+#define CHART_COLUMN_PX 3.0 /* traces of a small picture are thinned by such columns: 0.5 mm on paper */
 #define CHART_SETTLED_S 0.6 /* how long after the stop traces are shown */
 #define CHART_RUNWAY_FT 120.0
 
@@ -29,6 +29,9 @@ void chart_mark(const struct svg_plot *plot, unsigned number, double x, double y
 void chart_whisker(const struct svg_plot *plot, const char *class, double x, double low, double high);
 /* Key of a look at (left, y) in pixels; returns where the next one begins. */
 double chart_key(FILE *out, unsigned number, double left, double y, const char *text);
+
+/* Key of a mark of one's own. */
+void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, double y, const char *text);
 
 /* A small picture of a row of four. */
 struct svg_plot chart_small(FILE *out, size_t place, double top, double height);

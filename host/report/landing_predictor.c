@@ -1,5 +1,6 @@
 /* What the board's predictor said in a landing: the warning in words, zone and lead time over time, each change of its verdict. */
 #include <math.h>
+#include <stdlib.h>
 
 #include "host/report/chart.h"
 #include "host/report/html.h"
@@ -11,6 +12,7 @@
 #define TOP_PX 26.0
 #define BETWEEN_PX 16.0
 #define STATEMENT_S 0.05
+#define CHANGES_MAX 12u /* rows of the table */
 
 static void zone_words(FILE *out, const struct zone_warning *w, bool since_touchdown, bool si)
 {
@@ -74,6 +76,19 @@ static void draw_zones(const struct svg_plot *plot, const struct zones *zones, c
     }
 }
 
+static void draw_coming(const struct svg_plot *plot, const struct report_landing *landing)
+{
+    double *t_s = malloc(2 * (landing->predictions + 1) * sizeof *t_s), *mats = t_s + landing->predictions + 1;
+    if (!t_s)
+        return;
+    for (size_t i = 0; i < landing->predictions; i++) {
+        t_s[i] = (double)(1000 * landing->prediction[i].block - landing->summary.measured.t0_us) / 1e6;
+        mats[i] = landing->prediction[i].coming_mats > 0 ? (double)landing->prediction[i].coming_mats : (double)NAN;
+    }
+    svg_dots(plot, "dots c", t_s, mats, landing->predictions);
+    free(t_s);
+}
+
 static void mats_panel(FILE *out, const struct report_landing *landing, struct svg_axis time)
 {
     const struct zones *zones = &landing->summary.zones;
@@ -88,20 +103,33 @@ static void mats_panel(FILE *out, const struct report_landing *landing, struct s
     plot.y = (struct svg_axis){0.0, high, "mats in the zone", true};
     svg_axes(&plot);
     draw_zones(&plot, zones, measured);
-    for (size_t i = 0; i < landing->predictions; i++) {
-        double t_s = (double)(1000 * landing->prediction[i].block - measured->t0_us) / 1e6;
-        if (landing->prediction[i].coming_mats > 0 && t_s >= time.low && t_s <= time.high && (double)landing->prediction[i].coming_mats <= high)
-            svg_mark(out, "dot c", 2, svg_x(&plot, t_s), svg_y(&plot, (double)landing->prediction[i].coming_mats), 2.2);
-    }
+    draw_coming(&plot, landing);
     svg_line(&plot, "mark", (const double[]){time.low, time.high}, (const double[]){MR_PREDICTOR_WARNING_MATS, MR_PREDICTOR_WARNING_MATS}, 2);
     svg_line(&plot, "mark", (const double[]){time.low, time.high}, (const double[]){MR_PREDICTOR_ADVISORY_MATS, MR_PREDICTOR_ADVISORY_MATS}, 2);
 }
 
 /* What the board gave as lead time, and how long the wheel then took to the start of that zone. */
-static void lead_panel(FILE *out, const struct report_landing *landing, struct svg_axis time)
+static void draw_leads(const struct svg_plot *plot, const struct report_landing *landing)
 {
     const struct zones *zones = &landing->summary.zones;
     const struct measured *measured = &landing->summary.measured;
+    double *t_s = malloc(3 * (zones->count + 1) * sizeof *t_s), *given_s = t_s + zones->count + 1, *became_s = given_s + zones->count + 1;
+    if (!t_s)
+        return;
+    for (size_t i = 0; i < zones->count; i++) {
+        const struct store_zone *row = &zones->row[i];
+        t_s[i] = zones_time_s(measured, row);
+        given_s[i] = row->mats > 0 ? row->lead_s : (double)NAN;
+        became_s[i] = isnan(given_s[i]) ? (double)NAN : measured_reach_s(measured, row->start_ft) - t_s[i];
+    }
+    svg_dots(plot, "dots given", t_s, given_s, zones->count);
+    svg_dots(plot, "dots a", t_s, became_s, zones->count);
+    free(t_s);
+}
+
+static void lead_panel(FILE *out, const struct report_landing *landing, struct svg_axis time)
+{
+    const struct zones *zones = &landing->summary.zones;
     double high = 0.5;
     struct svg_plot plot = {.out = out, .left = CHART_LEFT, .top = TOP_PX + MATS_PX + BETWEEN_PX, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
                             .height = LEAD_PX};
@@ -110,21 +138,7 @@ static void lead_panel(FILE *out, const struct report_landing *landing, struct s
     plot.x = time;
     plot.y = (struct svg_axis){0.0, high, "lead time, s", true};
     svg_axes(&plot);
-    for (size_t i = 0; i < zones->count; i++) {
-        const struct store_zone *row = &zones->row[i];
-        double t_s = zones_time_s(measured, row), became_s = measured_reach_s(measured, row->start_ft) - t_s;
-        if (row->mats <= 0 || isnan(row->lead_s) || t_s < time.low || t_s > time.high)
-            continue;
-        svg_mark(out, "open", 1, svg_x(&plot, t_s), svg_y(&plot, row->lead_s), 2.6);
-        if (became_s >= 0.0 && became_s <= high)
-            svg_mark(out, "dot a", 0, svg_x(&plot, t_s), svg_y(&plot, became_s), 2.0);
-    }
-}
-
-static void key(FILE *out, const char *class, unsigned shape, double left, double y, const char *text)
-{
-    svg_mark(out, class, shape, left, y - 4.0, 3.0);
-    fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">%s</text>\n", left + 9.0, y, text);
+    draw_leads(&plot, landing);
 }
 
 static void draw_all(FILE *out, const struct report_landing *landing)
@@ -136,16 +150,18 @@ static void draw_all(FILE *out, const struct report_landing *landing)
     mats_panel(out, landing, time);
     lead_panel(out, landing, time);
     svg_legend(out, CHART_LEFT, 14.0, keys, 3);
-    key(out, "dot c", 2, 580.0, 14.0, "longest zone that it saw coming");
-    key(out, "open", 1, CHART_WIDTH - 230.0, TOP_PX + MATS_PX + BETWEEN_PX + 16.0, "given");
-    key(out, "dot a", 0, CHART_WIDTH - 150.0, TOP_PX + MATS_PX + BETWEEN_PX + 16.0, "what it became");
+    chart_mark_key(out, "dot c", 0, 640.0, 14.0, "longest zone that it saw coming");
+    chart_mark_key(out, "dot given", 1, CHART_WIDTH - 230.0, TOP_PX + MATS_PX + BETWEEN_PX + 16.0, "given");
+    chart_mark_key(out, "dot a", 0, CHART_WIDTH - 150.0, TOP_PX + MATS_PX + BETWEEN_PX + 16.0, "what it became");
     svg_close(out);
 }
 
-static void changes(FILE *out, const struct report_landing *landing, const struct unit *station)
+/* The first of them; how many there were. */
+static size_t changes(FILE *out, const struct report_landing *landing, const struct unit *station)
 {
     const struct measured *measured = &landing->summary.measured;
     int64_t verdict = STORE_NONE;
+    size_t told = 0;
     char zone[60];
     snprintf(zone, sizeof zone, "zone, %s", station->text);
     html_table(out, (const char *const[]){"time, s", "verdict", "because", "mats", zone, "lead time, s", "it became, s", "model", NULL});
@@ -155,6 +171,8 @@ static void changes(FILE *out, const struct report_landing *landing, const struc
         if (said->verdict == STORE_NONE || said->verdict == verdict)
             continue;
         verdict = said->verdict;
+        if (++told > CHANGES_MAX)
+            continue;
         for (size_t k = 0; k < landing->summary.zones.count && !row; k++)
             row = landing->summary.zones.row[k].block == said->block ? &landing->summary.zones.row[k] : NULL;
         double t_s = (double)(1000 * said->block - measured->t0_us) / 1e6;
@@ -175,6 +193,7 @@ static void changes(FILE *out, const struct report_landing *landing, const struc
         fputs("</tr>\n", out);
     }
     fputs("</tbody></table></div>\n", out);
+    return told;
 }
 
 enum mr_status landing_predictor(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
@@ -188,7 +207,8 @@ enum mr_status landing_predictor(const struct report *report, const struct repor
     draw_all(out, landing);
     fputs("<figcaption>Every statement of the board, and what came of it: the wheel's way to the start of the zone from the final fit of its motion."
           "</figcaption></figure>\n", out);
-    if (landing->predictions)
-        changes(out, landing, unit_of(UNIT_STATION, report->si));
+    size_t told = landing->predictions ? changes(out, landing, unit_of(UNIT_STATION, report->si)) : 0;
+    if (told > CHANGES_MAX)
+        fprintf(out, "<p>And %zu more changes of the verdict.</p>\n", told - CHANGES_MAX);
     return MR_OK;
 }

@@ -11,6 +11,7 @@
 #define BETWEEN_PX 16.0
 #define TOP_PX 26.0
 #define IN_PER_FT 12.0
+#define MARK_PX 2.6
 
 static void draw_speed_curve(const struct svg_plot *plot, const struct measured *measured, double factor)
 {
@@ -34,7 +35,7 @@ static void draw_gate_speeds(const struct svg_plot *plot, const struct measured 
         const struct mr_gate *to = &measured->gate[i];
         double t_s = 0.5 * (from->t_s + to->t_s);
         if (t_s >= plot->x.low)
-            svg_dot(plot, "dot b", t_s, factor * (to->station_ft - from->station_ft) / (to->t_s - from->t_s));
+            svg_mark(plot->out, "dot b", 1, svg_x(plot, t_s), svg_y(plot, factor * (to->station_ft - from->station_ft) / (to->t_s - from->t_s)), MARK_PX);
     }
 }
 
@@ -49,10 +50,9 @@ static void draw_online_speeds(const struct svg_plot *plot, const struct report_
         if (t_s < plot->x.low || t_s > plot->x.high || isnan(v) || v > plot->y.high)
             continue;
         double half = isnan(motion->speed_error_ft_s) ? 0.0 : factor * SUMMARY_95 * motion->speed_error_ft_s;
-        double x = svg_x(plot, t_s);
-        fprintf(plot->out, "<path class=\"line c\" d=\"M%.1f %.1fV%.1f\"/>", x,
-                svg_y(plot, fmax(v - half, plot->y.low)), svg_y(plot, fmin(v + half, plot->y.high)));
-        svg_dot(plot, "dot c", t_s, v);
+        if (svg_y(plot, v - half) - svg_y(plot, v + half) > 2.0 * MARK_PX) /* else the mark hides it */
+            chart_whisker(plot, "line c", t_s, v - half, v + half);
+        svg_mark(plot->out, "dot c", 2, svg_x(plot, t_s), svg_y(plot, v), MARK_PX);
     }
 }
 
@@ -112,7 +112,7 @@ static void deceleration_panel(FILE *out, const struct report_landing *landing, 
     for (size_t i = 0; i < landing->motions; i++) {
         double at_s = (double)(1000 * landing->motion[i].block - measured->t0_us) / 1e6, v = factor * landing->motion[i].deceleration_ft_s2;
         if (at_s >= 0.0 && at_s <= time.high && v >= least && v <= most)
-            svg_dot(&plot, "dot c", at_s, v);
+            svg_mark(out, "dot c", 2, svg_x(&plot, at_s), svg_y(&plot, v), MARK_PX);
     }
 }
 
@@ -140,24 +140,23 @@ static void residual_panel(FILE *out, const struct measured *measured, struct sv
     svg_line(&plot, "mark", (const double[]){time.low, time.high}, (const double[]){0.0, 0.0}, 2);
     for (size_t i = 0; i < measured->gates; i++) {
         if (!isnan(residual[i]))
-            svg_mark(out, "dot b", 1, svg_x(&plot, measured->gate[i].t_s), svg_y(&plot, residual[i]), 3.0);
+            svg_mark(out, "dot b", 1, svg_x(&plot, measured->gate[i].t_s), svg_y(&plot, residual[i]), MARK_PX);
     }
 }
 
 static void draw_all(FILE *out, const struct report_landing *landing, bool si)
 {
     const struct measured *measured = &landing->summary.measured;
-    const struct svg_key keys[] = {{"line a", "fit, with its 95 % band"},
-                                   {"dot b", "mean between switches"},
-                                   {"dot c", "the board, as it went"},
-                                   {"mark", "mean deceleration"}};
+    const struct svg_key keys[] = {{"line a", "fit, with its 95 % band"}, {"mark", "mean deceleration"}};
     struct svg_axis time = {-0.3, measured->summary.stop_t_s.value * 1.03, "time since touchdown, s", true};
     svg_open(out, CHART_WIDTH, TOP_PX + SPEED_PX + DECELERATION_PX + RESIDUAL_PX + 2.0 * BETWEEN_PX + 40.0,
              "speed and deceleration of the gear, and residuals of the switches, against time");
     speed_panel(out, landing, time, si);
     deceleration_panel(out, landing, time, si);
     residual_panel(out, measured, time, si);
-    svg_legend(out, CHART_LEFT, 14.0, keys, 4);
+    svg_legend(out, CHART_LEFT, 14.0, keys, 2);
+    chart_mark_key(out, "dot b", 1, 430.0, 14.0, "mean between switches; below, a switch");
+    chart_mark_key(out, "dot c", 2, 680.0, 14.0, "the board, as it went");
     svg_close(out);
 }
 

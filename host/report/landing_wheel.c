@@ -50,7 +50,7 @@ enum mr_status landing_wheel(const struct report *report, const struct report_la
     struct chart_text x_label = chart_label("transducer ahead of the front wheel (behind it: -)", UNIT_STATION, report->si),
                       y_label = chart_label("moved", UNIT_DISPLACEMENT, report->si);
     struct svg_plot plot = {.out = out, .left = CHART_LEFT, .top = 26.0, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT, .height = 260.0,
-                            .column_px = 3.0};
+                            .column_px = 5.0};
     double low, high, key_px = CHART_LEFT;
     (void)error;
     if (measured->fit_status != MR_OK || measured->samples == 0)

@@ -121,10 +121,10 @@ static void write_main(const struct report *report, FILE *out, const char *conte
     fprintf(out, ": %zu landing%s on the model landing-mat runway", report->landings, report->landings == 1 ? "" : "s");
     if (report->voided)
         fprintf(out, "; %zu that %s void left out", report->voided, report->voided == 1 ? "is" : "are");
-    fprintf(out, ".</p>\n<nav aria-label=\"contents\"><ul>\n%s<li><a href=\"#provenance\">Provenance</a></li>\n</ul></nav>\n", contents);
+    fprintf(out, ".</p>\n<p>Lines are thinned to what can be seen: of a column of at most 5/1040 of a picture's width the least and the greatest value stay, drawn "
+            "where they were measured.</p>\n<nav aria-label=\"contents\"><ul>\n%s<li><a href=\"#provenance\">Provenance</a></li>\n</ul></nav>\n", contents);
     fputs(body, out);
-    fputs("<p>Lines are thinned to what can be seen: of a column of at most 2/1040 of a page's width the least and the greatest value stay, and are drawn where they "
-          "were measured.</p>\n</main>", out);
+    fputs("</main>", out);
 }
 
 enum mr_status page_write(const struct report *report, char **text, size_t *length, struct error *error)

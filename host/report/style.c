@@ -33,8 +33,8 @@ static const char style[] =
     ".label{fill:var(--soft);font-size:12px}.name{fill:var(--ink);font-size:12px;font-weight:600}"
     ".line{fill:none;stroke-width:1.5;stroke-linejoin:round}.a{stroke:var(--a)}.b{stroke:var(--b)}"
     ".c{stroke:var(--c)}.sim{stroke:var(--b);stroke-dasharray:5 3}.faint{stroke:var(--rule);stroke-width:1}"
-    ".dot{stroke:none}.dot.a{fill:var(--a)}.dot.b{fill:var(--b)}.dot.c{fill:var(--c)}"
-    ".open{fill:var(--paper);stroke:var(--ink);stroke-width:1.1}"
+    ".dot{stroke:none}.dots{fill:none;stroke-width:4;stroke-linecap:round}.dots.given{stroke:var(--soft);stroke-width:5;stroke-linecap:square}.dot.a{fill:var(--a)}.dot.b{fill:var(--b)}.dot.c{fill:var(--c)}"
+    ".dot.given{fill:var(--soft)}.open{fill:var(--paper);stroke:var(--ink);stroke-width:1.1}"
     ".band{fill:var(--a);opacity:.2;stroke:none}"
     ".mark{stroke:var(--soft);stroke-dasharray:2 3;fill:none}.closed{fill:var(--closed);opacity:.75}"
     ".behind{fill:var(--closed);opacity:.25}.warned{fill:url(#hatch)}.edge{stroke:var(--warn);stroke-width:.8}"
@@ -48,8 +48,8 @@ static const char style[] =
     ".dot.s0{fill:var(--a)}.dot.s1{fill:var(--b)}.dot.s2{fill:var(--c)}.dot.s3{fill:var(--d)}"
     ".dot.s4{fill:var(--e)}.dot.s5{fill:var(--f)}"
     "@page{margin:14mm}@media print{:root{--ink:#000;--soft:#333;--rule:#999;--grid:#ddd;--panel:#fff}"
-    "body{max-width:none;margin:0;padding:0;font-size:10pt}table{font-size:8pt}h2{margin-top:0;padding-top:6px}h2,h3{break-after:avoid}"
-    "section{break-before:page}section:first-of-type{break-before:auto}figure,tr,dl div{break-inside:avoid}"
+    "body{max-width:none;margin:0;padding:0;font-size:10pt}table{font-size:8pt}h2,h3{break-after:avoid}"
+    ".landing,#provenance{break-before:page}h2{margin-top:18pt}figure,tr,dl div{break-inside:avoid}"
     "thead{display:table-header-group}.scroll{overflow:visible}td,th{padding-right:5px}td.n{white-space:normal}p{max-width:none}"
     "svg,img{print-color-adjust:exact;-webkit-print-color-adjust:exact}}";
 

@@ -253,7 +253,7 @@ struct pixel {
  * always a point that was given. */
 struct pen {
     const struct svg_plot *plot;
-    bool down;
+    bool down, stepping;
     long column; /* NO_COLUMN: none */
     struct pixel least, most, last;
     struct pixel anchor; /* last point written */
@@ -279,11 +279,12 @@ static void pen_write(struct pen *pen, struct pixel p)
 {
     FILE *out = pen->plot->out;
     long x = lround(10.0 * p.x), y = lround(10.0 * p.y);
-    if (pen->down)
-        fputc('l', out);
-    else
+    if (!pen->down)
         fputc('M', out);
-    print_tenths(out, pen->down ? x - pen->written_x : x, true);
+    else if (!pen->stepping)
+        fputc('l', out); /* it holds for all that follow */
+    print_tenths(out, pen->down ? x - pen->written_x : x, !pen->stepping);
+    pen->stepping = pen->down;
     print_tenths(out, pen->down ? y - pen->written_y : y, false);
     pen->written_x = x;
     pen->written_y = y;
@@ -352,7 +353,7 @@ static void pen_move(struct pen *pen, double x, double y)
 {
     if (isnan(x) || isnan(y)) {
         pen_lift(pen);
-        pen->down = false;
+        pen->down = pen->stepping = false;
         return;
     }
     const struct svg_plot *plot = pen->plot;
@@ -417,6 +418,20 @@ void svg_dot(const struct svg_plot *plot, const char *class, double x, double y)
     if (!isnan(x) && !isnan(y))
         fprintf(plot->out, "<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>\n", class,
                 svg_x(plot, x), svg_y(plot, y));
+}
+
+void svg_dots(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count)
+{
+    fprintf(plot->out, "<path class=\"%s\" d=\"", class);
+    for (size_t i = 0; i < count; i++) {
+        if (!(x[i] >= plot->x.low && x[i] <= plot->x.high && y[i] >= plot->y.low && y[i] <= plot->y.high))
+            continue;
+        fputc('M', plot->out);
+        print_tenths(plot->out, lround(10.0 * svg_x(plot, x[i])), true);
+        print_tenths(plot->out, lround(10.0 * svg_y(plot, y[i])), false);
+        fputs("h0", plot->out);
+    }
+    fputs("\"/>\n", plot->out);
 }
 
 void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py, double radius)

@@ -62,6 +62,9 @@ void svg_dot(const struct svg_plot *plot, const char *class, double x, double y)
  * (px, py); svg_x and svg_y turn values into pixels. The class fills or strokes it. */
 #define SVG_SHAPES 7
 void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py, double radius);
+/* Dots at points of the plot, all in one path: the class gives their form and size by stroke-linecap and stroke-width. NaN is left out, and
+ * what lies outside. */
+void svg_dots(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count);
 /* Text at a point of the plot, moved by pixels; anchor "start", "middle" or "end". */
 void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x, double y,
               double dx, double dy, const char *text);
