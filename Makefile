@@ -180,6 +180,12 @@ series: all $(B)/tests/runs/synthesise ## landings 1 to 5 of the standard series
 	@[ -e $(B)/runs/landing5.run ] || $(B)/tests/runs/synthesise $(B)/runs >$(B)/runs/table.txt
 	@tests/series.sh | tee $(B)/runs/series.txt
 
+.PHONY: report-series
+report-series: all $(B)/tests/runs/synthesise ## the same five landings with surveys, compared, on one page: build/report-series/report.html
+	@mkdir -p $(B)/runs
+	@[ -e $(B)/runs/landing5.run ] || $(B)/tests/runs/synthesise $(B)/runs >$(B)/runs/table.txt
+	@tests/report_series.sh
+
 .PHONY: campaign-figures
 campaign-figures: $(B)/tests/campaign_figures/campaign-figures $(B)/matrig ## SEEDS=4: figures 4.1 to 5.12 from the series: build/campaign-figures/figures.html
 	@mkdir -p $(B)/campaign-figures

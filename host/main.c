@@ -286,12 +286,14 @@ static const struct command commands[] = {
      "board knew then: edges so far, readings so far, the survey.\n"
      "  --void         also of a landing that was voided\n"
      "Example: matrig predict campaign.db 5\n"},
-    {"report", report_command, "DB [-o F.html] [--void] | SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",
+    {"report", report_command, "DB [-o F.html] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",
      "  DB             campaign database\n"
      "  SWEEP.jsonl    results of matrig sweep\n"
      "  -o F           where to write the page; else the name of what it shows with .html\n"
+     "  --run RUN      of this landing alone\n"
+     "  --film FOLDER  pictures of the film (JPEG, PNG; the last number in a name is the frame's), a folder RUN for each landing\n"
      "  --void         with the landings that were voided (matrig landing)\n"
-     "Example: matrig report campaign.db -o report.html\n"},
+     "A PDF of it is printed by the browser. Example: matrig report campaign.db -o report.html\n"},
     {"export", export_command, "DB RUN --format csv|candump|frames|mdf4 [-o F]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"

@@ -5,11 +5,7 @@
 
 #include "host/cli.h"
 #include "host/output.h"
-#include "host/report/journal_page.h"
 #include "host/report/page.h"
-#include "host/report/survey_page.h"
-#include "host/report_command.h"
-#include "host/store/store_journal.h"
 #include "host/sweep/sweep_page.h"
 
 /* demo/campaign.db -> demo/campaign.html */
@@ -21,71 +17,12 @@ static void default_path(const char *db, char *out, size_t size)
     snprintf(out, size, "%.*s.html", stem, db);
 }
 
-static enum mr_status load_landing(struct store *store, int64_t run, struct report_landing *landing,
-                                   struct error *error)
-{
-    enum mr_status status = summary_load(store, run, &landing->summary, error);
-    if (status == MR_OK)
-        status = zones_load_survey(store, run, &landing->survey, error);
-    if (status == MR_OK)
-        status = store_motions(store, run, &landing->motion, &landing->motions, error);
-    if (status == MR_OK)
-        status = store_simulations(store, run, &landing->simulation, &landing->simulations, error);
-    return status;
-}
-
-static void free_landings(struct report_landing *landings, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        summary_free(&landings[i].summary);
-        free(landings[i].motion);
-        store_simulations_free(landings[i].simulation, landings[i].simulations);
-    }
-    free(landings);
-}
-
-/* Voided landings are left out unless `voided`. */
-static enum mr_status load(struct store *store, bool voided, struct report_landing **landings, size_t *count,
-                           struct error *error)
-{
-    struct store_landing *rows;
-    size_t wanted;
-    enum mr_status status = store_landings(store, &rows, &wanted, error);
-    if (status != MR_OK)
-        return status;
-    *landings = calloc(wanted ? wanted : 1, sizeof **landings);
-    if (!*landings)
-        status = error_set(error, MR_FULL, "no memory: %zu landings; close other programs", wanted);
-    for (size_t i = 0; i < wanted && status == MR_OK; i++) {
-        bool is_void = false;
-        status = store_is_void(store, rows[i].id, &is_void, NULL, error);
-        if (status == MR_OK && (voided || !is_void))
-            status = load_landing(store, rows[i].id, &(*landings)[(*count)++], error);
-    }
-    free(rows);
-    return status;
-}
-
-static json_t *report_json(const char *path, const struct report_landing *landings, size_t count, bool si)
+static json_t *report_json(const char *path, const struct report *report)
 {
     json_t *list = json_array();
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(list, summary_json(&landings[i].summary, si));
+    for (size_t i = 0; i < report->landings; i++)
+        json_array_append_new(list, summary_json(&report->landing[i].summary, report->si));
     return json_pack("{ssso}", "file", path, "landings", list);
-}
-
-/* Sections that are loaded and written by themselves; the caller frees it. */
-static char *sections(struct store *store, bool si, struct error *error)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&text, &size);
-    if (!out)
-        abort();
-    if (journal_page(store, si, out, error) == MR_OK)
-        survey_page(store, si, out, error);
-    fclose(out);
-    return text;
 }
 
 /* Lines of JSON instead of a database: results of a sweep. */
@@ -124,65 +61,65 @@ static int report_sweep(const char *results, const char *path, const struct cli 
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }
 
-enum mr_status report_page(struct store *store, const char *name, bool si, FILE *out, struct error *error)
+/* 0: all landings. */
+static enum mr_status read_run(const char *text, int64_t *run, struct error *error)
 {
-    struct report_landing *landings = NULL;
-    struct store_slow *slow = NULL;
-    size_t count = 0, slow_count = 0;
-    char *more = NULL;
-    enum mr_status status = load(store, true, &landings, &count, error);
-    if (status == MR_OK)
-        status = store_slow_rows(store, NULL, &slow, &slow_count, error);
-    if (status == MR_OK)
-        more = sections(store, si, error);
-    if (error->status == MR_OK)
-        page_write(out, name, landings, count, slow, slow_count, more, si);
-    free_landings(landings, count);
-    free(slow);
-    free(more);
+    double value = 0.0;
+    enum mr_status status = text ? cli_number(text, "--run", 1.0, 1e9, &value, error) : MR_OK;
+    *run = (int64_t)value;
+    if (status == MR_OK && (double)*run < value)
+        return error_set(error, MR_USAGE, "--run %s: a RUN is a whole number; matrig landing DB lists them", text);
+    return status;
+}
+
+/* Nothing is written unless all of it could be made. */
+static enum mr_status write_page(const struct report *report, const char *path, struct error *error)
+{
+    char *text = NULL;
+    size_t length = 0;
+    enum mr_status status = page_write(report, &text, &length, error);
+    FILE *out = status == MR_OK ? output_open(path, error) : NULL;
+    if (out) {
+        fwrite(text, 1, length, out);
+        output_close(out, path, error);
+    }
+    free(text);
     return error->status;
 }
 
 int report_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[1] = {NULL}, *path = NULL;
+    const char *words[1] = {NULL}, *path = NULL, *film = NULL, *run_text = NULL;
     bool voided = false;
-    const struct cli_option options[] = {{"-o", &path, NULL}, {"--void", NULL, &voided}};
+    const struct cli_option options[] = {{"-o", &path, NULL}, {"--run", &run_text, NULL}, {"--film", &film, NULL}, {"--void", NULL, &voided}};
     char made_path[1000];
     struct error error = {0};
-    struct store *store = NULL;
-    struct report_landing *landings = NULL;
-    struct store_slow *slow = NULL;
-    size_t count = 0, slow_count = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 2, words, 1, 1, "DB", &error);
+    struct report report = {.si = cli->si};
+    int exit_code = 0;
+    enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 1, "DB", &error);
+    if (status == MR_OK)
+        status = read_run(run_text, &report.run, &error);
     if (status == MR_OK && is_sweep(words[0]))
         return report_sweep(words[0], path, cli);
+    report.path = words[0];
+    report.film = film;
     if (status == MR_OK)
-        status = store_open(words[0], STORE_READ, &store, &error);
+        status = store_open(words[0], STORE_READ, &report.store, &error);
+    if (status == MR_OK && report.run)
+        status = store_refuse_void(report.store, report.run, voided, &error);
     if (status == MR_OK)
-        status = load(store, voided, &landings, &count, &error);
-    if (status == MR_OK)
-        status = store_slow_rows(store, NULL, &slow, &slow_count, &error);
-    char *more = status == MR_OK ? sections(store, cli->si, &error) : NULL;
-    status = error.status;
-    store_close(store);
+        status = report_load(&report, voided, &error);
     if (status == MR_OK && !path) {
         default_path(words[0], made_path, sizeof made_path);
         path = made_path;
     }
-    FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
-    if (out) {
-        const char *name = strrchr(words[0], '/') ? strrchr(words[0], '/') + 1 : words[0];
-        page_write(out, name, landings, count, slow, slow_count, more, cli->si);
-        output_close(out, path, &error);
-    }
-    int exit_code = 0;
-    if (error.status == MR_OK && cli->json)
-        exit_code = cli_print_json(report_json(path, landings, count, cli->si), 0);
-    else if (error.status == MR_OK)
-        cli_note(cli, "%zu landing%s in %s", count, count == 1 ? "" : "s", path);
-    free_landings(landings, count);
-    free(slow);
-    free(more);
-    return error.status != MR_OK ? cli_fail(&error) : exit_code;
+    if (status == MR_OK)
+        status = write_page(&report, path, &error);
+    if (status == MR_OK && cli->json)
+        exit_code = cli_print_json(report_json(path, &report), 0);
+    else if (status == MR_OK)
+        cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s", path);
+    report_free(&report);
+    store_close(report.store);
+    return status != MR_OK ? cli_fail(&error) : exit_code;
 }

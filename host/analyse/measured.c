@@ -298,13 +298,18 @@ static double half_mean(const struct measured *measured, const struct measured_c
     size_t from = sample > half ? sample - half : 0;
     size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
     double sum = 0.0;
-    size_t count = 0;
+    size_t count = 0, from_first = from + channel->phase, within = from_first % channel->stride,
+           at = from_first / channel->stride % 2; /* counted on: dividing is dear */
     for (size_t i = from; i <= to; i++) {
-        double value = measured_value(channel, i);
-        if ((i + channel->phase) / channel->stride % 2 != parity || isnan(value))
-            continue;
-        sum += value;
-        count++;
+        double value = at == parity ? measured_value(channel, i) : (double)NAN;
+        if (!isnan(value)) {
+            sum += value;
+            count++;
+        }
+        if (++within == channel->stride) {
+            within = 0;
+            at = 1 - at;
+        }
     }
     return count ? sum / (double)count : (double)NAN;
 }

@@ -12,7 +12,7 @@
 #include "host/export_candump.h"
 #include "host/flash/imagefile.h"
 #include "host/link/link.h"
-#include "host/report_command.h"
+#include "host/report/page.h"
 #include "host/store/store_sql.h"
 
 /* The digests are filled in when the tables are; their rows are made first, as long as they will be, to lie before what they tell of. */
@@ -112,13 +112,12 @@ static enum mr_status take_page(struct making *making, struct content *content, 
 {
     char name[60];
     struct error why = {0};
+    struct report report = {.store = making->slice, .path = name};
     (void)error;
-    FILE *out = open_memstream(&content->bytes, &content->size);
-    if (!out)
-        abort();
     snprintf(name, sizeof name, "landing %lld", (long long)making->landing.board_landing);
-    report_page(making->slice, name, false, out, &why);
-    fclose(out);
+    if (report_load(&report, true, &why) == MR_OK)
+        page_write(&report, &content->bytes, &content->size, &why);
+    report_free(&report);
     if (why.status != MR_OK) {
         free(content->bytes);
         *content = (struct content){.bytes = NULL};

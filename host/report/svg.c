@@ -1,6 +1,8 @@
 #include "host/report/svg.h"
 
+#include <limits.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "host/report/html.h"
@@ -239,79 +241,164 @@ static double clip(double value, double low, double high)
     return value < low ? low : value > high ? high : value;
 }
 
-/* The points of a path, thinned by pixel column as they come. */
-struct pen {
-    const struct svg_plot *plot;
-    bool down;
-    long column; /* -1: none */
-    double x, first, least, most, last;
+#define NO_COLUMN LONG_MIN
+
+struct pixel {
+    double x, y;
+    unsigned long seen; /* it is the how manieth of its path */
 };
 
-static void pen_point(struct pen *pen, double x, double y)
+/* The points of a path as they come, thinned twice: of a column of pixels the least and the greatest stay, as they follow each other, and of these
+ * a point is left out where the straight line past it stays within SVG_THINNED_PX of every one it stands for. What is written is
+ * always a point that was given. */
+struct pen {
+    const struct svg_plot *plot;
+    bool down, stepping;
+    long column; /* NO_COLUMN: none */
+    struct pixel least, most, last;
+    struct pixel anchor; /* last point written */
+    long written_x, written_y; /* as it stands there, tenths of a pixel */
+    bool held;           /* a point that may yet be left out */
+    struct pixel hold;
+    double low_slope, high_slope; /* lines from the anchor that are near enough to all since */
+};
+
+/* Tenths of a pixel, as short as a path may have it: "-12.5", ".5", "3"; a blank before what has no minus to part it. */
+static void print_tenths(FILE *out, long tenths, bool parted)
 {
-    fprintf(pen->plot->out, "%s%.1f %.1f", pen->down ? "L" : "M", x, y);
-    pen->down = true;
+    long size = labs(tenths);
+    fputs(tenths < 0 ? "-" : parted ? "" : " ", out);
+    if (size >= 10 || size == 0)
+        fprintf(out, "%ld", size / 10);
+    if (size % 10)
+        fprintf(out, ".%ld", size % 10);
 }
 
+/* The first point as it is, the others as steps between the tenths that are written, so that roundings do not add up. */
+static void pen_write(struct pen *pen, struct pixel p)
+{
+    FILE *out = pen->plot->out;
+    long x = lround(10.0 * p.x), y = lround(10.0 * p.y);
+    if (!pen->down)
+        fputc('M', out);
+    else if (!pen->stepping)
+        fputc('l', out); /* it holds for all that follow */
+    print_tenths(out, pen->down ? x - pen->written_x : x, !pen->stepping);
+    pen->stepping = pen->down;
+    print_tenths(out, pen->down ? y - pen->written_y : y, false);
+    pen->written_x = x;
+    pen->written_y = y;
+    pen->down = true;
+    pen->held = false;
+    pen->anchor = p;
+    pen->low_slope = -HUGE_VAL;
+    pen->high_slope = HUGE_VAL;
+}
+
+static void pen_release(struct pen *pen)
+{
+    if (pen->held)
+        pen_write(pen, pen->hold);
+}
+
+/* Whether the point that is held can be left out when the line goes on to p. */
+static bool pen_passes(const struct pen *pen, struct pixel p)
+{
+    double slope = (p.y - pen->anchor.y) / (p.x - pen->anchor.x);
+    bool onward = (p.x - pen->hold.x) * (pen->hold.x - pen->anchor.x) > 0.0; /* no way back */
+    return onward && slope >= pen->low_slope && slope <= pen->high_slope;
+}
+
+static void pen_point(struct pen *pen, struct pixel p)
+{
+    if (pen->held && !pen_passes(pen, p))
+        pen_release(pen);
+    double dx = p.x - pen->anchor.x;
+    if (pen->down && fabs(dx) < 0.05 && fabs(p.y - pen->anchor.y) < 0.05)
+        return; /* it stands there */
+    if (!pen->down || !(fabs(dx) > 0.0)) {
+        pen_write(pen, p);
+        return;
+    }
+    double one = (p.y - SVG_THINNED_PX - pen->anchor.y) / dx, other = (p.y + SVG_THINNED_PX - pen->anchor.y) / dx;
+    pen->low_slope = fmax(pen->low_slope, fmin(one, other));
+    pen->high_slope = fmin(pen->high_slope, fmax(one, other));
+    pen->held = true;
+    pen->hold = p;
+}
+
+/* x alone does not order them: a line may go back. `seen` counts instead. */
 static void pen_flush(struct pen *pen)
 {
-    if (pen->column < 0)
+    if (pen->column == NO_COLUMN)
         return;
-    pen_point(pen, pen->x, pen->first);
-    if (pen->least < pen->first && pen->least < pen->last)
-        pen_point(pen, pen->x, pen->least);
-    if (pen->most > pen->first && pen->most > pen->last)
-        pen_point(pen, pen->x, pen->most);
-    if (fabs(pen->last - pen->first) > 0.05)
-        pen_point(pen, pen->x, pen->last);
-    pen->column = -1;
+    bool fell = pen->least.seen > pen->most.seen;
+    pen_point(pen, fell ? pen->most : pen->least);
+    if (pen->most.y - pen->least.y > SVG_THINNED_PX)
+        pen_point(pen, fell ? pen->least : pen->most);
+    pen->column = NO_COLUMN;
+}
+
+/* The line ends where it ends. */
+static void pen_lift(struct pen *pen)
+{
+    bool any = pen->column != NO_COLUMN;
+    pen_flush(pen);
+    pen_release(pen);
+    if (any && (fabs(pen->last.x - pen->anchor.x) > SVG_THINNED_PX || fabs(pen->last.y - pen->anchor.y) > SVG_THINNED_PX))
+        pen_write(pen, pen->last);
 }
 
 static void pen_move(struct pen *pen, double x, double y)
 {
     if (isnan(x) || isnan(y)) {
-        pen_flush(pen);
-        pen->down = false;
+        pen_lift(pen);
+        pen->down = pen->stepping = false;
         return;
     }
     const struct svg_plot *plot = pen->plot;
-    double px = clip(svg_x(plot, x), plot->left, plot->left + plot->width);
-    double py = clip(svg_y(plot, y), plot->top, plot->top + plot->height);
-    long column = (long)px;
-    if (column != pen->column) {
+    struct pixel p = {clip(svg_x(plot, x), plot->left, plot->left + plot->width), clip(svg_y(plot, y), plot->top, plot->top + plot->height),
+                      pen->last.seen + 1};
+    long column = (long)(p.x / (plot->column_px > 0.0 ? plot->column_px : 1.0));
+    if (pen->down && column != pen->column)
         pen_flush(pen);
-        pen->column = column;
-        pen->x = px;
-        pen->first = pen->least = pen->most = py;
+    if (!pen->down) {
+        pen_write(pen, p); /* and it begins where it begins */
+        pen->column = NO_COLUMN;
     }
-    pen->least = fmin(pen->least, py);
-    pen->most = fmax(pen->most, py);
-    pen->last = py;
+    if (column != pen->column)
+        pen->least = pen->most = p;
+    pen->column = column;
+    if (p.y < pen->least.y)
+        pen->least = p;
+    if (p.y > pen->most.y)
+        pen->most = p;
+    pen->last = p;
 }
 
 void svg_line(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count)
 {
-    struct pen pen = {.plot = plot, .column = -1};
+    struct pen pen = {.plot = plot, .column = NO_COLUMN};
     fprintf(plot->out, "<path class=\"%s\" d=\"", class);
     for (size_t i = 0; i < count; i++)
         pen_move(&pen, x[i], y[i]);
-    pen_flush(&pen);
+    pen_lift(&pen);
     fputs("\"/>\n", plot->out);
 }
 
 void svg_band(const struct svg_plot *plot, const char *class, const double *x, const double *low,
               const double *high, size_t count)
 {
-    struct pen pen = {.plot = plot, .column = -1};
+    struct pen pen = {.plot = plot, .column = NO_COLUMN};
     fprintf(plot->out, "<path class=\"%s\" d=\"", class);
     for (size_t i = 0; i < count; i++)
         pen_move(&pen, isnan(low[i]) ? (double)NAN : x[i], high[i]);
-    pen_flush(&pen);
+    pen_lift(&pen);
     for (size_t i = count; i-- > 0;) {
         if (!isnan(low[i]) && !isnan(x[i]) && !isnan(high[i]))
             pen_move(&pen, x[i], low[i]);
     }
-    pen_flush(&pen);
+    pen_lift(&pen);
     fputs("Z\"/>\n", plot->out);
 }
 
@@ -331,6 +418,20 @@ void svg_dot(const struct svg_plot *plot, const char *class, double x, double y)
     if (!isnan(x) && !isnan(y))
         fprintf(plot->out, "<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>\n", class,
                 svg_x(plot, x), svg_y(plot, y));
+}
+
+void svg_dots(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count)
+{
+    fprintf(plot->out, "<path class=\"%s\" d=\"", class);
+    for (size_t i = 0; i < count; i++) {
+        if (!(x[i] >= plot->x.low && x[i] <= plot->x.high && y[i] >= plot->y.low && y[i] <= plot->y.high))
+            continue;
+        fputc('M', plot->out);
+        print_tenths(plot->out, lround(10.0 * svg_x(plot, x[i])), true);
+        print_tenths(plot->out, lround(10.0 * svg_y(plot, y[i])), false);
+        fputs("h0", plot->out);
+    }
+    fputs("\"/>\n", plot->out);
 }
 
 void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py, double radius)

@@ -1,14 +1,17 @@
 /* Drawing plots as SVG inside a page: axes with units and ticks, lines, bands, marks.
  *
  * A picture has its own pixels (viewBox); the page scales it. Colours are CSS classes of the page
- * (report/page.c), so one picture serves light, dark and print. Long series are thinned to what a pixel
- * column can show: first, least, most and last value, so no spike is lost. */
+ * (report/style.c), so one picture serves light, dark and print. Long series are thinned to what can be seen: of a column of pixels
+ * the least and the greatest value stay, so no spike is lost, and where the line strays no further than SVG_THINNED_PX from them not even
+ * those. What is drawn are values that were given, none is a mean. */
 #ifndef MATRIG_HOST_REPORT_SVG_H
 #define MATRIG_HOST_REPORT_SVG_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
+
+#define SVG_THINNED_PX 0.3 /* 0.05 mm on paper */
 
 struct svg_axis {
     double low, high;
@@ -22,6 +25,7 @@ struct svg_plot {
     double left, top, width, height;
     struct svg_axis x, y;
     bool log_x, log_y; /* logarithmic: low > 0, a tick per decade */
+    double column_px;  /* width of the columns that lines are thinned by; 0: 1 */
 };
 
 /* Ticks at first + i * step, i < count: step is 1, 2 or 5 times a power of ten, at most `most` ticks in [low,
@@ -58,6 +62,9 @@ void svg_dot(const struct svg_plot *plot, const char *class, double x, double y)
  * (px, py); svg_x and svg_y turn values into pixels. The class fills or strokes it. */
 #define SVG_SHAPES 7
 void svg_mark(FILE *out, const char *class, unsigned shape, double px, double py, double radius);
+/* Dots at points of the plot, all in one path: the class gives their form and size by stroke-linecap and stroke-width. NaN is left out, and
+ * what lies outside. */
+void svg_dots(const struct svg_plot *plot, const char *class, const double *x, const double *y, size_t count);
 /* Text at a point of the plot, moved by pixels; anchor "start", "middle" or "end". */
 void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x, double y,
               double dx, double dy, const char *text);

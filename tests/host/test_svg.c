@@ -1,6 +1,7 @@
 /* Ticks, scales, thinning and escaping of the report's pictures. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "host/report/html.h"
 #include "host/report/svg.h"
@@ -86,8 +87,72 @@ static void points_land_where_they_should(void **state)
     svg_line(&plot, "line", x, y, 5);
     end_plot(&plot);
     /* the NaN breaks the line, what lies outside is held at the edge */
-    assert_string_equal(drawn, "<path class=\"line\" d=\"M100.0 60.0L200.0 10.0M300.0 110.0\"/>\n");
+    assert_string_equal(drawn, "<path class=\"line\" d=\"M100 60l100-50M300 110\"/>\n");
     free(drawn);
+}
+
+/* The points of the only path that was drawn, read back; the caller frees them. */
+struct drawn_point {
+    double x, y;
+};
+static size_t drawn_points(const char *text, struct drawn_point **points)
+{
+    const char *at = strstr(text, " d=\"") + 4;
+    struct drawn_point p = {0.0, 0.0};
+    size_t count = 0;
+    *points = calloc(strlen(text), sizeof **points);
+    bool step = false;
+    while (*at != '"') {
+        char *end;
+        if (*at == 'M' || *at == 'l')
+            step = *at++ == 'l';
+        double x = strtod(at, &end), y = strtod(end, &end);
+        p = step ? (struct drawn_point){p.x + x, p.y + y} : (struct drawn_point){x, y};
+        (*points)[count++] = p;
+        at = end;
+    }
+    return count;
+}
+
+/* Every value of a smooth curve and of noise lies within what svg.h promises of the line that is drawn, and every corner of that line is a value
+ * that was given. */
+static void a_thinned_line_stays_near(void **state)
+{
+    enum { COUNT = 5000 };
+    (void)state;
+    for (int kind = 0; kind < 2; kind++) {
+        struct svg_plot plot = begin_plot(COUNT - 1);
+        double *x = malloc(COUNT * sizeof *x), *y = malloc(COUNT * sizeof *y);
+        for (int i = 0; i < COUNT; i++) {
+            x[i] = i;
+            y[i] = kind ? 0.1 * ((i * 7919) % 13 - 6) : sin(i / 300.0);
+        }
+        svg_line(&plot, "line", x, y, COUNT);
+        end_plot(&plot);
+        struct drawn_point *p;
+        size_t points = drawn_points(drawn, &p), k = 0;
+        assert_in_range(points, kind ? 100 : 10, kind ? 401 : 100);
+        for (size_t j = 0; j < points; j++) {
+            size_t i = (size_t)lround((p[j].x - 100.0) / 200.0 * (COUNT - 1));
+            double nearest = INFINITY; /* 25 values share a tenth of a pixel along x */
+            for (size_t n = i > 3 ? i - 3 : 0; n < i + 4 && n < COUNT; n++)
+                nearest = fmin(nearest, fabs(svg_y(&plot, y[n]) - p[j].y));
+            assert_true(nearest < 0.06);
+        }
+        for (int i = 0; i < COUNT && kind == 0; i++) {
+            double px = svg_x(&plot, x[i]);
+            while (k + 2 < points && p[k + 1].x < px)
+                k++;
+            double line = p[k].y + (p[k + 1].y - p[k].y) * (px - p[k].x) / (p[k + 1].x - p[k].x);
+            assert_near(svg_y(&plot, y[i]), line, SVG_THINNED_PX + 0.35); /* and what it falls within a column of one pixel */
+        }
+        assert_near(p[0].x, 100.0, 0.05);
+        assert_near(p[points - 1].x, 300.0, 0.05);
+        free(p);
+        free(x);
+        free(y);
+        free(drawn);
+    }
 }
 
 /* 100,000 points of noise on 200 pixels, with one spike: the page stays small and the spike stays. */
@@ -104,8 +169,13 @@ static void long_series_are_thinned_and_keep_spikes(void **state)
     y[54321] = 0.9;
     svg_line(&plot, "line", x, y, COUNT);
     end_plot(&plot);
-    assert_true(drawn_length < 201 * 4 * 14);
-    assert_non_null(strstr(drawn, " 15.0L")); /* 10 + 100 (1 - 0.9) / 2 */
+    assert_true(drawn_length < 201 * 2 * 14);
+    struct drawn_point *at;
+    size_t count = drawn_points(drawn, &at), spikes = 0;
+    for (size_t i = 0; i < count; i++)
+        spikes += fabs(at[i].y - 15.0) < 0.051 && fabs(at[i].x - svg_x(&plot, 54321.0)) < 0.051; /* 10 + 100 (1 - 0.9) / 2 */
+    assert_int_equal(spikes, 1);
+    free(at);
     free(x);
     free(y);
     free(drawn);
@@ -153,6 +223,7 @@ int main(void)
         cmocka_unit_test(ranges_widen),
         cmocka_unit_test(points_land_where_they_should),
         cmocka_unit_test(long_series_are_thinned_and_keep_spikes),
+        cmocka_unit_test(a_thinned_line_stays_near),
         cmocka_unit_test(logarithmic_axes_have_decades),
         cmocka_unit_test(text_is_escaped),
     };

@@ -1,8 +1,8 @@
-#include "host/report/bands_page.h"
-
+/* Bands of a landing: figures, findings, shunt calibrations. Nothing where the board told nothing. */
 #include <math.h>
 
 #include "host/report/html.h"
+#include "host/report/report.h"
 #include "host/units.h"
 
 static void extreme_cell(FILE *out, const struct measured *measured, double lb, int64_t gage, int64_t block, bool si)
@@ -36,13 +36,16 @@ static void shunt_table(const struct bands_summary *bands, bool si, FILE *out)
     fputs("</tbody></table></div>\n", out);
 }
 
-void bands_page(const struct bands_summary *bands, const struct measured *measured, bool si, FILE *out)
+enum mr_status landing_bands(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
 {
+    const struct bands_summary *bands = &landing->summary.bands;
+    const struct measured *measured = &landing->summary.measured;
+    const bool si = report->si;
     const struct unit *force = unit_of(UNIT_TENSION, si);
     char head[60], text[400];
+    (void)error;
     snprintf(head, sizeof head, "before, %s", force->text);
     if (bands->bands) {
-        fputs("<h3>Bands</h3>\n", out);
         html_table(out, (const char *const[]){"band", head, "spread", "least", "most", "after", "recovered", NULL});
         for (size_t i = 0; i < bands->bands; i++) {
             const struct store_band *band = &bands->band[i];
@@ -66,4 +69,5 @@ void bands_page(const struct bands_summary *bands, const struct measured *measur
     }
     if (bands->shunts)
         shunt_table(bands, si, out);
+    return MR_OK;
 }

@@ -1,10 +1,10 @@
-#include "host/report/journal_page.h"
-
+/* What people said of the landings: series, notes, corrections, voided landings, waves and breaks. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "host/report/html.h"
+#include "host/report/report.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_recalibrate.h"
 #include "host/survey/show.h"
@@ -13,14 +13,11 @@
 /* Tables of the section, each opened with its first row. */
 struct tables {
     FILE *out;
-    bool si, begun, open;
+    bool si, open;
 };
 
 static void open_table(struct tables *t, const char *title, const char *const *heads)
 {
-    if (!t->begun)
-        fputs("<section id=\"journal\"><h2>What was seen and said</h2>\n", t->out);
-    t->begun = true;
     if (!t->open) {
         fprintf(t->out, "<h3>%s</h3>\n", title);
         html_table(t->out, heads);
@@ -134,12 +131,26 @@ static enum mr_status change_rows(struct store *store, int64_t run, struct table
     return status;
 }
 
-enum mr_status journal_page(struct store *store, bool si, FILE *out, struct error *error)
+/* Leaves one landing, where the page is of one; how many there are then. */
+static size_t only(struct store_landing *landings, size_t count, int64_t run)
 {
+    for (size_t i = 0; i < count && run; i++) {
+        if (landings[i].id == run) {
+            landings[0] = landings[i];
+            return 1;
+        }
+    }
+    return run ? 0 : count;
+}
+
+enum mr_status campaign_journal(const struct report *report, FILE *out, struct error *error)
+{
+    struct store *store = report->store;
     struct store_landing *landings = NULL;
     size_t count = 0;
-    struct tables t = {out, si, false, false};
+    struct tables t = {out, report->si, false};
     enum mr_status status = store_landings(store, &landings, &count, error);
+    count = only(landings, count, report->run);
     if (status == MR_OK)
         status = series_rows(store, landings, count, &t, error);
     for (size_t i = 0; i < count && status == MR_OK; i++)
@@ -148,8 +159,6 @@ enum mr_status journal_page(struct store *store, bool si, FILE *out, struct erro
     for (size_t i = 0; i < count && status == MR_OK; i++)
         status = change_rows(store, landings[i].id, &t, error);
     close_table(&t);
-    if (t.begun)
-        fputs("</section>\n", out);
     free(landings);
     return status;
 }

@@ -3,16 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/report/plots.h"
-#include "host/report/svg.h"
-#include "host/units.h"
+#include "host/report/chart.h"
+#include "host/report/report.h"
 
-#define WIDTH 1040.0
-#define MARGIN_LEFT 58.0
 #define HEIGHT 120.0
 #define STEP (HEIGHT + 14.0)
 #define HOUR_US 3600e6
-#define LINES 6u /* classes s0 to s5 */
 
 /* Whose time is known, else those of the boot that has most of them. */
 static bool belongs(const struct store_slow *row, bool dated, int64_t boot)
@@ -51,14 +47,6 @@ static size_t choose(const struct store_slow *rows, size_t count, const struct s
     return n;
 }
 
-static void extend(const double *values, size_t count, double *low, double *high)
-{
-    for (size_t i = 0; i < count; i++) {
-        *low = fmin(*low, values[i]); /* fmin leaves out what is missing */
-        *high = fmax(*high, values[i]);
-    }
-}
-
 static double mean_tension(const struct store_slow *row)
 {
     double sum = 0.0;
@@ -78,7 +66,7 @@ static struct svg_plot panel(FILE *out, unsigned place, const double *hours, siz
     if (!(low <= high))
         low = high = 0.0;
     svg_widen(&low, &high, least);
-    struct svg_plot plot = {.out = out, .left = MARGIN_LEFT, .top = 26.0 + STEP * place, .width = WIDTH - MARGIN_LEFT - 12.0,
+    struct svg_plot plot = {.out = out, .left = CHART_LEFT, .top = 26.0 + STEP * place, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
                             .height = HEIGHT};
     plot.x = (struct svg_axis){0.0, hours[count - 1], x_label, x_label != NULL};
     plot.y = (struct svg_axis){low, high, y_label, true};
@@ -89,18 +77,17 @@ static struct svg_plot panel(FILE *out, unsigned place, const double *hours, siz
 static void draw_movement(FILE *out, const struct store_slow *const *rows, const double *hours, size_t count, double *values, bool si)
 {
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, si);
-    char label[60], class[12];
+    char label[60];
     double low = INFINITY, high = -INFINITY;
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
         for (size_t i = 0; i < count; i++)
             values[c * count + i] = unit->factor * (rows[i]->displacement_in[c] - rows[0]->displacement_in[c]);
-        extend(values + c * count, count, &low, &high);
+        chart_extend(values + c * count, count, &low, &high);
     }
     snprintf(label, sizeof label, "moved, %s", unit->text);
     struct svg_plot plot = panel(out, 0, hours, count, low, high, 0.01 * unit->factor, label, NULL);
     for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
-        snprintf(class, sizeof class, "line s%u", c % LINES);
-        svg_line(&plot, class, hours, values + c * count, count);
+        chart_line(&plot, c, hours, values + c * count, count, count / 10 + 1);
         double last = values[c * count + count - 1];
         snprintf(label, sizeof label, "%u", c + 1);
         if (!isnan(last))
@@ -112,12 +99,13 @@ static void draw_one(FILE *out, unsigned place, const double *hours, const doubl
                      const char *x_label)
 {
     double low = INFINITY, high = -INFINITY;
-    extend(values, count, &low, &high);
+    chart_extend(values, count, &low, &high);
     struct svg_plot plot = panel(out, place, hours, count, low, high, least, label, x_label);
     svg_line(&plot, "line a", hours, values, count);
 }
 
-bool plot_slow(FILE *out, const struct store_slow *rows, size_t count, bool si)
+/* False: fewer than two rows of one board whose time, or boot, is known; nothing was drawn. */
+static bool draw(FILE *out, const struct store_slow *rows, size_t count, bool si)
 {
     const struct unit *unit = unit_of(UNIT_TENSION, si);
     const struct store_slow **chosen = calloc(count + 1, sizeof *chosen);
@@ -129,7 +117,7 @@ bool plot_slow(FILE *out, const struct store_slow *rows, size_t count, bool si)
     size_t n = choose(rows, count, chosen, hours, &dated);
     bool draws = n >= 2 && hours[n - 1] > 0.0;
     if (draws) {
-        svg_open(out, WIDTH, 26.0 + 3 * STEP + 26.0, "movement, tension and temperature against time");
+        svg_open(out, CHART_WIDTH, 26.0 + 3 * STEP + 26.0, "movement, tension and temperature against time");
         draw_movement(out, chosen, hours, n, values, si);
         for (size_t i = 0; i < n; i++)
             values[i] = unit->factor * mean_tension(chosen[i]);
@@ -144,4 +132,21 @@ bool plot_slow(FILE *out, const struct store_slow *rows, size_t count, bool si)
     free(hours);
     free(values);
     return draws;
+}
+
+enum mr_status campaign_slow(const struct report *report, FILE *out, struct error *error)
+{
+    char *picture = NULL;
+    size_t size = 0;
+    FILE *into = open_memstream(&picture, &size);
+    (void)error;
+    if (!into)
+        abort();
+    bool drawn = draw(into, report->slow, report->slow_rows, report->si);
+    fclose(into);
+    if (drawn)
+        fprintf(out, "<figure>%s<figcaption>The slow log, a row a minute: each transducer (its number at the right) against its first row, the mean of the "
+                "gages, the mat's temperature.</figcaption></figure>\n", picture);
+    free(picture);
+    return MR_OK;
 }

@@ -1,17 +1,14 @@
-#include "host/report/survey_page.h"
-
+/* Surveys: opening and closing per ten mats, movement and in-plane bow against station. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/report/chart.h"
 #include "host/report/html.h"
-#include "host/report/svg.h"
+#include "host/report/report.h"
 #include "host/survey/show.h"
 #include "host/units.h"
 
-#define WIDTH 1040.0
-#define MARGIN_LEFT 58.0
-#define MARGIN_RIGHT 12.0
 #define HEIGHT 150.0
 #define STEP (HEIGHT + 16.0)
 #define TOP 26.0
@@ -22,14 +19,6 @@ struct panel {
     double x[SURVEY_POINTS];
 };
 
-static void limits(const double *values, size_t count, double *low, double *high)
-{
-    for (size_t i = 0; i < count; i++) {
-        *low = fmin(*low, values[i]); /* fmin leaves out what is missing */
-        *high = fmax(*high, values[i]);
-    }
-}
-
 static void axes(struct panel *panel, FILE *out, unsigned place, double low, double high, double least, const char *label, bool last, bool si)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
@@ -38,7 +27,7 @@ static void axes(struct panel *panel, FILE *out, unsigned place, double low, dou
     if (!(low <= high))
         low = high = 0.0;
     svg_widen(&low, &high, least);
-    panel->plot = (struct svg_plot){.out = out, .left = MARGIN_LEFT, .top = TOP + STEP * place, .width = WIDTH - MARGIN_LEFT - MARGIN_RIGHT,
+    panel->plot = (struct svg_plot){.out = out, .left = CHART_LEFT, .top = TOP + STEP * place, .width = CHART_WIDTH - CHART_LEFT - CHART_RIGHT,
                                     .height = HEIGHT, .x = {0.0, 120.0 * station->factor, last ? x_label[si] : NULL, last},
                                     .y = {low, high, label, true}};
     for (unsigned k = 0; k < SURVEY_POINTS; k++)
@@ -46,44 +35,27 @@ static void axes(struct panel *panel, FILE *out, unsigned place, double low, dou
     svg_axes(&panel->plot);
 }
 
-/* A line with marks of its own shape, to be told apart without colour, and its name in a row at (key_px, key_py). Returns where the
- * next name begins. */
-static double curve(struct panel *panel, unsigned number, const double *x, const double *y, size_t count, const char *name, double key_px,
-                    double key_py)
-{
-    char line[16], mark[16];
-    FILE *out = panel->plot.out;
-    snprintf(line, sizeof line, "line s%u", number % 6);
-    snprintf(mark, sizeof mark, "dot s%u", number % 6);
-    svg_line(&panel->plot, line, x, y, count);
-    for (size_t i = 0; i < count; i++) {
-        if (!isnan(y[i]) && i % 3 == number % 3)
-            svg_mark(out, mark, number % SVG_SHAPES, svg_x(&panel->plot, x[i]), svg_y(&panel->plot, y[i]), 3.0);
-    }
-    svg_mark(out, mark, number % SVG_SHAPES, key_px + 4.0, key_py - 4.0, 4.0);
-    fprintf(out, "<text class=\"label\" x=\"%.1f\" y=\"%.1f\">%s</text>", key_px + 13.0, key_py, name);
-    return key_px + 32.0 + 6.3 * (double)strlen(name);
-}
-
 static void draw_lines(struct panel *panel, FILE *out, unsigned place, const struct survey_found *found, bool moved, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     double y[SURVEY_LINES][SURVEY_POINTS], middle[SURVEY_SPANS], low = INFINITY, high = -INFINITY;
     size_t count = moved ? SURVEY_POINTS : SURVEY_SPANS;
-    double key_px = MARGIN_LEFT;
+    double key_px = CHART_LEFT;
     char label[60];
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned k = 0; k < count; k++)
             y[line][k] = length->factor *
                          (moved ? found->since_previous.moved[line][k].value_in : found->since_previous.change.gap_in[line][k]);
-        limits(y[line], count, &low, &high);
+        chart_extend(y[line], count, &low, &high);
     }
     snprintf(label, sizeof label, moved ? "moved, %s" : "opened, %s", length->text);
     axes(panel, out, place, low, high, 0.02 * length->factor, label, false, si);
     for (unsigned k = 0; k < SURVEY_SPANS; k++)
         middle[k] = 0.5 * (panel->x[k] + panel->x[k + 1]);
-    for (unsigned line = 0; line < SURVEY_LINES; line++)
-        key_px = curve(panel, line, moved ? panel->x : middle, y[line], count, survey_line_text(line + 1), key_px, 16.0);
+    for (unsigned line = 0; line < SURVEY_LINES; line++) {
+        chart_line(&panel->plot, line, moved ? panel->x : middle, y[line], count, 3);
+        key_px = moved ? key_px : chart_key(out, line, key_px, 16.0, survey_line_text(line + 1));
+    }
 }
 
 /* In-plane bow since the first survey, of the newest ones, between the limits. */
@@ -92,7 +64,7 @@ static enum mr_status draw_bows(struct panel *panel, FILE *out, unsigned place, 
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     double limit = SURVEY_BOW_LIMIT_IN * length->factor, y[SURVEY_POINTS];
-    double key_px = MARGIN_LEFT + 8.0;
+    double key_px = CHART_LEFT + 8.0;
     char label[60], name[40];
     unsigned drawn = 0;
     enum mr_status status = MR_OK;
@@ -116,7 +88,8 @@ static enum mr_status draw_bows(struct panel *panel, FILE *out, unsigned place, 
         for (unsigned k = 0; k < SURVEY_POINTS; k++)
             y[k] = found->since_first.bow[k].value_in * length->factor;
         snprintf(name, sizeof name, "survey %lld", (long long)rows[i].id);
-        key_px = curve(panel, drawn++, panel->x, y, SURVEY_POINTS, name, key_px, panel->plot.top + HEIGHT - 20.0);
+        chart_line(&panel->plot, drawn, panel->x, y, SURVEY_POINTS, 3);
+        key_px = chart_key(out, drawn++, key_px, panel->plot.top + HEIGHT - 20.0, name);
     }
     free(survey);
     free(found);
@@ -158,8 +131,10 @@ static void words(FILE *out, const struct survey *survey, const struct survey_fo
     fputs("</p>\n", out);
 }
 
-enum mr_status survey_page(struct store *store, bool si, FILE *out, struct error *error)
+enum mr_status campaign_survey(const struct report *report, FILE *out, struct error *error)
 {
+    struct store *store = report->store;
+    const bool si = report->si;
     struct store_gage_survey *rows = NULL;
     struct survey *survey = malloc(sizeof *survey);
     struct survey_found *found = malloc(sizeof *found);
@@ -174,13 +149,12 @@ enum mr_status survey_page(struct store *store, bool si, FILE *out, struct error
             status = survey_find(store, survey, found, error);
     }
     if (status == MR_OK && count) {
-        fputs("<section id=\"survey\"><h2>Surveys of the mat</h2>\n", out);
         rows_table(out, rows, count);
         words(out, survey, found, si);
     }
     if (status == MR_OK && count && found->previous) {
         fputs("<figure>", out);
-        svg_open(out, WIDTH, TOP + 3 * STEP + 30.0, "opening of joints, movement and in-plane bow against station");
+        svg_open(out, CHART_WIDTH, TOP + 3 * STEP + 30.0, "opening of joints, movement and in-plane bow against station");
         draw_lines(&panel, out, 0, found, false, si);
         draw_lines(&panel, out, 1, found, true, si);
         status = draw_bows(&panel, out, 2, store, rows, count, survey->row.pattern, si, error);
@@ -189,8 +163,6 @@ enum mr_status survey_page(struct store *store, bool si, FILE *out, struct error
                 "newest surveys since survey %lld, between the limits (dotted).</figcaption></figure>\n",
                 (long long)survey->row.id, (long long)found->previous, (long long)found->first);
     }
-    if (status == MR_OK && count)
-        fputs("</section>\n", out);
     free(rows);
     free(survey);
     free(found);

@@ -1,10 +1,9 @@
+/* Closed segments over station and time, the wheel, and the zone warned of. */
 #include <math.h>
 
-#include "host/report/plots.h"
-#include "host/report/svg.h"
-#include "host/units.h"
+#include "host/report/chart.h"
+#include "host/report/report.h"
 
-#define WIDTH 1040.0
 #define STEP 20 /* blocks between looks at the closure */
 #define AFTER_STOP_S 0.8
 
@@ -119,7 +118,7 @@ static void draw_transducers(const struct svg_plot *plot, const struct measured 
     }
 }
 
-void plot_zones(FILE *out, const struct report_landing *landing, bool si)
+static void draw_map(FILE *out, const struct report_landing *landing, bool si)
 {
     const struct measured *measured = &landing->summary.measured;
     const double station = unit_of(UNIT_STATION, si)->factor;
@@ -128,13 +127,12 @@ void plot_zones(FILE *out, const struct report_landing *landing, bool si)
                                    {"key behind", "behind it"},
                                    {"key warned", "zone warned of"},
                                    {"key sensor", "transducers"}};
-    char label[60];
-    snprintf(label, sizeof label, "station, %s", unit_of(UNIT_STATION, si)->text);
-    struct svg_plot plot = {.out = out, .left = 58.0, .top = 40.0, .width = WIDTH - 70.0, .height = 330.0};
-    plot.x = (struct svg_axis){0.0, 120.0 * station, label, true};
+    struct chart_text label = chart_label("station", UNIT_STATION, si);
+    struct svg_plot plot = {.out = out, .left = 58.0, .top = 40.0, .width = CHART_WIDTH - 70.0, .height = 330.0};
+    plot.x = (struct svg_axis){0.0, CHART_RUNWAY_FT * station, label.text, true};
     plot.y = (struct svg_axis){-0.2, measured->summary.stop_t_s.value + AFTER_STOP_S,
                                "time since touchdown, s", true};
-    svg_open(out, WIDTH, 412.0, "zone map: closed segments, wheel and warning over station and time");
+    svg_open(out, CHART_WIDTH, 412.0, "zone map: closed segments, wheel and warning over station and time");
     svg_axes(&plot);
     draw_closed(&plot, landing, station);
     draw_warned(&plot, landing, station);
@@ -143,4 +141,17 @@ void plot_zones(FILE *out, const struct report_landing *landing, bool si)
     draw_transducers(&plot, measured, station);
     svg_legend(out, plot.left, 14.0, keys, 5);
     svg_close(out);
+}
+
+enum mr_status landing_zones(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
+{
+    const struct measured *measured = &landing->summary.measured;
+    (void)error;
+    if (measured->fit_status != MR_OK || measured->samples == 0)
+        return MR_OK;
+    fputs("<figure>", out);
+    draw_map(out, landing, report->si);
+    fputs("<figcaption>Closed segments are found here from survey and transducers, the zone warned of is what the board said.</figcaption></figure>\n",
+          out);
+    return MR_OK;
 }

@@ -1,0 +1,174 @@
+/* Where it all comes from: tool, database, boards, configurations, calibrations, links, records, and a hash of what was drawn. */
+#include <sha2.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include "firmware/version.h"
+#include "host/report/html.h"
+#include "host/report/report.h"
+#include "host/store/store_recalibrate.h"
+#include "host/survey/show.h"
+
+#define DAY_S 86400
+
+/* Of SOURCE_DATE_EPOCH where it is set, so that the same page can be made again. */
+static int64_t now_us(void)
+{
+    const char *fixed = getenv("SOURCE_DATE_EPOCH");
+    return 1000000 * (fixed ? strtoll(fixed, NULL, 10) : (int64_t)time(NULL));
+}
+
+/* From <main> on, which is all that was drawn. */
+static void page_hash(const char *page, size_t length, char hash[SHA256_DIGEST_STRING_LENGTH])
+{
+    const char *begin = memmem(page, length, "<main>", 6);
+    size_t skipped = begin ? (size_t)(begin - page) : 0;
+    SHA256Data((const uint8_t *)page + skipped, length - skipped, hash);
+}
+
+static void general(const struct report *report, const char *page, size_t length, FILE *out)
+{
+    char when[40], hash[SHA256_DIGEST_STRING_LENGTH];
+    struct stat file;
+    bool older;
+    const char *name = strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
+    survey_time_text(now_us(), when, sizeof when);
+    page_hash(page, length, hash);
+    fputs("<dl>\n", out);
+    html_fact(out, "made by", "matrig %d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
+    html_fact(out, "made", "%s", when);
+    html_fact(out, "database", "%s, version %lld%s", name, (long long)store_version(report->store, &older), older ? ", of an older matrig" : "");
+    if (stat(report->path, &file) == 0)
+        html_fact(out, "its size", "%lld bytes", (long long)file.st_size);
+    html_fact(out, "SHA-256 of what was drawn, <main> to </main>", "%s", hash);
+    fputs("</dl>\n", out);
+}
+
+static enum mr_status add_record(void *context, const uint8_t *record, size_t length)
+{
+    SHA2_CTX *hash = context;
+    SHA256Update(hash, record, length);
+    return MR_OK;
+}
+
+static enum mr_status landing_row(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
+{
+    const struct store_landing *row = &landing->summary.measured.landing;
+    const struct store_session_row *session = &landing->summary.session;
+    char when[40], hash[SHA256_DIGEST_STRING_LENGTH];
+    SHA2_CTX context;
+    SHA256Init(&context);
+    enum mr_status status = store_blocks_each(report->store, row->id, add_record, &context, error);
+    SHA256End(&context, hash);
+    survey_time_text(row->armed_us, when, sizeof when);
+    fputs("<tr>", out);
+    html_cell(out, "%lld", (long long)row->id);
+    html_cell(out, "%s", when);
+    html_cell(out, "%s", row->board_uid[0] ? row->board_uid : "unknown");
+    html_cell(out, "%s, %08llx, %s", row->firmware[0] ? row->firmware : "unknown", row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
+              row->image_commit[0] ? row->image_commit : "unknown");
+    if (row->config_crc == STORE_NONE)
+        html_cell(out, "unknown");
+    else
+        html_cell(out, "%08llx%s", (unsigned long long)row->config_crc, landing->config ? "" : ", not read");
+    html_cell(out, "CAN %s; serial %s", session->can_link[0] ? session->can_link : "not used", session->serial_link[0] ? session->serial_link : "not used");
+    html_cell(out, "%zu of %u segments", landing->survey.surveyed, MR_SEGMENTS);
+    fprintf(out, "<td class=\"hash\">%s</td></tr>\n", landing->summary.measured.source == MEASURED_SERIAL ? hash : "no block records");
+    return status;
+}
+
+static enum mr_status landings(const struct report *report, FILE *out, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    if (report->landings == 0)
+        return MR_OK;
+    fputs("<h3>Landings</h3>\n", out);
+    html_table(out, (const char *const[]){"RUN", "armed", "board", "firmware, CRC-32 of its image, commit", "configuration, CRC-32", "links", "survey",
+                                          "SHA-256 of its block records", NULL});
+    for (size_t i = 0; i < report->landings && status == MR_OK; i++)
+        status = landing_row(report, &report->landing[i], out, error);
+    fputs("</tbody></table></div>\n", out);
+    return status;
+}
+
+static void day_cell(FILE *out, uint32_t day, bool expired)
+{
+    time_t second = (time_t)day * DAY_S;
+    struct tm utc;
+    char text[20];
+    if (day == 0) {
+        html_cell(out, "never");
+        return;
+    }
+    gmtime_r(&second, &utc);
+    strftime(text, sizeof text, "%Y-%m-%d", &utc);
+    fprintf(out, "<td%s>%s%s</td>", expired ? " class=\"warn\"" : "", text, expired ? ", before the landing" : "");
+}
+
+/* Calibrations as the configuration of the landing has them; `used_us`: when it was armed. */
+static void calibrations(const struct mr_config *config, int64_t used_us, FILE *out)
+{
+    int64_t used_day = used_us / 1000000 / DAY_S;
+    html_table(out, (const char *const[]){"channel", "sensor", "calibrated", "expires", "in or lb per code", "its error, %", "error of the zero", NULL});
+    for (unsigned i = 0; i < MR_CHANNELS; i++) {
+        const struct mr_channel_config *channel = &config->channel[i];
+        if (!mr_channel_measures(channel))
+            continue;
+        fputs("<tr>", out);
+        html_cell(out, "%s %u", channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage", channel->number);
+        html_cell(out, "%.*s", (int)sizeof channel->serial, channel->serial[0] ? channel->serial : "-");
+        day_cell(out, channel->calibrated_day, false);
+        day_cell(out, channel->expires_day, channel->expires_day && (int64_t)channel->expires_day <= used_day);
+        html_cell(out, "%.9g", (double)channel->unit_per_code);
+        html_number(out, 100.0 * (double)channel->gain_error, 3);
+        html_number(out, (double)channel->zero_error, 4);
+        fputs("</tr>\n", out);
+    }
+    fputs("</tbody></table></div>\n", out);
+}
+
+/* One table for each configuration among the landings. */
+static void configurations(const struct report *report, FILE *out)
+{
+    for (size_t i = 0; i < report->landings; i++) {
+        const struct report_landing *landing = &report->landing[i];
+        bool told = false;
+        for (size_t k = 0; k < i; k++)
+            told = told || report->landing[k].summary.measured.landing.config_crc == landing->summary.measured.landing.config_crc;
+        if (told || !landing->config)
+            continue;
+        fprintf(out, "<h3>Configuration %08llx</h3>\n<p>", (unsigned long long)landing->summary.measured.landing.config_crc);
+        html_text(out, landing->config->site[0].name);
+        fprintf(out, ", revision %u. First used by RUN %lld.</p>\n", landing->config->site[0].revision,
+                (long long)landing->summary.measured.landing.id);
+        calibrations(landing->config, landing->summary.measured.landing.armed_us, out);
+    }
+}
+
+/* What of the landings is read with another calibration than it was recorded with. */
+static enum mr_status recalibrated(const struct report *report, FILE *out, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (size_t i = 0; i < report->landings && status == MR_OK; i++) {
+        bool is = false;
+        int64_t run = report->landing[i].summary.measured.landing.id;
+        status = store_is_recalibrated(report->store, run, &is, error);
+        if (is)
+            fprintf(out, "<p class=\"say\">RUN %lld is read with a corrected calibration; what was in force is kept in the campaign.</p>\n", (long long)run);
+    }
+    return status;
+}
+
+enum mr_status provenance_write(const struct report *report, const char *page, size_t length, FILE *out, struct error *error)
+{
+    fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
+    general(report, page, length, out);
+    enum mr_status status = landings(report, out, error);
+    configurations(report, out);
+    if (status == MR_OK)
+        status = recalibrated(report, out, error);
+    fputs("</section>\n", out);
+    return status;
+}
