@@ -139,8 +139,11 @@ static void print_landings(const struct fit_landings *list)
             segments += isnan(landing->survey_in[s]) ? 0 : 1;
             after += isnan(landing->after_in[s]) ? 0 : 1;
         }
-        printf("RUN %lld: %zu transducers, %zu statistics, %zu segments surveyed before, %zu after%s\n", (long long)landing->run,
-               landing->channels, landing->windows, segments, after, landing->follows ? "; gaps as the landing before left them" : "");
+        char gages[40] = "";
+        if (landing->gages > 0)
+            snprintf(gages, sizeof gages, " (%zu by gage points)", landing->gages);
+        printf("RUN %lld: %zu transducers, %zu statistics, %zu segments surveyed before%s, %zu after%s\n", (long long)landing->run,
+               landing->channels, landing->windows, segments, gages, after, landing->follows ? "; gaps as the landing before left them" : "");
     }
 }
 
