@@ -100,6 +100,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     memcpy(landing->survey_in, before.sum_in, sizeof landing->survey_in);
     landing->survey_error_in = before.error_in;
     landing->gages = before.gages;
+    landing->later = measured->landing.board_landing > 1;
     struct zones_closure survey = {.surveyed = (unsigned)before.segments};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         survey.slack_in[s] = (float)before.sum_in[s];

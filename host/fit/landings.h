@@ -59,6 +59,7 @@ struct fit_landing {
     bool follows;           /* the landing before it in the list, with nothing in between */
     double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS]; /* sums; NaN: not surveyed */
     double survey_error_in, after_error_in;               /* of a sum; 0: the list's */
+    bool later;   /* the board had landings before it on this runway; for the reader */
     size_t gages; /* segments of survey_in that were read at gage points after the landing before; for the reader */
     struct {
         int64_t number;
