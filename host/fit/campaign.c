@@ -6,19 +6,10 @@
 
 #include "host/analyse/zones.h"
 #include "host/compare/scene.h"
+#include "host/fit/surveyed.h"
 
 #define SURVEY_SPREAD 0.03 /* of all sums of a survey alike: the gauge, and what counts as closed */
 #define MANY_SAMPLES 1e9
-
-/* The survey before a landing. The only place that reads one: another table of surveys, with errors of their own, goes here. */
-static enum mr_status load_survey(struct store *store, int64_t run, double slack_in[MR_SEGMENTS], struct zones_closure *survey,
-                                  struct error *error)
-{
-    enum mr_status status = zones_load_survey(store, run, survey, error);
-    for (size_t s = 0; s < MR_SEGMENTS; s++)
-        slack_in[s] = (double)survey->slack_in[s];
-    return status;
-}
 
 /* Relative error of a movement: what its samples do not average out, of an inch. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel, double baseline_in)
@@ -58,17 +49,16 @@ static size_t take_series(const struct measured *measured, struct fit_series ser
     return count;
 }
 
-static bool surveyed_anew(const struct fit_landing *before, const struct fit_landing *landing)
+/* A survey that the landing did not begin with. */
+static bool surveyed_anew(const struct fit_landing *landing, const struct fit_surveyed *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
-        if (!isnan(landing->survey_in[s]) && !(fabs(landing->survey_in[s] - before->survey_in[s]) < 1e-9))
+        if (!isnan(after->sum_in[s]) && !(fabs(after->sum_in[s] - landing->survey_in[s]) < 1e-9))
             return true;
     }
     return false;
 }
 
-/* The survey after each landing, where it was the next one's, has to be there before the landing is added: so the landing before
- * is looked at again when the next one comes. */
 static bool follows(struct store *store, const struct store_landing *landing, int64_t before)
 {
     struct store_landing previous;
@@ -77,35 +67,44 @@ static bool follows(struct store *store, const struct store_landing *landing, in
            strcmp(landing->board_uid, previous.board_uid) == 0;
 }
 
+/* The next landing's own survey counts only when no landing is missing in between. */
 static enum mr_status load_after(struct store *store, const struct store_landing *now, struct fit_landing *landing, struct error *error)
 {
     struct store_landing *rows;
-    struct zones_closure survey;
-    struct fit_landing next;
+    struct fit_surveyed after;
     size_t count;
+    int64_t next = STORE_NONE;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         landing->after_in[s] = (double)NAN;
     if (store_landings(store, &rows, &count, error) != MR_OK)
         return error->status;
-    for (size_t i = 0; i < count && error->status == MR_OK; i++) {
-        if (rows[i].id <= now->id || !follows(store, &rows[i], now->id))
-            continue;
-        if (load_survey(store, rows[i].id, next.survey_in, &survey, error) == MR_OK && surveyed_anew(landing, &next))
-            memcpy(landing->after_in, next.survey_in, sizeof landing->after_in);
-        break;
-    }
+    for (size_t i = 0; i < count && next == STORE_NONE; i++)
+        next = rows[i].id > now->id && follows(store, &rows[i], now->id) ? rows[i].id : STORE_NONE;
     free(rows);
-    return error->status;
+    if (fit_surveyed_after(store, now->id, next, &after, error) != MR_OK)
+        return error->status;
+    if (surveyed_anew(landing, &after))
+        memcpy(landing->after_in, after.sum_in, sizeof landing->after_in);
+    landing->after_error_in = after.error_in;
+    return MR_OK;
 }
 
 static enum mr_status set_landing(struct store *store, const struct measured *measured, const char *scene_path,
                                   const struct fit_landings *list, struct fit_landing *landing, struct error *error)
 {
-    struct zones_closure survey;
+    struct fit_surveyed before;
     const struct mr_gates_summary *summary = &measured->summary;
     landing->run = measured->landing.id;
-    if (load_survey(store, landing->run, landing->survey_in, &survey, error) != MR_OK ||
-        load_after(store, &measured->landing, landing, error) != MR_OK || sim_scene_load(&landing->scene, scene_path, error) != MR_OK)
+    if (fit_surveyed_before(store, landing->run, &before, error) != MR_OK)
+        return error->status;
+    memcpy(landing->survey_in, before.sum_in, sizeof landing->survey_in);
+    landing->survey_error_in = before.error_in;
+    landing->gages = before.gages;
+    landing->later = measured->landing.board_landing > 1;
+    struct zones_closure survey = {.surveyed = (unsigned)before.segments};
+    for (size_t s = 0; s < MR_SEGMENTS; s++)
+        survey.slack_in[s] = (float)before.sum_in[s];
+    if (load_after(store, &measured->landing, landing, error) != MR_OK || sim_scene_load(&landing->scene, scene_path, error) != MR_OK)
         return error->status;
     enum mr_status status = compare_scene(measured, &survey, &landing->scene, error);
     if (status == MR_OK && landing->scene.model != SIM_CHAIN)

@@ -284,13 +284,14 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     const struct sim_scene *scene = &landing->scene;
     double half_ft = half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     double surveyed = drawing->value[FIT_GAP] / drawing->list->parameter[FIT_GAP].value;
+    double error_in = landing->survey_error_in > 0.0 ? landing->survey_error_in : drawing->list->survey_error_in;
     for (int j = 0; j <= scene->mats && !landing->follows; j++)
         drawing->gap_ft[j] = draw_gap_ft(drawing->random, half_ft, scene->slack_ft);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         size_t first, count = segment_joints(scene, s, &first);
         if (isnan(landing->survey_in[s]) || count == 0)
             continue;
-        double sum_in = surveyed * landing->survey_in[s] + gsl_ran_gaussian_ziggurat(drawing->random, drawing->list->survey_error_in);
+        double sum_in = surveyed * landing->survey_in[s] + gsl_ran_gaussian_ziggurat(drawing->random, error_in);
         scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
         if (!landing->follows)
             draw_given_sum(drawing->random, drawing->gap_ft + first, count, drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
@@ -305,11 +306,12 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
         gain[c] = 1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].gain);
         baseline_in[c] = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].baseline_in);
     }
+    double after_error_in = landing->after_error_in > 0.0 ? landing->after_error_in : drawing->list->survey_error_in;
     for (size_t w = 0; w < landing->windows; w++) {
         const struct fit_window *window = &landing->window[w];
         if (window->channel == SIZE_MAX) {
             statistic[w] = segment_sum_in(&landing->scene, window->segment, result->gap_ft + 1) +
-                           gsl_ran_gaussian_ziggurat(drawing->random, drawing->list->survey_error_in);
+                           gsl_ran_gaussian_ziggurat(drawing->random, after_error_in);
             continue;
         }
         size_t c = window->channel, from = (size_t)ceil(window->from_s / result->sample_dt_s),

@@ -58,6 +58,9 @@ struct fit_landing {
     double thrust_error;    /* relative standard error */
     bool follows;           /* the landing before it in the list, with nothing in between */
     double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS]; /* sums; NaN: not surveyed */
+    double survey_error_in, after_error_in;               /* of a sum; 0: the list's */
+    bool later;   /* the board had landings before it on this runway; for the reader */
+    size_t gages; /* segments of survey_in that were read at gage points after the landing before; for the reader */
     struct {
         int64_t number;
         double station_ft, noise_in, baseline_in, gain;
@@ -70,7 +73,7 @@ struct fit_landing {
 
 struct fit_landings {
     struct fit_parameter parameter[FIT_KEYS];
-    double survey_error_in; /* of a segment's sum */
+    double survey_error_in; /* of a segment's sum, where the landing does not say */
     struct fit_landing *landing;
     size_t count;
     double *measured; /* statistics of all landings */

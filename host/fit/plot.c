@@ -16,6 +16,7 @@
 #define BETWEEN 76.0
 #define RADIUS 3.6
 #define LIMIT 1.96
+#define NAMED 3.0 /* standard deviations: which landing is written beside it */
 #define KINDS 7
 
 static const char style[] =
@@ -72,6 +73,14 @@ static struct svg_plot panel(FILE *out, double left, struct range x, struct rang
     return plot;
 }
 
+static void name_landing(const struct svg_plot *plot, int64_t run, double station_ft, double residual)
+{
+    char text[32];
+    snprintf(text, sizeof text, "RUN %lld", (long long)run);
+    if (fabs(residual) > NAMED)
+        svg_text(plot, "small", "start", station_ft, residual, 8.0, 4.0, text);
+}
+
 static void draw(FILE *out, const struct fit_landings *list, const struct fit_answer *answer)
 {
     struct range station = {HUGE_VAL, -HUGE_VAL}, residual = {-3.0, 3.0}, movement = {HUGE_VAL, -HUGE_VAL};
@@ -99,6 +108,8 @@ static void draw(FILE *out, const struct fit_landings *list, const struct fit_an
             unsigned kind = kind_of(window);
             svg_mark(out, classes[kind], kind % (SVG_SHAPES - 1), svg_x(&left, station_of(&list->landing[l], window)),
                      svg_y(&left, (list->measured[s] - answer->expected[s]) / answer->scatter[s]), RADIUS);
+            name_landing(&left, list->landing[l].run, station_of(&list->landing[l], window),
+                         (list->measured[s] - answer->expected[s]) / answer->scatter[s]);
             svg_mark(out, classes[kind], kind % (SVG_SHAPES - 1), svg_x(&right, shown_in(window, answer->expected[s])),
                      svg_y(&right, shown_in(window, list->measured[s])), RADIUS);
         }

@@ -14,6 +14,8 @@
 #define TEXT_SIZE 400
 #define POOR_FIT 0.05
 #define NEAREST_OF 50u
+#define FARTHEST 3    /* statistics that a poor fit names, */
+#define FARTHEST_FROM 2.5 /* standard deviations and more away */
 
 /* Factor and unit shown. */
 static double shown_unit(enum fit_key key, bool si, const char **unit)
@@ -85,7 +87,75 @@ static void confounded_text(const struct fit_landings *list, const enum fit_key 
         snprintf(text + length, TEXT_SIZE - length, ": misfit +%.1f, %.2f would show)", fmax(found->rise, 0.0), VERDICT_LIMIT);
 }
 
-size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[2 * FIT_KEYS + 2])
+static double away(const struct fit_landings *list, const struct fit_answer *answer, size_t statistic)
+{
+    return (list->measured[statistic] - answer->expected[statistic]) / answer->scatter[statistic];
+}
+
+/* The farthest statistic that is nearer than `below`; false: none is far. */
+static bool next_farthest(const struct fit_landings *list, const struct fit_answer *answer, double below, size_t *landing, size_t *window)
+{
+    double most = FARTHEST_FROM;
+    bool found = false;
+    for (size_t l = 0; l < list->count; l++) {
+        for (size_t w = 0; w < list->landing[l].windows; w++) {
+            double far = fabs(away(list, answer, list->landing[l].first + w));
+            if (!(far >= most && far < below))
+                continue;
+            most = far;
+            *landing = l;
+            *window = w;
+            found = true;
+        }
+    }
+    return found;
+}
+
+/* "RUN 2, transducer 6 at 90 ft, end: 0.024 in, expected 0.118 (-5.1)". */
+static void where_it_fails(const struct fit_landings *list, const struct fit_answer *answer, char *text)
+{
+    double below = HUGE_VAL;
+    size_t l, w, length = (size_t)snprintf(text, TEXT_SIZE, "farthest off (in standard deviations):");
+    for (int i = 0; i < FARTHEST && next_farthest(list, answer, below, &l, &w) && length < TEXT_SIZE; i++) {
+        const struct fit_landing *landing = &list->landing[l];
+        const struct fit_window *window = &landing->window[w];
+        size_t s = landing->first + w;
+        bool transducer = window->channel != SIZE_MAX;
+        char place[60];
+        if (transducer)
+            snprintf(place, sizeof place, "transducer %lld at %g ft", (long long)landing->channel[window->channel].number,
+                     landing->channel[window->channel].station_ft);
+        else
+            snprintf(place, sizeof place, "segment %zu", window->segment + 1);
+        below = fabs(away(list, answer, s));
+        length += (size_t)snprintf(text + length, TEXT_SIZE - length, "%s RUN %lld %s, %s: %.3f in, expected %.3f (%+.1f)", i ? ";" : "",
+                                   (long long)landing->run, place, window->name,
+                                   transducer ? fit_movement_in(list->measured[s]) : list->measured[s],
+                                   transducer ? fit_movement_in(answer->expected[s]) : answer->expected[s], away(list, answer, s));
+    }
+}
+
+/* Why a fit may be poor that the data do not say. */
+static size_t poor_fit(const struct fit_landings *list, const struct fit_answer *answer, char *text[3])
+{
+    char line[TEXT_SIZE];
+    size_t lines = 0, l, w;
+    snprintf(line, sizeof line, "the model does not fit: only %.1f %% of simulated data sets lie further from it; the intervals do not "
+                                "allow for that", 100.0 * answer->fits);
+    text[lines++] = strdup(line);
+    if (next_farthest(list, answer, HUGE_VAL, &l, &w)) {
+        where_it_fails(list, answer, line);
+        text[lines++] = strdup(line);
+    }
+    if (list->count > 0 && list->landing[0].later) {
+        snprintf(line, sizeof line, "RUN %lld began on joints that earlier landings had closed or opened, but its gaps are drawn as those of a new "
+                                    "runway: fit from the first landing on", (long long)list->landing[0].run);
+        text[lines++] = strdup(line);
+    }
+    return lines;
+}
+
+size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[FIT_VERDICTS])
 {
     enum fit_key key[FIT_KEYS];
     char line[TEXT_SIZE];
@@ -100,11 +170,8 @@ size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *an
         confounded_text(list, key, &answer->confounded[d], line);
         text[lines++] = strdup(line);
     }
-    if (answer->fits < POOR_FIT) {
-        snprintf(line, sizeof line, "the model does not fit: only %.1f %% of simulated data sets lie further from it; the intervals do not "
-                                    "allow for that", 100.0 * answer->fits);
-        text[lines++] = strdup(line);
-    }
+    if (answer->fits < POOR_FIT)
+        lines += poor_fit(list, answer, &text[lines]);
     if (answer->stopped) {
         snprintf(line, sizeof line, "the estimate did not come to stand still in %u rounds: give it more time, or narrower priors",
                  answer->rounds);
@@ -139,15 +206,18 @@ static void print_landings(const struct fit_landings *list)
             segments += isnan(landing->survey_in[s]) ? 0 : 1;
             after += isnan(landing->after_in[s]) ? 0 : 1;
         }
-        printf("RUN %lld: %zu transducers, %zu statistics, %zu segments surveyed before, %zu after%s\n", (long long)landing->run,
-               landing->channels, landing->windows, segments, after, landing->follows ? "; gaps as the landing before left them" : "");
+        char gages[40] = "";
+        if (landing->gages > 0)
+            snprintf(gages, sizeof gages, " (%zu by gage points)", landing->gages);
+        printf("RUN %lld: %zu transducers, %zu statistics, %zu segments surveyed before%s, %zu after%s\n", (long long)landing->run,
+               landing->channels, landing->windows, segments, gages, after, landing->follows ? "; gaps as the landing before left them" : "");
     }
 }
 
 void fit_print(const struct fit_landings *list, const struct fit_answer *answer, bool si)
 {
     struct fit_row row[FIT_KEYS];
-    char *verdict[2 * FIT_KEYS + 2];
+    char *verdict[FIT_VERDICTS];
     size_t count = fit_rows(list, answer, row);
     print_landings(list);
     printf("%zu simulated data sets in %u rounds%s\n", answer->simulated, answer->rounds, answer->failed ? ", of which some failed" : "");
@@ -207,7 +277,7 @@ static json_t *residuals_json(const struct fit_landings *list, const struct fit_
 json_t *fit_json(const struct fit_landings *list, const struct fit_answer *answer, bool si)
 {
     struct fit_row row[FIT_KEYS];
-    char *verdict[2 * FIT_KEYS + 2];
+    char *verdict[FIT_VERDICTS];
     json_t *parameters = json_array(), *verdicts = json_array(), *runs = json_array();
     size_t count = fit_rows(list, answer, row), lines = fit_verdicts(list, answer, verdict);
     for (size_t l = 0; l < list->count; l++)

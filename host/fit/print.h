@@ -15,8 +15,9 @@ struct fit_row {
 };
 
 size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer, struct fit_row row[FIT_KEYS]);
+#define FIT_VERDICTS (2 * FIT_KEYS + 6)
 /* Sentences of the verdict, one a line; NULL at the end. The caller frees each. */
-size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[2 * FIT_KEYS + 2]);
+size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[FIT_VERDICTS]);
 
 void fit_print(const struct fit_landings *list, const struct fit_answer *answer, bool si);
 json_t *fit_json(const struct fit_landings *list, const struct fit_answer *answer, bool si);

@@ -21,6 +21,8 @@
 
 /* What a case is a run of. Another kind is added here, in sweep_study.c's table of kinds, and in sweep_case.c. */
 enum sweep_kind { SWEEP_SCENE, SWEEP_CAMPAIGN };
+#define SWEEP_KINDS 2
+extern const char *const sweep_kind_names[SWEEP_KINDS];
 
 struct sweep_axis {
     char name[SWEEP_NAME_MAX];
