@@ -10,7 +10,7 @@
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-#define FORMS "unix:PATH, file:PATH, can:IFACE, slcan:TTY[:BAUD], serial:TTY[:BAUD] or pty:PATH"
+#define FORMS "unix:PATH, file:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD] or pty:PATH"
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u

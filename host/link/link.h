@@ -1,10 +1,10 @@
 /* A link to a board: CAN frames or serial bytes, whatever carries them.
  *
- *     LINK := unix:PATH | file:PATH | can:IFACE | slcan:TTY[:BAUD] | serial:TTY[:BAUD] | pty:PATH
+ *     LINK := unix:PATH | file:PATH | can:IFACE[:board] | slcan:TTY[:BAUD] | serial:TTY[:BAUD] | pty:PATH
  *
  * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
  * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for
- * serial, from a file or a pipe. can: is a CAN interface of the Linux kernel, slcan: a LAWICEL adapter on a
+ * serial, from a file or a pipe. can: is a CAN interface of the Linux kernel, with :board the messages of the board alone, slcan: a LAWICEL adapter on a
  * serial port (host/link/slcan.h), serial: a serial port, 8N1, 2000000 baud unless given, pty: the pseudo-terminal of
  * an emulated board.
  *

@@ -4,6 +4,7 @@
 
 #include <sys/types.h>
 
+#include "host/link/adapter_clock.h"
 #include "host/link/link.h"
 
 struct link_ops {
@@ -44,6 +45,7 @@ struct link {
     uint64_t retry_us;
     uint64_t service_us;
     uint32_t queue_lost; /* can: the kernel's counter */
+    struct adapter_clock clock; /* can: of an adapter with a clock of its own */
     struct tty *tty;     /* serial:, slcan: */
     struct slcan *slcan; /* slcan: */
 };

@@ -21,7 +21,10 @@ static void refused_specs(void **state)
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
         {"file:", MR_USAGE, "without a path"},
-        {"can:", MR_USAGE, "write can:IFACE"},
+        {"can:", MR_USAGE, "write can:IFACE[:board]"},
+        {"can:can0:boards", MR_USAGE, "no such filter: ':boards' of can:can0:boards"},
+        {"can::board", MR_USAGE, "interface name of 0 characters"},
+        {"can:an_interface_name_too_long", MR_USAGE, "interface name of 26 characters"},
         {"can:no_such_can", MR_IO, "can:no_such_can"}, /* whether the kernel has CAN or not */
         {"serial:/dev/ttyUSB0", MR_USAGE, "carries no CAN frames: serial:/dev/ttyUSB0; give it as --serial"},
         {"slcan:", MR_USAGE, "write slcan:TTY[:BAUD]"},
@@ -73,7 +76,7 @@ static void bytes_are_no_frames(void **state)
     struct error error = {0};
     (void)state;
     assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
-    assert_error(&error, MR_USAGE, "can:IFACE carries no serial bytes: can:can0; give it as --can");
+    assert_error(&error, MR_USAGE, "can:IFACE[:board] carries no serial bytes: can:can0; give it as --can");
 }
 
 static void socket_path_too_long(void **state)
