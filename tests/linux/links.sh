@@ -266,7 +266,7 @@ check "an interface that goes down and up again goes on" came_back
 echo "# host: start board 3"
 wait_for 20 has_ports plugged
 plugged=$(usb_port plugged)
-links="--serial serial:$plugged"
+links="--serial serial:$plugged --wait 10"
 start_log usb
 wait_for 20 sh -c '[ "$(sqlite3 usb.db "select count(*) from blocks")" -gt 50 ]'
 echo "# host: stop board 3"
