@@ -28,6 +28,7 @@
 #define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
 #define LIVE_S 30        /* so long a board without CAN tells readings while idle, */
 #define LIVE_AGAIN_US 20000000u /* and so often it is asked */
+#define AWAY_S 3600.0 /* a cable that is off between two landings ends no day of logging */
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 #define FRAMES_PER_TURN 1024
 #define BYTES_PER_TURN 16384
@@ -49,6 +50,7 @@ struct logger {
     uint64_t asked_us;       /* for the configuration; 0: not, or a landing came in between */
     unsigned asks;           /* since the beginning or the last landing */
     bool mute[LINK_KINDS];   /* nothing can be sent on it */
+    double wait_s;           /* for a device that went away */
     const char *ended_by;    /* NULL: going on */
     struct error link_error; /* the first link that broke; logging went on with the other */
     json_t *landings;
@@ -611,6 +613,8 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         if (spec[kind])
             status = link_open(spec[kind], (enum link_kind)kind, &logger->link[kind], error);
+        if (spec[kind] && status == MR_OK)
+            link_patience(logger->link[kind], logger->wait_s);
         logger->open[kind] = spec[kind] != NULL;
     }
     if (status == MR_OK && !logger->store)
@@ -620,13 +624,14 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
 
 int log_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL, *live = NULL, *page = NULL;
+    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL, *live = NULL, *page = NULL, *wait_text = NULL;
     bool listen = false;
     const struct cli_option options[] = {
         {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL},
-        {"--listen", NULL, &listen}, {"--elf", &elf, NULL}, {"--live", &live, NULL}, {"--page", &page, NULL}};
+        {"--listen", NULL, &listen}, {"--elf", &elf, NULL}, {"--live", &live, NULL}, {"--page", &page, NULL},
+        {"--wait", &wait_text, NULL}};
     struct error error = {0};
-    double for_s = (double)INFINITY;
+    double for_s = (double)INFINITY, wait_s = AWAY_S;
     enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], NULL, 0, 0, "", &error);
     if (status == MR_OK && !can && !serial)
         status =
@@ -636,6 +641,8 @@ int log_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
     if (status == MR_OK && for_text)
         status = cli_number(for_text, "--for", 0.001, 1e7, &for_s, &error);
+    if (status == MR_OK && wait_text)
+        status = cli_number(wait_text, "--wait", 0.0, 1e7, &wait_s, &error);
     struct hil_symbols symbols = {0};
     if (status == MR_OK)
         status = crash_symbols(&symbols, elf, &error);
@@ -653,7 +660,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols,
+    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols, .wait_s = wait_s,
                             .look = {.db = db, .page = page, .si = cli->si}};
     status = open_all(&logger, can, serial, db, live, &error);
     if (status == MR_OK)

@@ -9,7 +9,7 @@
 #include "host/store/store.h"
 
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen] [--elf F] [--page F]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen] [--elf F] [--page F] [--wait S]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
@@ -18,19 +18,22 @@ static const struct command commands[] = {
      "  --listen       send nothing: do not ask the board for its configuration\n"
      "  --elf F        the image that the board runs: names the function of a processor fault\n"
      "  --page F       keep the report in F up to date: written beside the logging when a landing ends\n"
+     "  --wait S       wait so long for a device that was unplugged or is down; else an hour\n"
      "When a landing ends its summary is printed; when its links fall silent in the middle, what came until then.\n"
      "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page landing.html\n"
      "\n"
      "LINK is one of\n"
      "  unix:PATH      a socket on which an emulated board listens (waited for up to 5 s)\n"
-     "  file:PATH      a recorded candump log (CAN) or recorded bytes (serial)\n"
-     "  can:IFACE      a CAN interface of this computer (SocketCAN), up, at 1 Mbit/s\n"
+     "  file:PATH      a recorded candump log (CAN) or recorded bytes (serial), as fast as it goes\n"
+     "  paced:PATH     a candump log at the pace at which it was recorded\n"
+     "  can:IFACE[:board]\n"
+     "                 a CAN interface of this computer (SocketCAN), up, at 1 Mbit/s; with :board the board's messages alone\n"
      "  slcan:TTY[:BAUD]\n"
      "                 a LAWICEL adapter on a serial port, for CAN\n"
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
      "  pty:PATH       the pseudo-terminal of an emulated board\n"
-     "A device that goes away is waited for, 10 s; what it lost is counted and said.\n"},
+     "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"},
     {"live", live_command, "DB [--port PORT] | DB --terminal", "watch a board: a page in the browser, or this terminal",
      "  DB             campaign database that a running matrig log writes; followed, never written\n"
      "  --port PORT    serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any port that is free\n"

@@ -1,11 +1,12 @@
-/* can:IFACE, a CAN interface of the Linux kernel (SocketCAN). See man 4 can, and can.rst of the kernel.
+/* can:IFACE[:board], a CAN interface of the Linux kernel (SocketCAN). See can.rst and timestamping.rst of the kernel.
  *
- * There is no receive filter: what others say on the bus is kept too, and a frame that a filter took away could
- * not be told from a lost one. */
+ * Without `:board` there is no receive filter: what others say on the bus is kept too. With it the kernel passes the messages of the
+ * catalogue and error frames alone, on a bus that others fill. */
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
+#include <linux/net_tstamp.h>
 #include <linux/sock_diag.h>
 #include <net/if.h>
 #include <net/if_arp.h>
@@ -18,6 +19,7 @@
 #include <unistd.h>
 
 #include "common/wire.h"
+#include "host/link/can_control.h"
 #include "host/link/link_ops.h"
 
 /* A full bus of 1 Mbit/s brings up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes of queue: this
@@ -60,9 +62,6 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
 {
     short flags = 0;
     char known[200];
-    if (strlen(name) >= IFNAMSIZ)
-        return error_set(error, MR_USAGE, "interface name too long: %s; at most %d characters", link->spec,
-                         IFNAMSIZ - 1);
     if (!is_can(link->fd, name, &flags)) {
         list_interfaces(link->fd, known, sizeof known);
         return error_set(error, MR_IO, "no such CAN interface: %s; %s (ip link shows them)", link->spec, known);
@@ -82,22 +81,58 @@ static void enlarge_queue(int fd)
         setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
 }
 
-static enum mr_status set_up(struct link *link, struct error *error)
+/* The adapter's stamps and the kernel's; those of the kernel alone where it does not know the former. */
+static bool ask_for_stamps(int fd)
+{
+    int on = 1, stamps = SOF_TIMESTAMPING_RX_HARDWARE | SOF_TIMESTAMPING_RAW_HARDWARE | SOF_TIMESTAMPING_RX_SOFTWARE |
+                         SOF_TIMESTAMPING_SOFTWARE;
+    return setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPING, &stamps, sizeof stamps) == 0 ||
+           setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) == 0;
+}
+
+static bool ask_for_board(int fd)
+{
+    struct can_filter filters[CAN_RAW_FILTER_MAX];
+    size_t count = can_board_filters(filters, CAN_RAW_FILTER_MAX);
+    return setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filters, (socklen_t)(count * sizeof filters[0])) == 0;
+}
+
+static enum mr_status set_up(struct link *link, bool board, struct error *error)
 {
     can_err_mask_t errors = CAN_ERR_MASK;
     int on = 1;
     enlarge_queue(link->fd);
-    if (setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 ||
-        setsockopt(link->fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
+    if (setsockopt(link->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 || !ask_for_stamps(link->fd) ||
+        (board && !ask_for_board(link->fd)) ||
         setsockopt(link->fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0)
         return error_set(error, MR_IO, "cannot set up the socket (%s): %s; use a newer kernel", strerror(errno),
                          link->spec);
     link->queue_lost = 0;
+    link->clock = (struct adapter_clock){0};
     return MR_OK;
 }
 
-static enum mr_status can_open(struct link *link, const char *name, struct error *error)
+/* IFACE[:board] */
+static enum mr_status parse(const struct link *link, const char *text, char name[IFNAMSIZ], bool *board, struct error *error)
 {
+    size_t length = strcspn(text, ":");
+    *board = strcmp(text + length, ":board") == 0;
+    if (text[length] && !*board)
+        return error_set(error, MR_USAGE, "no such filter: '%s' of %s; write can:IFACE, or can:IFACE:board for the board's messages alone",
+                         text + length, link->spec);
+    if (length == 0 || length >= IFNAMSIZ)
+        return error_set(error, MR_USAGE, "interface name of %zu characters: %s; 1 to %d", length, link->spec, IFNAMSIZ - 1);
+    memcpy(name, text, length);
+    name[length] = '\0';
+    return MR_OK;
+}
+
+static enum mr_status can_open(struct link *link, const char *text, struct error *error)
+{
+    char name[IFNAMSIZ];
+    bool board;
+    if (parse(link, text, name, &board, error) != MR_OK)
+        return error->status;
     link->fd = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
     if (link->fd < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
         return error_set(error, MR_IO,
@@ -108,7 +143,7 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
                          link->spec);
     enum mr_status status = check_interface(link, name, error);
     if (status == MR_OK)
-        status = set_up(link, error);
+        status = set_up(link, board, error);
     if (status != MR_OK)
         return status;
     struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = (int)if_nametoindex(name)};
@@ -118,36 +153,26 @@ static enum mr_status can_open(struct link *link, const char *name, struct error
     return MR_OK;
 }
 
-/* Time of reception by the kernel, and how many frames the socket's queue has lost so far (a counter of 32 bits
- * that wraps; it comes with every frame once it is not 0). */
-static void take_control(struct link *link, struct msghdr *message, struct link_frame *frame)
+/* Time of reception by the adapter's clock, when it has one: it stamps the frame on the bus, while the kernel does so when it gets to it.
+ * The kernel's time is of the clock that may be set, and is brought to the other one for that. */
+static uint64_t time_of(struct link *link, const struct can_control *control)
 {
-    frame->host_us = 0;
-    for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
-        if (c->cmsg_level != SOL_SOCKET)
-            continue;
-        if (c->cmsg_type == SO_TIMESTAMPNS) {
-            struct timespec at;
-            memcpy(&at, CMSG_DATA(c), sizeof at);
-            frame->host_us = (uint64_t)at.tv_sec * 1000000u + (uint64_t)at.tv_nsec / 1000u;
-        } else if (c->cmsg_type == SO_RXQ_OVFL) {
-            uint32_t lost;
-            memcpy(&lost, CMSG_DATA(c), sizeof lost);
-            link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(lost - link->queue_lost));
-            link->queue_lost = lost;
-        }
-    }
-    if (frame->host_us == 0)
-        frame->host_us = link_now_us();
+    uint64_t now_us = link_now_us();
+    uint64_t kernel_us = control->kernel_us ? control->kernel_us : now_us;
+    if (control->hardware_us == 0)
+        return kernel_us;
+    uint64_t ahead_us = now_us - link_monotonic_us();
+    return adapter_clock_time(&link->clock, control->hardware_us, kernel_us - ahead_us) + ahead_us;
 }
 
 static enum mr_status can_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
 {
     struct can_frame raw;
-    char control[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
+    char beside[CAN_CONTROL_BYTES];
+    struct can_control control;
     struct iovec part = {.iov_base = &raw, .iov_len = sizeof raw};
     struct msghdr message = {
-        .msg_iov = &part, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};
+        .msg_iov = &part, .msg_iovlen = 1, .msg_control = beside, .msg_controllen = sizeof beside};
     ssize_t count = recvmsg(link->fd, &message, 0);
     if (count < 0 && (errno == EAGAIN || errno == EINTR || errno == ENOBUFS))
         return MR_TOO_FEW;
@@ -157,7 +182,12 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
     if ((size_t)count != sizeof raw || raw.can_dlc > sizeof frame->data)
         return error_set(error, MR_MALFORMED, "no CAN frame of 8 bytes or less: %s; is it a CAN FD bus?",
                          link->spec);
-    take_control(link, &message, frame);
+    can_control_take(&message, &control);
+    if (control.lost_known) {
+        link_trouble(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
+        link->queue_lost = control.lost;
+    }
+    frame->host_us = time_of(link, &control);
     frame->id = raw.can_id;
     frame->length = raw.can_dlc;
     memset(frame->data, 0, sizeof frame->data);
@@ -202,7 +232,7 @@ static void can_service(struct link *link)
 
 const struct link_ops link_can_ops = {
     .prefix = "can:",
-    .form = "can:IFACE",
+    .form = "can:IFACE[:board]",
     .kinds = 1u << LINK_CAN,
     .comes_back = true,
     .open = can_open,

@@ -10,12 +10,12 @@
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-#define FORMS "unix:PATH, file:PATH, can:IFACE, slcan:TTY[:BAUD], serial:TTY[:BAUD] or pty:PATH"
+#define FORMS "unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD] or pty:PATH"
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
 
-static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_can_ops, &link_serial_ops,
+static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_paced_ops, &link_can_ops, &link_serial_ops,
                                                &link_slcan_ops, &link_pty_ops};
 
 static bool starts_with(const char *text, const char *prefix)
@@ -69,8 +69,9 @@ enum mr_status link_open(const char *spec, enum link_kind kind, struct link **li
     }
     made->ops = ops;
     made->kind = kind;
-    made->fd = -1;
+    made->fd = made->source = -1;
     made->spec = copy;
+    made->away_most_us = AWAY_MAX_US;
     enum mr_status status = ops->open(made, path, error);
     if (status != MR_OK) {
         link_close(made);
@@ -87,6 +88,11 @@ void link_close(struct link *link)
     release(link);
     free(link->spec);
     free(link);
+}
+
+void link_patience(struct link *link, double seconds)
+{
+    link->away_most_us = (uint64_t)(seconds * 1e6);
 }
 
 int link_fd(const struct link *link)
@@ -147,10 +153,9 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
         return MR_OK;
     }
     release(link);
-    if (now_us - link->away_since_us < AWAY_MAX_US)
+    if (now_us - link->away_since_us < link->away_most_us)
         return MR_TOO_FEW;
-    return error_set(error, link->away.status, "%s (waited %u s for it)", link->away.text,
-                     AWAY_MAX_US / 1000000u);
+    return error_set(error, link->away.status, "%s (waited %.0f s for it)", link->away.text, (double)link->away_most_us / 1e6);
 }
 
 enum mr_status link_service(struct link *link, struct error *error)

@@ -1,17 +1,17 @@
 /* A link to a board: CAN frames or serial bytes, whatever carries them.
  *
- *     LINK := unix:PATH | file:PATH | can:IFACE | slcan:TTY[:BAUD] | serial:TTY[:BAUD] | pty:PATH
+ *     LINK := unix:PATH | file:PATH | paced:PATH | can:IFACE[:board] | slcan:TTY[:BAUD] | serial:TTY[:BAUD] | pty:PATH
  *
  * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
  * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for
- * serial, from a file or a pipe. can: is a CAN interface of the Linux kernel, slcan: a LAWICEL adapter on a
- * serial port (host/link/slcan.h), serial: a serial port, 8N1, 2000000 baud unless given, pty: the pseudo-terminal of
- * an emulated board.
+ * serial, from a file or a pipe; paced: a log at the pace at which it was recorded. can: is a CAN interface of the Linux
+ * kernel, with :board the board's messages alone, slcan: a LAWICEL adapter on a serial port (host/link/slcan.h), serial: a
+ * serial port, 8N1, 2000000 baud unless given, pty: the pseudo-terminal of an emulated board.
  *
  * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW: bytes may
  * wait inside the link where poll does not see them. Call link_service at least once a second: a device that went
- * away (unplugged, interface down) is opened again when it comes back within 10 s; meanwhile link_fd is -1 and
- * receiving gives MR_TOO_FEW. */
+ * away (unplugged, interface down) is opened again when it comes back within 10 s, or link_patience; meanwhile link_fd is
+ * -1 and receiving gives MR_TOO_FEW. */
 #ifndef MATRIG_HOST_LINK_LINK_H
 #define MATRIG_HOST_LINK_LINK_H
 
@@ -52,6 +52,9 @@ struct link;
  * open. */
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link, struct error *error);
 void link_close(struct link *link); /* NULL is allowed */
+
+/* How long a device that went away is waited for. */
+void link_patience(struct link *link, double seconds);
 
 int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);

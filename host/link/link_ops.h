@@ -4,6 +4,7 @@
 
 #include <sys/types.h>
 
+#include "host/link/adapter_clock.h"
 #include "host/link/link.h"
 
 struct link_ops {
@@ -38,18 +39,25 @@ struct link {
     uint64_t read_us;   /* when the newest of them was read, Unix time */
     uint64_t read_monotonic_us; /* and by the clock that is never set */
     unsigned long line; /* file: lines given on */
+    int source;         /* paced: the file; fd is a timer */
+    bool frame_waits;   /* paced: until it is due, */
+    struct link_frame waiting;
+    uint64_t pace_us;   /* by the monotonic clock, which is so much later than the stamps; 0: not known */
 
     struct error away;         /* why the device is away; MR_OK: it is there */
+    uint64_t away_most_us;     /* how long it is waited for */
     uint64_t away_since_us;    /* these three monotonic */
     uint64_t retry_us;
     uint64_t service_us;
     uint32_t queue_lost; /* can: the kernel's counter */
+    struct adapter_clock clock; /* can: of an adapter with a clock of its own */
     struct tty *tty;     /* serial:, slcan: */
     struct slcan *slcan; /* slcan: */
 };
 
 extern const struct link_ops link_unix_ops;
 extern const struct link_ops link_file_ops;
+extern const struct link_ops link_paced_ops;
 extern const struct link_ops link_can_ops;
 extern const struct link_ops link_serial_ops;
 extern const struct link_ops link_slcan_ops;

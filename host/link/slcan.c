@@ -5,7 +5,6 @@
 #include <string.h>
 
 #define BEL '\a'
-#define PERIOD_US 5000000u
 
 /* Flags of the answer to F. */
 #define STATUS_RX_FULL 0x01u
@@ -168,23 +167,8 @@ uint64_t slcan_time(struct slcan_clock *clock, unsigned stamp_ms, uint64_t host_
 {
     if (stamp_ms == SLCAN_STAMP_NONE)
         return host_us;
-    uint64_t adapter_us = clock->known ? unwrap(clock, stamp_ms, host_us) : stamp_ms * 1000u;
-    int64_t offset_us = (int64_t)(host_us - adapter_us);
-    if (!clock->known) {
-        clock->offset_us[0] = clock->offset_us[1] = offset_us;
-        clock->period_us = adapter_us;
-    } else if (adapter_us - clock->period_us >= PERIOD_US) {
-        clock->offset_us[1] = clock->offset_us[0];
-        clock->offset_us[0] = offset_us;
-        clock->period_us = adapter_us;
-    } else if (offset_us < clock->offset_us[0]) {
-        clock->offset_us[0] = offset_us;
-    }
-    clock->known = true;
+    clock->adapter_us = clock->clock.known ? unwrap(clock, stamp_ms, host_us) : stamp_ms * 1000u;
     clock->stamp_ms = stamp_ms;
-    clock->adapter_us = adapter_us;
     clock->host_us = host_us;
-    int64_t least_us =
-        clock->offset_us[0] < clock->offset_us[1] ? clock->offset_us[0] : clock->offset_us[1];
-    return adapter_us + (uint64_t)least_us;
+    return adapter_clock_time(&clock->clock, clock->adapter_us, host_us);
 }

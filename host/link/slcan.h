@@ -13,6 +13,7 @@
 
 #include <stddef.h>
 
+#include "host/link/adapter_clock.h"
 #include "host/link/link.h"
 
 #define SLCAN_LINE_MAX 32u        /* T, 8 of identifier, length, 16 of data, 4 of time, CR */
@@ -48,18 +49,15 @@ size_t slcan_print(const struct link_frame *frame, char out[SLCAN_LINE_MAX]);
 /* Status flags as a CAN error frame (host/link/can_error.h), its time excepted. False: nothing is wrong. */
 bool slcan_status_frame(uint8_t status, struct link_frame *frame);
 
-/* The adapter's clock against the host's. A frame reaches the host late, never early: the least delay seen in the
- * last 5 to 10 s is taken as the delay of the link. */
+/* The adapter's clock (host/link/adapter_clock.h), which begins again each minute. */
 struct slcan_clock {
-    bool known;
     unsigned stamp_ms;
     uint64_t adapter_us; /* time stamp without wraps */
     uint64_t host_us;    /* when it came */
-    int64_t offset_us[2]; /* least host - adapter time: of this period, of the one before */
-    uint64_t period_us;   /* when this period began, adapter time */
+    struct adapter_clock clock;
 };
 
-/* Host time of a frame with this stamp that came at `host_us`; never later than that. */
+/* Host time of a frame with this stamp that came at `host_us`, by a clock that is never set; never later than that. */
 uint64_t slcan_time(struct slcan_clock *clock, unsigned stamp_ms, uint64_t host_us);
 
 #endif

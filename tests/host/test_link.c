@@ -1,8 +1,10 @@
 /* Links: what a LINK is, candump lines, files and sockets. */
 #include <fcntl.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <time.h>
 
 #include "host/link/candump.h"
 #include "host/link/link.h"
@@ -21,7 +23,10 @@ static void refused_specs(void **state)
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
         {"file:", MR_USAGE, "without a path"},
-        {"can:", MR_USAGE, "write can:IFACE"},
+        {"can:", MR_USAGE, "write can:IFACE[:board]"},
+        {"can:can0:boards", MR_USAGE, "no such filter: ':boards' of can:can0:boards"},
+        {"can::board", MR_USAGE, "interface name of 0 characters"},
+        {"can:an_interface_name_too_long", MR_USAGE, "interface name of 26 characters"},
         {"can:no_such_can", MR_IO, "can:no_such_can"}, /* whether the kernel has CAN or not */
         {"serial:/dev/ttyUSB0", MR_USAGE, "carries no CAN frames: serial:/dev/ttyUSB0; give it as --serial"},
         {"slcan:", MR_USAGE, "write slcan:TTY[:BAUD]"},
@@ -73,7 +78,7 @@ static void bytes_are_no_frames(void **state)
     struct error error = {0};
     (void)state;
     assert_int_equal(link_open("can:can0", LINK_SERIAL, &link, &error), MR_USAGE);
-    assert_error(&error, MR_USAGE, "can:IFACE carries no serial bytes: can:can0; give it as --can");
+    assert_error(&error, MR_USAGE, "can:IFACE[:board] carries no serial bytes: can:can0; give it as --can");
 }
 
 static void socket_path_too_long(void **state)
@@ -230,6 +235,46 @@ static void foreign_file_names_its_line(void **state)
     free(text);
 }
 
+static uint64_t monotonic_us(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+}
+
+/* No frame comes before its time; its stamp is the recorded one. What is waited for is readable then. */
+static void paced_log_keeps_its_pace(void **state)
+{
+    static const uint64_t later_us[] = {0, 30000, 30000, 90000};
+    char path[200], spec[220];
+    struct link *link = NULL;
+    struct link_frame frame;
+    struct error error = {0};
+    const char *text = "(1700000000.5) can0 001#\n(1700000000.53) can0 002#\n(1700000000.53) can0 003#\n(1700000000.59) can0 004#\n";
+    (void)state;
+    scratch_path(path, sizeof path, "paced.log");
+    scratch_write(path, text, strlen(text));
+    snprintf(spec, sizeof spec, "paced:%s", path);
+    assert_int_equal(link_open(spec, LINK_SERIAL, &link, &error), MR_USAGE);
+    error = (struct error){0};
+    assert_int_equal(link_open(spec, LINK_CAN, &link, &error), MR_OK);
+    uint64_t begun_us = 0;
+    for (size_t i = 0; i < COUNT_OF(later_us); i++) {
+        enum mr_status status;
+        while ((status = link_receive_frame(link, &frame, &error)) == MR_TOO_FEW) {
+            struct pollfd ready = {.fd = link_fd(link), .events = POLLIN};
+            assert_int_equal(poll(&ready, 1, 5000), 1);
+        }
+        assert_int_equal(status, MR_OK);
+        begun_us = i ? begun_us : monotonic_us();
+        assert_int_equal(frame.id, i + 1);
+        assert_true(frame.host_us == 1700000000500000u + later_us[i]);
+        assert_true(i == 0 || monotonic_us() + 5000 >= begun_us + later_us[i]);
+    }
+    assert_int_equal(link_receive_frame(link, &frame, &error), MR_CLOSED);
+    link_close(link);
+}
+
 /* A board's end of a socket: `far` is what it writes to. */
 static struct link *open_socket(enum link_kind kind, int *far)
 {
@@ -360,6 +405,7 @@ int main(void)
         cmocka_unit_test(refused_candump_lines),
         cmocka_unit_test(candump_there_and_back),
         cmocka_unit_test(file_ends_well),
+        cmocka_unit_test(paced_log_keeps_its_pace),
         cmocka_unit_test(file_ends_inside_a_line),
         cmocka_unit_test(foreign_file_names_its_line),
         cmocka_unit_test(socket_carries_can_frames),

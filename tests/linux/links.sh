@@ -176,6 +176,24 @@ played_complete() {
 }
 check "canplayer and cangen over vcan: matrig and candump keep the same" played_complete
 
+# --- the board's messages alone ---
+links="--can can:vcan0:board"
+start_log filtered
+head -n 2000 $landing.can >filtered.can
+cangen vcan0 -g 0 -n 1000 -I 555 -L 8 -D i
+canplayer -I filtered.can vcan0=can0
+cansend vcan0 20000020#0000000000000000
+wait_for 20 frames_in filtered frames 2001
+usleep 500000
+stop_log
+filtered_board() { # the 1000 frames of others do not come in, the error frame does
+    cat filtered.txt filtered.err
+    rows_of filtered 0 | grep -v '^20000020#' >filtered.rows && awk '{print $3}' filtered.can >filtered.sent && cmp filtered.rows filtered.sent &&
+        [ "$(db filtered "select count(*) from frames where can_id & 0x20000000")" = 1 ] && [ "$(db filtered "select outside from links")" = 0 ]
+}
+check "with a filter what others say does not come in, and error frames do" filtered_board
+links="--can can:vcan0"
+
 # --- errors on the bus, told to the user ---
 start_log errors
 canplayer -I $landing.can vcan0=can0 &
@@ -248,7 +266,7 @@ check "an interface that goes down and up again goes on" came_back
 echo "# host: start board 3"
 wait_for 20 has_ports plugged
 plugged=$(usb_port plugged)
-links="--serial serial:$plugged"
+links="--serial serial:$plugged --wait 10"
 start_log usb
 wait_for 20 sh -c '[ "$(sqlite3 usb.db "select count(*) from blocks")" -gt 50 ]'
 echo "# host: stop board 3"
