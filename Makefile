@@ -20,7 +20,7 @@ ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdat
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
 	libsundials-dev libserialport-dev libmd-dev zlib1g-dev libgsl-dev libmicrohttpd-dev libc6-dev $(if $(shell command -v npm),,npm)
 TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
-	gdb-multiarch gtkwave stm32flash python3 groff-base
+	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
 # And to decode a candump log beside matrig.
@@ -119,7 +119,7 @@ demo: all ## play a landing to the emulated board, log it, compare it, report it
 	@tests/demo.sh
 
 .PHONY: test
-test: $(B)/.test-packages all $(tests) $(test_images) $(variants) $(test_programs) $(fuzz_programs) ## unit tests, emulated-board tests, command-line tests
+test: $(B)/.test-packages all $(candied) $(tests) $(test_images) $(variants) $(test_programs) $(fuzz_programs) ## unit tests, emulated-board tests, command-line tests
 	@tests/run-all.sh $(tests) $(filter-out tests/cli/tap.sh,$(sort $(wildcard tests/cli/*.sh)))
 
 .PHONY: test-linux
@@ -299,6 +299,15 @@ $(uplot): host/live/page/package.json host/live/page/package-lock.json | $(B)/.d
 		{ grep -i err npm.log | head -n 3 >&2; echo "cannot fetch uPlot by npm; see build/npm/npm.log; it needs a network once" >&2; exit 2; }
 	@touch $@
 $(B)/host/host/live/assets.o: $(uplot) $(wildcard host/live/page/live.*)
+
+# --- tests only: a DBC parser that is not ours ---
+candied := build/npm-exchange/node_modules/candied/package.json
+$(candied): tests/exchange/package.json tests/exchange/package-lock.json | $(B)/.demo-packages
+	@mkdir -p build/npm-exchange
+	@cp $^ build/npm-exchange/
+	@cd build/npm-exchange && npm ci --ignore-scripts --no-audit --no-fund --omit-lockfile-registry-resolved --cache ./cache >npm.log 2>&1 || \
+		{ grep -i err npm.log | head -n 3 >&2; echo "cannot fetch candied by npm; see build/npm-exchange/npm.log; it needs a network once" >&2; exit 2; }
+	@touch $@
 
 # --- firmware ---
 $(B)/arm/%.o: %.c | $(B)/.demo-packages

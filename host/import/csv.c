@@ -21,7 +21,8 @@ struct table {
     size_t line;
     struct field field[FIELDS_MAX];
     size_t fields, columns; /* of this line; of the header, else of the first row */
-    double last_s;
+    double last_s, before_s; /* of the last row taken, and of the one before it */
+    size_t last_line;
     size_t rows;
 };
 
@@ -158,6 +159,22 @@ static bool bad(struct table *t, const char *line, const char *at, bool whole, c
     return false;
 }
 
+/* The row before was wrong if this one goes on from the one before that: one bad time must not cost all that follow. */
+static bool take_back(struct table *t, double time_s)
+{
+    if (!(time_s > t->before_s) || t->rows == 0)
+        return false;
+    for (size_t c = 0; c < t->mapping->channels; c++) {
+        struct series *series = &t->mapping->channel[c].series;
+        series->count -= series->count && series->time_s[series->count - 1] == t->last_s;
+    }
+    t->verdict->bad_lines++;
+    t->rows--;
+    verdict_set(t->verdict, MR_MALFORMED, t->last_line, 1, "the time jumps");
+    t->last_s = t->before_s;
+    return true;
+}
+
 /* All numbers of the line before any is taken: a bad line gives none. */
 static bool check_row(struct table *t, const char *line, size_t length, bool whole, double *time_s)
 {
@@ -177,7 +194,7 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     if (!take_number(m, t->field[m->time_place - 1], &value) || isnan(value))
         return bad(t, line, t->field[m->time_place - 1].at, whole, "no time");
     *time_s = value * m->time_unit_s;
-    if (!(*time_s > t->last_s))
+    if (!(*time_s > t->last_s) && !take_back(t, *time_s))
         return bad(t, line, t->field[m->time_place - 1].at, whole, "the time does not go on");
     for (size_t c = 0; c < m->channels; c++) {
         unsigned place = m->channel[c].place;
@@ -191,7 +208,9 @@ static enum mr_status take_row(struct table *t, double time_s)
 {
     struct mapping *m = t->mapping;
     enum mr_status status = MR_OK;
+    t->before_s = t->last_s;
     t->last_s = time_s;
+    t->last_line = t->line;
     t->rows++;
     for (size_t c = 0; c < m->channels && status == MR_OK; c++) {
         struct mapping_channel *channel = &m->channel[c];
@@ -206,7 +225,8 @@ static enum mr_status take_row(struct table *t, double time_s)
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping, size_t *rows,
                         struct verdict *verdict, struct error *error)
 {
-    struct table t = {.at = text, .end = text + length, .path = path, .mapping = mapping, .verdict = verdict, .last_s = -(double)INFINITY};
+    struct table t = {.at = text, .end = text + length, .path = path, .mapping = mapping, .verdict = verdict, .last_s = -(double)INFINITY,
+                      .before_s = -(double)INFINITY};
     const char *line;
     double time_s;
     bool whole;

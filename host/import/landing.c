@@ -132,9 +132,13 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
     }
     w->base_us += 1e6 * m->shift_s;
     double from = floor((w->base_us + 1e6 * first_s) / BLOCK_US), to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
-    if (from < 0.0 || to > 4e9)
-        return error_set(error, MR_USAGE, "begins %.3f s before the board's time does: %s; see the mapping's shift_s and align",
-                         -1e-6 * (w->base_us + 1e6 * first_s), w->request->path);
+    if (to < 0.0 || to > 4e9)
+        return error_set(error, MR_USAGE, "ends %.3f s before the board's time begins: %s; see the mapping's shift_s and align",
+                         -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
+    if (from < 0.0) {
+        cli_note(w->request->cli, "%.3f s from before the board's time began are left out", -1e-3 * from);
+        from = 0.0;
+    }
     w->first = (int64_t)from;
     w->blocks = (size_t)(to - from) + 1;
     return MR_OK;
@@ -240,6 +244,11 @@ static enum mr_status put_channel(struct work *w, const struct mapping_channel *
 static enum mr_status put_channels(struct work *w, struct error *error)
 {
     unsigned unknown = 0;
+    for (size_t c = 0; c < w->mapping->channels; c++) {
+        const struct mapping_channel *channel = &w->mapping->channel[c];
+        if (measures(channel) && channel->series.count == 0)
+            cli_note(w->request->cli, "no reading of %c%u in %s", channel->role == MAPPING_TENSION ? 't' : 'd', channel->number, w->request->path);
+    }
     float *reading = malloc(w->blocks * sizeof *reading);
     enum mr_status status = reading ? MR_OK : error_set(error, MR_FULL, "no memory: %s; import it in parts", w->request->path);
     for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {

@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# What goes out of matrig is read by programs that are not ours, to the same values: the DBC file by candied (npm), the CSV export by
+# SQLite and gnuplot, the candump export by its own grammar.
+. "$(dirname "$0")/tap.sh"
+db=$tmp/campaign.db
+
+build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --rig tests/runs/landing5.run >/dev/null 2>&1
+build/matrig --quiet log --can "file:$tmp/can" --db "$db" >/dev/null
+build/matrig export "$db" 1 --format csv -o "$tmp/run.csv"
+build/matrig export "$db" 1 --format candump -o "$tmp/run.log"
+build/matrig dbc -o "$tmp/matrig.dbc"
+
+# Over 100,000 values, none further off than a digit of the CSV; no line of the DBC that the parser does not understand.
+foreign_parser() {
+    node tests/exchange/dbc_read.js build/npm-exchange/node_modules "$1" "$tmp/run.log" "$tmp/run.csv" >"$tmp/foreign" || { cat "$tmp/foreign"; return 1; }
+    head -n 1 "$tmp/foreign"
+    awk 'NR == 1 {exit !($5 > 100000 && $10 == 0)}' "$tmp/foreign" && grep -qx 'state idle armed landing settling done' "$tmp/foreign"
+}
+foreign_parser_can_fail() { # one factor, one place
+    sed 's/d4_in : 0|16@1- (0.0001,0)/d4_in : 0|16@1- (0.00011,0)/' "$tmp/matrig.dbc" >"$tmp/factor.dbc"
+    sed 's/t2_lb : 16|16/t2_lb : 24|16/' "$tmp/matrig.dbc" >"$tmp/place.dbc"
+    ! cmp -s "$tmp/matrig.dbc" "$tmp/factor.dbc" && ! cmp -s "$tmp/matrig.dbc" "$tmp/place.dbc" &&
+        ! foreign_parser "$tmp/factor.dbc" && ! foreign_parser "$tmp/place.dbc"
+}
+# The median time between two frames of a message, as the board sent them, is its cycle time.
+cycle_times() {
+    python3 - "$tmp/cycles" "$tmp/can" <<'PYTHON'
+import statistics, sys
+cycles = {w[1]: int(w[2]) for w in map(str.split, open(sys.argv[1])) if w and w[0] == "cycle"}
+times = {}
+for line in open(sys.argv[2]):
+    time, _, frame = line.split()
+    times.setdefault(frame.split("#")[0], []).append(float(time[1:-1]))
+checked = 0
+for name, ms in cycles.items():
+    seen = times.get(name, [])
+    if len(seen) < 6:
+        continue
+    median = 1000 * statistics.median(b - a for a, b in zip(seen, seen[1:]))
+    if abs(median - ms) > 0.1 * ms:
+        sys.exit(f"{name}: {ms} ms said, {median:.1f} ms sent")
+    checked += 1
+print(checked, "messages")
+sys.exit(checked < 30)
+PYTHON
+}
+in_sqlite() {
+    grep -v '^#' "$tmp/run.csv" >"$tmp/plain.csv"
+    sqlite3 :memory: '.mode csv' ".import $tmp/plain.csv run" '.mode list' \
+        "SELECT count(*), round(sum(t5_lb), 3), round(max(CAST(d2_in AS REAL)), 5) FROM run WHERE t5_lb <> ''" >"$tmp/sqlite" || return 1
+    awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) c[$i] = i; next}
+        $c["t5_lb"] != "" {n++; sum += $c["t5_lb"]; if ($c["d2_in"] > most) most = $c["d2_in"]}
+        END {printf "%d|%.3f|%.5f\n", n, sum, most}' "$tmp/plain.csv" >"$tmp/awk"
+    cat "$tmp/sqlite" "$tmp/awk"
+    awk -F'|' 'NR == 1 {split($0, a, "|")} NR == 2 {exit !(a[1] == $1 && $1 > 5000 && (a[2] - $2) ^ 2 < 1e-4 && (a[3] - $3) ^ 2 < 1e-12)}' "$tmp/sqlite" "$tmp/awk"
+}
+in_gnuplot() {
+    gnuplot -e "set datafile separator ','; set datafile missing ''; set key autotitle columnhead;
+        stats '$tmp/run.csv' using 't_s':'d2_in' name 'D' nooutput; set print '-'; print sprintf('%d %.5f', D_records, D_max_y)" >"$tmp/gnuplot" || return 1
+    grep -v '^#' "$tmp/run.csv" | awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) c[$i] = i; next} $c["d2_in"] != "" {n++; if ($c["d2_in"] > most) most = $c["d2_in"]}
+        END {printf "%d %.5f\n", n, most}' >"$tmp/awk"
+    cat "$tmp/gnuplot" "$tmp/awk"
+    cmp "$tmp/gnuplot" "$tmp/awk"
+}
+exactly_six_decimals() {
+    [ "$(wc -l <"$tmp/run.log")" -gt 20000 ] && ! grep -Evn '^\([0-9]{10}\.[0-9]{6}\) can0 [0-9A-F]{3}#([0-9A-F]{2}){0,8}$' "$tmp/run.log"
+}
+
+check "a foreign parser decodes the logged frames by the DBC to the CSV's values" foreign_parser "$tmp/matrig.dbc"
+cp "$tmp/foreign" "$tmp/cycles"
+check "a wrong factor or place in the DBC would be found" foreign_parser_can_fail
+check "cycle times are those of the board" cycle_times
+check "SQLite takes in the CSV" in_sqlite
+check "gnuplot reads the CSV" in_gnuplot
+check "candump export has exactly six decimals" exactly_six_decimals
+finish

@@ -1,0 +1,220 @@
+#!/usr/bin/env bash
+# matrig import: logs of matrig's boards, matrig's own tables, and other instruments' data as other programs write them
+# (tests/exchange/other_instrument.py). Damage is named by line and column, and what is good is kept.
+. "$(dirname "$0")/tap.sh"
+db=$tmp/campaign.db
+m() { build/matrig --quiet "$@"; }
+cell() { sqlite3 "$db" "$1"; }
+
+build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --rig tests/runs/landing5.run >/dev/null 2>&1
+m log --can "file:$tmp/can" --db "$db" >/dev/null
+m export "$db" 1 --format csv -o "$tmp/run1.csv"
+lines=$(wc -l <"$tmp/can")
+
+a_log_is_a_landing() {
+    build/matrig --json import "$db" "$tmp/can" >"$tmp/json" && cat "$tmp/json" || return 1
+    python3 - "$tmp/json" "$lines" "$tmp/can" <<'PYTHON' || return 1
+import hashlib, json, sys
+r = json.load(open(sys.argv[1]))
+assert r["verdict"] == {"state": "complete"} and r["rows"] == int(sys.argv[2]) and r["runs"] == [2] and r["format"] == "candump", r
+assert r["sha256"] == hashlib.sha256(open(sys.argv[3], "rb").read()).hexdigest()
+PYTHON
+    m export "$db" 2 --format csv -o "$tmp/run2.csv" && cmp <(sed 1d "$tmp/run1.csv") <(sed 1d "$tmp/run2.csv") &&
+        [ "$(cell 'SELECT count(*) FROM frames WHERE landing=1')" = "$(cell 'SELECT count(*) FROM frames WHERE landing=2')" ] &&
+        [ "$(cell "SELECT group_concat(can_id || hex(data), '') FROM (SELECT * FROM frames WHERE landing=1 ORDER BY id)")" = \
+          "$(cell "SELECT group_concat(can_id || hex(data), '') FROM (SELECT * FROM frames WHERE landing=2 ORDER BY id)")" ]
+}
+twice_is_refused() {
+    fails_with 2 'imported already, as session 2 .*--again' build/matrig import "$db" "$tmp/can"
+}
+it_stands_in_report_and_summary() {
+    m report "$db" -o "$tmp/report.html" && grep -q "imported from</dt><dd>$tmp/can (candump, [0-9]* bytes, SHA-256 $(sha256sum <"$tmp/can" | cut -c1-64))" "$tmp/report.html"
+}
+a_cut_log_keeps_what_is_whole() {
+    head -c 500010 "$tmp/can" >"$tmp/cut.log"
+    local whole=$(wc -l <"$tmp/cut.log")
+    fails_with 4 "truncated at line $((whole + 1)), column [0-9]*: the log ends inside a line" build/matrig --quiet import "$tmp/cut.db" "$tmp/cut.log" &&
+        [ "$(sqlite3 "$tmp/cut.db" 'SELECT count(*) FROM frames')" = "$whole" ] &&
+        sqlite3 "$tmp/cut.db" 'SELECT verdict FROM imports' | grep -q "^truncated at line $((whole + 1))"
+}
+a_damaged_line_costs_itself() {
+    sed -e '7000s/#../#G0/' -e '9000s/.*/noise/' "$tmp/can" >"$tmp/bad.log"
+    local column=$(sed -n 7000p "$tmp/can" | awk '{print index($0, "#") + 1}')
+    fails_with 4 "malformed at line 7000, column $column: .*; 2 lines were passed over" build/matrig --quiet import "$tmp/bad.db" "$tmp/bad.log" &&
+        [ "$(sqlite3 "$tmp/bad.db" 'SELECT count(*) FROM frames')" = $((lines - 2)) ] &&
+        [ "$(sqlite3 "$tmp/bad.db" 'SELECT lost FROM links')" = 2 ] # the board's own counts miss them
+}
+another_bus_is_left_out() {
+    awk 'NR % 2 {print} !(NR % 2) {print; $2 = "can1"; print}' "$tmp/can" >"$tmp/two.log"
+    m --json import "$tmp/two.db" "$tmp/two.log" >"$tmp/json" && grep -q "\"rows\":$lines," "$tmp/json" &&
+        grep -q "\"other_interfaces\":$((lines / 2))," "$tmp/json" &&
+        fails_with 2 'no frame of can7 in' build/matrig import "$tmp/two.db" "$tmp/two.log" --interface can7
+}
+# Export, import, export: each cell is the same, so the resolution is that of the table: 1e-5 in and 1e-3 lb.
+own_table_goes_round() {
+    m import "$db" "$tmp/run1.csv" --like 1 >"$tmp/out" || return 1
+    local run=$(cell 'SELECT max(id) FROM landings')
+    m export "$db" "$run" --format csv -o "$tmp/round.csv" || return 1
+    python3 - "$tmp/run1.csv" "$tmp/round.csv" <<'PYTHON' || return 1
+import csv, sys
+a, b = ([r for r in csv.DictReader(l for l in open(f) if not l.startswith("#"))] for f in sys.argv[1:])
+assert len(a) == len(b) > 5000, (len(a), len(b))
+cells = 0
+for x, y in zip(a, b):
+    for name in x:
+        if name == "validity":
+            continue
+        tolerance = 1.01e-5 if name[0] == "d" else 0.51e-3 if name[0] == "t" and name != "t_s" else 0.51e-6 if name == "t_s" else 0.51e-4
+        assert (x[name] == "") == (y[name] == ""), (x["t_s"], name)
+        assert x[name] == "" or abs(float(x[name]) - float(y[name])) <= tolerance, (x["t_s"], name, x[name], y[name])
+        cells += 1
+print(cells)
+PYTHON
+    build/matrig compare "$db" "$run" >"$tmp/compare" && grep -q '^ *8 ' "$tmp/compare" && m export "$db" "$run" --format mdf4 -o "$tmp/round.mf4"
+}
+metric_table_too() {
+    m --si export "$db" 1 --format csv -o "$tmp/si.csv" && m import "$db" "$tmp/si.csv" --like 1 >/dev/null || return 1
+    m export "$db" "$(cell 'SELECT max(id) FROM landings')" --format csv | grep -v '^#' | cut -d, -f12,17 >"$tmp/si.out"
+    grep -v '^#' "$tmp/run1.csv" | cut -d, -f12,17 | paste -d, - "$tmp/si.out" |
+        awk -F, 'NR > 1 && $1 != "" {n++; if (($1 - $3) ^ 2 > 4e-10 || ($2 - $4) ^ 2 > 1e-5) bad++} END {print n, bad + 0; exit n < 5000 || bad}'
+}
+instruments() {
+    local t0=$(sed -n 's/.*board time of t_s = 0: \([0-9.]*\) s.*/\1/p' "$tmp/run1.csv")
+    local edge=$(cell 'SELECT board_us FROM edges WHERE landing=1 AND position=3')
+    switch3=$(awk -v e="$edge" -v t0="$t0" 'BEGIN {printf "%.7f", e / 1e6 - t0}')
+    python3 tests/exchange/other_instrument.py "$tmp" "$switch3"
+    cat >"$tmp/lvdt.json" <<'J'
+{"decimal": ",", "header_lines": 2, "missing": ["---"], "note": "LVDT 12-3",
+ "time": {"column": "Zeit", "unit": "ms"},
+ "align": {"column": "Trigger", "threshold": 2.5, "edge": "falling", "switch": 3},
+ "channels": [{"column": "Weg 2", "channel": "d2", "unit": "mm", "scale": 4, "offset": -10, "error": 0.0254}]}
+J
+    cat >"$tmp/gear.json" <<'J'
+{"time": {"column": 1, "unit": "s"}, "touchdown_ft": 3, "switch_error_ft": 0.001,
+ "channels": [{"column": "x", "channel": "gear", "unit": "m"}, {"column": 3, "channel": "t1", "unit": "N"}]}
+J
+    cat >"$tmp/dbc.json" <<'J'
+{"dbc": "frames.dbc", "channels": [{"signal": "Path.Way", "channel": "d1"}, {"signal": "Pull.Force", "channel": "t3"}]}
+J
+    cat >"$tmp/bits.json" <<'J'
+{"channels": [{"id": "0x18FF1234", "start_bit": 7, "bits": 16, "signed": true, "byte_order": "big", "scale": 0.0254, "unit": "mm", "channel": "d1"},
+              {"id": "0x321", "start_bit": 8, "bits": 32, "float": true, "unit": "lb", "channel": "t3"}]}
+J
+}
+# Against the closed form the data was made of: 500 Hz, straight lines between: (0.002 s)^2 / 8 of the second derivative, 1.3e-5 mm.
+a_foreign_table_lies_where_its_trigger_says() {
+    build/matrig import "$db" "$tmp/lvdt.csv" --map "$tmp/lvdt.json" --like 1 >"$tmp/out" || { cat "$tmp/out"; return 1; }
+    local run=$(cell 'SELECT max(id) FROM landings')
+    m export "$db" "$run" --format csv -o "$tmp/lvdt.out" || return 1
+    python3 - "$tmp/lvdt.out" "$switch3" <<'PYTHON' || return 1
+import csv, math, sys
+rows = list(csv.DictReader(l for l in open(sys.argv[1]) if not l.startswith("#")))
+worst, there, missing = 0, 0, 0
+for r in rows:
+    t = float(r["t_s"])
+    if r["d2_in"] == "":
+        missing += 1
+        continue
+    there += 1
+    true = 10 * (1 - math.cos(2 * math.pi * t / 4)) / 25.4 if t > 0 else 0
+    worst = max(worst, abs(float(r["d2_in"]) - true))
+print(len(rows), there, missing, worst)
+assert abs(len(rows) - 5999) <= 2 and 100 <= missing <= 103 and worst < 1.2e-5
+PYTHON
+    m --json landing "$db" "$run" >/dev/null; build/matrig report "$db" -o "$tmp/r.html" 2>/dev/null && grep -q "lvdt.csv (csv," "$tmp/r.html" &&
+        cell "SELECT channels || ' ' || cause FROM gaps WHERE landing=$run" | grep -qx 'd2 file' &&
+        [ "$(cell "SELECT mapping FROM imports ORDER BY session DESC LIMIT 1" | grep -c 'LVDT 12-3')" = 1 ]
+}
+a_camera_track_gives_the_gear() {
+    m import "$db" "$tmp/gear.csv" --map "$tmp/gear.json" >/dev/null || return 1
+    local run=$(cell 'SELECT max(id) FROM landings')
+    m export "$db" "$run" --format csv | grep -v '^#' >"$tmp/gear.out"
+    python3 - "$tmp/gear.out" <<'PYTHON'
+import csv, sys
+rows = list(csv.DictReader(open(sys.argv[1])))
+first = min((r for r in rows if r["speed_ft_s"]), key=lambda r: float(r["t_s"]))
+assert abs(float(first["speed_ft_s"]) - 36) < 0.1 and abs(float(first["gear_ft"]) - 3) < 0.05, first
+for r in rows:
+    t = float(r["t_s"])
+    assert r["t1_lb"] == "" or abs(float(r["t1_lb"]) - (400 + 50 * t) / 4.4482216152605) < 0.02, r
+    assert not 0 < t < 4.4 or abs(float(r["gear_ft"]) - (3 + 36 * t - 4 * t * t)) < 0.02, r
+PYTHON
+}
+frames_by_dbc_and_by_bits() {
+    m import "$tmp/f.db" "$tmp/frames.log" --map "$tmp/dbc.json" >/dev/null && m import "$tmp/f.db" "$tmp/frames.log" --map "$tmp/bits.json" >/dev/null || return 1
+    m export "$tmp/f.db" 1 --format csv | grep -v '^#' >"$tmp/f1" && m export "$tmp/f.db" 2 --format csv | grep -v '^#' >"$tmp/f2" || return 1
+    # Without an edge displacement counts from no particular place: from its first here.
+    python3 - "$tmp/f1" "$tmp/f2" <<'PYTHON'
+import csv, sys
+a, b = (list(csv.DictReader(open(f))) for f in sys.argv[1:])
+assert len(a) == len(b) > 3990
+n = 0
+for x, y in zip(a, b):
+    t = float(x["t_s"]) - float(a[0]["t_s"])
+    for r in (x, y):
+        assert r["d1_in"] == "" or abs(float(r["d1_in"]) - float(a[0]["d1_in"]) - 0.5 * t) < 2.1e-5, (t, r)
+        assert r["t3_lb"] == "" or abs(float(r["t3_lb"]) - (90 - t)) < 1.5e-3, (t, r)
+        n += r["d1_in"] != "" and r["t3_lb"] != ""
+assert n > 7900, n
+PYTHON
+}
+damage_in_a_table_is_named() {
+    sed -e '1000s/,/,x/4' -e '2000s/^/1/' "$tmp/run1.csv" >"$tmp/bad.csv"
+    fails_with 4 'malformed at line 1000, column [0-9]+: no number; 2 lines were passed over' build/matrig --quiet import "$db" "$tmp/bad.csv" --like 1 || return 1
+    local lost=$(grep -c '^[0-9-].*L' "$tmp/run1.csv") # and their two blocks are missing, no more
+    [ "$(m export "$db" "$(cell 'SELECT max(id) FROM landings')" --format csv | grep -c '^[0-9-].*L')" = $((lost + 2)) ] || return 1
+    head -c 300000 "$tmp/run1.csv" >"$tmp/cut.csv"
+    local whole=$(wc -l <"$tmp/cut.csv")
+    fails_with 4 "truncated at line $((whole + 1)), column" build/matrig --quiet import "$db" "$tmp/cut.csv" --like 1 &&
+        [ "$(m export "$db" "$(cell 'SELECT max(id) FROM landings')" --format csv | grep -vc '^#')" = "$(grep -vc '^#' <(head -n "$whole" "$tmp/cut.csv"))" ]
+}
+# Cut at every byte of its last two lines: always "truncated", but at a line's end, where nothing can tell.
+every_cut_is_seen() {
+    printf 't,d\n0.000,1.00\n0.001,2.00\n0.002,3.00\n' >"$tmp/short.csv"
+    echo '{"time": {"column": "t"}, "channels": [{"column": "d", "channel": "d1", "unit": "in"}]}' >"$tmp/short.json"
+    local at
+    for at in 17 20 26 27 30 35 36; do
+        head -c $at "$tmp/short.csv" >"$tmp/part.csv"
+        build/matrig --quiet import "$tmp/part.db" "$tmp/part.csv" --map "$tmp/short.json" --again >"$tmp/out" 2>&1
+        local code=$? want=4
+        case $at in 26) want=0 ;; esac
+        [ "$(tail -c 1 "$tmp/part.csv" | od -An -c | tr -d ' ')" = '\n' ] && want=0
+        echo "$at: $code"
+        [ $code -eq $want ] || return 1
+    done
+}
+silly_input() {
+    local bad="$tmp/bad.json" table="$tmp/gear.csv"
+    map_fails() { # CODE PATTERN JSON
+        echo "$3" >"$bad"
+        fails_with "$1" "$2" build/matrig import "$tmp/none.db" "$table" --map "$bad" && [ ! -e "$tmp/none.db" ]
+    }
+    map_fails 4 'no JSON: .*line 1, column' '{"time": }' &&
+        map_fails 4 'chanels: .*no such key' '{"time": {"column": 1}, "chanels": [], "channels": [{"column": 2, "channel": "d1", "unit": "in"}]}' &&
+        map_fails 4 'channels\[0\]\.channel: .*give d1 to d8' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d9", "unit": "in"}]}' &&
+        map_fails 4 'channels\[0\]\.unit: .*give in, mm' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "lb"}]}' &&
+        map_fails 4 "no column 'y': .*gear.csv line 1" '{"time": {"column": 1}, "channels": [{"column": "y", "channel": "d1", "unit": "in"}]}' &&
+        map_fails 4 'is there twice' '{"time": {"column": 1}, "channels": [{"column": 2, "channel": "d1", "unit": "in"}, {"column": 3, "channel": "d1", "unit": "in"}]}' &&
+        map_fails 4 'rows are good, 600 are not: .*line 2, column 1.*does the mapping fit' '{"decimal": ",", "separator": ";", "time": {"column": 1}, "channels": [{"column": 1, "channel": "d1", "unit": "in"}]}' &&
+        fails_with 4 'no frame in it' build/matrig import "$tmp/none.db" "$table" && [ ! -e "$tmp/none.db" ] &&
+        fails_with 2 '--like is for readings of other instruments' build/matrig import "$db" "$tmp/can" --like 1 &&
+        fails_with 2 'no landing 99|RUN 99|no RUN 99' build/matrig import "$db" "$table" --map "$tmp/gear.json" --like 99 --again &&
+        fails_with 3 'cannot open' build/matrig import "$db" /nonexistent
+}
+
+check "a candump log becomes the landing that logging made of it" a_log_is_a_landing
+check "the same file twice is refused" twice_is_refused
+check "file and hash stand in the report" it_stands_in_report_and_summary
+check "a log that was cut keeps what is whole" a_cut_log_keeps_what_is_whole
+check "a damaged line costs itself alone, and is counted as lost" a_damaged_line_costs_itself
+check "frames of another bus are left out" another_bus_is_left_out
+check "export, import, export: each cell the same" own_table_goes_round
+check "the metric table comes back in inches and pounds" metric_table_too
+instruments
+check "another logger's table lies where its trigger says, its gap kept" a_foreign_table_lies_where_its_trigger_says
+check "a camera's track gives touchdown speed and gear" a_camera_track_gives_the_gear
+check "foreign frames by a DBC file and by their bits" frames_by_dbc_and_by_bits
+check "damage in a table is named by line and column" damage_in_a_table_is_named
+check "every cut inside a line is seen" every_cut_is_seen
+check "what cannot be imported is said, and no campaign made" silly_input
+finish

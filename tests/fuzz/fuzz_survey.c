@@ -1,0 +1,40 @@
+/* Sheets of a survey, CSV, for either pattern; and lines as a caliper types them. */
+#include <math.h>
+#include <string.h>
+
+#include "host/survey/sheet.h"
+#include "tests/fuzz/fuzz.h"
+
+static void type_lines(struct survey_desk *desk, const char *text, size_t size)
+{
+    char line[200];
+    for (const char *end = text + size; text < end;) {
+        const char *newline = memchr(text, '\n', (size_t)(end - text));
+        size_t length = (size_t)((newline ? newline : end) - text), kept = length < sizeof line ? length : sizeof line - 1;
+        struct survey_entry entry;
+        size_t item;
+        memcpy(line, text, kept);
+        line[kept] = '\0';
+        survey_entry_parse(line, false, &entry);
+        FUZZ_REQUIRE(entry.word != SURVEY_NUMBER || isfinite(entry.value_in));
+        if (entry.word != SURVEY_QUIT && entry.word != SURVEY_HELP && entry.word != SURVEY_NOTHING)
+            survey_desk_take(desk, &entry, &item);
+        FUZZ_REQUIRE(desk->at <= desk->plan.count && survey_desk_read(desk) <= desk->plan.count);
+        text += length + 1;
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static struct survey_desk desk;
+    static struct survey_sheet sheet;
+    struct error error = {0};
+    bool diagonal = size && data[0] & 1;
+    survey_desk_init(&desk, diagonal ? SURVEY_PATTERN_DIAGONAL : SURVEY_STANDARD, SURVEY_EDGE_LEFT);
+    enum mr_status status = survey_sheet_read(fuzz_file("sheet.csv", data, size), &desk.plan, &sheet, &error);
+    FUZZ_REQUIRE(status == MR_OK || error.text[0]);
+    for (size_t i = 0; status == MR_OK && i < desk.plan.count; i++)
+        FUZZ_REQUIRE(isnan(sheet.value_in[i]) || isfinite(sheet.value_in[i]));
+    type_lines(&desk, (const char *)data, size);
+    return 0;
+}
