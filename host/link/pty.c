@@ -12,6 +12,8 @@
 #include "host/link/link_ops.h"
 #include "host/link/tty.h"
 
+#define OPEN_TRIES 250
+#define OPEN_PAUSE_MS 20 /* 5 s in all, as unix: does: the board may just be starting */
 #define SEND_WAIT_MS 1000
 
 /* Linux keeps no parity for pseudo-terminals: nobody would see it. */
@@ -36,7 +38,13 @@ static enum mr_status pty_line(struct link *link, int baud, bool even_parity, st
 
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
-    link->fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    bool first = link->away.status == MR_OK; /* one that was there is waited for in link.c */
+    for (int i = 0; i < OPEN_TRIES; i++) {
+        link->fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+        if (link->fd >= 0 || errno != ENOENT || !first)
+            break;
+        poll(NULL, 0, OPEN_PAUSE_MS);
+    }
     if (link->fd < 0)
         return error_set(error, MR_IO, "cannot open the terminal (%s): %s; start the emulated board there first",
                          strerror(errno), link->spec);
