@@ -127,6 +127,10 @@ test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN a
 	@tests/run-all.sh tests/linux/slurm.sh
 	@tests/linux/run.sh
 
+.PHONY: test-day
+test-day: $(B)/.test-packages all ## the test day of README.md, line by line, on the emulated board: build/day
+	@tests/run-all.sh tests/test-day.sh
+
 .PHONY: test-browser
 test-browser: $(B)/.browser-packages all ## live view and report in headless Chromium: values, warning within 200 ms, nothing from elsewhere
 	@tests/browser/run.sh

@@ -32,7 +32,7 @@ static const struct command commands[] = {
      "                 a LAWICEL adapter on a serial port, for CAN\n"
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
-     "  pty:PATH       the pseudo-terminal of an emulated board\n"
+     "  pty:PATH       the pseudo-terminal of an emulated board (waited for likewise)\n"
      "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"},
     {"live", live_command, "DB [--port PORT] | DB --terminal", "watch a board: a page in the browser, or this terminal",
      "  DB             campaign database that a running matrig log writes; followed, never written\n"
@@ -93,7 +93,8 @@ static const struct command commands[] = {
      "  --can LINK     listen to its CAN bus too\n"
      "  --image FILE   (.elf, .hex, .bin) the board must run this; else what it ran in the campaign's last landing\n"
      "  --expect-config CRC|FILE\n"
-     "                 it must be configured so; else as in the campaign's last landing\n"
+     "                 it must be configured so (a file: but for the revision, which config set raises); else as in the\n"
+     "                 campaign's last landing\n"
      "  --room MB      so much of the disk must be free; else ten landings\n"
      "Takes at most 20 s: readings at rest, shunt calibration, self-test (the warning lamp lights for 0.2 s). Exit 1: no-go.\n"
      "  --walk         walk along the rig: trip each switch, push at each transducer, pull at each gage, in order. Nothing is recorded.\n"

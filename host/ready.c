@@ -133,10 +133,21 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
                                          : "another image than that landing's: flash that one, or say --image FILE if it is meant");
 }
 
+/* What the board's CRC must be, to be configured as was asked for. */
+static uint32_t expected_crc(const struct ready_facts *f)
+{
+    static uint8_t image[MR_CONFIG_IMAGE];
+    if (!f->expected_config || !f->config_known)
+        return f->expected_crc;
+    struct mr_config wanted = *f->expected_config;
+    wanted.site[0].revision = f->config.site[0].revision;
+    return mr_config_encode(&wanted, image);
+}
+
 static void judge_configuration(const struct ready_facts *f, struct ready_report *report)
 {
     bool compared = f->crc_expected || (f->before && f->before_config != STORE_NONE);
-    uint32_t wanted = f->crc_expected ? f->expected_crc : (uint32_t)f->before_config;
+    uint32_t wanted = f->crc_expected ? expected_crc(f) : (uint32_t)f->before_config;
     if (!f->config_known) {
         advise(ready_add(report, READY_NO_GO, "configuration", "the board did not tell it"), "try again; is the serial link sound?");
         return;

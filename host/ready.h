@@ -56,6 +56,7 @@ struct ready_facts {
     const char *image_path;
     bool crc_expected;
     uint32_t expected_crc;
+    const struct mr_config *expected_config; /* of a file: but for its revision, which storing it has raised; NULL: the CRC counts */
     bool can_used;
 
     /* campaign and computer */

@@ -476,20 +476,17 @@ static int walk_along(const struct request *request, struct ready_facts *f, cons
 /* ---- the command line ---- */
 
 /* Eight hexadecimal digits, or a file of `matrig board config get`. */
-static enum mr_status expected_crc(const char *text, uint32_t *crc, struct error *error)
+static enum mr_status expected(const char *text, struct ready_facts *facts, struct error *error)
 {
-    static uint8_t image[MR_CONFIG_IMAGE];
-    struct mr_config config;
+    static struct mr_config config;
     char *end;
     unsigned long value = strtoul(text, &end, 16);
-    if (strlen(text) == 8 && *end == '\0') {
-        *crc = (uint32_t)value;
+    facts->crc_expected = true;
+    facts->expected_crc = (uint32_t)value;
+    if (strlen(text) == 8 && *end == '\0')
         return MR_OK;
-    }
-    enum mr_status status = configtext_load(text, &config, error);
-    if (status == MR_OK)
-        *crc = mr_config_encode(&config, image);
-    return status;
+    facts->expected_config = &config;
+    return configtext_load(text, &config, error);
 }
 
 static enum mr_status check_request(const struct request *r, struct error *error)
@@ -527,12 +524,11 @@ int ready_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = wanted_kinds(request.of, wanted, &error);
     if (status == MR_OK && request.expected)
-        status = expected_crc(request.expected, &facts->expected_crc, &error);
+        status = expected(request.expected, facts, &error);
     if (status == MR_OK && request.image)
         status = imagefile_read(request.image, &image, &error);
     if (status == MR_OK && request.image && !image.stamped)
         status = error_set(&error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request.image);
-    facts->crc_expected = request.expected != NULL;
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
     facts->wanted_bytes = 1e6 * room_mb;

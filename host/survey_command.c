@@ -375,7 +375,8 @@ static int run(const struct request *request)
     struct survey_loaded loaded;
     struct store *store = NULL;
     struct error error = {0};
-    bool reading = request->show || request->list || request->sheet;
+    bool fresh = request->sheet && access(request->db, F_OK) != 0; /* the first survey may begin with its sheet */
+    bool reading = !fresh && (request->show || request->list || request->sheet);
     int exit_code = 0;
     enum mr_status status = store_open(request->db, reading ? STORE_READ : request->load ? STORE_OPEN : STORE_CREATE, &store, &error);
     if (status == MR_OK && request->list)
