@@ -30,6 +30,8 @@ static enum mr_status load_landing(struct store *store, int64_t run, struct repo
         status = store_motions(store, run, &landing->motion, &landing->motions, error);
     if (status == MR_OK)
         status = store_simulations(store, run, &landing->simulation, &landing->simulations, error);
+    if (status == MR_OK)
+        status = store_simulation_head(store, run, &landing->head, error);
     return status;
 }
 
@@ -39,6 +41,7 @@ static void free_landings(struct report_landing *landings, size_t count)
         summary_free(&landings[i].summary);
         free(landings[i].motion);
         store_simulations_free(landings[i].simulation, landings[i].simulations);
+        free(landings[i].head.segments_in);
     }
     free(landings);
 }

@@ -6,6 +6,7 @@
 #include "common/fault.h"
 #include "host/collect.h"
 #include "host/report/bands_page.h"
+#include "host/report/compare_page.h"
 #include "host/report/html.h"
 #include "host/runway.h"
 #include "host/units.h"
@@ -391,6 +392,7 @@ static void landing_section(FILE *out, const struct report_landing *landing, boo
                 "<p>Peaks are extremes of an %d ms moving mean; &plusmn; is one standard error, calibration "
                 "and noise together, or the simulation's own estimate%s.</p>\n",
                 MEASURED_WINDOW, landing->simulations ? "" : ". No comparison has been run: matrig compare");
+        compare_page(out, landing, si);
         fputs("<h3>Gages</h3>\n", out);
         gage_table(out, measured, si);
         bands_page(&landing->summary.bands, measured, si, out);

@@ -14,6 +14,7 @@ struct report_landing {
     size_t motions;
     struct store_simulation *simulation; /* of the newest comparison */
     size_t simulations;
+    struct store_simulation_head head; /* of the same */
 };
 
 /* Speed against time: the fit with its 95 % band, what the board said as it went, and the mean between
