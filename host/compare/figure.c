@@ -125,7 +125,7 @@ static void csv_number(FILE *out, double value)
     if (isnan(value))
         fputc(',', out);
     else
-        fprintf(out, ",%.6g", value);
+        fprintf(out, ",%.8g", value);
 }
 
 enum mr_status compare_csv(FILE *out, const struct measured *measured, const struct store_simulation_head *head,

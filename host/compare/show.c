@@ -129,7 +129,7 @@ void compare_show(FILE *out, const struct compare_figures *figures, bool si)
             figures->run_ms, si ? 2 : 4, figures->error_in * length->factor, length->text);
     if (figures->seeds > 1)
         fprintf(out, "  %" PRId64 " runways: their mean, with their spread as part of its error\n", figures->seeds);
-    fprintf(out, "  aligned on %" PRId64 " switch edges: simulated %.4f s later, rms %.4f s about that; worth up to %.*f %s\n",
+    fprintf(out, "  aligned on %" PRId64 " switch edges: simulated %.4f s later, rms %.4f s, worth up to %.*f %s\n",
             figures->edges, unit_tidy(figures->offset_s, 1e-4), figures->scatter_s, si ? 2 : 4, alignment_in * length->factor, length->text);
     fprintf(out, "  %zu of %u segments surveyed\n", figures->surveyed, MR_SEGMENTS);
     show_values(out, figures, si);
@@ -190,14 +190,14 @@ static void show_set_landing(FILE *out, const struct compare_set_landing *landin
         peak_en = fmax(peak_en, c->peak_en);
     }
     fprintf(out, "  %zu of %zu", compared, figures->channels);
-    cell(out, 9, d, sum / samples * in);
-    cell(out, 9, d, sqrt(squares / samples) * in);
-    cell(out, 9, d, worst * in);
+    cell(out, 8, d, sum / samples * in);
+    cell(out, 8, d, sqrt(squares / samples) * in);
+    cell(out, 8, d, worst * in);
     ratio(out, 8, peak_en);
     show_overlap(out, longest, longest ? &longest->simulated : NULL);
     show_overlap(out, longest, longest ? &longest->board : NULL);
     show_overlap(out, rest, rest ? &rest->simulated : NULL);
-    cell(out, 9, d, figures->error_in * in);
+    cell(out, 8, d, figures->error_in * in);
     cell(out, 8, 0, figures->run_ms);
     fprintf(out, "  %s\n", landing->verdict.checked == 0 ? "-" : landing->verdict.failed ? "FAIL" : "pass");
 }
@@ -229,11 +229,11 @@ void compare_show_set(FILE *out, const struct compare_set *set, bool si)
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
     double in = length->factor;
     int d = si ? 2 : 4;
-    fprintf(out, "%s%s against %s: %zu landing%s, %zu compared; simulated in %.0f ms, their own error estimates up to %.*f %s\n",
+    fprintf(out, "%s%s against %s: %zu landing%s, %zu compared\n  simulated in %.0f ms, their own error estimates up to %.*f %s\n",
             set->name[0] ? "series " : "all landings", set->name, set->against, set->count, set->count == 1 ? "" : "s", set->compared, set->run_ms, d,
             set->error_in * in, length->text);
-    fprintf(out, "                 difference, %-2s                  zones: common/all mats\n", length->text);
-    fprintf(out, "  RUN channels     bias      rms    worst peak En   longest,   board  at rest    error      ms  limits\n");
+    fprintf(out, "                difference, %-2s                 zones: common/all mats\n", length->text);
+    fprintf(out, "  RUN channels    bias     rms   worst peak En  longest    board  at rest   error      ms  limits\n");
     for (size_t i = 0; i < set->count; i++)
         show_set_landing(out, &set->landing[i], in, d);
     fprintf(out, "over the landings, by samples, %s:\n  no  at, %-2s landings     bias      rms\n", length->text, station->text);
