@@ -218,6 +218,48 @@ static void kept_and_made_again(void **state)
     session_end(&s);
 }
 
+/* A sample's error: what the reading has, and how far the simulated movement changes while the wheel's time is uncertain. */
+static void errors_of_a_sample(void **state)
+{
+    struct session s;
+    struct measured m;
+    struct zones_closure survey;
+    struct compare_clock clock;
+    struct compare_series series;
+    (void)state;
+    load_one(&s, &m, &survey);
+    float slope[1001], spread[1001];
+    for (size_t i = 0; i <= 1000; i++) {
+        slope[i] = 0.001f * (float)i; /* 0.25 in/s */
+        spread[i] = 0.04f;
+    }
+    const struct store_simulation row = {.number = 3, .dt_s = 0.004, .series_in = slope, .spread_in = spread, .length = 1001};
+    compare_clock_make(&m, &clock);
+    /* before the stop at 4.375 s the wheel's time is known to a fraction of a millisecond, at rest to no more than the stop's */
+    assert_true(compare_time_error(&clock, 1.0) > 1e-6 && compare_time_error(&clock, 1.0) < 2e-3);
+    assert_near(compare_time_error(&clock, 100.0), clock.stop_error_s, 0.0);
+    assert_near(compare_time_error(&clock, -1.0), clock.error_s[0], 0.0);
+    for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++)
+        clock.error_s[i] = 0.02;
+    assert_int_equal(compare_series(&m, &clock, &m.channel[2], &row, 0.03, &series, &s.error), MR_OK);
+    size_t compared = 0;
+    for (size_t i = 0; i < m.samples; i++) {
+        if (series.t_s[i] < 0.1 || series.t_s[i] > 3.8)
+            continue;
+        double reading_in = measured_error(&m, &m.channel[2], measured_value(&m.channel[2], i), 1.0);
+        assert_near(series.simulated_in[i], 0.25 * series.t_s[i], 1e-6);
+        assert_near(series.alignment_in[i], 0.25 * 0.02, 1e-6);
+        assert_near(series.measured_error_in[i], hypot(reading_in, 0.005), 1e-6);
+        assert_near(series.simulated_error_in[i], 0.05, 1e-8); /* 3, 4, 5 */
+        assert_true(reading_in > 1e-4);
+        compared++;
+    }
+    assert_true(compared > 3000);
+    free(series.storage);
+    measured_free(&m);
+    session_end(&s);
+}
+
 /* The simulated wheel does the same, 0.3 s later, then at half the pace: closed forms of its times at the switches. */
 static void aligned_on_edges(void **state)
 {
@@ -239,6 +281,7 @@ static void aligned_on_edges(void **state)
     assert_near(a.scatter_s, 0.0, 1e-3);
     assert_near(compare_simulated_time(&a, 2.0), 2.3, 2e-3);
     assert_near(compare_simulated_time(&a, -1.0), -0.7, 2e-3);
+    assert_near(compare_simulated_time(&a, 10.0), 10.3, 5e-3); /* beyond the last edge, which is the least certain */
     for (size_t i = 0; i <= 2000; i++)
         rows[i].t_s = 2.0 * (rows[i].t_s - 0.3);
     assert_int_equal(compare_align(&m, &scene, &a, &s.error), MR_OK);
@@ -503,6 +546,7 @@ int main(void)
         cmocka_unit_test(motion_not_known_is_refused),
         cmocka_unit_test(differences_of_a_known_series),
         cmocka_unit_test(kept_and_made_again),
+        cmocka_unit_test(errors_of_a_sample),
         cmocka_unit_test(aligned_on_edges),
         cmocka_unit_test(zones_by_segments),
         cmocka_unit_test(an_ensemble_of_two),
