@@ -12,7 +12,7 @@
 #define MARGIN 58.0
 #define ROW 200.0
 #define TOP 40.0
-#define POINTS 500
+#define POINTS 300
 #define Z95 1.959964
 
 static const struct measured_channel *channel_of(const struct measured *measured, const struct store_simulation *row)
@@ -88,7 +88,7 @@ static void draw_channel(FILE *out, const struct compare_series *s, size_t sampl
     draw_band(&plot, "band sims", &simulated);
     svg_line(&plot, "line a", measured.t_s, measured.value, measured.count);
     svg_line(&plot, "line sim", simulated.t_s, simulated.value, simulated.count);
-    svg_text(&plot, "name", "start", plot.x.low, plot.y.high, 6.0, 14.0, name);
+    svg_text(&plot, "name", "end", plot.x.high, plot.y.low, -6.0, -8.0, name); /* movements end high */
 }
 
 enum mr_status compare_draw(FILE *out, const struct measured *measured, const struct store_simulation_head *head,
@@ -125,7 +125,7 @@ static void csv_number(FILE *out, double value)
     if (isnan(value))
         fputc(',', out);
     else
-        fprintf(out, ",%.6g", value);
+        fprintf(out, ",%.8g", value);
 }
 
 enum mr_status compare_csv(FILE *out, const struct measured *measured, const struct store_simulation_head *head,

@@ -9,7 +9,6 @@
 #include "host/campaign/draw.h"
 
 #define IN_PER_FT 12.0
-#define SPREAD_ROUNDS 8 /* of giving what one joint cannot take to the others */
 #define POINTS (SURVEY_POINTS - 1u) /* gage points downfield of the edge, which does not move */
 
 /* A campaign has landings. MR_OK also where it is no JSON: the scene's reader says what is wrong with it. */
@@ -80,24 +79,19 @@ static enum mr_status lay(struct compare_model *model, struct error *error)
     return MR_OK;
 }
 
-/* Scales openings to a sum, none beyond the most that a joint can be open. */
+/* Brings openings to a sum, as far as it goes: less by scaling them, more by scaling what is left to the most that a joint can be open. */
 static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft)
 {
-    for (int round = 0; round < SPREAD_ROUNDS; round++) {
-        double now_ft = 0.0, room_ft = 0.0;
-        for (size_t j = 0; j < count; j++) {
-            now_ft += fmax(gap_ft[j], 0.0);
-            room_ft += fmax(most_ft - gap_ft[j], 0.0);
-        }
-        double more_ft = sum_ft - now_ft;
-        if (fabs(more_ft) < 1e-9 || (more_ft > 0.0 && room_ft < 1e-9))
-            return;
-        for (size_t j = 0; j < count; j++) {
-            double open_ft = fmax(gap_ft[j], 0.0);
-            open_ft *= now_ft > 0.0 ? sum_ft / now_ft : 1.0;
-            gap_ft[j] = now_ft > 0.0 ? fmin(open_ft, most_ft) : fmin(sum_ft / (double)count, most_ft);
-        }
+    double now_ft = 0.0, room_ft = 0.0;
+    for (size_t j = 0; j < count; j++) {
+        gap_ft[j] = fmin(fmax(gap_ft[j], 0.0), most_ft);
+        now_ft += gap_ft[j];
+        room_ft += most_ft - gap_ft[j];
     }
+    double less = now_ft > 0.0 ? fmin(sum_ft / now_ft, 1.0) : 1.0;
+    double more = room_ft > 0.0 ? fmin(fmax(sum_ft - now_ft, 0.0) / room_ft, 1.0) : 0.0;
+    for (size_t j = 0; j < count; j++)
+        gap_ft[j] = sum_ft < now_ft ? gap_ft[j] * less : gap_ft[j] + more * (most_ft - gap_ft[j]);
 }
 
 static bool surveyed_anew(const struct compare_model *model, const struct zones_closure *survey)

@@ -37,7 +37,7 @@ static void show_values(FILE *out, const struct compare_figures *figures, bool s
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
     double in = length->factor;
     int d = si ? 2 : 4;
-    fprintf(out, "  %2s %7s   difference, %-6s       %18s%18s\n", "", "", length->text, "peak, ", length->text);
+    fprintf(out, "              difference, %-2s                           peak, %-2s\n", length->text, length->text);
     fprintf(out, "  no %4s, %s    bias     rms   chi       measured         simulated    En  end: meas.   sim.    En\n", "at", station->text);
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
@@ -64,7 +64,7 @@ static void show_times(FILE *out, const struct compare_figures *figures, bool si
     const struct unit *station = unit_of(UNIT_STATION, si);
     fprintf(out, "     peak at, s     arrival (%.0f %% of the peak), s       wheel ahead, %-2s       correlation\n", 100.0 * SIGNAL_ARRIVAL,
             station->text);
-    fprintf(out, "  no  meas.   sim.         measured        simulated   meas.  sim.    En  at lag 0  best lag, s  there\n");
+    fprintf(out, "  no  meas.   sim.         measured        simulated   meas.  sim.    En  at lag 0   best, s  there\n");
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
         if (!c->compared)
@@ -78,7 +78,7 @@ static void show_times(FILE *out, const struct compare_figures *figures, bool si
         cell(out, 6, 1, c->ahead_simulated_ft * station->factor);
         ratio(out, 6, c->arrival_en);
         cell(out, 10, 4, c->f.correlation);
-        cell(out, 13, 4, c->f.lag_s);
+        cell(out, 10, 4, c->f.lag_s);
         cell(out, 7, 4, c->f.lag_correlation);
         if (c->why[0])
             fprintf(out, "\n      %s", c->why);
@@ -100,7 +100,7 @@ static void show_zone(FILE *out, const char *who, const struct compare_zone *zon
     if (zone->known && zone->mats > 0.0 && !isnan(zone->start_error_ft))
         fprintf(out, " (+- %.1f, %.1f)", zone->start_error_ft * ft, zone->end_error_ft * ft);
     if (overlap && overlap->known && overlap->all_mats > 0.0)
-        fprintf(out, "; in common %.0f of %.0f mats, %.0f %%", overlap->common_mats, overlap->all_mats, 100.0 * overlap->share);
+        fprintf(out, "; %.0f of %.0f in common", overlap->common_mats, overlap->all_mats);
     if (overlap && !isnan(overlap->start_ft))
         fprintf(out, "; start %+.1f, end %+.1f", overlap->start_ft * ft, overlap->end_ft * ft);
     fputc('\n', out);
@@ -125,12 +125,13 @@ void compare_show(FILE *out, const struct compare_figures *figures, bool si)
     double alignment_in = 0.0;
     for (size_t i = 0; i < figures->channels; i++)
         alignment_in = fmax(alignment_in, figures->channel[i].alignment_in);
-    fprintf(out, "RUN %" PRId64 " against %s: simulated in %.0f ms, its own error estimate %.*f %s; %zu of %u segments surveyed\n", figures->run,
-            figures->against, figures->run_ms, si ? 2 : 4, figures->error_in * length->factor, length->text, figures->surveyed, MR_SEGMENTS);
+    fprintf(out, "RUN %" PRId64 " against %s: simulated in %.0f ms, its own error estimate %.*f %s\n", figures->run, figures->against,
+            figures->run_ms, si ? 2 : 4, figures->error_in * length->factor, length->text);
     if (figures->seeds > 1)
         fprintf(out, "  %" PRId64 " runways: their mean, with their spread as part of its error\n", figures->seeds);
-    fprintf(out, "  aligned on %" PRId64 " switch edges: simulated %.4f s later, %.4f s rms about that; edge timing is worth at most %.*f %s\n",
+    fprintf(out, "  aligned on %" PRId64 " switch edges: simulated %.4f s later, rms %.4f s, worth up to %.*f %s\n",
             figures->edges, unit_tidy(figures->offset_s, 1e-4), figures->scatter_s, si ? 2 : 4, alignment_in * length->factor, length->text);
+    fprintf(out, "  %zu of %u segments surveyed\n", figures->surveyed, MR_SEGMENTS);
     show_values(out, figures, si);
     show_times(out, figures, si);
     show_zones(out, &figures->zones, si);
@@ -189,14 +190,14 @@ static void show_set_landing(FILE *out, const struct compare_set_landing *landin
         peak_en = fmax(peak_en, c->peak_en);
     }
     fprintf(out, "  %zu of %zu", compared, figures->channels);
-    cell(out, 9, d, sum / samples * in);
-    cell(out, 9, d, sqrt(squares / samples) * in);
-    cell(out, 9, d, worst * in);
+    cell(out, 8, d, sum / samples * in);
+    cell(out, 8, d, sqrt(squares / samples) * in);
+    cell(out, 8, d, worst * in);
     ratio(out, 8, peak_en);
     show_overlap(out, longest, longest ? &longest->simulated : NULL);
     show_overlap(out, longest, longest ? &longest->board : NULL);
     show_overlap(out, rest, rest ? &rest->simulated : NULL);
-    cell(out, 9, d, figures->error_in * in);
+    cell(out, 8, d, figures->error_in * in);
     cell(out, 8, 0, figures->run_ms);
     fprintf(out, "  %s\n", landing->verdict.checked == 0 ? "-" : landing->verdict.failed ? "FAIL" : "pass");
 }
@@ -228,11 +229,11 @@ void compare_show_set(FILE *out, const struct compare_set *set, bool si)
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
     double in = length->factor;
     int d = si ? 2 : 4;
-    fprintf(out, "%s%s against %s: %zu landing%s, %zu compared; simulated in %.0f ms, their own error estimates up to %.*f %s\n",
+    fprintf(out, "%s%s against %s: %zu landing%s, %zu compared\n  simulated in %.0f ms, their own error estimates up to %.*f %s\n",
             set->name[0] ? "series " : "all landings", set->name, set->against, set->count, set->count == 1 ? "" : "s", set->compared, set->run_ms, d,
             set->error_in * in, length->text);
-    fprintf(out, "                 difference, %-2s                  zones: common/all mats\n", length->text);
-    fprintf(out, "  RUN channels     bias      rms    worst peak En   longest,   board  at rest    error      ms  limits\n");
+    fprintf(out, "                difference, %-2s                 zones: common/all mats\n", length->text);
+    fprintf(out, "  RUN channels    bias     rms   worst peak En  longest    board  at rest   error      ms  limits\n");
     for (size_t i = 0; i < set->count; i++)
         show_set_landing(out, &set->landing[i], in, d);
     fprintf(out, "over the landings, by samples, %s:\n  no  at, %-2s landings     bias      rms\n", length->text, station->text);

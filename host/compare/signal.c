@@ -4,6 +4,7 @@
 
 #define COARSE 10      /* lags between those tried first */
 #define THIN 5         /* and of the samples every fifth then */
+#define ROUNDING 1e-9
 #define LEAST_SHARE 0.5 /* of the samples that overlap at a lag */
 
 double signal_en(double measured, double measured_error, double simulated, double simulated_error)
@@ -152,20 +153,22 @@ static double correlate(const struct signal *s, long lag, size_t step)
     return (m.xy - m.x * m.y / m.n) / sqrt(vx * vy);
 }
 
-static double deviation(const struct signal *s, const double *values)
+/* It varies by no more than noise, or than rounding. */
+static bool is_flat(const struct signal *s, const double *values)
 {
-    double sum = 0.0, squares = 0.0, n = 0.0;
+    double sum = 0.0, squares = 0.0, n = 0.0, size = 0.0;
     for (size_t i = 0; i < s->count; i++) {
         if (!both(s, i))
             continue;
         sum += values[i];
+        size = fmax(size, fabs(values[i]));
         n += 1.0;
     }
     for (size_t i = 0; i < s->count; i++) {
         if (both(s, i))
             squares += (values[i] - sum / n) * (values[i] - sum / n);
     }
-    return n > 1.0 ? sqrt(squares / (n - 1.0)) : 0.0;
+    return !(n > 1.0 && sqrt(squares / (n - 1.0)) > fmax(2.0 * s->noise, ROUNDING * size));
 }
 
 static long best_lag(const struct signal *s, long from, long to, long step, size_t thin)
@@ -184,8 +187,8 @@ static long best_lag(const struct signal *s, long from, long to, long step, size
 
 static void find_correlation(const struct signal *s, struct signal_figures *f)
 {
-    f->flat_measured = !(deviation(s, s->measured) > 2.0 * s->noise);
-    f->flat_simulated = !(deviation(s, s->simulated) > 2.0 * s->noise);
+    f->flat_measured = is_flat(s, s->measured);
+    f->flat_simulated = is_flat(s, s->simulated);
     if (f->flat_measured || f->flat_simulated)
         return;
     f->correlation = correlate(s, 0, 1);

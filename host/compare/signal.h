@@ -12,8 +12,8 @@
  *                  Error: noise and error of the value over the slope there; alignment; spacing of the samples / sqrt(12). Not known when
  *                  the threshold is below five standard deviations of the noise
  *     correlation  Pearson's, at lag 0; and the lag in +-SIGNAL_LAG_S at which it is largest (positive: the measured is later; a parabola
- *                  through three lags), not known when that is at either end. None of a flat series: one that varies by less than
- *                  its noise (a standard deviation)
+ *                  through three lags), not known when that is at either end. None of a flat series: one whose
+ *                  standard deviation is within twice that of the noise
  *     En           |difference| / (2 sqrt(u_m^2 + u_s^2)): up to 1 the two agree (ISO 13528, coverage factor 2)
  *
  * NaN: a sample that is missing; in a result: not known. */

@@ -37,6 +37,8 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
         status = store_predictions(store, row->id, &landing->prediction, &landing->predictions, error);
     if (status == MR_OK)
         status = store_simulations(store, row->id, &landing->simulation, &landing->simulations, error);
+    if (status == MR_OK)
+        status = store_simulation_head(store, row->id, &landing->head, error);
     return status == MR_OK ? load_config(store, landing, error) : status;
 }
 
@@ -74,6 +76,7 @@ void report_free(struct report *report)
         free(landing->prediction);
         free(landing->config);
         store_simulations_free(landing->simulation, landing->simulations);
+        free(landing->head.segments_in);
     }
     free(report->landing);
     free(report->slow);

@@ -37,7 +37,7 @@ static const struct part {
     {"Bands", landing_bands},
     {"Film", landing_film},
     {"Transducers and gages", landing_channels},
-    /* a comparison with the simulation belongs here */
+    {"Measured against simulated", landing_compare},
     {"Health and losses", landing_health},
 };
 

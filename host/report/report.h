@@ -19,6 +19,7 @@ struct report_landing {
     size_t predictions;
     struct store_simulation *simulation; /* of the newest comparison */
     size_t simulations;
+    struct store_simulation_head head; /* of the same */
     struct mr_config *config; /* the board's whole configuration; NULL: it was never read */
 };
 
@@ -47,7 +48,7 @@ report_section campaign_summary, campaign_cumulative, campaign_zones, campaign_t
     campaign_survey;
 /* Of a landing (landing_*.c): */
 report_part landing_facts, landing_speed, landing_movement, landing_wheel, landing_zones, landing_tensions, landing_along, landing_bands,
-    landing_predictor, landing_film, landing_channels, landing_health;
+    landing_predictor, landing_film, landing_channels, landing_compare, landing_health;
 
 /* The last section, which says what was drawn and by what: of all that was written so far. */
 enum mr_status provenance_write(const struct report *report, const char *page, size_t length, FILE *out, struct error *error);

@@ -1,6 +1,11 @@
-/* The scene made of a run: path, thrust and gaps against the closed form; and the comparison's figures. */
+/* The scene made of a run: path, thrust and gaps against the closed form; alignment, zones, limits; the comparison's figures; ensembles. */
+#include <unistd.h>
+
 #include "common/wire.h"
-#include "host/compare.h"
+#include "host/compare/limits.h"
+#include "host/compare/set.h"
+#include "host/compare/show.h"
+#include "host/store/store_survey.h"
 #include "tests/host/session.h"
 
 static const struct stream_truth brisk = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8};
@@ -95,49 +100,442 @@ static void motion_not_known_is_refused(void **state)
     session_end(&s);
 }
 
-/* Put the simulated movement into the measured series: all differences vanish; add 0.1 in: the rms is 0.1. */
+static void load_model(struct compare_model *model, const char *text)
+{
+    char path[200];
+    struct error error = {0};
+    FILE *file = fopen(scratch_path(path, sizeof path, "model.json"), "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+    compare_model_load(model, path, 0, &error);
+    assert_no_error(&error);
+}
+
+/* Replace what was measured of a transducer by the simulated movement, stretched, moved up, and later. */
+static void measure(struct measured *m, size_t channel, const struct store_simulation *row, double scale, double up_in, double late_s)
+{
+    struct measured_channel *c = &m->channel[channel];
+    for (size_t i = 0; i < m->samples; i++) {
+        double k = (measured_time_s(m, i) - late_s) / row->dt_s;
+        size_t at = k < 0.0 ? 0 : (size_t)k;
+        double value = (double)row->series_in[row->length - 1];
+        if (at + 1 < row->length)
+            value = (double)row->series_in[at] + (k - (double)at) * (double)(row->series_in[at + 1] - row->series_in[at]);
+        c->raw[i] = (float)(c->baseline + (k < 0.0 ? 0.0 : scale * value) + up_in);
+    }
+}
+
+/* What was measured is made of what was simulated: the figures are those of the copy. */
 static void differences_of_a_known_series(void **state)
 {
     struct session s;
     struct measured m;
     struct zones_closure survey;
-    struct sim_scene scene;
-    struct comparison first, same, off;
+    struct compare_model model;
+    struct compare_landing landing;
+    struct compare_figures f;
+    const struct compare_said nothing = {0};
     (void)state;
     load_one(&s, &m, &survey);
-    runway(&scene);
-    assert_int_equal(compare_scene(&m, &survey, &scene, &s.error), MR_OK);
-    assert_int_equal(compare_run(&m, &scene, &first, &s.error), MR_OK);
-    assert_int_equal(first.count, 8);
-    struct measured_channel *c = &m.channel[2];
-    const struct store_simulation *row = &first.row[2];
-    double largest = 0.0;
+    assert_int_equal(compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error), MR_OK);
+    compare_landing(s.store, 1, &model, 0, &landing, &s.error);
+    assert_no_error(&s.error);
+    assert_int_equal(landing.rows, 8);
+    measure(&m, 2, &landing.row[2], 1.0, 0.0, 0.0);
+    measure(&m, 3, &landing.row[3], 1.0, 0.1, 0.0);
+    measure(&m, 4, &landing.row[4], 1.0, 0.0, 0.04);
     for (size_t i = 0; i < m.samples; i++) {
-        double k = measured_time_s(&m, i) / row->dt_s;
-        size_t at = k < 0.0 ? 0 : (size_t)k;
-        float value =
-            at + 1 < row->length
-                ? row->series_in[at] + (float)(k - (double)at) * (row->series_in[at + 1] - row->series_in[at])
-                : row->series_in[row->length - 1];
-        c->raw[i] = k < 0.0 ? (float)c->baseline : value + (float)c->baseline;
+        m.channel[5].raw[i] = NAN;
+        m.channel[5].validity[i] = MR_INVALID_OPEN;
+        m.channel[6].raw[i] = (float)m.channel[6].baseline;
     }
-    for (size_t k = 0; k < row->length; k++)
-        largest = fmax(largest, fabs((double)row->series_in[k]));
-    assert_true(largest > 0.05);
-    assert_near(row->peak_simulated_in, largest, 1e-6);
-    assert_int_equal(compare_run(&m, &scene, &same, &s.error), MR_OK);
-    assert_near(same.row[2].rms_in, 0.0, 1e-5);
-    for (size_t i = 0; i < m.samples; i++)
-        c->raw[i] += 0.1f;
-    assert_int_equal(compare_run(&m, &scene, &off, &s.error), MR_OK);
-    assert_near(off.row[2].rms_in, 0.1, 1e-5);
-    assert_true(off.row[1].rms_in == first.row[1].rms_in);
-    compare_free(&first);
-    compare_free(&same);
-    compare_free(&off);
-    sim_scene_free(&scene);
+    assert_int_equal(compare_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.rows, &f, &s.error), MR_OK);
+    assert_int_equal(f.channels, 8);
+    assert_near(f.channel[2].f.rms, 0.0, 1e-5);
+    assert_near(f.channel[2].f.bias, 0.0, 1e-5);
+    assert_near(f.channel[2].f.correlation, 1.0, 1e-6);
+    assert_near(f.channel[2].end_en, 0.0, 1e-3);
+    assert_near(f.channel[2].ahead_measured_ft, f.channel[2].ahead_simulated_ft, 1e-3);
+    assert_near(f.channel[3].f.rms, 0.1, 1e-5);
+    assert_near(f.channel[3].f.bias, 0.1, 1e-5);
+    assert_near(f.channel[3].end_measured.value - f.channel[3].end_simulated.value, 0.1, 1e-5);
+    /* En is the difference over twice the error of both */
+    double u = hypot(f.channel[3].end_measured.error, f.channel[3].end_simulated.error);
+    assert_near(f.channel[3].end_en, 0.1 / (2.0 * u), 0.01);
+    assert_near(f.channel[4].f.lag_s, 0.04, 5e-4);
+    assert_near(f.channel[4].f.arrival_measured.t_s - f.channel[4].f.arrival_simulated.t_s, 0.04, 2e-3);
+    assert_false(f.channel[5].compared);
+    assert_non_null(strstr(f.channel[5].why, "0 % of its readings are valid"));
+    assert_true(f.channel[6].f.flat_measured && isnan(f.channel[6].f.correlation));
+    /* untouched: as the landing had it */
+    assert_true(f.channel[1].f.rms == landing.figures.channel[1].f.rms && f.channel[1].f.rms > 0.01);
+    char *text = json_dumps(compare_json(&f, &(struct compare_verdict){0}, false), 0);
+    assert_non_null(text);
+    assert_null(strstr(text, "nan"));
+    free(text);
+    compare_landing_free(&landing);
+    compare_model_free(&model);
     measured_free(&m);
     session_end(&s);
+}
+
+/* The report's table is the same from what the campaign keeps. */
+static void kept_and_made_again(void **state)
+{
+    struct session s;
+    struct measured m;
+    struct zones_closure survey;
+    struct compare_model model;
+    struct compare_landing landing;
+    struct compare_figures again;
+    struct store_simulation *rows;
+    struct store_simulation_head head;
+    const struct compare_said nothing = {0};
+    size_t count;
+    (void)state;
+    load_one(&s, &m, &survey);
+    compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
+    compare_landing(s.store, 1, &model, 0, &landing, &s.error);
+    store_simulations(s.store, 1, &rows, &count, &s.error);
+    store_simulation_head(s.store, 1, &head, &s.error);
+    compare_figures(&m, &survey, &nothing, &head, rows, count, &again, &s.error);
+    assert_no_error(&s.error);
+    assert_string_equal(again.against, "model_runway.json");
+    assert_int_equal(again.seeds, 1);
+    for (size_t c = 0; c < 8; c++) {
+        assert_true(again.channel[c].f.rms == landing.figures.channel[c].f.rms);
+        assert_true(again.channel[c].peak_en == landing.figures.channel[c].peak_en);
+        assert_true(again.channel[c].f.bias_error == landing.figures.channel[c].f.bias_error);
+    }
+    assert_int_equal(again.zones.count, landing.figures.zones.count);
+    assert_true(again.zones.moment[0].zone[COMPARE_SIMULATED].mats == landing.figures.zones.moment[0].zone[COMPARE_SIMULATED].mats);
+    free(head.segments_in);
+    store_simulations_free(rows, count);
+    compare_landing_free(&landing);
+    compare_model_free(&model);
+    measured_free(&m);
+    session_end(&s);
+}
+
+/* A sample's error: what the reading has, and how far the simulated movement changes while the wheel's time is uncertain. */
+static void errors_of_a_sample(void **state)
+{
+    struct session s;
+    struct measured m;
+    struct zones_closure survey;
+    struct compare_clock clock;
+    struct compare_series series;
+    (void)state;
+    load_one(&s, &m, &survey);
+    float slope[1001], spread[1001];
+    for (size_t i = 0; i <= 1000; i++) {
+        slope[i] = 0.001f * (float)i; /* 0.25 in/s */
+        spread[i] = 0.04f;
+    }
+    const struct store_simulation row = {.number = 3, .dt_s = 0.004, .series_in = slope, .spread_in = spread, .length = 1001};
+    compare_clock_make(&m, &clock);
+    /* before the stop at 4.375 s the wheel's time is known to a fraction of a millisecond, at rest to no more than the stop's */
+    assert_true(compare_time_error(&clock, 1.0) > 1e-6 && compare_time_error(&clock, 1.0) < 2e-3);
+    assert_near(compare_time_error(&clock, 100.0), clock.stop_error_s, 0.0);
+    assert_near(compare_time_error(&clock, -1.0), clock.error_s[0], 0.0);
+    for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++)
+        clock.error_s[i] = 0.02;
+    assert_int_equal(compare_series(&m, &clock, &m.channel[2], &row, 0.03, &series, &s.error), MR_OK);
+    size_t compared = 0;
+    for (size_t i = 0; i < m.samples; i++) {
+        if (series.t_s[i] < 0.1 || series.t_s[i] > 3.8)
+            continue;
+        double reading_in = measured_error(&m, &m.channel[2], measured_value(&m.channel[2], i), 1.0);
+        assert_near(series.simulated_in[i], 0.25 * series.t_s[i], 1e-6);
+        assert_near(series.alignment_in[i], 0.25 * 0.02, 1e-6);
+        assert_near(series.measured_error_in[i], hypot(reading_in, 0.005), 1e-6);
+        assert_near(series.simulated_error_in[i], 0.05, 1e-8); /* 3, 4, 5 */
+        assert_true(reading_in > 1e-4);
+        compared++;
+    }
+    assert_true(compared > 3000);
+    free(series.storage);
+    measured_free(&m);
+    session_end(&s);
+}
+
+/* The simulated wheel does the same, 0.3 s later, then at half the pace: closed forms of its times at the switches. */
+static void aligned_on_edges(void **state)
+{
+    struct session s;
+    struct measured m;
+    struct zones_closure survey;
+    struct compare_alignment a;
+    struct sim_path_row rows[2001];
+    struct sim_scene scene = {.path = rows, .path_count = 2001};
+    (void)state;
+    load_one(&s, &m, &survey);
+    for (size_t i = 0; i <= 2000; i++) {
+        double t_s = 4.375 * (double)i / 2000.0;
+        rows[i] = (struct sim_path_row){t_s + 0.3, 3.0 + 35.0 * t_s - 4.0 * t_s * t_s, 0.0};
+    }
+    assert_int_equal(compare_align(&m, &scene, &a, &s.error), MR_OK);
+    assert_true(a.edges > 12);
+    assert_near(a.offset_s, 0.3, 5e-4);
+    assert_near(a.scatter_s, 0.0, 1e-3);
+    assert_near(compare_simulated_time(&a, 2.0), 2.3, 2e-3);
+    assert_near(compare_simulated_time(&a, -1.0), -0.7, 2e-3);
+    assert_near(compare_simulated_time(&a, 10.0), 10.3, 5e-3); /* beyond the last edge, which is the least certain */
+    for (size_t i = 0; i <= 2000; i++)
+        rows[i].t_s = 2.0 * (rows[i].t_s - 0.3);
+    assert_int_equal(compare_align(&m, &scene, &a, &s.error), MR_OK);
+    assert_near(compare_simulated_time(&a, 2.0), 4.0, 4e-3);
+    assert_true(a.scatter_s > 0.5);
+    scene.path_count = 1;
+    assert_int_equal(compare_align(&m, &scene, &a, &s.error), MR_TOO_FEW);
+    assert_error(&s.error, MR_TOO_FEW, "RUN 1 has 0 switch edges");
+    measured_free(&m);
+    session_end(&s);
+}
+
+static void zones_by_segments(void **state)
+{
+    const double segment_ft = 20.0 / 7.0;
+    float left_in[MR_SEGMENTS];
+    (void)state;
+    for (unsigned k = 0; k < MR_SEGMENTS; k++)
+        left_in[k] = 0.2f;
+    struct compare_zone none = compare_closed_run(left_in, 50.0);
+    assert_true(none.known && none.mats == 0.0);
+    for (unsigned k = 20; k < 25; k++)
+        left_in[k] = 0.01f;
+    left_in[30] = 0.01f;
+    struct compare_zone ahead = compare_closed_run(left_in, 50.0);
+    assert_near(ahead.mats, 50.0, 1e-3);
+    assert_near(ahead.start_ft, 20.0 * segment_ft, 1e-4);
+    assert_near(ahead.end_ft, 25.0 * segment_ft, 1e-4);
+    struct compare_zone in = compare_closed_run(left_in, 60.0); /* the wheel is in it */
+    assert_near(in.start_ft, 60.0, 1e-9);
+    assert_near(in.mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
+    struct compare_zone beyond = compare_closed_run(left_in, 75.0);
+    assert_near(beyond.start_ft, 30.0 * segment_ft, 1e-4);
+    /* 57.14 to 71.43 against 60 to 80: 11.43 ft of 22.86 */
+    struct compare_overlap o = compare_overlap_of(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});
+    assert_near(o.common_mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
+    assert_near(o.all_mats, (80.0 - 20.0 * segment_ft) * 3.5, 1e-3);
+    assert_near(o.share, o.common_mats / o.all_mats, 1e-9);
+    assert_near(o.start_ft, 20.0 * segment_ft - 60.0, 1e-3);
+    assert_near(o.end_ft, 25.0 * segment_ft - 80.0, 1e-3);
+    o = compare_overlap_of(&none, &none);
+    assert_true(o.known && o.share == 1.0 && isnan(o.start_ft));
+    o = compare_overlap_of(&ahead, &none);
+    assert_true(o.share == 0.0 && isnan(o.end_ft));
+    assert_false(compare_overlap_of(&ahead, &(struct compare_zone){.known = false}).known);
+}
+
+static const char campaign_text[] =
+    "{\"name\": \"two\", \"scene\": {\"N\": 420, \"L\": 0.2857142857142857, \"W\": 0.466, \"KL\": 2.9e5, \"CL\": 5, \"slack\": 0.0025,"
+    " \"f\": 0.5, \"friction\": \"stick\", \"left\": \"fixed\", \"right\": \"fixed\"}, \"landings\": [{\"times\": 2, \"deceleration_ft_s2\": 8}], \"seeds\": %s,"
+    " \"runway\": {\"gap_in\": [0, 0.03], \"closing_lb\": [0, 20]}}";
+
+/* Mean and spread of two runways are those of each of them alone. */
+static void an_ensemble_of_two(void **state)
+{
+    static const char *const seeds[] = {"[1, 1]", "[2, 2]", "[1, 2]"};
+    struct session s;
+    struct measured m;
+    struct zones_closure survey;
+    struct compare_model model;
+    struct compare_simulated sim[3];
+    const double station_ft[2] = {50.0, 70.0};
+    char text[900];
+    (void)state;
+    load_one(&s, &m, &survey);
+    for (unsigned k = 0; k < MR_SEGMENTS; k++)
+        survey.slack_in[k] = k == 20 ? 0.27f : MR_NAN; /* one segment is surveyed */
+    for (int i = 0; i < 3; i++) {
+        snprintf(text, sizeof text, campaign_text, seeds[i]);
+        load_model(&model, text);
+        compare_simulate(&model, 0, &m, &survey, station_ft, 2, &sim[i], &s.error);
+        assert_no_error(&s.error);
+        /* its openings add up to the survey's, in every runway; the others are as drawn */
+        assert_near((double)sim[i].remaining_in[20], 0.27, 1e-5);
+        assert_true(sim[i].remaining_in[21] > 0.05f && sim[i].remaining_in[21] < 0.3f);
+        /* and are what they were when the next landing begins */
+        float end_in = sim[i].remaining_in[(sim[i].segment_rows - 1) * MR_SEGMENTS + 20];
+        struct compare_simulated next;
+        compare_simulate(&model, 1, &m, &survey, station_ft, 2, &next, &s.error);
+        assert_no_error(&s.error);
+        assert_near((double)next.remaining_in[20], (double)end_in, 1e-4);
+        compare_simulated_free(&next);
+        compare_model_free(&model);
+    }
+    bool differ = false;
+    for (size_t k = 0; k < 2 * sim[2].rows; k += 37) {
+        double a = sim[0].mean_in[k], b = sim[1].mean_in[k];
+        assert_near(sim[2].mean_in[k], 0.5 * (a + b), 1e-2); /* single passes beyond the first have another step */
+        assert_near(sim[2].spread_in[k], fabs(a - b) / sqrt(2.0), 1.5e-2);
+        differ = differ || fabs(a - b) > 0.05;
+    }
+    assert_true(differ && sim[0].spread_in[100] == 0.0 && sim[2].seeds == 2);
+    for (int i = 0; i < 3; i++)
+        compare_simulated_free(&sim[i]);
+    measured_free(&m);
+    session_end(&s);
+}
+
+/* A landing between two surveys in which every mark moved by a quarter of an inch. */
+static void movement_between_surveys(void **state)
+{
+    struct session s;
+    struct measured m;
+    struct zones_closure zones;
+    struct compare_model model;
+    struct compare_set set;
+    struct compare_landing landing;
+    const struct compare_limits none = {.count = 0};
+    (void)state;
+    load_one(&s, &m, &zones);
+    for (int k = 0; k < 2; k++) {
+        struct store_gage_survey survey = {.made_us = k ? INT64_MAX / 2 : 1, .ended_us = STORE_NONE, .pattern = "standard", .edges = "left",
+                                           .error_in = 0.005, .closed_in = 33.2, .after_run = STORE_NONE};
+        assert_int_equal(store_gage_survey_add(s.store, &survey, &s.error), MR_OK);
+        for (int64_t place = 0; place < 13; place++) {
+            struct store_gage_reading reading = {.kind = "station", .line = 1, .place = place, .value_in = k ? 0.25 : 0.0, .taken_us = 1, .source = "test"};
+            assert_int_equal(store_gage_reading_add(s.store, survey.id, &reading, &s.error), MR_OK);
+        }
+    }
+    compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
+    compare_landing(s.store, 1, &model, 0, &landing, &s.error);
+    compare_model_free(&model);
+    compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
+    compare_set_run(s.store, NULL, &model, &none, false, NULL, NULL, &set, &s.error);
+    assert_no_error(&s.error);
+    assert_int_equal(set.compared, 1);
+    assert_int_equal(set.moves, 1);
+    assert_true(set.moved[0].simulated && set.moved[0].landings == 1);
+    double sum = 0.0, squares = 0.0;
+    size_t points = 0;
+    for (size_t p = 0; p < SURVEY_POINTS; p++) {
+        double measured_in = set.moved[0].point[p].measured_in;
+        if (isnan(measured_in))
+            continue;
+        assert_near(measured_in, 0.25, 0.02);
+        assert_near(set.moved[0].point[p].simulated_in, landing.moved_in[p], 1e-9);
+        sum += measured_in - landing.moved_in[p];
+        squares += (measured_in - landing.moved_in[p]) * (measured_in - landing.moved_in[p]);
+        points++;
+    }
+    assert_true(points > 35);
+    assert_near(set.moved[0].bias_in, sum / (double)points, 1e-9);
+    assert_near(set.pooled.moved_in, sqrt(squares / (double)points), 1e-9);
+    /* pooled over eight transducers by samples */
+    double n = 0.0, rms = 0.0;
+    for (size_t c = 0; c < 8; c++) {
+        n += (double)landing.figures.channel[c].f.compared;
+        rms += (double)landing.figures.channel[c].f.compared * pow(landing.figures.channel[c].f.rms, 2.0);
+    }
+    assert_near(set.pooled.rms_in, sqrt(rms / n), 1e-9);
+    compare_landing_free(&landing);
+    compare_set_free(&set);
+    compare_model_free(&model);
+    measured_free(&m);
+    session_end(&s);
+}
+
+static struct compare_limits limits_of(const char *text, struct error *error)
+{
+    struct compare_limits limits = {.count = 0};
+    char path[200];
+    FILE *file = fopen(scratch_path(path, sizeof path, "limits.json"), "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+    compare_limits_load(&limits, path, error);
+    return limits;
+}
+
+static struct compare_figures two_channels(void)
+{
+    struct compare_figures f = {.run = 7, .channels = 2};
+    for (int c = 0; c < 2; c++)
+        f.channel[c] = (struct compare_channel){.number = c + 1, .compared = true, .f = {.rms = 0.02 * (c + 1), .bias = -0.03, .correlation = 0.95, .lag_s = NAN}};
+    f.zones.count = 1;
+    f.zones.moment[0] = (struct compare_zone_moment){.what = "at rest", .simulated = {true, 20.0, 50.0, 0.4, NAN, NAN}, .board = {.known = false}};
+    return f;
+}
+
+static struct compare_verdict verdict_of(const char *text, const struct compare_figures *figures)
+{
+    struct error error = {0};
+    struct compare_verdict verdict = {0};
+    struct compare_limits limits = limits_of(text, &error);
+    assert_no_error(&error);
+    compare_limits_check(&limits, figures, false, &verdict);
+    return verdict;
+}
+
+static void limits_decide(void **state)
+{
+    struct compare_figures f = two_channels();
+    struct compare_verdict v;
+    (void)state;
+    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.05, \"bias_in\": 0.04, \"correlation\": 0.9}}}", &f);
+    assert_true(v.failed == 0 && v.checked == 7); /* three of each, and that none is missing */
+    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.03}}}", &f);
+    assert_true(v.failed == 1);
+    assert_string_equal(v.text, "rms difference 0.0400 in exceeds 0.0300 in: transducer 2 of RUN 7, by 0.0100 in");
+    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 0.03}, \"2\": {\"rms_mm\": 1.27}}}", &f); /* 0.05 in */
+    assert_true(v.failed == 0 && v.checked == 3);
+    v = verdict_of("{\"channels\": {\"all\": {\"bias_in\": 0.02}}}", &f); /* its size counts */
+    assert_true(v.failed == 2);
+    v = verdict_of("{\"channels\": {\"all\": {\"correlation\": 0.99}}}", &f);
+    assert_string_equal(v.text, "correlation 0.9500 falls short of 0.9900: transducer 1 of RUN 7, by 0.0400");
+    v = verdict_of("{\"channels\": {\"all\": {\"lag_s\": 0.1}}}", &f); /* what is not known does not pass */
+    assert_true(v.failed == 2 && strstr(v.text, "lag is not known"));
+    v = verdict_of("{\"channels\": {\"5\": {\"rms_in\": 1}}}", &f);
+    assert_true(v.failed == 1 && strstr(v.text, "transducer 5 of RUN 7 is not fitted"));
+    v = verdict_of("{\"zones\": {\"simulated\": {\"overlap\": 0.5, \"start_ft\": 3}}}", &f); /* ends that are not there are the overlap's */
+    assert_true(v.failed == 1 && v.checked == 1 && strstr(v.text, "overlap of zones 0.4000 falls short of 0.5000: the simulated, at rest, RUN 7"));
+    v = verdict_of("{\"zones\": {\"board\": {\"overlap\": 0.5}}}", &f);
+    assert_true(v.failed == 1 && strstr(v.text, "not known"));
+    f.channel[0].compared = false;
+    snprintf(f.channel[0].why, sizeof f.channel[0].why, "open");
+    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 1}}}", &f);
+    assert_true(v.failed == 1 && strstr(v.text, "1 channels not compared, 0 allowed: transducer 1 of RUN 7: open"));
+    v = verdict_of("{\"channels\": {\"all\": {\"rms_in\": 1}}, \"missing_channels\": 1}", &f);
+    assert_true(v.failed == 0);
+}
+
+static void limits_that_are_wrong(void **state)
+{
+    static const struct {
+        const char *text, *says;
+    } wrong[] = {
+        {"{\n \"channels\": {\n  \"all\": {\"rsm_in\": 0.05}}}", "line 3: \"rsm_in\"; give bias_in, rms_in,"},
+        {"{\"chanels\": {}}", "unknown key: "},
+        {"{\"channels\": {\"9\": {\"rms_in\": 1}}}", "no such transducer: "},
+        {"{\"channels\": {\"all\": {\"rms_in\": \"x\"}}}", "no limit: "},
+        {"{\"channels\": {\"all\": {\"rms_in\": -1}}}", "no limit: "},
+        {"{\"channels\": {\"all\": {\"rms\": 1}}}", "unknown limit: "}, /* a unit is needed */
+        {"{\"channels\": [1]}", "no object: "},
+        {"{\"zones\": {\"chain\": {}}}", "unknown zones: "},
+        {"{\"missing_channels\": 0.5}", "no number of channels: "},
+        {"{\"_\": 1}", "nothing could fail"},
+        {"{\"channels\": {\n \"all\": {\"rms_in\": 1,}}}", "no JSON: "},
+        {"{\"channels\": {\"all\": {\"rms_in\": 1, \"rms_in\": 2}}}", "no JSON: "},
+    };
+    (void)state;
+    for (size_t i = 0; i < COUNT_OF(wrong); i++) {
+        struct error error = {0};
+        limits_of(wrong[i].text, &error);
+        assert_error(&error, MR_MALFORMED, wrong[i].says);
+    }
+}
+
+static void another_scale_is_refused(void **state)
+{
+    struct compare_model model;
+    struct error error = {0};
+    (void)state;
+    assert_int_equal(compare_model_load(&model, "host/scenes/full_width_36000.json", 0, &error), MR_USAGE);
+    assert_error(&error, MR_USAGE, "another scale: host/scenes/full_width_36000.json has 53 mats of 2 ft");
 }
 
 int main(void)
@@ -147,6 +545,15 @@ int main(void)
         cmocka_unit_test(gaps_from_the_survey),
         cmocka_unit_test(motion_not_known_is_refused),
         cmocka_unit_test(differences_of_a_known_series),
+        cmocka_unit_test(kept_and_made_again),
+        cmocka_unit_test(errors_of_a_sample),
+        cmocka_unit_test(aligned_on_edges),
+        cmocka_unit_test(zones_by_segments),
+        cmocka_unit_test(an_ensemble_of_two),
+        cmocka_unit_test(movement_between_surveys),
+        cmocka_unit_test(limits_decide),
+        cmocka_unit_test(limits_that_are_wrong),
+        cmocka_unit_test(another_scale_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

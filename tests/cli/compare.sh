@@ -1,0 +1,125 @@
+#!/usr/bin/env bash
+# matrig compare: a simulated landing is played to the emulated board and held against its own scene, a wrong one, limits, in a series.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+scene=host/scenes/model_runway.json
+db=$tmp/c.db
+
+python3 tests/compare/scene_run.py $matrig $scene tests/runs/landing1.run "$tmp/own.run" &&
+    build/matrig-board --elf build/firmware/matrig.elf --can none --serial "file:$tmp/own.serial" --rig "$tmp/own.run" 2>"$tmp/board.err"
+log() { $matrig --quiet log --serial "file:$tmp/own.serial" --db "$db" >/dev/null; }
+log && $matrig --quiet series "$db" "spring" --pattern standard >/dev/null && sleep 0.01 && log && log
+sed 's/"f": 0.5/"f": 0.35/' $scene >"$tmp/slippery.json"
+
+cat >"$tmp/tight.json" <<'END'
+{"_": "the eighth transducer does not move: no correlation there",
+ "channels": {"all": {"rms_in": 0.003, "bias_in": 0.001, "end_en": 1, "chi": 1}, "1": {"correlation": 0.9995, "arrival_s": 0.002, "lag_s": 0.002},
+              "5": {"correlation": 0.9995, "ahead_ft": 0.1, "peak_mm": 0.05}},
+ "zones": {"simulated": {"overlap": 0.9, "start_ft": 1, "end_ft": 1}}}
+END
+sed 's/0.003/0.01/; s/"bias_in": 0.001/"bias_in": 0.006/; s/"overlap": 0.9, "start_ft": 1, "end_ft": 1/"overlap": 0.3/; s/_s": 0.002/_s": 0.02/g; s/0.05/0.2/; s/0.9995/0.999/g' "$tmp/tight.json" >"$tmp/wider.json"
+
+json() { python3 -c 'import json, sys
+def no(x): raise SystemExit("not JSON: " + x)
+j = json.load(open(sys.argv[1]), parse_constant=no)
+print(eval(sys.argv[2]))' "$1" "$2"; }
+
+# The scene as it is: only noise, calibration and edge timing are between them.
+its_own_scene_passes() { $matrig compare "$db" 1 $scene --as-is --limits "$tmp/tight.json" | tee "$tmp/own.txt" | tail -1 | grep -q 'checked, 0 failed: pass'; }
+# Its motion and gaps found again from the switches and the survey.
+found_again_passes() { $matrig compare "$db" 1 $scene --limits "$tmp/wider.json"; }
+wrong_friction_fails_where_it_should() {
+    local worst
+    $matrig sim $scene --csv "$tmp/a.csv" >/dev/null && $matrig sim "$tmp/slippery.json" --csv "$tmp/b.csv" >/dev/null || return 1
+    worst=$(python3 - "$tmp/a.csv" "$tmp/b.csv" <<'END'
+import csv, sys
+a, b = ([list(map(float, r[1:9])) for r in list(csv.reader(open(f)))[1:]] for f in sys.argv[1:])
+n = min(len(a), len(b))
+rms = [12 * (sum((a[i][c] - b[i][c]) ** 2 for i in range(n)) / n) ** 0.5 for c in range(8)]
+worst = max(range(8), key=lambda c: rms[c])
+print(worst + 1, "%.2f" % rms[worst])
+END
+    ) || return 1
+    echo "expected: transducer, rms: $worst"
+    fails_with 1 "rms difference ${worst#* }.* in exceeds 0.0030 in: transducer ${worst% *} of RUN 1, by" $matrig compare "$db" 1 "$tmp/slippery.json" --as-is --limit 0.003
+}
+fits_a_terminal() {
+    $matrig compare "$db" 1 >"$tmp/t.txt" && $matrig --si compare "$db" 1 >>"$tmp/t.txt" && $matrig compare "$db" $scene >>"$tmp/t.txt" || return 1
+    awk 'length > 100 { print; bad = 1 } END { exit bad }' "$tmp/t.txt"
+}
+json_is_json() {
+    $matrig --json compare "$db" 1 --limit 1 >"$tmp/one.json" && $matrig --json --si compare "$db" 1 >"$tmp/si.json" && $matrig --json compare "$db" $scene >"$tmp/set.json" || return 1
+    json "$tmp/one.json" '[c["correlation"] for c in j["channels"]]'
+    [ "$(json "$tmp/one.json" 'j["channels"][7]["correlation"] is None and j["channels"][7]["lag_s"] is None and "flat" in j["channels"][7]["why"]')" = True ] &&
+        [ "$(json "$tmp/one.json" 'j["limits"]["pass"] and j["error_in"] > 0 and j["run_ms"] > 0 and j["edges"] > 15')" = True ] &&
+        [ "$(json "$tmp/set.json" 'len(j["landings"]), len(j["channels"]), j["compared"]')" = "(3, 8, 3)" ] &&
+        [ "$(json "$tmp/si.json" "abs(j['channels'][2]['peak_measured_mm'] / 25.4 - $(json "$tmp/one.json" 'j["channels"][2]["peak_measured_in"]')) < 1e-5")" = True ]
+}
+# The figures once more from the series, by other code.
+figures_from_the_csv() {
+    $matrig --json compare "$db" 1 -o "$tmp/one.csv" >"$tmp/csv.json" && python3 - "$tmp/one.csv" "$tmp/csv.json" <<'END'
+import csv, json, sys
+rows = list(csv.DictReader(open(sys.argv[1])))
+for c in json.load(open(sys.argv[2]))["channels"][:7]:
+    at = lambda r, n: r["d%d_%s_in" % (c["number"], n)]
+    pairs = [(float(at(r, "measured")), float(at(r, "simulated")), float(at(r, "measured_error")), float(at(r, "simulated_error"))) for r in rows if at(r, "measured")]
+    n = len(pairs)
+    d = [m - s for m, s, _, _ in pairs]
+    bias, rms = sum(d) / n, (sum(x * x for x in d) / n) ** 0.5
+    chi = (sum((m - s) ** 2 / (u * u + v * v) for m, s, u, v in pairs) / n) ** 0.5
+    mm, ms = sum(p[0] for p in pairs) / n, sum(p[1] for p in pairs) / n
+    r = sum((m - mm) * (s - ms) for m, s, _, _ in pairs) / (sum((p[0] - mm) ** 2 for p in pairs) * sum((p[1] - ms) ** 2 for p in pairs)) ** 0.5
+    print(c["number"], bias, rms, chi, r)
+    assert abs(bias - c["bias_in"]) < 1e-6 and abs(rms - c["rms_in"]) < 1e-6 and abs(chi / c["chi"] - 1) < 1e-4 and abs(r - c["correlation"]) < 1e-6
+END
+}
+picture_is_xml() { $matrig compare "$db" 1 -o "$tmp/one.svg" >/dev/null && python3 -c 'import sys, xml.dom.minidom as x; print(len(x.parse(sys.argv[1]).getElementsByTagName("path")))' "$tmp/one.svg"; }
+
+series_and_its_limits() {
+    # Three times the same landing, by a board that says the same survey: what the first did to the gaps is carried on, and shows.
+    printf '{"channels": {"all": {"rms_in": 0.2}}, "series": {"within": 1, "rms_in": 0.1}}' >"$tmp/series.json"
+    $matrig compare "$db" $scene --limits "$tmp/series.json" | tee "$tmp/series.txt" | grep -q '^within limits: 100 %' && cat "$tmp/series.txt" || return 1
+    printf '{"series": {"bias_in": 0.00001}}' >"$tmp/strict.json"
+    fails_with 1 'pooled bias .* exceeds 0.0000 in: the series, by' $matrig compare "$db" $scene --limits "$tmp/strict.json" &&
+        [ "$($matrig --json compare "$db" --series spring >"$tmp/s.json"; json "$tmp/s.json" '[l["run"] for l in j["landings"]]')" = "[2, 3]" ] &&
+        fails_with 2 "no landings in series 'summer'" $matrig compare "$db" --series summer
+}
+ensemble_has_a_spread() { # of runways in which gaps and resistances vary: the error is more than the solver's
+    $matrig --json compare "$db" 1 host/campaign/series/standard.json --seeds 3 >"$tmp/e.json" &&
+        [ "$(json "$tmp/e.json" 'j["seeds"] == 3 and max(c["peak_simulated_error_in"] for c in j["channels"]) > 1.5 * j["error_in"]')" = True ] &&
+        fails_with 2 'as-is takes a scene: .*standard.json is a campaign' $matrig compare "$db" 1 host/campaign/series/standard.json --as-is
+}
+without_switches() {
+    cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges where landing = 2' || return 1
+    fails_with 5 'motion of the gear is not known .*RUN 2; a comparison needs at least 3' $matrig compare "$tmp/blind.db" 2 || return 1
+    $matrig compare "$tmp/blind.db" $scene >"$tmp/blind.txt" && grep -q '^ *2  not compared: the motion of the gear is not known' "$tmp/blind.txt" && grep -q '3 landings, 2 compared' "$tmp/blind.txt"
+}
+wrong_input_is_told() {
+    printf '{\n "channels":\n  {"all": {"rsm_in": 1}}}' >"$tmp/typo.json"
+    fails_with 4 'typo.json line 3: "rsm_in"; give bias_in, rms_in' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
+        fails_with 3 'cannot read limits: .*none.json' $matrig compare "$db" 1 --limits "$tmp/none.json" &&
+        fails_with 2 'another scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
+        fails_with 2 'one runway; give a campaign file for --seeds' $matrig compare "$db" 1 --seeds 4 &&
+        fails_with 2 'RUN or series' $matrig compare "$db" 1 --series spring &&
+        fails_with 2 'for one landing: -o' $matrig compare "$db" $scene -o "$tmp/x.svg" &&
+        fails_with 2 'needs DB RUN, DB CAMPAIGN or DB --series' $matrig compare "$db"
+}
+report_has_the_table() {
+    cp $scene "$tmp/<b>x.json" && $matrig compare "$db" 1 "$tmp/<b>x.json" >/dev/null && $matrig --quiet report "$db" -o "$tmp/r.html" || return 1
+    grep -q '<h3>Measured against simulated</h3>' "$tmp/r.html" && grep -q 'Against &lt;b&gt;x.json: simulated in' "$tmp/r.html" && ! grep -q '<b>x' "$tmp/r.html" &&
+        ! grep -Eq '>-?nan|NaN' "$tmp/r.html" && grep -q 'measured, with its 95 % band' "$tmp/r.html"
+}
+
+check "a simulated landing, played and measured, is its own scene's" its_own_scene_passes
+check "also with motion and gaps found again from switches and survey" found_again_passes
+check "another friction fails, at the transducer where it shows most" wrong_friction_fails_where_it_should
+check "tables fit 100 columns" fits_a_terminal
+check "JSON is JSON; what is not known is null" json_is_json
+check "bias, rms, chi and correlation, once more from the CSV" figures_from_the_csv
+check "the picture is XML" picture_is_xml
+check "a series, its limits, and a part of it by name" series_and_its_limits
+check "an ensemble's spread is part of the simulation's error" ensemble_has_a_spread
+check "a landing without switches is told, in a series too" without_switches
+check "wrong input gets one line" wrong_input_is_told
+check "the report has the table, names in it are inert" report_has_the_table
+finish

@@ -1,0 +1,227 @@
+/* Figures of two series against the closed form of functions that are known: shifted, scaled and noisy copies. */
+#include <math.h>
+#include <string.h>
+
+#include "host/compare/signal.h"
+#include "tests/cmocka_all.h"
+
+#define N 4000u
+#define DT_S 0.001
+struct pair {
+    double m[N], s[N], um[N], us[N], ut[N];
+    struct signal signal;
+};
+
+static void make(struct pair *p, double (*measured)(double), double (*simulated)(double), double noise)
+{
+    for (size_t i = 0; i < N; i++) {
+        double t_s = (double)i * DT_S;
+        p->m[i] = measured(t_s);
+        p->s[i] = simulated(t_s);
+        p->um[i] = p->us[i] = 0.003; /* together 0.003 sqrt(2) */
+        p->ut[i] = 0.0;
+    }
+    p->signal = (struct signal){N, 0.0, DT_S, p->m, p->s, p->um, p->us, p->ut, noise};
+}
+
+/* A movement as mats make it: 0.8 in, risen within about a second; and copies. */
+static double rise(double t_s) { return 0.4 * (1.0 + tanh((t_s - 2.0) / 0.2)); }
+static double raised(double t_s) { return rise(t_s) + 0.05; }
+static double later(double t_s) { return rise(t_s - 0.0725); }
+static double larger(double t_s) { return 1.25 * rise(t_s); }
+static double fallen(double t_s) { return -rise(t_s); }
+static double still(double t_s) { return 0.0 * t_s + 0.01; }
+static double sine(double t_s) { return sin(2.0 * M_PI * t_s); }
+static double cosine(double t_s) { return cos(2.0 * M_PI * t_s); }
+
+static struct pair pair;
+
+static void the_same_differs_by_nothing(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, rise, rise, 0.0);
+    signal_compare(&pair.signal, &f);
+    assert_int_equal(f.compared, N);
+    assert_near(f.bias, 0.0, 0.0);
+    assert_near(f.rms, 0.0, 0.0);
+    assert_near(f.chi, 0.0, 0.0);
+    assert_near(f.inside, 1.0, 0.0);
+    assert_near(f.correlation, 1.0, 1e-12);
+    assert_near(f.lag_s, 0.0, 1e-9);
+}
+
+static void an_offset_is_the_bias(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, raised, rise, 0.001);
+    signal_compare(&pair.signal, &f);
+    assert_near(f.bias, 0.05, 1e-12);
+    assert_near(f.rms, 0.05, 1e-12);
+    assert_near(f.chi, 0.05 / (0.003 * sqrt(2.0)), 1e-9);
+    assert_near(f.inside, 0.0, 0.0);
+    assert_near(f.correlation, 1.0, 1e-12);
+    /* noise averages out over the samples, the rest does not */
+    assert_near(f.bias_error, sqrt(2.0 * 0.003 * 0.003 - 1e-6 + 1e-6 / N), 1e-9);
+    assert_near(f.peak_measured.value - f.peak_simulated.value, 0.05, 1e-9);
+}
+
+static void a_scale_is_in_rms_and_peak(void **state)
+{
+    struct signal_figures f;
+    double sum = 0.0, squares = 0.0;
+    (void)state;
+    make(&pair, larger, rise, 0.0);
+    for (size_t i = 0; i < N; i++) {
+        sum += 0.25 * pair.s[i];
+        squares += 0.0625 * pair.s[i] * pair.s[i];
+    }
+    signal_compare(&pair.signal, &f);
+    /* closed form of the mean, and of (1 + tanh)^2 = 2 (1 + tanh) - (1 - tanh^2): 2 - 2 w / 4 s, w = 0.2 */
+    assert_near(f.bias, 0.25 * 0.8 * 0.5, 2e-4);
+    assert_near(f.bias, sum / N, 1e-12);
+    assert_near(f.rms, sqrt(squares / N), 1e-12);
+    assert_near(f.rms, 0.25 * 0.4 * sqrt(2.0 - 0.1), 2e-4);
+    assert_near(f.correlation, 1.0, 1e-12);
+    assert_near(f.peak_measured.value, 1.0, 1e-6);
+    assert_near(f.peak_simulated.value, 0.8, 1e-6);
+    /* 10 % of the own peak is at the same time, tanh((t - 2)/0.2) = -0.8, whatever the scale */
+    assert_near(f.arrival_measured.t_s, 2.0 + 0.2 * atanh(-0.8), 2e-4);
+    assert_near(f.arrival_simulated.t_s, f.arrival_measured.t_s, 1e-9);
+}
+
+static void a_delay_is_the_lag(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, later, rise, 0.0);
+    signal_compare(&pair.signal, &f);
+    assert_near(f.lag_s, 0.0725, 1e-4);
+    assert_near(f.lag_correlation, 1.0, 1e-6);
+    assert_true(f.correlation < f.lag_correlation);
+    assert_near(f.arrival_measured.t_s - f.arrival_simulated.t_s, 0.0725, 1e-6);
+    make(&pair, rise, later, 0.0); /* and the other way round */
+    signal_compare(&pair.signal, &f);
+    assert_near(f.lag_s, -0.0725, 1e-4);
+}
+
+static void a_quarter_of_a_turn(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, cosine, sine, 0.0);
+    signal_compare(&pair.signal, &f);
+    assert_near(f.correlation, 0.0, 1e-9); /* over whole turns */
+    assert_near(f.bias, 0.0, 1e-9);
+    assert_near(f.rms, 1.0, 1e-9); /* sqrt(1/2 + 1/2) */
+    assert_near(f.lag_s, -0.25, 1e-4);
+    assert_near(f.lag_correlation, 1.0, 1e-6);
+}
+
+static void against_the_direction(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, fallen, rise, 0.0);
+    signal_compare(&pair.signal, &f);
+    assert_near(f.correlation, -1.0, 1e-12);
+    assert_near(f.peak_measured.value, -0.8, 1e-6);
+    assert_near(f.arrival_measured.value, -0.08, 1e-7);
+    assert_near(f.arrival_measured.t_s, f.arrival_simulated.t_s, 1e-9);
+    assert_true(isnan(f.lag_s) || f.lag_correlation > f.correlation);
+}
+
+/* Error of the crossing: value's error over the slope, 0.08 in at tanh = -0.8: du/dt = 0.4/0.2 (1 - 0.64) = 0.72 in/s. */
+static void arrival_and_its_error(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, rise, rise, 0.001);
+    for (size_t i = 0; i < N; i++)
+        pair.ut[i] = 0.002;
+    signal_compare(&pair.signal, &f);
+    double noise = 0.001 / sqrt(11.0), u = sqrt(0.003 * 0.003 - 1e-6 + noise * noise), grid = DT_S / sqrt(12.0);
+    assert_near(f.arrival_measured.t_error_s, sqrt(u * u / (0.72 * 0.72) + 4e-6 + grid * grid), 5e-5);
+    assert_near(f.arrival_simulated.t_error_s, sqrt(9e-6 / (0.72 * 0.72) + grid * grid), 5e-5);
+    pair.signal.noise = 0.08; /* 5 x 0.08 / sqrt(11) = 0.12 in: it cannot be told from noise */
+    signal_compare(&pair.signal, &f);
+    assert_true(isnan(f.arrival_measured.t_s));
+}
+
+static void a_plateau_has_no_sharp_time(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, rise, sine, 0.01);
+    signal_compare(&pair.signal, &f);
+    /* within 2 x 0.01 / sqrt(11) = 0.006 in of 0.8: from 2 + 0.2 atanh(1 - 0.015) = 2.489 s to the end at 3.999 s */
+    assert_near(f.peak_measured.t_error_s, 0.5 * (3.999 - 2.489), 0.01);
+    /* 0.006 of 1: cos x = 0.994, x = 0.1098 rad = 17.5 ms on either side, and the window's own bend */
+    assert_near(f.peak_simulated.t_error_s, 0.0175, 0.002);
+    assert_near(fmod(f.peak_simulated.t_s, 1.0) - 0.5, f.peak_simulated.value > 0.0 ? -0.25 : 0.25, 0.002);
+}
+
+static void flat_series_have_no_correlation(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, still, rise, 0.001);
+    signal_compare(&pair.signal, &f);
+    assert_true(f.flat_measured && !f.flat_simulated);
+    assert_true(isnan(f.correlation) && isnan(f.lag_s) && isnan(f.lag_correlation));
+    assert_true(!isnan(f.rms));
+    make(&pair, rise, still, 0.0);
+    signal_compare(&pair.signal, &f);
+    assert_true(f.flat_simulated && isnan(f.correlation));
+    assert_near(f.peak_simulated.value, 0.01, 1e-12);
+}
+
+static void holes_are_left_out(void **state)
+{
+    struct signal_figures f;
+    (void)state;
+    make(&pair, raised, rise, 0.0);
+    for (size_t i = 1000; i < 1500; i++)
+        pair.m[i] = NAN;
+    for (size_t i = 1400; i < 2000; i++)
+        pair.s[i] = NAN;
+    signal_compare(&pair.signal, &f);
+    assert_int_equal(f.compared, N - 1000);
+    assert_near(f.bias, 0.05, 1e-12);
+    assert_near(f.rms, 0.05, 1e-12);
+    assert_near(f.correlation, 1.0, 1e-12);
+    for (size_t i = 0; i < N; i++)
+        pair.m[i] = NAN;
+    signal_compare(&pair.signal, &f);
+    assert_int_equal(f.compared, 0);
+    assert_true(isnan(f.bias) && isnan(f.rms) && isnan(f.peak_measured.value) && isnan(f.correlation));
+}
+
+static void normalised_errors(void **state)
+{
+    (void)state;
+    assert_near(signal_en(1.0, 0.03, 0.9, 0.04), 1.0, 1e-12); /* 0.1 / (2 x 0.05) */
+    assert_near(signal_en(0.9, 0.03, 1.0, 0.04), 1.0, 1e-12);
+    assert_near(signal_en(1.0, 0.0, 1.0, 0.0), 0.0, 0.0);
+    assert_true(isinf(signal_en(1.0, 0.0, 2.0, 0.0)));
+    assert_true(isnan(signal_en(NAN, 0.1, 2.0, 0.1)) && isnan(signal_en(1.0, 0.1, 2.0, NAN)));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_same_differs_by_nothing),
+        cmocka_unit_test(an_offset_is_the_bias),
+        cmocka_unit_test(a_scale_is_in_rms_and_peak),
+        cmocka_unit_test(a_delay_is_the_lag),
+        cmocka_unit_test(a_quarter_of_a_turn),
+        cmocka_unit_test(against_the_direction),
+        cmocka_unit_test(arrival_and_its_error),
+        cmocka_unit_test(a_plateau_has_no_sharp_time),
+        cmocka_unit_test(flat_series_have_no_correlation),
+        cmocka_unit_test(holes_are_left_out),
+        cmocka_unit_test(normalised_errors),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
