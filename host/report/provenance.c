@@ -32,14 +32,15 @@ static void general(const struct report *report, const char *page, size_t length
 {
     char when[40], hash[SHA256_DIGEST_STRING_LENGTH];
     struct stat file;
-    bool older;
+    bool older = false;
+    int64_t version = store_version(report->store, &older);
     const char *name = strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
     survey_time_text(now_us(), when, sizeof when);
     page_hash(page, length, hash);
     fputs("<dl>\n", out);
     html_fact(out, "made by", "matrig %d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
     html_fact(out, "made", "%s", when);
-    html_fact(out, "database", "%s, version %lld%s", name, (long long)store_version(report->store, &older), older ? ", of an older matrig" : "");
+    html_fact(out, "database", "%s, version %lld%s", name, (long long)version, older ? ", of an older matrig" : "");
     if (stat(report->path, &file) == 0)
         html_fact(out, "its size", "%lld bytes", (long long)file.st_size);
     html_fact(out, "SHA-256 of what was drawn, <main> to </main>", "%s", hash);
@@ -107,20 +108,30 @@ static void day_cell(FILE *out, uint32_t day, bool expired)
     fprintf(out, "<td%s>%s%s</td>", expired ? " class=\"warn\"" : "", text, expired ? ", before the landing" : "");
 }
 
-/* Calibrations as the configuration of the landing has them; `used_us`: when it was armed. */
-static void calibrations(const struct mr_config *config, int64_t used_us, FILE *out)
+/* Sensor and dates are in the configuration that the board was asked for, if it was. */
+static void sensor_cells(FILE *out, const struct mr_channel_config *told, int64_t used_day)
 {
-    int64_t used_day = used_us / 1000000 / DAY_S;
-    html_table(out, (const char *const[]){"channel", "sensor", "calibrated", "expires", "in or lb per code", "its error, %", "error of the zero", NULL});
+    if (!told) {
+        fputs("<td colspan=\"3\">configuration not read</td>", out);
+        return;
+    }
+    html_cell(out, "%.*s", (int)sizeof told->serial, told->serial[0] ? told->serial : "not said");
+    day_cell(out, told->calibrated_day, false);
+    day_cell(out, told->expires_day, told->expires_day && (int64_t)told->expires_day <= used_day);
+}
+
+/* As the landing is read with. */
+static void calibrations(const struct report_landing *landing, FILE *out)
+{
+    const struct measured *measured = &landing->summary.measured;
+    html_table(out, (const char *const[]){"channel", "sensor", "calibrated", "expires", "in or lb per code", "its error, %", "error of the zero, in or lb", NULL});
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
-        const struct mr_channel_config *channel = &config->channel[i];
+        const struct mr_channel_config *channel = &measured->channel[i].config;
         if (!mr_channel_measures(channel))
             continue;
         fputs("<tr>", out);
         html_cell(out, "%s %u", channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage", channel->number);
-        html_cell(out, "%.*s", (int)sizeof channel->serial, channel->serial[0] ? channel->serial : "-");
-        day_cell(out, channel->calibrated_day, false);
-        day_cell(out, channel->expires_day, channel->expires_day && (int64_t)channel->expires_day <= used_day);
+        sensor_cells(out, landing->config ? &landing->config->channel[i] : NULL, measured->landing.armed_us / 1000000 / DAY_S);
         html_cell(out, "%.9g", (double)channel->unit_per_code);
         html_number(out, 100.0 * (double)channel->gain_error, 3);
         html_number(out, (double)channel->zero_error, 4);
@@ -129,21 +140,39 @@ static void calibrations(const struct mr_config *config, int64_t used_us, FILE *
     fputs("</tbody></table></div>\n", out);
 }
 
-/* One table for each configuration among the landings. */
+/* The same configuration, and none of them given another calibration afterwards. */
+static bool same_calibration(const struct report_landing *a, const struct report_landing *b)
+{
+    for (unsigned i = 0; i < MR_CHANNELS; i++) {
+        double one = (double)a->summary.measured.channel[i].config.unit_per_code, other = (double)b->summary.measured.channel[i].config.unit_per_code;
+        if (one < other || one > other)
+            return false;
+    }
+    return a->summary.measured.landing.config_crc == b->summary.measured.landing.config_crc;
+}
+
+/* One table for each that is among the landings. */
 static void configurations(const struct report *report, FILE *out)
 {
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_landing *landing = &report->landing[i];
         bool told = false;
-        for (size_t k = 0; k < i; k++)
-            told = told || report->landing[k].summary.measured.landing.config_crc == landing->summary.measured.landing.config_crc;
-        if (told || !landing->config)
+        for (size_t k = 0; k < i && !told; k++)
+            told = same_calibration(&report->landing[k], landing);
+        if (told)
             continue;
-        fprintf(out, "<h3>Configuration %08llx</h3>\n<p>", (unsigned long long)landing->summary.measured.landing.config_crc);
-        html_text(out, landing->config->site[0].name);
-        fprintf(out, ", revision %u. First used by RUN %lld.</p>\n", landing->config->site[0].revision,
-                (long long)landing->summary.measured.landing.id);
-        calibrations(landing->config, landing->summary.measured.landing.armed_us, out);
+        fprintf(out, "<h3>Calibration from RUN %lld on</h3>\n<p>", (long long)landing->summary.measured.landing.id);
+        if (landing->config) {
+            const struct mr_site_config *site = &landing->config->site[0];
+            char name[sizeof site->name + 1];
+            snprintf(name, sizeof name, "%.*s", (int)sizeof site->name, site->name);
+            fputs("Configuration ", out);
+            html_text(out, name);
+            fprintf(out, ", revision %u.</p>\n", site->revision);
+        } else {
+            fputs("The board's configuration was not read (matrig log asks for it, where the link goes both ways).</p>\n", out);
+        }
+        calibrations(landing, out);
     }
 }
 

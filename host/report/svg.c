@@ -168,29 +168,58 @@ static void log_y_ticks(const struct svg_plot *plot)
     }
 }
 
-static void x_axis(const struct svg_plot *plot)
+/* Lines of the grid at the ticks, in one path, and the numbers beside them, in one group. */
+static void linear_x_ticks(const struct svg_plot *plot)
 {
     FILE *out = plot->out;
     double bottom = plot->top + plot->height;
-    struct svg_ticks ticks =
-        svg_choose_ticks(plot->x.low, plot->x.high, (unsigned)(plot->width * TICKS_PER_PX_X) + 2);
-    if (plot->log_x) {
-        log_x_ticks(plot);
-        ticks.count = 0;
-    }
+    struct svg_ticks ticks = svg_choose_ticks(plot->x.low, plot->x.high, (unsigned)(plot->width * TICKS_PER_PX_X) + 2);
+    fputs("<path class=\"grid\" d=\"", out);
+    for (unsigned i = 0; i < ticks.count; i++)
+        fprintf(out, "M%.1f %.1fV%.1f", svg_x(plot, ticks.first + (double)i * ticks.step), plot->top, bottom);
+    fputs("\"/>", out);
+    if (!plot->x.ticks)
+        return;
+    fputs("<g class=\"tick\" text-anchor=\"middle\">", out);
     for (unsigned i = 0; i < ticks.count; i++) {
         double value = ticks.first + (double)i * ticks.step;
-        double x = svg_x(plot, value);
-        fprintf(out, "<path class=\"grid\" d=\"M%.1f %.1fV%.1f\"/>", x, plot->top, bottom);
-        if (!plot->x.ticks)
-            continue;
-        fprintf(out, "<text class=\"tick\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", x, bottom + 14.0);
+        fprintf(out, "<text x=\"%.1f\" y=\"%.1f\">", svg_x(plot, value), bottom + 14.0);
         print_tick(out, value, ticks.decimals);
         fputs("</text>", out);
     }
+    fputs("</g>", out);
+}
+
+static void linear_y_ticks(const struct svg_plot *plot)
+{
+    FILE *out = plot->out;
+    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high, (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
+    fputs("<path class=\"grid\" d=\"", out);
+    for (unsigned i = 0; i < ticks.count; i++)
+        fprintf(out, "M%.1f %.1fh%.1f", plot->left, svg_y(plot, ticks.first + (double)i * ticks.step), plot->width);
+    fputs("\"/>", out);
+    if (!plot->y.ticks)
+        return;
+    fputs("<g class=\"tick\" text-anchor=\"end\">", out);
+    for (unsigned i = 0; i < ticks.count; i++) {
+        double value = ticks.first + (double)i * ticks.step;
+        fprintf(out, "<text x=\"%.1f\" y=\"%.1f\">", plot->left - 5.0, svg_y(plot, value) + 4.0);
+        print_tick(out, value, ticks.decimals);
+        fputs("</text>", out);
+    }
+    fputs("</g>", out);
+}
+
+static void x_axis(const struct svg_plot *plot)
+{
+    FILE *out = plot->out;
+    if (plot->log_x)
+        log_x_ticks(plot);
+    else
+        linear_x_ticks(plot);
     if (plot->x.label) {
-        fprintf(out, "<text class=\"label\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">",
-                plot->left + plot->width / 2, bottom + 32.0);
+        fprintf(out, "<text class=\"label\" text-anchor=\"middle\" x=\"%.1f\" y=\"%.1f\">", plot->left + plot->width / 2,
+                plot->top + plot->height + 32.0);
         html_text(out, plot->x.label);
         fputs("</text>", out);
     }
@@ -199,30 +228,13 @@ static void x_axis(const struct svg_plot *plot)
 static void y_axis(const struct svg_plot *plot)
 {
     FILE *out = plot->out;
-    struct svg_ticks ticks =
-        svg_choose_ticks(plot->y.low, plot->y.high, (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
-    if (plot->log_y) {
+    if (plot->log_y)
         log_y_ticks(plot);
-        ticks.count = 0;
-    }
-    for (unsigned i = 0; i < ticks.count; i++) {
-        double value = ticks.first + (double)i * ticks.step;
-        double y = svg_y(plot, value);
-        fprintf(out, "<path class=\"grid\" d=\"M%.1f %.1fH%.1f\"/>", plot->left, y, plot->left + plot->width);
-        if (!plot->y.ticks)
-            continue;
-        fprintf(out, "<text class=\"tick\" text-anchor=\"end\" x=\"%.1f\" y=\"%.1f\">", plot->left - 5.0,
-                y + 4.0);
-        print_tick(out, value, ticks.decimals);
-        fputs("</text>", out);
-    }
+    else
+        linear_y_ticks(plot);
     if (plot->y.label) {
-        double x = plot->left - (plot->log_y ? 46.0 : 40.0);
-        double y = plot->top + plot->height / 2;
-        fprintf(
-            out,
-            "<text class=\"label\" text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\">", x,
-            y);
+        fprintf(out, "<text class=\"label\" text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\">",
+                plot->left - (plot->log_y ? 46.0 : 40.0), plot->top + plot->height / 2);
         html_text(out, plot->y.label);
         fputs("</text>", out);
     }

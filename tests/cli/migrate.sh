@@ -22,9 +22,10 @@ one_that_writes_brings_it_forward() {
     grep -q "brought forward from version 2 to .*v2.db; as it was: .*v2.db.v2" "$tmp/log.err" &&
         $matrig migrate "$tmp/v2.db" --check && [ "$(sqlite3 "$tmp/v2.db.v2" 'pragma user_version')" = 2 ]
 }
+drawn() { sed '/<section id="provenance">/q' "$1"; } # the database's version and size come after it
 same_page_before_and_after() {
     $matrig report "$tmp/v1.db" -o "$tmp/before.html" && $matrig migrate "$tmp/v1.db" --no-backup && [ ! -e "$tmp/v1.db.v1" ] &&
-        $matrig report "$tmp/v1.db" -o "$tmp/after.html" && cmp "$tmp/before.html" "$tmp/after.html"
+        $matrig report "$tmp/v1.db" -o "$tmp/after.html" && cmp <(drawn "$tmp/before.html") <(drawn "$tmp/after.html")
 }
 newer_is_refused() {
     cp "$tmp/v1.db" "$tmp/newer.db" && sqlite3 "$tmp/newer.db" 'pragma user_version=99' || return 1

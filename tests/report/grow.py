@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""grow.py DB N: copies of RUN 1 until the campaign has N landings, each in a session of its own."""
+"""grow.py DB N: copies of the landings that are there, in turn, until the campaign has N, each copy in a session of its own."""
 import sqlite3
 import sys
 
@@ -7,7 +7,6 @@ db = sqlite3.connect(sys.argv[1])
 wanted = int(sys.argv[2])
 tables = [name for (name,) in db.execute("select name from sqlite_schema where type = 'table' and name not like 'sqlite_%'")]
 columns = {t: db.execute("pragma table_info(%s)" % t).fetchall() for t in tables}
-first = db.execute("select session from landings where id = 1").fetchone()[0]
 
 
 def copy(table, where, change):
@@ -23,16 +22,18 @@ def copy(table, where, change):
     return db.execute("insert into %s select %s from %s where %s" % (table, ", ".join(expressions), table, where), values).lastrowid
 
 
-for run in range(db.execute("select max(id) from landings").fetchone()[0] + 1, wanted + 1):
-    session = copy("sessions", "id = %d" % first, {})
-    copy("landings", "id = 1", {"id": run, "session": session, "board_landing": run})
-    survey = copy("surveys", "landing = 1", {"landing": run})
+there = db.execute("select max(id) from landings").fetchone()[0]
+for run in range(there + 1, wanted + 1):
+    of = (run - 1) % there + 1
+    session = copy("sessions", "id = (select session from landings where id = %d)" % of, {})
+    copy("landings", "id = %d" % of, {"id": run, "session": session, "board_landing": run})
+    survey = copy("surveys", "landing = %d" % of, {"landing": run})
     if survey:
-        copy("slack", "survey = (select id from surveys where landing = 1)", {"survey": survey})
+        copy("slack", "survey = (select id from surveys where landing = %d)" % of, {"survey": survey})
     for table in tables:
         names = [c[1] for c in columns[table]]
         if table not in ("landings", "surveys", "simulations", "frames") and "landing" in names:
-            copy(table, "landing = 1", {"landing": run, **({"session": session} if "session" in names else {})})
-    for (simulation,) in db.execute("select id from simulations where landing = 1").fetchall():
+            copy(table, "landing = %d" % of, {"landing": run, **({"session": session} if "session" in names else {})})
+    for (simulation,) in db.execute("select id from simulations where landing = ?", (of,)).fetchall():
         copy("simulation_channels", "simulation = %d" % simulation, {"simulation": copy("simulations", "id = %d" % simulation, {"landing": run})})
 db.commit()

@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# The report's page: what it says and draws against the exported readings, the database and the run file; its options and errors.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+run=tests/runs/landing5.run
+db=$tmp/c.db
+
+# Landing 5 from the emulated board, its configuration, twenty milliseconds' film frames, twice copied.
+campaign() {
+    build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig $run &&
+        $matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >/dev/null || return 1
+    sqlite3 "$db" "with recursive n(i) as (select 1 union all select i + 1 from n where i < 260)
+        insert into frames_film select 1, i, 0, (select min(board_us) from edges where landing = 1) + 20000.0 * i, 3 from n" || return 1
+    python3 tests/report/grow.py "$db" 3 && mkdir -p "$tmp/film/1" && python3 - "$tmp/film/1" <<'EOP'
+import base64, sys
+png = base64.b64decode("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR4nGNgYGBgAAAABQABXvMqOgAAAABJRU5ErkJggg==")
+for n in range(1, 261):
+    open("%s/roll2_%04d.png" % (sys.argv[1], n), "wb").write(png)
+EOP
+}
+values() {
+    $matrig --quiet report "$db" --film "$tmp/film" -o "$tmp/page.html" && $matrig --quiet export "$db" 1 --format csv -o "$tmp/run.csv" &&
+        python3 tests/report/check_page.py "$tmp/page.html" "$db" "$tmp/run.csv" $run >"$tmp/values.txt"
+    local status=$?
+    grep -v '^right' "$tmp/values.txt"
+    [ $status = 0 ] && [ "$(grep -c '^right' "$tmp/values.txt")" -gt 100 ]
+}
+# The contents list leads to every section, and to nothing else.
+contents() {
+    diff <(grep -o 'href="#[a-z0-9]*"' "$tmp/page.html" | sed 's/.*#//; s/"//' | sort -u) \
+        <(grep -o '<section id="[a-z0-9]*"' "$tmp/page.html" | sed 's/.*id="//; s/"//' | sort -u) &&
+        [ "$(grep -c '<section' "$tmp/page.html")" = 9 ]
+}
+one_landing() {
+    $matrig --quiet report "$db" --run 2 -o "$tmp/one.html" && [ "$(grep -c 'class="landing"' "$tmp/one.html")" = 1 ] &&
+        grep -q 'id="run2"' "$tmp/one.html" && ! grep -q 'id="cumulative"' "$tmp/one.html" && grep -q 'Landing report' "$tmp/one.html"
+}
+si_units() { # 25.4 mm to the inch, in the table and beside every axis
+    $matrig --quiet --si report "$db" -o "$tmp/si.html" || return 1
+    python3 - "$tmp/page.html" "$tmp/si.html" <<'EOP'
+import re, sys
+def row(text):
+    found = re.search(r"<tr><td>RUN 2</td>(.*?)</tr>", text).group(1)
+    return [float(v) for v in re.findall(r'"n">(-?[0-9.]+)', found)]
+inch, mm = (open(f).read() for f in sys.argv[1:])
+assert len(row(inch)) == 8 and all(abs(25.4 * a - b) < 0.007 for a, b in zip(row(inch), row(mm))), (row(inch), row(mm))
+labels = re.findall(r'class="label"[^>]*>([^<]*, [^<]*)</text>', mm)
+assert len(labels) > 60 and not [l for l in labels if re.search(r", (ft|in|lb|ft/s2?)$", l)], set(labels)
+EOP
+}
+every_axis_has_a_unit() {
+    grep -o 'class="label"[^>]*rotate(-90)">[^<]*<' "$tmp/page.html" | sed 's/.*">//; s/<//' | sort | uniq -c
+    ! grep -o 'class="label"[^>]*rotate(-90)">[^<]*<' "$tmp/page.html" | grep -v 'mats in the zone' | grep -qv ', [a-z/0-9]*<$'
+}
+voided() {
+    cp "$db" "$tmp/v.db" && $matrig --quiet landing "$tmp/v.db" 2 --void --reason 'a dog' --who jk >/dev/null || return 1
+    $matrig --quiet report "$tmp/v.db" -o "$tmp/v.html" && grep -q '1 that is void left out' "$tmp/v.html" && ! grep -q 'id="run2"' "$tmp/v.html" &&
+        fails_with 2 'RUN 2 is void' $matrig report "$tmp/v.db" --run 2 -o "$tmp/v.html"
+}
+silly() {
+    echo 'no picture' >"$tmp/film/1/x_0001.png" && rm "$tmp"/film/1/roll2_*
+    seq -f "$tmp/film/1/x_%g.png" 2 260 | xargs tee <"$tmp/film/1/x_0001.png" >/dev/null
+    fails_with 2 'not a number: .x. for --run' $matrig report "$db" --run x && fails_with 2 'whole number' $matrig report "$db" --run 1.5 &&
+        fails_with 2 '\-\-run' $matrig report "$db" --run 0 && fails_with 2 'RUN 9' $matrig report "$db" --run 9 &&
+        fails_with 3 'cannot read the film.*none' $matrig report "$db" --film "$tmp/none" -o "$tmp/s.html" &&
+        fails_with 4 'no JPEG and no PNG: .*x_' $matrig report "$db" --film "$tmp/film" -o "$tmp/s.html" && [ ! -e "$tmp/s.html" ]
+}
+# Nothing in a page depends on when it was made, but for what says so.
+made_again() {
+    local at
+    for at in 1 2; do SOURCE_DATE_EPOCH=86400 $matrig --quiet report "$db" -o "$tmp/again$at.html" || return 1; done
+    cmp "$tmp/again1.html" "$tmp/again2.html" && grep -q '1970-01-02' "$tmp/again1.html"
+}
+
+check "a campaign of three landings, one filmed" campaign
+check "what is said and drawn is what was measured" values
+check "contents and sections" contents
+check "one landing" one_landing
+check "SI units" si_units
+check "every axis has its unit" every_axis_has_a_unit
+check "a voided landing is left out, and that is said" voided
+check "the same page again" made_again
+check "silly input" silly
+finish
