@@ -35,7 +35,7 @@ struct predict {
     struct zones_closure survey;
     struct zones zones; /* what the board said */
     struct mr_predictor predictor;
-    struct gear gear;
+    struct known_gear gear;
     json_t *rows;
     /* From the landing before: */
     bool carried, forgets; /* forgets: the board has a predictor itself */
@@ -236,7 +236,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     struct mr_predictor_state runway;
     int64_t source;
     double board_s, warned_s;
-    predict->gear = (struct gear){0};
+    predict->gear = (struct known_gear){0};
     predict->rows = json_array();
     enum mr_status status = measured_load(store, run, &predict->measured, error);
     if (status == MR_OK && predict->measured.source == MEASURED_NOTHING)

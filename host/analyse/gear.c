@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-bool gear_take(struct gear *gear, const struct mr_gate *gate, size_t gates, double touchdown_ft, double switch_error_ft, double t_s)
+bool gear_take(struct known_gear *gear, const struct mr_gate *gate, size_t gates, double touchdown_ft, double switch_error_ft, double t_s)
 {
     size_t before = gear->gates;
     while (gear->gates < gates && gate[gear->gates].t_s + GEAR_EDGE_NAMED_S <= t_s)
@@ -15,7 +15,7 @@ bool gear_take(struct gear *gear, const struct mr_gate *gate, size_t gates, doub
     return true;
 }
 
-void gear_tell(const struct gear *gear, double touchdown_ft, double t_s, struct mr_predictor_input *input)
+void gear_tell(const struct known_gear *gear, double touchdown_ft, double t_s, struct mr_predictor_input *input)
 {
     input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = NAN;
     input->braking_known = input->on_runway = false;

@@ -192,7 +192,7 @@ static void play_landing(struct player *player, const struct score_landing *land
                                     .view = (uint8_t)player->view, .wave_s = landing->wave_s, .warned_s = {NAN, NAN}, .advised_s = NAN, .known_s = NAN};
     struct mr_gate gate[MR_GATES_MAX];
     size_t gates = take_gates(landing, gate);
-    struct gear gear = {0};
+    struct known_gear gear = {0};
     struct mr_predictor_input input;
     for (unsigned i = 0; i < SCORE_LIMITS; i++)
         outcome.reach_s[i] = NAN;
