@@ -33,6 +33,8 @@ LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurm
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
 hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c))
+# The predictor and what it is made of, for the programs that have it alone.
+predictor_parts := $(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure
 # The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
 host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
 	firmware/predict_feed.c
@@ -415,8 +417,7 @@ $(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmwar
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 # The predictor with every float a double, its other names hidden: both kinds go into one program.
-double_objects := $(patsubst %,$(B)/tests/double/%.o,$(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure \
-	tests/double/double)
+double_objects := $(patsubst %,$(B)/tests/double/%.o,$(predictor_parts) tests/double/double)
 $(double_objects): $(B)/tests/double/%.o: %.c | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -Wno-double-promotion -Dfloat=double -D__builtin_sqrtf=__builtin_sqrt -c $< -o $@
@@ -472,7 +473,7 @@ $(B)/tests/hil/images/%.elf: tests/hil/images/%.c tests/hil/images/image.ld test
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -nostdlib -I. -T tests/hil/images/image.ld $< -lgcc -o $@
 # The predictor as the firmware has it.
 $(B)/tests/hil/images/predictor_cost.elf: tests/hil/images/predictor_cost.c tests/hil/images/image.ld tests/hil/images/image.h \
-		$(patsubst %,$(B)/arm/common/%.o,predictor zonescan matchain closure)
+		$(patsubst %,$(B)/arm/%.o,$(predictor_parts))
 	@mkdir -p $(@D)
 	$(ARM)gcc -std=c11 -O2 -g -Wall -Wextra -Werror $(ARM_CPU) -ffreestanding -fno-tree-loop-distribute-patterns -nostdlib -I. \
 		-T tests/hil/images/image.ld $(filter %.c %.o,$^) -lgcc -o $@

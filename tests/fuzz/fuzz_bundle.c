@@ -22,7 +22,7 @@ static void make_landing(struct store *store)
         uint8_t bytes[30] = {(uint8_t)i};
         const struct store_frame frame = {.run = landing.id, .board_us = i, .host_us = i, .id = 0x10, .length = 8, .data = bytes};
         FUZZ_REQUIRE(store_frame_put(store, session.id, &frame, &error) == MR_OK);
-        FUZZ_REQUIRE(store_block_put(store, session.id, 0, landing.id, i, i, bytes, sizeof bytes, &error) == MR_OK);
+        FUZZ_REQUIRE(store_block_put(store, session.id, 0, landing.id, LINK_SERIAL, i, i, bytes, sizeof bytes, &error) == MR_OK);
     }
     FUZZ_REQUIRE(store_commit(store, &error) == MR_OK);
 }
