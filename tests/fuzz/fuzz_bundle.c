@@ -6,6 +6,7 @@
 
 #include "host/bundle/bundle.h"
 #include "host/bundle/show.h"
+#include "host/link/link.h"
 #include "tests/fuzz/fuzz.h"
 
 static uint8_t *base, *patched;
