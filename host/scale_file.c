@@ -236,7 +236,8 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
                                const struct campaign *c, struct error *error)
 {
     static const struct mr_dimension ft = {0, 1, 0};
-    json_t *result = json_deep_copy(source), *held = campaign_scene_json(path, source, error), *scene = json_deep_copy(held), *list = json_array(), *entry;
+    json_t *held = campaign_scene_json(path, source, error), *scene = json_deep_copy(held);
+    json_t *result = json_deep_copy(source), *list = json_array(), *entry;
     char note[200];
     size_t i, at = 0;
     json_array_foreach(json_object_get(source, "landings"), i, entry)
