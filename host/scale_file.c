@@ -218,18 +218,6 @@ static json_t *scaled_landing(const struct scale_request *request, const json_t 
     return result;
 }
 
-/* The scene of a campaign: inline, or the file it names beside itself. */
-static json_t *campaign_scene(const char *path, const json_t *campaign)
-{
-    const json_t *scene = json_object_get(campaign, "scene");
-    char name[1024];
-    const char *slash = strrchr(path, '/');
-    if (!json_is_string(scene))
-        return json_deep_copy(scene);
-    snprintf(name, sizeof name, "%.*s%s", slash ? (int)(slash - path) + 1 : 0, path, json_string_value(scene));
-    return json_load_file(name, 0, NULL);
-}
-
 /* Movements and their stations change; mats, landings and ratios do not. */
 static json_t *scaled_fact(const struct scale_request *request, const json_t *entry, const struct campaign_fact *fact)
 {
@@ -248,7 +236,8 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
                                const struct campaign *c, struct error *error)
 {
     static const struct mr_dimension ft = {0, 1, 0};
-    json_t *result = json_deep_copy(source), *scene = campaign_scene(path, source), *list = json_array(), *entry;
+    json_t *held = campaign_scene_json(path, source, error), *scene = json_deep_copy(held);
+    json_t *result = json_deep_copy(source), *list = json_array(), *entry;
     char note[200];
     size_t i, at = 0;
     json_array_foreach(json_object_get(source, "landings"), i, entry)
@@ -277,6 +266,7 @@ static json_t *scaled_campaign(const struct scale_request *request, const char *
         json_array_set_new(json_object_get(result, "facts"), i, scaled_fact(request, entry, &c->facts[i]));
     }
     json_decref(scene);
+    json_decref(held);
     return result;
 }
 

@@ -110,5 +110,8 @@ enum mr_status campaign_load(struct campaign *campaign, const char *path, struct
 /* The same from what a file holds. `where` begins its errors; a scene that is a name is looked for beside the file `where`. */
 enum mr_status campaign_from_json(struct campaign *campaign, const char *where, const json_t *root, struct error *error);
 void campaign_free(struct campaign *campaign);
+/* The scene of a campaign that was read from `file`: what it holds, or what the file holds that it names beside itself. The caller
+ * owns the reference; NULL: absent, or as the error says. */
+json_t *campaign_scene_json(const char *file, const json_t *root, struct error *error);
 
 #endif

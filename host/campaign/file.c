@@ -256,17 +256,17 @@ static json_t *load_json(const struct keys *r, const char *path)
     return NULL;
 }
 
-/* `scene` as an object, or as the name of a file beside the campaign's. */
-static json_t *take_scene(const struct keys *r, const json_t *root)
+json_t *campaign_scene_json(const char *file, const json_t *root, struct error *error)
 {
+    const struct keys r = {file, error};
     json_t *scene = json_object_get(root, "scene");
     char path[1024];
     if (!json_is_string(scene))
         return json_incref(scene);
-    const char *slash = strrchr(r->path, '/');
-    int folder = slash && json_string_value(scene)[0] != '/' ? (int)(slash - r->path) + 1 : 0;
-    snprintf(path, sizeof path, "%.*s%s", folder, r->path, json_string_value(scene));
-    return load_json(r, path);
+    const char *slash = strrchr(file, '/');
+    int folder = slash && json_string_value(scene)[0] != '/' ? (int)(slash - file) + 1 : 0;
+    snprintf(path, sizeof path, "%.*s%s", folder, file, json_string_value(scene));
+    return load_json(&r, path);
 }
 
 static void read_root(const struct keys *r, const json_t *root, struct campaign *c)
@@ -292,7 +292,7 @@ static void read_root(const struct keys *r, const json_t *root, struct campaign 
     read_aircraft(r, root, c);
     read_engines(r, root, c);
     read_seeds(r, root, c);
-    json_t *scene = keys_failed(r) ? NULL : take_scene(r, root);
+    json_t *scene = keys_failed(r) ? NULL : campaign_scene_json(r->path, root, r->error);
     if (!keys_failed(r))
         check_scene(r, scene);
     if (!keys_failed(r))

@@ -324,6 +324,13 @@ void sweep_value_text(const json_t *value, char *text, size_t size)
     }
 }
 
+/* Of a place deep inside a campaign the last part is the telling one: landings.0.apply.cleat_every. */
+static const char *short_key(const char *key)
+{
+    const char *dot = strrchr(key, '.');
+    return dot && (dot[1] < '0' || dot[1] > '9') ? dot + 1 : key;
+}
+
 static void draw_legend(FILE *out, const struct sweep_levels *by)
 {
     char text[SWEEP_SERIES_MAX][60], class[SWEEP_SERIES_MAX][20];
@@ -332,7 +339,7 @@ static void draw_legend(FILE *out, const struct sweep_levels *by)
     for (size_t k = 0; k < count; k++) {
         char value[40];
         sweep_value_text(by->value[shown_level(by, k, SWEEP_SERIES_MAX)], value, sizeof value);
-        snprintf(text[k], sizeof text[k], "%.16s %s", by->key, value);
+        snprintf(text[k], sizeof text[k], "%.16s %s", short_key(by->key), value);
         snprintf(class[k], sizeof class[k], "line s%zu", k);
         keys[k] = (struct svg_key){class[k], text[k]};
     }

@@ -11,6 +11,18 @@ drawn() {
 check "with units, its five stated places and values, nothing from elsewhere" drawn
 table() { grep -q '<td>g</td>' "$tmp/figures.html" && grep -q 'agrees' "$tmp/figures.html" && grep -q 'DIFFERS' "$tmp/figures.html"; }
 check "and a table that can say either" table
+# What the report tells of the series besides its buckle: in words, in JSON, on the page, and as rows of the scoreboard.
+told() {
+    local standard=host/campaign/series/standard.json
+    build/matrig --quiet campaign $standard --seeds 1 -o "$tmp/c.html" >"$tmp/c.txt" &&
+        build/matrig --quiet --json campaign $standard --seeds 1 >"$tmp/c.json" &&
+        SEEDS=1 build/tests/campaigns/campaigns "$tmp" $standard >"$tmp/c.md" 2>/dev/null || return 1
+    cat "$tmp/c.md"
+    grep -q '^  DIFFERS two-panel waves from landing 2 on' "$tmp/c.txt" && grep -q '"says":"two-panel waves from.*"agree":0,' "$tmp/c.json" &&
+        grep -q '<td>two-panel waves from' "$tmp/c.html" && [ "$(grep -c '^| - standard pattern' "$tmp/c.md")" -eq 3 ] &&
+        grep -q '1 runways: .*too few runways' "$tmp/c.md"
+}
+check "facts of a series are told" told
 check "no such folder" fails_with 3 none $figures "$tmp/none" 1 4.5
 check "no runways" fails_with 2 usage $figures "$tmp" 0
 # More friction below than above holds the mat under a locked wheel: Coulomb, on any runway.

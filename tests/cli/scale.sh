@@ -90,6 +90,15 @@ laid_series() {
         grep -q '"N":297' "$tmp/o.json"
 }
 check "and a campaign: gaps open along the runway" laid_series
+facts() { # 50 ft and 0.25 in by 7; mats stay
+    $m --json scale host/campaign/series/standard.json >"$tmp/o.json" && python3 - "$tmp/o.json" <<'P'
+import json, sys
+f = json.load(open(sys.argv[1]))["campaign"]["facts"]
+print(f)
+sys.exit(not (abs(f[0]["station_ft"] - 350) < 1e-9 and abs(f[0]["at_least"] - 1.75) < 1e-9 and f[2]["at_least"] == 55))
+P
+}
+check "facts of a campaign scale by their quantity" facts
 check "laid twice" fails_with 2 "laid already" $m scale "$tmp/diagonal.json" --lay 45
 echo '{"model":"chain","N":2,"gap0":[0,0,0],"slack":0.01}' >"$tmp/joints.json"
 check "joints that are no more" fails_with 2 "gap0 is a list by joint" $m scale "$tmp/joints.json" --lay 45
