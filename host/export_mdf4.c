@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/analyse/measured_source.h"
 #include "host/analyse/summary.h"
 #include "host/dbc.h"
 #include "host/mdf4.h"
@@ -66,7 +67,10 @@ static void describe_readings(struct place *place, const struct measured_channel
         {.name = "gear_station", .unit = unit_of(UNIT_STATION, si)->text, .comment = "lead wheel of the main bogie, by the fit",
          .type = MDF4_REAL, .invalid_bit = 2},
         {.name = "gear_speed", .unit = unit_of(UNIT_SPEED, si)->text, .type = MDF4_REAL, .invalid_bit = 3}};
-    mdf4_table(place->file, "readings", "readings of the landing at 1 kHz; what is not valid is marked invalid",
+    char source[MEASURED_SOURCE_TEXT], comment[MEASURED_SOURCE_TEXT + 100];
+    measured_source_text(measured, source);
+    snprintf(comment, sizeof comment, "readings of the landing, a row a millisecond, from %s; what is not valid is marked invalid", source);
+    mdf4_table(place->file, "readings", comment,
                8 * COLUMNS_BEFORE + 4 * count, (COLUMNS_BEFORE + count + 7) / 8, 0);
     for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {
         struct mdf4_channel column = before[i];

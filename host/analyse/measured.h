@@ -19,6 +19,7 @@
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS 500
+#define MEASURED_BEFORE_BLOCKS 60000 /* of a landing of more than twice that, before the first edge, or the end when there is none */
 #define MEASURED_WINDOW 11 /* blocks of the moving mean in which peaks are looked for */
 #define MEASURED_END_BLOCKS 200 /* mean over these is where a channel ended */
 #define MEASURED_LOST 255       /* validity: the block never came */
@@ -66,6 +67,7 @@ struct measured {
     size_t stretches;
     int64_t blocks_from[MEASURED_SOURCES]; /* how many of the samples */
     int64_t first_block;
+    int64_t skipped_blocks; /* of a landing that was armed long before: what lies further back is in the campaign alone */
     size_t samples;
     int64_t t0_us; /* board time of t_s = 0 */
     bool t0_is_touchdown;

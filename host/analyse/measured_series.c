@@ -18,11 +18,21 @@ struct block_list {
     size_t count;
     size_t room;
     size_t known; /* sources */
+    int64_t from; /* blocks before it are passed over */
+    int64_t skipped;
 };
 
 static enum mr_status keep_block(void *context, const uint8_t *record, size_t length)
 {
     struct block_list *list = context;
+    struct mr_block block;
+    enum mr_status status = mr_block_get(&block, record, length);
+    if (status != MR_OK)
+        return status;
+    if ((int64_t)block.index < list->from) {
+        list->skipped++;
+        return MR_OK;
+    }
     if (list->count == list->room) {
         size_t room = list->room ? 2 * list->room : 4096;
         struct mr_block *larger = realloc(list->block, room * sizeof *larger);
@@ -33,14 +43,14 @@ static enum mr_status keep_block(void *context, const uint8_t *record, size_t le
             return MR_FULL;
         list->room = room;
     }
-    return mr_block_get(&list->block[list->count++], record, length);
+    list->block[list->count++] = block;
+    return MR_OK;
 }
 
 static void keep_source(void *context, int64_t index, int link)
 {
     struct block_list *list = context;
-    (void)index; /* in the order of the blocks */
-    if (list->known < list->count)
+    if (index >= list->from && list->known < list->count)
         list->source[list->known++] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
 }
 
@@ -201,6 +211,7 @@ static const struct decimated *find_decimated(const struct store_frame *frame)
 
 struct spans {
     struct span blocks, all;
+    int64_t from;
 };
 
 /* What a message is the mean of is added where it lies before or behind all block records. */
@@ -211,6 +222,8 @@ static enum mr_status find_span(void *context, const struct store_frame *frame)
     if (!message)
         return MR_OK;
     int64_t last = frame->board_us / 1000, first = last - (int64_t)message->blocks + 1;
+    if (first < spans->from)
+        return MR_OK;
     if (!spans->blocks.any || last < spans->blocks.first || first > spans->blocks.last)
         add_to_span(&spans->all, first, last);
     return MR_OK;
@@ -301,10 +314,23 @@ static enum mr_status series_from_blocks(struct measured *measured, const struct
     return status;
 }
 
+/* A board may be armed for hours before the gear comes: that is not held in memory. INT64_MIN: all of it. */
+static int64_t find_from(const struct measured *measured, int64_t blocks)
+{
+    if (blocks <= 2 * MEASURED_BEFORE_BLOCKS || measured->landing.armed_block == STORE_NONE)
+        return INT64_MIN;
+    int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0) : measured->landing.armed_block + blocks;
+    return until - MEASURED_BEFORE_BLOCKS;
+}
+
 static enum mr_status load_blocks(struct store *store, const struct measured *measured, struct block_list *list, struct error *error)
 {
-    int64_t run = measured->landing.id;
-    enum mr_status status = store_blocks_each(store, run, keep_block, list, error);
+    int64_t run = measured->landing.id, count = 0;
+    enum mr_status status = store_blocks_count(store, run, &count, error);
+    if (status != MR_OK)
+        return status;
+    list->from = find_from(measured, count);
+    status = store_blocks_each(store, run, keep_block, list, error);
     if (status == MR_FULL)
         return error_set(error, status, "no memory: RUN %lld; close other programs", (long long)run);
     if (status != MR_OK)
@@ -384,6 +410,8 @@ enum mr_status measured_load_series(struct store *store, struct measured *measur
     for (size_t b = 0; b < list.count; b++)
         add_to_span(&spans.blocks, list.block[b].index, list.block[b].index);
     spans.all = spans.blocks;
+    spans.from = list.from;
+    measured->skipped_blocks = list.skipped;
     if (status == MR_OK && fill)
         status = store_frames_each(store, measured->landing.id, LINK_CAN, find_span, &spans, error);
     if (status == MR_OK && span->any) {

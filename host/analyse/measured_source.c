@@ -77,4 +77,7 @@ void measured_source_text(const struct measured *measured, char out[MEASURED_SOU
                                  stretches == 1 ? "stretch" : "stretches");
         separator = ",";
     }
+    if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
+        snprintf(out + used, MEASURED_SOURCE_TEXT - used, "; %lld ms before them are in the campaign alone",
+                 (long long)measured->skipped_blocks);
 }

@@ -161,7 +161,7 @@ static uint64_t time_of(struct link *link, const struct can_control *control)
     uint64_t kernel_us = control->kernel_us ? control->kernel_us : now_us;
     if (control->hardware_us == 0)
         return kernel_us;
-    uint64_t ahead_us = now_us - link_monotonic_us();
+    uint64_t ahead_us = link_ahead_us(link);
     return adapter_clock_time(&link->clock, control->hardware_us, kernel_us - ahead_us) + ahead_us;
 }
 

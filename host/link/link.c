@@ -14,6 +14,7 @@
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
+#define AHEAD_US 1000 /* two clocks that are read one after the other differ by microseconds, one that was set by more */
 
 static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_paced_ops, &link_can_ops, &link_serial_ops,
                                                &link_slcan_ops, &link_pty_ops};
@@ -122,6 +123,15 @@ uint64_t link_monotonic_us(void)
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
+}
+
+uint64_t link_ahead_us(struct link *link)
+{
+    uint64_t ahead_us = link_now_us() - link_monotonic_us();
+    int64_t off_us = (int64_t)(ahead_us - link->ahead_us);
+    if (off_us > AHEAD_US || off_us < -AHEAD_US)
+        link->ahead_us = ahead_us;
+    return link->ahead_us;
 }
 
 void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)

@@ -38,6 +38,7 @@ struct link {
     size_t end;
     uint64_t read_us;   /* when the newest of them was read, Unix time */
     uint64_t read_monotonic_us; /* and by the clock that is never set */
+    uint64_t ahead_us;  /* what the time of day is ahead of that */
     unsigned long line; /* file: lines given on */
     int source;         /* paced: the file; fd is a timer */
     bool frame_waits;   /* paced: until it is due, */
@@ -68,6 +69,9 @@ enum mr_status link_fill(struct link *link, struct error *error);
 
 /* Count a trouble. */
 void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count);
+
+/* What the time of day is ahead of the monotonic clock now, without the microseconds that reading both takes. */
+uint64_t link_ahead_us(struct link *link);
 
 /* For deadlines: never jumps. */
 uint64_t link_monotonic_us(void);

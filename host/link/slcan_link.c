@@ -126,7 +126,7 @@ static enum mr_status slcan_receive_frame(struct link *link, struct link_frame *
         case SLCAN_FRAME:
             *frame = slcan->parser.frame;
             frame->host_us = slcan_time(&slcan->clock, slcan->parser.stamp_ms, link->read_monotonic_us) +
-                             (link->read_us - link->read_monotonic_us);
+                             link_ahead_us(link);
             return MR_OK;
         case SLCAN_STATUS:
             if (take_status(link, slcan, frame))

@@ -156,6 +156,34 @@ static void lost_blocks_stay_missing(void **state)
     session_end(&s);
 }
 
+/* Armed for longer than is held in memory: the minute before the first edge is there, and what comes of it is the same. */
+static void armed_long_before(void **state)
+{
+    struct session s;
+    struct measured m;
+    struct stream_truth truth = brisk;
+    (void)state;
+    session_begin(&s, false, true);
+    s.stream.armed_s = 130.0;
+    stream_hello(&s.stream, MR_LAYOUT);
+    stream_configuration(&s.stream);
+    stream_idle(&s.stream, 300);
+    stream_landing(&s.stream, &truth, 5);
+    session_log(&s, "measured.db");
+    assert_int_equal(measured_load(s.store, 1, &m, &s.error), MR_OK);
+    /* touchdown 130 s after arming at block 300; the first edge, half a foot before, at v0 */
+    double first_edge_s = 130.3 - 0.5 / truth.v0_ft_s;
+    assert_int_equal(m.first_block, (int64_t)(first_edge_s * 1000.0) - 60000);
+    assert_int_equal(m.skipped_blocks, m.first_block - 300);
+    assert_int_equal(m.stretches, 1);
+    assert_near(m.summary.touchdown_speed_ft_s.value, 35.0, 0.07);
+    assert_near(m.summary.stop_station_ft.value, 79.5625, 0.005);
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
+        assert_near(m.channel[i].peak, moved_in(i), 0.0005);
+    measured_free(&m);
+    session_end(&s);
+}
+
 static void warning_and_wheel(void **state)
 {
     struct session s;
@@ -214,7 +242,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(from_block_records),         cmocka_unit_test(from_can_alone),
-        cmocka_unit_test(a_wrong_can_value_is_found), cmocka_unit_test(lost_blocks_stay_missing),
+        cmocka_unit_test(a_wrong_can_value_is_found), cmocka_unit_test(armed_long_before), cmocka_unit_test(lost_blocks_stay_missing),
         cmocka_unit_test(warning_and_wheel),          cmocka_unit_test(units_of_json),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -95,7 +95,7 @@ links="--can slcan:$host_end"
 start_log slcan
 check "the adapter is opened" wait_for 20 listeners vcan1 1
 head -n 3000 $landing.can >slcan.can
-canplayer -I slcan.can vcan1=can0
+timeout 60 canplayer -I slcan.can vcan1=can0
 wait_for 60 frames_in slcan frames 3000
 usleep 1500000
 stop_log
