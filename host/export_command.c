@@ -64,8 +64,9 @@ static enum mr_status export_candump(struct store *store, int64_t run, FILE *out
 static void csv_provenance(const struct measured *measured, bool si, FILE *out)
 {
     static const char *const sources[] = {"none", "serial block records at 1 kHz",
-                                          "CAN messages (displacements 500 Hz, tensions 250 Hz, each value "
-                                          "held over the blocks it is the mean of)", "a file of another instrument"};
+                                          ("CAN messages (displacements 500 Hz, tensions 250 Hz, each value "
+                                           "held over the blocks it is the mean of)"),
+                                          "a file of another instrument"};
     const struct store_landing *landing = &measured->landing;
     fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
             (long long)landing->id, (long long)landing->board_landing, landing->board_uid, landing->firmware);
