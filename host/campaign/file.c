@@ -54,10 +54,12 @@ static void number(const struct reader *r, const char *where, const json_t *obje
     char wanted[80];
     if (!entry || failed(r))
         return;
-    *value = json_number_value(entry);
+    double given = json_number_value(entry);
     snprintf(wanted, sizeof wanted, "a number from %g to %g", low, high);
-    if (!json_is_number(entry) || !(*value >= low && *value <= high))
+    if (!json_is_number(entry) || !(given >= low && given <= high))
         wrong(r, where, key, wanted);
+    else
+        *value = given; /* a caller may make an integer of it, failed or not */
 }
 
 static void range_of(const struct reader *r, const char *where, const char *key, const json_t *entry, double low,

@@ -35,7 +35,7 @@ static const char style[] =
     "td.n{white-space:nowrap}"
     "dl{display:grid;grid-template-columns:repeat(auto-fill,minmax(235px,1fr));gap:10px 18px;"
     "background:var(--panel);border:1px solid var(--rule);border-radius:6px;padding:14px 16px;"
-    "margin:12px 0}dt{font-size:12px;color:var(--soft)}dd{margin:0;font-variant-numeric:tabular-nums}"
+    "margin:12px 0}dt{font-size:12px;color:var(--soft)}dd{margin:0;font-variant-numeric:tabular-nums;overflow-wrap:anywhere}"
     "figure{margin:14px 0}figcaption{color:var(--soft);font-size:13px}a{color:var(--a)}"
     ".warn{color:var(--warn);font-weight:600}"
     "svg{width:100%;height:auto;display:block;font:11px system-ui,sans-serif}"
@@ -378,7 +378,10 @@ static void landing_section(FILE *out, const struct report_landing *landing, boo
     fprintf(out, "<section id=\"run%lld\"><h2>RUN %lld: landing %lld</h2>\n", (long long)measured->landing.id,
             (long long)measured->landing.id, (long long)measured->landing.board_landing);
     facts(out, landing, si);
-    zone_words(out, &landing->summary.zones.warning, measured->t0_is_touchdown, si);
+    if (measured->source == MEASURED_IMPORT)
+        fputs("<p class=\"say\">No board watched for zones: the readings are another instrument's.</p>\n", out);
+    else
+        zone_words(out, &landing->summary.zones.warning, measured->t0_is_touchdown, si);
     if (measured->fit_status == MR_OK && measured->samples > 0) {
         figure(out, "Speed", plot_speed, landing, si,
                "From the switches; their places are the only measure of length.");
