@@ -436,7 +436,8 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     if (summary->measured.source != MEASURED_NOTHING)
         print_channels(&summary->measured, si, out);
     bands_print(&summary->bands, &summary->measured, si, out);
-    print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
+    if (summary->measured.source != MEASURED_IMPORT)
+        print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
     print_foresight(summary, si, out);
     summary_time_print(summary, si, out);
     print_links(summary, out);

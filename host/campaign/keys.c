@@ -41,10 +41,12 @@ void keys_number(const struct keys *keys, const char *where, const json_t *objec
     char wanted[80];
     if (!entry || keys_failed(keys))
         return;
-    *value = json_number_value(entry);
+    double given = json_number_value(entry);
     snprintf(wanted, sizeof wanted, "a number from %g to %g", low, high);
-    if (!json_is_number(entry) || !(*value >= low && *value <= high))
+    if (!json_is_number(entry) || !(given >= low && given <= high))
         keys_wrong(keys, where, key, wanted);
+    else
+        *value = given; /* a caller may make an integer of it, failed or not */
 }
 
 static void range_of(const struct keys *keys, const char *where, const char *key, const json_t *entry, double low,

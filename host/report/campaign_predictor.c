@@ -23,12 +23,13 @@ static void row(FILE *out, const struct report_landing *landing, double station)
     for (size_t i = 0; i < landing->predictions; i++)
         worst = landing->prediction[i].verdict > worst ? landing->prediction[i].verdict : worst;
     fputs("<tr>", out);
-    html_cell(out, "%lld", (long long)landing->summary.measured.landing.id);
+    const struct measured *measured = &landing->summary.measured;
+    html_cell(out, "%lld", (long long)measured->landing.id);
     html_cell(out, "%zu", zones->count);
     if (w->warned)
         fputs("<td class=\"warn\">warning</td>", out);
     else
-        html_cell(out, "%s", worst == STORE_NONE ? "no warning" : runway_verdict_text((unsigned)worst));
+        html_cell(out, "%s", measured->source == MEASURED_IMPORT ? "no board watched" : worst == STORE_NONE ? "no warning" : runway_verdict_text((unsigned)worst));
     html_number(out, w->warned ? w->t_s : (double)NAN, 3);
     html_cell(out, "%s", w->warned && w->reason != STORE_NONE ? runway_reason_text((unsigned)w->reason) : "");
     span_cell(out, w->warned, w->start_ft, w->end_ft, station);

@@ -56,7 +56,7 @@ static void campaign_row(FILE *out, const struct report_landing *landing, bool s
         fprintf(out, "<td class=\"warn\">%.1f to %.1f</td>", station * warning->start_ft,
                 station * warning->end_ft);
     else
-        html_cell(out, "none");
+        html_cell(out, measured->source == MEASURED_IMPORT ? "no board watched" : "none");
     html_cell(out, "%lld", (long long)(summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost));
     html_number(out, worst_rms_in(landing) * unit_of(UNIT_DISPLACEMENT, si)->factor, 3);
     fputs("</tr>\n", out);

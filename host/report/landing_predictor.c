@@ -200,7 +200,10 @@ enum mr_status landing_predictor(const struct report *report, const struct repor
 {
     const struct measured *measured = &landing->summary.measured;
     (void)error;
-    zone_words(out, &landing->summary.zones.warning, measured->t0_is_touchdown, report->si);
+    if (measured->source == MEASURED_IMPORT)
+        fputs("<p class=\"say\">No board watched for zones: the readings are another instrument's.</p>\n", out);
+    else
+        zone_words(out, &landing->summary.zones.warning, measured->t0_is_touchdown, report->si);
     if (measured->fit_status != MR_OK || landing->summary.zones.count == 0)
         return MR_OK;
     fputs("<figure>", out);

@@ -179,6 +179,8 @@ struct store_frame {
     size_t length;
     const uint8_t *data;
 };
+/* Frames wait for others and are written together (store_frames.c), at a commit or before anything is read at the latest: an error of
+ * writing may come from a later call. */
 enum mr_status store_frame_put(struct store *store, int64_t session, const struct store_frame *frame,
                                struct error *error);
 /* Frames of a landing on one link, in order of reception. */

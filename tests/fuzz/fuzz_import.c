@@ -7,7 +7,7 @@
 #include "host/import/landing.h"
 #include "tests/fuzz/fuzz.h"
 
-#define LANDING_S 5.0
+#define LANDING_S 0.3
 
 static bool is_short(const struct mapping *mapping)
 {
