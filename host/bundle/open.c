@@ -1,15 +1,14 @@
 #include <errno.h>
 #include <fcntl.h>
-#include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include "host/bundle/bundle.h"
 #include "host/bundle/digest.h"
+#include "host/bundle/inside.h"
 
 /* The file's header, https://sqlite.org/fileformat2.html#the_database_header */
 #define HEADER_BYTES 100u
@@ -23,14 +22,6 @@
 #define STEPS_MAX 40000000
 #define STEPS_EACH 10000
 #define HASHED_MAX 134217728
-
-struct bundle {
-    uint8_t *bytes; /* as read, but for the header's page count and journal mode: these so that it can be read */
-    size_t size;
-    sqlite3 *database;
-    long turns;      /* of STEPS_EACH */
-    int64_t hashed;
-};
 
 static int too_many_steps(void *context)
 {
@@ -138,62 +129,15 @@ static enum mr_status check_schema(struct bundle *bundle, const char *path, stru
 
 /* ---- the parts ---- */
 
-static int known_file(const char *name, size_t length)
-{
-    for (int i = 0; i < BUNDLE_FILES; i++) {
-        if (strlen(bundle_files[i].name) == length && memcmp(bundle_files[i].name, name, length) == 0)
-            return i;
-    }
-    return -1;
-}
-
-/* The file unpacked, which the caller frees; NULL: `why` says why it is not there. */
-static uint8_t *unpack(struct bundle *bundle, const char *name, size_t *size, char *why, size_t why_size)
-{
-    sqlite3_stmt *row = NULL;
-    uint8_t *out = NULL;
-    *size = 0;
-    snprintf(why, why_size, "it cannot be read");
-    int code = sqlite3_prepare_v2(bundle->database, "SELECT sz, data, mode FROM sqlar WHERE name=?", -1, &row, NULL);
-    if (code == SQLITE_OK && sqlite3_bind_text(row, 1, name, -1, SQLITE_STATIC) == SQLITE_OK)
-        code = sqlite3_step(row);
-    if (code == SQLITE_DONE)
-        snprintf(why, why_size, "it is not in the archive");
-    int64_t claimed = code == SQLITE_ROW ? sqlite3_column_int64(row, 0) : 0;
-    int64_t mode = code == SQLITE_ROW ? sqlite3_column_int64(row, 2) : 0;
-    const void *data = code == SQLITE_ROW ? sqlite3_column_blob(row, 1) : NULL;
-    uLong packed = data ? (uLong)sqlite3_column_bytes(row, 1) : 0;
-    uLongf got = (uLongf)claimed;
-    if (code == SQLITE_ROW && (mode & S_IFMT) != S_IFREG) {
-        snprintf(why, why_size, "it is no plain file (mode %llo)", (unsigned long long)mode);
-    } else if (code == SQLITE_ROW && (claimed < 0 || claimed > (int64_t)BUNDLE_FILE_MAX)) {
-        snprintf(why, why_size, "it claims to be %lld bytes long, at most %u are allowed", (long long)claimed, BUNDLE_FILE_MAX);
-    } else if (code == SQLITE_ROW && (data || claimed == 0)) {
-        out = malloc((size_t)claimed + 1u);
-        if (!out)
-            abort();
-        if (packed == (uLong)claimed && packed)
-            memcpy(out, data, packed);
-        else if (claimed && (uncompress2(out, &got, data, &packed) != Z_OK || got != (uLongf)claimed)) {
-            snprintf(why, why_size, "its packed bytes are damaged");
-            free(out);
-            out = NULL;
-        }
-        *size = (size_t)claimed;
-    }
-    sqlite3_finalize(row);
-    return out;
-}
-
 static void check_file(struct bundle *bundle, struct bundle_part *part)
 {
     char hex[BUNDLE_DIGEST], why[160];
     size_t size;
-    if (known_file(part->name, strlen(part->name)) < 0) {
+    if (bundle_known_file(part->name, strlen(part->name)) < 0) {
         judge(part, BUNDLE_FOREIGN, "no bundle has a file of this name");
         return;
     }
-    uint8_t *bytes = unpack(bundle, part->name, &size, why, sizeof why);
+    uint8_t *bytes = bundle_unpack(bundle, part->name, &size, why, sizeof why);
     if (!bytes) {
         judge(part, BUNDLE_LOST, why);
         return;
@@ -374,99 +318,4 @@ void bundle_close(struct bundle *bundle)
     sqlite3_close(bundle->database);
     free(bundle->bytes);
     free(bundle);
-}
-
-/* ---- what comes of it ---- */
-
-bool bundle_sound(const struct bundle_check *check)
-{
-    return check->bad == 0 && check->parts > 0 && !check->truncated;
-}
-
-/* "report.html, table frames and 3 more" */
-static void name_bad(const struct bundle_check *check, char *text, size_t size)
-{
-    size_t told = 0, at = 0;
-    text[0] = '\0';
-    for (size_t i = 0; i < check->parts && told < 4; i++) {
-        const struct bundle_part *part = &check->part[i];
-        if (part->state == BUNDLE_WHOLE || at >= size)
-            continue;
-        bool file = strcmp(part->kind, "file") == 0 || strcmp(part->kind, part->name) == 0;
-        at += (size_t)snprintf(text + at, size - at, "%s%s%s", told++ ? ", " : "", file ? "" : "table ", part->name);
-    }
-    if (check->bad > told && at < size)
-        snprintf(text + at, size - at, " and %zu more", check->bad - told);
-}
-
-void bundle_verdict(const struct bundle_check *check, char *text, size_t size)
-{
-    char names[400];
-    size_t whole = check->parts - check->bad;
-    name_bad(check, names, sizeof names);
-    if (check->truncated)
-        snprintf(text, size, "truncated at byte %zu of %llu: %zu of %zu parts are whole; not %s", check->bytes,
-                 (unsigned long long)check->whole_bytes, whole, check->parts, check->bad ? names : "its end");
-    else if (check->bad)
-        snprintf(text, size, "changed since it was made: %s; %zu of %zu parts are whole", names, whole, check->parts);
-    else if (!check->sealed)
-        snprintf(text, size, "changed since it was made, between its parts: all %zu of them are whole, other bytes are not", check->parts);
-    else if (check->aside)
-        snprintf(text, size, "complete, but a journal lies beside it: it is open in another program, or was changed");
-    else
-        snprintf(text, size, "complete: all %zu parts and every byte are as they were made", check->parts);
-}
-
-static enum mr_status write_new(const char *path, const uint8_t *bytes, size_t size, struct error *error)
-{
-    int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
-    if (file < 0)
-        return error_set(error, MR_IO, "cannot be written (%s): %s; give a folder where it is not yet", strerror(errno), path);
-    size_t done = 0;
-    while (done < size) {
-        ssize_t count = write(file, bytes + done, size - done);
-        if (count <= 0)
-            break;
-        done += (size_t)count;
-    }
-    int code = errno;
-    if (close(file) != 0 || done < size) {
-        unlink(path);
-        return error_set(error, MR_IO, "cannot be written (%s): %s; is there room?", strerror(code), path);
-    }
-    return MR_OK;
-}
-
-enum mr_status bundle_save_file(struct bundle *bundle, enum bundle_file file, const char *path, struct error *error)
-{
-    char why[160];
-    size_t size;
-    uint8_t *bytes = unpack(bundle, bundle_files[file].name, &size, why, sizeof why);
-    enum mr_status status = bytes ? write_new(path, bytes, size, error)
-                                  : error_set(error, MR_MALFORMED, "no %s in the bundle (%s): make it again", bundle_files[file].name, why);
-    free(bytes);
-    return status;
-}
-
-enum mr_status bundle_save_campaign(struct bundle *bundle, const char *path, struct error *error)
-{
-    return write_new(path, bundle->bytes, bundle->size, error);
-}
-
-enum mr_status bundle_save(struct bundle *bundle, const struct bundle_check *check, const char *folder, bool saved[BUNDLE_FILES],
-                           struct error *error)
-{
-    enum mr_status status = MR_OK;
-    char path[4200];
-    for (size_t i = 0; i < check->parts && status == MR_OK; i++) {
-        const struct bundle_part *part = &check->part[i];
-        int file = known_file(part->name, strlen(part->name));
-        if (file < 0 || part->state != BUNDLE_WHOLE || strcmp(part->kind, "file") != 0)
-            continue;
-        if (snprintf(path, sizeof path, "%s/%s", folder, bundle_files[file].name) >= (int)sizeof path)
-            return error_set(error, MR_USAGE, "path too long: %.40s...; give a shorter one", folder);
-        status = bundle_save_file(bundle, (enum bundle_file)file, path, error);
-        saved[file] = status == MR_OK;
-    }
-    return status;
 }

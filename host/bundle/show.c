@@ -2,6 +2,45 @@
 
 #include <string.h>
 
+bool bundle_sound(const struct bundle_check *check)
+{
+    return check->bad == 0 && check->parts > 0 && !check->truncated;
+}
+
+/* "report.html, table frames and 3 more" */
+static void name_bad(const struct bundle_check *check, char *text, size_t size)
+{
+    size_t told = 0, at = 0;
+    text[0] = '\0';
+    for (size_t i = 0; i < check->parts && told < 4; i++) {
+        const struct bundle_part *part = &check->part[i];
+        if (part->state == BUNDLE_WHOLE || at >= size)
+            continue;
+        bool file = strcmp(part->kind, "file") == 0 || strcmp(part->kind, part->name) == 0;
+        at += (size_t)snprintf(text + at, size - at, "%s%s%s", told++ ? ", " : "", file ? "" : "table ", part->name);
+    }
+    if (check->bad > told && at < size)
+        snprintf(text + at, size - at, " and %zu more", check->bad - told);
+}
+
+void bundle_verdict(const struct bundle_check *check, char *text, size_t size)
+{
+    char names[400];
+    size_t whole = check->parts - check->bad;
+    name_bad(check, names, sizeof names);
+    if (check->truncated)
+        snprintf(text, size, "truncated at byte %zu of %llu: %zu of %zu parts are whole; not %s", check->bytes,
+                 (unsigned long long)check->whole_bytes, whole, check->parts, check->bad ? names : "its end");
+    else if (check->bad)
+        snprintf(text, size, "changed since it was made: %s; %zu of %zu parts are whole", names, whole, check->parts);
+    else if (!check->sealed)
+        snprintf(text, size, "changed since it was made, between its parts: all %zu of them are whole, other bytes are not", check->parts);
+    else if (check->aside)
+        snprintf(text, size, "complete, but a journal lies beside it: it is open in another program, or was changed");
+    else
+        snprintf(text, size, "complete: all %zu parts and every byte are as they were made", check->parts);
+}
+
 static const char *const states[] = {
     [BUNDLE_WHOLE] = "whole", [BUNDLE_CHANGED] = "changed", [BUNDLE_LOST] = "lost", [BUNDLE_FOREIGN] = "foreign"};
 
