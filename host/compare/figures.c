@@ -155,7 +155,7 @@ static enum mr_status add_channel(const struct measured *measured, const struct 
     *out = (struct compare_channel){
         .number = channel->config.number, .station_ft = (double)channel->config.station_ft, .bias_en = nan, .peak_en = nan, .end_en = nan,
         .arrival_en = nan, .ahead_measured_ft = nan, .ahead_simulated_ft = nan,
-        .end_measured = {nan, nan, nan, nan}, .end_simulated = {nan, nan, nan, nan}};
+        .end_measured = {nan, nan, nan, nan, nan}, .end_simulated = {nan, nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
     signal_compare(&empty, &out->f); /* everything not known */
     out->compared = usable(measured, channel, row, out);

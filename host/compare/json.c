@@ -26,7 +26,7 @@ static void put_number(json_t *object, const char *name, double value)
     json_object_set_new(object, name, cli_json_number(value, DIGITS));
 }
 
-/* NAME, NAME_error; with `at` NAME_at, NAME_at_error. */
+/* NAME, NAME_error; with `at` NAME_at and how long it lasts. */
 static void put_moment(json_t *object, const char *name, const struct signal_moment *m, bool at, bool si)
 {
     char key[80];
@@ -36,9 +36,9 @@ static void put_moment(json_t *object, const char *name, const struct signal_mom
     snprintf(key, sizeof key, "%s_at_s", name);
     if (at)
         put_number(object, key, m->t_s);
-    snprintf(key, sizeof key, "%s_at_error_s", name);
+    snprintf(key, sizeof key, "%s_lasts_s", name);
     if (at)
-        put_number(object, key, m->t_error_s);
+        put_number(object, key, m->lasts_s);
 }
 
 static json_t *channel_json(const struct compare_channel *c, bool si)
