@@ -174,11 +174,11 @@ static json_t *moved_json(const struct compare_moved *moved, bool si)
     return o;
 }
 
-json_t *compare_set_json(const struct compare_set *set, bool si)
+json_t *compare_series_json(const struct compare_series *set, bool si)
 {
     json_t *landings = json_array(), *channels = json_array(), *moved = json_array();
     for (size_t i = 0; i < set->count; i++) {
-        const struct compare_set_landing *l = &set->landing[i];
+        const struct compare_series_landing *l = &set->landing[i];
         json_array_append_new(landings, l->compared ? compare_json(&l->figures, &l->verdict, si)
                                                     : json_pack("{sIss}", "run", (json_int_t)l->run, "not_compared", l->why));
     }

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "host/compare/figure.h"
+#include "host/compare/picture.h"
 #include "host/compare/figures.h"
 #include "host/report/html.h"
 #include "host/units.h"

@@ -1,4 +1,4 @@
-#include "host/compare/set.h"
+#include "host/compare/series.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -42,7 +42,7 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     return error->status;
 }
 
-static void pool(struct compare_set *set, const struct compare_figures *figures)
+static void pool(struct compare_series *set, const struct compare_figures *figures)
 {
     set->run_ms += figures->run_ms;
     set->error_in = fmax(set->error_in, figures->error_in);
@@ -61,7 +61,7 @@ static void pool(struct compare_set *set, const struct compare_figures *figures)
 }
 
 /* From sums to means. */
-static void finish(struct compare_set *set)
+static void finish(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t within = 0;
@@ -101,7 +101,7 @@ static void take_measured(const struct survey_change *change, struct compare_mov
 }
 
 /* `all`: landings of the campaign between the surveys, void ones and those of other series too: each has moved the mat. */
-static void take_simulated(const struct compare_set *set, const struct moves *moves, int64_t after, int64_t until, size_t all,
+static void take_simulated(const struct compare_series *set, const struct moves *moves, int64_t after, int64_t until, size_t all,
                            struct compare_moved *moved)
 {
     moved->simulated = true;
@@ -141,7 +141,7 @@ static size_t landings_between(const struct store_landing *rows, size_t count, i
     return found;
 }
 
-static enum mr_status compare_surveys(struct store *store, const struct moves *moves, struct compare_set *set, struct error *error)
+static enum mr_status compare_surveys(struct store *store, const struct moves *moves, struct compare_series *set, struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     struct survey *survey = NULL;
@@ -187,10 +187,10 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
 /* ---- the series ---- */
 
 static enum mr_status run_landing(struct store *store, struct compare_model *model, const struct compare_limits *limits, bool si,
-                                  struct compare_set *set, size_t index, struct moves *moves, struct error *error)
+                                  struct compare_series *set, size_t index, struct moves *moves, struct error *error)
 {
     struct compare_landing landing;
-    struct compare_set_landing *out = &set->landing[index];
+    struct compare_series_landing *out = &set->landing[index];
     struct error why = {0};
     enum mr_status status = compare_landing(store, out->run, model, index, &landing, &why);
     if (status == MR_OK) {
@@ -212,7 +212,7 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
 }
 
 /* The verdict of the whole: the worst of the landings' and the series' own limits. */
-static void judge(struct compare_set *set, const struct compare_limits *limits, bool si)
+static void judge(struct compare_series *set, const struct compare_limits *limits, bool si)
 {
     for (size_t i = 0; i < set->count; i++) {
         const struct compare_verdict *one = &set->landing[i].verdict;
@@ -226,8 +226,8 @@ static void judge(struct compare_set *set, const struct compare_limits *limits, 
     compare_limits_check_series(limits, &set->pooled, si, &set->verdict);
 }
 
-enum mr_status compare_set_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
-                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_set *set,
+enum mr_status compare_series_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
+                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_series *set,
                                struct error *error)
 {
     int64_t *runs = NULL;
@@ -259,7 +259,7 @@ enum mr_status compare_set_run(struct store *store, const char *name, struct com
     return error->status;
 }
 
-void compare_set_free(struct compare_set *set)
+void compare_series_free(struct compare_series *set)
 {
     free(set->landing);
     free(set->moved);
