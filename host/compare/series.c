@@ -202,7 +202,7 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
         moves->known = true;
         memcpy(moves->in, landing.moved_in, sizeof moves->in);
         memcpy(moves->spread_in, landing.moved_spread_in, sizeof moves->spread_in);
-    } else if (status == MR_TOO_FEW || status == MR_TRUNCATED) {
+    } else if (status == MR_TOO_FEW || status == MR_TRUNCATED || status == MR_NUMERICS) {
         snprintf(out->why, sizeof out->why, "%s", why.text);
     } else {
         error_set(error, status, "%s", why.text);
