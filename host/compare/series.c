@@ -1,6 +1,7 @@
 #include "host/compare/series.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -160,13 +161,17 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
     for (size_t i = 1; i < count && error->status == MR_OK; i++) {
         if (survey_get(store, rows[i].id, survey, error) != MR_OK || survey_find(store, survey, &found, error) != MR_OK)
             break;
-        if (found.previous != rows[i - 1].id || rows[i].after_run == STORE_NONE)
+        size_t before = i;
+        while (before > 0 && rows[before - 1].id != found.previous)
+            before--;
+        if (before == 0 || rows[i].after_run == STORE_NONE)
             continue;
+        const struct store_gage_survey *previous = &rows[before - 1];
         struct compare_moved *moved = &set->moved[set->moves];
-        moved->from_survey = rows[i - 1].id;
+        moved->from_survey = previous->id;
         moved->to_survey = rows[i].id;
         take_measured(&found.since_previous, moved);
-        int64_t after = rows[i - 1].after_run == STORE_NONE ? 0 : rows[i - 1].after_run, until = rows[i].after_run;
+        int64_t after = previous->after_run == STORE_NONE ? 0 : previous->after_run, until = rows[i].after_run;
         take_simulated(set, moves, after, until, landings_between(landings, landing_count, after, until), moved);
         if (moved->landings == 0) /* none of this series between them */
             memset(moved, 0, sizeof *moved);
@@ -215,7 +220,11 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
 static void judge(struct compare_series *set, const struct compare_limits *limits, bool si)
 {
     for (size_t i = 0; i < set->count; i++) {
-        const struct compare_verdict *one = &set->landing[i].verdict;
+        struct compare_verdict *one = &set->landing[i].verdict;
+        if (!set->landing[i].compared && compare_limits_any(limits)) { /* nobody knows whether it is within them */
+            *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
+            snprintf(one->text, sizeof one->text, "RUN %lld not compared: %.200s", (long long)set->landing[i].run, set->landing[i].why);
+        }
         set->verdict.checked += one->checked;
         if (one->failed > 0 && (set->verdict.failed == 0 || one->worst > set->verdict.worst)) {
             set->verdict.worst = one->worst;

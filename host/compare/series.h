@@ -41,8 +41,8 @@ struct compare_series {
     struct compare_verdict verdict; /* landings and series */
 };
 
-/* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that cannot be compared is there with its reason,
- * and what it did to the runway is unknown to those after it until the next survey. MR_TOO_FEW: none could be; MR_UNKNOWN: no such
+/* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that cannot be compared is there with its reason
+ * (no motion, nothing to align, a simulation that fails), and what it did to the runway is unknown to those after it until the next survey. MR_TOO_FEW: none could be; MR_UNKNOWN: no such
  * series. `progress` may be NULL. The caller frees, also after an error. */
 enum mr_status compare_series_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
                                void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_series *set,

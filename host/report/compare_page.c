@@ -128,7 +128,7 @@ void compare_page(FILE *out, const struct report_landing *landing, bool si)
     fprintf(out,
             "<p>Differences are measured less simulated. &plusmn; is one standard error: noise, calibration and edge timing; the solver's estimate "
             "and the spread over the runways. chi is the rms difference in standard errors; En is the difference in two of them: up to 1 both "
-            "agree. Arrival: %.0f %% of the peak. Best lag: positive when the measured is later.</p>\n",
+            "agree. Arrival: %.0f %% of the peak. Best lag: positive when the measured is later. Zones: mats that both have, of those that either has.</p>\n",
             100.0 * SIGNAL_ARRIVAL);
     zone_table(out, &figures.zones, si);
     fputs("<figure>", out);

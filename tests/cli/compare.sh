@@ -93,7 +93,8 @@ ensemble_has_a_spread() { # of runways in which gaps and resistances vary: the e
 without_switches() {
     cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges where landing = 2' || return 1
     fails_with 5 'motion of the gear is not known .*RUN 2; a comparison needs at least 3' $matrig compare "$tmp/blind.db" 2 || return 1
-    $matrig compare "$tmp/blind.db" $scene >"$tmp/blind.txt" && grep -q '^ *2  not compared: the motion of the gear is not known' "$tmp/blind.txt" && grep -q '2 landings, 1 compared' "$tmp/blind.txt"
+    $matrig compare "$tmp/blind.db" $scene >"$tmp/blind.txt" && grep -q '^ *2  not compared: the motion of the gear is not known' "$tmp/blind.txt" && grep -q '2 landings, 1 compared' "$tmp/blind.txt" &&
+        fails_with 1 'RUN 2 not compared: the motion of the gear is not known' $matrig compare "$tmp/blind.db" $scene --limit 1
 }
 wrong_input_is_told() {
     printf '{\n "channels":\n  {"all": {"rsm_in": 1}}}' >"$tmp/typo.json"
