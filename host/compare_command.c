@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "host/cli.h"
-#include "host/compare/figure.h"
-#include "host/compare/set.h"
+#include "host/compare/picture.h"
+#include "host/compare/series.h"
 #include "host/compare/show.h"
 #include "host/output.h"
 #include "host/place.h"
@@ -138,19 +138,19 @@ static void progress(void *ctx, size_t done, size_t of)
 
 static int compare_many(struct store *store, const struct request *request, struct compare_model *model, const struct cli *cli, struct error *error)
 {
-    struct compare_set set;
+    struct compare_series set;
     json_t *object = NULL;
     struct cli for_progress = *cli;
     enum mr_status status =
-        compare_set_run(store, request->series, model, &request->limits, cli->si, progress, &for_progress, &set, error);
+        compare_series_run(store, request->series, model, &request->limits, cli->si, progress, &for_progress, &set, error);
     struct compare_verdict verdict = set.verdict;
     if (status == MR_OK && cli->json)
-        object = compare_set_json(&set, cli->si);
+        object = compare_series_json(&set, cli->si);
     else if (status == MR_OK) {
-        compare_show_set(stdout, &set, cli->si);
+        compare_show_series(stdout, &set, cli->si);
         compare_show_verdict(stdout, &verdict);
     }
-    compare_set_free(&set);
+    compare_series_free(&set);
     return status != MR_OK ? cli_fail(error) : conclude(&verdict, object, error);
 }
 

@@ -19,7 +19,7 @@ static double at(const struct store_simulation *row, const float *values, double
     return (double)values[i] + (k - (double)i) * (double)(values[i + 1] - values[i]);
 }
 
-static bool make_room(struct compare_series *s, size_t n)
+static bool make_room(struct compare_curves *s, size_t n)
 {
     s->storage = malloc(7 * n * sizeof *s->storage + 1);
     if (!s->storage)
@@ -31,8 +31,8 @@ static bool make_room(struct compare_series *s, size_t n)
     return true;
 }
 
-enum mr_status compare_series(const struct measured *measured, const struct compare_clock *clock, const struct measured_channel *channel,
-                              const struct store_simulation *row, double solver_error_in, struct compare_series *s,
+enum mr_status compare_curves(const struct measured *measured, const struct compare_clock *clock, const struct measured_channel *channel,
+                              const struct store_simulation *row, double solver_error_in, struct compare_curves *s,
                               struct error *error)
 {
     double end_s = row->t0_s + (double)(row->length - 1) * row->dt_s;
@@ -55,7 +55,7 @@ enum mr_status compare_series(const struct measured *measured, const struct comp
 }
 
 /* Over the last 0.2 s that both have. */
-static void find_end(const struct measured *measured, const struct measured_channel *channel, const struct compare_series *s,
+static void find_end(const struct measured *measured, const struct measured_channel *channel, const struct compare_curves *s,
                      struct compare_channel *out)
 {
     double sum_m = 0.0, sum_s = 0.0, alignment = 0.0, simulated_error = 0.0;
@@ -77,7 +77,7 @@ static void find_end(const struct measured *measured, const struct measured_chan
     out->end_en = signal_en(out->end_measured.value, out->end_measured.error, out->end_simulated.value, out->end_simulated.error);
 }
 
-static void find_figures(const struct measured *measured, const struct measured_channel *channel, const struct compare_series *s,
+static void find_figures(const struct measured *measured, const struct measured_channel *channel, const struct compare_curves *s,
                          struct compare_channel *out)
 {
     const struct signal signal = {
@@ -151,17 +151,17 @@ static enum mr_status add_channel(const struct measured *measured, const struct 
                                   struct compare_channel *out, struct error *error)
 {
     const double nan = (double)NAN;
-    struct compare_series series;
+    struct compare_curves series;
     *out = (struct compare_channel){
         .number = channel->config.number, .station_ft = (double)channel->config.station_ft, .bias_en = nan, .peak_en = nan, .end_en = nan,
         .arrival_en = nan, .ahead_measured_ft = nan, .ahead_simulated_ft = nan,
-        .end_measured = {nan, nan, nan, nan}, .end_simulated = {nan, nan, nan, nan}};
+        .end_measured = {nan, nan, nan, nan, nan}, .end_simulated = {nan, nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
     signal_compare(&empty, &out->f); /* everything not known */
     out->compared = usable(measured, channel, row, out);
     if (!out->compared)
         return MR_OK;
-    if (compare_series(measured, clock, channel, row, solver_error_in, &series, error) != MR_OK)
+    if (compare_curves(measured, clock, channel, row, solver_error_in, &series, error) != MR_OK)
         return error->status;
     find_figures(measured, channel, &series, out);
     free(series.storage);

@@ -43,11 +43,11 @@ enum mr_status compare_figures(const struct measured *measured, const struct zon
                                const struct store_simulation_head *head, const struct store_simulation *rows, size_t count,
                                struct compare_figures *figures, struct error *error);
 /* The channel in full, as it was compared: arrays of measured->samples, NaN where not compared. The caller frees `storage`. */
-struct compare_series {
+struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in, *time_error_s, *alignment_in;
 };
-enum mr_status compare_series(const struct measured *measured, const struct compare_clock *clock, const struct measured_channel *channel,
-                              const struct store_simulation *row, double solver_error_in, struct compare_series *series,
+enum mr_status compare_curves(const struct measured *measured, const struct compare_clock *clock, const struct measured_channel *channel,
+                              const struct store_simulation *row, double solver_error_in, struct compare_curves *series,
                               struct error *error);
 
 #endif

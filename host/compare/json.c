@@ -26,7 +26,7 @@ static void put_number(json_t *object, const char *name, double value)
     json_object_set_new(object, name, cli_json_number(value, DIGITS));
 }
 
-/* NAME, NAME_error; with `at` NAME_at, NAME_at_error. */
+/* NAME, NAME_error; with `at` NAME_at and how long it lasts. */
 static void put_moment(json_t *object, const char *name, const struct signal_moment *m, bool at, bool si)
 {
     char key[80];
@@ -36,9 +36,9 @@ static void put_moment(json_t *object, const char *name, const struct signal_mom
     snprintf(key, sizeof key, "%s_at_s", name);
     if (at)
         put_number(object, key, m->t_s);
-    snprintf(key, sizeof key, "%s_at_error_s", name);
+    snprintf(key, sizeof key, "%s_lasts_s", name);
     if (at)
-        put_number(object, key, m->t_error_s);
+        put_number(object, key, m->lasts_s);
 }
 
 static json_t *channel_json(const struct compare_channel *c, bool si)
@@ -174,11 +174,11 @@ static json_t *moved_json(const struct compare_moved *moved, bool si)
     return o;
 }
 
-json_t *compare_set_json(const struct compare_set *set, bool si)
+json_t *compare_series_json(const struct compare_series *set, bool si)
 {
     json_t *landings = json_array(), *channels = json_array(), *moved = json_array();
     for (size_t i = 0; i < set->count; i++) {
-        const struct compare_set_landing *l = &set->landing[i];
+        const struct compare_series_landing *l = &set->landing[i];
         json_array_append_new(landings, l->compared ? compare_json(&l->figures, &l->verdict, si)
                                                     : json_pack("{sIss}", "run", (json_int_t)l->run, "not_compared", l->why));
     }

@@ -166,7 +166,7 @@ static void show_overlap(FILE *out, const struct compare_zone_moment *moment, co
     fprintf(out, " %8s", text);
 }
 
-static void show_set_landing(FILE *out, const struct compare_set_landing *landing, double in, int d)
+static void show_series_landing(FILE *out, const struct compare_series_landing *landing, double in, int d)
 {
     const struct compare_figures *figures = &landing->figures;
     const struct compare_zone_moment *longest = moment_of(figures, false), *rest = moment_of(figures, true);
@@ -224,7 +224,7 @@ static void show_moved(FILE *out, const struct compare_moved *moved, bool si)
     }
 }
 
-void compare_show_set(FILE *out, const struct compare_set *set, bool si)
+void compare_show_series(FILE *out, const struct compare_series *set, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
     double in = length->factor;
@@ -235,7 +235,7 @@ void compare_show_set(FILE *out, const struct compare_set *set, bool si)
     fprintf(out, "                difference, %-2s                 zones: common/all mats\n", length->text);
     fprintf(out, "  RUN channels    bias     rms   worst peak En  longest    board  at rest   error      ms  limits\n");
     for (size_t i = 0; i < set->count; i++)
-        show_set_landing(out, &set->landing[i], in, d);
+        show_series_landing(out, &set->landing[i], in, d);
     fprintf(out, "over the landings, by samples, %s:\n  no  at, %-2s landings     bias      rms\n", length->text, station->text);
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
         if (set->channel[c].landings == 0)

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#define FAR_FROM_NOISE 5.0 /* standard deviations: none of some thousand samples is so far off by chance */
 #define COARSE 10      /* lags between those tried first */
 #define THIN 5         /* and of the samples every fifth then */
 #define ROUNDING 1e-9
@@ -72,8 +73,8 @@ static double time_of(const struct signal *s, double i)
 /* Of one side. `noise`: of the mean over the window. */
 static struct signal_moment find_peak(const struct signal *s, const double *values, const double *errors, double noise)
 {
-    struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
-    size_t at = 0;
+    struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    size_t at = 0, first = 0, last = 0;
     for (size_t i = 0; i < s->count; i++) {
         double value = both(s, i) ? smooth(s, values, i) : (double)NAN;
         if (isnan(value) || fabs(value) <= fabs(peak.value))
@@ -83,23 +84,24 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     }
     if (isnan(peak.value))
         return peak;
-    size_t first = at, last = at;
-    while (first > 0 && fabs(peak.value - smooth(s, values, first - 1)) <= 2.0 * noise)
-        first--;
-    while (last + 1 < s->count && fabs(peak.value - smooth(s, values, last + 1)) <= 2.0 * noise)
-        last++;
+    double near = fmax(SIGNAL_NEAR * fabs(peak.value), FAR_FROM_NOISE * noise);
+    for (first = 0; !(fabs(peak.value - smooth(s, values, first)) <= near);)
+        first++; /* at the peak at the latest */
+    for (last = s->count - 1; !(fabs(peak.value - smooth(s, values, last)) <= near);)
+        last--;
     peak.error = errors[at];
-    peak.t_s = time_of(s, (double)at);
-    peak.t_error_s = hypot(0.5 * (double)(last - first + 1) * s->dt_s, s->time_error_s[at]);
+    peak.t_s = time_of(s, (double)first);
+    peak.t_error_s = s->time_error_s[first];
+    peak.lasts_s = (double)(last - first) * s->dt_s;
     return peak;
 }
 
 static struct signal_moment find_arrival(const struct signal *s, const double *values, const double *errors, double noise, double peak,
                                          bool measured)
 {
-    struct signal_moment arrival = {SIGNAL_ARRIVAL * peak, (double)NAN, (double)NAN, (double)NAN};
+    struct signal_moment arrival = {SIGNAL_ARRIVAL * peak, (double)NAN, (double)NAN, (double)NAN, (double)NAN};
     double threshold = fabs(arrival.value), before = (double)NAN;
-    if (!(threshold > 5.0 * noise) || threshold == 0.0)
+    if (!(threshold > FAR_FROM_NOISE * noise) || threshold == 0.0)
         return arrival;
     for (size_t i = 0; i < s->count; i++) {
         double value = both(s, i) ? smooth(s, values, i) * (peak < 0.0 ? -1.0 : 1.0) : (double)NAN;
@@ -206,7 +208,7 @@ static void find_correlation(const struct signal *s, struct signal_figures *f)
 
 void signal_compare(const struct signal *s, struct signal_figures *f)
 {
-    const struct signal_moment unknown = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
+    const struct signal_moment unknown = {(double)NAN, (double)NAN, (double)NAN, (double)NAN, (double)NAN};
     *f = (struct signal_figures){
         .bias = (double)NAN, .bias_error = (double)NAN, .rms = (double)NAN, .chi = (double)NAN, .inside = (double)NAN,
         .peak_measured = unknown, .peak_simulated = unknown, .arrival_measured = unknown, .arrival_simulated = unknown,

@@ -6,8 +6,9 @@
  *     rms          root mean square of d
  *     chi          root mean square of d / sqrt(u_m^2 + u_s^2): 1 when the errors explain all of it
  *     inside       share of samples with |d| <= 2 sqrt(u_m^2 + u_s^2)
- *     peak         extreme, by size, of the mean over SIGNAL_WINDOW samples. Its time error: half as long as the mean stays within two
- *                  standard deviations of its noise of the peak, so that a plateau has no sharp time
+ *     peak         extreme, by size, of the mean over SIGNAL_WINDOW samples; its time: when that first comes within SIGNAL_NEAR of it, or
+ *                  five standard deviations of the noise if that is more, and how long until it last is: on a plateau noise says
+ *                  where the most is
  *     arrival      first time at which that mean crosses SIGNAL_ARRIVAL of its own peak, between two samples by a straight line.
  *                  Error: noise and error of the value over the slope there; alignment; spacing of the samples / sqrt(12). Not known when
  *                  the threshold is below five standard deviations of the noise
@@ -25,6 +26,7 @@
 
 #define SIGNAL_WINDOW 11
 #define SIGNAL_ARRIVAL 0.1
+#define SIGNAL_NEAR 0.01
 #define SIGNAL_LAG_S 0.5
 
 /* Sample i is at t0_s + i dt_s. Arrays are the caller's. */
@@ -40,6 +42,7 @@ struct signal {
 struct signal_moment {
     double value, error;
     double t_s, t_error_s;
+    double lasts_s; /* of a peak */
 };
 
 struct signal_figures {

@@ -1,7 +1,7 @@
 /* A landing's newest comparison that the campaign keeps: table, zones and picture. */
 #include <math.h>
 
-#include "host/compare/figure.h"
+#include "host/compare/picture.h"
 #include "host/compare/figures.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
@@ -128,7 +128,7 @@ enum mr_status landing_compare(const struct report *report, const struct report_
     fprintf(out,
             "<p>Differences are measured less simulated. &plusmn; is one standard error: noise, calibration and edge timing; the solver's estimate "
             "and the spread over the runways. chi is the rms difference in standard errors; En is the difference in two of them: up to 1 both "
-            "agree. Arrival: %.0f %% of the peak. Best lag: positive when the measured is later.</p>\n",
+            "agree. Arrival: %.0f %% of the peak. Best lag: positive when the measured is later. Zones: mats that both have, of those that either has.</p>\n",
             100.0 * SIGNAL_ARRIVAL);
     zone_table(out, &figures.zones, si);
     fputs("<figure>", out);

@@ -2,22 +2,23 @@
 # matrig compare: a simulated landing is played to the emulated board and held against its own scene, a wrong one, limits, in a series.
 . "$(dirname "$0")/tap.sh"
 matrig=build/matrig
-scene=host/scenes/model_runway.json
+scene=$tmp/brisk.json
 db=$tmp/c.db
 
+python3 tests/compare/brisk.py host/scenes/model_runway.json >"$scene"
 python3 tests/compare/scene_run.py $matrig $scene tests/runs/landing1.run "$tmp/own.run" &&
     build/matrig-board --elf build/firmware/matrig.elf --can none --serial "file:$tmp/own.serial" --rig "$tmp/own.run" 2>"$tmp/board.err"
 log() { $matrig --quiet log --serial "file:$tmp/own.serial" --db "$db" >/dev/null; }
-log && $matrig --quiet series "$db" "spring" --pattern standard >/dev/null && sleep 0.01 && log && log
+log && $matrig --quiet series "$db" "spring" --pattern standard >/dev/null && log
 sed 's/"f": 0.5/"f": 0.35/' $scene >"$tmp/slippery.json"
 
 cat >"$tmp/tight.json" <<'END'
-{"_": "the eighth transducer does not move: no correlation there",
- "channels": {"all": {"rms_in": 0.003, "bias_in": 0.001, "end_en": 1, "chi": 1}, "1": {"correlation": 0.9995, "arrival_s": 0.002, "lag_s": 0.002},
-              "5": {"correlation": 0.9995, "ahead_ft": 0.1, "peak_mm": 0.05}},
- "zones": {"simulated": {"overlap": 0.9, "start_ft": 1, "end_ft": 1}}}
+{"_": "at rest the measured zone ends where transducers do, the simulated does not",
+ "channels": {"all": {"rms_in": 0.003, "bias_in": 0.001, "correlation": 0.9995, "end_en": 1, "chi": 1, "lag_s": 0.002}, "1": {"arrival_s": 0.002},
+              "5": {"ahead_ft": 0.1, "peak_mm": 0.1}},
+ "zones": {"simulated": {"overlap": 0.15}}}
 END
-sed 's/0.003/0.01/; s/"bias_in": 0.001/"bias_in": 0.006/; s/"overlap": 0.9, "start_ft": 1, "end_ft": 1/"overlap": 0.3/; s/_s": 0.002/_s": 0.02/g; s/0.05/0.2/; s/0.9995/0.999/g' "$tmp/tight.json" >"$tmp/wider.json"
+sed 's/"rms_in": 0.003/"rms_in": 0.01/; s/"bias_in": 0.001/"bias_in": 0.006/; s/_s": 0.002/_s": 0.02/g; s/"peak_mm": 0.1/"peak_mm": 0.3/' "$tmp/tight.json" >"$tmp/wider.json"
 
 json() { python3 -c 'import json, sys
 def no(x): raise SystemExit("not JSON: " + x)
@@ -50,9 +51,9 @@ fits_a_terminal() {
 json_is_json() {
     $matrig --json compare "$db" 1 --limit 1 >"$tmp/one.json" && $matrig --json --si compare "$db" 1 >"$tmp/si.json" && $matrig --json compare "$db" $scene >"$tmp/set.json" || return 1
     json "$tmp/one.json" '[c["correlation"] for c in j["channels"]]'
-    [ "$(json "$tmp/one.json" 'j["channels"][7]["correlation"] is None and j["channels"][7]["lag_s"] is None and "flat" in j["channels"][7]["why"]')" = True ] &&
+    [ "$(json "$tmp/si.json" 'j["limits"] is None and all(0.999 < c["correlation"] <= 1 for c in j["channels"])')" = True ] &&
         [ "$(json "$tmp/one.json" 'j["limits"]["pass"] and j["error_in"] > 0 and j["run_ms"] > 0 and j["edges"] > 15')" = True ] &&
-        [ "$(json "$tmp/set.json" 'len(j["landings"]), len(j["channels"]), j["compared"]')" = "(3, 8, 3)" ] &&
+        [ "$(json "$tmp/set.json" 'len(j["landings"]), len(j["channels"]), j["compared"]')" = "(2, 8, 2)" ] &&
         [ "$(json "$tmp/si.json" "abs(j['channels'][2]['peak_measured_mm'] / 25.4 - $(json "$tmp/one.json" 'j["channels"][2]["peak_measured_in"]')) < 1e-5")" = True ]
 }
 # The figures once more from the series, by other code.
@@ -76,12 +77,12 @@ END
 picture_is_xml() { $matrig compare "$db" 1 -o "$tmp/one.svg" >/dev/null && python3 -c 'import sys, xml.dom.minidom as x; print(len(x.parse(sys.argv[1]).getElementsByTagName("path")))' "$tmp/one.svg"; }
 
 series_and_its_limits() {
-    # Three times the same landing, by a board that says the same survey: what the first did to the gaps is carried on, and shows.
-    printf '{"channels": {"all": {"rms_in": 0.2}}, "series": {"within": 1, "rms_in": 0.1}}' >"$tmp/series.json"
+    # Twice the same landing, by a board that says the same survey: what the first did to the gaps is carried on, and shows.
+    printf '{"channels": {"all": {"rms_in": 1.5}}, "series": {"within": 1, "rms_in": 1}}' >"$tmp/series.json"
     $matrig compare "$db" $scene --limits "$tmp/series.json" | tee "$tmp/series.txt" | grep -q '^within limits: 100 %' && cat "$tmp/series.txt" || return 1
     printf '{"series": {"bias_in": 0.00001}}' >"$tmp/strict.json"
     fails_with 1 'pooled bias .* exceeds 0.0000 in: the series, by' $matrig compare "$db" $scene --limits "$tmp/strict.json" &&
-        [ "$($matrig --json compare "$db" --series spring >"$tmp/s.json"; json "$tmp/s.json" '[l["run"] for l in j["landings"]]')" = "[2, 3]" ] &&
+        [ "$($matrig --json compare "$db" --series spring >"$tmp/s.json"; json "$tmp/s.json" '[l["run"] for l in j["landings"]]')" = "[2]" ] &&
         fails_with 2 "no landings in series 'summer'" $matrig compare "$db" --series summer
 }
 ensemble_has_a_spread() { # of runways in which gaps and resistances vary: the error is more than the solver's
@@ -92,7 +93,8 @@ ensemble_has_a_spread() { # of runways in which gaps and resistances vary: the e
 without_switches() {
     cp "$db" "$tmp/blind.db" && sqlite3 "$tmp/blind.db" 'delete from edges where landing = 2' || return 1
     fails_with 5 'motion of the gear is not known .*RUN 2; a comparison needs at least 3' $matrig compare "$tmp/blind.db" 2 || return 1
-    $matrig compare "$tmp/blind.db" $scene >"$tmp/blind.txt" && grep -q '^ *2  not compared: the motion of the gear is not known' "$tmp/blind.txt" && grep -q '3 landings, 2 compared' "$tmp/blind.txt"
+    $matrig compare "$tmp/blind.db" $scene >"$tmp/blind.txt" && grep -q '^ *2  not compared: the motion of the gear is not known' "$tmp/blind.txt" && grep -q '2 landings, 1 compared' "$tmp/blind.txt" &&
+        fails_with 1 'RUN 2 not compared: the motion of the gear is not known' $matrig compare "$tmp/blind.db" $scene --limit 1
 }
 wrong_input_is_told() {
     printf '{\n "channels":\n  {"all": {"rsm_in": 1}}}' >"$tmp/typo.json"

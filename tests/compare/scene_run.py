@@ -17,6 +17,7 @@ scene = json.load(open(scene_path))
 with tempfile.NamedTemporaryFile(suffix=".csv") as history:
     subprocess.run([matrig, "--quiet", "sim", scene_path, "--csv", history.name], check=True, stdout=subprocess.DEVNULL)
     rows = list(csv.reader(open(history.name)))[1:]
+DURATION_S = 2.62 + float(rows[-1][0])  # from 1.62 s before touchdown until a second after the simulation
 moved_in = [[12.0 * float(u) for u in row[1:9]] for row in rows]  # a row a millisecond
 assert abs(float(rows[1][0]) - 0.001) < 1e-12 and len(moved_in[0]) == 8
 
@@ -41,6 +42,8 @@ for line in template[:first]:
         continue
     if word[0] == "provenance":
         line = "provenance simulated by matrig itself, to test its comparison"
+    elif word[0] == "duration_s":
+        line = f"duration_s {DURATION_S:.3f}"
     elif word[0] == "touchdown":
         touchdown_s = float(word[2])
     elif word[0] == "switch":
@@ -49,8 +52,8 @@ for line in template[:first]:
     elif word[0] == "command" and word[3] == "survey":
         line = " ".join(word[:5] + [f"{120.0 * scene['gap0']:.3f}"])
     out.append(line)
-count = int(template[first].split()[1])
-out.append(template[first])
+count = round(1000 * DURATION_S) + 1
+out.append(f"samples {count} 1000")
 gages = template[first + 1].split()[8:]
 for i in range(count):
     at = (i / 1000.0 - touchdown_s) * 1000.0

@@ -3,7 +3,7 @@
 
 #include "common/wire.h"
 #include "host/compare/limits.h"
-#include "host/compare/set.h"
+#include "host/compare/series.h"
 #include "host/compare/show.h"
 #include "host/store/store_survey.h"
 #include "tests/host/session.h"
@@ -225,7 +225,7 @@ static void errors_of_a_sample(void **state)
     struct measured m;
     struct zones_closure survey;
     struct compare_clock clock;
-    struct compare_series series;
+    struct compare_curves series;
     (void)state;
     load_one(&s, &m, &survey);
     float slope[1001], spread[1001];
@@ -241,7 +241,7 @@ static void errors_of_a_sample(void **state)
     assert_near(compare_time_error(&clock, -1.0), clock.error_s[0], 0.0);
     for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++)
         clock.error_s[i] = 0.02;
-    assert_int_equal(compare_series(&m, &clock, &m.channel[2], &row, 0.03, &series, &s.error), MR_OK);
+    assert_int_equal(compare_curves(&m, &clock, &m.channel[2], &row, 0.03, &series, &s.error), MR_OK);
     size_t compared = 0;
     for (size_t i = 0; i < m.samples; i++) {
         if (series.t_s[i] < 0.1 || series.t_s[i] > 3.8)
@@ -387,7 +387,7 @@ static void movement_between_surveys(void **state)
     struct measured m;
     struct zones_closure zones;
     struct compare_model model;
-    struct compare_set set;
+    struct compare_series set;
     struct compare_landing landing;
     const struct compare_limits none = {.count = 0};
     (void)state;
@@ -405,7 +405,7 @@ static void movement_between_surveys(void **state)
     compare_landing(s.store, 1, &model, 0, &landing, &s.error);
     compare_model_free(&model);
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
-    compare_set_run(s.store, NULL, &model, &none, false, NULL, NULL, &set, &s.error);
+    compare_series_run(s.store, NULL, &model, &none, false, NULL, NULL, &set, &s.error);
     assert_no_error(&s.error);
     assert_int_equal(set.compared, 1);
     assert_int_equal(set.moves, 1);
@@ -433,7 +433,7 @@ static void movement_between_surveys(void **state)
     }
     assert_near(set.pooled.rms_in, sqrt(rms / n), 1e-9);
     compare_landing_free(&landing);
-    compare_set_free(&set);
+    compare_series_free(&set);
     compare_model_free(&model);
     measured_free(&m);
     session_end(&s);

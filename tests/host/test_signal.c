@@ -155,11 +155,12 @@ static void a_plateau_has_no_sharp_time(void **state)
     (void)state;
     make(&pair, rise, sine, 0.01);
     signal_compare(&pair.signal, &f);
-    /* within 2 x 0.01 / sqrt(11) = 0.006 in of 0.8: from 2 + 0.2 atanh(1 - 0.015) = 2.489 s to the end at 3.999 s */
-    assert_near(f.peak_measured.t_error_s, 0.5 * (3.999 - 2.489), 0.01);
-    /* 0.006 of 1: cos x = 0.994, x = 0.1098 rad = 17.5 ms on either side, and the window's own bend */
-    assert_near(f.peak_simulated.t_error_s, 0.0175, 0.002);
-    assert_near(fmod(f.peak_simulated.t_s, 1.0) - 0.5, f.peak_simulated.value > 0.0 ? -0.25 : 0.25, 0.002);
+    /* within 5 x 0.01 / sqrt(11) = 0.01508 in of 0.8: since tanh((t - 2) / 0.2) = 1 - 0.0377, to the end */
+    assert_near(f.peak_measured.t_s, 2.0 + 0.2 * atanh(1.0 - 0.01508 / 0.4), 0.005);
+    assert_near(f.peak_measured.t_s + f.peak_measured.lasts_s, 3.999, 1e-9);
+    /* 0.01508 of 1: x = acos(0.98492) = 0.1739 rad = 27.7 ms on either side, the same three turns later */
+    assert_near(f.peak_simulated.lasts_s, 3.0554, 0.003);
+    assert_near(fmod(f.peak_simulated.t_s + 0.0277, 1.0), f.peak_simulated.value > 0.0 ? 0.25 : 0.75, 0.003);
 }
 
 static void flat_series_have_no_correlation(void **state)

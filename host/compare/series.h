@@ -1,11 +1,11 @@
 /* A series of landings compared with one model, in order: each landing, all together, and what surveys between them say. */
-#ifndef MATRIG_HOST_COMPARE_SET_H
-#define MATRIG_HOST_COMPARE_SET_H
+#ifndef MATRIG_HOST_COMPARE_SERIES_H
+#define MATRIG_HOST_COMPARE_SERIES_H
 
 #include "host/compare/landing.h"
 #include "host/compare/limits.h"
 
-struct compare_set_landing {
+struct compare_series_landing {
     int64_t run;
     bool compared;
     char why[600]; /* not compared: why */
@@ -24,9 +24,9 @@ struct compare_moved {
     double bias_in, rms_in, chi; /* over the points; chi: in standard errors */
 };
 
-struct compare_set {
+struct compare_series {
     char against[120], name[80]; /* the model's file; the series' name, or empty: all landings */
-    struct compare_set_landing *landing;
+    struct compare_series_landing *landing;
     size_t count, compared;
     struct {
         int64_t number;
@@ -41,12 +41,12 @@ struct compare_set {
     struct compare_verdict verdict; /* landings and series */
 };
 
-/* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that cannot be compared is there with its reason,
- * and what it did to the runway is unknown to those after it until the next survey. MR_TOO_FEW: none could be; MR_UNKNOWN: no such
+/* Landings of series `name` (NULL: of the campaign) that are not void, in order. A landing that cannot be compared is there with its reason
+ * (no motion, nothing to align, a simulation that fails), and what it did to the runway is unknown to those after it until the next survey. MR_TOO_FEW: none could be; MR_UNKNOWN: no such
  * series. `progress` may be NULL. The caller frees, also after an error. */
-enum mr_status compare_set_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
-                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_set *set,
+enum mr_status compare_series_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
+                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_series *set,
                                struct error *error);
-void compare_set_free(struct compare_set *set);
+void compare_series_free(struct compare_series *set);
 
 #endif

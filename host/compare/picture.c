@@ -1,4 +1,4 @@
-#include "host/compare/figure.h"
+#include "host/compare/picture.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -32,7 +32,7 @@ struct curve {
     size_t count;
 };
 
-static void take(struct curve *curve, const struct compare_series *s, const double *values, const double *errors, size_t from, size_t to,
+static void take(struct curve *curve, const struct compare_curves *s, const double *values, const double *errors, size_t from, size_t to,
                  double in, double *least, double *most)
 {
     size_t step = (to - from) / POINTS + 1;
@@ -61,7 +61,7 @@ static void draw_band(const struct svg_plot *plot, const char *class, const stru
     }
 }
 
-static void draw_channel(FILE *out, const struct compare_series *s, size_t samples, const struct store_simulation *row, size_t place, bool si)
+static void draw_channel(FILE *out, const struct compare_curves *s, size_t samples, const struct store_simulation *row, size_t place, bool si)
 {
     struct curve measured, simulated;
     double least = 0.0, most = 0.0, in = unit_of(UNIT_DISPLACEMENT, si)->factor;
@@ -108,9 +108,9 @@ enum mr_status compare_draw(FILE *out, const struct measured *measured, const st
               out);
     fputs("</style>", out);
     for (size_t i = 0; i < count && error->status == MR_OK; i++) {
-        struct compare_series series;
+        struct compare_curves series;
         const struct measured_channel *channel = channel_of(measured, &rows[i]);
-        if (!channel || rows[i].length == 0 || compare_series(measured, &clock, channel, &rows[i], solver_error(head, &rows[i]), &series, error) != MR_OK)
+        if (!channel || rows[i].length == 0 || compare_curves(measured, &clock, channel, &rows[i], solver_error(head, &rows[i]), &series, error) != MR_OK)
             continue;
         draw_channel(out, &series, measured->samples, &rows[i], i, si);
         free(series.storage);
@@ -132,14 +132,14 @@ enum mr_status compare_csv(FILE *out, const struct measured *measured, const str
                            const struct store_simulation *rows, size_t count, bool si, struct error *error)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    struct compare_series series[MR_TRANSDUCERS];
+    struct compare_curves series[MR_TRANSDUCERS];
     struct compare_clock clock;
     size_t made = 0;
     compare_clock_make(measured, &clock);
     fputs("t_s", out);
     for (size_t i = 0; i < count && i < MR_TRANSDUCERS && error->status == MR_OK; i++) {
         const struct measured_channel *channel = channel_of(measured, &rows[i]);
-        if (!channel || rows[i].length == 0 || compare_series(measured, &clock, channel, &rows[i], solver_error(head, &rows[i]), &series[made], error) != MR_OK)
+        if (!channel || rows[i].length == 0 || compare_curves(measured, &clock, channel, &rows[i], solver_error(head, &rows[i]), &series[made], error) != MR_OK)
             continue;
         made++;
         static const char *const names[] = {"measured", "measured_error", "simulated", "simulated_error", "alignment"};
@@ -153,7 +153,7 @@ enum mr_status compare_csv(FILE *out, const struct measured *measured, const str
             continue;
         fprintf(out, "%.7f", t_s);
         for (size_t c = 0; c < made; c++) {
-            const struct compare_series *s = &series[c];
+            const struct compare_curves *s = &series[c];
             const double *columns[] = {s->measured_in, s->measured_error_in, s->simulated_in, s->simulated_error_in, s->alignment_in};
             for (size_t k = 0; k < 5; k++)
                 csv_number(out, columns[k][i] * length->factor);

@@ -1,6 +1,7 @@
-#include "host/compare/set.h"
+#include "host/compare/series.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -42,7 +43,7 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
     return error->status;
 }
 
-static void pool(struct compare_set *set, const struct compare_figures *figures)
+static void pool(struct compare_series *set, const struct compare_figures *figures)
 {
     set->run_ms += figures->run_ms;
     set->error_in = fmax(set->error_in, figures->error_in);
@@ -61,7 +62,7 @@ static void pool(struct compare_set *set, const struct compare_figures *figures)
 }
 
 /* From sums to means. */
-static void finish(struct compare_set *set)
+static void finish(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t within = 0;
@@ -101,7 +102,7 @@ static void take_measured(const struct survey_change *change, struct compare_mov
 }
 
 /* `all`: landings of the campaign between the surveys, void ones and those of other series too: each has moved the mat. */
-static void take_simulated(const struct compare_set *set, const struct moves *moves, int64_t after, int64_t until, size_t all,
+static void take_simulated(const struct compare_series *set, const struct moves *moves, int64_t after, int64_t until, size_t all,
                            struct compare_moved *moved)
 {
     moved->simulated = true;
@@ -141,7 +142,7 @@ static size_t landings_between(const struct store_landing *rows, size_t count, i
     return found;
 }
 
-static enum mr_status compare_surveys(struct store *store, const struct moves *moves, struct compare_set *set, struct error *error)
+static enum mr_status compare_surveys(struct store *store, const struct moves *moves, struct compare_series *set, struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     struct survey *survey = NULL;
@@ -160,13 +161,17 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
     for (size_t i = 1; i < count && error->status == MR_OK; i++) {
         if (survey_get(store, rows[i].id, survey, error) != MR_OK || survey_find(store, survey, &found, error) != MR_OK)
             break;
-        if (found.previous != rows[i - 1].id || rows[i].after_run == STORE_NONE)
+        size_t before = i;
+        while (before > 0 && rows[before - 1].id != found.previous)
+            before--;
+        if (before == 0 || rows[i].after_run == STORE_NONE)
             continue;
+        const struct store_gage_survey *previous = &rows[before - 1];
         struct compare_moved *moved = &set->moved[set->moves];
-        moved->from_survey = rows[i - 1].id;
+        moved->from_survey = previous->id;
         moved->to_survey = rows[i].id;
         take_measured(&found.since_previous, moved);
-        int64_t after = rows[i - 1].after_run == STORE_NONE ? 0 : rows[i - 1].after_run, until = rows[i].after_run;
+        int64_t after = previous->after_run == STORE_NONE ? 0 : previous->after_run, until = rows[i].after_run;
         take_simulated(set, moves, after, until, landings_between(landings, landing_count, after, until), moved);
         if (moved->landings == 0) /* none of this series between them */
             memset(moved, 0, sizeof *moved);
@@ -187,10 +192,10 @@ static enum mr_status compare_surveys(struct store *store, const struct moves *m
 /* ---- the series ---- */
 
 static enum mr_status run_landing(struct store *store, struct compare_model *model, const struct compare_limits *limits, bool si,
-                                  struct compare_set *set, size_t index, struct moves *moves, struct error *error)
+                                  struct compare_series *set, size_t index, struct moves *moves, struct error *error)
 {
     struct compare_landing landing;
-    struct compare_set_landing *out = &set->landing[index];
+    struct compare_series_landing *out = &set->landing[index];
     struct error why = {0};
     enum mr_status status = compare_landing(store, out->run, model, index, &landing, &why);
     if (status == MR_OK) {
@@ -202,7 +207,7 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
         moves->known = true;
         memcpy(moves->in, landing.moved_in, sizeof moves->in);
         memcpy(moves->spread_in, landing.moved_spread_in, sizeof moves->spread_in);
-    } else if (status == MR_TOO_FEW || status == MR_TRUNCATED) {
+    } else if (status == MR_TOO_FEW || status == MR_TRUNCATED || status == MR_NUMERICS) {
         snprintf(out->why, sizeof out->why, "%s", why.text);
     } else {
         error_set(error, status, "%s", why.text);
@@ -212,10 +217,14 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
 }
 
 /* The verdict of the whole: the worst of the landings' and the series' own limits. */
-static void judge(struct compare_set *set, const struct compare_limits *limits, bool si)
+static void judge(struct compare_series *set, const struct compare_limits *limits, bool si)
 {
     for (size_t i = 0; i < set->count; i++) {
-        const struct compare_verdict *one = &set->landing[i].verdict;
+        struct compare_verdict *one = &set->landing[i].verdict;
+        if (!set->landing[i].compared && compare_limits_any(limits)) { /* nobody knows whether it is within them */
+            *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
+            snprintf(one->text, sizeof one->text, "RUN %lld not compared: %.200s", (long long)set->landing[i].run, set->landing[i].why);
+        }
         set->verdict.checked += one->checked;
         if (one->failed > 0 && (set->verdict.failed == 0 || one->worst > set->verdict.worst)) {
             set->verdict.worst = one->worst;
@@ -226,8 +235,8 @@ static void judge(struct compare_set *set, const struct compare_limits *limits, 
     compare_limits_check_series(limits, &set->pooled, si, &set->verdict);
 }
 
-enum mr_status compare_set_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
-                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_set *set,
+enum mr_status compare_series_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
+                               void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_series *set,
                                struct error *error)
 {
     int64_t *runs = NULL;
@@ -259,7 +268,7 @@ enum mr_status compare_set_run(struct store *store, const char *name, struct com
     return error->status;
 }
 
-void compare_set_free(struct compare_set *set)
+void compare_series_free(struct compare_series *set)
 {
     free(set->landing);
     free(set->moved);
