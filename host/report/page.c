@@ -109,6 +109,11 @@ static enum mr_status write_sections(const struct report *report, FILE *contents
     return status;
 }
 
+/* Hatching for what must be seen without colour too; one for all pictures of the page (style.c fills with it). */
+static const char hatch[] =
+    "<svg class=\"none\" aria-hidden=\"true\"><defs><pattern id=\"hatch\" width=\"5\" height=\"5\" patternUnits=\"userSpaceOnUse\" "
+    "patternTransform=\"rotate(45)\"><path class=\"hatch\" d=\"M0 0V5\"/></pattern></defs></svg>\n";
+
 /* How far the hash of the provenance reaches: <main> to </main>, both with it. */
 static void write_main(const struct report *report, FILE *out, const char *contents, const char *body)
 {
@@ -138,6 +143,7 @@ enum mr_status page_write(const struct report *report, char **text, size_t *leng
     fclose(list);
     fclose(into);
     page_head(out, strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path);
+    fputs(hatch, out);
     write_main(report, out, contents, body);
     fflush(out);
     if (status == MR_OK)

@@ -53,11 +53,6 @@ static const char style[] =
     "thead{display:table-header-group}.scroll{overflow:visible}td,th{padding-right:5px}td.n{white-space:normal}p{max-width:none}"
     "svg,img{print-color-adjust:exact;-webkit-print-color-adjust:exact}}";
 
-/* Hatching for what must be seen without colour too; one for all pictures of a page. */
-static const char hatch[] =
-    "<svg class=\"none\" aria-hidden=\"true\"><defs><pattern id=\"hatch\" width=\"5\" height=\"5\" patternUnits=\"userSpaceOnUse\" "
-    "patternTransform=\"rotate(45)\"><path class=\"hatch\" d=\"M0 0V5\"/></pattern></defs></svg>\n";
-
 void page_head(FILE *out, const char *title)
 {
     fputs("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
@@ -68,6 +63,5 @@ void page_head(FILE *out, const char *title)
     fputs("</title>\n<style>", out);
     fputs(style, out);
     fputs("</style></head>\n<body>", out);
-    fputs(hatch, out);
 }
 

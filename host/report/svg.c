@@ -79,7 +79,8 @@ static double share(const struct svg_axis *axis, bool logarithmic, double value)
 {
     if (logarithmic)
         return log(value / axis->low) / log(axis->high / axis->low);
-    return (value - axis->low) / (axis->high - axis->low);
+    double span = axis->high - axis->low; /* below 0: the axis runs the other way */
+    return fabs(span) > 0.0 ? (value - axis->low) / span : 0.0;
 }
 
 double svg_x(const struct svg_plot *plot, double x)
@@ -371,6 +372,8 @@ static void pen_move(struct pen *pen, double x, double y)
     const struct svg_plot *plot = pen->plot;
     struct pixel p = {clip(svg_x(plot, x), plot->left, plot->left + plot->width), clip(svg_y(plot, y), plot->top, plot->top + plot->height),
                       pen->last.seen + 1};
+    if (!isfinite(p.x) || !isfinite(p.y))
+        return;
     long column = (long)(p.x / (plot->column_px > 0.0 ? plot->column_px : 1.0));
     if (pen->down && column != pen->column)
         pen_flush(pen);
