@@ -14,14 +14,17 @@ says() { grep -Eq -- "$1" "$2"; }
 
 # 73 s of CAN, armed for 66 s of them; the clock of matrig passes as much faster as the adapter plays, once its channel is open.
 build/tests/link/longlanding "$tmp/long.can" "$tmp/long.serial" 66
-python3 tests/link/adapter.py slcan "$here/adapter" "$tmp/long.can" 20 59000 00,00,08,08,00,28,20 >"$tmp/adapter.txt" 2>&1 &
+python3 tests/link/adapter.py slcan "$here/adapter" "$tmp/long.can" 10 59000 00,00,08,08,00,28,20 >"$tmp/adapter.txt" 2>&1 &
 adapter=$!
 wait_for 20 "$here/adapter"
 a_minute_over_slcan() {
-    LD_PRELOAD=$PWD/build/tests/link/faults.so CLOCK_RATE=$here/adapter.open:20 \
-        timeout 120 $matrig log --listen --can "slcan:$here/adapter" --db "$tmp/slcan.db" --for 90 >"$tmp/slcan.txt" 2>"$tmp/slcan.err"
-    local status=$?
-    wait $adapter || status=$?
+    LD_PRELOAD=$PWD/build/tests/link/faults.so CLOCK_RATE=$here/adapter.open:10 \
+        timeout 120 $matrig log --listen --can "slcan:$here/adapter" --db "$tmp/slcan.db" >"$tmp/slcan.txt" 2>"$tmp/slcan.err" &
+    local logger=$! status
+    wait $adapter
+    kill -INT $logger
+    wait $logger
+    status=$?
     cat "$tmp/adapter.txt" "$tmp/slcan.err"
     grep -v " lb\|ft " "$tmp/slcan.txt"
     [ $status = 0 ] && says "^RUN 1: landing 1, done" "$tmp/slcan.txt" && [ "$(db slcan 'select sum(lost + bad) from links')" = 0 ] &&

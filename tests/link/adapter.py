@@ -6,8 +6,10 @@
     adapter.py serial PATH BYTES RATE CUT_S AWAY_S       a serial port that gives the bytes at RATE bytes/s, is unplugged CUT_S after
                       it was opened and plugged in again AWAY_S later; what comes meanwhile is lost. Prints the bytes before and after.
 """
+import fcntl
 import os
 import select
+import struct
 import sys
 import termios
 import time
@@ -36,6 +38,18 @@ def write_all(fd, data, heed=lambda: None):
             data = data[os.write(fd, data):]
         except BlockingIOError:
             pass
+
+
+def read_out(path, heed):
+    """Waits until the reader has taken all: what is in a terminal's buffer is lost when its other end is closed."""
+    fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    until, empty = time.monotonic() + 30, 0
+    while empty < 10 and time.monotonic() < until:
+        unread = struct.unpack('i', fcntl.ioctl(fd, termios.FIONREAD, b'\0' * 4))[0]
+        empty = empty + 1 if unread == 0 else 0
+        heed()
+        time.sleep(0.02)
+    os.close(fd)
 
 
 class Slcan:
@@ -72,6 +86,11 @@ class Slcan:
             line, self.line = self.line.split(b'\r', 1)
             self.answers += self.command(line)
 
+    def answer(self):
+        self.listen()
+        write_all(self.fd, self.answers)
+        self.answers = b''
+
     def play(self):
         until = time.monotonic() + 20
         while not self.open:
@@ -91,9 +110,7 @@ class Slcan:
             write_all(self.fd, b''.join(chunk) + self.answers)
             self.answers = b''
             time.sleep(0.001)
-        for _ in range(40):  # until the reader has it all
-            self.listen(0.02)
-            self.answers = write_all(self.fd, self.answers) or b''
+        read_out(self.path, self.answer)
         print('sent', len(self.lines), *('%s %d' % item for item in sorted(self.told.items())))
 
 
@@ -112,7 +129,7 @@ def unplugged_serial(path, source, rate, cut_s, away_s):
     while at < len(data):
         now = time.monotonic() - begun
         if before is None and now >= cut_s:
-            time.sleep(0.3)  # what was written has been read
+            read_out(path, lambda: None)
             os.close(fd)
             os.unlink(path)
             before = at
@@ -132,7 +149,7 @@ def unplugged_serial(path, source, rate, cut_s, away_s):
         write_all(fd, data[at:due])
         at = due
         time.sleep(0.002)
-    time.sleep(0.5)
+    read_out(path, lambda: None)
     print('before', before, 'after', after)
 
 
