@@ -21,7 +21,7 @@
 #include "common/image.h"
 #include "host/error.h"
 
-#define STORE_VERSION 3              /* of the tables: PRAGMA user_version */
+#define STORE_VERSION 4              /* of the tables: PRAGMA user_version */
 #define STORE_APPLICATION 0x4d545247 /* "MTRG": PRAGMA application_id */
 #define STORE_NONE INT64_MIN
 #define STORE_SWITCHES_MAX 64u
