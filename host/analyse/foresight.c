@@ -13,7 +13,7 @@
 
 static double time_s(const struct measured *measured, int64_t block)
 {
-    return (double)(1000 * block - measured->t0_us) / 1e6;
+    return measured_block_s(measured, block);
 }
 
 static void stretch(struct foresight_span *span, double t_s)

@@ -57,15 +57,15 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
 {
     measured->edges = edge_count;
     for (size_t p = 0; p < place_count; p++) {
-        if (places[p].step_codes == 0)
+        if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64) /* of a damaged campaign */
             continue;
         measured->fitted |= 1ull << (places[p].position - 1);
         measured->switches++;
     }
     for (size_t e = 0; e < edge_count; e++) {
         for (size_t p = 0; p < place_count; p++) {
-            uint64_t bit = 1ull << (places[p].position - 1);
-            if (places[p].position != edges[e].position || measured->seen & bit || isnan(edges[e].board_us) ||
+            uint64_t bit = 1ull << ((places[p].position - 1) & 63);
+            if (places[p].position < 1 || places[p].position > 64 || places[p].position != edges[e].position || measured->seen & bit || isnan(edges[e].board_us) ||
                 measured->gates == MR_GATES_MAX)
                 continue;
             measured->seen |= bit;
@@ -187,6 +187,11 @@ static struct moment gear_at(const struct measured *measured, double t_s, double
     return t_s <= last_s ? fit_at(measured, t_s) : between(fit_at(measured, last_s), stop, t_s);
 }
 
+double measured_block_s(const struct measured *measured, int64_t block)
+{
+    return (1000.0 * (double)block - (double)measured->t0_us) / 1e6;
+}
+
 double measured_station_ft(const struct measured *measured, double t_s)
 {
     double error_ft_s;
@@ -223,10 +228,10 @@ static size_t first_edge_sample(const struct measured *measured)
     if (measured->gates == 0)
         return measured->samples;
     double us = measured->gate[0].t_s * 1e6 + (double)measured->t0_us;
-    int64_t sample = (int64_t)floor(us / 1000.0) - measured->first_block;
-    if (sample < 0)
+    double sample = floor(us / 1000.0) - (double)measured->first_block;
+    if (!(sample > 0.0))
         return 0;
-    return (size_t)sample < measured->samples ? (size_t)sample : measured->samples;
+    return sample < (double)measured->samples ? (size_t)sample : measured->samples;
 }
 
 /* From what has the full rate, if there is enough of it: what CAN sends is a mean already. Of one value of `stride` samples. */

@@ -93,6 +93,8 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
 void measured_free(struct measured *measured);
 
 double measured_time_s(const struct measured *measured, size_t sample);
+/* Beginning of a block of the board, as t_s. */
+double measured_block_s(const struct measured *measured, int64_t block);
 /* Value of a channel in its unit: displacement since the baseline, tension absolute. NaN: missing. */
 double measured_value(const struct measured_channel *channel, size_t sample);
 /* Mean of the valid values within `half` samples of `sample`; NaN when none is. */

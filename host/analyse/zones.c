@@ -9,7 +9,7 @@
 
 double zones_time_s(const struct measured *measured, const struct store_zone *zone)
 {
-    return (double)(1000 * zone->block - measured->t0_us) / 1e6;
+    return measured_block_s(measured, zone->block);
 }
 
 static struct zone_warning first_warning(const struct measured *measured, const struct store_zone *row)
@@ -50,7 +50,7 @@ static enum mr_status find_reason(struct store *store, const struct measured *me
     struct zone_warning *warning = &zones->warning;
     enum mr_status status = warning->warned ? store_predictions(store, measured->landing.id, &row, &count, error) : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        if ((double)(1000 * row[i].block - measured->t0_us) / 1e6 != warning->t_s)
+        if (measured_block_s(measured, row[i].block) != warning->t_s)
             continue;
         warning->reason = row[i].reason;
         warning->level = row[i].level;

@@ -82,7 +82,7 @@ static void draw_coming(const struct svg_plot *plot, const struct report_landing
     if (!t_s)
         return;
     for (size_t i = 0; i < landing->predictions; i++) {
-        t_s[i] = (double)(1000 * landing->prediction[i].block - landing->summary.measured.t0_us) / 1e6;
+        t_s[i] = measured_block_s(&landing->summary.measured, landing->prediction[i].block);
         mats[i] = landing->prediction[i].coming_mats > 0 ? (double)landing->prediction[i].coming_mats : (double)NAN;
     }
     svg_dots(plot, "dots c", t_s, mats, landing->predictions);
@@ -175,7 +175,7 @@ static size_t changes(FILE *out, const struct report_landing *landing, const str
             continue;
         for (size_t k = 0; k < landing->summary.zones.count && !row; k++)
             row = landing->summary.zones.row[k].block == said->block ? &landing->summary.zones.row[k] : NULL;
-        double t_s = (double)(1000 * said->block - measured->t0_us) / 1e6;
+        double t_s = measured_block_s(measured, said->block);
         bool zoned = row && row->mats > 0;
         double became_s = zoned ? measured_reach_s(measured, row->start_ft) - t_s : (double)NAN;
         fputs("<tr>", out);

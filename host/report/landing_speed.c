@@ -45,7 +45,7 @@ static void draw_online_speeds(const struct svg_plot *plot, const struct report_
     const struct measured *measured = &landing->summary.measured;
     for (size_t i = 0; i < landing->motions; i++) {
         const struct store_motion *motion = &landing->motion[i];
-        double t_s = (double)(1000 * motion->block - measured->t0_us) / 1e6;
+        double t_s = measured_block_s(measured, motion->block);
         double v = factor * motion->speed_ft_s;
         if (t_s < plot->x.low || t_s > plot->x.high || isnan(v) || v > plot->y.high)
             continue;
@@ -110,7 +110,7 @@ static void deceleration_panel(FILE *out, const struct report_landing *landing, 
     svg_line(&plot, "line a", t_s, value, count);
     svg_line(&plot, "mark", ends, means, 2);
     for (size_t i = 0; i < landing->motions; i++) {
-        double at_s = (double)(1000 * landing->motion[i].block - measured->t0_us) / 1e6, v = factor * landing->motion[i].deceleration_ft_s2;
+        double at_s = measured_block_s(measured, landing->motion[i].block), v = factor * landing->motion[i].deceleration_ft_s2;
         if (at_s >= 0.0 && at_s <= time.high && v >= least && v <= most)
             svg_mark(out, "dot c", 2, svg_x(&plot, at_s), svg_y(&plot, v), MARK_PX);
     }

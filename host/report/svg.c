@@ -83,14 +83,20 @@ static double share(const struct svg_axis *axis, bool logarithmic, double value)
     return fabs(span) > 0.0 ? (value - axis->low) / span : 0.0;
 }
 
+/* Pixels far outside are as good as any others there, and an infinite one is none. */
+static double bounded(double px)
+{
+    return fmin(fmax(px, -1e5), 1e5);
+}
+
 double svg_x(const struct svg_plot *plot, double x)
 {
-    return plot->left + plot->width * share(&plot->x, plot->log_x, x);
+    return bounded(plot->left + plot->width * share(&plot->x, plot->log_x, x));
 }
 
 double svg_y(const struct svg_plot *plot, double y)
 {
-    return plot->top + plot->height * (1.0 - share(&plot->y, plot->log_y, y));
+    return bounded(plot->top + plot->height * (1.0 - share(&plot->y, plot->log_y, y)));
 }
 
 /* -0.0 and what rounds to it print as 0. */
@@ -372,8 +378,6 @@ static void pen_move(struct pen *pen, double x, double y)
     const struct svg_plot *plot = pen->plot;
     struct pixel p = {clip(svg_x(plot, x), plot->left, plot->left + plot->width), clip(svg_y(plot, y), plot->top, plot->top + plot->height),
                       pen->last.seen + 1};
-    if (!isfinite(p.x) || !isfinite(p.y))
-        return;
     long column = (long)(p.x / (plot->column_px > 0.0 ? plot->column_px : 1.0));
     if (pen->down && column != pen->column)
         pen_flush(pen);
