@@ -3,7 +3,7 @@
 . "$(dirname "$0")/tap.sh"
 check "every number the scenes are held to is met" build/tests/figures/figures "$tmp"
 seven_figures() {
-    [ "$(find "$tmp" -name 'fig3_*.svg' -size +5k | wc -l)" -eq 7 ] && grep -q '</svg>' "$tmp/figures.html" &&
+    [ "$(find "$tmp" -name 'fig3_*.svg' -size +3k | wc -l)" -eq 7 ] && grep -q '</svg>' "$tmp/figures.html" &&
         ! grep -qi 'nan' "$tmp"/*.svg
 }
 check "seven figures, without holes" seven_figures

@@ -193,7 +193,7 @@ static void configure(const struct world *w, const struct spread *stated, struct
 
 static struct measured m;
 static float raw[MR_CHANNELS][BLOCKS];
-static uint8_t validity[MR_CHANNELS][BLOCKS];
+static uint8_t validity[MR_CHANNELS][BLOCKS], source[MR_CHANNELS][BLOCKS];
 static bool noise_forgotten;
 
 static void measure(const struct world *w, const struct spread *stated)
@@ -209,6 +209,8 @@ static void measure(const struct world *w, const struct spread *stated)
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         m.channel[c].raw = raw[c];
         m.channel[c].validity = validity[c];
+        m.channel[c].source = source[c];
+        memset(source[c], MEASURED_SERIAL, sizeof source[c]);
     }
     for (unsigned i = 0; i < BLOCKS; i++) {
         convert(w, (uint32_t)(m.first_block + i), (double)i, &block);
