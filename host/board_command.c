@@ -4,16 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/board_health.h"
-#include "host/boxfill.h"
-#include "host/boxtalk.h"
+#include "host/board/board_health.h"
+#include "host/board/boxtalk.h"
+#include "host/board/configtalk.h"
+#include "host/board/configtext.h"
+#include "host/board/slow.h"
 #include "host/cli.h"
-#include "host/configtalk.h"
-#include "host/configtext.h"
+#include "host/collect/boxfill.h"
 #include "host/flash/imagefile.h"
 #include "host/identity.h"
 #include "host/run.h"
-#include "host/slow.h"
 
 struct request {
     const struct cli *cli;

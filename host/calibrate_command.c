@@ -9,11 +9,11 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "host/board/configtext.h"
+#include "host/board/readytalk.h"
 #include "host/calibrate/fit.h"
 #include "host/cli.h"
-#include "host/configtext.h"
 #include "host/output.h"
-#include "host/readytalk.h"
 #include "host/run.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_recalibrate.h"

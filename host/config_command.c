@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/board/configtalk.h"
+#include "host/board/configtext.h"
 #include "host/cli.h"
-#include "host/configtalk.h"
-#include "host/configtext.h"
 
 struct request {
     const struct cli *cli;

@@ -1,6 +1,6 @@
 /* matrig dbc: the CAN messages as a Vector DBC file. */
 #include "host/cli.h"
-#include "host/dbc.h"
+#include "host/export/dbc.h"
 #include "host/output.h"
 
 int dbc_command(int argc, char **argv, const struct cli *cli)

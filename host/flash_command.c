@@ -6,7 +6,7 @@
 
 #include "common/command.h"
 #include "host/cli.h"
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/flash/flash.h"
 #include "host/identity.h"
 #include "host/link/tty.h"

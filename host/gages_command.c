@@ -9,9 +9,9 @@
 #include "common/command.h"
 #include "common/framing.h"
 #include "host/analyse/bands.h"
+#include "host/board/listen.h"
 #include "host/cli.h"
 #include "host/link/link.h"
-#include "host/listen.h"
 
 #define ANSWER_S 10.0 /* a shunt calibration takes 0.9 s; hello comes once a second */
 #define TAG 0x6a67u

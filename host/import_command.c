@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "host/cli.h"
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/import/csv.h"
 #include "host/import/import.h"
 #include "host/import/landing.h"

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/cli.h"
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/link/link.h"
 #include "host/run.h"
 #include "host/store/store_journal.h"

@@ -12,12 +12,12 @@
 #include "common/command.h"
 #include "common/framing.h"
 #include "host/analyse/summary.h"
+#include "host/board/crash.h"
 #include "host/cli.h"
-#include "host/collect.h"
-#include "host/crash.h"
+#include "host/collect/collect.h"
+#include "host/collect/quicklook.h"
 #include "host/link/can_error.h"
 #include "host/live/live.h"
-#include "host/quicklook.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
 #define COMMIT_US 40000u

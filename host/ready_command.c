@@ -11,11 +11,11 @@
 
 #include "common/channels.h"
 #include "common/switches.h"
+#include "host/board/configtext.h"
+#include "host/board/readytalk.h"
+#include "host/board/readywalk.h"
 #include "host/cli.h"
-#include "host/configtext.h"
 #include "host/flash/imagefile.h"
-#include "host/readytalk.h"
-#include "host/readywalk.h"
 #include "host/store/store_readiness.h"
 
 #define LIMIT_S 16.0   /* of campaign, links and talk; the last order and saving take the rest of 20 s */

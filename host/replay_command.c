@@ -7,10 +7,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/board/configtext.h"
 #include "host/bundle/bundle.h"
 #include "host/bundle/show.h"
 #include "host/cli.h"
-#include "host/configtext.h"
 #include "host/place.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"

@@ -9,9 +9,9 @@
 #include "common/command.h"
 #include "common/framing.h"
 #include "common/runway.h"
+#include "host/board/listen.h"
+#include "host/board/runway.h"
 #include "host/cli.h"
-#include "host/listen.h"
-#include "host/runway.h"
 #include "host/units.h"
 
 #define ANSWER_S 10.0 /* hello comes once a second, and so does what the memory holds */

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "host/scale.h"
+#include "host/scale/scale.h"
 
 #define GRAVITY_FT_S2 32.174
 

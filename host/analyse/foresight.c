@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "common/predictor.h"
-#include "host/runway.h"
+#include "host/board/runway.h"
 #include "host/store/store_predict.h"
 #include "host/units.h"
 

@@ -8,9 +8,9 @@
 #include "common/switches.h"
 #include "host/analyse/measured_source.h"
 #include "host/analyse/summary_time.h"
+#include "host/board/runway.h"
 #include "host/cli.h"
-#include "host/collect.h"
-#include "host/runway.h"
+#include "host/collect/collect.h"
 #include "host/units.h"
 
 const char *summary_link_name(int link)

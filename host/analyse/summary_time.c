@@ -5,7 +5,7 @@
 #include <time.h>
 
 #include "host/cli.h"
-#include "host/timemap.h"
+#include "host/collect/timemap.h"
 #include "host/units.h"
 
 /* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of two that are none, the one that

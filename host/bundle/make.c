@@ -9,7 +9,7 @@
 
 #include "host/bundle/bundle.h"
 #include "host/bundle/digest.h"
-#include "host/export_candump.h"
+#include "host/export/export_candump.h"
 #include "host/flash/imagefile.h"
 #include "host/link/link.h"
 #include "host/report/page.h"

@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/import/candump_log.h"
 #include "host/import/import.h"
 

@@ -6,7 +6,7 @@
 
 #include "common/crash.h"
 #include "host/cli.h"
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/units.h"
 
 #define DISPLACEMENT_PER_IN 10000.0

@@ -2,7 +2,7 @@
 #ifndef MATRIG_HOST_LIVE_LIVE_H
 #define MATRIG_HOST_LIVE_LIVE_H
 
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/live/hub.h"
 #include "host/live/server.h"
 

@@ -10,7 +10,7 @@
 #include "common/crash.h"
 #include "common/image.h"
 #include "common/switches.h"
-#include "host/collect.h"
+#include "host/collect/collect.h"
 
 #define MISSING ((float)NAN)
 #define RESTART_BLOCKS 1000     /* a block so much older than the newest: the board began again */

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/units.h"
 
 #define COLUMNS_LEAST 40u

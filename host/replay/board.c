@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "host/collect.h"
+#include "host/collect/collect.h"
 
 /* A board that hangs in virtual time still ends: virtual time goes on. The wait is for machines that stall. */
 #define WAIT_LEAST_S 60.0

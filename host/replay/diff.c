@@ -6,7 +6,7 @@
 #include "common/command.h"
 #include "common/fault.h"
 #include "common/wire.h"
-#include "host/collect_state.h"
+#include "host/collect/collect_state.h"
 #include "host/replay/diff_field.h"
 
 /* A message without a block of its own is placed by the newest block its link had brought; frames of one block can change

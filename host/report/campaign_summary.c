@@ -1,7 +1,7 @@
 /* A row for each landing. */
 #include <math.h>
 
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
 #include "host/units.h"

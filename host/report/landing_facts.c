@@ -1,6 +1,6 @@
 /* What a landing came to, and who recorded it. */
 #include "host/analyse/measured_source.h"
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
 #include "host/units.h"

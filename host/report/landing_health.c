@@ -3,9 +3,9 @@
 #include <stdlib.h>
 
 #include "common/fault.h"
+#include "host/collect/timemap.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
-#include "host/timemap.h"
 
 static void losses(FILE *out, const struct summary *summary)
 {

@@ -2,10 +2,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/board/runway.h"
 #include "host/report/chart.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
-#include "host/runway.h"
 
 #define MATS_PX 140.0
 #define LEAD_PX 110.0

@@ -1,7 +1,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/configtext.h"
+#include "host/board/configtext.h"
 #include "host/report/report.h"
 
 /* The configuration that the landing was armed with, when its text is there and can be read. */

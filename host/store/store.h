@@ -115,7 +115,7 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
 enum mr_status store_landings(struct store *store, struct store_landing **rows, size_t *count,
                               struct error *error);
 
-/* A whole configuration as text (host/configtext.h), by the CRC that landings name. One that is there already stays as it is. */
+/* A whole configuration as text (host/board/configtext.h), by the CRC that landings name. One that is there already stays as it is. */
 enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text, struct error *error);
 /* *text: NULL: it was never read; else the caller frees it. */
 enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text, struct error *error);
@@ -336,7 +336,7 @@ enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **r
                           struct error *error);
 
 /* The board's clock against this computer's, by one link: of a landing, or of all that was heard of the board until it began
- * again or the session ended (run STORE_NONE). host/timemap.h says how it comes about. */
+ * again or the session ended (run STORE_NONE). host/collect/timemap.h says how it comes about. */
 struct store_time_map {
     int64_t session;
     int64_t boot;

@@ -8,7 +8,7 @@
 
 #include "common/command.h"
 #include "common/framing.h"
-#include "host/listen.h"
+#include "host/board/listen.h"
 
 #define HELLO_S 10.0
 #define ANSWER_S 2.0 /* then it is sent again */

@@ -1,7 +1,7 @@
 /* Pages of a black-box record: sealed, so that their CRC is right, unless the first byte is odd. */
 #include <string.h>
 
-#include "host/boxfill.h"
+#include "host/collect/boxfill.h"
 #include "tests/fuzz/fuzz.h"
 
 #define PAGES 16u

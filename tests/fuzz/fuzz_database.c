@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "common/framing.h"
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "host/report/page.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -3,7 +3,7 @@
 #ifndef MATRIG_TESTS_HOST_SESSION_H
 #define MATRIG_TESTS_HOST_SESSION_H
 
-#include "host/collect.h"
+#include "host/collect/collect.h"
 #include "tests/host/scratch.h"
 #include "tests/host/stream.h"
 

@@ -1,8 +1,8 @@
 /* Loss accounting and board time against sequences made by hand. */
 #include <math.h>
 
-#include "host/account.h"
-#include "host/timebase.h"
+#include "host/collect/account.h"
+#include "host/collect/timebase.h"
 #include "tests/host/scratch.h"
 
 static struct mr_can_health health(uint32_t sent, uint16_t dropped)

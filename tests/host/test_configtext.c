@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "host/configtext.h"
+#include "host/board/configtext.h"
 #include "tests/cmocka_all.h"
 #include "tests/common/sound_config.h"
 

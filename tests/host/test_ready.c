@@ -5,8 +5,8 @@
 
 #include "common/channels.h"
 #include "common/crash.h"
-#include "host/ready.h"
-#include "host/readywalk.h"
+#include "host/board/ready.h"
+#include "host/board/readywalk.h"
 #include "host/store/store.h"
 #include "tests/cmocka_all.h"
 

@@ -1,6 +1,6 @@
 /* Soak: hours of virtual time on the emulated board, landing after landing, with random faults of links, supply, clock, channels,
  * switches and memory. What left the board is counted on its pins; what the host received and declares lost by its own
- * accounting (host/account.h) must add up to it, message by message.
+ * accounting (host/collect/account.h) must add up to it, message by message.
  *
  *     soak HOURS SEED DIRECTORY
  *
@@ -17,8 +17,8 @@
 #include "hil/board.h"
 #include "hil/cellfile.h"
 #include "hil/faults.h"
-#include "host/account.h"
-#include "host/timebase.h"
+#include "host/collect/account.h"
+#include "host/collect/timebase.h"
 
 #define ELF "build/firmware/matrig.elf"
 #define LINKS 2 /* CAN, serial: as enum link_kind */

@@ -1,0 +1,259 @@
+#include "host/collect/account.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "common/catalogue.h"
+
+/* A jump of more than half the range is a sender that began again, not a loss. */
+#define SEQ_JUMP_MAX 0x8000u
+
+static const struct {
+    uint16_t id;
+    int64_t step;
+    const char *channels;
+} stepped[ACCOUNT_STEPPED] = {
+    {MR_ID_DISPLACEMENT_1_3, 2, "d1-d3"}, {MR_ID_DISPLACEMENT_4_6, 2, "d4-d6"},
+    {MR_ID_DISPLACEMENT_7_8, 2, "d7-d8"}, {MR_ID_TENSION_1_3, 4, "t1-t3"},
+    {MR_ID_TENSION_4_6, 4, "t4-t6"},      {MR_ID_TENSION_7_9, 4, "t7-t9"},
+    {MR_ID_TENSION_10_12, 4, "t10-t12"},  {MR_ID_TENSION_13_14, 4, "t13-t14"},
+};
+
+void account_start(struct account *account, enum link_kind kind)
+{
+    memset(account, 0, sizeof *account);
+    account->kind = kind;
+    account->before_first = -1;
+    account->frame_block = -1;
+    account->sent_block = -1;
+    account->dropped_block = -1;
+    account_break(account);
+}
+
+void account_restart(struct account *account, bool whole)
+{
+    account->seq_known = false;
+    account->sent_known = false;
+    account->dropped_known = false;
+    account->suspects = 0;
+    account->suspect_count = 0;
+    account->received_since = 0;
+    account->whole = whole;
+    account->doubtful = false;
+    memset(account->received_of, 0, sizeof account->received_of);
+    memset(account->count_known, 0, sizeof account->count_known);
+    account_break(account);
+}
+
+void account_message(struct account *account, uint16_t id)
+{
+    unsigned place = mr_message_place(id);
+    if (place < MR_PLACES)
+        account->received_of[place]++;
+}
+
+void account_goes_on(struct account *account)
+{
+    account->doubtful = false;
+}
+
+bool account_message_count(struct account *account, const struct mr_message_count *count)
+{
+    unsigned place = mr_message_place(count->id);
+    if (place >= MR_PLACES || account->doubtful || (account->count_known[place] && count->count < account->count_of[place]))
+        return false;
+    /* The count of message_count itself leaves out the frame that brings it. */
+    int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
+    if (account->count_known[place] || account->whole) {
+        bool known = account->count_known[place];
+        uint32_t sent = count->count - (known ? account->count_of[place] : 0);
+        int64_t missing = (int64_t)sent - (received - (known ? account->received_at_count[place] : 0));
+        if (missing > 0)
+            account->missing_of[place] += missing;
+        else
+            account->repeated_of[place] -= missing;
+    }
+    account->count_known[place] = true;
+    account->count_of[place] = count->count;
+    account->received_at_count[place] = received;
+    return true;
+}
+
+void account_break(struct account *account)
+{
+    for (size_t i = 0; i < ACCOUNT_STEPPED; i++)
+        account->step_block[i] = -1;
+    account->block_known = false;
+}
+
+static struct store_gap make_gap(const struct account *account, const char *message, const char *channels,
+                                 const char *cause, int64_t count, int64_t from_block, int64_t to_block)
+{
+    struct store_gap gap = {.link = (int)account->kind,
+                            .count = count,
+                            .from_block = from_block < 0 ? STORE_NONE : from_block,
+                            .to_block = to_block < 0 ? STORE_NONE : to_block};
+    snprintf(gap.message, sizeof gap.message, "%s", message);
+    snprintf(gap.channels, sizeof gap.channels, "%s", channels);
+    snprintf(gap.cause, sizeof gap.cause, "%s", cause);
+    return gap;
+}
+
+/* With no room left the count is still right; only the row is missing. The collector empties the list at
+ * every frame. */
+static void add_gap(struct account *account, struct store_gap gap)
+{
+    if (account->gaps < ACCOUNT_GAPS)
+        account->gap[account->gaps++] = gap;
+}
+
+void account_serial_frame(struct account *account, uint16_t seq, int64_t block)
+{
+    uint16_t jump = (uint16_t)(seq - account->seq_next);
+    account->counts.received++;
+    account->doubtful |= account->seq_known && jump > 0;
+    if (account->seq_known && jump > 0 && jump < SEQ_JUMP_MAX) {
+        account->counts.lost += jump;
+        account->lost_since_block = true;
+        add_gap(account, make_gap(account, "frame", "all", account->other_cause ? account->other_cause : "link", jump,
+                                  account->frame_block, block));
+        account->other_cause = NULL;
+    }
+    if (!account->seq_known && seq == 0)
+        account->whole = true;
+    account->frame_block = block;
+    account->seq_known = true;
+    account->seq_next = (uint16_t)(seq + 1);
+}
+
+void account_can_frame(struct account *account)
+{
+    account->counts.received++;
+    account->received_since++;
+}
+
+/* Believe or forget the steps seen since the last can_health. */
+static void settle_suspects(struct account *account, bool believed)
+{
+    for (size_t i = 0; believed && i < account->suspects; i++)
+        add_gap(account, account->suspect[i]);
+    account->suspects = 0;
+    account->suspect_count = 0;
+}
+
+void account_trouble(struct account *account, enum link_trouble trouble, int64_t count)
+{
+    if (trouble == LINK_QUEUE_LOST)
+        account->queue_lost += count;
+    else if (trouble == LINK_BUS_OFF)
+        account->other_cause = "bus-off";
+    else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_GARBLED || trouble == LINK_UART_OVERRUN) &&
+             !account->other_cause)
+        account->other_cause = "adapter";
+    else if (trouble == LINK_AWAY)
+        account->other_cause = "away";
+}
+
+/* Frames are lost between two can_health: in the queue, as far as it counted them, the rest by what else the link
+ * saw. */
+static void add_loss(struct account *account, int64_t lost, int64_t block)
+{
+    int64_t in_queue = account->queue_lost < lost ? account->queue_lost : lost;
+    const char *cause = account->other_cause ? account->other_cause : "link";
+    account->counts.lost += lost;
+    if (in_queue > 0)
+        add_gap(account, make_gap(account, "frame", "all", "queue", in_queue, account->sent_block, block));
+    if (lost > in_queue)
+        add_gap(account, make_gap(account, "frame", "all", cause, lost - in_queue, account->sent_block, block));
+}
+
+void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block)
+{
+    if (account->sent_known) {
+        /* This frame has been counted as received but is not yet in its own `sent`. */
+        int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) - (account->received_since - 1);
+        settle_suspects(account, lost > 0);
+        if (lost > 0 && lost < (int64_t)UINT32_MAX / 2)
+            add_loss(account, lost, block);
+    } else {
+        /* What the queue lost so far was sent before, but not before logging began. */
+        if (account->before_first < 0) {
+            int64_t before = (int64_t)health->sent - (account->received_since - 1);
+            int64_t lost = account->queue_lost < before ? account->queue_lost : before;
+            account->before_first = before - lost;
+            account->whole = account->before_first == 0;
+            if (lost > 0)
+                add_loss(account, lost, block);
+        } else if (account->queue_lost > 0) { /* the board began again, and its counter with it */
+            add_loss(account, account->queue_lost, block);
+        }
+        settle_suspects(account, false);
+    }
+    account->queue_lost = 0;
+    account->other_cause = NULL;
+    account->sent_known = true;
+    account->sent = health->sent;
+    account->sent_block = block;
+    account->received_since = 1;
+    account_dropped(account, health->dropped, block);
+}
+
+void account_dropped(struct account *account, uint16_t dropped, int64_t block)
+{
+    uint16_t more = (uint16_t)(dropped - account->dropped);
+    if (account->dropped_known && more > 0) {
+        account->counts.dropped += more;
+        add_gap(account, make_gap(account, "frame", "all", "board", more, account->dropped_block, block));
+    }
+    account->dropped_known = true;
+    account->dropped = dropped;
+    account->dropped_block = block;
+}
+
+void account_step(struct account *account, uint16_t id, int64_t block)
+{
+    for (size_t i = 0; i < ACCOUNT_STEPPED; i++) {
+        if (stepped[i].id != id)
+            continue;
+        int64_t missing = (block - account->step_block[i]) / stepped[i].step - 1;
+        if (account->step_block[i] >= 0 && block >= 0 && missing > 0) {
+            const char *name = mr_message_find(id)->name;
+            struct store_gap gap =
+                make_gap(account, name, stepped[i].channels, "link", missing,
+                         account->step_block[i] + stepped[i].step, block - stepped[i].step);
+            account->suspect_count += missing;
+            if (account->suspects < ACCOUNT_STEPPED)
+                account->suspect[account->suspects++] = gap;
+        }
+        account->step_block[i] = block;
+        return;
+    }
+}
+
+void account_block(struct account *account, uint32_t index)
+{
+    if (account->block_known && index > account->block_next)
+        add_gap(account,
+                make_gap(account, "block", "all", account->lost_since_block ? "link" : "board",
+                         (int64_t)index - account->block_next, account->block_next, (int64_t)index - 1));
+    account->lost_since_block = false;
+    account->block_known = true;
+    account->block_next = index + 1;
+}
+
+void account_end(struct account *account)
+{
+    /* Frames that steps miss are among those the queue lost. */
+    int64_t in_queue = account->queue_lost - account->suspect_count;
+    if (in_queue > 0) {
+        account->counts.lost += in_queue;
+        add_gap(account, make_gap(account, "frame", "all", "queue", in_queue, account->sent_block, STORE_NONE));
+    } else if (account->suspect_count == 0 && account->other_cause && account->kind == LINK_CAN) {
+        add_gap(account, make_gap(account, "frame", "all", account->other_cause, STORE_NONE, account->sent_block,
+                                  STORE_NONE));
+    }
+    account->counts.lost += account->suspect_count;
+    settle_suspects(account, true);
+    account->queue_lost = 0;
+    account->other_cause = NULL;
+}

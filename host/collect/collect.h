@@ -1,0 +1,84 @@
+/* The collector: understands what comes over the links of one session and puts it into the campaign database.
+ *
+ * CAN frames and serial bytes go in as they come; the two links need not be in step. A landing begins when
+ * the first link reports it armed (or, when logging joined late, later) and ends for each link when that link
+ * reports it done or given up. Each message that both links bring becomes one row. Before the first hello
+ * frames are kept but not understood; a hello of another layout is refused.
+ *
+ * The caller holds a store transaction open around every call that may write, and commits in time. */
+#ifndef MATRIG_HOST_COLLECT_H
+#define MATRIG_HOST_COLLECT_H
+
+#include "common/catalogue.h"
+#include "host/board/crash.h"
+#include "host/link/link.h"
+#include "host/store/store.h"
+
+struct collector;
+
+/* `can_spec`, `serial_spec`: the links as given, NULL when not used; they must outlive the collector. Adds
+ * the session. */
+enum mr_status collector_open(struct store *store, const char *can_spec, const char *serial_spec,
+                              struct collector **collector, struct error *error);
+void collector_close(struct collector *collector); /* NULL is allowed; writes nothing */
+
+/* MR_VERSION: a board of another layout. Broken and foreign frames are counted, not errors. */
+enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
+                               struct error *error);
+enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
+                               uint64_t host_us, struct error *error);
+/* What a link has counted so far, troubles above all: those that are new are accounted, and recorded at the next
+ * collector_put_counts. Call it before what came after them goes in. */
+enum mr_status collector_troubles(struct collector *collector, enum link_kind kind,
+                                  const struct link_counters *counters, struct error *error);
+/* This computer's clock was set, by `jump_us`: an event `clock-set`; where the board's clock is against it is found anew. */
+enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us, struct error *error);
+/* A link ended. MR_TRUNCATED: inside a serial frame. */
+enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error);
+/* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end", "time",
+ * "signal" ... */
+enum mr_status collector_end(struct collector *collector, const char *ended_by, struct error *error);
+
+/* Write the session's counts and troubles so far. */
+enum mr_status collector_put_counts(struct collector *collector, struct error *error);
+
+/* The board has said by which configuration it works, that one is not in the database, and it may be asked for it. */
+bool collector_lacks_configuration(const struct collector *collector);
+
+/* RUN of a landing that has ended since the last call; 0: none. */
+int64_t collector_take_finished(struct collector *collector);
+
+/* A processor fault that the board told of, since the last call; NULL: none. */
+const struct crash_report *collector_take_crash(struct collector *collector);
+/* The state of CAN as the board sees it, when it has changed since the last call; NULL: not. */
+const struct mr_can_alarm *collector_take_alarm(struct collector *collector);
+
+struct collector_progress {
+    bool hello;     /* a board of the right layout has spoken */
+    int64_t run;    /* landing going on; 0: none */
+    unsigned state; /* last state reported */
+    int64_t block;  /* newest on either link; -1: none */
+    unsigned edges; /* of the landing going on */
+    struct store_link_counts counts[LINK_KINDS];
+    int64_t missing[LINK_KINDS][MR_PLACES]; /* of each message, by the board's counts */
+    int64_t before_first; /* CAN frames sent before logging began; -1: not known */
+};
+void collector_progress(const struct collector *collector, struct collector_progress *progress);
+/* Who else wants to know what comes, as it comes: messages that the catalogue knows, with their board time (us; STORE_NONE: not
+ * known), and whole block records. `watcher` must outlive the collector; NULL: nobody. */
+struct collector_watcher {
+    void (*message)(void *context, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, uint64_t host_us,
+                    int64_t board_us);
+    void (*record)(void *context, const uint8_t *record, size_t length, uint64_t host_us);
+    void *context;
+};
+void collector_watch(struct collector *collector, const struct collector_watcher *watcher);
+
+/* Newest block known on a link; -1: none. */
+int64_t collector_block(const struct collector *collector, enum link_kind kind);
+int64_t collector_session(const struct collector *collector);
+
+/* Text of a landing state of the catalogue. */
+const char *collector_state_text(unsigned state);
+
+#endif

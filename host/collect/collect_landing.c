@@ -1,0 +1,184 @@
+/* Which landing a link is in: entered when it is reported, left when it is over, finished when every link has
+ * left. */
+#include <string.h>
+
+#include "host/collect/collect_state.h"
+
+/* A link whose newest block is this far behind the other's is silent: clock messages come every 100. */
+#define SILENT_BLOCKS 300
+/* A link that brought the landing and then nothing more is not waited for any longer than this once the other one has its end: a cable
+ * that came off. Links are read in step, so nothing of it waits unread. */
+#define GONE_BLOCKS 5000
+
+int64_t collect_newest_block(const struct side *side)
+{
+    return side->time.known ? side->time.block : -1;
+}
+
+/* Gives up what a link should have brought of a landing and did not. */
+static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
+                                  const struct side *side, const struct side *other, struct error *error)
+{
+    struct store_gap gap = {.link = (int)side->kind,
+                            .message = "all",
+                            .channels = "all",
+                            .cause = "silence",
+                            .count = STORE_NONE,
+                            .from_block = slot->row.armed_block,
+                            .to_block = slot->end_block < 0 ? STORE_NONE : slot->end_block};
+    if (slot->entered[side->kind]) {
+        if (slot->left[side->kind] ||
+            collect_newest_block(other) - collect_newest_block(side) <= SILENT_BLOCKS)
+            return MR_OK;
+        gap.from_block = collect_newest_block(side);
+    } else if (!slot->entered[other->kind]) {
+        return MR_OK;
+    }
+    return store_gap_put(collector->store, collector->session, slot->row.id, &gap, error);
+}
+
+enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    slot->finished = true;
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        if (collector->side[kind].spec)
+            status = add_silence(collector, slot, &collector->side[kind], &collector->side[1 - kind], error);
+    }
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        if (collector->side[kind].boot == slot->row.boot)
+            status = collect_put_time_map(collector, &collector->side[kind], slot, error);
+    }
+    if (collector->finished_count < SLOTS)
+        collector->finished[collector->finished_count++] = slot->row.id;
+    return status;
+}
+
+/* A landing is over when every link has left it, has ended, or is known to have missed it. */
+enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error)
+{
+    for (size_t i = 0; i < SLOTS; i++) {
+        struct slot *slot = &collector->slot[i];
+        if (slot->row.id == 0 || slot->finished || slot->end_block < 0)
+            continue;
+        bool over = true;
+        for (int kind = 0; kind < LINK_KINDS; kind++) {
+            const struct side *side = &collector->side[kind];
+            const struct side *other = &collector->side[1 - kind];
+            bool passed = collect_newest_block(side) > slot->end_block + SILENT_BLOCKS ||
+                          collect_newest_block(other) > slot->end_block + 1000;
+            bool gone = slot->left[1 - kind] && collect_newest_block(other) > slot->end_block + GONE_BLOCKS &&
+                        collect_newest_block(side) < slot->end_block;
+            over = over && (side->ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
+        }
+        if (!over)
+            continue;
+        enum mr_status status = collect_finish(collector, slot, error);
+        if (status != MR_OK)
+            return status;
+    }
+    return MR_OK;
+}
+
+static struct slot *find_slot(struct collector *collector, const struct side *side, uint16_t number,
+                              int64_t armed_block)
+{
+    struct slot *found = NULL;
+    for (size_t i = 0; i < SLOTS; i++) {
+        struct slot *slot = &collector->slot[i];
+        if (slot->row.id == 0 || slot->row.boot != side->boot || slot->row.board_landing != number ||
+            slot->left[side->kind])
+            continue;
+        if (armed_block != STORE_NONE && slot->row.armed_block != STORE_NONE &&
+            slot->row.armed_block != armed_block)
+            continue;
+        if (!found || slot->row.id > found->row.id)
+            found = slot;
+    }
+    return found;
+}
+
+static enum mr_status make_slot(struct collector *collector, const struct side *side,
+                                const struct mr_landing *landing, int64_t armed_block, uint64_t host_us,
+                                struct slot **slot, struct error *error)
+{
+    struct slot *oldest = &collector->slot[0];
+    for (size_t i = 1; i < SLOTS; i++) {
+        if (collector->slot[i].row.id < oldest->row.id)
+            oldest = &collector->slot[i];
+    }
+    if (oldest->row.id && !oldest->finished) {
+        enum mr_status status = collect_finish(collector, oldest, error);
+        if (status != MR_OK)
+            return status;
+    }
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        struct side *each = &collector->side[kind];
+        each->current = each->current == oldest ? NULL : each->current;
+        each->last = each->last == oldest ? NULL : each->last;
+    }
+    *oldest = (struct slot){.row = collector->identity, .end_block = -1};
+    oldest->row.session = collector->session;
+    oldest->row.boot = side->boot;
+    oldest->row.board_landing = landing->landing;
+    oldest->row.armed_block = armed_block;
+    oldest->row.armed_us = (int64_t)host_us;
+    oldest->row.state = landing->state;
+    *slot = oldest;
+    enum mr_status status = store_landing_add(collector->store, &oldest->row, error);
+    return status == MR_OK ? collect_write_configuration(collector, oldest, error) : status;
+}
+
+void collect_leave(struct side *side)
+{
+    struct slot *slot = side->current;
+    if (!slot)
+        return;
+    slot->left[side->kind] = true;
+    if (slot->end_block < 0)
+        slot->end_block = collect_newest_block(side);
+    side->last = slot;
+    side->current = NULL;
+    account_break(&side->account);
+}
+
+static enum mr_status enter(struct collector *collector, struct side *side, const struct mr_landing *landing,
+                            uint64_t host_us, struct error *error)
+{
+    int64_t armed_block = landing->state == STATE_ARMED ? (int64_t)landing->block : STORE_NONE;
+    struct slot *slot = find_slot(collector, side, landing->landing, armed_block);
+    if (slot && slot == side->current)
+        return MR_OK;
+    collect_leave(side);
+    if (!slot) {
+        enum mr_status status = make_slot(collector, side, landing, armed_block, host_us, &slot, error);
+        if (status != MR_OK)
+            return status;
+    }
+    slot->entered[side->kind] = true;
+    side->current = slot;
+    account_break(&side->account);
+    return MR_OK;
+}
+
+enum mr_status collect_landing(struct collector *collector, struct side *side,
+                               const struct mr_landing *landing, uint64_t host_us, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    bool going_on = landing->state >= STATE_ARMED && landing->state <= STATE_SETTLING;
+    if (going_on)
+        status = enter(collector, side, landing, host_us, error);
+    struct slot *slot = side->current;
+    if (status != MR_OK || !slot)
+        return status;
+    if (landing->state == STATE_ARMED && slot->row.armed_block == STORE_NONE)
+        slot->row.armed_block = landing->block;
+    if ((int64_t)landing->block >= slot->state_block) {
+        slot->state_block = landing->block;
+        slot->row.state = landing->state;
+        status = store_landing_put(collector->store, &slot->row, error);
+    }
+    if (!going_on)
+        collect_leave(side);
+    return status;
+}

@@ -1,0 +1,165 @@
+/* What the predictor says, and the runway and the parameters that a landing is armed with, into the campaign. */
+#include <string.h>
+
+#include "host/collect/collect_state.h"
+#include "host/store/store_predict.h"
+
+
+static bool same(float a, float b)
+{
+    return memcmp(&a, &b, sizeof a) == 0;
+}
+
+/* The parts of a statement have its block; it is the newest that came, or not long past. */
+static enum mr_status put_part(struct collector *collector, struct side *side, uint16_t block16, struct store_prediction part,
+                               struct error *error)
+{
+    part.block = timebase_unwrap(&side->time, block16);
+    part.links = 1 << side->kind;
+    return side->current && part.block >= 0 ? store_prediction_put(collector->store, side->current->row.id, &part, error) : MR_OK;
+}
+
+static enum mr_status trust(struct collector *collector, struct side *side, const struct mr_trust *m, struct error *error)
+{
+    struct store_trust row = {.block = timebase_unwrap(&side->time, m->block16), .doubts = m->doubts,
+                              .resistance = (double)m->resistance, .updates = (double)m->updates, .links = 1 << side->kind};
+    return side->current && row.block >= 0 ? store_trust_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+}
+
+static enum mr_status backlog(struct collector *collector, const struct side *side, const struct mr_backlog *m, uint64_t host_us,
+                              struct error *error)
+{
+    struct store_event event = {.session = collector->session, .boot = side->boot, .run = side->current ? side->current->row.id : STORE_NONE,
+                                .board_us = 1000 * (int64_t)m->block, .host_us = (int64_t)host_us, .kind = "backlog",
+                                .code = m->waiting, .value = m->block, .links = 1 << side->kind};
+    return store_event_put(collector->store, &event, error);
+}
+
+/* A runway is kept when it is whole: all its joints in a row, and of the CRC that the board gave. */
+static enum mr_status joints(struct collector *collector, struct side *side, const struct mr_runway_joints *m, struct error *error)
+{
+    struct mr_predictor_state *state = &side->runway;
+    if (m->index != 1u + MR_RUNWAY_PER_MESSAGE * side->runway_parts || side->runway_parts >= mr_runway_messages(state))
+        return MR_OK;
+    mr_runway_take(state, m);
+    side->runway_parts++;
+    if (!side->current || side->runway_parts < mr_runway_messages(state) || mr_runway_crc(state) != side->runway_store.crc)
+        return MR_OK;
+    return store_runway_put(collector->store, side->current->row.id, state, side->runway_store.source, error);
+}
+
+static void runway(struct side *side, const struct mr_runway *m)
+{
+    side->runway = (struct mr_predictor_state){.mats = m->mats <= MR_CHAIN_MATS ? m->mats : 0, .landings = m->landings, .scale = m->resistance};
+    side->runway_parts = 0;
+}
+
+static void runway_store(struct collector *collector, struct side *side, const struct mr_runway_store *m)
+{
+    const struct mr_runway_store *known = &collector->stored;
+    side->runway_store = *m;
+    collector->stored_news |= !collector->stored_known || known->state != m->state || known->source != m->source ||
+                              known->copy_a != m->copy_a || known->copy_b != m->copy_b;
+    collector->stored = *m;
+    collector->stored_known = true;
+}
+
+static enum mr_status item(struct collector *collector, const struct side *side, const struct mr_predict_item *m, struct error *error)
+{
+    if (m->index >= MR_PREDICT_ITEMS || (collector->predict_known[m->index] && same(collector->predict_item[m->index], m->value)))
+        return MR_OK;
+    collector->predict_known[m->index] = true;
+    collector->predict_item[m->index] = m->value;
+    return side->current ? store_predict_item_put(collector->store, side->current->row.id, m->index, (double)m->value, error) : MR_OK;
+}
+
+enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < MR_PREDICT_ITEMS && status == MR_OK; i++) {
+        if (collector->predict_known[i])
+            status = store_predict_item_put(collector->store, slot->row.id, i, (double)collector->predict_item[i], error);
+    }
+    return status;
+}
+
+/* Declares `m`, the message got from its payload. */
+#define GET(name)                                      \
+    struct mr_##name m;                                \
+    if (mr_##name##_get(&m, payload, length) != MR_OK) \
+    return MR_OK
+
+/* The parts of a statement. */
+static enum mr_status statement(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
+                                struct error *error)
+{
+    struct store_prediction part = store_prediction_blank(0, 0);
+    if (id == MR_ID_ZONE_ERROR) {
+        GET(zone_error);
+        part.start_error_ft = (double)m.start_ft;
+        part.end_error_ft = (double)m.end_ft;
+        part.mean_gap_in = (double)m.mean_gap_in;
+        return put_part(collector, side, m.block16, part, error);
+    }
+    if (id == MR_ID_ZONE_COMING) {
+        GET(zone_coming);
+        part.closed_joints = m.closed_joints;
+        part.coming_mats = m.mats;
+        part.coming_wheel_ft = (double)m.wheel_ft;
+        return put_part(collector, side, m.block16, part, error);
+    }
+    if (id == MR_ID_ZONE_PRESS) {
+        GET(zone_press);
+        part.compression_lb = (double)m.compression_lb;
+        part.critical_lb = (double)m.critical_lb;
+        part.distance_ft = (double)m.distance_ft;
+        return put_part(collector, side, m.block16, part, error);
+    }
+    GET(verdict);
+    part.verdict = m.verdict;
+    part.reason = m.reason;
+    part.level = m.level;
+    part.basis = m.basis;
+    part.age_blocks = m.age;
+    return put_part(collector, side, m.block16, part, error);
+}
+
+enum mr_status collect_predict_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
+                                       size_t length, uint64_t host_us, struct error *error)
+{
+    switch (id) {
+    case MR_ID_ZONE_ERROR:
+    case MR_ID_ZONE_COMING:
+    case MR_ID_ZONE_PRESS:
+    case MR_ID_VERDICT:
+        return statement(collector, side, id, payload, length, error);
+    case MR_ID_TRUST: {
+        GET(trust);
+        return trust(collector, side, &m, error);
+    }
+    case MR_ID_BACKLOG: {
+        GET(backlog);
+        return backlog(collector, side, &m, host_us, error);
+    }
+    case MR_ID_RUNWAY: {
+        GET(runway);
+        runway(side, &m);
+        return MR_OK;
+    }
+    case MR_ID_RUNWAY_JOINTS: {
+        GET(runway_joints);
+        return joints(collector, side, &m, error);
+    }
+    case MR_ID_RUNWAY_STORE: {
+        GET(runway_store);
+        runway_store(collector, side, &m);
+        return MR_OK;
+    }
+    case MR_ID_PREDICT_ITEM: {
+        GET(predict_item);
+        return item(collector, side, &m, error);
+    }
+    default:
+        return collect_band_message(collector, side, id, payload, length, error);
+    }
+}

@@ -1,0 +1,143 @@
+/* Insides of the collector, shared by collect.c (links and landings) and collect_message.c (what each message
+ * does). */
+#ifndef MATRIG_HOST_COLLECT_STATE_H
+#define MATRIG_HOST_COLLECT_STATE_H
+
+#include "common/catalogue.h"
+#include "common/fault.h"
+#include "common/framing.h"
+#include "common/runway.h"
+#include "common/slowrow.h"
+#include "host/board/crash.h"
+#include "host/collect/account.h"
+#include "host/collect/collect.h"
+#include "host/collect/timebase.h"
+#include "host/collect/timemap.h"
+
+enum landing_state { STATE_IDLE, STATE_ARMED, STATE_LANDING, STATE_SETTLING, STATE_DONE };
+
+/* One landing that is open, or was lately. */
+struct slot {
+    struct store_landing row; /* row.id 0: free */
+    bool entered[LINK_KINDS];
+    bool left[LINK_KINDS];
+    bool finished;
+    int64_t state_block; /* of the newest change of state reported */
+    int64_t end_block;   /* where the first link left it; -1: still going on */
+    unsigned edges;
+    double first_edge_us; /* board time; 0: none yet */
+    int64_t film_frames;  /* number of the newest, unwrapped */
+};
+#define SLOTS 4u
+
+/* One link. */
+struct side {
+    enum link_kind kind;
+    const char *spec; /* NULL: not used */
+    bool ended;
+    struct account account;
+    struct timebase time;
+    struct timemap map;
+    struct mr_sync sync; /* the newest, and when it came; 0: none waits for its sync_at */
+    uint64_t sync_host_us;
+    int64_t boot;
+    struct slot *current;
+    struct slot *last; /* the one left most recently */
+    struct mr_deframer deframer;
+    struct mr_zone zone;
+    struct mr_motion motion;
+    struct mr_shunt shunt; /* the calibration whose results come */
+    struct mr_shunt_result shunt_result;
+    struct mr_slowrow_reader slow;
+    struct mr_predictor_state runway;      /* being put together */
+    unsigned runway_parts;                 /* of it, that came in a row */
+    struct mr_runway_store runway_store;   /* newest */
+    uint64_t told[LINK_TROUBLES];    /* what the link has counted */
+    uint64_t pending[LINK_TROUBLES]; /* and is not recorded yet: in landing pending_run, from pending_us on */
+    int64_t pending_run;
+    int64_t pending_us; /* board time */
+    bool any_pending;
+    uint8_t config_image[MR_CONFIG_IMAGE]; /* as the board tells it, word by word */
+    uint8_t config_present[MR_CONFIG_WORDS];
+};
+
+struct collector {
+    struct store *store;
+    int64_t session;
+    struct side side[LINK_KINDS];
+    const struct collector_watcher *watcher; /* NULL: nobody */
+    bool hello;
+    struct slot slot[SLOTS];
+    int64_t finished[SLOTS]; /* RUNs not taken yet */
+    size_t finished_count;
+
+    /* What the board last said about itself. */
+    struct store_landing identity; /* uid, firmware, CRCs, clock, site */
+    uint32_t uid[3];
+    bool channel_known[MR_CHANNELS];
+    bool zero_known[MR_CHANNELS];
+    struct mr_channel_config channel[MR_CHANNELS];
+    uint32_t items_known[MR_CHANNELS]; /* bit: enum mr_calibration_item */
+    bool switch_known[STORE_SWITCHES_MAX];
+    struct store_switch place[STORE_SWITCHES_MAX];
+    bool segment_known[MR_SEGMENTS];
+    struct store_segment segment[MR_SEGMENTS];
+    uint16_t fault_count[MR_FAULT_COUNT];
+    struct mr_runway_store stored;   /* newest, of either link */
+    bool stored_known, stored_news;  /* and nobody has asked for yet */
+    bool predict_known[MR_PREDICT_ITEMS];
+    float predict_item[MR_PREDICT_ITEMS];
+    bool config_kept;         /* a whole configuration is in the database: */
+    uint32_t config_kept_crc;
+    struct crash_report crash[LINK_KINDS]; /* being put together */
+    struct crash_report crashed;           /* the newest that is stored */
+    bool crash_news;                       /* and nobody has asked for yet */
+    struct mr_can_alarm alarm;             /* newest; of either link */
+    bool alarm_news;
+};
+
+/* Does what a message of the catalogue says. */
+enum mr_status collect_message(struct collector *collector, struct side *side, uint16_t id,
+                               const uint8_t *payload, size_t length, uint64_t host_us, struct error *error);
+/* A change of a landing's state, as an event of the landing that the side is in. */
+enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
+                                   uint64_t host_us, struct error *error);
+/* A word of the board's configuration; the last one writes it. */
+enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
+                                   struct error *error);
+/* The same for what is said of bands and of their gages' calibration; MR_OK for all other messages. */
+enum mr_status collect_band_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
+                                    size_t length, struct error *error);
+/* The same for what the predictor says (host/collect/collect_predict.c); other messages go on to collect_band_message. */
+enum mr_status collect_predict_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
+                                       size_t length, uint64_t host_us, struct error *error);
+/* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
+enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot, struct error *error);
+/* Writes all that is known of the configuration for a landing that begins. */
+enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
+                                           struct error *error);
+
+/* host/collect/collect_time.c: pairs of board and host time; what they come to, written for a landing that is over (NULL: of the boot that
+ * is); film frames. */
+void collect_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
+void collect_sync_at(struct side *side, const struct mr_sync_at *sync_at);
+void collect_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
+void collect_forget_time(struct side *side); /* of this computer's clock, which is another one now */
+enum mr_status collect_put_time_map(struct collector *collector, const struct side *side, const struct slot *slot,
+                                    struct error *error);
+enum mr_status collect_film_frame(struct collector *collector, struct side *side, const struct mr_film_frame *frame,
+                                  struct error *error);
+
+/* The side reports a landing: enter, follow or leave it. */
+enum mr_status collect_landing(struct collector *collector, struct side *side,
+                               const struct mr_landing *landing, uint64_t host_us, struct error *error);
+/* The side's landing, if any, is over for it. */
+void collect_leave(struct side *side);
+/* A landing is over: what a link should have brought of it and did not becomes a gap. */
+enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error);
+/* The same for each landing that every link has left, has ended in, or is known to have missed. */
+enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error);
+/* Newest block known on a link; -1: none. */
+int64_t collect_newest_block(const struct side *side);
+
+#endif
