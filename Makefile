@@ -77,6 +77,8 @@ test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/test
 	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
 	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
 
+# A parser of DBC files that is not ours.
+candied := build/npm-exchange/node_modules/candied/package.json
 fuzz_targets := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 fuzz_programs := $(patsubst %,$(B)/tests/fuzz/fuzz_%,$(fuzz_targets))
 
@@ -307,7 +309,6 @@ $(uplot): host/live/page/package.json host/live/page/package-lock.json | $(B)/.d
 $(B)/host/host/live/assets.o: $(uplot) $(wildcard host/live/page/live.*)
 
 # --- tests only: a DBC parser that is not ours ---
-candied := build/npm-exchange/node_modules/candied/package.json
 $(candied): tests/exchange/package.json tests/exchange/package-lock.json | $(B)/.demo-packages
 	@mkdir -p build/npm-exchange
 	@cp $^ build/npm-exchange/
