@@ -62,7 +62,9 @@ assert len(a) == len(b) > 5000, (len(a), len(b))
 cells = 0
 for x, y in zip(a, b):
     for name in x:
-        if name == "validity":
+        if name == "source":
+            assert "I" in y[name] and set(y[name]) <= set("I-"), (x["t_s"], y[name])
+        if name in ("validity", "source"):
             continue
         tolerance = 1.01e-5 if name[0] == "d" else 0.51e-3 if name[0] == "t" and name != "t_s" else 0.51e-6 if name == "t_s" else 0.51e-4
         assert (x[name] == "") == (y[name] == ""), (x["t_s"], name)
