@@ -99,14 +99,12 @@ enum mr_status compare_draw(FILE *out, const struct measured *measured, const st
     double height = TOP + ROW * (double)((count + COLUMNS - 1) / COLUMNS);
     compare_clock_make(measured, &clock);
     (alone ? svg_open_file : svg_open)(out, WIDTH, height, "movement of the mat, measured and simulated");
-    /* The page's classes; a file of its own brings them along. */
-    fputs("<style>.band.sims{fill:var(--b,#c2570c)}", out);
-    if (alone)
-        fputs(".band{fill:#0b62c4;opacity:.2;stroke:none}.line{fill:none;stroke-width:1.5}.a{stroke:#0b62c4}.sim{stroke:#c2570c;stroke-dasharray:5 3}"
-              ".grid{stroke:#e8ebef;fill:none}.frame{fill:none;stroke:#d5dae0}.tick{fill:#59636e}.label{fill:#59636e;font-size:12px}"
-              ".name{fill:#1b1f24;font-size:12px;font-weight:600}svg{font:11px system-ui,sans-serif;background:#fff}",
+    if (alone) /* the page's classes; a file of its own brings them along */
+        fputs("<style>.band{fill:#0b62c4;opacity:.2;stroke:none}.band.sims{fill:#c2570c}.line{fill:none;stroke-width:1.5}.a{stroke:#0b62c4}"
+              ".sim{stroke:#c2570c;stroke-dasharray:5 3}.grid{stroke:#e8ebef;fill:none}.frame{fill:none;stroke:#d5dae0}.tick{fill:#59636e}"
+              ".label{fill:#59636e;font-size:12px}.name{fill:#1b1f24;font-size:12px;font-weight:600}"
+              "svg{font:11px system-ui,sans-serif;background:#fff}</style>",
               out);
-    fputs("</style>", out);
     for (size_t i = 0; i < count && error->status == MR_OK; i++) {
         struct compare_curves series;
         const struct measured_channel *channel = channel_of(measured, &rows[i]);

@@ -35,7 +35,7 @@ static const char style[] =
     ".c{stroke:var(--c)}.sim{stroke:var(--b);stroke-dasharray:5 3}.faint{stroke:var(--rule);stroke-width:1}"
     ".dot{stroke:none}.dots{fill:none;stroke-width:4;stroke-linecap:round}.dots.given{stroke:var(--soft);stroke-width:5;stroke-linecap:square}.dot.a{fill:var(--a)}.dot.b{fill:var(--b)}.dot.c{fill:var(--c)}"
     ".dot.given{fill:var(--soft)}.open{fill:var(--paper);stroke:var(--ink);stroke-width:1.1}"
-    ".band{fill:var(--a);opacity:.2;stroke:none}"
+    ".band{fill:var(--a);opacity:.2;stroke:none}.band.sims{fill:var(--b)}"
     ".mark{stroke:var(--soft);stroke-dasharray:2 3;fill:none}.closed{fill:var(--closed);opacity:.75}"
     ".behind{fill:var(--closed);opacity:.25}.warned{fill:url(#hatch)}.edge{stroke:var(--warn);stroke-width:.8}"
     ".told{fill:var(--a);opacity:.3}.hatch{stroke:var(--warn);stroke-width:1.6}"

@@ -55,7 +55,7 @@ def make_hostile(path):
 
 SECTIONS = ["summary", "cumulative", "zones", "tension", "predictor", "journal", "survey", "run1", "run2", "provenance"]
 PICTURES = ["cumulative displacement", "peak movement", "zones of each landing", "average change of band tension", "opening of joints", "speed and deceleration",
-            "displacement of eight", "displacement against distance", "zone map", "zone that the board told of", "band tensions", "change of tension along"]
+            "displacement of eight", "displacement against distance", "zone map", "zone that the board told of", "band tensions", "change of tension along", "movement of the mat, measured and simulated"]
 # Text of a picture that another text covers, or that leaves its picture; a number or name must be readable.
 COVERED = """(() => { const bad = [];
   for (const svg of document.querySelectorAll('svg[role=img]')) {
