@@ -58,7 +58,10 @@ int arm_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, can ? "--can and --serial: matrig board %s needs one link"
                                                  : "no link: matrig board %s needs --can LINK or --serial LINK; see matrig board --help",
                            words[0]);
+    const char *spec = can ? can : serial;
+    if (status == MR_OK && (strncmp(spec, "file:", 5) == 0 || strncmp(spec, "paced:", 6) == 0))
+        status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one", spec);
     if (status != MR_OK)
         return cli_fail(&error);
-    return can ? order(can, LINK_CAN, words[0], (int32_t)number, cli) : order(serial, LINK_SERIAL, words[0], (int32_t)number, cli);
+    return order(spec, can ? LINK_CAN : LINK_SERIAL, words[0], (int32_t)number, cli);
 }

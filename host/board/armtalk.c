@@ -51,7 +51,8 @@ static enum mr_status take(void *context, uint32_t id, const uint8_t *bytes, siz
         talk->hello = true;
         return listen_hello(talk->link, bytes, length, error);
     case MR_ID_LANDING:
-        talk->landing_known |= mr_landing_get(&talk->landing, bytes, length) == MR_OK;
+        talk->landing_told |= mr_landing_get(&talk->landing, bytes, length) == MR_OK;
+        talk->landing_known |= talk->landing_told;
         break;
     case MR_ID_BOX_STATE:
         talk->wait_known |= mr_box_state_get(&talk->box, bytes, length) == MR_OK;
@@ -87,13 +88,13 @@ enum mr_status armtalk_begin(struct armtalk *talk, struct link *link, enum link_
     return status;
 }
 
-static enum mr_status refused(const struct armtalk *talk, uint8_t code, unsigned state, struct error *error)
+static enum mr_status refused(const struct armtalk *talk, uint8_t code, struct error *error)
 {
     enum mr_status answer = (enum mr_status)talk->ack.status;
     const char *name = mr_command_name(code), *link = link_spec(talk->link);
-    if (answer == MR_NOT_NOW && code == MR_COMMAND_ARM && armtalk_recording(state))
+    if (answer == MR_NOT_NOW && code == MR_COMMAND_ARM && armtalk_recording(talk->landing.state))
         return error_set(error, answer, "the board refuses `arm`: %s; it is %s, with landing %u: wait for its end, or disarm it", link,
-                         collector_state_text(state), talk->landing.landing);
+                         collector_state_text(talk->landing.state), talk->landing.landing);
     if (answer == MR_WAIT && talk->wait_known && talk->box.wait_s > 0.0f)
         return error_set(error, answer, "the board refuses `%s`: %s; its black box is ready in about %.0f s", name, link,
                          ceil((double)talk->box.wait_s));
@@ -105,11 +106,11 @@ enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
     uint8_t payload[MR_MESSAGE_MAX];
     unsigned wanted = code == MR_COMMAND_ARM ? ARMED : IDLE, before = talk->landing.state;
     struct mr_command command = {.code = code, .argument = number, .tag = ++talk->tag};
-    talk->acknowledged = talk->landing_known = talk->wait_known = false;
+    talk->acknowledged = talk->landing_told = talk->wait_known = false;
     enum mr_status status = listen_send(talk->link, talk->kind, &talk->seq, MR_ID_COMMAND, payload, mr_command_put(&command, payload), error);
     for (double until_s = now_s() + ANSWER_S; status == MR_OK && !talk->acknowledged && now_s() < until_s;)
         status = listen(talk, error);
-    bool reached = talk->landing_known && talk->landing.state == wanted;
+    bool reached = talk->landing_told && talk->landing.state == wanted;
     if (status != MR_OK)
         return status;
     if (!talk->acknowledged && reached && before != wanted) /* only the answer was lost */
@@ -118,10 +119,10 @@ enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
         return error_set(error, MR_TIMEOUT, "the board does not answer `%s` within %.0f s: %s; look what state it is in before trying again",
                          mr_command_name(code), ANSWER_S, link_spec(talk->link));
     if (talk->ack.status != MR_OK)
-        return refused(talk, code, talk->landing_known ? talk->landing.state : before, error);
+        return refused(talk, code, error);
     for (double until_s = now_s() + STATE_S; status == MR_OK && !reached && now_s() < until_s;) {
         status = listen(talk, error);
-        reached = talk->landing_known && talk->landing.state == wanted;
+        reached = talk->landing_told && talk->landing.state == wanted;
     }
     return status == MR_OK && !reached
                ? error_set(error, MR_TIMEOUT, "the board took `%s` and does not say it is %s: %s; look what state it is in",

@@ -15,8 +15,9 @@ struct armtalk {
     struct mr_deframer deframer;
     uint16_t seq, tag;
     bool hello, acknowledged, landing_known, wait_known;
+    bool landing_told;          /* since the command */
     struct mr_ack ack;
-    struct mr_landing landing;  /* newest, since the command when there was one */
+    struct mr_landing landing;  /* newest */
     struct mr_box_state box;    /* told when it is why arming was refused */
 };
 
