@@ -327,18 +327,22 @@ int board_command(int argc, char **argv, const struct cli *cli)
         {"--csv", &request.csv, NULL}, {"--elf", &elf, NULL}, {"--image", &request.image, NULL}};
     struct error error = {0};
     double number = 0.0;
+    static const struct {
+        const char *word;
+        int (*run)(int argc, char **argv, const struct cli *cli);
+    } apart[] = {{"config", config_command}, {"runway", runway_command}, {"arm", arm_command}, {"disarm", arm_command}};
     for (int i = 1; i < argc; i++) {
-        if (strcmp(argv[i], "config") == 0)
-            return config_command(argc, argv, cli);
-        if (strcmp(argv[i], "runway") == 0)
-            return runway_command(argc, argv, cli);
+        for (size_t k = 0; k < sizeof apart / sizeof apart[0]; k++) {
+            if (strcmp(argv[i], apart[k].word) == 0)
+                return apart[k].run(argc, argv, cli);
+        }
     }
     enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 0, 2,
-                                      "list|read N|free N|slow|config|runway|health|self-test|reset", &error);
+                                      "list|read N|free N|slow|config|runway|arm|disarm|health|self-test|reset", &error);
     const struct verb *verb = status == MR_OK && words[0] ? find_verb(words[0]) : NULL;
     if (status == MR_OK && words[0] && !verb)
         status = error_set(&error, MR_USAGE,
-                           "not list, read, free, slow, config, runway, health, self-test or reset: '%s'; see matrig board --help", words[0]);
+                           "not list, read, free, slow, config, runway, arm, disarm, health, self-test or reset: '%s'; see matrig board --help", words[0]);
     if (status == MR_OK)
         status = check_request(&request, verb, words[1], run, elf, &error);
     if (status == MR_OK && words[1])

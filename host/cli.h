@@ -26,6 +26,8 @@ int flash_command(int argc, char **argv, const struct cli *cli);
 int config_command(int argc, char **argv, const struct cli *cli);
 /* board's words with `runway` among them */
 int runway_command(int argc, char **argv, const struct cli *cli);
+/* board's words with `arm` or `disarm` among them */
+int arm_command(int argc, char **argv, const struct cli *cli);
 int ready_command(int argc, char **argv, const struct cli *cli);
 int gages_command(int argc, char **argv, const struct cli *cli);
 int sim_command(int argc, char **argv, const struct cli *cli);

@@ -33,6 +33,8 @@ struct session {
     struct flash_result result;
     bool entered, same, runs;
     bool drawn;
+    unsigned told, told_quarter; /* lines in place of a bar; the quarter of the phase they came to */
+    enum flash_phase told_phase;
 };
 
 static uint64_t now_us(void)
@@ -76,18 +78,37 @@ static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeou
     return MR_OK;
 }
 
+static const char *const phases[] = {"comparing", "writing", "reading back"};
+
+/* Where no bar can be drawn: a line when a phase begins, and one for each quarter of it. */
+static void tell(struct session *session, enum flash_phase phase, unsigned done, unsigned of)
+{
+    unsigned quarter = of ? 4u * done / of : 4u;
+    bool begins = session->told == 0 || session->told_phase != phase;
+    if (!begins && quarter <= session->told_quarter)
+        return;
+    if (begins)
+        cli_note(session->cli, "flash: %s %u pages", phases[phase], of);
+    if (quarter > 0 && (!begins || quarter == 4))
+        cli_note(session->cli, "flash: %s, %u of %u pages", phases[phase], done, of);
+    session->told++;
+    session->told_phase = phase;
+    session->told_quarter = quarter;
+}
+
 static void show(void *context, enum flash_phase phase, unsigned done, unsigned of)
 {
-    static const char *const names[] = {"comparing", "writing", "reading back"};
     struct session *session = context;
     char bar[BAR + 1];
+    if (!cli_terminal())
+        tell(session, phase, done, of);
     if (session->cli->quiet || !cli_terminal())
         return;
     unsigned filled = of ? done * BAR / of : BAR;
     memset(bar, '.', BAR);
     memset(bar, '#', filled < BAR ? filled : BAR);
     bar[BAR] = '\0';
-    fprintf(stderr, "\rmatrig: flash: %-12s [%s] %u of %u pages\033[K", names[phase], bar, done, of);
+    fprintf(stderr, "\rmatrig: flash: %-12s [%s] %u of %u pages\033[K", phases[phase], bar, done, of);
     session->drawn = true;
 }
 

@@ -9,13 +9,15 @@
 #include "host/store/store.h"
 
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen] [--elf F] [--page F] [--wait S]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] [--page F] [--wait S]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
      "  --for S        stop after S seconds; else at the end of the links, or on Ctrl-C\n"
      "  --live PORT    show it in a browser of this computer as it comes, arm and disarm there; see matrig live --help\n"
      "  --listen       send nothing: do not ask the board for its configuration\n"
+     "  --commands     take arm [N] and disarm, a line each, from standard input; it does without when that is a terminal.\n"
+     "                 Before it arms it asks, and sends when the next line is yes\n"
      "  --elf F        the image that the board runs: names the function of a processor fault\n"
      "  --page F       keep the report in F up to date: written beside the logging when a landing ends\n"
      "  --wait S       wait so long for a device that was unplugged or is down; else an hour\n"
@@ -45,7 +47,8 @@ static const struct command commands[] = {
      "         matrig live campaign.db --terminal\n"},
     {"board", board_command,
      "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
-     "                        config get|set|check [-o F] [--can LINK] | runway [show|load F|forget] [-o F] | health [--elf F] | self-test | reset",
+     "                        config get|set|check [-o F] [--can LINK] | runway [show|load F|forget] [-o F] |\n"
+     "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | self-test | reset",
      "a board: its firmware, black box, slow log, configuration, runway and health",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
      "  (no word)      the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
@@ -63,6 +66,11 @@ static const struct command commands[] = {
      "  runway         what the board's predictor knows of the runway: landings, joints, where it comes from; -o writes it to a file.\n"
      "                 load F gives the board that of a file, forget: nobody has measured it. Not from arm to done.\n"
      "                 matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt\n"
+     "  arm [LANDING]  arm it for a landing, numbered so; without a number, or with 0, it counts on. Over --can also while matrig\n"
+     "                 log holds the same interface; over --serial when nobody else holds the port. Exit 2: the board refuses\n"
+     "                 in its state, 3: not ready, try again, or no answer within 3 s\n"
+     "                 matrig board --can can:can0 arm 7\n"
+     "  disarm         back to idle, whatever is being recorded\n"
      "  health         restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
      "                 its functions). Exit 1 when there is a fault\n"
      "  self-test      memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails\n"

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/measure.h"
+#include "host/analyse/measured_peak.h"
 #include "host/analyse/measured_series.h"
 
 #define CLOCK_TOLERANCE 0.01    /* the internal oscillator's, taken as a standard error */
@@ -285,72 +286,16 @@ double measured_error(const struct measured *measured, const struct measured_cha
     return (double)mr_reading_error(&channel->config, &c);
 }
 
-/* Samples to each side in the means of which a peak is looked for, and, inside it, is taken from: a step at the edge of the first
- * is none in the second. Two values of each half at least. */
-static size_t search_reach(const struct measured_channel *channel)
-{
-    return channel->stride > MEASURED_WINDOW / 4 ? 2 * channel->stride : MEASURED_WINDOW / 2;
-}
-static size_t peak_reach(const struct measured_channel *channel)
-{
-    return search_reach(channel) - channel->stride;
-}
-
-/* The mean around a sample of one half of the values: every second one. NaN: none is valid. */
-static double half_mean(const struct measured *measured, const struct measured_channel *channel, size_t sample, size_t half,
-                        size_t parity)
-{
-    size_t from = sample > half ? sample - half : 0;
-    size_t to = sample + half < measured->samples ? sample + half : measured->samples - 1;
-    double sum = 0.0;
-    size_t count = 0, from_first = from + channel->phase, within = from_first % channel->stride,
-           at = from_first / channel->stride % 2; /* counted on: dividing is dear */
-    for (size_t i = from; i <= to; i++) {
-        double value = at == parity ? measured_value(channel, i) : (double)NAN;
-        if (!isnan(value)) {
-            sum += value;
-            count++;
-        }
-        if (++within == channel->stride) {
-            within = 0;
-            at = 1 - at;
-        }
-    }
-    return count ? sum / (double)count : (double)NAN;
-}
-
-/* The extreme on the side of `sign`: found in one half, taken from the other. */
-static double extreme(const struct measured *measured, const struct measured_channel *channel, size_t from, double sign)
-{
-    double sum = 0.0;
-    for (size_t parity = 0; parity < 2; parity++) {
-        double most = (double)NAN, other = (double)NAN;
-        for (size_t i = from; i < measured->samples; i++) {
-            double value = sign * half_mean(measured, channel, i, search_reach(channel), parity);
-            if (isnan(value) || value <= most)
-                continue;
-            double there = half_mean(measured, channel, i, peak_reach(channel), 1 - parity);
-            if (isnan(there))
-                continue;
-            most = value;
-            other = there;
-        }
-        sum += other;
-    }
-    return sum / 2.0;
-}
-
 static void find_extremes(const struct measured *measured, struct measured_channel *channel, size_t from)
 {
-    channel->high = extreme(measured, channel, from, 1.0);
-    channel->low = extreme(measured, channel, from, -1.0);
+    measured_peaks(measured, channel, from, &channel->high, &channel->low);
     bool up = fabs(channel->high) >= fabs(channel->low);
     channel->peak = up ? channel->high : channel->low;
     channel->end = (double)NAN;
     if (measured->samples > MEASURED_END_BLOCKS)
         channel->end = measured_smooth(measured, channel, measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                        MEASURED_END_BLOCKS / 2);
-    double samples = 2.0 * (double)peak_reach(channel) + 1.0;
+    double samples = measured_peak_samples(channel);
     channel->high_error = measured_error(measured, channel, channel->high, samples);
     channel->low_error = measured_error(measured, channel, channel->low, samples);
     channel->error = up ? channel->high_error : channel->low_error;

@@ -1,7 +1,5 @@
 #include "host/board/configtalk.h"
 
-#include <errno.h>
-#include <poll.h>
 #include <string.h>
 #include <time.h>
 
@@ -31,8 +29,9 @@ static void take_word(struct configtalk *talk, const struct mr_config_image *wor
     talk->present[word->offset] = 1;
 }
 
-static enum mr_status take_message(struct configtalk *talk, uint32_t id, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status take_message(void *context, uint32_t id, const uint8_t *bytes, size_t length, struct error *error)
 {
+    struct configtalk *talk = context;
     struct mr_ack ack;
     struct mr_config_image word;
     struct mr_config_staged staged;
@@ -70,52 +69,15 @@ static enum mr_status take_message(struct configtalk *talk, uint32_t id, const u
     return MR_OK;
 }
 
-static enum mr_status receive(struct configtalk *talk, struct error *error)
-{
-    uint8_t bytes[16384];
-    size_t length;
-    uint64_t host_us;
-    struct link_frame can;
-    if (talk->kind == LINK_CAN) {
-        enum mr_status status = link_receive_frame(talk->link, &can, error);
-        return status == MR_OK ? take_message(talk, can.id, can.data, can.length, error) : status;
-    }
-    enum mr_status status = link_receive_bytes(talk->link, bytes, sizeof bytes, &length, &host_us, error);
-    for (size_t i = 0; status == MR_OK && i < length; i++) {
-        struct mr_frame frame;
-        if (mr_deframer_push(&talk->deframer, bytes[i], &frame) == MR_OK)
-            status = take_message(talk, frame.type, frame.payload, frame.length, error);
-    }
-    return status;
-}
-
 /* What comes within a tenth of a second. */
 static enum mr_status listen(struct configtalk *talk, struct error *error)
 {
-    enum mr_status status = receive(talk, error);
-    if (status == MR_TOO_FEW) {
-        struct pollfd ready = {.fd = link_fd(talk->link), .events = POLLIN};
-        if (poll(&ready, 1, 100) < 0 && errno != EINTR)
-            return error_set(error, MR_IO, "cannot wait (%s): %s; try again", strerror(errno), link_spec(talk->link));
-        struct error away = {0};
-        status = link_service(talk->link, &away);
-        if (status != MR_OK && status != MR_TOO_FEW)
-            return error_set(error, status, "%s", away.text);
-        return MR_OK;
-    }
-    if (status == MR_CLOSED)
-        return error_set(error, MR_CLOSED, "the board closed the link: %s; is it still running?", link_spec(talk->link));
-    return status;
+    return listen_either(talk->link, talk->kind, &talk->deframer, take_message, talk, error);
 }
 
 static enum mr_status send(struct configtalk *talk, uint16_t id, const uint8_t *payload, size_t length, struct error *error)
 {
-    uint8_t bytes[MR_FRAME_MAX];
-    struct link_frame frame = {.id = id, .length = (uint8_t)length};
-    if (talk->kind == LINK_SERIAL)
-        return link_send_bytes(talk->link, bytes, mr_frame_encode(talk->seq++, id, payload, length, bytes), error);
-    memcpy(frame.data, payload, length);
-    return link_send_frame(talk->link, &frame, error);
+    return listen_send(talk->link, talk->kind, &talk->seq, id, payload, length, error);
 }
 
 enum mr_status configtalk_begin(struct configtalk *talk, struct link *link, enum link_kind kind, struct error *error)

@@ -13,6 +13,14 @@ typedef enum mr_status listen_frame(void *context, const struct mr_frame *frame,
 enum mr_status listen_tenth(struct link *link, struct mr_deframer *deframer, listen_frame *take, void *context,
                             struct error *error);
 
+/* The same over a link of either kind, for what is asked over CAN as well as over serial: each message to `take`. */
+typedef enum mr_status listen_message(void *context, uint32_t id, const uint8_t *payload, size_t length, struct error *error);
+enum mr_status listen_either(struct link *link, enum link_kind kind, struct mr_deframer *deframer, listen_message *take, void *context,
+                             struct error *error);
+/* Sends a message over either; `*seq` counts serial frames. */
+enum mr_status listen_send(struct link *link, enum link_kind kind, uint16_t *seq, uint16_t id, const uint8_t *payload, size_t length,
+                           struct error *error);
+
 /* MR_OK: the hello is of a board that speaks this matrig's layout, or broken; else MR_VERSION. */
 enum mr_status listen_hello(const struct link *link, const uint8_t *bytes, size_t length, struct error *error);
 

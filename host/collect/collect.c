@@ -70,6 +70,13 @@ const struct mr_can_alarm *collector_take_alarm(struct collector *collector)
     return news ? &collector->alarm : NULL;
 }
 
+const struct mr_ack *collector_take_answer(struct collector *collector)
+{
+    bool news = collector->answer_news;
+    collector->answer_news = false;
+    return news ? &collector->answer : NULL;
+}
+
 const char *collector_state_text(unsigned state)
 {
     static const char *const texts[] = {"idle", "armed", "landing", "settling", "done"};

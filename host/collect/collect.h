@@ -52,6 +52,8 @@ int64_t collector_take_finished(struct collector *collector);
 const struct crash_report *collector_take_crash(struct collector *collector);
 /* The state of CAN as the board sees it, when it has changed since the last call; NULL: not. */
 const struct mr_can_alarm *collector_take_alarm(struct collector *collector);
+/* The board's newest answer to `arm` or `disarm`, whoever gave it, since the last call; NULL: none. */
+const struct mr_ack *collector_take_answer(struct collector *collector);
 
 struct collector_progress {
     bool hello;     /* a board of the right layout has spoken */

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "common/command.h"
 #include "common/switches.h"
 #include "host/board/slow.h"
 #include "host/collect/collect_state.h"
@@ -598,6 +599,10 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
     }
     case MR_ID_ACK: {
         GET(ack);
+        if (m.code == MR_COMMAND_ARM || m.code == MR_COMMAND_DISARM) {
+            collector->answer = m;
+            collector->answer_news = true;
+        }
         status = put_event(collector, side, "ack", m.block, m.code, m.status, m.tag, host_us, error);
         break;
     }

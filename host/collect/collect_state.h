@@ -94,6 +94,8 @@ struct collector {
     bool crash_news;                       /* and nobody has asked for yet */
     struct mr_can_alarm alarm;             /* newest; of either link */
     bool alarm_news;
+    struct mr_ack answer; /* newest to arm or disarm */
+    bool answer_news;
 };
 
 /* Does what a message of the catalogue says. */

@@ -10,6 +10,7 @@
 #include <sys/random.h>
 
 #include "common/command.h"
+#include "host/board/armtalk.h"
 #include "host/live/assets.h"
 
 #define CONNECTIONS 24u     /* a browser opens up to six */
@@ -166,12 +167,12 @@ static unsigned run_command(struct live_server *server, const struct request *re
         json_object_set_new(json, "error", json_string("a command is arm, with a landing from 0 to 65535, or disarm"));
         return MHD_HTTP_BAD_REQUEST;
     }
+    char refused[200];
     enum mr_status status = live_hub_command(server->hub, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM, (int32_t)number, &of_board);
+    snprintf(refused, sizeof refused, "refused: %s", armtalk_refusal(of_board));
     const char *error = status == MR_TIMEOUT      ? "the board did not answer within 3 s"
                         : status != MR_OK         ? "another command is under way, or this view only watches"
-                        : of_board == MR_WAIT     ? "refused: the black box is not ready for a landing yet"
-                        : of_board == MR_NOT_NOW  ? "refused: not in this state of the board"
-                        : of_board != MR_OK       ? mr_status_text(of_board)
+                        : of_board != MR_OK       ? refused
                                                   : NULL;
     json_object_set_new(json, "done", json_boolean(!error));
     if (error)

@@ -58,7 +58,9 @@ enum mr_status landing_facts(const struct report *report, const struct report_la
               row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,
               row->image_commit[0] ? row->image_commit : "unknown");
     html_fact(out, "clock", "%s",
-              row->clock_source > 0 ? "internal oscillator: 1 % in every speed" : "crystal");
+              row->clock_source == STORE_NONE ? "not known"
+              : row->clock_source > 0         ? "internal oscillator: 1 % in every speed"
+                                              : "crystal");
     if (summary->imported) {
         html_fact(out, "imported from", "%s (%s, %lld bytes, SHA-256 %s)", summary->import.file, summary->import.format,
                   (long long)summary->import.bytes, summary->import.sha256);

@@ -1,0 +1,71 @@
+/* What matrig log asks of the board by itself, and for the viewers of the live page. */
+#include "common/framing.h"
+#include "host/log/logger.h"
+
+#define ASK_US 1000000u  /* between two requests for the configuration */
+#define ASKS 5u          /* for the same; a board that does not answer, or of another table, is left alone then */
+#define LIVE_S 30        /* so long a board without CAN tells readings while idle, */
+#define LIVE_AGAIN_US 20000000u /* and so often it is asked */
+
+bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked)
+{
+    struct link_frame can = {.id = MR_ID_COMMAND};
+    uint8_t bytes[MR_FRAME_MAX];
+    can.length = (uint8_t)mr_command_put(command, can.data);
+    for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
+        struct error reason = {0};
+        if (!logger->open[kind] || (unasked && logger->mute[kind]))
+            continue;
+        enum mr_status status =
+            kind == LINK_CAN ? link_send_frame(logger->link[kind], &can, &reason)
+                             : link_send_bytes(logger->link[kind], bytes,
+                                               mr_frame_encode(0, MR_ID_COMMAND, can.data, can.length, bytes), &reason);
+        logger->mute[kind] = logger->mute[kind] || (unasked && status != MR_OK);
+        if (status == MR_OK)
+            return true;
+    }
+    return false;
+}
+
+/* Asks the board for its configuration, over serial when it can be. A link that does not take it, such as a file, is asked once. */
+void logger_ask_for_configuration(struct logger *logger)
+{
+    struct mr_command command = {.code = MR_COMMAND_CONFIG_READ};
+    uint64_t now_us = logger_now_us();
+    if (!collector_lacks_configuration(logger->collector)) {
+        struct collector_progress p;
+        collector_progress(logger->collector, &p);
+        if (p.run) /* what it was telling ended with the arming: ask at once when it is done */
+            logger->asked_us = logger->asks = 0;
+        return;
+    }
+    if (logger->asks == ASKS || (logger->asked_us && now_us - logger->asked_us < ASK_US))
+        return;
+    logger->asked_us = now_us;
+    logger->asks++;
+    (void)logger_send(logger, &command, true);
+}
+
+/* An idle board tells its readings on CAN alone. Without CAN it is asked for a record each 20 ms, so that something moves. */
+static void keep_it_live(struct logger *logger)
+{
+    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    uint64_t now_us = logger_now_us();
+    if (logger->open[LINK_CAN] || p.run || !p.hello || (logger->live_us && now_us - logger->live_us < LIVE_AGAIN_US))
+        return;
+    logger->live_us = now_us;
+    (void)logger_send(logger, &command, true);
+}
+
+void logger_serve_live(struct logger *logger)
+{
+    struct mr_command command;
+    if (!logger->live.hub)
+        return;
+    keep_it_live(logger);
+    live_turn(&logger->live, logger->collector);
+    if (live_take_command(&logger->live, &command))
+        (void)logger_send(logger, &command, false);
+}

@@ -1,0 +1,219 @@
+/* What the user of matrig log is told: troubles, landings, progress, and at the end what the session came to. */
+#include <stdio.h>
+#include <string.h>
+
+#include "host/analyse/summary.h"
+#include "host/log/logger.h"
+
+#define PROGRESS_US 200000u
+#define NOTE_US 1000000u /* the same trouble is told once a second */
+
+void logger_clear_progress(const struct logger *logger)
+{
+    if (!logger->cli->quiet && cli_terminal())
+        fputs("\r\033[K", stderr);
+}
+
+void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text)
+{
+    const struct link_counters *counters = link_counters(logger->link[kind]);
+    uint64_t now_us = logger_now_us();
+    bool told = false;
+    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
+        uint64_t more = counters->trouble[i] - logger->noted[kind][i];
+        bool lately = logger->noted_us[kind][i] != 0 && now_us - logger->noted_us[kind][i] < NOTE_US;
+        if (more == 0 || lately)
+            continue;
+        logger_clear_progress(logger);
+        logger->noted[kind][i] = counters->trouble[i];
+        logger->noted_us[kind][i] = now_us;
+        if (!text)
+            cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[kind]), link_trouble_text(i),
+                     (unsigned long long)more);
+        else if (!told)
+            cli_note(logger->cli, "%s: %s", link_spec(logger->link[kind]), text);
+        told = true;
+    }
+}
+
+enum mr_status logger_show_finished(struct logger *logger, struct error *error)
+{
+    int64_t run;
+    while ((run = collector_take_finished(logger->collector)) != 0) {
+        struct summary summary;
+        struct error why = {0};
+        enum mr_status status = logger_commit(logger, error);
+        if (status != MR_OK)
+            return status;
+        if (summary_load(logger->store, run, &summary, &why) != MR_OK) { /* it can be tried again later; what comes cannot */
+            cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)run, why.text);
+            summary_free(&summary);
+            continue;
+        }
+        if (logger->cli->json) {
+            json_array_append_new(logger->landings, summary_json(&summary, logger->cli->si));
+        } else {
+            summary_print(&summary, logger->cli->si, stdout);
+            fflush(stdout);
+        }
+        summary_free(&summary);
+        logger->shown++;
+        quicklook_write(&logger->look);
+    }
+    return MR_OK;
+}
+
+/* The links fell silent in the middle of a landing: what came of it until now. */
+enum mr_status logger_show_silent(struct logger *logger, struct error *error)
+{
+    struct collector_progress progress;
+    struct summary summary;
+    collector_progress(logger->collector, &progress);
+    quicklook_service(&logger->look, false);
+    if (!quicklook_silent(&logger->look, &progress, logger_now_us()))
+        return MR_OK;
+    cli_note(logger->cli, "nothing comes any more of RUN %lld: are board and cables in order? What came until now is kept",
+             (long long)progress.run);
+    struct error why = {0};
+    enum mr_status status = logger_commit(logger, error);
+    if (status != MR_OK)
+        return status;
+    if (summary_load(logger->store, progress.run, &summary, &why) != MR_OK) {
+        cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)progress.run, why.text);
+    } else if (!logger->cli->json) {
+        summary_print(&summary, logger->cli->si, stdout);
+        fflush(stdout);
+    }
+    summary_free(&summary);
+    quicklook_write(&logger->look);
+    return MR_OK;
+}
+
+/* What the board said of itself that nobody should have to look for. */
+void logger_note_health(struct logger *logger)
+{
+    char text[300];
+    const struct crash_report *crash = collector_take_crash(logger->collector);
+    const struct mr_can_alarm *alarm = collector_take_alarm(logger->collector);
+    if (crash || alarm)
+        logger_clear_progress(logger);
+    if (crash) {
+        crash_headline(crash, &logger->symbols, text, sizeof text);
+        cli_note(logger->cli, "%s", text);
+    }
+    if (alarm && alarm->state > MR_CAN_GOOD)
+        cli_note(logger->cli, "the board says of CAN: %s (TEC %u)", mr_can_state_text(alarm->state), alarm->tec);
+    else if (alarm && alarm->outages)
+        cli_note(logger->cli, "the board says of CAN: good again after %.2f s; %u %s since its reset", (double)alarm->outage_s,
+                 alarm->outages, alarm->outages == 1 ? "outage" : "outages");
+}
+
+void logger_show_progress(struct logger *logger, bool last)
+{
+    if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, logger_now_us()) || (!last && logger_now_us() - logger->shown_us < PROGRESS_US))
+        return;
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    logger->shown_us = logger_now_us();
+    fprintf(stderr,
+            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld lost \033[K%s",
+            p.run     ? collector_state_text(p.state)
+            : p.hello ? "no landing"
+                      : "waiting for a board",
+            p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges, (long long)p.counts[LINK_CAN].received,
+            (long long)p.counts[LINK_CAN].lost, (long long)p.counts[LINK_SERIAL].received,
+            (long long)p.counts[LINK_SERIAL].lost, last ? "\n" : "");
+}
+
+enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial,
+                                  struct error *error)
+{
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    const struct store_link_counts *c = p.counts;
+    if (p.hello || strcmp(logger->ended_by, "signal") == 0)
+        return MR_OK;
+    const char *and = can && serial ? " and " : "";
+    if (c[LINK_CAN].bad + c[LINK_CAN].foreign + c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0 &&
+        c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
+        return error_set(error, MR_MALFORMED,
+                         "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
+                         can ? can : "", and, serial ? serial : "");
+    return error_set(error, MR_TIMEOUT, "no board said hello: %s%s%s; is it running and connected?",
+                     can ? can : "", and, serial ? serial : "");
+}
+
+static void troubles_of(const struct link *link, int64_t trouble[LINK_TROUBLES])
+{
+    for (unsigned i = 0; i < LINK_TROUBLES; i++)
+        trouble[i] = (int64_t)link_counters(link)->trouble[i];
+}
+
+static json_t *troubles_json(const struct link *link)
+{
+    int64_t trouble[LINK_TROUBLES];
+    troubles_of(link, trouble);
+    return summary_troubles_json(trouble);
+}
+
+/* Messages that the board counted and nobody received, in the whole session. */
+static void show_missing(int kind, const int64_t missing[MR_PLACES])
+{
+    bool any = false;
+    for (unsigned place = 0; place < MR_PLACES; place++) {
+        if (missing[place] == 0)
+            continue;
+        if (!any)
+            printf("%s missed in this session:", summary_link_name(kind));
+        printf("%s %s %lld", any ? "," : "", mr_message_text(place), (long long)missing[place]);
+        any = true;
+    }
+    if (any)
+        printf("\n");
+}
+
+/* Troubles of the whole session, in landings and outside. */
+void logger_show_troubles(const struct logger *logger)
+{
+    struct collector_progress progress;
+    collector_progress(logger->collector, &progress);
+    for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++)
+        show_missing(kind, progress.missing[kind]);
+    for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++) {
+        int64_t trouble[LINK_TROUBLES];
+        char line[400];
+        if (!logger->link[kind] || link_counters(logger->link[kind])->troubles == 0)
+            continue;
+        troubles_of(logger->link[kind], trouble);
+        summary_troubles(trouble, line, sizeof line);
+        printf("%s link in this session: %s\n", summary_link_name(kind), line);
+    }
+    fflush(stdout);
+}
+
+json_t *logger_json(const struct logger *logger, const char *db, const struct error *error)
+{
+    struct collector_progress p;
+    collector_progress(logger->collector, &p);
+    json_t *links = json_object();
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct store_link_counts *c = &p.counts[kind];
+        json_t *missing = json_object();
+        for (unsigned place = 0; place < MR_PLACES; place++) {
+            if (p.missing[kind][place])
+                json_object_set_new(missing, mr_message_text(place), json_integer(p.missing[kind][place]));
+        }
+        if (logger->link[kind])
+            json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
+                                json_pack("{sIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
+                                          (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
+                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "missing", missing, "troubles",
+                                          troubles_json(logger->link[kind])));
+        json_decref(missing);
+    }
+    if (logger->link[LINK_CAN] && p.before_first >= 0)
+        json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));
+    return json_pack("{sssIsssosOss?}", "db", db, "session", (json_int_t)collector_session(logger->collector),
+                     "ended_by", logger->ended_by, "links", links, "landings", logger->landings, "error",
+                     error->status == MR_OK ? NULL : error->text);
+}

@@ -1,0 +1,202 @@
+#!/usr/bin/env bash
+# Arming from a terminal: matrig board arm and disarm, over CAN beside a running log and over serial; lines typed into matrig log.
+. "$(dirname "$0")/tap.sh"
+elf=build/firmware/matrig.elf
+matrig=build/matrig
+work=$(mktemp -d /tmp/matrig.XXXXXX)
+pids=()
+trap 'kill "${pids[@]}" 2>/dev/null; wait; rm -rf "$work"' EXIT
+
+cat >"$work/bus.py" <<'P'
+# A CAN bus of sockets: whatever the board (the first) sends, everybody hears; whatever another one sends, the board does.
+import os, select, socket, sys, time
+def connect(path):
+    for _ in range(200):
+        try:
+            s = socket.socket(socket.AF_UNIX)
+            s.connect(path)
+            return s
+        except OSError:
+            time.sleep(0.02)
+    sys.exit("no board")
+doors = []
+for path in sys.argv[2:]:
+    door = socket.socket(socket.AF_UNIX)
+    door.bind(path)
+    door.listen(4)
+    doors.append(door)
+board = connect(sys.argv[1])
+hosts, rest = [], {}
+while True:
+    for s in select.select(doors + [board] + hosts, [], [])[0]:
+        if s in doors:
+            hosts.append(s.accept()[0])
+            continue
+        try:
+            data = rest.pop(s, b"") + s.recv(65536)
+        except OSError:
+            data = b""
+        whole = len(data) // 16 * 16
+        if s is board and not data:
+            sys.exit(0)
+        if not data:
+            hosts.remove(s)
+            continue
+        rest[s] = data[whole:]
+        for other in (hosts if s is board else [board]):
+            try:
+                other.sendall(data[:whole])
+            except OSError:
+                pass
+P
+cat >"$work/terminal.py" <<'P'
+# terminal.py COMMAND...: runs it on a terminal of its own, types what comes on standard input there, shows what it says.
+import os, pty, select, sys
+child, terminal = pty.fork()
+if child == 0:
+    os.execv(sys.argv[1], sys.argv[1:])
+typed = sys.stdin.fileno()
+watched = [terminal, typed]
+while True:
+    for fd in select.select(watched, [], [])[0]:
+        try:
+            data = os.read(fd, 4096)
+        except OSError:
+            sys.exit(0)
+        if fd == terminal:
+            os.write(1, data)
+        elif data:
+            os.write(terminal, data)
+        else:
+            watched = [terminal]
+P
+
+timeout 60 build/matrig-board --elf $elf --can "unix:$work/board" --serial "unix:$work/serial" --speed real 2>"$work/board.err" &
+pids+=($!)
+timeout 60 python3 "$work/bus.py" "$work/board" "$work/can" &
+pids+=($!)
+mkfifo "$work/typed"
+timeout 60 $matrig --quiet log --can "unix:$work/can" --serial "unix:$work/serial" --db "$work/x.db" --commands <"$work/typed" >"$work/log.out" 2>"$work/log.err" &
+log=$!
+pids+=($log)
+exec 8>"$work/typed"
+
+said() { # PATTERN, by the log; waited for up to 8 s
+    local i
+    for ((i = 0; i < 160; i++)); do
+        grep -Eq -- "$1" "$work/log.err" && return 0
+        sleep 0.05
+    done
+    cat "$work/log.err"
+    return 1
+}
+over_can() { timeout 30 $matrig "$@" --can "unix:$work/can"; }
+armed_when_ready() { # COMMAND...: the black box is looked through for a second or two first
+    local i
+    for ((i = 0; i < 40; i++)); do
+        "$@" >"$tmp/out" 2>"$tmp/err" && break
+        grep -q 'black box is' "$tmp/err" || break
+        sleep 0.2
+    done
+    cat "$tmp/out" "$tmp/err"
+    grep -q '^armed for landing 12: ' "$tmp/out"
+}
+refused_when_armed() { fails_with 2 'refuses `arm`: unix:.*can; it is armed, with landing 12: wait for its end, or disarm it' $matrig board arm 13 --can "unix:$work/can"; }
+refused_in_json() {
+    over_can --json board arm 2>/dev/null >"$tmp/refused.json"
+    [ $? = 2 ] && python3 -c '
+import json, sys
+d = json.load(open(sys.argv[1]))
+assert d["command"] == "arm" and d["done"] is False and d["state"] == "armed" and d["landing"] == 12 and "refuses" in d["error"], d' "$tmp/refused.json"
+}
+disarmed() {
+    over_can --json board disarm >"$tmp/disarmed.json" || return 1
+    python3 -c '
+import json, sys
+d = json.load(open(sys.argv[1]))
+assert d == {"command": "disarm", "done": True, "state": "idle", "landing": 12, "error": None}, d' "$tmp/disarmed.json"
+}
+counts_on() { over_can board arm >"$tmp/out" && cat "$tmp/out" && grep -q '^armed for landing 13: ' "$tmp/out" && over_can board disarm; }
+answers_are_kept() { # accepted (status 0): armed 12, 13, 21 and 24, each disarmed; refused: 13 and a JSON one, and 22, typed
+    python3 - "$work/x.db" <<'P'
+import sqlite3, sys
+db = sqlite3.connect(f"file:{sys.argv[1]}?mode=ro", uri=True)
+rows = db.execute("SELECT code, detail FROM events WHERE kind = 'ack' AND code IN (2, 3)").fetchall()
+NOT_NOW, WAIT = -13, -18
+signed = [(c, d - 256 if d > 127 else d) for c, d in rows]
+print(signed)
+assert signed.count((2, 0)) == 4 and signed.count((3, 0)) == 4 and signed.count((2, NOT_NOW)) == 3
+assert all(d in (0, NOT_NOW, WAIT) for _, d in signed)
+P
+}
+typed_and_meant() {
+    echo 'arm 21' >&8
+    said 'arm for landing 21\? .*yes: ' && echo 'yes' >&8 && said 'matrig: armed$'
+}
+typed_and_refused() { echo 'arm 22' >&8 && said 'arm for landing 22\?' && echo ' yes ' >&8 && said 'arm refused: not in this state of the board: it is armed'; }
+typed_disarm_asks() { echo 'disarm' >&8 && said 'disarm\? What the board records, it is armed, ends there' && echo yes >&8 && said 'matrig: disarmed$'; }
+not_yes_sends_nothing() { # after it the board still arms for 24
+    echo 'arm 23' >&8 && said 'arm for landing 23\?' && echo y >&8 && said 'not yes: nothing was sent' &&
+        over_can board arm 24 && over_can board disarm && sleep 0.3 && ! $matrig landing "$work/x.db" | grep -q 'landing 23,'
+}
+typed_nonsense() {
+    local i=0 line
+    for line in 'reset' 'arm 70000' 'arm -1' 'arm 1 2' 'disarm 3' 'arm x'; do
+        echo "$line" >&8
+        said "no command: '$line'; arm \[N\]" || return 1
+    done
+    printf '%0600d\n' 0 >&8
+    said "no command: '000"
+}
+log_goes_on() { # without its input, to the end; nothing but what was meant reached the board
+    exec 8>&-
+    sleep 0.3
+    kill -0 $log && kill -INT $log && wait $log && [ "$($matrig landing "$work/x.db" | sed 's/.*: landing \([0-9]*\),.*/\1/' | tr '\n' ' ')" = "12 13 21 24 " ]
+}
+silly() {
+    fails_with 2 'no link: matrig board arm needs --can LINK or --serial LINK' $matrig board arm && fails_with 2 'needs one link' $matrig board disarm --can can:can0 --serial serial:/dev/x &&
+        fails_with 2 'the landing' $matrig board arm 70000 --can can:can0 && fails_with 2 'whole number: .1.5' $matrig board arm 1.5 --can can:can0 &&
+        fails_with 2 'disarm takes no number: .3' $matrig board disarm 3 --can can:can0 && fails_with 2 'a file is no board: file:/dev/null' $matrig board arm --can file:/dev/null &&
+        fails_with 2 'listen and --commands' $matrig log --can can:can0 --db "$tmp/no.db" --listen --commands
+}
+over_serial() { # the board alone, at one end of a line
+    timeout 40 build/matrig-board --elf $elf --serial "unix:$work/alone" --speed real 2>"$work/alone.err" &
+    pids+=($!)
+    for _ in $(seq 100); do [ -S "$work/alone" ] && break; sleep 0.05; done
+    timeout 30 $matrig board arm 12 --serial "unix:$work/alone" >"$tmp/out" 2>"$tmp/err"
+    local status=$?
+    cat "$tmp/out" "$tmp/err"
+    [ $status = 0 ] && grep -q '^armed for landing 12: ' "$tmp/out" && return
+    [ $status = 3 ] && grep -q 'black box is' "$tmp/err"
+}
+on_a_terminal() { # a file is no board: what is typed is taken, and said to go nowhere
+    mkfifo "$work/keys" "$work/slow"
+    sleep 20 >"$work/slow" &
+    pids+=($!)
+    timeout 20 python3 "$work/terminal.py" $matrig log --can "file:$work/slow" --db "$work/t.db" --for 2 <"$work/keys" >"$tmp/terminal" 2>&1 &
+    local pid=$!
+    exec 9>"$work/keys"
+    sleep 0.5
+    echo 'arm 5' >&9
+    wait $pid
+    exec 9>&-
+    cat "$tmp/terminal"
+    grep -q 'to arm, press Enter and type arm' "$tmp/terminal" && grep -q 'no board has said hello yet: nothing was sent' "$tmp/terminal"
+}
+
+check "armed over CAN while a log holds the links" armed_when_ready over_can board arm 12
+check "armed already: refused, and it says for which landing" refused_when_armed
+check "the refusal as JSON" refused_in_json
+check "disarmed" disarmed
+check "without a number the board counts on" counts_on
+check "typed into the log: asked once more, then armed" typed_and_meant
+check "typed while armed: refused, and why" typed_and_refused
+check "typed disarm asks too while something is recorded" typed_disarm_asks
+check "anything but yes sends nothing" not_yes_sends_nothing
+check "what is no command" typed_nonsense
+check "the log goes on when its input ends; its landings are those that were meant" log_goes_on
+check "its campaign has the board's answers, one of each command" answers_are_kept
+check "wrong usage" silly
+check "over serial" over_serial
+check "on a terminal lines are taken without --commands" on_a_terminal
+finish
