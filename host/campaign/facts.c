@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 
-static const char *const quantities[] = {"moved_in", "each_in", "most_in", "zone_mats", "waves", "slack", "torn", NULL};
+static const char *const quantities[] = {"moved_in", "each_in", "most_in", "zone_mats", "waves", "slack", "torn",
+                                         "failures", "apart_ft", NULL};
 
 /* [first, last], both from 1. */
 static void read_landings(const struct keys *keys, const char *where, const char *key, const json_t *entry, size_t most,
@@ -31,7 +32,7 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
         return;
     keys_text(keys, where, entry, "says", fact->says, sizeof fact->says);
     if (!json_object_get(entry, "quantity"))
-        keys_wrong(keys, where, "quantity", "what was seen: moved_in, each_in, most_in, zone_mats, waves, slack or torn");
+        keys_wrong(keys, where, "quantity", "what was seen: moved_in, each_in, most_in, zone_mats, waves, slack, torn, failures or apart_ft");
     fact->quantity = keys_choice(keys, where, entry, "quantity", quantities, 0);
     if (json_is_string(landings))
         fact->when = CAMPAIGN_BEFORE_BUCKLING + keys_choice(keys, where, entry, "landings", whens, 0);
@@ -107,6 +108,10 @@ static double of_landing(const struct campaign *c, const struct campaign_fact *f
         return o->band_slack > 0;
     case CAMPAIGN_TORN:
         return o->tears > 0;
+    case CAMPAIGN_FAILURES:
+        return o->failures;
+    case CAMPAIGN_APART_FT:
+        return o->failures > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;
     default:
         return moved_in(c, fact, o);
     }
@@ -116,7 +121,7 @@ static double over(const struct campaign *c, const struct campaign_fact *fact, c
                    size_t last)
 {
     bool buckling = fact->when == CAMPAIGN_AT_BUCKLING;
-    double sum = 0.0, most = 0.0;
+    double sum = 0.0, most = (double)NAN; /* of what there is */
     size_t count = 0;
     for (size_t i = first - 1; i < last && i < run->played; i++) {
         if (run->outcomes[i].buckled && !buckling)
@@ -135,6 +140,8 @@ static double over(const struct campaign *c, const struct campaign_fact *fact, c
         return sum / (double)count;
     case CAMPAIGN_MOST_IN:
     case CAMPAIGN_ZONE_MATS:
+    case CAMPAIGN_FAILURES:
+    case CAMPAIGN_APART_FT:
         return most;
     default:
         return sum;
@@ -177,7 +184,7 @@ struct campaign_fact_summary facts_summarise(const struct campaign *c, const str
 
 const char *facts_unit(const struct campaign_fact *fact)
 {
-    static const char *const units[] = {"in", "in", "in", "mats", "landings", "landings", "landings"};
+    static const char *const units[] = {"in", "in", "in", "mats", "landings", "landings", "landings", "stations", "ft"};
     return fact->against_first > 0 ? "times" : units[fact->quantity];
 }
 
