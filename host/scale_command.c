@@ -5,6 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/output.h"
 #include "host/scale/scale.h"
 
 #define GRAVITY_FT_S2 32.174
@@ -164,6 +165,8 @@ int scale_command(int argc, char **argv, const struct cli *cli)
         error_set(&error, MR_USAGE, "nothing to lay: --lay is for a scene or a campaign; give its file");
     else if (request.output_path && request.count > 0 && !file)
         error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out", request.output_path);
+    else
+        output_check(request.output_path, file ? request.words[0] : NULL, &error);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (request.count == 0)

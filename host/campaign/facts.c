@@ -44,6 +44,8 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
     keys_number(keys, where, entry, "at_least", 0.0, 1e9, &fact->low);
     keys_number(keys, where, entry, "at_most", 0.0, 1e9, &fact->high);
     keys_number(keys, where, entry, "needed", 0.0, 1.0, &fact->needed);
+    if (!isnan(fact->station_ft) && fact->quantity > CAMPAIGN_MOST_IN)
+        keys_wrong(keys, where, "station_ft", "it with moved_in, each_in or most_in: a station's movement");
     if (!keys_failed(keys) && !fact->says[0])
         keys_wrong(keys, where, "says", "what was seen, in words");
     if (!keys_failed(keys) && (!(fact->low <= fact->high) || (isinf(fact->low) && isinf(fact->high))))

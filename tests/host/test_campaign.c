@@ -255,6 +255,9 @@ static void test_files_that_are_refused(void **state)
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":-4}]}", "landings.0..deceleration_ft_s2"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":[5,4]}]}", "landings.0..deceleration_ft_s2"},
         {"{\"scene\":{\"N\":9},\"landings\":[{}]}", "profile"},
+        {"{\"scene\":{\"N\":9,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4,\"touchdown_ft\":[4,18]}]}",
+         "landings.0..touchdown_ft.18 ft"},
+        {"{\"scene\":{\"N\":1,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4}]}", "landings.0..touchdown_ft.2 ft"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"apply\":{\"N\":10}},{\"deceleration_ft_s2\":4,"
          "\"remove\":[\"N\"]}]}", "another runway"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"remove\":[\"bands\"]}]}", "remove"},

@@ -164,6 +164,7 @@ static void test_mistakes(void **state)
         {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2]}", "facts[0].at_least"},
         {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2],\"at_least\":2,\"at_most\":1}", "facts[0].at_least"},
         {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"station_ft\":90,\"at_least\":2}", "facts[0].station_ft"},
+        {"{\"says\":\"x\",\"quantity\":\"apart_ft\",\"landings\":[1,2],\"station_ft\":9,\"at_least\":2}", "facts[0].station_ft"},
         {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"most\":90}", "\"most\""},
     };
     struct campaign campaign;
