@@ -121,6 +121,12 @@ static int scale_values(const struct scale_request *request, const struct cli *c
     for (size_t i = 0; i < request->count; i++) {
         if (read_value(request->words[i], &values[i], &error) != MR_OK)
             return cli_fail(&error);
+        for (size_t k = 0; k < i; k++) {
+            if (values[k].quantity == values[i].quantity)
+                error_set(&error, MR_USAGE, "given twice: %s; leave one out", values[i].quantity->name);
+        }
+        if (error.status != MR_OK)
+            return cli_fail(&error);
         values[i].to = values[i].from * scale_factor(request, values[i].quantity->dimension);
     }
     pi_inputs(values, request->count, false, from);
