@@ -143,12 +143,16 @@ static enum mr_status read_value(const struct input *input, const char *text, do
 
 static enum mr_status read_words(const char **words, struct request *request, struct error *error)
 {
+    bool given[sizeof inputs / sizeof inputs[0]] = {false};
     for (size_t i = 0; i < WORDS_MAX && words[i]; i++) {
         const struct input *input = NULL;
         const char *text;
         double value = 0.0;
         if (find_input(words[i], &input, &text, error) != MR_OK || read_value(input, text, &value, error) != MR_OK)
             return error->status;
+        if (given[input - inputs])
+            return error_set(error, MR_USAGE, "given twice: %s; leave one out", input->name);
+        given[input - inputs] = true;
         memcpy((char *)request + input->offset, &value, sizeof value);
         request->area_given = request->area_given || strcmp(input->name, "area") == 0;
     }
@@ -179,6 +183,8 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
             return error->status;
         request->design.passes = (int)number;
     }
+    if (request->strict && request->design_only)
+        return error_set(error, MR_USAGE, "at odds: --strict is about the model, which --design-only leaves out; give one");
     return read_words(words, request, error);
 }
 

@@ -47,6 +47,12 @@ static void tell_progress(void *ctx, size_t done, size_t of)
     p->next_s = now_s + PROGRESS_S;
 }
 
+static bool ends_in(const char *path, const char *end)
+{
+    size_t length = strlen(path), part = strlen(end);
+    return length > part && strcmp(path + length - part, end) == 0;
+}
+
 static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
 {
     const char *jobs = NULL, *seeds = NULL, *words[1];
@@ -58,6 +64,10 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "FILE", error) != MR_OK)
         return error->status;
     request->path = words[0];
+    if (request->page && !ends_in(request->page, ".html") && !ends_in(request->page, ".svg"))
+        return error_set(error, MR_USAGE, "unknown kind of file: -o %s; give one that ends in .html or .svg", request->page);
+    if (output_check(request->page, request->path, error) != MR_OK)
+        return error->status;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     request->jobs = cores > 0 && cores < JOBS_MAX ? (int)cores : 1;
     if (jobs && cli_number(jobs, "-j", 1, JOBS_MAX, &number, error) != MR_OK)
@@ -171,11 +181,10 @@ static void print_result(const struct campaign *c, const struct campaign_run *ru
 static enum mr_status write_page(const char *path, const struct campaign *c, const struct campaign_run *runs,
                                  const struct campaign_summary *s, struct error *error)
 {
-    size_t length = strlen(path);
     FILE *out = output_open(path, error);
     if (!out)
         return error->status;
-    if (length > 4 && strcmp(path + length - 4, ".svg") == 0)
+    if (ends_in(path, ".svg"))
         campaign_picture(out, c, runs, s, true);
     else
         campaign_page(out, c, runs, s);

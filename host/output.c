@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 /* A landing cannot be repeated: an output never takes the place of a database. Only a regular file can be one; reading
  * from a pipe or a terminal would wait for ever. */
@@ -22,18 +23,41 @@ static bool is_database(const char *path)
     return got == sizeof begins && memcmp(begins, magic, sizeof magic) == 0;
 }
 
+static enum mr_status refuse(const char *path, struct error *error)
+{
+    if (strcmp(path, "-") == 0)
+        return error_set(error, MR_USAGE, "not a file: -; give a path (/dev/stdout is standard output)");
+    if (is_database(path))
+        return error_set(error, MR_USAGE, "would overwrite a database: %s; give another file for the output", path);
+    return MR_OK;
+}
+
+enum mr_status output_check(const char *path, const char *input, struct error *error)
+{
+    struct stat out, in;
+    if (!path)
+        return MR_OK;
+    if (refuse(path, error) != MR_OK)
+        return error->status;
+    bool exists = stat(path, &out) == 0;
+    if (exists && input && stat(input, &in) == 0 && in.st_dev == out.st_dev && in.st_ino == out.st_ino && S_ISREG(in.st_mode))
+        return error_set(error, MR_USAGE, "would overwrite what is read: %s; give another file with -o", path);
+    const char *slash = strrchr(path, '/');
+    char folder[4096];
+    snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path + 1) : 1, slash ? path : ".");
+    if (exists && S_ISDIR(out.st_mode))
+        errno = EISDIR;
+    else if (access(exists ? path : folder, exists ? W_OK : W_OK | X_OK) == 0)
+        return MR_OK;
+    return error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno), path);
+}
+
 FILE *output_open(const char *path, struct error *error)
 {
     if (!path)
         return stdout;
-    if (strcmp(path, "-") == 0) {
-        error_set(error, MR_USAGE, "not a file: -; give a path (/dev/stdout is standard output)");
+    if (refuse(path, error) != MR_OK)
         return NULL;
-    }
-    if (is_database(path)) {
-        error_set(error, MR_USAGE, "would overwrite a database: %s; give another file for the output", path);
-        return NULL;
-    }
     FILE *file = fopen(path, "w");
     if (!file)
         error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno), path);

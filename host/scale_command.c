@@ -5,6 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/output.h"
 #include "host/scale/scale.h"
 
 #define GRAVITY_FT_S2 32.174
@@ -120,6 +121,12 @@ static int scale_values(const struct scale_request *request, const struct cli *c
     for (size_t i = 0; i < request->count; i++) {
         if (read_value(request->words[i], &values[i], &error) != MR_OK)
             return cli_fail(&error);
+        for (size_t k = 0; k < i; k++) {
+            if (values[k].quantity == values[i].quantity)
+                error_set(&error, MR_USAGE, "given twice: %s; leave one out", values[i].quantity->name);
+        }
+        if (error.status != MR_OK)
+            return cli_fail(&error);
         values[i].to = values[i].from * scale_factor(request, values[i].quantity->dimension);
     }
     pi_inputs(values, request->count, false, from);
@@ -164,6 +171,8 @@ int scale_command(int argc, char **argv, const struct cli *cli)
         error_set(&error, MR_USAGE, "nothing to lay: --lay is for a scene or a campaign; give its file");
     else if (request.output_path && request.count > 0 && !file)
         error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out", request.output_path);
+    else
+        output_check(request.output_path, file ? request.words[0] : NULL, &error);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (request.count == 0)

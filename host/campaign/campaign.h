@@ -21,6 +21,7 @@
 #define CAMPAIGN_STATIONS_MAX 64
 #define CAMPAIGN_WAVES_MAX 8
 #define CAMPAIGN_FACTS_MAX 8
+#define CAMPAIGN_FAILURES_MAX 8
 
 /* auto: the chain always; the planar engine where the chain's compression could raise a wave. */
 enum campaign_engine { CAMPAIGN_AUTO, CAMPAIGN_CHAIN, CAMPAIGN_PLANAR };
@@ -56,7 +57,9 @@ enum campaign_quantity {
     CAMPAIGN_ZONE_MATS, /* longest closed zone */
     CAMPAIGN_WAVES,     /* landings with a wave */
     CAMPAIGN_SLACK,     /* landings in which a band went slack */
-    CAMPAIGN_TORN       /* landings in which joints tore */
+    CAMPAIGN_TORN,      /* landings in which joints tore */
+    CAMPAIGN_FAILURES,  /* most stations that one landing buckled at */
+    CAMPAIGN_APART_FT   /* from the first of them to the second, downfield; none where there is one */
 };
 enum campaign_when { CAMPAIGN_IN_LANDINGS, CAMPAIGN_BEFORE_BUCKLING, CAMPAIGN_AT_BUCKLING };
 

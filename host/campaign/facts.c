@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 
-static const char *const quantities[] = {"moved_in", "each_in", "most_in", "zone_mats", "waves", "slack", "torn", NULL};
+static const char *const quantities[] = {"moved_in", "each_in", "most_in", "zone_mats", "waves", "slack", "torn",
+                                         "failures", "apart_ft", NULL};
 
 /* [first, last], both from 1. */
 static void read_landings(const struct keys *keys, const char *where, const char *key, const json_t *entry, size_t most,
@@ -31,7 +32,7 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
         return;
     keys_text(keys, where, entry, "says", fact->says, sizeof fact->says);
     if (!json_object_get(entry, "quantity"))
-        keys_wrong(keys, where, "quantity", "what was seen: moved_in, each_in, most_in, zone_mats, waves, slack or torn");
+        keys_wrong(keys, where, "quantity", "what was seen: moved_in, each_in, most_in, zone_mats, waves, slack, torn, failures or apart_ft");
     fact->quantity = keys_choice(keys, where, entry, "quantity", quantities, 0);
     if (json_is_string(landings))
         fact->when = CAMPAIGN_BEFORE_BUCKLING + keys_choice(keys, where, entry, "landings", whens, 0);
@@ -43,6 +44,8 @@ static void read_fact(const struct keys *keys, const char *where, const json_t *
     keys_number(keys, where, entry, "at_least", 0.0, 1e9, &fact->low);
     keys_number(keys, where, entry, "at_most", 0.0, 1e9, &fact->high);
     keys_number(keys, where, entry, "needed", 0.0, 1.0, &fact->needed);
+    if (!isnan(fact->station_ft) && fact->quantity > CAMPAIGN_MOST_IN)
+        keys_wrong(keys, where, "station_ft", "it with moved_in, each_in or most_in: a station's movement");
     if (!keys_failed(keys) && !fact->says[0])
         keys_wrong(keys, where, "says", "what was seen, in words");
     if (!keys_failed(keys) && (!(fact->low <= fact->high) || (isinf(fact->low) && isinf(fact->high))))
@@ -107,6 +110,10 @@ static double of_landing(const struct campaign *c, const struct campaign_fact *f
         return o->band_slack > 0;
     case CAMPAIGN_TORN:
         return o->tears > 0;
+    case CAMPAIGN_FAILURES:
+        return o->failures;
+    case CAMPAIGN_APART_FT:
+        return o->failures > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;
     default:
         return moved_in(c, fact, o);
     }
@@ -116,7 +123,7 @@ static double over(const struct campaign *c, const struct campaign_fact *fact, c
                    size_t last)
 {
     bool buckling = fact->when == CAMPAIGN_AT_BUCKLING;
-    double sum = 0.0, most = 0.0;
+    double sum = 0.0, most = (double)NAN; /* of what there is */
     size_t count = 0;
     for (size_t i = first - 1; i < last && i < run->played; i++) {
         if (run->outcomes[i].buckled && !buckling)
@@ -135,6 +142,8 @@ static double over(const struct campaign *c, const struct campaign_fact *fact, c
         return sum / (double)count;
     case CAMPAIGN_MOST_IN:
     case CAMPAIGN_ZONE_MATS:
+    case CAMPAIGN_FAILURES:
+    case CAMPAIGN_APART_FT:
         return most;
     default:
         return sum;
@@ -177,7 +186,7 @@ struct campaign_fact_summary facts_summarise(const struct campaign *c, const str
 
 const char *facts_unit(const struct campaign_fact *fact)
 {
-    static const char *const units[] = {"in", "in", "in", "mats", "landings", "landings", "landings"};
+    static const char *const units[] = {"in", "in", "in", "mats", "landings", "landings", "landings", "stations", "ft"};
     return fact->against_first > 0 ? "times" : units[fact->quantity];
 }
 

@@ -172,6 +172,11 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     snprintf(scene_where, sizeof scene_where, "%s: %s", r->path, where);
     if (!keys_failed(r))
         sim_scene_from_json(&landing->scene, scene_where, now, r->error);
+    if (!keys_failed(r) && landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
+        char says[100];
+        snprintf(says, sizeof says, "a station before the runway's end, %.6g ft", landing->scene.mats * landing->scene.length_ft);
+        keys_wrong(r, where, "touchdown_ft", says);
+    }
 }
 
 /* The engines set these, landing by landing. */

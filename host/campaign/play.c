@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "host/campaign/draw.h"
+#include "host/campaign/failures.h"
 #include "host/sim/mods.h"
 #include "host/sim/sim.h"
 
@@ -203,6 +204,8 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene, c
         out->buckled = true;
         out->buckle_ft = joint_station_ft(scene, (size_t)result->mat);
         out->rise_in = r->campaign->buckle_in;
+        out->failures = 1;
+        out->failure_ft[0] = out->buckle_ft;
         return;
     }
     note_waves(r, scene, result->rise_ft, out);
@@ -217,6 +220,10 @@ static void note_planar(const struct runway *r, const struct sim_scene *scene, c
         out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
                          : out->waves > 0  ? out->wave_ft[0]
                                            : joint_station_ft(scene, (size_t)result->sag_joint - 1);
+    out->failures = failures_find(result->rise_ft, r->joints, scene->length_ft, r->campaign->buckle_in / IN_PER_FT, out->overrun_ft,
+                                  out->overruns, out->failure_ft);
+    if (out->buckled && out->failures == 0)
+        out->failure_ft[out->failures++] = out->buckle_ft;
 }
 
 static void note_movement(struct runway *r, const struct sim_scene *scene, const double *u_ft,

@@ -27,7 +27,9 @@ struct campaign_outcome {
     bool unhinged, buckled;
     double buckle_ft; /* station: where the wheel first met the wave; else, when it stopped before it, its crest */
     int overruns;
-    double overrun_ft[SIM_OVERRUNS_MAX]; /* all such stations */
+    double overrun_ft[SIM_OVERRUNS_MAX]; /* all such stations, the wheel having left the wave in between */
+    int failures; /* stretches of mats that rose so far, between mats that did not; at least 1 when buckled */
+    double failure_ft[CAMPAIGN_FAILURES_MAX]; /* stations, downfield: where the wheel first met it, else its crest */
     int crest_ahead_mats; /* of the wheel's mat: where a rise of buckle_in came first; only when crest_ft > 0 */
     double crest_ft;      /* station of it; 0: nothing rose so far while the wheel was on the runway */
     /* Bands: change of tension from before the landing to its least and its most, mean over the segments that the aircraft

@@ -49,7 +49,7 @@ static json_t *stations_json(const double *stations_ft, size_t count)
 static json_t *outcome_json(const struct campaign_outcome *o, size_t number)
 {
     size_t waves = (size_t)(o->waves < CAMPAIGN_WAVES_MAX ? o->waves : CAMPAIGN_WAVES_MAX);
-    json_t *object = json_pack("{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,s:o}", "landing",
+    json_t *object = json_pack("{s:I,s:o,s:o,s:o,s:o,s:b,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,s:b,s:o,s:o}", "landing",
                      (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6), "deceleration_ft_s2",
                      cli_json_number(o->deceleration_ft_s2, 4), "mats_chain", cli_json_number(o->mats_chain, 4), "mats_planar",
                      cli_json_number(o->mats_planar, 4), "planar", o->asked_planar, "lift_ratio",
@@ -59,7 +59,8 @@ static json_t *outcome_json(const struct campaign_outcome *o, size_t number)
                      cli_json_number(o->push_lb, 5), "pull_lb", cli_json_number(o->pull_lb, 5), "tears", o->tears, "waves",
                      o->waves, "wave_ft", stations_json(o->wave_ft, waves), "rise_in", cli_json_number(o->rise_in, 5),
                      "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg", cli_json_number(o->sag_deg, 4), "unhinged",
-                     o->unhinged, "buckled", o->buckled, "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns));
+                     o->unhinged, "buckled", o->buckled, "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns),
+                     "failure_ft", stations_json(o->failure_ft, (size_t)o->failures));
     if (o->crest_ft > 0.0) {
         json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
         json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));

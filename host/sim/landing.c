@@ -22,7 +22,7 @@
 #define DISAGREEMENT 0.2
 #define FOLDED_DEG 85.0
 #define DEGREES (180.0 / 3.14159265358979323846)
-#define OVERRUN_APART 10 /* mats between two waves that the wheel meets */
+#define OFF_WAVE_SHARE 0.5 /* of an overrun's rise: lower, the wheel has left that wave, and the next is another */
 #define SLIGHT_TURN 0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS 4 /* between looks at the angles */
@@ -65,6 +65,7 @@ struct march {
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
     int overrun[SIM_OVERRUNS_MAX], overruns;
+    bool on_wave; /* the wheel, since it met the last of them */
     int first_crest, first_crest_wheel;
     double awake_s;
     int mats_max;
@@ -436,13 +437,14 @@ static void note_overrun(const struct landing *l, struct march *march, double li
     int mat = l->model.span.mat;
     if (march->first_crest == 0)
         note_crest(l, march, lift_ft);
-    if (mat < 0 || march->overruns == SIM_OVERRUNS_MAX)
+    if (mat < 0)
         return;
     double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
     int node = (left_ft > right_ft ? mat : mat + 1) + 1;
-    if (fmax(left_ft, right_ft) >= lift_ft &&
-        (march->overruns == 0 || abs(node - march->overrun[march->overruns - 1]) >= OVERRUN_APART))
+    bool meets = fmax(left_ft, right_ft) >= lift_ft;
+    if (meets && !march->on_wave && march->overruns < SIM_OVERRUNS_MAX)
         march->overrun[march->overruns++] = node;
+    march->on_wave = meets || (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
 }
 
 static bool sound(struct landing *l, struct march *march, double t_s)

@@ -15,7 +15,7 @@ enum sim_status { SIM_OK, SIM_UNSTABLE, SIM_FOLDED, SIM_STEP_UNDERFLOW, SIM_INTE
 
 #define SIM_LEFT_OUT_MAX 12
 #define SIM_NOTES_MAX 8
-#define SIM_OVERRUNS_MAX 4
+#define SIM_OVERRUNS_MAX 8
 
 /* The state at one of the scene's t_out (or at the end when it names none). */
 struct sim_output {
@@ -55,9 +55,8 @@ struct sim_result {
     double *rise_ft; /* planar: largest lift of each node off its ground */
     double crest_deg, sag_deg; /* planar: most that a joint was turned upwards (^) and downwards (v); both positive */
     int crest_joint, sag_joint;
-    int overrun[SIM_OVERRUNS_MAX]; /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; at least */
-    int overruns;                  /* OVERRUN_APART mats apart (landing.c) */
-
+    int overrun[SIM_OVERRUNS_MAX]; /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; between two */
+    int overruns;                  /* of them it was on mats that lay lower than half of that */
     int first_crest, first_crest_wheel; /* node that first rose so far, and the mat the wheel was on then (0: on none) */
 
     struct sim_output *outputs;

@@ -72,4 +72,6 @@ check "half a section" fails_with 2 "width and thickness, or area" $m bands widt
 check "two sections" fails_with 2 "width and thickness, or area" $m bands width=6 thickness=1 area=3
 check "half a row" fails_with 2 "rows are whole" $m bands every=2.5
 check "not a word" fails_with 2 "NAME=VALUE" $m bands weight
+check "an input twice" fails_with 2 "given twice: yield" $m bands yield=50ksi yield=40ksi
+check "strict about a model that is left out" fails_with 2 "at odds: --strict" $m bands --design-only --strict
 finish

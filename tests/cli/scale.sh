@@ -45,6 +45,12 @@ J
     echo "$big $small"
     awk -v a="$big" -v b="$small" 'BEGIN { r = a / b / 7; exit !(a > 0 && r > 0.99999 && r < 1.00001) }'
 }
+cp host/scenes/model_runway.json "$tmp/own.json"
+ln -s own.json "$tmp/alias.json"
+own() { fails_with 2 "would overwrite what is read" $m scale "$tmp/own.json" -o "$1" && cmp "$tmp/own.json" host/scenes/model_runway.json; }
+check "a quantity twice" fails_with 2 "given twice: velocity" $m scale velocity=3 weight=2 velocity=4
+check "a scene is not written over itself" own "$tmp/own.json"
+check "nor by another name of it" own "$tmp/alias.json"
 check "and a runway" there_and_back host/scenes/model_runway.json 8e-4
 check "a scaled scene moves 1/7 as far" scaled_run
 

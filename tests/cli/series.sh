@@ -38,6 +38,13 @@ check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m campaign "$tmp/t
 check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m campaign "$tmp/lost.json"
 check "no file" fails_with 2 "FILE" $m campaign
 check "no jobs" fails_with 2 "-j" $m campaign "$tmp/small.json" -j 0
+check "a page of another kind, before anything is played" fails_with 2 "ends in .html or .svg" $m campaign "$tmp/small.json" -o "$tmp/page.pdf"
+check "a page that cannot be written" eval 'fails_with 3 "cannot write" $m campaign "$tmp/small.json" -o "$tmp/none/page.html" && [ ! -s "$tmp/out" ]'
+cp "$tmp/small.json" "$tmp/small.html"
+check "nor one in place of the campaign" eval 'fails_with 2 "would overwrite what is read" $m campaign "$tmp/small.html" -o "$tmp/small.html" &&
+    cmp "$tmp/small.json" "$tmp/small.html"'
+sed 's/"speed_ft_s": 20/"speed_ft_s": 20, "touchdown_ft": 40/' "$tmp/small.json" >"$tmp/beyond.json"
+check "a touchdown beyond the runway" fails_with 4 "touchdown_ft.*34.2857 ft" $m campaign "$tmp/beyond.json"
 check "too many seeds" fails_with 2 "--seeds" $m campaign "$tmp/small.json" --seeds 100001
 check "a page that cannot be written" fails_with 3 "no-such" $m --quiet campaign "$tmp/small.json" --seeds 1 -o "$tmp/no-such/page.html"
 

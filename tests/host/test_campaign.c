@@ -255,6 +255,9 @@ static void test_files_that_are_refused(void **state)
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":-4}]}", "landings.0..deceleration_ft_s2"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":[5,4]}]}", "landings.0..deceleration_ft_s2"},
         {"{\"scene\":{\"N\":9},\"landings\":[{}]}", "profile"},
+        {"{\"scene\":{\"N\":9,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4,\"touchdown_ft\":[4,18]}]}",
+         "landings.0..touchdown_ft.18 ft"},
+        {"{\"scene\":{\"N\":1,\"L\":2},\"landings\":[{\"deceleration_ft_s2\":4}]}", "landings.0..touchdown_ft.2 ft"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"apply\":{\"N\":10}},{\"deceleration_ft_s2\":4,"
          "\"remove\":[\"N\"]}]}", "another runway"},
         {"{\"scene\":{\"N\":9},\"landings\":[{\"deceleration_ft_s2\":4,\"remove\":[\"bands\"]}]}", "remove"},
@@ -299,6 +302,25 @@ static void test_the_standard_series_moves_as_observed(void **state)
         assert_true(run.outcomes[i].peak_in > 0.25 && run.outcomes[i].peak_in < 0.6 && run.outcomes[i].reach_ft > 9.0 &&
                     run.outcomes[i].reach_ft < 18.0);
     assert_true(run.outcomes[4].zone_mats > 50);
+    campaign_run_free(&run);
+    campaign_free(&campaign);
+}
+
+/* A wheel that rides a wave until it stops has met one wave, however far it is carried. */
+static void test_a_wave_that_is_ridden_is_met_once(void **state)
+{
+    struct campaign campaign;
+    struct campaign_run run;
+    (void)state;
+    error = (struct error){0};
+    assert_int_equal(campaign_load(&campaign, "host/campaign/series/standard.json", &error), MR_OK);
+    campaign_play(&campaign, 2, false, &run);
+    assert_int_equal(run.buckled, 5);
+    const struct campaign_outcome *o = &run.outcomes[4];
+    assert_int_equal(o->overruns, 1);
+    assert_int_equal(o->failures, 1);
+    assert_true(o->failure_ft[0] == o->overrun_ft[0] && run.buckle_ft == o->overrun_ft[0]);
+    assert_true(o->stop_ft - o->overrun_ft[0] > 5.0); /* that it is carried for */
     campaign_run_free(&run);
     campaign_free(&campaign);
 }
@@ -386,6 +408,7 @@ int main(void)
         cmocka_unit_test(test_every_series_can_be_read),
         cmocka_unit_test(test_scenes_are_the_rig_scaled),
         cmocka_unit_test(test_the_standard_series_moves_as_observed),
+        cmocka_unit_test(test_a_wave_that_is_ridden_is_met_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "host/campaign/facts.h"
+#include "host/campaign/failures.h"
 
 #define LANDINGS "\"landings\":[{\"deceleration_ft_s2\":5,\"times\":4}],\"stations_ft\":[5,10],"
 #define SCENE "\"scene\":{\"N\":60,\"L\":0.2857142857142857,\"slack\":0.0025}"
@@ -46,6 +47,9 @@ static void write_down(struct case_ *c)
     }
     c->buckling[2].buckled = true;
     c->buckling[2].waves = 1;
+    c->buckling[2].failures = 2;
+    c->buckling[2].failure_ft[0] = 85.0;
+    c->buckling[2].failure_ft[1] = 91.0;
     c->runs[0] = (struct campaign_run){.seed = 1, .played = 4, .outcomes = c->lasting};
     c->runs[1] = (struct campaign_run){.seed = 2, .played = 3, .buckled = 3, .outcomes = c->buckling};
 }
@@ -85,6 +89,10 @@ static void test_quantities(void **state)
         {"\"quantity\":\"waves\",\"landings\":[1,4]", 1.0, 1.0},
         {"\"quantity\":\"slack\",\"landings\":[1,4]", 2.0, 0.0},
         {"\"quantity\":\"torn\",\"landings\":[4,4]", 1.0, NAN},
+        {"\"quantity\":\"failures\",\"landings\":\"at buckling\"", NAN, 2.0},
+        {"\"quantity\":\"failures\",\"landings\":[1,4]", 0.0, 0.0},
+        {"\"quantity\":\"apart_ft\",\"landings\":\"at buckling\"", NAN, 6.0},
+        {"\"quantity\":\"apart_ft\",\"landings\":[1,4]", NAN, NAN},
     };
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -95,6 +103,26 @@ static void test_quantities(void **state)
                 fail_msg("%s: runway %d has %g, should have %g", cases[i].keys, k + 1, of[k], wanted[k]);
         }
     }
+}
+
+/* Nodes 0.5 ft apart; 3 in is a failure. Drawn: two waves and a low one; what the wheel met of them. */
+static void test_failures(void **state)
+{
+    /* by node, 1 to 12 */
+    static const double rise_ft[] = {0, 9, 0.1, 0.25, 0.3, 0.26, 0.2, 0.24, 0.27, 0.4, 0.3, 0.1, 9};
+    static const double met_ft[] = {4.5, 1.5}, low_ft[] = {2.5};
+    double at_ft[CAMPAIGN_FAILURES_MAX];
+    (void)state;
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2); /* the ends are held */
+    assert_near(at_ft[0], 1.5, 1e-12); /* crests: nodes 4 and 9 */
+    assert_near(at_ft[1], 4.0, 1e-12);
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, met_ft, 2, at_ft), 2);
+    assert_near(at_ft[0], 1.5, 1e-12);
+    assert_near(at_ft[1], 4.5, 1e-12);
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.25, low_ft, 1, at_ft), 2); /* met between them: neither's */
+    assert_near(at_ft[1], 4.0, 1e-12);
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.2, NULL, 0, at_ft), 1); /* nothing lies between them */
+    assert_int_equal(failures_find(rise_ft, 12, 0.5, 0.5, NULL, 0, at_ft), 0);
 }
 
 static void test_agreement(void **state)
@@ -136,6 +164,7 @@ static void test_mistakes(void **state)
         {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2]}", "facts[0].at_least"},
         {"{\"says\":\"x\",\"quantity\":\"torn\",\"landings\":[1,2],\"at_least\":2,\"at_most\":1}", "facts[0].at_least"},
         {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"station_ft\":90,\"at_least\":2}", "facts[0].station_ft"},
+        {"{\"says\":\"x\",\"quantity\":\"apart_ft\",\"landings\":[1,2],\"station_ft\":9,\"at_least\":2}", "facts[0].station_ft"},
         {"{\"says\":\"x\",\"quantity\":\"each_in\",\"landings\":[1,2],\"most\":90}", "\"most\""},
     };
     struct campaign campaign;
@@ -151,6 +180,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_quantities),
+        cmocka_unit_test(test_failures),
         cmocka_unit_test(test_agreement),
         cmocka_unit_test(test_mistakes),
     };
