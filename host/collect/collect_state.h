@@ -1,5 +1,5 @@
-/* Insides of the collector, shared by collect.c (links and landings) and collect_message.c (what each message
- * does). */
+/* Insides of the collector, shared by collect.c (links), collect_landing.c (landings) and collect_message.c with its topics (what each
+ * message does). */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 
@@ -107,12 +107,18 @@ enum mr_status collect_state_event(struct collector *collector, const struct sid
 /* A word of the board's configuration; the last one writes it. */
 enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
                                    struct error *error);
-/* The same for what is said of bands and of their gages' calibration; MR_OK for all other messages. */
+/* The same for the messages of one topic, each in the file of that name; MR_OK for all other messages. */
+typedef enum mr_status collect_topic(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
+                                     uint64_t host_us, struct error *error);
+collect_topic collect_identity_message, collect_gear_message, collect_health_message;
+collect_topic collect_predict_message; /* other messages go on to collect_band_message */
 enum mr_status collect_band_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
                                     size_t length, struct error *error);
-/* The same for what the predictor says (host/collect/collect_predict.c); other messages go on to collect_band_message. */
-enum mr_status collect_predict_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
-                                       size_t length, uint64_t host_us, struct error *error);
+/* An event, of the landing that the side is in, if any. */
+enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind, int64_t block, int64_t code,
+                                 int64_t detail, int64_t value, uint64_t host_us, struct error *error);
+/* The side's, among those that brought a row. */
+int64_t collect_link_bit(const struct side *side);
 /* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
 enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot, struct error *error);
 /* Writes all that is known of the configuration for a landing that begins. */

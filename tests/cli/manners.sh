@@ -82,7 +82,7 @@ taken() {
             case $command$option in
             *--help) continue ;;
             board*) # one table for each of its words
-                unknown board list $option && unknown board config $option && unknown board runway $option ;;
+                unknown board list $option && unknown board config $option && unknown board runway $option && unknown board arm $option ;;
             gages--serial) unknown gages zero $option ;;
             gages*) unknown gages bridge $option ;;
             *) unknown $command $option ;;
@@ -96,7 +96,7 @@ offered() { # and whatever their sources take is offered
     local file command option
     for file in host/*_command.c; do
         command=$(basename "$file" _command.c)
-        case $command in config | runway) command=board ;; esac
+        case $command in arm | config | runway) command=board ;; esac
         for option in $(grep -oE '\{"--?[a-zA-Z0-9-]+", *(&|NULL)' "$file" | grep -oE -- '--?[a-zA-Z0-9-]+'); do
             [ $command = landing ] && set -- $(options_of landing) $(options_of series) || set -- $(options_of $command)
             [[ " $* " == *" $option "* ]] || { echo "$command: $option is not in its help"; return 1; }

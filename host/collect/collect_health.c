@@ -1,0 +1,138 @@
+/* How the board and its channels are, into the campaign: what fails, temperatures, the slow log, a crash, CAN as the board sees it. */
+#include <string.h>
+
+#include "host/board/slow.h"
+#include "host/collect/collect_state.h"
+
+/* The channel is the row's value too: what is unique about an event does not include its detail. */
+static enum mr_status channel_event(struct collector *collector, struct side *side, const struct mr_channel_event *message,
+                                    uint64_t host_us, struct error *error)
+{
+    return collect_put_event(collector, side, "channel", message->block, message->validity, message->index, message->index, host_us,
+                             error);
+}
+
+/* Faults are repeated once a second; a row is made when one has counted on. */
+static enum mr_status fault(struct collector *collector, const struct side *side,
+                            const struct mr_fault *message, uint64_t host_us, struct error *error)
+{
+    if (message->code < MR_FAULT_COUNT) {
+        if (collector->fault_count[message->code] == message->count)
+            return MR_OK;
+        collector->fault_count[message->code] = message->count;
+    }
+    return collect_put_event(collector, side, "fault", message->block, message->code, message->detail, message->count,
+                             host_us, error);
+}
+
+static enum mr_status temperature(struct collector *collector, const struct side *side, const struct mr_temperature *message,
+                                  struct error *error)
+{
+    if (!side->current)
+        return MR_OK;
+    return store_temperature_put(collector->store, side->current->row.id, message->block, (double)message->temperature_c,
+                                 (double)message->error_c, collect_link_bit(side), error);
+}
+
+#define FRESH_BLOCKS 60000 /* a row that was just made, not one that somebody reads out */
+
+/* A row that is whole is kept, with its time when it was just made. One that the board cannot number is kept of one link. */
+static enum mr_status slow_part(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
+                                uint64_t host_us, struct error *error)
+{
+    struct store_slow row;
+    int64_t time_us = STORE_NONE;
+    const struct mr_slowrow *told = &side->slow.row;
+    if (mr_slowrow_take(&side->slow, id, payload, length) != MR_OK || !collector->identity.board_uid[0] ||
+        (told->seq == 0 && side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
+        return MR_OK;
+    int64_t age = side->time.known ? side->time.block - (int64_t)told->block : -1;
+    if (age > -1000 && age < FRESH_BLOCKS) /* the newest block that is known may be 0.1 s old */
+        time_us = (int64_t)host_us - 1000 * age;
+    slow_row(told, collector->identity.board_uid, time_us, &row);
+    return store_slow_put(collector->store, &row, error);
+}
+
+/* What a processor fault left behind: an event for each word, once, whichever link brings it and however often. */
+static enum mr_status crash(struct collector *collector, const struct side *side, const struct mr_crash *message,
+                            uint64_t host_us, struct error *error)
+{
+    struct crash_report *report = &collector->crash[side->kind];
+    enum mr_status status = MR_OK;
+    if (!crash_take(report, message) || memcmp(report->word, collector->crashed.word, sizeof report->word) == 0)
+        return MR_OK;
+    collector->crashed = *report;
+    collector->crash_news = true;
+    for (unsigned i = 0; i < MR_CRASH_ITEMS && status == MR_OK; i++)
+        status = collect_put_event(collector, side, "crash", 0, i, report->age, report->word[i], host_us, error);
+    return status;
+}
+
+/* The state of CAN as the board sees it is told each second; an event is made when it, or the count of outages, has changed. */
+static enum mr_status can_alarm(struct collector *collector, const struct side *side, const struct mr_can_alarm *message,
+                                int64_t block, uint64_t host_us, struct error *error)
+{
+    struct mr_can_alarm *newest = &collector->alarm;
+    bool same = newest->state == message->state && newest->outages == message->outages;
+    bool older = side->kind == LINK_CAN && message->outages < newest->outages; /* had waited in the controller */
+    if (same || older)
+        return MR_OK;
+    *newest = *message;
+    collector->alarm_news = true;
+    return collect_put_event(collector, side, "can-state", block < 0 ? 0 : block, message->state, message->tec, message->outages,
+                             host_us, error);
+}
+
+/* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
+#define GET(name)                                      \
+    struct mr_##name m;                                \
+    if (mr_##name##_get(&m, payload, length) != MR_OK) \
+    return MR_OK
+
+enum mr_status collect_health_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
+                                      uint64_t host_us, struct error *error)
+{
+    int64_t block = side->time.known ? side->time.block : -1;
+    enum mr_status status = MR_OK;
+    switch (id) {
+    case MR_ID_CHANNEL_EVENT: {
+        GET(channel_event);
+        status = channel_event(collector, side, &m, host_us, error);
+        break;
+    }
+    case MR_ID_CHANNEL_QUALITY: {
+        GET(channel_quality);
+        if (side->current)
+            status = store_quality_put(collector->store, side->current->row.id, &m, error);
+        break;
+    }
+    case MR_ID_FAULT: {
+        GET(fault);
+        status = fault(collector, side, &m, host_us, error);
+        break;
+    }
+    case MR_ID_TEMPERATURE: {
+        GET(temperature);
+        status = temperature(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_SLOW_ROW:
+    case MR_ID_SLOW_STATE:
+    case MR_ID_SLOW_DISPLACEMENT:
+    case MR_ID_SLOW_TENSION:
+        status = slow_part(collector, side, id, payload, length, host_us, error);
+        break;
+    case MR_ID_CRASH: {
+        GET(crash);
+        status = crash(collector, side, &m, host_us, error);
+        break;
+    }
+    case MR_ID_CAN_ALARM: {
+        GET(can_alarm);
+        status = can_alarm(collector, side, &m, block, host_us, error);
+        break;
+    }
+    default: break;
+    }
+    return status;
+}

@@ -1,0 +1,249 @@
+/* Who the board is and how it is configured, as it tells it, into the campaign. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "host/collect/collect_state.h"
+
+static enum mr_status hello(struct collector *collector, const struct side *side,
+                            const struct mr_hello *message, struct error *error)
+{
+    if (message->layout != MR_LAYOUT)
+        return error_set(
+            error, MR_VERSION,
+            "the board speaks layout %u, this matrig layout %u: %s; use firmware and matrig of one version",
+            message->layout, MR_LAYOUT, side->spec);
+    collector->hello = true;
+    collector->identity.clock_source = message->clock_source;
+    snprintf(collector->identity.firmware, sizeof collector->identity.firmware, "%u.%u.%u", message->major,
+             message->minor, message->patch);
+    return MR_OK;
+}
+
+static void uid_text(struct collector *collector)
+{
+    snprintf(collector->identity.board_uid, sizeof collector->identity.board_uid, "%08X%08X%08X",
+             (unsigned)collector->uid[0], (unsigned)collector->uid[1], (unsigned)collector->uid[2]);
+}
+
+/* The identity became better known while a landing is open: its row too. */
+static enum mr_status refresh_landing(struct collector *collector, struct side *side, struct error *error)
+{
+    struct slot *slot = side->current;
+    const struct store_landing *identity = &collector->identity;
+    if (!slot)
+        return MR_OK;
+    if (strcmp(slot->row.board_uid, identity->board_uid) == 0 &&
+        strcmp(slot->row.firmware, identity->firmware) == 0 && slot->row.image_crc == identity->image_crc &&
+        slot->row.config_crc == identity->config_crc && slot->row.touchdown_ft == identity->touchdown_ft &&
+        slot->row.switch_error_ft == identity->switch_error_ft &&
+        strcmp(slot->row.image_commit, identity->image_commit) == 0)
+        return MR_OK;
+    memcpy(slot->row.image_commit, identity->image_commit, sizeof slot->row.image_commit);
+    memcpy(slot->row.board_uid, identity->board_uid, sizeof slot->row.board_uid);
+    memcpy(slot->row.firmware, identity->firmware, sizeof slot->row.firmware);
+    slot->row.image_crc = identity->image_crc;
+    slot->row.config_crc = identity->config_crc;
+    slot->row.clock_source = identity->clock_source;
+    slot->row.touchdown_ft = identity->touchdown_ft;
+    slot->row.switch_error_ft = identity->switch_error_ft;
+    return store_landing_put(collector->store, &slot->row, error);
+}
+
+static enum mr_status put_channel(struct collector *collector, const struct slot *slot, unsigned index,
+                                  struct error *error)
+{
+    if (!slot || !collector->channel_known[index] || !collector->zero_known[index])
+        return MR_OK;
+    return store_channel_put(collector->store, slot->row.id, index, &collector->channel[index], error);
+}
+
+static enum mr_status channel(struct collector *collector, const struct side *side,
+                              const struct mr_channel *message, struct error *error)
+{
+    if (message->index >= MR_CHANNELS)
+        return MR_OK;
+    struct mr_channel_config *known = &collector->channel[message->index];
+    if (collector->channel_known[message->index] && known->kind == message->kind &&
+        known->unit_per_code == message->unit_per_code &&
+        (known->station_ft == message->station_ft ||
+         (isnan(known->station_ft) && isnan(message->station_ft))))
+        return MR_OK;
+    known->kind = message->kind;
+    known->station_ft = message->station_ft;
+    known->unit_per_code = message->unit_per_code;
+    collector->channel_known[message->index] = true;
+    return put_channel(collector, side->current, message->index, error);
+}
+
+static enum mr_status channel_zero(struct collector *collector, const struct side *side,
+                                   const struct mr_channel_zero *message, struct error *error)
+{
+    if (message->index >= MR_CHANNELS)
+        return MR_OK;
+    struct mr_channel_config *known = &collector->channel[message->index];
+    if (collector->zero_known[message->index] && known->number == message->number &&
+        known->band == message->band && known->zero_code == message->zero_code)
+        return MR_OK;
+    known->number = message->number;
+    known->band = message->band;
+    known->zero_code = message->zero_code;
+    collector->zero_known[message->index] = true;
+    return put_channel(collector, side->current, message->index, error);
+}
+
+static enum mr_status put_calibration(struct collector *collector, const struct slot *slot, unsigned index, unsigned item,
+                                      struct error *error)
+{
+    if (!slot || !(collector->items_known[index] >> item & 1u))
+        return MR_OK;
+    return store_calibration_put(collector->store, slot->row.id, index, item,
+                                 (double)mr_channel_item(&collector->channel[index], item), error);
+}
+
+static enum mr_status calibration(struct collector *collector, const struct side *side,
+                                  const struct mr_calibration *message, struct error *error)
+{
+    if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEMS)
+        return MR_OK;
+    struct mr_channel_config *known = &collector->channel[message->index];
+    uint32_t bit = 1u << message->item;
+    if (collector->items_known[message->index] & bit && mr_channel_item(known, message->item) == message->value)
+        return MR_OK;
+    mr_channel_item_set(known, message->item, message->value);
+    collector->items_known[message->index] |= bit;
+    return put_calibration(collector, side->current, message->index, message->item, error);
+}
+
+static enum mr_status switch_place(struct collector *collector, const struct side *side,
+                                   const struct mr_switch_place *message, struct error *error)
+{
+    if (message->position == 0 || message->position > STORE_SWITCHES_MAX)
+        return MR_OK;
+    struct store_switch place = {message->position, message->step_codes, (double)message->station_ft};
+    struct store_switch *known = &collector->place[message->position - 1];
+    if (collector->switch_known[message->position - 1] && known->step_codes == place.step_codes &&
+        known->station_ft == place.station_ft)
+        return MR_OK;
+    *known = place;
+    collector->switch_known[message->position - 1] = true;
+    return side->current ? store_switch_put(collector->store, side->current->row.id, &place, error) : MR_OK;
+}
+
+static enum mr_status slack(struct collector *collector, const struct side *side,
+                            const struct mr_slack *message, struct error *error)
+{
+    if (message->segment >= MR_SEGMENTS)
+        return MR_OK;
+    struct store_segment segment = {message->segment, message->joints, (double)message->slack_in,
+                                    (double)message->start_ft, (double)message->end_ft};
+    struct store_segment *known = &collector->segment[message->segment];
+    if (collector->segment_known[message->segment] &&
+        (known->slack_in == segment.slack_in || (isnan(known->slack_in) && isnan(segment.slack_in))))
+        return MR_OK;
+    *known = segment;
+    collector->segment_known[message->segment] = true;
+    return side->current ? store_segment_put(collector->store, side->current->row.id, &segment, error)
+                         : MR_OK;
+}
+
+enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
+                                           struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (unsigned i = 0; i < MR_CHANNELS && status == MR_OK; i++)
+        status = put_channel(collector, slot, i, error);
+    for (unsigned i = 0; i < MR_CHANNELS * MR_CALIBRATION_ITEMS && status == MR_OK; i++)
+        status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEMS, i % MR_CALIBRATION_ITEMS, error);
+    for (unsigned i = 0; i < STORE_SWITCHES_MAX && status == MR_OK; i++) {
+        if (collector->switch_known[i])
+            status = store_switch_put(collector->store, slot->row.id, &collector->place[i], error);
+    }
+    for (unsigned i = 0; i < MR_SEGMENTS && status == MR_OK; i++) {
+        if (collector->segment_known[i])
+            status = store_segment_put(collector->store, slot->row.id, &collector->segment[i], error);
+    }
+    return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
+}
+
+/* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
+#define GET(name)                                      \
+    struct mr_##name m;                                \
+    if (mr_##name##_get(&m, payload, length) != MR_OK) \
+    return MR_OK
+
+enum mr_status collect_identity_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
+                                        uint64_t host_us, struct error *error)
+{
+    (void)host_us;
+    enum mr_status status = MR_OK;
+    switch (id) {
+    case MR_ID_HELLO: {
+        GET(hello);
+        status = hello(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_BOARD_UID: {
+        GET(board_uid);
+        collector->uid[0] = m.uid0;
+        collector->uid[1] = m.uid1;
+        break;
+    }
+    case MR_ID_BOARD_IMAGE: {
+        GET(board_image);
+        collector->uid[2] = m.uid2;
+        collector->identity.image_crc = m.image_crc;
+        uid_text(collector);
+        break;
+    }
+    case MR_ID_IMAGE_COMMIT: {
+        GET(image_commit);
+        mr_image_commit_text(m.commit, m.commit_more, m.changed != 0, collector->identity.image_commit);
+        break;
+    }
+    case MR_ID_BOARD_CONFIG: {
+        GET(board_config);
+        collector->identity.config_crc = m.config_crc;
+        break;
+    }
+    case MR_ID_CONFIG_IMAGE: {
+        GET(config_image);
+        status = collect_config_word(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_SITE: {
+        GET(site);
+        collector->identity.touchdown_ft = (double)m.touchdown_ft;
+        collector->identity.switch_error_ft = (double)m.switch_error_ft;
+        status = refresh_landing(collector, side, error);
+        break;
+    }
+    case MR_ID_CHANNEL: {
+        GET(channel);
+        status = channel(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_CHANNEL_ZERO: {
+        GET(channel_zero);
+        status = channel_zero(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_CALIBRATION: {
+        GET(calibration);
+        status = calibration(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_SWITCH_PLACE: {
+        GET(switch_place);
+        status = switch_place(collector, side, &m, error);
+        break;
+    }
+    case MR_ID_SLACK: {
+        GET(slack);
+        status = slack(collector, side, &m, error);
+        break;
+    }
+    default: break;
+    }
+    return status;
+}
