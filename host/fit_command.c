@@ -8,6 +8,7 @@
 #include "host/cli.h"
 #include "host/fit/campaign.h"
 #include "host/fit/print.h"
+#include "host/output.h"
 #include "host/place.h"
 #include "host/run.h"
 
@@ -46,7 +47,9 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
-    return error->status;
+    if (error->status != MR_OK || output_check(request->plot, request->scene, error) != MR_OK)
+        return error->status;
+    return output_check(request->out_scene, request->scene, error);
 }
 
 static int key_of(const char *name, size_t length)
@@ -82,6 +85,7 @@ static enum mr_status set_fitted(const char *text, struct fit_landings *list, st
 /* "f=0.5:0.02,KL=2.9e5:3e4": value and standard error. */
 static enum mr_status set_priors(const char *text, struct fit_landings *list, struct error *error)
 {
+    bool given[FIT_KEYS] = {false};
     while (text) {
         size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
         int key = key_of(text, length), used = 0;
@@ -91,6 +95,9 @@ static enum mr_status set_priors(const char *text, struct fit_landings *list, st
         if (text[length] != '=' || sscanf(text + length, "=%lf:%lf%n", &value, &spread, &used) != 2 || length + (size_t)used != whole ||
             !(value > 0.0) || !(spread > 0.0) || !isfinite(value) || !(spread <= 3.0 * value))
             return error_set(error, MR_USAGE, "no prior: '%.*s'; give NAME=VALUE:ERROR, both above 0, as f=0.5:0.02", (int)whole, text);
+        if (given[key])
+            return error_set(error, MR_USAGE, "given twice: %s in --prior; leave one out", fit_names[key].key);
+        given[key] = true;
         list->parameter[key].value = value;
         list->parameter[key].spread = spread / value;
         text = text[whole] == ',' ? text + whole + 1 : NULL;
@@ -127,6 +134,23 @@ static enum mr_status add_all(struct store *store, const struct request *request
     return error->status;
 }
 
+/* A landing that counts twice would halve what it says it does not know. */
+static enum mr_status add_named(struct store *store, const struct request *request, struct fit_landings *list, struct error *error)
+{
+    int64_t runs[RUNS_MAX];
+    for (size_t i = 0; i < RUNS_MAX && request->words[i + 1]; i++) {
+        if (run_parse(request->words[i + 1], &runs[i], error) != MR_OK)
+            return error->status;
+        for (size_t k = 0; k < i; k++) {
+            if (runs[k] == runs[i])
+                return error_set(error, MR_USAGE, "given twice: RUN %s; leave one out", request->words[i + 1]);
+        }
+        if (fit_campaign_add(store, runs[i], request->scene, list, error) != MR_OK)
+            return error->status;
+    }
+    return MR_OK;
+}
+
 static enum mr_status load(const struct request *request, const struct cli *cli, struct fit_landings *list, struct error *error)
 {
     struct store *store = NULL;
@@ -136,11 +160,7 @@ static enum mr_status load(const struct request *request, const struct cli *cli,
     if (sim_scene_load(&scene, request->scene, error) == MR_OK) {
         fit_landings_begin(list, &scene);
         sim_scene_free(&scene);
-        for (size_t i = 1; i <= RUNS_MAX && request->words[i] && error->status == MR_OK; i++) {
-            int64_t run;
-            if (run_parse(request->words[i], &run, error) == MR_OK)
-                fit_campaign_add(store, run, request->scene, list, error);
-        }
+        add_named(store, request, list, error);
         if (error->status == MR_OK && !request->words[1])
             add_all(store, request, cli, list, error);
     }

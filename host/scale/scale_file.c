@@ -224,8 +224,8 @@ static json_t *scaled_fact(const struct scale_request *request, const json_t *en
     static const struct mr_dimension ft = {0, 1, 0};
     static const char *const lengths[] = {"at_least", "at_most", "station_ft"};
     json_t *result = json_deep_copy(entry);
-    bool inches = fact->quantity <= CAMPAIGN_MOST_IN && fact->against_first == 0;
-    for (size_t i = inches ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
+    bool length = (fact->quantity <= CAMPAIGN_MOST_IN || fact->quantity == CAMPAIGN_APART_FT) && fact->against_first == 0;
+    for (size_t i = length ? 0 : 2; i < sizeof lengths / sizeof lengths[0]; i++) {
         if (json_object_get(entry, lengths[i]))
             json_object_set_new(result, lengths[i], times(json_object_get(entry, lengths[i]), scale_factor(request, ft)));
     }

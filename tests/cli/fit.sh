@@ -40,6 +40,10 @@ check "the scene runs, with the fitted resistance" scene_has_it
 check "no such parameter" fails_with 2 "unknown parameter: 'frictoin'" $matrig fit "$db" 1 --fit frictoin
 check "no such prior" fails_with 2 'NAME=VALUE:ERROR' $matrig fit "$db" 1 --prior f=0.5
 check "a prior below 0" fails_with 2 'above 0' $matrig fit "$db" 1 --prior f=0.5:-1
+check "a prior twice" fails_with 2 'given twice: f in --prior' $matrig fit "$db" 1 --prior f=0.5:0.1,f=0.6:0.1
+check "a landing twice" fails_with 2 'given twice: RUN 1' $matrig fit "$db" 1 1
+check "a plot in place of the campaign" fails_with 2 'would overwrite a database' $matrig fit "$db" 1 --plot "$db"
+check "a scene that cannot be written, before anything is fitted" fails_with 3 'cannot write' $matrig fit "$db" 1 -o "$tmp/none/scene.json"
 check "too few draws" fails_with 2 '--draws' $matrig fit "$db" 1 --draws 3
 check "no such landing" fails_with 2 'RUN 9' $matrig fit "$db" 9
 check "a scene that is no chain" fails_with 2 'not a chain' $matrig fit "$db" 1 --scene host/scenes/model_runway_planar.json

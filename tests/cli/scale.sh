@@ -105,6 +105,13 @@ sys.exit(not (abs(f[0]["station_ft"] - 350) < 1e-9 and abs(f[0]["at_least"] - 1.
 P
 }
 check "facts of a campaign scale by their quantity" facts
+apart() { # 4.5 and 7.5 ft by 7
+    $m --json scale host/campaign/series/standard.json | python3 -c '
+import json, sys
+f = [f for f in json.load(sys.stdin)["campaign"]["facts"] if f["quantity"] == "apart_ft"]
+sys.exit(not (len(f) == 1 and f[0]["at_least"] == 31.5 and f[0]["at_most"] == 52.5))'
+}
+check "a distance between failures too" apart
 check "laid twice" fails_with 2 "laid already" $m scale "$tmp/diagonal.json" --lay 45
 echo '{"model":"chain","N":2,"gap0":[0,0,0],"slack":0.01}' >"$tmp/joints.json"
 check "joints that are no more" fails_with 2 "gap0 is a list by joint" $m scale "$tmp/joints.json" --lay 45
