@@ -143,7 +143,7 @@ half_a_program_does_not_start() { # power off and on, BOOT0 low: the board is in
 }
 protected() {
     start_board --boot0 && with_stm32flash -j && stop_board && start_board --boot0 || return 1
-    fails_with 2 'the chip is read-protected: .*stm32flash -k' build/matrig flash "pty:$tty" $firmware/matrig.elf --boot0 --baud 460800
+    fails_with 2 'the chip is read-protected: .*stm32flash -k' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --boot0 --baud 460800
     local found=$?
     stop_board && return $found
 }
