@@ -161,6 +161,9 @@ static double extreme(const struct measured *measured, const struct measured_cha
 
 void measured_peaks(const struct measured *measured, const struct measured_channel *channel, size_t from, double *high, double *low)
 {
+    *high = *low = (double)NAN;
+    if (measured->samples == 0) /* nor has the channel a stride then */
+        return;
     struct sums sums = sums_of(measured, channel);
     *high = *low = 0.0;
     for (size_t half = 0; half < 2; half++) {
