@@ -33,8 +33,8 @@ struct session {
     struct flash_result result;
     bool entered, same, runs;
     bool drawn;
-    unsigned told, told_quarter; /* lines in place of a bar; the quarter of the phase they came to */
-    enum flash_phase told_phase;
+    bool begun[3];            /* of each phase, where lines stand in place of a bar, */
+    unsigned told_quarter[3]; /* and the quarter that the lines came to */
 };
 
 static uint64_t now_us(void)
@@ -84,16 +84,15 @@ static const char *const phases[] = {"comparing", "writing", "reading back"};
 static void tell(struct session *session, enum flash_phase phase, unsigned done, unsigned of)
 {
     unsigned quarter = of ? 4u * done / of : 4u;
-    bool begins = session->told == 0 || session->told_phase != phase;
-    if (!begins && quarter <= session->told_quarter)
+    bool begins = !session->begun[phase]; /* the last page is written and read back after all others: phases come again */
+    if (!begins && quarter <= session->told_quarter[phase])
         return;
     if (begins)
         cli_note(session->cli, "flash: %s %u pages", phases[phase], of);
     if (quarter > 0 && (!begins || quarter == 4))
         cli_note(session->cli, "flash: %s, %u of %u pages", phases[phase], done, of);
-    session->told++;
-    session->told_phase = phase;
-    session->told_quarter = quarter;
+    session->begun[phase] = true;
+    session->told_quarter[phase] = quarter;
 }
 
 static void show(void *context, enum flash_phase phase, unsigned done, unsigned of)
