@@ -8,6 +8,7 @@
 #include "host/cli.h"
 #include "host/fit/campaign.h"
 #include "host/fit/print.h"
+#include "host/output.h"
 #include "host/place.h"
 #include "host/run.h"
 
@@ -46,6 +47,8 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
+    if (error->status == MR_OK && output_not_input(request->plot, request->scene, error) == MR_OK)
+        output_not_input(request->out_scene, request->scene, error);
     return error->status;
 }
 

@@ -40,6 +40,14 @@ FILE *output_open(const char *path, struct error *error)
     return file;
 }
 
+enum mr_status output_not_input(const char *path, const char *input, struct error *error)
+{
+    struct stat a, b;
+    if (!path || !input || stat(path, &a) != 0 || stat(input, &b) != 0 || !S_ISREG(a.st_mode) || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
+        return MR_OK;
+    return error_set(error, MR_USAGE, "would overwrite what is read: %s; give another file for the output", path);
+}
+
 enum mr_status output_close(FILE *file, const char *path, struct error *error)
 {
     int failed = ferror(file);

@@ -8,6 +8,8 @@
 
 /* `path` NULL: standard output. NULL on failure; a file that is an SQLite database is refused, never overwritten. */
 FILE *output_open(const char *path, struct error *error);
+/* MR_USAGE when `path` is the file `input` that the command reads, by whatever name; either may be NULL. */
+enum mr_status output_not_input(const char *path, const char *input, struct error *error);
 /* Flushes and closes; MR_IO when anything written did not arrive. */
 enum mr_status output_close(FILE *file, const char *path, struct error *error);
 
