@@ -104,7 +104,7 @@ int report_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && is_sweep(words[0]))
         return report_sweep(words[0], path, cli);
     if (status == MR_OK && film && (stat(film, &folder) != 0 || !S_ISDIR(folder.st_mode)))
-        status = error_set(&error, MR_IO, "no folder of pictures: %s; --film names a folder with a folder of pictures for each RUN", film);
+        status = error_set(&error, MR_IO, "cannot read the film's folder: %s; --film names a folder with a folder of pictures for each RUN", film);
     report.path = words[0];
     report.film = film;
     if (status == MR_OK)
