@@ -1,5 +1,6 @@
 /* matrig bundle: one landing with all that a replay of it needs, in one file. */
 #include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -7,6 +8,7 @@
 #include "host/cli.h"
 #include "host/place.h"
 #include "host/run.h"
+#include "host/sim/scene.h"
 #include "host/store/store.h"
 
 /* "page,candump" */
@@ -46,6 +48,18 @@ static int tell(const struct bundle_made *made, const char *db, int64_t run, con
     return 0;
 }
 
+static enum mr_status scene_check(const char *path, struct error *error)
+{
+    struct sim_scene *scene = malloc(sizeof *scene);
+    if (!scene)
+        return error_set(error, MR_FULL, "no memory: %s; close other programs", path);
+    enum mr_status status = sim_scene_load(scene, path, error);
+    if (status == MR_OK)
+        sim_scene_free(scene);
+    free(scene);
+    return status;
+}
+
 int bundle_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2] = {NULL, NULL}, *path = NULL, *without = NULL;
@@ -67,6 +81,8 @@ int bundle_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     place_find(PLACE_FIRMWARE, elf, sizeof elf);
+    if (status == MR_OK && want.scene)
+        status = scene_check(want.scene, &error);
     place_find(PLACE_RUNWAY, scene, sizeof scene);
     if (!want.elf)
         want.elf = elf;

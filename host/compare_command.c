@@ -78,6 +78,8 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         compare_limits_add_rms(&request->limits, number);
     if (seeds && cli_number(seeds, "--seeds", 1.0, CAMPAIGN_SEEDS_MAX, &number, error) == MR_OK)
         request->seeds = (size_t)number;
+    if (error->status == MR_OK && output_not_input(request->output, request->scene, error) == MR_OK)
+        output_not_input(request->output, limits, error);
     if (error->status == MR_OK && limits)
         compare_limits_load(&request->limits, limits, error);
     return error->status;

@@ -226,6 +226,8 @@ int error_command(int argc, char **argv, const struct cli *cli)
         error_set(&error, MR_USAGE, "one word too many: '%s' of error; --predictor takes no SCENE", words[0]);
     else if (!predictor && !words[0])
         error_set(&error, MR_USAGE, "something is missing: matrig error needs SCENE or --predictor; see matrig error --help");
+    if (error.status == MR_OK)
+        output_not_input(plot, words[0], &error);
     if (error.status == MR_OK && predictor && (!plot || can_write(plot, &error) == MR_OK))
         return error_predictor(plot, cli);
     if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)

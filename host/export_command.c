@@ -1,5 +1,6 @@
 /* matrig export: one landing for other tools. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "host/analyse/film.h"
@@ -216,6 +217,34 @@ static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
     return status;
 }
 
+/* Made in memory first: what cannot be exported leaves the file as it was. */
+static enum mr_status write_out(struct store *store, int64_t run, const char *format, const char *path, const struct cli *cli, long *rows,
+                                struct error *error)
+{
+    char *text = NULL;
+    size_t length = 0;
+    FILE *made = open_memstream(&text, &length);
+    if (!made)
+        return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)run);
+    if (strcmp(format, "candump") == 0)
+        export_candump(store, run, made, cli, rows, error);
+    else if (strcmp(format, "frames") == 0)
+        export_frames(store, run, made, cli, rows, error);
+    else if (strcmp(format, "mdf4") == 0)
+        export_mdf4(store, run, made, cli->si, rows, error);
+    else
+        export_csv(store, run, made, cli, rows, error);
+    if (fclose(made) != 0)
+        error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)run);
+    FILE *out = error->status == MR_OK ? output_open(path, error) : NULL;
+    if (out) {
+        fwrite(text, 1, length, out);
+        output_close(out, path, error);
+    }
+    free(text);
+    return error->status;
+}
+
 int export_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2] = {NULL, NULL}, *format = NULL, *path = NULL;
@@ -225,14 +254,11 @@ int export_command(int argc, char **argv, const struct cli *cli)
     int64_t run = 0;
     long rows = 0;
     enum mr_status status = cli_parse(argc, argv, options, 2, words, 2, 2, "DB RUN", &error);
-    bool candump = format && strcmp(format, "candump") == 0;
-    bool frames = format && strcmp(format, "frames") == 0;
-    bool mdf4 = format && strcmp(format, "mdf4") == 0;
     if (status == MR_OK && !format)
         status = error_set(
             &error, MR_USAGE,
             "no format: matrig export needs --format csv, candump, frames or mdf4; see matrig export --help");
-    if (status == MR_OK && !candump && !frames && !mdf4 && strcmp(format, "csv") != 0)
+    if (status == MR_OK && strcmp(format, "csv") != 0 && strcmp(format, "candump") != 0 && strcmp(format, "frames") != 0 && strcmp(format, "mdf4") != 0)
         status = error_set(&error, MR_USAGE, "unknown format: '%s'; use csv, candump, frames or mdf4", format);
     if (status == MR_OK && cli->json && !path)
         status =
@@ -245,18 +271,8 @@ int export_command(int argc, char **argv, const struct cli *cli)
     struct store_landing landing;
     if (status == MR_OK)
         status = store_landing_get(store, run, &landing, &error);
-    FILE *out = status == MR_OK ? output_open(path, &error) : NULL;
-    if (out) {
-        if (candump)
-            export_candump(store, run, out, cli, &rows, &error);
-        else if (frames)
-            export_frames(store, run, out, cli, &rows, &error);
-        else if (mdf4)
-            export_mdf4(store, run, out, cli->si, &rows, &error);
-        else
-            export_csv(store, run, out, cli, &rows, &error);
-        output_close(out, path, &error);
-    }
+    if (status == MR_OK)
+        write_out(store, run, format, path, cli, &rows, &error);
     store_close(store);
     if (error.status != MR_OK)
         return cli_fail(&error);

@@ -152,7 +152,9 @@ static enum mr_status add(const struct request *r, struct store *store, struct e
     if (status == MR_OK && r->observe)
         return observe(r, store, error);
     if (status == MR_OK && r->withdraw) {
-        status = run_parse(r->withdraw, &id, error);
+        double number = 0.0;
+        status = cli_number(r->withdraw, "--withdraw", 1.0, 1e9, &number, error);
+        id = (int64_t)number;
         return status == MR_OK
                    ? store_observation_withdraw(store, r->run, id, (int64_t)link_now_us(), author(r->who), r->reason ? r->reason : "", error)
                    : status;

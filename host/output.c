@@ -32,16 +32,22 @@ static enum mr_status refuse(const char *path, struct error *error)
     return MR_OK;
 }
 
+enum mr_status output_not_input(const char *path, const char *input, struct error *error)
+{
+    struct stat a, b;
+    if (!path || !input || stat(path, &a) != 0 || stat(input, &b) != 0 || !S_ISREG(a.st_mode) || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
+        return MR_OK;
+    return error_set(error, MR_USAGE, "would overwrite what is read: %s; give another file for the output", path);
+}
+
 enum mr_status output_check(const char *path, const char *input, struct error *error)
 {
-    struct stat out, in;
+    struct stat out;
     if (!path)
         return MR_OK;
-    if (refuse(path, error) != MR_OK)
+    if (refuse(path, error) != MR_OK || output_not_input(path, input, error) != MR_OK)
         return error->status;
     bool exists = stat(path, &out) == 0;
-    if (exists && input && stat(input, &in) == 0 && in.st_dev == out.st_dev && in.st_ino == out.st_ino && S_ISREG(in.st_mode))
-        return error_set(error, MR_USAGE, "would overwrite what is read: %s; give another file with -o", path);
     const char *slash = strrchr(path, '/');
     char folder[4096];
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path + 1) : 1, slash ? path : ".");

@@ -318,7 +318,7 @@ int params_command(int argc, char **argv, const struct cli *cli)
     const struct cli_option options[] = {{"-o", &output_path, NULL}};
     struct error error = {0};
     json_error_t where;
-    if (cli_parse(argc, argv, options, 1, words, 1, 1, "READINGS", &error) != MR_OK)
+    if (cli_parse(argc, argv, options, 1, words, 1, 1, "READINGS", &error) != MR_OK || output_not_input(output_path, words[0], &error) != MR_OK)
         return cli_fail(&error);
     FILE *file = fopen(words[0], "rb");
     if (!file) {

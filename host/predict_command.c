@@ -303,7 +303,9 @@ static int print_results(json_t *results, int exit_code)
     json_decref(results);
     bool failed = json_dumpf(whole, stdout, JSON_INDENT(1)) != 0 || putchar('\n') == EOF || fflush(stdout) != 0;
     json_decref(whole);
-    return failed ? 3 : exit_code;
+    if (failed)
+        fputs("matrig: cannot write the result: standard output; check where it goes\n", stderr);
+    return failed ? mr_status_exit_code(MR_IO) : exit_code;
 }
 
 int predict_command(int argc, char **argv, const struct cli *cli)

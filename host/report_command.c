@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "host/cli.h"
 #include "host/output.h"
@@ -95,12 +96,15 @@ int report_command(int argc, char **argv, const struct cli *cli)
     char made_path[1000];
     struct error error = {0};
     struct report report = {.si = cli->si};
+    struct stat folder;
     int exit_code = 0;
     enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 1, "DB", &error);
     if (status == MR_OK)
         status = read_run(run_text, &report.run, &error);
     if (status == MR_OK && is_sweep(words[0]))
         return report_sweep(words[0], path, cli);
+    if (status == MR_OK && film && (stat(film, &folder) != 0 || !S_ISDIR(folder.st_mode)))
+        status = error_set(&error, MR_IO, "cannot read the film's folder: %s; --film names a folder with a folder of pictures for each RUN", film);
     report.path = words[0];
     report.film = film;
     if (status == MR_OK)

@@ -46,7 +46,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     if (rtol && cli_number(rtol, "--rtol", 1e-13, 1.0, &request->options.rtol, error) != MR_OK)
         return error->status;
     request->scene_path = words[0];
-    return MR_OK;
+    return output_not_input(request->csv_path, request->scene_path, error);
 }
 
 static volatile sig_atomic_t interrupted;

@@ -256,6 +256,12 @@ static enum mr_status begin(const struct request *request, struct store *store, 
                  survey_desk_read(&survey->desk), survey->desk.plan.count);
     if (status != MR_OK || found)
         return status;
+    if (request->from) { /* a sheet that cannot be read begins no survey */
+        static struct survey_sheet sheet;
+        survey_desk_init(&survey->desk, request->pattern, request->edges);
+        if (survey_sheet_read(request->from, &survey->desk.plan, &sheet, error) != MR_OK)
+            return error->status;
+    }
     struct store_gage_survey row = {.made_us = (int64_t)link_now_us(), .error_in = request->error_in, .closed_in = request->closed_in};
     snprintf(row.pattern, sizeof row.pattern, "%s", survey_pattern_text(request->pattern));
     snprintf(row.edges, sizeof row.edges, "%s", survey_edges_text(request->edges));
@@ -344,7 +350,7 @@ static int list(const struct request *request, struct store *store)
     return status == MR_OK ? 0 : cli_fail(&error);
 }
 
-static enum mr_status write_sheet(const struct request *request, struct store *store, struct survey *survey, struct error *error)
+static enum mr_status write_sheet(const struct request *request, struct store *store, struct survey *survey, size_t *places, struct error *error)
 {
     bool found = false;
     enum mr_status status = request->number ? survey_get(store, request->number, survey, error)
@@ -365,6 +371,7 @@ static enum mr_status write_sheet(const struct request *request, struct store *s
     if (!out)
         return error->status;
     survey_sheet_write(out, &survey->desk, request->cli->si);
+    *places = survey->desk.plan.count;
     return output_close(out, strcmp(request->sheet, "-") == 0 ? NULL : request->sheet, error);
 }
 
@@ -378,11 +385,12 @@ static int run(const struct request *request)
     bool fresh = request->sheet && access(request->db, F_OK) != 0; /* the first survey may begin with its sheet */
     bool reading = !fresh && (request->show || request->list || request->sheet);
     int exit_code = 0;
+    size_t places = 0;
     enum mr_status status = store_open(request->db, reading ? STORE_READ : request->load ? STORE_OPEN : STORE_CREATE, &store, &error);
     if (status == MR_OK && request->list)
         exit_code = list(request, store);
     else if (status == MR_OK && request->sheet)
-        status = write_sheet(request, store, &survey, &error);
+        status = write_sheet(request, store, &survey, &places, &error);
     else if (status == MR_OK && (request->show || request->load))
         status = survey_get(store, request->number, &survey, &error);
     else if (status == MR_OK)
@@ -395,6 +403,8 @@ static int run(const struct request *request)
     store_close(store);
     if (status != MR_OK)
         return cli_fail(&error);
+    if (request->sheet && request->cli->json)
+        return cli_print_json(json_pack("{sssI}", "file", request->sheet, "places", (json_int_t)places), 0);
     if (!results)
         return exit_code;
     if (request->load)
@@ -417,8 +427,12 @@ static enum mr_status check(struct request *r, struct error *error)
         status = cli_number(r->closed_text, "--closed", 20.0 / to_in, 40.0 / to_in, &r->closed_in, error);
     if (status == MR_OK && r->error_text)
         status = cli_number(r->error_text, "--error", 1e-4 / to_in, 0.2 / to_in, &r->error_in, error);
+    double number = 0.0;
     if (status == MR_OK && r->number_text)
-        status = run_parse(r->number_text, &r->number, error);
+        status = cli_number(r->number_text, "--survey", 1.0, 1e9, &number, error);
+    r->number = (int64_t)number;
+    if (status == MR_OK && r->sheet && r->cli->json && strcmp(r->sheet, "-") == 0)
+        status = error_set(error, MR_USAGE, "nowhere to write: matrig --json survey --sheet needs a file; standard output is the JSON's");
     r->closed_in *= r->closed_text ? to_in : 1.0;
     r->error_in *= r->error_text ? to_in : 1.0;
     int modes = r->show + r->list + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end + (r->caliper != NULL);

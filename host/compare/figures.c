@@ -199,3 +199,26 @@ enum mr_status compare_figures(const struct measured *measured, const struct zon
         compare_zones(measured, survey, said, &segments, &figures->zones);
     return error->status;
 }
+
+struct compare_mean compare_mean_of(const struct compare_figures *figures)
+{
+    struct compare_mean mean = {0};
+    double sum = 0.0, squares = 0.0;
+    for (size_t i = 0; i < figures->channels; i++) {
+        const struct compare_channel *c = &figures->channel[i];
+        if (!c->compared)
+            continue;
+        double n = (double)c->f.compared;
+        mean.channels++;
+        mean.samples += n;
+        sum += n * c->f.bias;
+        squares += n * c->f.rms * c->f.rms;
+        mean.worst_rms_in = fmax(mean.worst_rms_in, c->f.rms);
+        mean.peak_en = fmax(mean.peak_en, c->peak_en);
+    }
+    mean.bias_in = mean.samples > 0.0 ? sum / mean.samples : (double)NAN;
+    mean.rms_in = mean.samples > 0.0 ? sqrt(squares / mean.samples) : (double)NAN;
+    if (mean.channels == 0)
+        mean.worst_rms_in = mean.peak_en = (double)NAN;
+    return mean;
+}

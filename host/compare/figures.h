@@ -42,6 +42,13 @@ struct compare_figures {
 enum mr_status compare_figures(const struct measured *measured, const struct zones_closure *survey, const struct compare_said *said,
                                const struct store_simulation_head *head, const struct store_simulation *rows, size_t count,
                                struct compare_figures *figures, struct error *error);
+/* Over the channels that were compared, weighted by their samples. */
+struct compare_mean {
+    size_t channels;
+    double samples, bias_in, rms_in; /* NaN: no channel */
+    double worst_rms_in, peak_en;    /* of any */
+};
+struct compare_mean compare_mean_of(const struct compare_figures *figures);
 /* The channel in full, as it was compared: arrays of measured->samples, NaN where not compared. The caller frees `storage`. */
 struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in, *time_error_s, *alignment_in;

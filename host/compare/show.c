@@ -146,16 +146,6 @@ void compare_show_verdict(FILE *out, const struct compare_verdict *verdict)
 
 /* ---- a series ---- */
 
-static const struct compare_zone_moment *moment_of(const struct compare_figures *figures, bool rest)
-{
-    const struct compare_zones *zones = &figures->zones;
-    for (size_t i = 0; i < zones->count; i++) {
-        if ((strcmp(zones->moment[i].what, "at rest") == 0) == rest)
-            return &zones->moment[i];
-    }
-    return NULL;
-}
-
 static void show_overlap(FILE *out, const struct compare_zone_moment *moment, const struct compare_overlap *overlap)
 {
     char text[20] = "-";
@@ -169,31 +159,18 @@ static void show_overlap(FILE *out, const struct compare_zone_moment *moment, co
 static void show_series_landing(FILE *out, const struct compare_series_landing *landing, double in, int d)
 {
     const struct compare_figures *figures = &landing->figures;
-    const struct compare_zone_moment *longest = moment_of(figures, false), *rest = moment_of(figures, true);
-    double samples = 0.0, sum = 0.0, squares = 0.0, worst = 0.0, peak_en = 0.0;
-    size_t compared = 0;
+    const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false), *rest = compare_moment_of(&figures->zones, true);
+    const struct compare_mean mean = compare_mean_of(figures);
     fprintf(out, "  %3" PRId64, landing->run);
     if (!landing->compared) {
         fprintf(out, "  not compared: %s\n", landing->why);
         return;
     }
-    for (size_t i = 0; i < figures->channels; i++) {
-        const struct compare_channel *c = &figures->channel[i];
-        if (!c->compared)
-            continue;
-        double n = (double)c->f.compared;
-        compared++;
-        samples += n;
-        sum += n * c->f.bias;
-        squares += n * c->f.rms * c->f.rms;
-        worst = fmax(worst, c->f.rms);
-        peak_en = fmax(peak_en, c->peak_en);
-    }
-    fprintf(out, "  %zu of %zu", compared, figures->channels);
-    cell(out, 8, d, sum / samples * in);
-    cell(out, 8, d, sqrt(squares / samples) * in);
-    cell(out, 8, d, worst * in);
-    ratio(out, 8, peak_en);
+    fprintf(out, "  %zu of %zu", mean.channels, figures->channels);
+    cell(out, 8, d, mean.bias_in * in);
+    cell(out, 8, d, mean.rms_in * in);
+    cell(out, 8, d, mean.worst_rms_in * in);
+    ratio(out, 8, mean.peak_en);
     show_overlap(out, longest, longest ? &longest->simulated : NULL);
     show_overlap(out, longest, longest ? &longest->board : NULL);
     show_overlap(out, rest, rest ? &rest->simulated : NULL);

@@ -1,6 +1,7 @@
 #include "host/compare/zones.h"
 
 #include <math.h>
+#include <string.h>
 
 #define STEP_S 0.02
 #define REST_S 0.3 /* after the stop; mats have come to rest by then */
@@ -137,4 +138,13 @@ void compare_zones(const struct measured *measured, const struct zones_closure *
     if (!isnan(t_s))
         look(&in, longest[source], t_s, &zones->moment[zones->count++]);
     look(&in, "at rest", fmin(stop_s + REST_S, end_s), &zones->moment[zones->count++]);
+}
+
+const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest)
+{
+    for (size_t i = 0; i < zones->count; i++) {
+        if ((strcmp(zones->moment[i].what, "at rest") == 0) == rest)
+            return &zones->moment[i];
+    }
+    return NULL;
 }

@@ -39,6 +39,8 @@ struct compare_zones {
     struct compare_zone_moment moment[COMPARE_MOMENTS];
 };
 
+/* The moment at rest, or the other one; NULL: there is none. */
+const struct compare_zone_moment *compare_moment_of(const struct compare_zones *zones, bool rest);
 struct compare_overlap compare_overlap_of(const struct compare_zone *measured, const struct compare_zone *other);
 
 /* Longest run of segments with less than MR_CLOSURE_OPEN_IN left whose end is ahead of the wheel; one that the wheel is in begins there. */

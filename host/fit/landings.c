@@ -251,7 +251,7 @@ static void draw_given_sum(gsl_rng *random, double *gap_ft, size_t count, double
     }
 }
 
-/* Joint j, from 0, lies in the segment it begins or lies in (as in host/compare.c). */
+/* Joint j, from 0, lies in the segment it begins or lies in (as in host/compare/). */
 static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;

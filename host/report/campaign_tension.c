@@ -92,7 +92,7 @@ static void table(const struct report *report, unsigned bands, FILE *out)
         snprintf(heads[n], sizeof heads[n], "band %u: least less before, %s", b + 1, unit_of(UNIT_TENSION, report->si)->text);
         list[n] = heads[n];
         n++;
-        snprintf(heads[n], sizeof heads[n], "band %u: most less before", b + 1);
+        snprintf(heads[n], sizeof heads[n], "band %u: most less before, %s", b + 1, unit_of(UNIT_TENSION, report->si)->text);
         list[n] = heads[n];
         n++;
     }

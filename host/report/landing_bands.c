@@ -18,9 +18,11 @@ static void extreme_cell(FILE *out, const struct measured *measured, double lb, 
 static void shunt_table(const struct bands_summary *bands, bool si, FILE *out)
 {
     const struct unit *force = unit_of(UNIT_TENSION, si);
-    char head[60];
-    snprintf(head, sizeof head, "shunt, %s", force->text);
-    html_table(out, (const char *const[]){"gage", head, "found before", "found after", "drift", "before", "after", NULL});
+    static const char *const names[] = {"shunt", "found before", "found after", "drift"};
+    char heads[4][60];
+    for (int i = 0; i < 4; i++)
+        snprintf(heads[i], sizeof heads[i], "%s, %s", names[i], force->text);
+    html_table(out, (const char *const[]){"gage", heads[0], heads[1], heads[2], heads[3], "before", "after", NULL});
     for (size_t i = 0; i < bands->shunts; i++) {
         const struct bands_shunt *s = &bands->shunt[i];
         fputs("<tr>", out);
@@ -42,11 +44,13 @@ enum mr_status landing_bands(const struct report *report, const struct report_la
     const struct measured *measured = &landing->summary.measured;
     const bool si = report->si;
     const struct unit *force = unit_of(UNIT_TENSION, si);
-    char head[60], text[400];
+    static const char *const names[] = {"before", "spread", "least", "most", "after"};
+    char heads[5][60], text[400];
     (void)error;
-    snprintf(head, sizeof head, "before, %s", force->text);
+    for (int i = 0; i < 5; i++)
+        snprintf(heads[i], sizeof heads[i], "%s, %s", names[i], force->text);
     if (bands->bands) {
-        html_table(out, (const char *const[]){"band", head, "spread", "least", "most", "after", "recovered", NULL});
+        html_table(out, (const char *const[]){"band", heads[0], heads[1], heads[2], heads[3], heads[4], "recovered", NULL});
         for (size_t i = 0; i < bands->bands; i++) {
             const struct store_band *band = &bands->band[i];
             fputs("<tr>", out);

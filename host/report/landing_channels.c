@@ -9,11 +9,12 @@ static void channel_table(FILE *out, const struct report_landing *landing, bool 
 {
     const struct measured *measured = &landing->summary.measured;
     double length = unit_of(UNIT_DISPLACEMENT, si)->factor;
-    char heads[3][60];
-    snprintf(heads[0], sizeof heads[0], "station, %s", unit_of(UNIT_STATION, si)->text);
-    snprintf(heads[1], sizeof heads[1], "peak measured, %s", unit_of(UNIT_DISPLACEMENT, si)->text);
-    html_table(out, (const char *const[]){"transducer", heads[0], heads[1], "peak simulated",
-                                          "rms difference", "end measured", "end simulated", "valid", NULL});
+    static const char *const names[] = {"peak measured", "peak simulated", "rms difference", "end measured", "end simulated"};
+    char heads[6][60];
+    snprintf(heads[5], sizeof heads[5], "station, %s", unit_of(UNIT_STATION, si)->text);
+    for (int i = 0; i < 5; i++)
+        snprintf(heads[i], sizeof heads[i], "%s, %s", names[i], unit_of(UNIT_DISPLACEMENT, si)->text);
+    html_table(out, (const char *const[]){"transducer", heads[5], heads[0], heads[1], heads[2], heads[3], heads[4], "valid", NULL});
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_find(measured, MR_KIND_DISPLACEMENT, number);
         if (c < 0)
@@ -41,11 +42,12 @@ static void channel_table(FILE *out, const struct report_landing *landing, bool 
 static void gage_table(FILE *out, const struct measured *measured, bool si)
 {
     double force = unit_of(UNIT_TENSION, si)->factor;
-    char heads[2][60];
-    snprintf(heads[0], sizeof heads[0], "station, %s", unit_of(UNIT_STATION, si)->text);
-    snprintf(heads[1], sizeof heads[1], "before, %s", unit_of(UNIT_TENSION, si)->text);
-    html_table(out, (const char *const[]){"gage", "band", heads[0], heads[1], "least", "most", "at the end",
-                                          "valid", NULL});
+    static const char *const names[] = {"before", "least", "most", "at the end"};
+    char heads[5][60];
+    snprintf(heads[4], sizeof heads[4], "station, %s", unit_of(UNIT_STATION, si)->text);
+    for (int i = 0; i < 4; i++)
+        snprintf(heads[i], sizeof heads[i], "%s, %s", names[i], unit_of(UNIT_TENSION, si)->text);
+    html_table(out, (const char *const[]){"gage", "band", heads[4], heads[0], heads[1], heads[2], heads[3], "valid", NULL});
     for (unsigned number = 1; number <= MR_GAGES; number++) {
         int c = measured_find(measured, MR_KIND_TENSION, number);
         if (c < 0)

@@ -106,15 +106,21 @@ static void words(FILE *out, const struct compare_figures *figures, bool si)
 }
 
 /* From what is measured now: a calibration may have changed since. */
+bool landing_compared(const struct report_landing *landing, struct compare_figures *figures, struct error *error)
+{
+    const struct measured *measured = &landing->summary.measured;
+    const struct compare_said said = {.zone = landing->summary.zones.row, .zones = landing->summary.zones.count};
+    return landing->simulations > 0 && measured->fit_status == MR_OK && measured->samples > 0 &&
+           compare_figures(measured, &landing->survey, &said, &landing->head, landing->simulation, landing->simulations, figures, error) == MR_OK;
+}
+
 enum mr_status landing_compare(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error)
 {
     const bool si = report->si;
     const struct measured *measured = &landing->summary.measured;
-    const struct compare_said said = {.zone = landing->summary.zones.row, .zones = landing->summary.zones.count};
     struct compare_figures figures;
     char heads[3][60];
-    if (landing->simulations == 0 || measured->fit_status != MR_OK || measured->samples == 0 ||
-        compare_figures(measured, &landing->survey, &said, &landing->head, landing->simulation, landing->simulations, &figures, error) != MR_OK)
+    if (!landing_compared(landing, &figures, error))
         return error->status;
     words(out, &figures, si);
     snprintf(heads[0], sizeof heads[0], "station, %s", unit_of(UNIT_STATION, si)->text);

@@ -44,11 +44,15 @@ typedef enum mr_status report_section(const struct report *report, FILE *out, st
 typedef enum mr_status report_part(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error);
 
 /* Of the campaign (campaign_*.c): */
-report_section campaign_summary, campaign_cumulative, campaign_zones, campaign_tension, campaign_predictor, campaign_slow, campaign_journal,
+report_section campaign_summary, campaign_compared, campaign_cumulative, campaign_zones, campaign_tension, campaign_predictor, campaign_slow, campaign_journal,
     campaign_survey;
 /* Of a landing (landing_*.c): */
 report_part landing_facts, landing_speed, landing_movement, landing_wheel, landing_zones, landing_tensions, landing_along, landing_bands,
     landing_predictor, landing_film, landing_channels, landing_compare, landing_health;
+
+/* The newest comparison's figures, from what is measured now; false: there is none, or an error. */
+struct compare_figures;
+bool landing_compared(const struct report_landing *landing, struct compare_figures *figures, struct error *error);
 
 /* The last section, which says what was drawn and by what: of all that was written so far. */
 enum mr_status provenance_write(const struct report *report, const char *page, size_t length, FILE *out, struct error *error);

@@ -50,7 +50,7 @@ static const char style[] =
     "@page{margin:14mm}@media print{:root{--ink:#000;--soft:#333;--rule:#999;--grid:#ddd;--panel:#fff}"
     "body{max-width:none;margin:0;padding:0;font-size:10pt}table{font-size:8pt}h2,h3{break-after:avoid}"
     ".landing,#provenance{break-before:page}h2{margin-top:18pt}figure,tr,dl div{break-inside:avoid}"
-    "thead{display:table-header-group}.scroll{overflow:visible}td,th{padding-right:5px}td.n{white-space:normal}p{max-width:none}"
+    "thead{display:table-header-group}.scroll{overflow:visible}td,th{padding-right:5px}td.n{white-space:normal}p{max-width:none;break-before:avoid}"
     "svg,img{print-color-adjust:exact;-webkit-print-color-adjust:exact}}";
 
 void page_head(FILE *out, const char *title)

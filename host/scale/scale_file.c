@@ -358,6 +358,8 @@ static void tell(const struct scale_request *request, const json_t *scaled, cons
 int scale_file(const struct scale_request *request, const struct cli *cli)
 {
     struct error error = {0};
+    if (output_not_input(request->output_path, request->words[0], &error) != MR_OK)
+        return cli_fail(&error);
     json_t *source = json_load_file(request->words[0], 0, NULL), *numbers = NULL;
     bool is_campaign = json_object_get(source, "landings") != NULL;
     json_t *scaled = scaled_file(request, source, is_campaign, &numbers, &error);

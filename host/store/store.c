@@ -300,4 +300,16 @@ void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)
 {
     const char *text = (const char *)sqlite3_column_text(statement, column);
     snprintf(out, size, "%s", text ? text : "");
+    size_t length = strlen(out), cut = length;
+    if (text && text[length]) { /* no half of a character at the end */
+        while (cut > 0 && ((unsigned char)text[cut] & 0xc0) == 0x80)
+            cut--;
+        out[cut] = '\0';
+    }
+    for (char *p = out; *p; p++) { /* somebody else may have written it: nothing that a terminal takes for an order (C0, DEL, C1 as UTF-8) */
+        if ((unsigned char)*p < 0x20 || *p == 0x7f)
+            *p = ' ';
+        else if ((unsigned char)*p == 0xc2 && ((unsigned char)p[1] & 0xe0) == 0x80)
+            p[0] = p[1] = ' ';
+    }
 }
