@@ -17,12 +17,12 @@ check() { # NAME COMMAND...
     fi
 }
 say() { echo "# figure: $*"; }
-wait_for() { # SECONDS COMMAND...: until the command succeeds
-    local left=$(($1 * 10))
+uptime_s() { cut -d. -f1 /proc/uptime; }
+wait_for() { # SECONDS COMMAND...: until the command succeeds; a command may take longer than the pause between two
+    local until_s=$(($(uptime_s) + $1))
     shift
     until "$@" >/dev/null 2>&1; do
-        left=$((left - 1))
-        [ $left -gt 0 ] || return 1
+        [ $(uptime_s) -lt $until_s ] || return 1
         usleep 100000
     done
 }
