@@ -3,7 +3,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #include "common/command.h"
 #include "host/board/listen.h"
@@ -14,13 +13,6 @@
 #define STATE_S 2.0  /* it is told on change, and once a second */
 
 enum { IDLE, ARMED, LANDING, SETTLING }; /* states of the catalogue's `landing` */
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 const char *armtalk_refusal(enum mr_status answer)
 {
@@ -45,7 +37,6 @@ bool armtalk_recording(unsigned state)
 static enum mr_status take(void *context, uint32_t id, const uint8_t *bytes, size_t length, struct error *error)
 {
     struct armtalk *talk = context;
-    struct mr_ack ack;
     switch (id) {
     case MR_ID_HELLO:
         talk->hello = true;
@@ -58,10 +49,7 @@ static enum mr_status take(void *context, uint32_t id, const uint8_t *bytes, siz
         talk->wait_known |= mr_box_state_get(&talk->box, bytes, length) == MR_OK;
         break;
     case MR_ID_ACK:
-        if (mr_ack_get(&ack, bytes, length) == MR_OK && ack.tag == talk->tag) {
-            talk->ack = ack;
-            talk->acknowledged = true;
-        }
+        talk->acknowledged |= listen_ack(bytes, length, talk->tag, &talk->ack);
         break;
     default:
         break;
@@ -76,12 +64,12 @@ static enum mr_status listen(struct armtalk *talk, struct error *error)
 
 enum mr_status armtalk_begin(struct armtalk *talk, struct link *link, enum link_kind kind, struct error *error)
 {
-    double until_s = now_s() + HELLO_S;
+    double until_s = listen_now_s() + HELLO_S;
     enum mr_status status = MR_OK;
     *talk = (struct armtalk){.link = link, .kind = kind, .tag = (uint16_t)(link_now_us() / 1000u)}; /* not that of who else asks */
     mr_deframer_init(&talk->deframer);
     while (status == MR_OK && !(talk->hello && talk->landing_known)) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(link));
         status = listen(talk, error);
     }
@@ -108,7 +96,7 @@ enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
     struct mr_command command = {.code = code, .argument = number, .tag = ++talk->tag};
     talk->acknowledged = talk->landing_told = talk->wait_known = false;
     enum mr_status status = listen_send(talk->link, talk->kind, &talk->seq, MR_ID_COMMAND, payload, mr_command_put(&command, payload), error);
-    for (double until_s = now_s() + ANSWER_S; status == MR_OK && !talk->acknowledged && now_s() < until_s;)
+    for (double until_s = listen_now_s() + ANSWER_S; status == MR_OK && !talk->acknowledged && listen_now_s() < until_s;)
         status = listen(talk, error);
     bool reached = talk->landing_told && talk->landing.state == wanted;
     if (status != MR_OK)
@@ -120,7 +108,7 @@ enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
                          mr_command_name(code), ANSWER_S, link_spec(talk->link));
     if (talk->ack.status != MR_OK)
         return refused(talk, code, error);
-    for (double until_s = now_s() + STATE_S; status == MR_OK && !reached && now_s() < until_s;) {
+    for (double until_s = listen_now_s() + STATE_S; status == MR_OK && !reached && listen_now_s() < until_s;) {
         status = listen(talk, error);
         reached = talk->landing_told && talk->landing.state == wanted;
     }

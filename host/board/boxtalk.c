@@ -1,7 +1,6 @@
 #include "host/board/boxtalk.h"
 
 #include <string.h>
-#include <time.h>
 
 #include "common/command.h"
 #include "common/wire.h"
@@ -10,13 +9,6 @@
 #define ANSWER_S 10.0  /* without any, the board is taken not to listen */
 #define ROUNDS 6       /* of asking for what has not come */
 #define PAGE_BITS 15u
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static void take_part(struct boxtalk *talk, const uint8_t *payload)
 {
@@ -68,7 +60,6 @@ static void take_slow(struct boxtalk *talk, uint16_t id, const uint8_t *bytes, s
 static enum mr_status take_frame(void *context, const struct mr_frame *frame, struct error *error)
 {
     struct boxtalk *talk = context;
-    struct mr_ack ack;
     struct mr_box_end end;
     struct mr_box_record record;
     const uint8_t *bytes = frame->payload;
@@ -80,10 +71,7 @@ static enum mr_status take_frame(void *context, const struct mr_frame *frame, st
         talk->hello = true;
         break;
     case MR_ID_ACK:
-        if (mr_ack_get(&ack, bytes, length) == MR_OK && ack.tag == talk->tag) {
-            talk->ack = ack;
-            talk->acknowledged = true;
-        }
+        talk->acknowledged |= listen_ack(bytes, length, talk->tag, &talk->ack);
         break;
     case MR_ID_BOX_STATE:
         talk->state_known |= mr_box_state_get(&talk->state, bytes, length) == MR_OK;
@@ -125,14 +113,14 @@ static enum mr_status listen(struct boxtalk *talk, struct error *error)
 
 enum mr_status boxtalk_begin(struct boxtalk *talk, struct link *link, struct error *error)
 {
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     enum mr_status status = MR_OK;
     memset(talk, 0, sizeof *talk);
     talk->link = link;
     talk->half_page = UINT32_MAX;
     mr_deframer_init(&talk->deframer);
     while (status == MR_OK && !talk->hello) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(link));
         status = listen(talk, error);
     }
@@ -144,12 +132,12 @@ static enum mr_status order_once(struct boxtalk *talk, uint8_t code, int32_t arg
     uint8_t payload[MR_MESSAGE_MAX], frame[MR_FRAME_MAX];
     struct mr_command command = {.code = code, .argument = argument, .tag = ++talk->tag};
     size_t length = mr_command_put(&command, payload);
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     talk->acknowledged = false;
     enum mr_status status =
         link_send_bytes(talk->link, frame, mr_frame_encode(talk->seq++, MR_ID_COMMAND, payload, length, frame), error);
     while (status == MR_OK && !talk->acknowledged) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "the board does not answer `%s`: %s; is it running and connected?",
                              mr_command_name(code), link_spec(talk->link));
         status = listen(talk, error);
@@ -160,9 +148,9 @@ static enum mr_status order_once(struct boxtalk *talk, uint8_t code, int32_t arg
 /* What the board asks to be asked again is asked again. */
 static enum mr_status order(struct boxtalk *talk, uint8_t code, int32_t argument, struct error *error)
 {
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     enum mr_status status = order_once(talk, code, argument, error);
-    while (status == MR_OK && talk->ack.status == MR_WAIT && now_s() < until_s) {
+    while (status == MR_OK && talk->ack.status == MR_WAIT && listen_now_s() < until_s) {
         status = listen(talk, error);
         if (status == MR_OK)
             status = order_once(talk, code, argument, error);
@@ -180,12 +168,12 @@ static enum mr_status order(struct boxtalk *talk, uint8_t code, int32_t argument
 
 enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error)
 {
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     talk->count = 0;
     talk->listed = false;
     enum mr_status status = order(talk, MR_COMMAND_BOX_LIST, 0, error);
     while (status == MR_OK && !talk->listed) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "the list of records did not end: %s; try again", link_spec(talk->link));
         status = listen(talk, error);
     }
@@ -211,11 +199,11 @@ enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *r
     for (int round = 0; status == MR_OK && round < ROUNDS && first_absent(talk) < talk->page_count; round++) {
         talk->ended = false;
         status = order(talk, MR_COMMAND_BOX_READ, (int32_t)((uint32_t)talk->reading << PAGE_BITS | first_absent(talk)), error);
-        double until_s = now_s() + ANSWER_S;
-        for (size_t parts = talk->parts; status == MR_OK && !talk->ended && now_s() < until_s; parts = talk->parts) {
+        double until_s = listen_now_s() + ANSWER_S;
+        for (size_t parts = talk->parts; status == MR_OK && !talk->ended && listen_now_s() < until_s; parts = talk->parts) {
             status = listen(talk, error);
             if (talk->parts != parts)
-                until_s = now_s() + ANSWER_S;
+                until_s = listen_now_s() + ANSWER_S;
         }
     }
     talk->pages = NULL;
@@ -229,16 +217,16 @@ enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first, void (*row)(vo
     talk->slow_context = context;
     talk->slow_ended = false;
     enum mr_status status = order(talk, MR_COMMAND_SLOW_READ, (int32_t)first, error);
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     size_t rows = talk->slow_rows;
     while (status == MR_OK && !(talk->slow_ended && talk->uid_known && talk->clock_known)) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             status = error_set(error, MR_TIMEOUT, "the slow log did not end: %s; try again, it goes on from where it was",
                                link_spec(talk->link));
         else
             status = listen(talk, error);
         if (talk->slow_rows != rows)
-            until_s = now_s() + ANSWER_S;
+            until_s = listen_now_s() + ANSWER_S;
         rows = talk->slow_rows;
     }
     talk->slow_row = NULL;

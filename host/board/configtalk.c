@@ -1,7 +1,6 @@
 #include "host/board/configtalk.h"
 
 #include <string.h>
-#include <time.h>
 
 #include "common/command.h"
 #include "common/wire.h"
@@ -12,13 +11,6 @@
 #define WINDOW_S 2.0   /* without the answer to a window of words, they are sent again */
 #define WINDOW 16u     /* words; the board's queues hold more */
 #define ROUNDS 6       /* of asking for what has not come, of sending what did not arrive */
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static void take_word(struct configtalk *talk, const struct mr_config_image *word)
 {
@@ -32,7 +24,6 @@ static void take_word(struct configtalk *talk, const struct mr_config_image *wor
 static enum mr_status take_message(void *context, uint32_t id, const uint8_t *bytes, size_t length, struct error *error)
 {
     struct configtalk *talk = context;
-    struct mr_ack ack;
     struct mr_config_image word;
     struct mr_config_staged staged;
     switch (id) {
@@ -42,10 +33,7 @@ static enum mr_status take_message(void *context, uint32_t id, const uint8_t *by
         talk->hello = true;
         break;
     case MR_ID_ACK:
-        if (mr_ack_get(&ack, bytes, length) == MR_OK && ack.tag == talk->tag) {
-            talk->ack = ack;
-            talk->acknowledged = true;
-        }
+        talk->acknowledged |= listen_ack(bytes, length, talk->tag, &talk->ack);
         break;
     case MR_ID_CONFIG_STATE:
         talk->state_known |= mr_config_state_get(&talk->state, bytes, length) == MR_OK;
@@ -82,7 +70,7 @@ static enum mr_status send(struct configtalk *talk, uint16_t id, const uint8_t *
 
 enum mr_status configtalk_begin(struct configtalk *talk, struct link *link, enum link_kind kind, struct error *error)
 {
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     enum mr_status status = MR_OK;
     memset(talk, 0, sizeof *talk);
     talk->link = link;
@@ -90,7 +78,7 @@ enum mr_status configtalk_begin(struct configtalk *talk, struct link *link, enum
     talk->tag = (uint16_t)(link_now_us() / 1000u); /* not that of the words somebody else left staged */
     mr_deframer_init(&talk->deframer);
     while (status == MR_OK && !(talk->hello && talk->state_known)) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(link));
         status = listen(talk, error);
     }
@@ -101,11 +89,11 @@ static enum mr_status order(struct configtalk *talk, uint8_t code, uint32_t argu
 {
     uint8_t payload[MR_MESSAGE_MAX];
     struct mr_command command = {.code = code, .argument = (int32_t)argument, .tag = talk->tag};
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     talk->acknowledged = talk->refused = false;
     enum mr_status status = send(talk, MR_ID_COMMAND, payload, mr_command_put(&command, payload), error);
     while (status == MR_OK && !talk->acknowledged) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "the board does not answer `%s`: %s; is it running and connected?",
                              mr_command_name(code), link_spec(talk->link));
         status = listen(talk, error);
@@ -141,11 +129,11 @@ enum mr_status configtalk_get(struct configtalk *talk, struct mr_config *config,
                        ? not_now(talk, error)
                        : error_set(error, (enum mr_status)talk->ack.status, "the board does not tell its configuration: %s; %s",
                                    link_spec(talk->link), mr_status_text((enum mr_status)talk->ack.status));
-        double until_s = now_s() + WINDOW_S;
-        while (status == MR_OK && !talk->present[MR_CONFIG_WORDS - 1] && now_s() < until_s) {
+        double until_s = listen_now_s() + WINDOW_S;
+        while (status == MR_OK && !talk->present[MR_CONFIG_WORDS - 1] && listen_now_s() < until_s) {
             status = listen(talk, error);
             if (first_absent(talk) != last)
-                until_s = now_s() + WINDOW_S;
+                until_s = listen_now_s() + WINDOW_S;
             last = first_absent(talk);
         }
         if (status == MR_OK && talk->words_there && talk->words_there != MR_CONFIG_WORDS)
@@ -179,8 +167,8 @@ static enum mr_status send_window(struct configtalk *talk, const uint8_t *image,
         struct mr_config_word word = {.offset = (uint16_t)i, .tag = talk->tag, .value = mr_get_u32(&p)};
         status = send(talk, MR_ID_CONFIG_WORD, payload, mr_config_word_put(&word, payload), error);
     }
-    double until_s = now_s() + WINDOW_S;
-    while (status == MR_OK && !talk->staged && now_s() < until_s)
+    double until_s = listen_now_s() + WINDOW_S;
+    while (status == MR_OK && !talk->staged && listen_now_s() < until_s)
         status = listen(talk, error);
     return status;
 }

@@ -1,19 +1,11 @@
 #include "host/board/healthtalk.h"
 
 #include <string.h>
-#include <time.h>
 
 #include "common/command.h"
 #include "host/board/listen.h"
 
 #define ANSWER_S 10.0
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 #define TAKE(name, into, flag)                                     \
     if (mr_##name##_get(&(into), bytes, length) == MR_OK)          \
@@ -36,7 +28,6 @@ static enum mr_status take_frame(void *context, const struct mr_frame *frame, st
     size_t length = frame->length;
     struct mr_fault fault;
     struct mr_crash crash;
-    struct mr_ack ack;
     struct mr_self_test test;
     switch (frame->type) {
     case MR_ID_HELLO:
@@ -50,10 +41,7 @@ static enum mr_status take_frame(void *context, const struct mr_frame *frame, st
             forget(talk);
         break;
     case MR_ID_ACK:
-        if (mr_ack_get(&ack, bytes, length) == MR_OK && ack.tag == talk->tag) {
-            talk->ack = ack;
-            talk->acknowledged = true;
-        }
+        talk->acknowledged |= listen_ack(bytes, length, talk->tag, &talk->ack);
         break;
     case MR_ID_FAULT:
         if (mr_fault_get(&fault, bytes, length) == MR_OK && fault.code < MR_FAULT_COUNT)
@@ -88,10 +76,10 @@ static enum mr_status listen(struct healthtalk *talk, struct error *error)
 
 static enum mr_status until_hello(struct healthtalk *talk, unsigned hellos, struct error *error)
 {
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     enum mr_status status = MR_OK;
     while (status == MR_OK && talk->hellos < hellos) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(talk->link));
         status = listen(talk, error);
     }
@@ -111,12 +99,12 @@ static enum mr_status order(struct healthtalk *talk, uint8_t code, struct error 
     uint8_t payload[MR_MESSAGE_MAX], frame[MR_FRAME_MAX];
     struct mr_command command = {.code = code, .tag = ++talk->tag};
     size_t length = mr_command_put(&command, payload);
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     talk->acknowledged = false;
     enum mr_status status =
         link_send_bytes(talk->link, frame, mr_frame_encode(talk->seq++, MR_ID_COMMAND, payload, length, frame), error);
     while (status == MR_OK && !talk->acknowledged) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "the board does not answer `%s`: %s; is it running and connected?",
                              mr_command_name(code), link_spec(talk->link));
         status = listen(talk, error);
@@ -135,12 +123,12 @@ enum mr_status healthtalk_hear(struct healthtalk *talk, struct error *error)
     forget(talk);
     enum mr_status status = order(talk, MR_COMMAND_STATE, error);
     unsigned hellos = talk->hellos;
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     /* a whole second of the board, whatever its speed: from one regular hello to the next */
     if (status == MR_OK)
         status = until_hello(talk, hellos + 2, error);
     while (status == MR_OK && !(talk->restarts_known && talk->upkeep_known && talk->alarm_known && talk->drops_known && talk->health_known)) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "the board does not say how it is: %s; is its firmware of this matrig's version?",
                              link_spec(talk->link));
         status = listen(talk, error);
@@ -150,10 +138,10 @@ enum mr_status healthtalk_hear(struct healthtalk *talk, struct error *error)
 
 enum mr_status healthtalk_self_test(struct healthtalk *talk, struct error *error)
 {
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     enum mr_status status = order(talk, MR_COMMAND_SELF_TEST, error);
     while (status == MR_OK && !talk->tested) {
-        if (now_s() > until_s)
+        if (listen_now_s() > until_s)
             return error_set(error, MR_TIMEOUT, "the self-test does not end: %s; reset the board", link_spec(talk->link));
         status = listen(talk, error);
     }
@@ -164,9 +152,9 @@ enum mr_status healthtalk_reset(struct healthtalk *talk, struct error *error)
 {
     enum mr_status status = order(talk, MR_COMMAND_RESET, error);
     unsigned hellos = talk->hellos;
-    double until_s = now_s() + ANSWER_S;
+    double until_s = listen_now_s() + ANSWER_S;
     /* a hello that was on its way still names the reset before */
-    while (status == MR_OK && now_s() < until_s) {
+    while (status == MR_OK && listen_now_s() < until_s) {
         status = until_hello(talk, ++hellos, error);
         if (status == MR_OK && (talk->hello.reset_cause & 5u) == 4u)
             return MR_OK;

@@ -3,8 +3,7 @@
 #include <errno.h>
 #include <poll.h>
 #include <string.h>
-
-#include "common/catalogue.h"
+#include <time.h>
 
 enum mr_status listen_tenth(struct link *link, struct mr_deframer *deframer, listen_frame *take, void *context,
                             struct error *error)
@@ -86,4 +85,20 @@ enum mr_status listen_hello(const struct link *link, const uint8_t *bytes, size_
         return error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
                          hello.layout, MR_LAYOUT, link_spec(link));
     return MR_OK;
+}
+
+bool listen_ack(const uint8_t *bytes, size_t length, uint16_t tag, struct mr_ack *ack)
+{
+    struct mr_ack heard;
+    if (mr_ack_get(&heard, bytes, length) != MR_OK || heard.tag != tag)
+        return false;
+    *ack = heard;
+    return true;
+}
+
+double listen_now_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }

@@ -2,6 +2,9 @@
 #ifndef MATRIG_HOST_LISTEN_H
 #define MATRIG_HOST_LISTEN_H
 
+#include <stdbool.h>
+
+#include "common/catalogue.h"
 #include "common/framing.h"
 #include "host/link/link.h"
 
@@ -23,5 +26,11 @@ enum mr_status listen_send(struct link *link, enum link_kind kind, uint16_t *seq
 
 /* MR_OK: the hello is of a board that speaks this matrig's layout, or broken; else MR_VERSION. */
 enum mr_status listen_hello(const struct link *link, const uint8_t *bytes, size_t length, struct error *error);
+
+/* Whether this is the answer to the command of that tag; into `ack` then. */
+bool listen_ack(const uint8_t *bytes, size_t length, uint16_t tag, struct mr_ack *ack);
+
+/* For deadlines, seconds: never jumps. */
+double listen_now_s(void);
 
 #endif

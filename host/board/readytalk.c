@@ -8,6 +8,7 @@
 
 #include "common/command.h"
 #include "common/wire.h"
+#include "host/board/listen.h"
 
 #define POLL_MS 100
 #define HELLO_MS 4000u
@@ -160,7 +161,6 @@ static void take_message(struct readytalk *talk, uint16_t id, const uint8_t *byt
 {
     struct ready_facts *f = talk->facts;
     struct mr_clock clock;
-    struct mr_ack ack;
     struct mr_edge edge;
     struct mr_switch_event event;
     struct mr_config_image word;
@@ -170,10 +170,7 @@ static void take_message(struct readytalk *talk, uint16_t id, const uint8_t *byt
             take_clock(talk, &clock, host_us);
         break;
     case MR_ID_ACK:
-        if (mr_ack_get(&ack, bytes, length) == MR_OK && ack.tag == talk->tag) {
-            talk->ack = ack;
-            talk->acknowledged = true;
-        }
+        talk->acknowledged |= listen_ack(bytes, length, talk->tag, &talk->ack);
         break;
     case MR_ID_EDGE:
         if (talk->edge && mr_edge_get(&edge, bytes, length) == MR_OK)
