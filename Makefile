@@ -75,7 +75,7 @@ tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
-	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
+	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/soak/soak $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
 
 # A parser of DBC files that is not ours.
 candied := build/npm-exchange/node_modules/candied/package.json
@@ -413,6 +413,8 @@ $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_
 	$(CC) $^ -lcmocka -lm -o $@
 $(call tests_of,hil): $(B)/tests/hil/test_%: $(B)/tests/hil/test_%.o $(hil_lib) $(common_lib)
 	$(CC) -Wl,--start-group $^ -Wl,--end-group -lcmocka $(HIL_LIBS) -o $@
+# What they run: the images, and the program for the test of its command line. Order alone: a new image needs no new linking.
+$(call tests_of,hil): | $(firmware) $(test_images) $(variants) $(B)/matrig-board
 # The application on the host too, to say when a warning was due.
 $(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
@@ -455,7 +457,7 @@ $(B)/tests/campaigns/campaigns: $(patsubst %.c,$(B)/%.o,$(campaigns_src)) $(host
 $(B)/tests/exchange/decode: $(B)/tests/exchange/decode.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 # The host's accounting alone: matrig's libraries and Unicorn do not go into one program.
-$(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/account.o $(B)/host/host/timebase.o $(hil_lib) $(common_lib)
+$(B)/tests/soak/soak: $(B)/tests/soak/soak.o $(B)/host/host/collect/account.o $(B)/host/host/collect/timebase.o $(hil_lib) $(common_lib)
 	$(CC) $^ $(HIL_LIBS) -o $@
 $(B)/tests/link/longlanding: $(B)/tests/link/longlanding.o $(B)/host/host/link/candump.o $(common_lib)
 	$(CC) $^ -lm -o $@
