@@ -631,7 +631,7 @@ static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, ch
                  strerror(errno));
         return MR_IO;
     }
-    snprintf(gdb->place, sizeof gdb->place, "localhost:%u", ntohs(address.sin_port));
+    snprintf(gdb->place, sizeof gdb->place, "127.0.0.1:%u", ntohs(address.sin_port));
     return MR_OK;
 }
 

@@ -220,7 +220,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
                             .look = {.db = db, .page = page, .si = cli->si}};
     typed_begin(&logger.typed, commands, listen);
     status = open_all(&logger, can, serial, db, live, &error);
-    if (status == MR_OK && logger.typed.on && logger.typed.terminal && cli_terminal())
+    if (status == MR_OK && logger.typed.on && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; or disarm");
     if (status == MR_OK)
         status = run(&logger, signals, can, serial, for_s, &error);

@@ -173,10 +173,10 @@ on_a_terminal() { # a file is no board: what is typed is taken, and said to go n
     mkfifo "$work/keys" "$work/slow"
     sleep 20 >"$work/slow" &
     pids+=($!)
-    timeout 20 python3 "$work/terminal.py" $matrig log --can "file:$work/slow" --db "$work/t.db" --for 2 <"$work/keys" >"$tmp/terminal" 2>&1 &
+    TERM=dumb timeout 20 python3 "$work/terminal.py" $matrig log --can "file:$work/slow" --db "$work/t.db" --for 2 <"$work/keys" >"$tmp/terminal" 2>&1 &
     local pid=$!
     exec 9>"$work/keys"
-    sleep 0.5
+    for _ in $(seq 200); do grep -q 'to arm, press Enter' "$tmp/terminal" && break; sleep 0.05; done
     echo 'arm 5' >&9
     wait $pid
     exec 9>&-

@@ -135,7 +135,7 @@ watches() { # the hang image counts its SysTicks in the first word of RAM, and s
 port_is_told() {
     timeout 60 build/matrig-board --elf $elf --gdb 0 --for 1 2>"$tmp/port.err" &
     board=$!
-    for _ in $(seq 200); do grep -q localhost "$tmp/port.err" && break; sleep 0.05; done
+    for _ in $(seq 200); do grep -q '127.0.0.1:[0-9]' "$tmp/port.err" && break; sleep 0.05; done
     timeout 60 gdb-multiarch -nx -q -batch -ex "$(sed -n 's/.*gdb: //p' "$tmp/port.err")" -ex 'monitor time' -ex continue $elf >"$tmp/session" 2>&1
     wait $board || return 1
     cat "$tmp/session"
