@@ -27,6 +27,8 @@ FUZZ_PACKAGES := $(TEST_PACKAGES) clang
 BENCH_PACKAGES := $(TEST_PACKAGES) python3-can
 # To drive the pages in a browser.
 BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
+# And to test in a Debian without anything.
+BARE_PACKAGES := debootstrap iproute2 util-linux
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurmctld slurmd slurm-client munge parallel
 
@@ -130,6 +132,14 @@ test: $(B)/.test-packages all $(candied) $(tests) $(test_images) $(variants) $(t
 test-linux: $(B)/.linux-packages all $(B)/tests/linux/bridge ## real Linux CAN and serial, in a QEMU guest: frames sent, received, lost; sweeps through Slurm and GNU parallel
 	@tests/run-all.sh tests/linux/slurm.sh
 	@tests/linux/run.sh
+
+.PHONY: test-bare
+test-bare: $(B)/.bare-packages ## BUSY=0: make test in a bare Debian: no root, a path with spaces, TERM=dumb, LANG=C, no network, no names; needs root
+	@tests/bare.sh
+
+.PHONY: npm-files
+npm-files:
+	@echo $(uplot) $(candied)
 
 .PHONY: test-day
 test-day: $(B)/.test-packages all ## the test day of README.md, line by line, on the emulated board: build/day
@@ -252,6 +262,8 @@ $(B)/.bench-packages: $(B)/.test-packages
 	$(call install_packages,$(BENCH_PACKAGES))
 $(B)/.browser-packages: $(B)/.test-packages
 	$(call install_packages,$(BROWSER_PACKAGES))
+$(B)/.bare-packages:
+	$(call install_packages,$(BARE_PACKAGES))
 $(B)/.linux-packages: $(B)/.test-packages
 	$(call install_packages,$(LINUX_PACKAGES))
 $(B)/.coverage-packages: $(B)/.test-packages
