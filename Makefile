@@ -517,4 +517,5 @@ $(B)/tests/fuzz/fuzz_board: $(B)/tests/fuzz/fuzz_board.o $(B)/tests/fuzz/file.o 
 	$(CC) -Wl,--start-group $^ -Wl,--end-group $(FUZZ_MAIN) $(HIL_LIBS) -o $@
 
 .SECONDARY:
--include $(shell find $(B) -name '*.d' 2>/dev/null)
+# build/bare holds a whole Debian, whose folders end in .d too.
+-include $(shell find $(B) -path $(B)/bare -prune -o -name '*.d' -type f -print 2>/dev/null)
