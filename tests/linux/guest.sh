@@ -18,8 +18,9 @@ check() { # NAME COMMAND...
 }
 say() { echo "# figure: $*"; }
 uptime_s() { cut -d. -f1 /proc/uptime; }
+patience=5 # times longer than a free computer needs: a wait that succeeds costs nothing, and the computer may be busy
 wait_for() { # SECONDS COMMAND...: until the command succeeds; a command may take longer than the pause between two
-    local until_s=$(($(uptime_s) + $1))
+    local until_s=$(($(uptime_s) + $1 * patience))
     shift
     until "$@" >/dev/null 2>&1; do
         [ $(uptime_s) -lt $until_s ] || return 1

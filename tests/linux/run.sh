@@ -4,7 +4,7 @@ set -u
 cd "$(dirname "$0")/../.." || exit 99
 dir=build/linux
 load_s=${1:-60}   # how long the bus is kept full
-limit_s=${2:-360} # for each guest, from power on to power off
+limit_s=${2:-1200} # for each guest, from power on to power off: two minutes on a free computer
 guests=${3:-links load}
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 children=()
@@ -110,8 +110,8 @@ links_guest() {
         -device qemu-xhci,id=usb \
         -chardev "$(socket serial1)" -device usb-serial,bus=usb.0,port=1,chardev=serial1,serial=board,always-plugged=on \
         -chardev "$(socket serial3)" -device usb-serial,bus=usb.0,port=2,chardev=serial3,serial=plugged \
-        -chardev "socket,id=null1,path=$sockets/null,server=on,wait=off" -device usb-serial,bus=usb.0,port=3,chardev=null1,serial=adapter \
-        -chardev "socket,id=null2,path=$sockets/null" -device usb-serial,bus=usb.0,port=4,chardev=null2,serial=host
+        -chardev "$(socket null1)" -device usb-serial,bus=usb.0,port=3,chardev=null1,serial=adapter,always-plugged=on \
+        -chardev "$(socket null2)" -device usb-serial,bus=usb.0,port=4,chardev=null2,serial=host,always-plugged=on
 }
 # Time of this one is its count of instructions, one a nanosecond; nothing outside takes part.
 load_guest() { guest load -icount shift=0,sleep=off; }
@@ -149,6 +149,8 @@ if [[ $guests = *load* ]]; then
     children+=($load)
 fi
 if [[ $guests = *links* ]]; then
+    python3 tests/linux/null_modem.py "$sockets/null1" "$sockets/null2" &
+    children+=($!)
     exec 4< <(links_guest)
     children+=($!)
     follow links <&4
