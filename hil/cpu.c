@@ -107,6 +107,8 @@ static struct hil_block_info inspect_block(struct hil_board *board, uint32_t add
         info.profile_block = hil_profile_block(board, address, size);
     if (board->vcd && hil_vcd_marks(board->vcd, address))
         info.flags |= HIL_BLOCK_MARKED;
+    if (board->pin_times && hil_pin_times_wants(board->pin_times, address, size))
+        info.flags |= HIL_BLOCK_WALKED;
     return info;
 }
 
@@ -189,7 +191,7 @@ static __attribute__((noinline)) void treat_block(uc_engine *uc, uint64_t addres
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
     board->profile_block = info->profile_block;
-    if (board->debug && hil_debug_wants(board, (uint32_t)address, size)) {
+    if ((info->flags & HIL_BLOCK_WALKED) || (board->debug && hil_debug_wants(board, (uint32_t)address, size))) {
         state->cpu.walking = true;
         uc_emu_stop(uc);
     }
@@ -597,6 +599,8 @@ static void walk(struct hil_board *board)
             forget_block(board);
             return;
         }
+        if (board->pin_times)
+            board->pin_times->pc = pc;
         board->single = 1;
         board->came_back = CAME_BACK_PLAIN;
         uc_err err = start(board, pc, last ? 0 : next);

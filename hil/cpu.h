@@ -23,13 +23,13 @@ struct hil_cpu {
     uint32_t block_instructions; /* of the block that runs, not yet counted into time */
     uint32_t block_address;
     uint32_t block_size;
-    bool walking;                /* it is walked through for a debugger; see hil/debug.h */
+    bool walking;                /* it is walked through: hil/debug.h, hil/pin_times.h */
     bool asleep;
     bool event;                  /* the event register that WFE waits for */
 };
 
 /* Flags of a basic block, found when it is first met. */
-enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2, HIL_BLOCK_MARKED = 4 /* for the trace */ };
+enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2, HIL_BLOCK_MARKED = 4 /* for the trace */, HIL_BLOCK_WALKED = 8 /* hil/pin_times.h */ };
 
 struct hil_block_info {
     uint32_t address;

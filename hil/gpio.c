@@ -167,6 +167,8 @@ void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uin
         hil_bus_no_register(board);
         return;
     }
+    if (board->pin_times)
+        hil_pin_times_stored(board, unit);
     if (unit == PORT_D || unit == PORT_B || unit == PORT_E)
         hil_gpio_changed(board, hil_now(board));
 }

@@ -25,6 +25,7 @@
 #include "hil/i2c.h"
 #include "hil/iwdg.h"
 #include "hil/nvic.h"
+#include "hil/pin_times.h"
 #include "hil/rcc.h"
 #include "hil/registers.h"
 #include "hil/replay.h"
@@ -121,6 +122,7 @@ struct hil_board {
     struct hil_debug *debug;   /* hil/debug.h; NULL: no debugger */
     struct hil_vcd *vcd;       /* hil/vcd.h; NULL: no trace */
     struct hil_profile *profile; /* hil/profile.h; NULL: nobody counts */
+    struct hil_pin_times *pin_times; /* hil/pin_times.h; NULL: nobody watches */
     uint32_t profile_block;    /* number of the block that runs */
     unsigned single;           /* 1, then 2: Unicorn runs one instruction of a block that is walked through */
 

@@ -1,5 +1,5 @@
 /* nor.h on SPI2 with a W25Q128: PB12 selects, PB13 SCK, PB14 MISO, PB15 MOSI at 42 MHz / 2; DMA1 stream 3 receives, stream 4 sends.
- * RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV 8.2 (commands), 9.6 (times).
+ * RM0090 28.3.9 (DMA), table 42 (streams); data sheet W25Q128JV rev. F 8.2 (commands), 9.6 (times).
  *
  * Commands and addresses go out polled: 0.4 us a byte. Data go by DMA, 0.1 ms a page. While a page is being
  * programmed the status is clocked in by DMA, 0.2 ms at a time, and the end of each stretch looks at it; during an erase, which is
@@ -18,6 +18,14 @@
 #define ERASE_MS 6000u        /* 400 ms at most, likewise */
 #define POLLS_MAX 8000000u    /* of any operation, should TIM2 stand still */
 
+/* Data sheet 9.6. Before and after an erase, a program or a status command the chip wants to be deselected for tSHSL2, or two
+ * commands become one. The line needs its slew to be high at all (pins.c). After 0xab the chip sleeps on for tRES1. */
+#define DESELECT_NS 50u
+#define SLEW_NS 10u
+#define WAKE_NS 3000u
+#define CORE_MHZ_MOST 176u    /* 168 from the internal oscillator, which may be 4.5 % fast: STM32F407 data sheet, ACC_HSI */
+#define CYCLES_OF_NS(ns) (((ns) * CORE_MHZ_MOST + 999u) / 1000u)
+
 enum { WRITE_ENABLE = 0x06, STATUS = 0x05, PROGRAM = 0x02, READ = 0x03, ERASE = 0x20, IDENTITY = 0x9f, WAKE = 0xab };
 #define STATUS_BUSY 1u
 #define MANUFACTURER 0xefu
@@ -29,8 +37,21 @@ static uint32_t since_tick, polls;
 static volatile uint8_t sink DMA_BUFFER;         /* what comes in while a page goes out; the newest status */
 static const uint8_t filler = 0xff;
 
-static void select(bool on)
+/* At least so many cycles of the core, at whatever rate. A round has two instructions, and none of them takes less than one. */
+static void wait_cycles(uint32_t cycles)
 {
+    uint32_t rounds = (cycles + 1u) / 2u;
+    __asm volatile("dsb\n1:\tsubs %0, #1\n\tbne 1b" : "+l"(rounds) : : "cc", "memory");
+}
+
+/* The only place that moves the line, so each command is preceded by tSHSL2. From here to the first clock it is half a period
+ * of SCK at least, 24 ns (tSLCH 5). The last clock is over when BSY is clear, which is after tCHSH (3 ns). */
+static __attribute__((noinline)) void select(bool on)
+{
+    if (on)
+        wait_cycles(CYCLES_OF_NS(DESELECT_NS + SLEW_NS));
+    for (unsigned n = 0; !on && (SPI2->SR & SPI_SR_BSY) && n < BYTE_POLLS;)
+        n++;
     GPIOB->BSRR = 1u << (on ? SELECT_PIN + 16u : SELECT_PIN);
 }
 
@@ -179,6 +200,7 @@ void nor_start(bool dma_works)
     select(true);
     exchange(WAKE);
     select(false);
+    wait_cycles(CYCLES_OF_NS(WAKE_NS));
     begin_phase(STARTING);
     look_for_chip();
 }

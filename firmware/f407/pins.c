@@ -6,11 +6,17 @@ static void set_mode(struct gpio_regs *port, unsigned pin, uint32_t mode)
     port->MODER = (port->MODER & ~(3u << (2 * pin))) | mode << (2 * pin);
 }
 
+/* 6 ns of slew into 40 pF; at speed 0 it may be 100. STM32F407 data sheet, I/O AC characteristics. */
+static void set_fast(struct gpio_regs *port, unsigned pin)
+{
+    port->OSPEEDR |= 2u << (2 * pin);
+}
+
 static void set_function(struct gpio_regs *port, unsigned pin, uint32_t function)
 {
     unsigned shift = 4 * (pin % 8);
     port->AFR[pin / 8] = (port->AFR[pin / 8] & ~(15u << shift)) | function << shift;
-    port->OSPEEDR |= 2u << (2 * pin);
+    set_fast(port, pin);
     set_mode(port, pin, 2);
 }
 
@@ -41,6 +47,7 @@ void pins_start(void)
     pull_up(GPIOA, 10);
     set_function(GPIOA, 15, 1);  /* TIM2_CH1, switch edges */
     GPIOB->BSRR = 1u << 12;      /* the memory is not selected */
+    set_fast(GPIOB, 12);
     set_mode(GPIOB, 12, 1);
     set_function(GPIOB, 13, 5);  /* SPI2_SCK */
     set_function(GPIOB, 14, 5);  /* SPI2_MISO */

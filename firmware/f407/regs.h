@@ -202,6 +202,7 @@ struct spi_regs {
 #define SPI_CR2_RXDMAEN (1u << 0)
 #define SPI_CR2_TXDMAEN (1u << 1)
 #define SPI_SR_RXNE (1u << 0)
+#define SPI_SR_BSY (1u << 7)
 
 /* RM0090 27.6 */
 struct i2c_regs {
