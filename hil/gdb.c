@@ -180,8 +180,8 @@ static void drop(struct hil_gdb *gdb, size_t n)
     gdb->in_size -= n;
 }
 
-/* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none yet. *interrupt:
- * Ctrl-C came instead. */
+/* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none. *interrupt: Ctrl-C came
+ * instead. A packet whose sender cannot be told that it came is none: the connection is lost, and the board detached. */
 static int take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
 {
     *interrupt = false;
@@ -210,7 +210,7 @@ static int take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
     drop(gdb, (size_t)(hash - gdb->in) + 3);
     if (gdb->acknowledges)
         send_all(gdb, good ? "+" : "-", 1);
-    return good ? n : -1;
+    return good && gdb->fd >= 0 ? n : -1;
 }
 
 /* --- registers and memory --- */

@@ -115,6 +115,49 @@ lost_connection() { # a debugger that vanishes leaves the board running
     raw 'send ?' 'expect T02' || return 1
     wait $board && grep -q '^matrig-board: 0.200 s virtual' "$tmp/board.err"
 }
+# Debuggers that reset their connection at random points of random conversations, with packets on the way: PATH or PORT, how many.
+resets() {
+    perl -MSocket -MIO::Select -e '
+        my ($place, $times) = @ARGV;
+        my @packets = ("?", "g", "p5", "m20000000,100", "Z0,8012345,2", "z0,8012345,2", "Z2,20000000,4",
+            "z2,20000000,4", "Z4,20000010,4", "qSupported", "qXfer:features:read:target.xml:0,ff", "qRcmd,74696d65", "vCont?", "vCont;s", "vCont;c", "c", "s", "D");
+        srand(7);
+        for my $n (1 .. $times) {
+            my $tcp = $place =~ /^\d+$/;
+            socket(my $s, $tcp ? AF_INET : AF_UNIX, SOCK_STREAM, 0);
+            connect($s, $tcp ? pack_sockaddr_in($place, inet_aton("127.0.0.1")) : pack_sockaddr_un($place)) or die "connection $n: $!\n";
+            if (rand() < 0.5) { # it is served
+                syswrite($s, "\$?#3f");
+                IO::Select->new($s)->can_read(20) && sysread($s, my $b, 99) or die "connection $n: no answer\n";
+            }
+            my $bytes = "";
+            for (1 .. 1 + rand 40) { my $p = $packets[rand @packets]; my $sum = 0; $sum += ord for split //, $p; $bytes .= sprintf "\$%s#%02x", $p, $sum % 256 }
+            $bytes = substr($bytes, 0, 1 + rand length $bytes) if rand() < 0.7;
+            $SIG{PIPE} = "IGNORE";
+            syswrite($s, $bytes);
+            setsockopt($s, SOL_SOCKET, SO_LINGER, pack("ii", 1, 0));
+            close $s;
+        }
+        print "$times connections reset\n"' "$1" "$2"
+}
+reset_connections() { # the board goes on, and the next debugger finds it as it should be
+    start_board || return 1
+    resets "$sockets/gdb" 100 && raw 'send ?' 'expect T02' 'send qRcmd,74696d65' 'expect \$[0-9a-f]{40,}#' 'send k' || return 1
+    wait $board || return 1
+    cat "$tmp/board.err"
+    tail -n 1 "$tmp/board.err" | grep -q 'resets 0, faults 0'
+}
+reset_connections_of_a_port() {
+    timeout 120 build/matrig-board --elf $elf --gdb 0 2>"$tmp/port.err" &
+    board=$!
+    for _ in $(seq 200); do grep -q localhost "$tmp/port.err" && break; sleep 0.05; done
+    local port=$(sed -n 's/.*localhost://p' "$tmp/port.err")
+    resets "$port" 100 && kill -0 $board || return 1
+    timeout 60 gdb-multiarch -nx -q -batch -ex "target remote localhost:$port" -ex 'monitor time' -ex kill $elf >"$tmp/session" 2>&1
+    wait $board || return 1
+    cat "$tmp/session"
+    says '^[0-9.]+ s virtual'
+}
 watches() { # the hang image counts its SysTicks in the first word of RAM, and sleeps ten times
     elf=build/tests/hil/images/hang_loop.elf
     start_board --for 0.5 || return 1
@@ -158,6 +201,8 @@ check "Ctrl-C, a bad checksum, kill" interrupts_and_kill
 check "registers, memory, peripherals" registers_and_memory
 check "a debugger detaches and comes again" detaches_and_returns
 check "a debugger that vanishes leaves the board running" lost_connection
+check "100 debuggers that reset their connection leave the board running" reset_connections
+check "also on a port" reset_connections_of_a_port
 check "a watchpoint, a reset" watches
 check "a port that is free is told" port_is_told
 check "what --gdb does not take" refusals
