@@ -34,13 +34,13 @@ static void learn_block(struct hil_board *board)
     hil_cpu_inspect_again(board, cpu->block_address);
 }
 
-/* Instructions of the block that runs, before the one that runs. */
+/* Instructions of the block that is walked through, before the one that runs. */
 static unsigned instructions_before(const struct hil_board *board)
 {
-    uint32_t start = board->state.cpu.block_address, pc = board->pin_times->pc;
-    const uint8_t *code = hil_board_memory(board, start, board->state.cpu.block_size, false);
+    uint32_t start = board->state.cpu.block_address, size = board->state.cpu.block_size;
+    const uint8_t *code = board->state.cpu.walking ? hil_board_memory(board, start, size, false) : NULL;
     unsigned n = 0;
-    for (uint32_t i = 0; code && start + i < pc; n++)
+    for (uint32_t i = 0; code && i < size && start + i < board->pin_times->pc; n++)
         i += code[i + 1] >= 0xe8u ? 4 : 2; /* ARMv7-M A5.1 */
     return n;
 }
