@@ -50,6 +50,7 @@ score_src := $(wildcard tests/score/*.c)
 fit_cheap_src := tests/fit/cheap.c
 campaigns_src := $(wildcard tests/campaigns/*.c)
 identity_src := $(wildcard tests/identity/*.c) tests/score/truth.c tests/runs/runfile.c
+golden_src := $(wildcard tests/golden/*.c)
 campaign_figures_src := $(wildcard tests/campaign_figures/*.c)
 series := $(addprefix host/campaign/series/,$(addsuffix .json,standard friction control_mild control_fresh bands_preliminary \
 	bands_detailed diagonal cleats stiffeners dyess))
@@ -77,7 +78,7 @@ tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
-	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/soak/soak $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
+	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/golden/golden $(B)/tests/soak/soak $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
 
 # A parser of DBC files that is not ours.
 candied := build/npm-exchange/node_modules/candied/package.json
@@ -100,6 +101,10 @@ have-port:
 .PHONY: flash
 flash: have-port $(images) $(B)/matrig ## program a board through its boot ROM: make flash PORT=/dev/ttyUSB0
 	@$(B)/matrig flash $(if $(findstring :,$(firstword $(subst /, ,$(PORT)))),,serial:)$(PORT) $(firmware) $(FLASH_OPTIONS)
+
+.PHONY: golden
+golden: all $(B)/tests/golden/golden ## keep what today's image says to the golden landings as a new version (FIRST=1: all anew): tests/golden
+	@FIRST=$(FIRST) tests/golden/record.sh
 
 PREFIX ?= /usr/local
 installed := $(DESTDIR)$(PREFIX)
@@ -459,6 +464,8 @@ $(B)/tests/host/test_fit: $(patsubst %.c,$(B)/%.o,$(fit_cheap_src))
 $(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/campaign_figures/campaign-figures: $(patsubst %.c,$(B)/%.o,$(campaign_figures_src)) $(host_lib) $(common_lib)
+	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/golden/golden: $(patsubst %.c,$(B)/%.o,$(golden_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/pilot/pilot: $(B)/tests/pilot/pilot.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
