@@ -258,6 +258,14 @@ static void a_refusal_says_why_and_changes_nothing(void **state)
     assert_int_equal(refused.field, MR_FIELD_gate_station_ft);
     assert_int_equal(refused.rule, MR_RULE_NOT_RISING);
     assert_int_equal(refused.other, 0);
+    wanted = next_one(); /* millimetres for inches: no transducer of the rig has such a gain */
+    wanted.channel[2].unit_per_code *= 25.4f;
+    assert_int_equal(change_to(&wanted, true), MR_LIMIT);
+    GET_LAST(config_refused, CONFIG_REFUSED, &refused);
+    assert_int_equal(refused.group, MR_GROUP_channel);
+    assert_int_equal(refused.index, 2);
+    assert_int_equal(refused.field, MR_FIELD_channel_unit_per_code);
+    assert_int_equal(refused.rule, MR_RULE_COARSE);
     static const uint32_t others[] = {0, 1, 3}; /* 1 is in force: these were not made from it */
     for (unsigned i = 0; i < COUNT_OF(others); i++) {
         wanted = next_one();
