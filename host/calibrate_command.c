@@ -1,5 +1,4 @@
 /* matrig calibrate: a channel against known values; and a corrected calibration for landings that are recorded. */
-#include <errno.h>
 #include <math.h>
 #include <poll.h>
 #include <signal.h>
@@ -9,9 +8,12 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "common/gain.h"
 #include "host/board/configtext.h"
 #include "host/board/readytalk.h"
 #include "host/calibrate/fit.h"
+#include "host/calibrate/jump.h"
+#include "host/calibrate/points.h"
 #include "host/cli.h"
 #include "host/output.h"
 #include "host/run.h"
@@ -28,47 +30,27 @@
 
 struct request {
     const struct cli *cli;
-    const char *word, *serial, *points, *config, *output, *sensor, *days_text, *known_text, *recompute, *series, *run_text, *reason, *who;
+    const char *word, *serial, *points, *config, *output, *sensor, *days_text, *known_text, *recompute, *series, *run_text, *reason, *who,
+        *unit_text, *changed;
+    const struct unit_word *unit; /* of values that name none; NULL: not given */
     bool table, zeros;
     double days, known;
     int64_t run;
     unsigned channel; /* index */
 };
 
-/* ---- points ---- */
+/* ---- the board ---- */
 
-struct points {
-    struct calibrate_point point[CALIBRATE_POINTS_MAX];
-    size_t count;
-};
-
-/* "value,code" rows; a first row of names is passed over. */
-static enum mr_status read_points(const char *path, struct points *points, struct error *error)
+static enum unit_kind unit_kind(const struct request *r)
 {
-    char line[300];
-    enum mr_status status = MR_OK;
-    FILE *file = fopen(path, "r");
-    if (!file)
-        return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights", strerror(errno), path);
-    for (unsigned number = 1; status == MR_OK && fgets(line, sizeof line, file); number++) {
-        char *value_end, *code_end;
-        double value = strtod(line, &value_end), code = *value_end == ',' ? strtod(value_end + 1, &code_end) : (double)NAN;
-        bool good = value_end != line && *value_end == ',' && code_end != value_end + 1 && code_end[strspn(code_end, " \t\r\n")] == '\0' &&
-                    isfinite(value) && isfinite(code);
-        if (line[strspn(line, " \t\r\n")] == '\0' || (number == 1 && value_end == line))
-            continue;
-        if (!good)
-            status = error_set(error, MR_MALFORMED, "not a value and a code: %s, line %u; write VALUE,CODE", path, number);
-        else if (points->count == CALIBRATE_POINTS_MAX)
-            status = error_set(error, MR_TOO_LONG, "more than %u points: %s; leave some out", CALIBRATE_POINTS_MAX, path);
-        else
-            points->point[points->count++] = (struct calibrate_point){value, code, (double)NAN};
-    }
-    fclose(file);
-    return status;
+    return r->channel < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
 }
 
-/* ---- the board ---- */
+/* Of the result; values are converted to it. */
+static const char *unit_text(const struct request *r)
+{
+    return r->channel < MR_TRANSDUCERS ? "in" : "lb";
+}
 
 struct gathering {
     unsigned channel, count, bad;
@@ -144,17 +126,18 @@ static bool typed_line(struct readytalk *talk, char *line, size_t size, struct e
     return false;
 }
 
-static enum mr_status guide(const struct request *r, struct readytalk *talk, struct points *points, struct error *error)
+static enum mr_status guide(const struct request *r, struct readytalk *talk, struct calibrate_points *points, struct error *error)
 {
     struct gathering g = {.channel = r->channel};
     char line[100];
-    const char *unit = r->channel < MR_TRANSDUCERS ? "in" : "lb";
+    const struct unit_word *plain = r->unit ? r->unit : unit_read(unit_text(r), 2);
+    const char *unit = plain->word;
+    points->unit = plain;
     talk->context = &g;
     talk->reading = gather;
     talk->until_ms = UINT64_MAX;
     cli_note(r->cli, "%s: set a known value, let it rest, type it (%s) and Enter; u takes the last one back; an empty line or q ends", r->word, unit);
     while (points->count < CALIBRATE_POINTS_MAX) {
-        char *end;
         if (!r->cli->quiet)
             fprintf(stderr, "point %zu, %s: ", points->count + 1, unit);
         if (!typed_line(talk, line, sizeof line, error) || line[0] == '\0' || strcmp(line, "q") == 0)
@@ -163,8 +146,8 @@ static enum mr_status guide(const struct request *r, struct readytalk *talk, str
             points->count -= points->count > 0;
             continue;
         }
-        struct calibrate_point point = {.value = strtod(line, &end)};
-        if (end == line || *end != '\0' || !isfinite(point.value)) {
+        struct calibrate_point point;
+        if (!calibrate_value(line, unit_kind(r), plain, &point.value)) {
             cli_note(r->cli, "not a value: '%s'", line);
             continue;
         }
@@ -181,7 +164,7 @@ static enum mr_status guide(const struct request *r, struct readytalk *talk, str
     return error->status;
 }
 
-static enum mr_status ask_board(const struct request *r, struct mr_config *config, struct points *points, struct error *error)
+static enum mr_status ask_board(const struct request *r, struct mr_config *config, struct calibrate_points *points, struct error *error)
 {
     struct link *link = NULL;
     struct readytalk *talk = calloc(1, sizeof *talk);
@@ -211,11 +194,13 @@ static enum mr_status ask_board(const struct request *r, struct mr_config *confi
 
 /* ---- the result ---- */
 
-static void tell(const struct request *r, const struct points *points, const struct calibrate_fit *fit, const struct mr_channel_config *channel)
+static void tell(const struct request *r, const struct calibrate_points *points, const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
-    const char *unit = r->channel < MR_TRANSDUCERS ? "in" : "lb";
+    const char *unit = unit_text(r);
     printf("%s: %.7g %s per code, zero at %.3f codes, from %zu points between %g and %g %s\n", r->word, fit->unit_per_code, unit,
            fit->zero_code, points->count, fit->low, fit->high, unit);
+    if (points->unit && strcmp(points->unit->word, unit) != 0)
+        printf("values were read in %s\n", points->unit->word);
     printf("%10s %12s %12s\n", unit, "codes", "residual");
     for (size_t i = 0; i < points->count; i++)
         printf("%10.4f %12.3f %+12.5f%s\n", points->point[i].value, points->point[i].code, fit->residual[i],
@@ -224,47 +209,106 @@ static void tell(const struct request *r, const struct points *points, const str
            channel->points ? "table" : "straight line", fit->linearity_error, unit);
 }
 
-static json_t *result_json(const struct request *r, const struct points *points, const struct calibrate_fit *fit,
+static json_t *result_json(const struct request *r, const struct calibrate_points *points, const struct calibrate_fit *fit,
                            const struct mr_channel_config *channel)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < points->count; i++)
         json_array_append_new(list, json_pack("{sososo}", "value", cli_json_number(points->point[i].value, 8), "code",
                                               cli_json_number(points->point[i].code, 9), "residual", cli_json_number(fit->residual[i], 5)));
-    return json_pack("{sssssosososososisoss?}", "channel", r->word, "unit", r->channel < MR_TRANSDUCERS ? "in" : "lb", "unit_per_code",
+    return json_pack("{sssssssosososososisoss?}", "channel", r->word, "unit", unit_text(r), "values_read_in",
+                     points->unit ? points->unit->word : unit_text(r), "unit_per_code",
                      cli_json_number(fit->unit_per_code, 9), "zero_code", cli_json_number(fit->zero_code, 9), "gain_error",
                      cli_json_number(fit->gain_error, 5), "zero_error", cli_json_number(fit->zero_error, 5), "linearity_error",
                      cli_json_number(fit->linearity_error, 5), "table_points", channel->points, "points", list, "file", r->output);
 }
 
-static enum mr_status write_config(const struct request *r, const struct mr_config *config, struct error *error)
+/* What was said of a change stands before the configuration: the file tells why its gain is another. */
+static void write_changed(const struct request *r, const struct jump *jump, const struct mr_channel_config *channel, FILE *out)
 {
-    struct mr_config_reason reason;
-    char why[400];
-    if (mr_config_check(config, &reason) != MR_OK) {
-        configtext_reason(config, &reason, why, sizeof why);
-        return error_set(error, MR_LIMIT, "no board would take that: %s; look at the points", why);
-    }
+    char day[20], what[160];
+    time_t now = time(NULL);
+    struct tm utc;
+    gmtime_r(&now, &utc);
+    strftime(day, sizeof day, "%Y-%m-%d", &utc);
+    jump_text(jump, channel, what, sizeof what);
+    fprintf(out, "# %s %s: %s%sthis was said: ", day, r->word, what, what[0] ? "; " : "");
+    for (const char *p = r->changed; *p; p++)
+        fputc((unsigned char)*p < ' ' ? ' ' : *p, out);
+    fputc('\n', out);
+}
+
+static enum mr_status write_config(const struct request *r, const struct mr_config *config, const struct jump *jump, struct error *error)
+{
     FILE *out = output_open(r->output, error);
     if (!out)
         return error->status;
     char *text = configtext_write(config);
+    if (r->changed)
+        write_changed(r, jump, &config->channel[r->channel], out);
     fputs(text, out);
     free(text);
     return output_close(out, r->output, error);
 }
 
+static const char *source(const struct request *r)
+{
+    return r->points ? r->points : r->serial;
+}
+
+/* A code that the channel cannot read is none: swapped columns, another program's numbers. */
+static enum mr_status check_codes(const struct request *r, const struct calibrate_points *points, const struct mr_channel_config *channel,
+                                  struct error *error)
+{
+    const struct mr_gain_limits limits = mr_gain_limits(channel);
+    for (size_t i = 0; i < points->count; i++) {
+        double code = points->point[i].code;
+        if (code < (double)limits.low_code || code > (double)limits.high_code)
+            return error_set(error, MR_LIMIT, "%g is no code that %s reads, point %zu: %s; from %.0f to %.0f: are the columns swapped?", code,
+                             r->word, i + 1, source(r), (double)limits.low_code, (double)limits.high_code);
+    }
+    return MR_OK;
+}
+
+/* Is it possible, and does it follow from the last calibration? */
+static enum mr_status check_gain(const struct request *r, const struct mr_config *config, const struct mr_channel_config *old,
+                                 struct jump *jump, struct error *error)
+{
+    struct mr_config_reason reason;
+    char text[500];
+    const struct mr_channel_config *channel = &config->channel[r->channel];
+    (void)jump_find(old, channel, jump);
+    if (mr_config_check(config, &reason) != MR_OK) {
+        configtext_reason(config, &reason, text, sizeof text);
+        return error_set(error, MR_LIMIT, "no board would take that: %s; %s", source(r), text);
+    }
+    if (!jump->gain && !jump->zero)
+        return MR_OK;
+    jump_text(jump, channel, text, sizeof text);
+    if (!jump->gain || r->changed) {
+        cli_note(r->cli, "%s: %s, compared with %s", r->word, text, old->calibrated_day ? "the last calibration" : "the configuration");
+        return MR_OK;
+    }
+    return error_set(error, MR_LIMIT, "%s: %s, compared with %s: %s; look at unit and points; %s--changed NOTE says what is another now", r->word,
+                     text, old->calibrated_day ? "the last calibration" : "the configuration", source(r),
+                     jump->another || !old->serial[0] ? "" : "of another sensor: --sensor S; ");
+}
+
 static enum mr_status calibrate(const struct request *r, struct error *error)
 {
     static struct mr_config config;
-    struct points points = {.count = 0};
+    static struct calibrate_points points;
     struct calibrate_fit fit;
+    struct jump jump;
     enum mr_status status = r->config ? configtext_load(r->config, &config, error) : MR_OK;
     if (status == MR_OK)
-        status = r->points ? read_points(r->points, &points, error) : ask_board(r, &config, &points, error);
+        status = r->points ? calibrate_points_read(r->points, unit_kind(r), r->unit, &points, error) : ask_board(r, &config, &points, error);
     struct mr_channel_config *channel = &config.channel[r->channel];
+    const struct mr_channel_config old = *channel;
     if (status == MR_OK && !mr_channel_measures(channel))
         status = error_set(error, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word, r->config);
+    if (status == MR_OK)
+        status = check_codes(r, &points, channel, error);
     if (status == MR_OK)
         status = calibrate_fit(points.point, points.count, r->known, r->table, channel, &fit, error);
     if (status != MR_OK)
@@ -276,8 +320,9 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
         memset(channel->serial, 0, sizeof channel->serial);
         memcpy(channel->serial, r->sensor, strlen(r->sensor));
     }
-    if (r->output)
-        status = write_config(r, &config, error);
+    status = check_gain(r, &config, &old, &jump, error);
+    if (status == MR_OK && r->output)
+        status = write_config(r, &config, &jump, error);
     if (status != MR_OK)
         return status;
     if (r->cli->json)
@@ -365,13 +410,22 @@ static enum mr_status parse_channel(const char *text, unsigned *channel, struct 
     return MR_OK;
 }
 
+/* In in or lb, or with its unit: 0.05mm. */
+static enum mr_status read_known(struct request *r, struct error *error)
+{
+    if (calibrate_value(r->known_text, unit_kind(r), unit_read(unit_text(r), 2), &r->known) && r->known >= 0.0 && r->known <= 100.0)
+        return MR_OK;
+    return error_set(error, MR_USAGE, "no error from 0 to 100 %s: '%s' for --known; a number in %s, or with its unit", unit_text(r), r->known_text,
+                     unit_text(r));
+}
+
 static enum mr_status check(struct request *r, struct error *error)
 {
     enum mr_status status = MR_OK;
     struct mr_channel_config room;
     r->days = VALID_DAYS;
     if (r->recompute) {
-        if (r->serial || r->points || r->config || r->output || r->sensor || r->days_text || r->known_text || r->table)
+        if (r->unit_text || r->changed || r->serial || r->points || r->config || r->output || r->sensor || r->days_text || r->known_text || r->table)
             return error_set(error, MR_USAGE, "--recompute goes with --series, --run, --zeros, --reason and --who alone; see matrig calibrate --help");
         if (!r->reason || !r->reason[0])
             return error_set(error, MR_USAGE, "why? matrig calibrate DB --recompute needs --reason TEXT; who reads it later will ask");
@@ -386,9 +440,16 @@ static enum mr_status check(struct request *r, struct error *error)
     if (r->sensor && strlen(r->sensor) > sizeof room.serial)
         return error_set(error, MR_USAGE, "serial number too long: '%s'; %zu characters at most", r->sensor, sizeof room.serial);
     status = parse_channel(r->word, &r->channel, error);
+    if (status == MR_OK && r->unit_text)
+        r->unit = unit_read(r->unit_text, strlen(r->unit_text));
+    if (status == MR_OK && r->unit_text && (!r->unit || r->unit->kind != unit_kind(r)))
+        return error_set(error, MR_USAGE, "no unit of %s: '%s' for --unit; in, mm, cm, m, ft of a transducer, lb, N, kN, kg of a gage", r->word,
+                         r->unit_text);
+    if (status == MR_OK && r->changed && !r->changed[strspn(r->changed, " \t")])
+        return error_set(error, MR_USAGE, "what was changed? --changed needs a NOTE; who reads it later will ask");
     if (status == MR_OK && r->days_text)
         status = cli_number(r->days_text, "--days", 1.0, 3650.0, &r->days, error);
-    return status == MR_OK && r->known_text ? cli_number(r->known_text, "--known", 0.0, 100.0, &r->known, error) : status;
+    return status == MR_OK && r->known_text ? read_known(r, error) : status;
 }
 
 int calibrate_command(int argc, char **argv, const struct cli *cli)
@@ -397,6 +458,7 @@ int calibrate_command(int argc, char **argv, const struct cli *cli)
     const struct cli_option options[] = {
         {"--serial", &r.serial, NULL},   {"--points", &r.points, NULL},     {"--config", &r.config, NULL}, {"-o", &r.output, NULL},
         {"--sensor", &r.sensor, NULL},   {"--days", &r.days_text, NULL},    {"--known", &r.known_text, NULL},
+        {"--unit", &r.unit_text, NULL},  {"--changed", &r.changed, NULL},
         {"--recompute", &r.recompute, NULL}, {"--series", &r.series, NULL}, {"--run", &r.run_text, NULL},
         {"--reason", &r.reason, NULL},   {"--who", &r.who, NULL},           {"--table", NULL, &r.table},   {"--zeros", NULL, &r.zeros}};
     struct error error = {0};

@@ -166,20 +166,25 @@ static const struct command commands[] = {
      "  NAME           begin a series of this name: landings that are armed from now on belong to it\n"
      "Example: matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands tensioned'\n"},
     {"calibrate", calibrate_command,
-     "CHANNEL (--serial LINK | --points F --config F) [-o F] [--sensor S] [--days N] [--known E] [--table] |\n"
+     "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--sensor S] [--days N] [--known E] [--table]\n"
+     "                         [--changed NOTE] |\n"
      "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason T [--who W]",
      "a channel against known values; a corrected calibration for recorded landings",
      "  CHANNEL        d1 to d8, t1 to t14\n"
      "  --serial LINK  the board, idle: it is guided point by point, known value by known value\n"
-     "  --points F     or from a file of VALUE,CODE rows, for the configuration of --config (matrig board config get)\n"
+     "  --points F     or from a file of VALUE,CODE rows, for the configuration of --config (matrig board config get). Its first line\n"
+     "                 names the columns, and the unit of the values: mm,codes; a value may have a unit of its own: 12.7 mm,372.4\n"
+     "  --unit U       unit of values that name none: in, mm, cm, m, ft of a transducer, lb, N, kN, kg of a gage\n"
      "  -o F           write the configuration with the new calibration; matrig board config set F gives it to the board\n"
      "  --sensor S     serial number of the sensor\n"
      "  --days N       until it expires; else 365\n"
-     "  --known E      standard error of the known values, in or lb, common to all\n"
+     "  --known E      standard error of the known values, in or lb, or with its unit (0.05mm), common to all\n"
      "  --table        the values become a table of points (2 to 8); else a straight line\n"
+     "  --changed NOTE the gain may be another than the last calibration's, because of this; else a jump is refused (exit 1): a tenth of\n"
+     "                 the same sensor, half of another transducer, five times of another gage. The note stands in the file of -o\n"
      "  --recompute C  give the landings of DB (of a series, or one) the calibration of configuration C. Readings come from the stored\n"
      "                 integers; the old values are kept (table recalibrations). Zeros of gages stay as measured, without --zeros\n"
-     "Values are in inches and pounds, also with --si. Example: matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17\n"},
+     "Results are in inches and pounds, also with --si. Example: matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17\n"},
     {"migrate", migrate_command, "DB [--check | --no-backup]", "bring a campaign of an older matrig forward",
      "  DB             campaign database. What writes to a campaign brings it forward by itself; what reads does not need to\n"
      "  --check        only say which version it has; exit 1 when it is an older one\n"
