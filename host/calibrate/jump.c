@@ -51,3 +51,14 @@ void jump_channel(unsigned index, char out[8])
 {
     snprintf(out, 8, index < MR_TRANSDUCERS ? "d%u" : "t%u", (index < MR_TRANSDUCERS ? index : index - MR_TRANSDUCERS) % 100u + 1u);
 }
+
+bool jump_channel_read(const char *name, size_t length, unsigned *index)
+{
+    char known[8];
+    for (*index = 0; *index < MR_TRANSDUCERS + MR_GAGES; ++*index) {
+        jump_channel(*index, known);
+        if (strlen(known) == length && memcmp(known, name, length) == 0)
+            return true;
+    }
+    return false;
+}

@@ -38,5 +38,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
 void jump_text(const struct jump *jump, const struct mr_channel_config *channel, char *out, size_t size);
 /* "d3", "t12", by the input, as matrig calibrate has it: index from 0. */
 void jump_channel(unsigned index, char out[8]);
+/* The index of such a name that ends at `length`; false: no channel. */
+bool jump_channel_read(const char *name, size_t length, unsigned *index);
 
 #endif
