@@ -9,6 +9,7 @@
 #include <strings.h>
 
 #define BLANKS " \t\r\n"
+#define LINE_MAX_BYTES 300
 #define BYTE_ORDER_MARK "\xef\xbb\xbf" /* some programs begin a text with these bytes */
 
 static const char *const code_words[] = {"code", "codes", "count", "counts", "adc", "raw", "lsb"};
@@ -179,7 +180,7 @@ static enum mr_status read_line(struct reader *r, char *line, bool *unitless)
 enum mr_status calibrate_points_read(const char *path, enum unit_kind kind, const struct unit_word *given, struct calibrate_points *points,
                                      struct error *error)
 {
-    char line[300];
+    char line[LINE_MAX_BYTES];
     bool unitless = false;
     enum mr_status status = MR_OK;
     *points = (struct calibrate_points){.unit = given};
@@ -189,7 +190,7 @@ enum mr_status calibrate_points_read(const char *path, enum unit_kind kind, cons
         return error_set(error, MR_IO, "cannot read (%s): %s; check path and rights", strerror(errno), path);
     while (status == MR_OK && fgets(line, sizeof line, file)) {
         r.line++;
-        status = read_line(&r, line, &unitless);
+        status = strlen(line) == sizeof line - 1 ? complain(&r, MR_MALFORMED, "a line too long", "write VALUE,CODE") : read_line(&r, line, &unitless);
     }
     fclose(file);
     if (status == MR_OK && unitless)

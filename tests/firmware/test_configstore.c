@@ -390,13 +390,16 @@ static void an_unsound_copy_is_not_taken(void **state)
     (void)state;
     struct mr_config wanted = next_one();
     struct mr_config_state stored;
-    wanted.channel[0].unit_per_code = 0.0f;
-    mr_config_encode(&wanted, fake_flash.cell[0]);
-    reset_board();
-    is_in_force(&built_in);
-    assert_int_equal(fault_detail(), 3);
-    GET_LAST(config_state, CONFIG_STATE, &stored);
-    assert_int_equal(stored.copy_a, -MR_LIMIT);
+    const float unsound[] = {0.0f, 25.4f * wanted.channel[0].unit_per_code}; /* mm for in: once a limit of 1000 in per code let that pass */
+    for (unsigned i = 0; i < COUNT_OF(unsound); i++) {
+        wanted.channel[0].unit_per_code = unsound[i];
+        mr_config_encode(&wanted, fake_flash.cell[0]);
+        reset_board();
+        is_in_force(&built_in);
+        assert_int_equal(fault_detail(), 3);
+        GET_LAST(config_state, CONFIG_STATE, &stored);
+        assert_int_equal(stored.copy_a, -MR_LIMIT);
+    }
 }
 
 static void flash_that_fails_leaves_the_old_one(void **state)

@@ -101,6 +101,9 @@ static void without_a_unit_it_is_refused(void **state)
     is_refused("mm,codes\nmm,codes\n1,2\n", UNIT_DISPLACEMENT, NULL, MR_MALFORMED, "line 2");
     is_refused("mm,codes\n1,nan\n", UNIT_DISPLACEMENT, NULL, MR_MALFORMED, "line 2");
     is_refused("x1,2\n", UNIT_DISPLACEMENT, "mm", MR_MALFORMED, "line 1");
+    char text[400]; /* its end is no row of its own */
+    snprintf(text, sizeof text, "mm,codes\n1,2%300s3,4\n", "");
+    is_refused(text, UNIT_DISPLACEMENT, NULL, MR_MALFORMED, "too long: ");
 }
 
 static void a_mistake_is_named(void **state)
