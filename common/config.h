@@ -183,7 +183,11 @@ void mr_config_exchange(uint8_t *image, struct mr_config *config);
     X(ONE_POINT,   13, "a linearisation has two points or more, or none")                                                \
     X(NO_STATION,  14, "a station is needed")                                                                            \
     X(REVISION,    15, "not one more than the revision in force: somebody else changed it")                              \
-    X(UNSTABLE,    16, "beyond the stability limit of mats so light with joints so stiff")
+    X(UNSTABLE,    16, "beyond the stability limit of mats so light with joints so stiff")                               \
+    X(COARSE,      17, "more in a code than any sensor of the rig gives")                                       \
+    X(FINE,        18, "less in a code than any sensor of the rig gives")                                       \
+    X(NARROW,      19, "all of low to high would be too few codes")                                             \
+    X(UNREACHED,   20, "the converter ends before most of low to high")
 
 enum mr_config_rule {
     MR_RULE_NONE = 0,

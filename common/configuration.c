@@ -5,6 +5,7 @@
 #include "common/block.h"
 #include "common/channels.h"
 #include "common/crc32.h"
+#include "common/gain.h"
 #include "common/predictor.h"
 #include "common/staircase.h"
 #include "common/wire.h"
@@ -339,6 +340,13 @@ static bool check_points(const struct mr_channel_config *channel, unsigned i, st
     return true;
 }
 
+/* Physically possible with this rig's sensors and electronics? */
+static bool check_gain(const struct mr_channel_config *channel, unsigned i, struct mr_config_reason *reason)
+{
+    enum mr_config_rule rule = mr_channel_measures(channel) ? mr_gain_check(channel) : MR_RULE_NONE;
+    return rule == MR_RULE_NONE || REFUSE(reason, channel, i, unit_per_code, rule);
+}
+
 static bool check_channel(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)
 {
     const struct mr_channel_config *channel = &config->channel[i];
@@ -357,7 +365,8 @@ static bool check_channel(const struct mr_config *config, unsigned i, struct mr_
         return REFUSE(reason, channel, i, calibrated_day, MR_RULE_ZERO);
     if (channel->band && !(config->band[channel->band - 1].pretension_lb > 0.0f))
         return REFUSE(reason, channel, i, band, MR_RULE_NO_BAND);
-    return check_number(config, i, reason) && check_station(config, i, reason) && check_points(channel, i, reason);
+    return check_number(config, i, reason) && check_station(config, i, reason) && check_points(channel, i, reason) &&
+           check_gain(channel, i, reason);
 }
 
 static bool check_gate(const struct mr_config *config, unsigned i, struct mr_config_reason *reason)

@@ -3,13 +3,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/board/calibrationpast.h"
 #include "host/board/configtalk.h"
 #include "host/board/configtext.h"
+#include "host/calibrate/jump.h"
 #include "host/cli.h"
+#include "host/store/store_readiness.h"
 
 struct request {
     const struct cli *cli;
-    const char *can, *serial, *file, *output;
+    const char *can, *serial, *file, *output, *changed, *db;
 };
 
 struct session {
@@ -37,6 +40,17 @@ static void note_damage(const struct cli *cli, const struct mr_config_state *sta
         cli_note(cli, "copy A in the board's flash is damaged: %s", copy_text(state->copy_a));
     if (state->copy_b != 0 && state->copy_b != 255)
         cli_note(cli, "copy B in the board's flash is damaged: %s", copy_text(state->copy_b));
+}
+
+/* A board of an older firmware holds what is refused today. */
+static void note_unsound(const struct cli *cli, const struct mr_config *config)
+{
+    struct mr_config_reason reason;
+    char why[500];
+    if (mr_config_check(config, &reason) == MR_OK)
+        return;
+    configtext_reason(config, &reason, why, sizeof why);
+    cli_note(cli, "the board's configuration is not sound: %s", why);
 }
 
 static enum mr_status open_session(const struct request *request, struct session *session, struct error *error)
@@ -71,6 +85,7 @@ static int get(const struct request *request, struct error *error)
         status = write_file(request->output, text, error);
     if (status == MR_OK) {
         note_damage(request->cli, state);
+        note_unsound(request->cli, &session.config);
         if (request->cli->json)
             exit_code = cli_print_json(json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision, "crc",
                                                  (json_int_t)session.crc, "source", source_text(state->source), "copy_a",
@@ -117,10 +132,53 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     return status;
 }
 
+/* Each gain against the last one that is known: the campaign's, else the board's (NULL: no board). Refused when it jumped, unless it was
+ * said why. A zero that moved is told; matrig ready holds it against the campaign. `*said`: bit per channel that differs from the board's,
+ * when something was said of it. */
+static enum mr_status hold_gains(const struct request *request, const struct calibrationpast *past, const struct mr_config *old,
+                                 const struct mr_config *new, uint32_t *said, struct error *error)
+{
+    *said = 0;
+    for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
+        struct jump jump;
+        char name[8], what[160];
+        bool known = past->channel[i].kind != MR_KIND_NONE;
+        if (request->changed && old && memcmp(&old->channel[i], &new->channel[i], sizeof old->channel[i]) != 0)
+            *said |= 1u << i;
+        if ((!known && !old) || !jump_find(known ? &past->channel[i] : &old->channel[i], &new->channel[i], &jump))
+            continue;
+        jump_channel(i, name);
+        jump_text(&jump, &new->channel[i], what, sizeof what);
+        if (jump.gain && !request->changed)
+            return error_set(error, MR_LIMIT, "%s: %s, compared with %s: %s; look at its calibration; if something is another: --changed NOTE --db DB",
+                             name, what, known ? "the campaign" : "the board's", request->file);
+        cli_note(request->cli, "%s: %s, compared with %s", name, what, known ? "the campaign" : "the board's");
+    }
+    return MR_OK;
+}
+
+static void uid_text(const struct session *session, char out[25])
+{
+    const uint32_t *id = session->talk.uid;
+    snprintf(out, 25, "%08X%08X%08X", (unsigned)id[0], (unsigned)id[1], (unsigned)id[2]);
+}
+
+/* Keeps what was said of the change, once it is in force. */
+static enum mr_status keep_note(const struct request *request, const struct session *session, const struct mr_config *config, uint32_t channels,
+                                struct store *store, struct error *error)
+{
+    char uid[25];
+    uid_text(session, uid);
+    return calibrationpast_say(store, uid, config, channels, request->changed, (int64_t)link_now_us(), error);
+}
+
 static int set(const struct request *request, struct error *error)
 {
     static struct session session;
     static struct mr_config wanted;
+    struct calibrationpast past = {.run = {0}};
+    struct store *store = NULL;
+    uint32_t said = 0;
     int exit_code = 0;
     json_t *changes = json_array();
     enum mr_status status = configtext_load(request->file, &wanted, error);
@@ -134,6 +192,17 @@ static int set(const struct request *request, struct error *error)
                            "made from revision %u, but revision %u is in force, changed since: %s; get it again and change that, or set "
                            "site.revision = %u to put this one over it",
                            own_revision, revision, request->file, revision);
+    if (status == MR_OK && request->db) {
+        char uid[25];
+        uid_text(&session, uid);
+        status = store_open(request->db, STORE_CREATE, &store, error);
+        if (status == MR_OK)
+            status = calibrationpast_read(store, uid, &past, error);
+    }
+    if (status == MR_OK && count)
+        status = hold_gains(request, &past, &session.config, &wanted, &said, error);
+    if (status == MR_OK && request->changed && !said)
+        cli_note(request->cli, "no channel differs from the board's: the note is not kept");
     if (status == MR_OK && count) {
         wanted.site[0].revision = revision + 1;
         if (!request->cli->json)
@@ -141,6 +210,9 @@ static int set(const struct request *request, struct error *error)
         fflush(stdout);
         status = change(&session, &wanted, error);
     }
+    if (status == MR_OK && said)
+        status = keep_note(request, &session, &wanted, said, store, error);
+    store_close(store);
     if (status != MR_OK) {
         exit_code = cli_fail(error);
     } else if (request->cli->json) {
@@ -156,11 +228,30 @@ static int set(const struct request *request, struct error *error)
     return exit_code;
 }
 
+/* Of the board that the campaign logged or checked last. */
+static enum mr_status check_past(const struct request *request, const struct mr_config *config, struct error *error)
+{
+    struct calibrationpast past = {.run = {0}};
+    struct store *store = NULL;
+    char uid[25];
+    uint32_t said;
+    enum mr_status status = store_open(request->db, STORE_READ, &store, error);
+    if (status == MR_OK)
+        status = store_board_newest(store, uid, error);
+    if (status == MR_OK)
+        status = calibrationpast_read(store, uid, &past, error);
+    store_close(store);
+    return status == MR_OK ? hold_gains(request, &past, NULL, config, &said, error) : status;
+}
+
 static int check(const struct request *request, struct error *error)
 {
     static struct mr_config config;
     static uint8_t image[MR_CONFIG_IMAGE];
-    if (configtext_load(request->file, &config, error) != MR_OK)
+    enum mr_status status = configtext_load(request->file, &config, error);
+    if (status == MR_OK && request->db)
+        status = check_past(request, &config, error);
+    if (status != MR_OK)
         return cli_fail(error);
     uint32_t crc = mr_config_encode(&config, image);
     if (request->cli->json)
@@ -174,9 +265,10 @@ int config_command(int argc, char **argv, const struct cli *cli)
     struct request request = {.cli = cli};
     const char *words[3] = {NULL, NULL, NULL};
     const struct cli_option options[] = {
-        {"--can", &request.can, NULL}, {"--serial", &request.serial, NULL}, {"-o", &request.output, NULL}};
+        {"--can", &request.can, NULL}, {"--serial", &request.serial, NULL}, {"-o", &request.output, NULL},
+        {"--changed", &request.changed, NULL}, {"--db", &request.db, NULL}};
     struct error error = {0};
-    enum mr_status status = cli_parse(argc, argv, options, 3, words, 2, 3, "config get|set FILE|check FILE", &error);
+    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 3, "config get|set FILE|check FILE", &error);
     const char *verb = status == MR_OK ? words[1] : "";
     bool is_get = strcmp(verb, "get") == 0, is_set = strcmp(verb, "set") == 0, is_check = strcmp(verb, "check") == 0;
     request.file = words[2];
@@ -188,6 +280,10 @@ int config_command(int argc, char **argv, const struct cli *cli)
                            is_get ? request.file : verb);
     if (status == MR_OK && request.output && !is_get)
         status = error_set(&error, MR_USAGE, "-o is config get's: matrig board config %s", verb);
+    if (status == MR_OK && request.changed && (!is_set || !request.db || !request.changed[0]))
+        status = error_set(&error, MR_USAGE, "--changed NOTE goes with --db DB, where it is kept, and config set: matrig board config %s", verb);
+    if (status == MR_OK && request.db && is_get)
+        status = error_set(&error, MR_USAGE, "--db is config set's and check's: matrig board config get");
     if (status == MR_OK && !is_check && !request.can == !request.serial)
         status = error_set(&error, MR_USAGE, "which link? matrig board config %s needs --serial LINK or --can LINK; see matrig board --help",
                            verb);

@@ -47,7 +47,7 @@ static const struct command commands[] = {
      "         matrig live campaign.db --terminal\n"},
     {"board", board_command,
      "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
-     "                        config get|set|check [-o F] [--can LINK] | runway [show|load F|forget] [-o F] |\n"
+     "                        config get|set|check [-o F] [--can LINK] [--db DB [--changed NOTE]] | runway [show|load F|forget] [-o F] |\n"
      "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | self-test | reset",
      "a board: its firmware, black box, slow log, configuration, runway and health",
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle\n"
@@ -61,8 +61,10 @@ static const struct command commands[] = {
      "  slow           the slow log, a row a minute: --db fetches the rows that a campaign database lacks, --csv writes them to a file\n"
      "                 (without --db: all that the board holds)\n"
      "  config get     the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial\n"
-     "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done\n"
-     "  config check F check F alone, without a board\n"
+     "  config set F   check F, show what it changes, send it, see that it is stored; refused from arm to done. A gain that has\n"
+     "                 jumped (see matrig ready --help) since the campaign of --db, else since the board's, is refused, but for\n"
+     "                 --changed NOTE --db DB, which keeps the note in the campaign\n"
+     "  config check F check F alone, without a board; --db DB holds its gains against those that the campaign knows\n"
      "  runway         what the board's predictor knows of the runway: landings, joints, where it comes from; -o writes it to a file.\n"
      "                 load F gives the board that of a file, forget: nobody has measured it. Not from arm to done.\n"
      "                 matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt\n"
@@ -94,7 +96,7 @@ static const struct command commands[] = {
      "Only sectors that differ are erased. Every byte is read back. After a pulled cable the same command goes on where it was;\n"
      "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed.\n"
      "Example: matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf\n"},
-    {"ready", ready_command, "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] [--room MB] | DB --serial LINK --walk [--for S] [--of KINDS]",
+    {"ready", ready_command, "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] [--room MB] [--changed T] | DB --serial LINK --walk [--for S] [--of KINDS]",
      "go or no-go before a landing, and the walk test",
      "  DB             campaign database, made when it does not exist; what was found is kept in it, with the landings of the next 12 h\n"
      "  --serial LINK  the board's serial port (see matrig log --help); the board must be idle, or done with a landing\n"
@@ -104,6 +106,9 @@ static const struct command commands[] = {
      "                 it must be configured so (a file: but for the revision, which config set raises); else as in the\n"
      "                 campaign's last landing\n"
      "  --room MB      so much of the disk must be free; else ten landings\n"
+     "  --changed T    'd3: a longer rod', 'd3,t4: ...': what was changed of these channels. Without, it is no-go when the gain of a\n"
+     "                 channel has jumped since the campaign's landings and checks (a tenth; half of another transducer, five times\n"
+     "                 of another gage, by serial number), or its zero (0.25 in, 10 lb). Kept in the campaign (table readiness)\n"
      "Takes at most 20 s: readings at rest, shunt calibration, self-test (the warning lamp lights for 0.2 s). Exit 1: no-go.\n"
      "  --walk         walk along the rig: trip each switch, push at each transducer, pull at each gage, in order. Nothing is recorded.\n"
      "                 Names what did not answer and what answered in another's place. Exit 1 when there is any\n"
@@ -166,20 +171,26 @@ static const struct command commands[] = {
      "  NAME           begin a series of this name: landings that are armed from now on belong to it\n"
      "Example: matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands tensioned'\n"},
     {"calibrate", calibrate_command,
-     "CHANNEL (--serial LINK | --points F --config F) [-o F] [--sensor S] [--days N] [--known E] [--table] |\n"
+     "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--sensor S] [--days N] [--known E] [--table]\n"
+     "                         [--changed NOTE] [--db DB] |\n"
      "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason T [--who W]",
      "a channel against known values; a corrected calibration for recorded landings",
      "  CHANNEL        d1 to d8, t1 to t14\n"
      "  --serial LINK  the board, idle: it is guided point by point, known value by known value\n"
-     "  --points F     or from a file of VALUE,CODE rows, for the configuration of --config (matrig board config get)\n"
+     "  --points F     or from a file of VALUE,CODE rows, for the configuration of --config (matrig board config get). Its first line\n"
+     "                 names the columns, and the unit of the values: mm,codes; a value may have a unit of its own: 12.7 mm,372.4\n"
+     "  --unit U       unit of values that name none: in, mm, cm, m, ft of a transducer, lb, N, kN, kg of a gage\n"
      "  -o F           write the configuration with the new calibration; matrig board config set F gives it to the board\n"
      "  --sensor S     serial number of the sensor\n"
      "  --days N       until it expires; else 365\n"
-     "  --known E      standard error of the known values, in or lb, common to all\n"
+     "  --known E      standard error of the known values, in or lb, or with its unit (0.05mm), common to all\n"
      "  --table        the values become a table of points (2 to 8); else a straight line\n"
+     "  --changed NOTE the gain may be another than the last calibration's, because of this; else a jump is refused (exit 1): a tenth of\n"
+     "                 the same sensor, half of another transducer, five times of another gage. The note stands in the file of -o\n"
+     "  --db DB        hold the gain against what the campaign knows of its last board too, and keep the note of --changed there\n"
      "  --recompute C  give the landings of DB (of a series, or one) the calibration of configuration C. Readings come from the stored\n"
      "                 integers; the old values are kept (table recalibrations). Zeros of gages stay as measured, without --zeros\n"
-     "Values are in inches and pounds, also with --si. Example: matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17\n"},
+     "Results are in inches and pounds, also with --si. Example: matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17\n"},
     {"migrate", migrate_command, "DB [--check | --no-backup]", "bring a campaign of an older matrig forward",
      "  DB             campaign database. What writes to a campaign brings it forward by itself; what reads does not need to\n"
      "  --check        only say which version it has; exit 1 when it is an older one\n"

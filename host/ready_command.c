@@ -12,8 +12,10 @@
 #include "common/channels.h"
 #include "common/switches.h"
 #include "host/board/configtext.h"
+#include "host/board/readykept.h"
 #include "host/board/readytalk.h"
 #include "host/board/readywalk.h"
+#include "host/calibrate/jump.h"
 #include "host/cli.h"
 #include "host/flash/imagefile.h"
 #include "host/store/store_readiness.h"
@@ -34,7 +36,7 @@ static const char *const kind_verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"
 
 struct request {
     const struct cli *cli;
-    const char *db, *serial, *can, *image, *expected, *room, *for_text, *of;
+    const char *db, *serial, *can, *image, *expected, *room, *for_text, *of, *changed;
     bool walk;
 };
 
@@ -79,84 +81,6 @@ static enum mr_status open_campaign(const struct request *request, struct ready_
     return MR_OK;
 }
 
-static void uid_text(const struct identity *identity, char out[25])
-{
-    snprintf(out, 25, "%08X%08X%08X", (unsigned)identity->uid[0], (unsigned)identity->uid[1], (unsigned)identity->uid[2]);
-}
-
-/* The spans that the last `matrig ready` of this board kept. */
-static void take_spans(const char *checks, float span_lb[MR_GAGES])
-{
-    json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
-    for (unsigned i = 0; i < MR_GAGES; i++) {
-        json_t *span = json_array_get(spans, i);
-        if (json_is_number(span))
-            span_lb[i] = (float)json_number_value(span);
-    }
-    json_decref(object);
-}
-
-/* What this board was at its last landing, and its last shunt calibration. */
-static enum mr_status look_back(struct store *store, struct ready_facts *f, struct error *error)
-{
-    char uid[25];
-    struct store_landing *rows = NULL;
-    struct store_readiness last;
-    size_t count = 0;
-    bool found = false;
-    int64_t kept_us = STORE_NONE;
-    uid_text(&f->identity, uid);
-    enum mr_status status = store_landings(store, &rows, &count, error);
-    for (size_t i = 0; status == MR_OK && i < count; i++) {
-        if (strcmp(rows[i].board_uid, uid) != 0)
-            continue;
-        f->before = true;
-        f->before_run = rows[i].id;
-        f->before_image = rows[i].image_crc;
-        f->before_config = rows[i].config_crc;
-    }
-    free(rows);
-    if (status == MR_OK)
-        status = store_board_spans(store, uid, f->before_span_lb, &kept_us, error);
-    if (status == MR_OK)
-        status = store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, error);
-    if (status == MR_OK && found && last.made_us > kept_us)
-        take_spans(last.checks, f->before_span_lb);
-    if (status == MR_OK && found)
-        free(last.checks);
-    return status;
-}
-
-static enum mr_status save(struct store *store, const struct identity *identity, const char *kind, const struct ready_report *report,
-                           const struct ready_facts *f, int64_t made_us, struct error *error)
-{
-    char uid[25];
-    json_t *spans = json_array();
-    struct store_readiness row = {.made_us = made_us};
-    for (unsigned gage = 1; f && gage <= MR_GAGES; gage++) {
-        double span_lb = (double)NAN;
-        for (unsigned i = 0; i < f->shunts; i++) {
-            if (f->shunt[i].gage == gage)
-                span_lb = (double)f->shunt[i].span_lb;
-        }
-        json_array_append_new(spans, cli_json_number(span_lb, 7));
-    }
-    json_t *object = json_pack("{soso}", "checks", ready_json(report), "spans_lb", spans);
-    row.checks = json_dumps(object, JSON_COMPACT);
-    json_decref(object);
-    if (!row.checks)
-        abort();
-    snprintf(row.verdict, sizeof row.verdict, "%s", ready_verdict(report) == READY_GO ? "go" : "no-go");
-    uid_text(identity, uid);
-    enum mr_status status = store_begin(store, error);
-    if (status == MR_OK)
-        status = store_readiness_put(store, uid, kind, &row, error);
-    if (status == MR_OK)
-        status = store_commit(store, error);
-    free(row.checks);
-    return status;
-}
-
 /* ---- telling ---- */
 
 static void print_report(const struct ready_report *report)
@@ -191,7 +115,7 @@ static int tell(const struct request *request, const char *kind, const struct re
 {
     int exit_code = ready_verdict(report) == READY_GO ? 0 : mr_status_exit_code(MR_LIMIT);
     char uid[25];
-    uid_text(identity, uid);
+    readykept_uid(identity, uid);
     if (request->cli->json)
         return cli_print_json(json_pack("{sssssssIsoso}", "kind", kind, "verdict", ready_verdict(report) == READY_GO ? "go" : "no-go",
                                         "board", uid, "made_us", (json_int_t)made_us, "took_s", cli_json_number(took_s, 4), "checks",
@@ -211,12 +135,41 @@ static enum mr_status open_links(const struct request *request, struct link *lin
     return status;
 }
 
-static enum mr_status examine(struct store *store, struct readytalk *talk, struct ready_facts *f, struct error *error)
+/* "d3: a longer rod" or "d3,t4: ...": what is said of these channels becomes part of what the campaign knows. */
+static enum mr_status say_changed(const char *text, struct store *store, struct ready_facts *f, struct error *error)
+{
+    char uid[25];
+    uint32_t channels = 0;
+    unsigned input;
+    const char *note = strchr(text, ':'), *p = text;
+    if (!note || !note[1 + strspn(note + 1, " ")])
+        return error_set(error, MR_USAGE, "which channel, and what was changed? '%s' for --changed; write for example 'd3: a longer rod'", text);
+    for (size_t length; p < note; p += length + 1) {
+        length = strcspn(p, ",:");
+        if (!jump_channel_read(p, length, &input) || !mr_channel_measures(&f->config.channel[input]))
+            return error_set(error, MR_USAGE, "no channel that is fitted: '%.*s' for --changed; d1 to d%u, t1 to t%u", (int)length, p, MR_TRANSDUCERS,
+                             MR_GAGES);
+        channels |= 1u << input;
+    }
+    readykept_uid(&f->identity, uid);
+    note += 1 + strspn(note + 1, " ");
+    snprintf(f->changed, sizeof f->changed, "%.*s", (int)sizeof f->changed - 1, text);
+    enum mr_status status = calibrationpast_say(store, uid, &f->config, channels, note, (int64_t)link_now_us(), error);
+    return status == MR_OK ? calibrationpast_read(store, uid, &f->past, error) : status;
+}
+
+static enum mr_status examine(const struct request *request, struct store *store, struct readytalk *talk, struct ready_facts *f,
+                              struct error *error)
 {
     enum mr_status status = readytalk_meet(talk, error);
     if (status != MR_OK || !f->hello)
         return status;
-    status = look_back(store, f, error);
+    status = readykept_look_back(store, f, error);
+    if (status == MR_OK && request->changed && !f->config_known)
+        return error_set(error, MR_TIMEOUT, "the board did not tell its configuration, so that nothing is kept of the change: %s; try again",
+                         request->serial);
+    if (status == MR_OK && request->changed)
+        status = say_changed(request->changed, store, f, error);
     return status == MR_OK && f->identity.hello.state == 0 ? readytalk_ask(talk, error) : status;
 }
 
@@ -236,12 +189,12 @@ static int ready(const struct request *request, struct ready_facts *f)
         status = open_links(request, link, &error);
     if (status == MR_OK) {
         readytalk_begin(talk, link[LINK_SERIAL], link[LINK_CAN], f, LIMIT_S - (now_s() - begun_s));
-        status = examine(store, talk, f, &error);
+        status = examine(request, store, talk, f, &error);
     }
     if (status == MR_OK)
         ready_judge(f, report);
     if (status == MR_OK && f->hello && !f->database[0])
-        status = save(store, &f->identity, "ready", report, f, made_us, &error);
+        status = readykept_save(store, &f->identity, "ready", report, f, made_us, &error);
     int exit_code = status == MR_OK ? tell(request, "ready", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
     link_close(link[LINK_SERIAL]);
     link_close(link[LINK_CAN]);
@@ -462,7 +415,7 @@ static int walk_along(const struct request *request, struct ready_facts *f, cons
     if (status == MR_OK)
         judge_walk(walk, report);
     if (status == MR_OK)
-        status = save(store, &f->identity, "walk", report, NULL, made_us, &error);
+        status = readykept_save(store, &f->identity, "walk", report, NULL, made_us, &error);
     int exit_code = status == MR_OK ? tell(request, "walk", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
     link_close(link[LINK_SERIAL]);
     link_close(link[LINK_CAN]);
@@ -495,6 +448,8 @@ static enum mr_status check_request(const struct request *r, struct error *error
         return error_set(error, MR_USAGE, "no link: matrig ready needs --serial LINK; see matrig ready --help");
     if (r->walk && (r->image || r->expected || r->room))
         return error_set(error, MR_USAGE, "--walk goes without --image, --expect-config and --room: walk apart; see matrig ready --help");
+    if (r->walk && r->changed)
+        return error_set(error, MR_USAGE, "--changed goes without --walk: matrig ready; see matrig ready --help");
     if (!r->walk && (r->for_text || r->of))
         return error_set(error, MR_USAGE, "--for and --of are --walk's: matrig ready; see matrig ready --help");
     return MR_OK;
@@ -506,7 +461,7 @@ int ready_command(int argc, char **argv, const struct cli *cli)
     const struct cli_option options[] = {
         {"--serial", &request.serial, NULL}, {"--can", &request.can, NULL}, {"--image", &request.image, NULL},
         {"--expect-config", &request.expected, NULL}, {"--room", &request.room, NULL}, {"--walk", NULL, &request.walk},
-        {"--for", &request.for_text, NULL}, {"--of", &request.of, NULL}};
+        {"--for", &request.for_text, NULL}, {"--of", &request.of, NULL}, {"--changed", &request.changed, NULL}};
     struct ready_facts *facts = calloc(1, sizeof *facts);
     struct imagefile image = {0};
     struct error error = {0};

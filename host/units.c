@@ -1,6 +1,8 @@
 #include "host/units.h"
 
 #include <math.h>
+#include <string.h>
+#include <strings.h>
 
 /* 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605 N: exact by definition. */
 static const struct unit units[2][UNIT_KINDS] = {
@@ -15,6 +17,56 @@ static const struct unit units[2][UNIT_KINDS] = {
 const struct unit *unit_of(enum unit_kind kind, bool si)
 {
     return &units[si][kind];
+}
+
+/* Exact by definition: 1 in = 25.4 mm, 1 lbf = 4.4482216152605 N, 1 kgf = 9.80665 N. A weight on a scale is read in kg. */
+#define MM_PER_IN 25.4
+#define N_PER_LB 4.4482216152605
+#define N_PER_KG 9.80665
+
+static const struct unit_word written[] = {
+    {"in", UNIT_DISPLACEMENT, 1.0},
+    {"mm", UNIT_DISPLACEMENT, 1.0 / MM_PER_IN},
+    {"cm", UNIT_DISPLACEMENT, 10.0 / MM_PER_IN},
+    {"m", UNIT_DISPLACEMENT, 1000.0 / MM_PER_IN},
+    {"ft", UNIT_DISPLACEMENT, 12.0},
+    {"lb", UNIT_TENSION, 1.0},
+    {"N", UNIT_TENSION, 1.0 / N_PER_LB},
+    {"kN", UNIT_TENSION, 1000.0 / N_PER_LB},
+    {"kg", UNIT_TENSION, N_PER_KG / N_PER_LB},
+};
+
+static const struct {
+    const char *spelling, *word;
+} spellings[] = {
+    {"inch", "in"}, {"inches", "in"}, {"ins", "in"}, {"millimetre", "mm"}, {"millimetres", "mm"}, {"millimeter", "mm"}, {"millimeters", "mm"},
+    {"centimetre", "cm"}, {"centimetres", "cm"}, {"centimeter", "cm"}, {"centimeters", "cm"}, {"metre", "m"}, {"metres", "m"}, {"meter", "m"},
+    {"meters", "m"}, {"foot", "ft"}, {"feet", "ft"}, {"lbs", "lb"}, {"lbf", "lb"}, {"pound", "lb"}, {"pounds", "lb"}, {"newton", "N"},
+    {"newtons", "N"}, {"kilonewton", "kN"}, {"kilonewtons", "kN"}, {"kgf", "kg"}, {"kgs", "kg"}, {"kp", "kg"}, {"kilogram", "kg"},
+    {"kilograms", "kg"},
+};
+
+static bool is_word(const char *word, size_t length, const char *known)
+{
+    return strlen(known) == length && strncasecmp(word, known, length) == 0;
+}
+
+const struct unit_word *unit_words(size_t index)
+{
+    return index < sizeof written / sizeof written[0] ? &written[index] : NULL;
+}
+
+const struct unit_word *unit_read(const char *word, size_t length)
+{
+    for (size_t i = 0; i < sizeof spellings / sizeof spellings[0]; i++) {
+        if (is_word(word, length, spellings[i].spelling))
+            return unit_read(spellings[i].word, strlen(spellings[i].word));
+    }
+    for (size_t i = 0; i < sizeof written / sizeof written[0]; i++) {
+        if (is_word(word, length, written[i].word))
+            return &written[i];
+    }
+    return NULL;
 }
 
 double unit_tidy(double value, double least)

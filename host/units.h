@@ -4,6 +4,7 @@
 #define MATRIG_HOST_UNITS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 enum unit_kind { UNIT_STATION, UNIT_DISPLACEMENT, UNIT_SPEED, UNIT_DECELERATION, UNIT_TENSION, UNIT_KINDS };
 
@@ -14,6 +15,16 @@ struct unit {
 };
 
 const struct unit *unit_of(enum unit_kind kind, bool si);
+/* A unit that people write beside a value, of a displacement or a tension. */
+struct unit_word {
+    const char *word; /* "mm", "kN": as it is told */
+    enum unit_kind kind;
+    double factor;    /* multiply a value so written by it to have in or lb */
+};
+/* in, mm, cm, m, ft; lb, N, kN, kg, kgf; their plurals and other spellings, in capitals or not. NULL: none of them. Static storage. */
+const struct unit_word *unit_read(const char *word, size_t length);
+/* All of them, once each: unit_words(0) and on, NULL after the last. Static storage. */
+const struct unit_word *unit_words(size_t index);
 /* What rounds to 0 at this least digit, without a sign. */
 double unit_tidy(double value, double least);
 

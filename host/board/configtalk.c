@@ -26,11 +26,23 @@ static enum mr_status take_message(void *context, uint32_t id, const uint8_t *by
     struct configtalk *talk = context;
     struct mr_config_image word;
     struct mr_config_staged staged;
+    struct mr_board_uid uid;
+    struct mr_board_image board_image;
     switch (id) {
     case MR_ID_HELLO:
         if (listen_hello(talk->link, bytes, length, error) != MR_OK)
             return MR_VERSION;
         talk->hello = true;
+        break;
+    case MR_ID_BOARD_UID:
+        if (mr_board_uid_get(&uid, bytes, length) == MR_OK) {
+            talk->uid[0] = uid.uid0;
+            talk->uid[1] = uid.uid1;
+        }
+        break;
+    case MR_ID_BOARD_IMAGE:
+        if (mr_board_image_get(&board_image, bytes, length) == MR_OK)
+            talk->uid[2] = board_image.uid2;
         break;
     case MR_ID_ACK:
         talk->acknowledged |= listen_ack(bytes, length, talk->tag, &talk->ack);

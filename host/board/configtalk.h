@@ -13,6 +13,7 @@ struct configtalk {
     struct mr_deframer deframer;
     uint16_t seq, tag;
     bool hello, acknowledged, refused, state_known, staged;
+    uint32_t uid[3];                  /* the board's, as hello's round last told it */
     struct mr_ack ack;
     struct mr_config_refused reason;
     struct mr_config_state state;     /* as hello's round last told it */

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "common/wire.h"
+#include "host/board/configplace.h"
 
-#define NAME_MAX_LENGTH 80u
 #define FILE_MAX (1024 * 1024)
 
 struct words {
@@ -49,140 +49,13 @@ static const struct words *const words[] = {
 #undef END
 };
 
-/* One field of one member. */
-struct place {
-    unsigned group, index, field;
-};
-
-static const struct mr_config_field *field_of(struct place at)
-{
-    return &mr_config_groups[at.group].fields[at.field];
-}
-
-static void *bytes_of(const struct mr_config *config, struct place at)
-{
-    const struct mr_config_group *group = &mr_config_groups[at.group];
-    return (uint8_t *)(uintptr_t)config + group->offset + at.index * group->size + group->fields[at.field].offset;
-}
-
-/* The next one in the order of the table; false: that was the last. Begin with {0}. */
-static bool next_place(struct place *at)
-{
-    if (++at->field < mr_config_groups[at->group].field_count)
-        return true;
-    at->field = 0;
-    if (++at->index < mr_config_groups[at->group].count)
-        return true;
-    at->index = 0;
-    return ++at->group < MR_CONFIG_GROUPS;
-}
-
-static void name_of(struct place at, char out[NAME_MAX_LENGTH])
-{
-    const struct mr_config_group *group = &mr_config_groups[at.group];
-    if (group->count == 1)
-        snprintf(out, NAME_MAX_LENGTH, "%s.%s", group->name, field_of(at)->name);
-    else
-        snprintf(out, NAME_MAX_LENGTH, "%s[%u].%s", group->name, at.index + 1, field_of(at)->name);
-}
-
-static bool is_day(const struct mr_config_field *field)
-{
-    size_t length = strlen(field->name);
-    return length > 4 && strcmp(field->name + length - 4, "_day") == 0;
-}
-
-/* Days since 1970-01-01 of the Gregorian calendar and back: years begin in March, 400 of them have 146097 days. */
-static int64_t day_of(int64_t year, unsigned month, unsigned day)
-{
-    int64_t y = year - (month <= 2);
-    unsigned from_march = (month + 9) % 12;
-    return 365 * y + y / 4 - y / 100 + y / 400 + (int64_t)((153 * from_march + 2) / 5 + day - 1) - 719468;
-}
-
-static void date_of(uint32_t days, unsigned *year, unsigned *month, unsigned *day)
-{
-    *year = 1970 + days / 366;
-    while (day_of(*year + 1, 1, 1) <= (int64_t)days)
-        ++*year;
-    *month = 12;
-    while (day_of(*year, *month, 1) > (int64_t)days)
-        --*month;
-    *day = (unsigned)((int64_t)days - day_of(*year, *month, 1)) + 1;
-}
-
-static uint32_t integer_at(const struct mr_config_field *field, const void *bytes)
-{
-    uint8_t small;
-    uint16_t half;
-    uint32_t word;
-    switch (field->type) {
-    case MR_CONFIG_TYPE_u8:
-        memcpy(&small, bytes, sizeof small);
-        return small;
-    case MR_CONFIG_TYPE_u16:
-        memcpy(&half, bytes, sizeof half);
-        return half;
-    default:
-        memcpy(&word, bytes, sizeof word);
-        return word;
-    }
-}
-
-static void write_day(uint32_t days, char *out, size_t size)
-{
-    unsigned year, month, day;
-    date_of(days, &year, &month, &day);
-    if (days)
-        snprintf(out, size, "%04u-%02u-%02u", year, month, day);
-    else
-        snprintf(out, size, "never");
-}
-
-static void write_text(const char *text, unsigned count, char *out, size_t size)
-{
-    size_t used = 0;
-    out[used++] = '"';
-    for (unsigned i = 0; i < count && text[i] && used + 4 < size; i++) {
-        if (text[i] == '"' || text[i] == '\\')
-            out[used++] = '\\';
-        out[used++] = text[i];
-    }
-    out[used++] = '"';
-    out[used] = '\0';
-}
-
-/* Nine digits name a single exactly. */
-static void write_reals(const float *values, unsigned count, char *out, size_t size)
-{
-    size_t used = 0;
-    for (unsigned i = 0; i < count && used < size; i++) {
-        if (isnan(values[i]))
-            used += (size_t)snprintf(out + used, size - used, "%smissing", i ? " " : "");
-        else
-            used += (size_t)snprintf(out + used, size - used, "%s%.9g", i ? " " : "", (double)values[i]);
-    }
-}
-
-static void write_value(const struct mr_config_field *field, const void *bytes, char out[CONFIGTEXT_VALUE])
-{
-    if (field->type == MR_CONFIG_TYPE_TEXT)
-        write_text(bytes, field->count, out, CONFIGTEXT_VALUE);
-    else if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
-        write_reals(bytes, field->count, out, CONFIGTEXT_VALUE);
-    else if (is_day(field))
-        write_day(integer_at(field, bytes), out, CONFIGTEXT_VALUE);
-    else
-        snprintf(out, CONFIGTEXT_VALUE, "%u", integer_at(field, bytes));
-}
-
 static void write_legend(FILE *file, unsigned group)
 {
     fprintf(file, "\n# %s\n", mr_config_groups[group].name);
     for (unsigned f = 0; f < mr_config_groups[group].field_count; f++) {
         const struct words *w = &words[group][f];
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
-        bool day = is_day(field);
+        bool day = configplace_is_day(field);
         if (day) /* as it is written here, not as it is stored */
             fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name, (int)strcspn(w->text, ",;"), w->text);
         else
@@ -195,155 +68,25 @@ char *configtext_write(const struct mr_config *config)
     char *text = NULL;
     size_t size;
     FILE *file = open_memstream(&text, &size);
-    struct place at = {0};
+    struct configplace at = {0};
     if (!file)
         abort();
     fputs("# matrig configuration. One field a line, each exactly once; matrig board config check FILE reads it.\n", file);
     do {
-        char name[NAME_MAX_LENGTH], value[CONFIGTEXT_VALUE];
+        char name[CONFIGPLACE_NAME], value[CONFIGPLACE_VALUE];
         const char *unit = words[at.group][at.field].unit;
         if (at.index == 0 && at.field == 0)
             write_legend(file, at.group);
         if (at.field == 0)
             fputc('\n', file);
-        name_of(at, name);
-        write_value(field_of(at), bytes_of(config, at), value);
-        fprintf(file, "%s = %s%s%s\n", name, value, unit[0] && !is_day(field_of(at)) ? "  # " : "",
-                is_day(field_of(at)) ? "" : unit);
-    } while (next_place(&at));
+        configplace_name(at, name);
+        configplace_value(configplace_field(at), configplace_bytes(config, at), value);
+        fprintf(file, "%s = %s%s%s\n", name, value, unit[0] && !configplace_is_day(configplace_field(at)) ? "  # " : "",
+                configplace_is_day(configplace_field(at)) ? "" : unit);
+    } while (configplace_next(&at));
     if (fclose(file) != 0)
         abort();
     return text;
-}
-
-/* --- what is wrong, in words --- */
-
-static void write_limits(const struct mr_config_field *field, char *out, size_t size)
-{
-    if (field->type == MR_CONFIG_TYPE_TEXT) {
-        snprintf(out, size, "at most %u printable characters in double quotes", field->count);
-    } else if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL) {
-        char many[40] = "";
-        if (field->count > 1)
-            snprintf(many, sizeof many, "%u numbers, each ", field->count);
-        snprintf(out, size, "%sfrom %.7g to %.7g%s", many, (double)field->low, (double)field->high,
-                 field->type == MR_CONFIG_TYPE_OPTIONAL ? ", or missing" : "");
-    } else if (is_day(field)) {
-        char last[20];
-        write_day(field->most, last, sizeof last);
-        snprintf(out, size, "YYYY-MM-DD up to %s, or never", last);
-    } else {
-        snprintf(out, size, "from %u to %u", field->least, field->most);
-    }
-}
-
-static void name_element(struct place at, unsigned element, char out[NAME_MAX_LENGTH + 40])
-{
-    char name[NAME_MAX_LENGTH];
-    name_of(at, name);
-    if (field_of(at)->count > 1 && field_of(at)->type != MR_CONFIG_TYPE_TEXT)
-        snprintf(out, NAME_MAX_LENGTH + 40, "value %u of %s", element + 1, name);
-    else
-        snprintf(out, NAME_MAX_LENGTH + 40, "%s", name);
-}
-
-static const char *rule_text(unsigned rule)
-{
-    switch (rule) {
-#define RULE_CASE(NAME, number, text) case number: return text;
-        MR_CONFIG_RULE_TABLE(RULE_CASE)
-#undef RULE_CASE
-    default: return "unknown rule";
-    }
-}
-
-static bool is_known(const struct mr_config_reason *r)
-{
-    return r->group < MR_CONFIG_GROUPS && r->index < mr_config_groups[r->group].count &&
-           r->field < mr_config_groups[r->group].field_count;
-}
-
-/* The other place that a reason speaks of, and its value. */
-static bool find_other(const struct mr_config_reason *r, struct place *other)
-{
-    *other = (struct place){r->group, r->index, r->field};
-    if (r->rule == MR_RULE_NOT_ABOVE)
-        other->field = r->other;
-    else if (r->rule == MR_RULE_ALIKE || r->rule == MR_RULE_TAKEN)
-        other->index = r->other;
-    else if (r->rule == MR_RULE_NOT_RISING && field_of(*other)->count == 1)
-        other->index = r->other;
-    else
-        return false;
-    return other->index < mr_config_groups[other->group].count && other->field < mr_config_groups[other->group].field_count;
-}
-
-static const char *const right_kinds = "channel[1] to [8] are displacement (1), [9] to [22] tension (2), [23] the staircase (3; 0 where no "
-                                       "switch is fitted), [24] the reference (4); 0: not fitted";
-
-static void write_advice(const struct mr_config_reason *r, char *out, size_t size)
-{
-    struct place at = {r->group, r->index, r->field};
-    char limits[200];
-    write_limits(field_of(at), limits, sizeof limits);
-    switch (r->rule) {
-    case MR_RULE_TOO_SMALL:
-        if (r->group == MR_GROUP_gate && r->field == MR_FIELD_gate_step_codes) {
-            snprintf(out, size, "a step is at least %u codes, or 0: not fitted", MR_CONFIG_STEP_CODES);
-            break;
-        }
-        snprintf(out, size, "it is %s", limits);
-        break;
-    case MR_RULE_TOO_LARGE:
-    case MR_RULE_NOT_A_NUMBER:
-    case MR_RULE_NOT_TEXT:
-        snprintf(out, size, "it is %s", limits);
-        break;
-    case MR_RULE_ALIKE:
-        snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_CODES);
-        break;
-    case MR_RULE_PLACE:
-        snprintf(out, size, "%s", right_kinds);
-        break;
-    case MR_RULE_SUM:
-        snprintf(out, size, "zero_code of channel[23] and all steps together are at most 4095");
-        break;
-    case MR_RULE_NO_BAND:
-        snprintf(out, size, "give that band a pretension_lb, or the gage another band or 0");
-        break;
-    case MR_RULE_UNSTABLE:
-        snprintf(out, size, "a shorter step_ms, or look at the units of predict.mat_weight_lb and predict.joint_stiffness_lb_ft");
-        break;
-    case MR_RULE_REVISION:
-        snprintf(out, size, "read the configuration again and change that one");
-        break;
-    default:
-        snprintf(out, size, "mend it");
-        break;
-    }
-}
-
-void configtext_reason(const struct mr_config *config, const struct mr_config_reason *r, char *out, size_t size)
-{
-    struct place at = {r->group, r->index, r->field}, other;
-    char name[NAME_MAX_LENGTH + 40], value[CONFIGTEXT_VALUE], advice[300];
-    if (!is_known(r)) {
-        snprintf(out, size, "group %u, index %u, field %u: %s; of another version", r->group, r->index, r->field, rule_text(r->rule));
-        return;
-    }
-    name_element(at, r->element, name);
-    write_value(field_of(at), bytes_of(config, at), value);
-    write_advice(r, advice, sizeof advice);
-    if (find_other(r, &other)) {
-        char other_name[NAME_MAX_LENGTH], other_value[CONFIGTEXT_VALUE];
-        name_of(other, other_name);
-        write_value(field_of(other), bytes_of(config, other), other_value);
-        snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
-                 r->rule == MR_RULE_TAKEN ? "numbers of one kind must differ"
-                 : r->rule == MR_RULE_ALIKE ? "they cannot be told apart" : "it must be more", advice);
-    } else {
-        snprintf(out, size, "%s is %s: %s; %s", name, value, rule_text(r->rule), advice);
-    }
 }
 
 /* --- reading --- */
@@ -356,7 +99,7 @@ struct reader {
     struct error *error;
 };
 
-static size_t number_of(struct place at)
+static size_t number_of(struct configplace at)
 {
     size_t number = 0;
     for (unsigned g = 0; g < at.group; g++)
@@ -382,7 +125,7 @@ static bool ends(const char *p)
 }
 
 /* `group[index].field`, then `=`. */
-static enum mr_status read_name(const struct reader *r, const char **p, struct place *at)
+static enum mr_status read_name(const struct reader *r, const char **p, struct configplace *at)
 {
     char group[32] = "", field[48] = "", what[160];
     unsigned index = 0;
@@ -393,7 +136,7 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct p
         snprintf(what, sizeof what, "no field: `%.60s`", rest);
         return complain(r, MR_MALFORMED, what, "a line is group[index].field = value, or begins with #");
     }
-    *at = (struct place){0};
+    *at = (struct configplace){0};
     while (at->group < MR_CONFIG_GROUPS && strcmp(mr_config_groups[at->group].name, group) != 0)
         at->group++;
     if (at->group == MR_CONFIG_GROUPS) {
@@ -482,15 +225,15 @@ static bool read_day(const char *p, uint64_t *days)
         return ends(p + 5);
     if (sscanf(p, "%4u-%2u-%2u%n", &year, &month, &day, &used) != 3 || used != 10 || month < 1 || month > 12 || year < 1970)
         return false;
-    *days = (uint64_t)day_of(year, month, day);
-    date_of((uint32_t)*days, &y, &m, &d);
+    *days = (uint64_t)configplace_day(year, month, day);
+    configplace_date((uint32_t)*days, &y, &m, &d);
     return *days > 0 && y == year && m == month && d == day && ends(p + used);
 }
 
 static bool read_integer(const struct mr_config_field *field, const char *p, void *bytes)
 {
     uint64_t value = 0;
-    if (is_day(field)) {
+    if (configplace_is_day(field)) {
         if (!read_day(p, &value))
             return false;
     } else {
@@ -526,15 +269,15 @@ static bool read_value(const struct mr_config_field *field, const char *p, void 
 
 static enum mr_status read_line(struct reader *r, const char *p)
 {
-    struct place at;
-    char name[NAME_MAX_LENGTH], what[240], advice[300];
+    struct configplace at;
+    char name[CONFIGPLACE_NAME], what[240], advice[300];
     skip_blanks(&p);
     if (!*p || *p == '#')
         return MR_OK;
     enum mr_status status = read_name(r, &p, &at);
     if (status != MR_OK)
         return status;
-    name_of(at, name);
+    configplace_name(at, name);
     unsigned *line = &r->line_of[number_of(at)];
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
@@ -542,9 +285,9 @@ static enum mr_status read_line(struct reader *r, const char *p)
         return complain(r, MR_MALFORMED, what, advice);
     }
     *line = r->line;
-    if (!read_value(field_of(at), p, bytes_of(r->config, at))) {
+    if (!read_value(configplace_field(at), p, configplace_bytes(r->config, at))) {
         char limits[200];
-        write_limits(field_of(at), limits, sizeof limits);
+        configplace_limits(configplace_field(at), limits, sizeof limits);
         snprintf(what, sizeof what, "%s cannot be `%.*s`", name, (int)strcspn(p, "#\r"), p);
         snprintf(advice, sizeof advice, "it is %s", limits);
         return complain(r, MR_MALFORMED, what, advice);
@@ -555,22 +298,22 @@ static enum mr_status read_line(struct reader *r, const char *p)
 static enum mr_status check(struct reader *r)
 {
     struct mr_config_reason reason;
-    struct place at = {0};
+    struct configplace at = {0};
     size_t number = 0;
     do {
         if (!r->line_of[number++]) {
-            char name[NAME_MAX_LENGTH];
-            name_of(at, name);
+            char name[CONFIGPLACE_NAME];
+            configplace_name(at, name);
             return error_set(r->error, MR_MALFORMED, "%s is not there: %s; every field is needed: matrig board config get writes them all",
                              name, r->name);
         }
-    } while (next_place(&at));
+    } while (configplace_next(&at));
     if (mr_config_check(r->config, &reason) == MR_OK)
         return MR_OK;
     char text[500];
     configtext_reason(r->config, &reason, text, sizeof text);
     char *advice = strstr(text, "; ");
-    r->line = r->line_of[number_of((struct place){reason.group, reason.index, reason.field})];
+    r->line = r->line_of[number_of((struct configplace){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
     return complain(r, MR_LIMIT, text, advice ? advice + 2 : "mend it");
@@ -578,7 +321,7 @@ static enum mr_status check(struct reader *r)
 
 enum mr_status configtext_read(const char *text, const char *name, struct mr_config *config, struct error *error)
 {
-    struct place end = {.group = MR_CONFIG_GROUPS - 1, .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
+    struct configplace end = {.group = MR_CONFIG_GROUPS - 1, .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
     static struct mr_config read;
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
@@ -629,17 +372,17 @@ enum mr_status configtext_load(const char *path, struct mr_config *config, struc
 unsigned configtext_compare(const struct mr_config *old, const struct mr_config *new,
                             void (*each)(void *context, const char *field, const char *old, const char *new), void *context)
 {
-    struct place at = {0};
+    struct configplace at = {0};
     unsigned differ = 0;
     do {
-        char name[NAME_MAX_LENGTH], was[CONFIGTEXT_VALUE], is[CONFIGTEXT_VALUE];
-        write_value(field_of(at), bytes_of(old, at), was);
-        write_value(field_of(at), bytes_of(new, at), is);
+        char name[CONFIGPLACE_NAME], was[CONFIGPLACE_VALUE], is[CONFIGPLACE_VALUE];
+        configplace_value(configplace_field(at), configplace_bytes(old, at), was);
+        configplace_value(configplace_field(at), configplace_bytes(new, at), is);
         if (strcmp(was, is) == 0)
             continue;
-        name_of(at, name);
+        configplace_name(at, name);
         differ++;
         each(context, name, was, is);
-    } while (next_place(&at));
+    } while (configplace_next(&at));
     return differ;
 }

@@ -16,8 +16,6 @@
 #include "common/config.h"
 #include "host/error.h"
 
-#define CONFIGTEXT_VALUE 200u
-
 /* The text; the caller frees it. */
 char *configtext_write(const struct mr_config *config);
 /* Reads a text and checks it (mr_config_check). `name` is the file's, for the error, which names the line, what is wrong there and what

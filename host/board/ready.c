@@ -9,6 +9,7 @@
 #include "common/crash.h"
 #include "common/staircase.h"
 #include "host/analyse/bands.h"
+#include "host/board/ready_parts.h"
 #include "host/store/store.h"
 
 #define MB 1e6
@@ -33,18 +34,6 @@ struct ready_check *ready_add(struct ready_report *report, enum ready_verdict ve
     vsnprintf(check->value, sizeof check->value, format, arguments);
     va_end(arguments);
     return check;
-}
-
-static void limit(struct ready_check *check, const char *text)
-{
-    snprintf(check->limit, sizeof check->limit, "%s", text);
-}
-
-/* What to do about it, unless it is go. */
-static void advise(struct ready_check *check, const char *text)
-{
-    if (check->verdict != READY_GO)
-        snprintf(check->advice, sizeof check->advice, "%s", text);
 }
 
 enum ready_verdict ready_verdict(const struct ready_report *report)
@@ -166,47 +155,6 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
                   : "compare: matrig board config get; send the right one with config set, or say --expect-config if it is meant");
 }
 
-/* "transducer 3", "gage 12"; of others "staircase" and "reference". */
-static void channel_name(const struct mr_channel_config *channel, char *out, size_t size)
-{
-    if (channel->kind == MR_KIND_DISPLACEMENT)
-        snprintf(out, size, "transducer %u", channel->number);
-    else if (channel->kind == MR_KIND_TENSION)
-        snprintf(out, size, "gage %u", channel->number);
-    else
-        snprintf(out, size, "%s", channel->kind == MR_KIND_STAIRCASE ? "staircase" : "reference");
-}
-
-static void judge_calibration(const struct ready_facts *f, struct ready_report *report)
-{
-    unsigned never = 0, sensors = 0, expired = 0;
-    char text[120] = "", name[20];
-    for (unsigned i = 0; i < MR_CHANNELS; i++) {
-        const struct mr_channel_config *channel = &f->config.channel[i];
-        if (!mr_channel_measures(channel))
-            continue;
-        sensors++;
-        never += channel->calibrated_day == 0;
-        if (!channel->expires_day || channel->expires_day > f->today_day)
-            continue;
-        channel_name(channel, name, sizeof name);
-        size_t at = strlen(text);
-        snprintf(text + at, sizeof text - at, "%s%s", expired++ ? ", " : "", name);
-    }
-    if (sensors == 0)
-        return;
-    if (expired) {
-        struct ready_check *c = ready_add(report, READY_NO_GO, "calibration", "expired: %s", text);
-        limit(c, "expires_day after today");
-        advise(c, "calibrate, then matrig board config set with the new values and dates");
-    } else if (never) {
-        advise(ready_add(report, READY_NOT_DONE, "calibration", "%u of %u sensors have no date of calibration", never, sensors),
-               "put calibrated_day and expires_day into the configuration");
-    } else {
-        limit(ready_add(report, READY_GO, "calibration", "%u sensors, none expired", sensors), "expires_day after today");
-    }
-}
-
 /* ---- clock ---- */
 
 static void judge_clock(const struct ready_facts *f, struct ready_report *report)
@@ -247,7 +195,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     const struct mr_channel_config *channel = &f->config.channel[i];
     const struct ready_channel *m = &f->channel[i];
     char name[20];
-    channel_name(channel, name, sizeof name);
+    ready_channel_name(channel, name, sizeof name);
     if (m->blocks == 0) {
         advise(ready_add(report, READY_NOT_DONE, name, "no readings came"), "");
         return;
@@ -534,7 +482,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_image(f, report);
     judge_configuration(f, report);
     if (f->config_known)
-        judge_calibration(f, report);
+        ready_judge_calibration(f, report);
     judge_clock(f, report);
     if (f->config_known) {
         judge_channels(f, report);

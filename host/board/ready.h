@@ -11,6 +11,7 @@
 #include "common/catalogue.h"
 #include "common/config.h"
 #include "common/fault.h"
+#include "host/board/calibrationpast.h"
 #include "host/collect/timemap.h"
 #include "host/identity.h"
 
@@ -63,6 +64,8 @@ struct ready_facts {
     bool before;                 /* the campaign has a landing of this board: the last one's */
     int64_t before_run, before_image, before_config; /* STORE_NONE: not known */
     float before_span_lb[MR_GAGES]; /* last shunt calibration kept; NaN: none */
+    struct calibrationpast past; /* of the board's channels */
+    char changed[160];           /* what was said of a change just now; empty: nothing */
     char database[200];          /* what is wrong with it; empty: nothing */
     bool database_checked;       /* its pages, all in time */
     double free_bytes, landing_bytes, wanted_bytes;

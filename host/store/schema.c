@@ -107,7 +107,7 @@ const char store_schema[] =
     " host_half_us REAL);"
     "CREATE TABLE frames_film(landing INTEGER NOT NULL REFERENCES landings(id), number INTEGER NOT NULL, tick INTEGER NOT NULL,"
     " board_us REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, number)) WITHOUT ROWID;"
-    /* kind: ready, walk; verdict: go, no-go; checks: an object of host/ready_command.c as JSON */
+    /* kind: ready, walk, change; verdict: go, no-go, said; checks: an object of host/board/readykept.h, calibrationpast.h as JSON */
     "CREATE TABLE readiness(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, board_uid TEXT NOT NULL, kind TEXT NOT NULL,"
     " verdict TEXT NOT NULL, checks TEXT NOT NULL);"
     /* Surveys of the mat by gage points (host/survey/plan.h). A reading is a row, the newest of a place is the one that holds: an

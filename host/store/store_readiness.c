@@ -38,6 +38,33 @@ enum mr_status store_readiness_get(struct store *store, const char *board_uid, c
     return MR_OK;
 }
 
+enum mr_status store_readiness_all(struct store *store, const char *board_uid,
+                                   void (*each)(void *context, int64_t made_us, const char *kind, const char *checks), void *context,
+                                   struct error *error)
+{
+    sqlite3_stmt *s;
+    enum mr_status status = store_query(store, error, &s, STORE_READINESS_ALL, board_uid);
+    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
+        const char *kind = (const char *)sqlite3_column_text(s, 1), *checks = (const char *)sqlite3_column_text(s, 2);
+        each(context, store_integer(s, 0), kind ? kind : "", checks ? checks : "");
+    }
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+enum mr_status store_board_newest(struct store *store, char board_uid[25], struct error *error)
+{
+    sqlite3_stmt *s;
+    board_uid[0] = '\0';
+    enum mr_status status = store_query(store, error, &s, STORE_READINESS_BOARD);
+    if (status == MR_OK)
+        status = store_step(store, s, error);
+    if (status != MR_OK)
+        return status == MR_TOO_FEW ? MR_OK : status;
+    store_text(s, 0, board_uid, 25);
+    store_reset(s);
+    return MR_OK;
+}
+
 enum mr_status store_board_spans(struct store *store, const char *board_uid, float span_lb[MR_GAGES], int64_t *started_us,
                                  struct error *error)
 {

@@ -220,6 +220,10 @@
     X(READINESS_GET, "ttii",                                                                                \
       "SELECT made_us, verdict, checks FROM readiness WHERE board_uid=? AND kind=? AND made_us BETWEEN ? AND ?" \
       " ORDER BY made_us DESC, id DESC LIMIT 1")                                                            \
+    X(READINESS_ALL, "t", "SELECT made_us, kind, checks FROM readiness WHERE board_uid=? ORDER BY made_us, id")     \
+    X(READINESS_BOARD, "",                                                                                  \
+      "SELECT board_uid FROM (SELECT board_uid, made_us AS t FROM readiness UNION ALL"                      \
+      " SELECT board_uid, armed_us FROM landings WHERE board_uid<>'') ORDER BY t DESC LIMIT 1")             \
     X(BOARD_SHUNTS, "t",                                                                                    \
       "SELECT gage, span_lb, started_us FROM shunts JOIN sessions ON sessions.id=session WHERE session IN"  \
       " (SELECT session FROM landings WHERE board_uid=?) ORDER BY session, boot, number, gage")             \

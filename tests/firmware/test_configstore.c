@@ -258,6 +258,14 @@ static void a_refusal_says_why_and_changes_nothing(void **state)
     assert_int_equal(refused.field, MR_FIELD_gate_station_ft);
     assert_int_equal(refused.rule, MR_RULE_NOT_RISING);
     assert_int_equal(refused.other, 0);
+    wanted = next_one(); /* millimetres for inches: no transducer of the rig has such a gain */
+    wanted.channel[2].unit_per_code *= 25.4f;
+    assert_int_equal(change_to(&wanted, true), MR_LIMIT);
+    GET_LAST(config_refused, CONFIG_REFUSED, &refused);
+    assert_int_equal(refused.group, MR_GROUP_channel);
+    assert_int_equal(refused.index, 2);
+    assert_int_equal(refused.field, MR_FIELD_channel_unit_per_code);
+    assert_int_equal(refused.rule, MR_RULE_COARSE);
     static const uint32_t others[] = {0, 1, 3}; /* 1 is in force: these were not made from it */
     for (unsigned i = 0; i < COUNT_OF(others); i++) {
         wanted = next_one();
@@ -382,13 +390,16 @@ static void an_unsound_copy_is_not_taken(void **state)
     (void)state;
     struct mr_config wanted = next_one();
     struct mr_config_state stored;
-    wanted.channel[0].unit_per_code = 0.0f;
-    mr_config_encode(&wanted, fake_flash.cell[0]);
-    reset_board();
-    is_in_force(&built_in);
-    assert_int_equal(fault_detail(), 3);
-    GET_LAST(config_state, CONFIG_STATE, &stored);
-    assert_int_equal(stored.copy_a, -MR_LIMIT);
+    const float unsound[] = {0.0f, 25.4f * wanted.channel[0].unit_per_code}; /* mm for in: once a limit of 1000 in per code let that pass */
+    for (unsigned i = 0; i < COUNT_OF(unsound); i++) {
+        wanted.channel[0].unit_per_code = unsound[i];
+        mr_config_encode(&wanted, fake_flash.cell[0]);
+        reset_board();
+        is_in_force(&built_in);
+        assert_int_equal(fault_detail(), 3);
+        GET_LAST(config_state, CONFIG_STATE, &stored);
+        assert_int_equal(stored.copy_a, -MR_LIMIT);
+    }
 }
 
 static void flash_that_fails_leaves_the_old_one(void **state)

@@ -50,7 +50,10 @@ static void reals_come_back_bit_for_bit(void **state)
         c.site[0].touchdown_ft = draw_real(-100.0f, 1000.0f);
         c.site[0].camera_station_ft = round % 3 ? draw_real(-100.0f, 1000.0f) : MR_NAN;
         for (unsigned i = 0; i < MR_CHANNELS; i++) {
-            c.channel[i].unit_per_code = draw_real(1e-30f, 1000.0f);
+            if (mr_channel_measures(&c.channel[i])) /* within what common/gain.h takes for low to high of 6.1 */
+                c.channel[i].unit_per_code = i < MR_TRANSDUCERS ? draw_real(0.001f, 0.013f) : draw_real(0.01f, 0.06f);
+            else
+                c.channel[i].unit_per_code = draw_real(1e-30f, 1000.0f);
             c.channel[i].zero_error = draw_real(0.0f, 1000.0f);
             c.channel[i].rate_limit_per_s = draw_real(0.0f, 1e6f);
             for (unsigned k = 3; k < MR_CONFIG_POINTS; k++)

@@ -340,12 +340,57 @@ static void the_one_that_moved_most_is_meant(void **state)
     assert_int_equal(feed((float[]){1.2f, NAN, -1.3f}, 100), 1);
 }
 
+/* Gain 0.0016 in per code, zero at 62 codes, calibrated on day 1, in RUN 3 and now; but for this gain and zero now. */
+static void calibrated_before(float factor, float zero_code)
+{
+    f.config.channel[0].unit_per_code = 0.0016f;
+    f.config.channel[0].zero_code = 62.0f;
+    f.past.channel[0] = f.config.channel[0];
+    f.past.run[0] = 3;
+    f.config.channel[0].unit_per_code *= factor;
+    f.config.channel[0].zero_code = zero_code;
+}
+
+static void a_calibration_follows_from_the_past(void **state)
+{
+    (void)state;
+    f.config.channel[0].unit_per_code = 0.0016f;
+    f.config.channel[0].zero_code = 62.0f;
+    ready_judge(&f, &report); /* the campaign knows nothing: nothing is said */
+    for (unsigned i = 0; i < report.count; i++)
+        assert_true(strncmp(report.check[i].name, "calibration ", 12) != 0);
+    calibrated_before(1.05f, 62.0f);
+    ready_judge(&f, &report);
+    assert_int_equal(ready_count(&report, READY_NO_GO), 0);
+    assert_non_null(strstr(check_named("calibration kept")->value, "the gain of d1, by 5 %"));
+    calibrated_before(2.54f, 62.0f);
+    only_no_go("calibration d1", "gain 0.0016 -> 0.004064 in per code, 2.54 times since RUN 3");
+    calibrated_before(1.0f, 262.0f);
+    only_no_go("calibration d1", "zero moved by +0.32 in since RUN 3");
+    calibrated_before(1.4f, 262.0f); /* another sensor has another zero, and nearly that gain */
+    memcpy(f.past.channel[0].serial, "ET-17", 5);
+    memcpy(f.config.channel[0].serial, "ET-18", 5);
+    ready_judge(&f, &report);
+    assert_int_equal(ready_count(&report, READY_NO_GO), 0);
+    f.config.channel[0].unit_per_code = 2.54f * 0.0016f;
+    only_no_go("calibration d1", "2.54 times");
+}
+
+/* As a board of an older firmware may hold it. */
+static void an_impossible_gain_is_no_go(void **state)
+{
+    (void)state;
+    f.config.channel[0].unit_per_code = 25.4f * 0.0016f;
+    only_no_go("calibration d1", "no sensor of the rig has such a gain; were the values mm?");
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup(name, all_well)
     const struct CMUnitTest tests[] = {
         TEST(what_is_well_is_go), TEST(a_configuration_is_compared_but_for_its_revision), TEST(each_thing_that_is_wrong_is_named),
         TEST(what_was_not_done_is_no_reason), TEST(mean_and_noise),
+        TEST(a_calibration_follows_from_the_past), TEST(an_impossible_gain_is_no_go),
         TEST(an_order_is_held_against_what_is_fitted), TEST(what_comes_next), TEST(the_one_that_moved_most_is_meant),
     };
     return cmocka_run_group_tests_name("host/ready", tests, NULL, NULL);

@@ -1,0 +1,69 @@
+#include "common/gain.h"
+
+static float size_of(float x)
+{
+    return x < 0.0f ? -x : x;
+}
+
+static float smaller(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+struct mr_gain_limits mr_gain_limits(const struct mr_channel_config *channel)
+{
+    const float corrected = 1.0f + MR_REFERENCE_SPAN;
+    if (channel->kind == MR_KIND_DISPLACEMENT)
+        return (struct mr_gain_limits){MR_TRANSDUCER_HALF_RANGE_LEAST_IN / MR_TRANSDUCER_HALF_CODES,
+                                       MR_TRANSDUCER_HALF_RANGE_MOST_IN / MR_TRANSDUCER_HALF_CODES,
+                                       -MR_TRANSDUCER_HALF_CODES * corrected, MR_TRANSDUCER_HALF_CODES * corrected};
+    return (struct mr_gain_limits){MR_GAGE_RANGE_LEAST_LB / MR_GAGE_CODES, MR_GAGE_RANGE_MOST_LB / MR_GAGE_CODES, 0.0f,
+                                   MR_GAGE_CODES * corrected};
+}
+
+float mr_channel_gain(const struct mr_channel_config *channel)
+{
+    unsigned last = channel->points < MR_CONFIG_POINTS ? channel->points : MR_CONFIG_POINTS;
+    if (last < 2)
+        return channel->unit_per_code;
+    return channel->unit_per_code * ((channel->point_value[last - 1] - channel->point_value[0]) /
+                                     (channel->point_reading[last - 1] - channel->point_reading[0]));
+}
+
+float mr_channel_range_codes(const struct mr_channel_config *channel)
+{
+    return channel->low < channel->high ? (channel->high - channel->low) / size_of(mr_channel_gain(channel)) : 0.0f;
+}
+
+static float value_at(const struct mr_channel_config *channel, float code)
+{
+    return mr_channel_linearise(channel, (code - channel->zero_code) * channel->unit_per_code);
+}
+
+float mr_channel_reached(const struct mr_channel_config *channel)
+{
+    struct mr_gain_limits limits = mr_gain_limits(channel);
+    float one = value_at(channel, limits.low_code), other = value_at(channel, limits.high_code);
+    if (!(channel->low < channel->high))
+        return 1.0f;
+    float from = larger(smaller(one, other), channel->low), to = smaller(larger(one, other), channel->high);
+    return to > from ? (to - from) / (channel->high - channel->low) : 0.0f;
+}
+
+enum mr_config_rule mr_gain_check(const struct mr_channel_config *channel)
+{
+    struct mr_gain_limits limits = mr_gain_limits(channel);
+    float gain = size_of(mr_channel_gain(channel)), codes = mr_channel_range_codes(channel);
+    if (!(gain <= limits.most))
+        return MR_RULE_COARSE;
+    if (!(gain >= limits.least))
+        return MR_RULE_FINE;
+    if (codes > 0.0f && codes < MR_RANGE_LEAST_CODES)
+        return MR_RULE_NARROW;
+    return mr_channel_reached(channel) < MR_RANGE_REACHED ? MR_RULE_UNREACHED : MR_RULE_NONE;
+}

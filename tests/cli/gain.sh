@@ -1,0 +1,213 @@
+#!/usr/bin/env bash
+# A gain in the wrong unit, or of swapped columns, on its whole way: points, configuration, board, ready. A transducer of the emulated rig
+# gives 0.5 V/in of 3.3 V and 4096 codes, so 620.6 codes an inch: known values in any unit must come to 1 / 620.6 in per code.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+elf=build/firmware/matrig.elf
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'rm -rf "$sockets"' EXIT
+export USER=tester
+
+# with_board LINK COMMAND...: against a board at rest whose flash is kept, on that link, serial or can; the command's exit code
+with_board() {
+    local board status link=$1
+    shift
+    timeout 100 build/matrig-board --elf $elf --flash "$tmp/flash" "--$link" "unix:$sockets/$link" --rig hil/rest.run --for 60 2>"$tmp/board.err" &
+    board=$!
+    timeout 60 "$@"
+    status=$?
+    kill -INT $board 2>/dev/null
+    wait $board 2>/dev/null
+    return $status
+}
+config() { with_board serial $matrig board --serial "unix:$sockets/serial" config "$@"; }
+ready() {
+    with_board serial $matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/serial" "$@" >"$tmp/ready.txt" 2>&1
+    local status=$?
+    cat "$tmp/ready.txt"
+    return $status
+}
+value() { awk -v name="$2 = " 'index($0, name) == 1 { sub(/^[^=]*= /, ""); sub(/  # .*/, ""); print }' "$1"; }
+calibrate() { $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/new.cfg" "${@:2}"; }
+
+# gives CHANNEL INPUT PER-CODE OPTION...: the file of points, read so, gives this gain to a thousandth
+gives() {
+    calibrate "$1" "${@:4}" || return 1
+    value "$tmp/new.cfg" "channel[$2].unit_per_code" | awk -v is="$3" '{d = $1 / is - 1; print $1, is; exit !(d < 1e-3 && d > -1e-3)}' &&
+        $matrig board config check "$tmp/new.cfg"
+}
+refuses() { # CHANNEL EXIT PATTERN OPTION...: and nothing is written
+    rm -f "$tmp/new.cfg"
+    fails_with "$2" "$3" $matrig calibrate "$1" --points "$tmp/points.csv" --config "$tmp/rig.cfg" -o "$tmp/new.cfg" "${@:4}" && [ ! -e "$tmp/new.cfg" ]
+}
+per_in=$(awk 'BEGIN {print 1 / 620.55}')
+per_lb=$(awk 'BEGIN {print 3.3 / 4096 / 0.005}')
+
+a_configuration() { config get -o "$tmp/rig.cfg"; }
+units_are_converted() {
+    printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n12.7,372.3\n0,62.0\n' >"$tmp/points.csv"
+    gives d3 3 "$per_in" && gives d3 3 "$per_in" --table && gives d3 3 "$per_in" --unit mm --known 0.05mm || return 1
+    value "$tmp/new.cfg" 'channel[3].zero_error' | awk '{exit !($1 > 0.0019 && $1 < 0.0021)}' || return 1
+    printf 'displacement [cm],ADC counts\n0,62.1\n1.27,372.4\n2.54,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" || return 1
+    printf 'm,codes\n0,62.1\n0.0127,372.4\n0.0254,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" || return 1
+    printf 'value,codes\n0 mm,62.1\n0.5 in,372.4\n0.0254 m,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" || return 1
+    # 40 lb are 177.93 N, 18.144 kg
+    printf 'N,codes\n0,496.5\n177.93,744.7\n355.86,993.0\n' >"$tmp/points.csv" && gives t2 10 "$per_lb" || return 1
+    printf 'load (kN),codes\n0,496.5\n0.17793,744.7\n0.35586,993.0\n' >"$tmp/points.csv" && gives t2 10 "$per_lb" || return 1
+    printf 'kgf,codes\n0,496.5\n18.144,744.7\n36.287,993.0\n' >"$tmp/points.csv" && gives t2 10 "$per_lb"
+}
+columns_go_by_their_names() {
+    printf 'codes,mm\n62.1,0\n372.4,12.7\n682.6,25.4\n' >"$tmp/points.csv" && gives d3 3 "$per_in"
+}
+without_a_unit_it_is_refused() {
+    printf '0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
+    refuses d3 2 'in which unit are the values' && gives d3 3 "$per_in" --unit mm && refuses d3 2 "no unit of d3: 'kg'" --unit kg || return 1
+    printf 'lb,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
+    refuses d3 4 'values in lb: .*a transducer is calibrated in'
+}
+mistakes_are_refused() {
+    printf 'in,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
+    refuses d3 1 'channel\[3\].unit_per_code is 0.0409.*: more in a code than any sensor of the rig gives; .*were the values mm\?$' &&
+        refuses d3 1 'were the values mm' --changed 'a longer rod' || return 1 # what is impossible no note makes possible
+    printf 'in,codes\n62.1,0\n372.4,0.5\n682.6,1\n' >"$tmp/points.csv"
+    refuses d3 1 'is 620.*are the columns swapped\?$' || return 1
+    printf 'lb,codes\n0,496.5\n177.93,744.7\n355.86,993.0\n' >"$tmp/points.csv"
+    refuses t2 1 'were the values N\?$' || return 1
+    printf 'in,codes\n0,62.1\n0.5,3724\n1,6826\n' >"$tmp/points.csv"
+    refuses d3 1 '3724 is no code that d3 reads, point 2' || return 1
+    printf 'in,codes\n0,62.1\n1.27,372.4\n2.54,682.6\n' >"$tmp/points.csv" # cm: possible, but not what it was
+    refuses d3 1 'd3: gain 0.001611 -> 0.004093 in per code, 2.54 times' && refuses d3 2 'needs a NOTE' --changed '' &&
+        calibrate d3 --changed 'cell of 5 in' && grep -q '^# 20.* d3: gain 0.001611 -> 0.004093 .*this was said: cell of 5 in$' "$tmp/new.cfg" &&
+        cp "$tmp/new.cfg" "$tmp/jump.cfg" && $matrig board config check "$tmp/jump.cfg"
+}
+check_and_set_refuse_what_is_impossible() {
+    sed -E 's/^(channel\[3\].unit_per_code = ).*/\10.0409309603/' "$tmp/rig.cfg" >"$tmp/mm.cfg"
+    fails_with 1 'channel\[3\].unit_per_code is 0.0409.*mm.cfg:[0-9]+; a transducer gives .*; were the values mm\?$' $matrig board config check "$tmp/mm.cfg" &&
+        fails_with 1 'were the values mm' $matrig board --serial "unix:$sockets/none" config set "$tmp/mm.cfg"
+}
+# The board's words as they are, but for one gain and the revision, sent back over CAN without asking the host: refused by rule 17, COARSE.
+the_board_refuses_it_itself() {
+    with_board can timeout 30 python3 - "$sockets/can" <<'P'
+import socket, struct, sys, time, zlib
+path, end = sys.argv[1], time.time() + 25
+can = socket.socket(socket.AF_UNIX)
+while True:
+    try:
+        can.connect(path)
+        break
+    except OSError:
+        if time.time() > end:
+            sys.exit("no board")
+        time.sleep(0.02)
+can.settimeout(20)
+stream = can.makefile("rb")
+def send(id, data):
+    can.sendall(struct.pack("<IB3x8s", id, len(data), data))
+def frames():
+    while time.time() < end:
+        id, length, data = struct.unpack("<IB3x8s", stream.read(16))
+        yield id & 0x7ff, data[:length]
+def command(code, argument):
+    send(0x400, struct.pack("<BBHI", code, 0, 7, argument))
+words = {}
+command(12, 0) # config-read
+for id, data in frames():
+    if id == 0x1e1:
+        offset, count, value = struct.unpack("<HHI", data)
+        words[offset] = value
+        if len(words) == count:
+            break
+image = bytearray(b"".join(struct.pack("<I", words[i]) for i in range(len(words))))
+gain = struct.pack("<f", 3.3 / 4096 / 0.5)
+at = [i for i in range(len(image)) if image[i:i + 4] == gain]
+assert len(at) == 8, at
+image[at[2]:at[2] + 4] = struct.pack("<f", 25.4 * 3.3 / 4096 / 0.5)
+assert image[16:20] == image[36:40] # the revision stands in the header and in site, behind its name of 16 bytes
+image[16:20] = image[36:40] = struct.pack("<I", struct.unpack("<I", image[16:20])[0] + 1)
+image[-4:] = struct.pack("<I", zlib.crc32(bytes(image[:-4])))
+for first in range(0, len(image) // 4, 16):
+    last = min(first + 16, len(image) // 4)
+    for i in range(first, last):
+        send(0x401, struct.pack("<HH", i, 9) + bytes(image[4 * i:4 * i + 4]))
+    for id, data in frames():
+        if id == 0x1e3:
+            break
+command(11, struct.unpack("<I", image[-4:])[0]) # config-apply
+refused = None
+for id, data in frames():
+    if id == 0x1e0:
+        refused = tuple(data[:6])
+    if id == 0x0b0 and data[0] == 11:
+        print("refused", refused, "ack", struct.unpack("<b", data[1:2])[0])
+        break
+sys.exit(not (refused and refused[0] == 1 and refused[1] == 2 and refused[4] == 17))
+P
+    local status=$?
+    [ $status = 0 ] && config get -o "$tmp/after.cfg" && cmp "$tmp/rig.cfg" "$tmp/after.cfg"
+}
+a_first_check_is_go() { ready && ! grep -q '^[A-Z-]* *calibration [dt]' "$tmp/ready.txt"; }
+set_refuses_a_jump() {
+    fails_with 2 'goes with --db DB' $matrig board --serial unix:/none config set "$tmp/jump.cfg" --changed x &&
+        ! config set "$tmp/jump.cfg" 2>"$tmp/set.err" && cat "$tmp/set.err" && [ "$(wc -l <"$tmp/set.err")" = 1 ] &&
+        grep -q 'd3: gain 0.001611 -> 0.004093 in per code, 2.54 times, compared with the board' "$tmp/set.err"
+}
+set_takes_it_with_a_note() { # kept in another campaign, so that the first one does not know of it
+    config set "$tmp/jump.cfg" --changed 'cell of 5 in' --db "$tmp/other.db" &&
+        [ "$(sqlite3 "$tmp/other.db" "select kind, verdict, json_extract(checks, '\$.note'), json_extract(checks, '\$.who'), json_extract(checks, '\$.calibration[0].channel') from readiness")" = \
+            'change|said|cell of 5 in|tester|d3' ]
+}
+ready_is_no_go_until_it_is_said() {
+    local times
+    for times in 1 2; do # that it was told once makes it no better
+        ready
+        [ $? = 1 ] && grep -Eq '^NO-GO +calibration d3 +gain 0.001611 -> 0.004093 in per code, 2.54 times since the last check' "$tmp/ready.txt" &&
+            [ "$(grep -c '^NO-GO ' "$tmp/ready.txt")" = 2 ] || return 1
+    done
+    ready --changed 'd9: x'
+    [ $? = 2 ] && grep -q "no channel that is fitted: 'd9'" "$tmp/ready.txt" || return 1
+    ready --changed 'd3: cell of 5 in' && grep -Eq '^GO +change said +d3: cell of 5 in' "$tmp/ready.txt" && ready && grep -Eq '^GO +calibration kept +22 channels' "$tmp/ready.txt"
+}
+the_campaign_holds_files_too() { # what it knows is the gain of 5 in by now
+    fails_with 1 'd3: gain 0.004093 -> 0.001611 .*compared with the campaign: .*rig.cfg' $matrig board config check "$tmp/rig.cfg" --db "$tmp/campaign.db" &&
+        $matrig board config check "$tmp/jump.cfg" --db "$tmp/campaign.db" && $matrig board config check "$tmp/rig.cfg" || return 1
+    printf 'mm,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
+    refuses d3 1 'd3: gain 0.004093 -> 0.001612 .*compared with the campaign' --db "$tmp/campaign.db" &&
+        calibrate d3 --db "$tmp/campaign.db" --changed 'the old cell again' && config get -o "$tmp/now.cfg" &&
+        sed -i "s/^site.revision.*/$(grep '^site.revision' "$tmp/now.cfg")/" "$tmp/new.cfg" || return 1
+    # said once is enough: with that campaign the board takes it, and it is go
+    ! config set "$tmp/new.cfg" 2>"$tmp/set.err" && grep -q "compared with the board's" "$tmp/set.err" && config set "$tmp/new.cfg" --db "$tmp/campaign.db" && ready || return 1
+    config get -o "$tmp/now.cfg" && sed "s/^site.revision.*/$(grep '^site.revision' "$tmp/now.cfg")/" "$tmp/jump.cfg" >"$tmp/back.cfg" &&
+        config set "$tmp/back.cfg" --db "$tmp/campaign.db" --changed 'cell of 5 in' && ready
+}
+a_zero_that_moved_is_no_go() { # 400 codes of 0.0041 in: 1.6 in
+    config get -o "$tmp/zero.cfg" && sed -i -E 's/^(channel\[3\].zero_code = ).*/\1-338/' "$tmp/zero.cfg" && config set "$tmp/zero.cfg" || return 1
+    ready
+    [ $? = 1 ] && grep -Eq '^NO-GO +calibration d3 +zero moved by -1.64 in' "$tmp/ready.txt" && ready --changed 'd3: mounted anew' | grep -q '^GO  *change said' || return 1
+    ready # the mat is 1.6 in from that zero, which is no matter of calibration
+    [ $? = 1 ] && grep -q '^GO  *calibration kept' "$tmp/ready.txt" && grep -q '^NO-GO after .*: transducer 3;' "$tmp/ready.txt"
+}
+a_landing_is_the_past_too() { # RUN 1 of the board as built in, in a campaign without any check
+    timeout 60 build/matrig-board --elf $elf --serial "unix:$sockets/serial" --can "unix:$sockets/can" --rig tests/runs/landing5.run 2>"$tmp/board.err" &
+    timeout 60 $matrig --quiet log --serial "unix:$sockets/serial" --can "unix:$sockets/can" --db "$tmp/landing.db" >"$tmp/log.txt" 2>&1
+    wait
+    mv "$tmp/landing.db" "$tmp/campaign.db"
+    rm -f "$tmp"/campaign.db-* "$tmp/landing.db"-*
+    ready
+    [ $? = 1 ] && grep -Eq '^NO-GO +calibration d3 +gain .* 2.54 times since RUN 1 ' "$tmp/ready.txt"
+}
+
+check "a configuration to begin with" a_configuration
+check "values are converted from the unit that is written" units_are_converted
+check "columns go by their names" columns_go_by_their_names
+check "values without a unit are refused" without_a_unit_it_is_refused
+check "mistakes of units and columns are refused, and named" mistakes_are_refused
+check "config check and config set refuse an impossible gain" check_and_set_refuse_what_is_impossible
+check "the board refuses it itself, when it is sent raw" the_board_refuses_it_itself
+check "ready: a first check is go" a_first_check_is_go
+check "config set refuses a jump" set_refuses_a_jump
+check "and takes it with a note, which is kept" set_takes_it_with_a_note
+check "ready: a jump is no-go until it is said what was changed" ready_is_no_go_until_it_is_said
+check "the campaign is held against files as well" the_campaign_holds_files_too
+check "ready: a zero that moved is no-go" a_zero_that_moved_is_no_go
+check "ready: a jump since a landing" a_landing_is_the_past_too
+finish
