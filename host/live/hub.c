@@ -316,6 +316,17 @@ bool live_hub_ended(struct live_hub *hub)
     return ended;
 }
 
+bool live_hub_wait_end(struct live_hub *hub, int wait_ms)
+{
+    struct timespec until = after_ms(wait_ms);
+    pthread_mutex_lock(&hub->lock);
+    while (!hub->ended && pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
+        ;
+    bool ended = hub->ended;
+    pthread_mutex_unlock(&hub->lock);
+    return ended;
+}
+
 /* ---- commands ---- */
 
 enum mr_status live_hub_command(struct live_hub *hub, unsigned code, int32_t argument, enum mr_status *answer)

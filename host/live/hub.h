@@ -42,6 +42,8 @@ char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_m
 /* Wakes all that wait; from now on nobody waits. */
 void live_hub_end(struct live_hub *hub);
 bool live_hub_ended(struct live_hub *hub);
+/* Waits up to `wait_ms` for that. True: it has ended. */
+bool live_hub_wait_end(struct live_hub *hub, int wait_ms);
 
 /* ---- commands ---- */
 

@@ -462,23 +462,33 @@
     if (changed) { makeStrips(); drawRunway(); }
     showState();
   };
-  let source = null, retryMs = 250, retry = 0, lastId = '';
+  let source = null, retryMs = 250, retry = 0, lastId = '', refused = '';
   const connect = () => {
     clearTimeout(retry);
     if (source) source.close();
-    source = new EventSource('/events');
+    source = new EventSource('/events' + (token ? '?token=' + encodeURIComponent(token) : '')); /* no header can go along */
     const on = (name, take) => source.addEventListener(name, (event) => {
       heardFrom = performance.now();
       lastId = event.lastEventId;
       connected = true;
       retryMs = 250;
+      refused = '';
       take(JSON.parse(event.data));
     });
     on('configuration', takeConfiguration);
     on('readings', takeReadings);
     on('state', (told) => { state = told; stateAt = performance.now(); showState(); });
     /* The browser comes back by itself, with Last-Event-ID; when it has given up, or hangs, we do. */
-    source.onerror = () => { if (source.readyState === EventSource.CLOSED) again(); };
+    source.onerror = () => { if (source.readyState === EventSource.CLOSED) { askWhy(); again(); } };
+  };
+  /* An event source does not tell why it was refused; the same request in another way does. */
+  const askWhy = async () => {
+    const asking = new AbortController();
+    try {
+      const answer = await fetch('/events', { signal: asking.signal });
+      refused = answer.status === 503 ? (await answer.text()).trim() : '';
+    } catch (e) { refused = ''; /* nobody is there */ }
+    asking.abort();
   };
   const again = () => {
     clearTimeout(retry);
@@ -491,7 +501,7 @@
     $('offline').hidden = !old;
     document.body.classList.toggle('stale', old);
     if (old) {
-      say('offline', '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old');
+      say('offline', '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old' + (refused ? '. ' + refused : ''));
       document.title = 'no connection · matrig live';
       sound(false);
       if (ms > 5000 && !retry) { retry = setTimeout(() => { retry = 0; connect(); }, retryMs); retryMs = Math.min(2 * retryMs, 8000); }
