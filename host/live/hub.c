@@ -229,6 +229,14 @@ void live_hub_look(struct live_hub *hub, struct live_model *model)
     pthread_mutex_unlock(&hub->lock);
 }
 
+bool live_hub_lacks_calibration(struct live_hub *hub)
+{
+    pthread_mutex_lock(&hub->lock);
+    bool lacks = live_model_lacks_calibration(&hub->model);
+    pthread_mutex_unlock(&hub->lock);
+    return lacks;
+}
+
 char *live_hub_state(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);

@@ -27,6 +27,7 @@ void live_hub_turn(struct live_hub *hub);
 
 /* A copy of the model; the caller gives the place. */
 void live_hub_look(struct live_hub *hub, struct live_model *model);
+bool live_hub_lacks_calibration(struct live_hub *hub); /* live_model_lacks_calibration */
 char *live_hub_state(struct live_hub *hub); /* JSON, to be freed; NULL: no memory */
 
 /* ---- viewers ---- */

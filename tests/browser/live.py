@@ -172,6 +172,12 @@ def landing(browser, port):
     browser.js(WATCH)
     stuck = crowd(port, 1)[0]
     rig = board("", "--rig", RUN)
+    advised = browser.wait("document.querySelector('#tile-warning').className === 'tile advised' && document.querySelector('#warning').hidden && !window.seen"
+                           " && document.querySelector('#tile-warning').innerText", 20)
+    browser.picture(OUT + "/advisory-1120.png")
+    tap.check("what the predictor advises is shown as an advisory, with its reason, before any warning",
+              advised and re.search(r"advisory\s+(a closed zone lies ahead|the model expects a closed zone ahead before the gear stops): \d+ mats, the wheel then at "
+                                    r"\d+\.\d ft\. No warning: the lamp is dark", advised), advised)
     warned = browser.wait("window.seen > 0 && window.seen", 20)
     browser.wait("matrigLive.state.gear.station_ft > 60 && matrigLive.state.warning.on", 15)
     visible = browser.js("(() => { const r = document.querySelector('#warning').getBoundingClientRect(); return r.top >= 0 && r.height > 80 && r.width > 800"
@@ -183,8 +189,16 @@ def landing(browser, port):
     browser.media("screen", "dark")
     time.sleep(0.3)
     browser.picture(OUT + "/warning-1920-dark.png")
-    browser.size(1120, 1600)
     browser.media("screen")
+    browser.size(390, 1600)
+    time.sleep(0.3)
+    wide = browser.js("document.documentElement.scrollWidth")
+    browser.picture(OUT + "/warning-390.png")
+    browser.size(1200, 1600)
+    time.sleep(0.3)
+    browser.picture(OUT + "/warning-1200.png")
+    browser.size(1120, 1600)
+    tap.check("on a telephone nothing is beside the screen", wide == 390, wide)
     tap.check("the warning fills the width, in words, shape and title", visible, browser.js("document.querySelector('#warning').innerText"))
     tap.check("the gear and the zone are on the runway", gear.startswith("visible ") and gear.endswith(" ft") and zone == "zone hot visible", gear, zone)
     rig.wait(30)

@@ -135,6 +135,15 @@ drawn_in_a_terminal() { # one of 70 columns, without colour
     cat -v "$tmp/screen" | head -n 40
     grep -q 'BOARD alive   LANDING' "$tmp/screen" && grep -q 'D1 .* in' "$tmp/screen" && grep -q 'T14 .* lb' "$tmp/screen" && ! grep -q $'\033\[1' "$tmp/screen"
 }
+advised_in_a_terminal() { # landing 5 until 2.5 s, before it warns
+    build/matrig-board --elf $elf --can "file:$work/landing5" --serial none --rig tests/runs/landing5.run 2>/dev/null || return 1
+    awk -F '[()]' '{if (!first) first = $2; if ($2 - first < 2.5) print}' "$work/landing5" >"$work/begun"
+    build/matrig --quiet log --can "file:$work/begun" --db "$work/begun.db" >/dev/null 2>&1
+    timeout 20 build/matrig live "$work/begun.db" --terminal --for 0.5 >"$tmp/lines" || return 1
+    cat "$tmp/lines"
+    tail -n 1 "$tmp/lines" | grep -Eq 'landing [0-9]+ .* advisory: the model expects a closed zone ahead before the gear stops: [0-9]+ mats, the wheel then at [0-9.]+ ft, zone ' &&
+        ! grep -q WARNING "$tmp/lines" && build/matrig --json live "$work/begun.db" | grep -Eq '"says": ?"advisory"'
+}
 state_as_json() {
     timeout 20 build/matrig --json live "$work/x.db" >"$tmp/state.json" || return 1
     head -c 300 "$tmp/state.json"
@@ -180,6 +189,7 @@ check "arm and disarm reach the board, and its refusal comes back" it_arms_and_d
 check "a viewer that comes back goes on where it was" events_go_on_where_they_were
 check "followed without a terminal: lines" followed_in_a_terminal
 check "followed in a terminal without colour" drawn_in_a_terminal
+check "what the predictor advises, in a terminal: an advisory, no warning" advised_in_a_terminal
 check "followed once, as JSON" state_as_json
 check "who follows a database gives no commands" followers_only_watch
 check "the log loses nothing and ends with viewers that do not read" ends_with_viewers
