@@ -164,6 +164,33 @@ followers_only_watch() {
     wait $follow
     return $result
 }
+# On a serial line alone, long after the board told its channels: the log asks for them, and every reading is there. Told in turn they would
+# take 8 s, and nobody would have asked.
+joined_on_serial() {
+    build/matrig-board --elf $elf --can none --serial "pty:$work/tty" --speed real --for 60 2>"$work/tty.err" &
+    local board=$! joined i whole=$port result=1
+    pids+=($board)
+    for ((i = 0; i < 100; i++)); do [ -e "$work/tty" ] && break; sleep 0.05; done
+    timeout 20 head -c 12000 <"$work/tty" | wc -c # what it tells at the beginning is 9 kB
+    build/matrig --quiet log --serial "serial:$work/tty" --db "$work/joined.db" --live 0 >/dev/null 2>"$work/joined.err" &
+    joined=$!
+    pids+=($joined)
+    port=$(address_in "$work/joined.err") || return 1
+    port=${port#http://127.0.0.1:}
+    port=${port%%/*}
+    for ((i = 0; i < 200; i++)); do
+        request "GET /state HTTP/1.1" "Host: localhost" | grep -o '"readings":.*"bands"' >"$tmp/readings"
+        grep -q 'calibration not told yet' "$tmp/readings" && echo "told that it is not calibrated"
+        [ "$(grep -o '\[-\?[0-9]' "$tmp/readings" | wc -l)" -ge 22 ] && result=0 && break
+        sleep 0.05
+    done
+    port=$whole
+    cat "$tmp/readings"
+    kill -INT $joined
+    wait $joined
+    kill $board
+    [ $result = 0 ] && [ "$(sqlite3 "$work/joined.db" "select count(*) from frames where can_id = 0x0b0 and hex(data) like '0100%'")" -ge 1 ]
+}
 ends_with_viewers() { # a viewer that reads nothing neither holds the log up nor its end
     exec 8<>"/dev/tcp/127.0.0.1/$port"
     printf '%s\r\n' "GET /events HTTP/1.1" "Host: localhost" "" >&8
@@ -192,6 +219,7 @@ check "followed in a terminal without colour" drawn_in_a_terminal
 check "what the predictor advises, in a terminal: an advisory, no warning" advised_in_a_terminal
 check "followed once, as JSON" state_as_json
 check "who follows a database gives no commands" followers_only_watch
+check "joined on serial: every channel is asked for" joined_on_serial
 check "the log loses nothing and ends with viewers that do not read" ends_with_viewers
 check "a port that is taken" fails_with 3 'cannot serve the live page at .*another port' build/matrig live "$work/x.db" --port "$(
     build/matrig live "$work/x.db" --port 0 --for 3 2>"$work/taken.err" >/dev/null &
