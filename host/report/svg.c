@@ -487,20 +487,3 @@ void svg_text(const struct svg_plot *plot, const char *class, const char *anchor
     html_text(plot->out, text);
     fputs("</text>\n", plot->out);
 }
-
-void svg_legend(FILE *out, double left, double y, const struct svg_key *keys, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        size_t length = 0;
-        if (strncmp(keys[i].class, "dot", 3) == 0)
-            fprintf(out, "<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>", keys[i].class, left + 10.0, y - 4.0);
-        else
-            fprintf(out, "<path class=\"%s\" d=\"M%.1f %.1fh20\"/>", keys[i].class, left, y - 4.0);
-        fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 25.0, y);
-        html_text(out, keys[i].text);
-        fputs("</text>\n", out);
-        while (keys[i].text[length])
-            length++;
-        left += 45.0 + 6.2 * (double)length; /* 11 px letters are about 6 px wide */
-    }
-}

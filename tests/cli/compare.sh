@@ -119,6 +119,7 @@ check "tables fit 100 columns" fits_a_terminal
 check "JSON is JSON; what is not known is null" json_is_json
 check "bias, rms, chi and correlation, once more from the CSV" figures_from_the_csv
 check "the picture is XML" picture_is_xml
+check "every text is inside the picture" python3 tests/report/texts_inside.py "$tmp/one.svg"
 check "a series, its limits, and a part of it by name" series_and_its_limits
 check "an ensemble's spread is part of the simulation's error" ensemble_has_a_spread
 check "a landing without switches is told, in a series too" without_switches
