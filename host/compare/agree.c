@@ -7,6 +7,8 @@
 
 #include "host/units.h"
 
+#define BEYOND_TWO 0.0455 /* share of a normal distribution beyond two standard deviations */
+
 const char *compare_value_text(enum compare_value value)
 {
     static const char *const text[COMPARE_VALUES] = {"peak", "end", "arrival"};
@@ -125,7 +127,8 @@ static void add_difference(struct text *text, const struct compare_agreement *a,
     add_en(text, a->en);
     if (a->error > 0.0)
         add(text, ", the difference over twice their common error of %.*f %s", digits, a->error * factor, time ? "s" : length->text);
-    add(text, "; %zu of %zu values differ by more than twice their errors", a->differ, a->judged);
+    add(text, "; %zu of %zu values differ by more than twice their errors, %.1f would by chance", a->differ, a->judged,
+        BEYOND_TWO * (double)a->judged);
 }
 
 void compare_sentence(const struct compare_agreement *a, bool si, char out[COMPARE_SENTENCE])

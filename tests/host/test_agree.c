@@ -62,10 +62,10 @@ static void who_differs_by_how_much_and_where(void **state)
     figures.channel[0].end_en = 1.01;
     assert_says(&figures, false, "RUN 7 as measured differs from x.json, most in the peak at transducer 4, 70.0 ft: the simulated is 0.8500 +- 0.0040 in at 2.500 s, "
                                  "0.0500 in more than the measured, 0.8000 +- 0.0030 in at 2.400 s; En 5.0, the difference over twice their common error of "
-                                 "0.0050 in; 2 of 6 values differ by more than twice their errors");
+                                 "0.0050 in; 2 of 6 values differ by more than twice their errors, 0.3 would by chance");
     assert_says(&figures, true, "RUN 7 as measured differs from x.json, most in the peak at transducer 4, 21.3 m: the simulated is 21.59 +- 0.10 mm at 2.500 s, "
                                 "1.27 mm more than the measured, 20.32 +- 0.08 mm at 2.400 s; En 5.0, the difference over twice their common error of "
-                                "0.13 mm; 2 of 6 values differ by more than twice their errors");
+                                "0.13 mm; 2 of 6 values differ by more than twice their errors, 0.3 would by chance");
 }
 
 static void an_arrival_is_a_time(void **state)
@@ -76,7 +76,7 @@ static void an_arrival_is_a_time(void **state)
     figures.channel[0].arrival_en = 20.0;
     assert_says(&figures, true, "RUN 7 as measured differs from x.json, most in the arrival at transducer 3, 18.3 m: the simulated is 1.3000 +- 0.0040 s after touchdown, "
                                 "0.2000 s earlier than the measured, 1.5000 +- 0.0030 s; En 20.0, the difference over twice their common error of 0.0050 s; "
-                                "1 of 6 values differ by more than twice their errors");
+                                "1 of 6 values differ by more than twice their errors, 0.3 would by chance");
 }
 
 static void without_errors_there_is_no_end(void **state)
@@ -89,7 +89,7 @@ static void without_errors_there_is_no_end(void **state)
     figures.channel[1].end_en = (double)INFINITY;
     assert_says(&figures, false, "RUN 7 as measured differs from the simulation, most in the end at transducer 4, 70.0 ft: the simulated, at rest, is 0.6000 +- 0.0000 in, "
                                  "0.1000 in less than the measured, 0.7000 +- 0.0000 in; En without end, for neither has an error; "
-                                 "1 of 6 values differ by more than twice their errors");
+                                 "1 of 6 values differ by more than twice their errors, 0.3 would by chance");
 }
 
 static void nothing_known_is_no_agreement(void **state)
