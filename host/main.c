@@ -261,6 +261,7 @@ static const struct command commands[] = {
      "  --as-is        the scene with its own motion and gaps, not the landing's; both are aligned on switch edges\n"
      "  -o F           one landing: measured and simulated with their bands, a picture; .csv: as numbers, every millisecond\n"
      "  --void         also a landing that was voided (matrig landing)\n"
+     "A sentence at its end says whether they agree, or which value differs most, by how much and where; only a limit that fails exits 1.\n"
      "Example: matrig compare campaign.db 5 --limits limits.json -o landing5.svg\n"
      "         matrig compare campaign.db host/campaign/series/standard.json\n"},
     {"fit", fit_command, "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F]",

@@ -1,6 +1,7 @@
 #include <math.h>
 
 #include "host/cli.h"
+#include "host/compare/agree.h"
 #include "host/compare/show.h"
 #include "host/units.h"
 
@@ -123,6 +124,39 @@ static json_t *zones_json(const struct compare_zones *zones, bool si)
     return list;
 }
 
+/* The value that differs most, as the sentence tells. */
+static json_t *worst_json(const struct compare_agreement *a, bool si)
+{
+    bool time = a->value == COMPARE_ARRIVAL;
+    const char *const names[] = {"measured", "measured_error", "simulated", "simulated_error", "difference", "error"};
+    const double values[] = {a->measured, a->measured_error, a->simulated, a->simulated_error, a->difference, a->error};
+    json_t *o = json_pack("{sssI}", "value", compare_value_text(a->value), "number", (json_int_t)a->channel->number);
+    put_ft(o, "station", si, a->channel->station_ft);
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        char key[40];
+        snprintf(key, sizeof key, "%s_s", names[i]);
+        if (time)
+            put_number(o, key, values[i]);
+        else
+            put_in(o, names[i], si, values[i]);
+    }
+    put_number(o, "measured_at_s", a->measured_t_s);
+    put_number(o, "simulated_at_s", a->simulated_t_s);
+    put_number(o, "en", a->en);
+    return o;
+}
+
+static json_t *agreement_json(const struct compare_figures *figures, bool si)
+{
+    struct compare_agreement a;
+    char sentence[COMPARE_SENTENCE];
+    compare_agreement(figures, &a);
+    compare_sentence(&a, si, sentence);
+    return json_pack("{sosIsIsIsIsoss}", "agree", a.channel ? json_boolean(a.differ == 0) : json_null(), "judged", (json_int_t)a.judged, "differ",
+                     (json_int_t)a.differ, "unknown", (json_int_t)a.unknown, "not_compared", (json_int_t)a.left_out, "worst",
+                     a.channel ? worst_json(&a, si) : json_null(), "sentence", sentence);
+}
+
 static json_t *verdict_json(const struct compare_verdict *verdict)
 {
     if (verdict->checked == 0)
@@ -147,6 +181,7 @@ json_t *compare_json(const struct compare_figures *figures, const struct compare
     put_number(o, "scatter_s", figures->scatter_s);
     json_object_set_new(o, "channels", channels);
     json_object_set_new(o, "zones", zones_json(&figures->zones, si));
+    json_object_set_new(o, "agreement", agreement_json(figures, si));
     json_object_set_new(o, "limits", verdict_json(verdict));
     return o;
 }
@@ -203,6 +238,9 @@ json_t *compare_series_json(const struct compare_series *set, bool si)
     json_object_set_new(o, "landings", landings);
     json_object_set_new(o, "channels", channels);
     json_object_set_new(o, "moved", moved);
+    char sentence[COMPARE_SENTENCE];
+    compare_series_sentence(set, si, sentence);
+    json_object_set_new(o, "agreement", json_string(sentence));
     json_object_set_new(o, "limits", verdict_json(&set->verdict));
     return o;
 }

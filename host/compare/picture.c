@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "host/report/svg.h"
+#include "host/report/svg_words.h"
 #include "host/units.h"
 
 #define WIDTH 1040.0
@@ -113,7 +114,7 @@ enum mr_status compare_draw(FILE *out, const struct measured *measured, const st
         draw_channel(out, &series, measured->samples, &rows[i], i, si);
         free(series.storage);
     }
-    svg_legend(out, MARGIN, 16.0, keys, 2);
+    svg_legend(out, MARGIN, WIDTH - MARGIN, 16.0, keys, 2);
     svg_close(out);
     return error->status;
 }

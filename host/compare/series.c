@@ -274,3 +274,15 @@ void compare_series_free(struct compare_series *set)
     free(set->moved);
     memset(set, 0, sizeof *set);
 }
+
+void compare_series_sentence(const struct compare_series *set, bool si, char out[COMPARE_SENTENCE])
+{
+    const struct compare_figures **figures = calloc(set->count + 1, sizeof(const struct compare_figures *));
+    size_t count = 0;
+    for (size_t i = 0; i < set->count && figures; i++) {
+        if (set->landing[i].compared)
+            figures[count++] = &set->landing[i].figures;
+    }
+    compare_sentence_of(figures, count, si, out);
+    free(figures);
+}

@@ -2,6 +2,7 @@
 #ifndef MATRIG_HOST_COMPARE_SERIES_H
 #define MATRIG_HOST_COMPARE_SERIES_H
 
+#include "host/compare/agree.h"
 #include "host/compare/landing.h"
 #include "host/compare/limits.h"
 
@@ -47,6 +48,8 @@ struct compare_series {
 enum mr_status compare_series_run(struct store *store, const char *name, struct compare_model *model, const struct compare_limits *limits, bool si,
                                void (*progress)(void *ctx, size_t done, size_t of), void *ctx, struct compare_series *set,
                                struct error *error);
+/* One sentence on whether they agree (host/compare/agree.h). */
+void compare_series_sentence(const struct compare_series *set, bool si, char out[COMPARE_SENTENCE]);
 void compare_series_free(struct compare_series *set);
 
 #endif

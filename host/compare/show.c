@@ -1,10 +1,14 @@
 #include "host/compare/show.h"
 
+#include "host/compare/agree.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
 #include "host/units.h"
+
+#define COLUMNS 100
 
 /* A number in a column, or a dash. */
 static void cell(FILE *out, int width, int decimals, double value)
@@ -119,6 +123,22 @@ static void show_zones(FILE *out, const struct compare_zones *zones, bool si)
     }
 }
 
+/* A sentence in lines that fit a terminal. */
+static void show_sentence(FILE *out, const char *text)
+{
+    size_t column = 0;
+    while (*text) {
+        size_t length = strcspn(text, " ");
+        if (column > 0 && column + 1 + length > COLUMNS) {
+            fputs("\n ", out);
+            column = 1;
+        }
+        column += (size_t)fprintf(out, "%s%.*s", column > 0 ? " " : "", (int)length, text);
+        text += length + strspn(text + length, " ");
+    }
+    fputc('\n', out);
+}
+
 void compare_show(FILE *out, const struct compare_figures *figures, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
@@ -135,6 +155,11 @@ void compare_show(FILE *out, const struct compare_figures *figures, bool si)
     show_values(out, figures, si);
     show_times(out, figures, si);
     show_zones(out, &figures->zones, si);
+    struct compare_agreement agreement;
+    char sentence[COMPARE_SENTENCE];
+    compare_agreement(figures, &agreement);
+    compare_sentence(&agreement, si, sentence);
+    show_sentence(out, sentence);
     fputs("+- is one standard error. chi: rms of the difference in standard errors. En up to 1: they agree.\n", out);
 }
 
@@ -228,6 +253,9 @@ void compare_show_series(FILE *out, const struct compare_series *set, bool si)
     fputc('\n', out);
     for (size_t i = 0; i < set->moves; i++)
         show_moved(out, &set->moved[i], si);
+    char sentence[COMPARE_SENTENCE];
+    compare_series_sentence(set, si, sentence);
+    show_sentence(out, sentence);
     if (set->verdict.checked > 0)
         fprintf(out, "within limits: %.0f %% of the landings\n", 100.0 * set->pooled.within);
 }

@@ -229,6 +229,14 @@ void live_hub_look(struct live_hub *hub, struct live_model *model)
     pthread_mutex_unlock(&hub->lock);
 }
 
+bool live_hub_lacks_calibration(struct live_hub *hub)
+{
+    pthread_mutex_lock(&hub->lock);
+    bool lacks = live_model_lacks_calibration(&hub->model);
+    pthread_mutex_unlock(&hub->lock);
+    return lacks;
+}
+
 char *live_hub_state(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
@@ -311,6 +319,17 @@ void live_hub_end(struct live_hub *hub)
 bool live_hub_ended(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
+    bool ended = hub->ended;
+    pthread_mutex_unlock(&hub->lock);
+    return ended;
+}
+
+bool live_hub_wait_end(struct live_hub *hub, int wait_ms)
+{
+    struct timespec until = after_ms(wait_ms);
+    pthread_mutex_lock(&hub->lock);
+    while (!hub->ended && pthread_cond_timedwait(&hub->news, &hub->lock, &until) != ETIMEDOUT)
+        ;
     bool ended = hub->ended;
     pthread_mutex_unlock(&hub->lock);
     return ended;

@@ -27,6 +27,7 @@ void live_hub_turn(struct live_hub *hub);
 
 /* A copy of the model; the caller gives the place. */
 void live_hub_look(struct live_hub *hub, struct live_model *model);
+bool live_hub_lacks_calibration(struct live_hub *hub); /* live_model_lacks_calibration */
 char *live_hub_state(struct live_hub *hub); /* JSON, to be freed; NULL: no memory */
 
 /* ---- viewers ---- */
@@ -42,6 +43,8 @@ char *live_hub_next(struct live_hub *hub, struct live_viewer *viewer, int wait_m
 /* Wakes all that wait; from now on nobody waits. */
 void live_hub_end(struct live_hub *hub);
 bool live_hub_ended(struct live_hub *hub);
+/* Waits up to `wait_ms` for that. True: it has ended. */
+bool live_hub_wait_end(struct live_hub *hub, int wait_ms);
 
 /* ---- commands ---- */
 

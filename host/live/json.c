@@ -5,6 +5,8 @@
 #include <stdlib.h>
 
 #include "common/crash.h"
+#include "common/predictor.h"
+#include "host/board/runway.h"
 #include "host/cli.h"
 #include "host/collect/collect.h"
 #include "host/units.h"
@@ -111,6 +113,20 @@ static json_t *warning_json(const struct live_warning *warning)
                      (json_int_t)warning->received_us, "zone", zone_json(&warning->zone));
 }
 
+static json_t *verdict_json(const struct live_model *model)
+{
+    const struct live_verdict *v = &model->verdict;
+    bool zone = v->said.reason != MR_PREDICTOR_COMPRESSION && v->coming_known, press = v->said.reason == MR_PREDICTOR_COMPRESSION && v->press_known;
+    if (v->block < 0)
+        return json_null();
+    return json_pack("{sssssbsIsssssosososo}", "says", runway_verdict_text(v->said.verdict), "reason", runway_reason_text(v->said.reason), "advisory",
+                     live_model_advised(model), "since_us", (json_int_t)v->since_us, "since_reason", runway_reason_text(v->since_reason), "model",
+                     runway_level_text(v->said.level), "coming_mats", number(zone ? (double)v->coming.mats : (double)NAN), "coming_wheel_ft",
+                     number(zone ? (double)v->coming.wheel_ft : (double)NAN), "compression_lb",
+                     number(press ? (double)v->press.compression_lb : (double)NAN), "critical_lb",
+                     number(press ? (double)v->press.critical_lb : (double)NAN));
+}
+
 static json_t *gear_json(const struct live_model *model)
 {
     json_t *final = json_null();
@@ -141,7 +157,7 @@ static json_t *readings_json(const struct live_model *model)
     json_t *readings = json_array();
     for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
         const struct live_reading *r = &model->reading[i];
-        const char *why = r->block >= 0 && isnan(r->value) ? mr_validity_text(r->validity) : "";
+        const char *why = live_model_reading_text(model, i);
         json_array_append_new(readings, json_pack("[ooos]", number((double)r->value), number((double)r->least), number((double)r->most), why));
     }
     return readings;
@@ -224,6 +240,7 @@ json_t *live_json_state(const struct live_model *model, int64_t now_us)
                                                          ? "serial, each ms" : "CAN"));
     json_object_set_new(state, "late", json_integer((json_int_t)(model->late + model->forgotten)));
     json_object_set_new(state, "warning", warning_json(&model->warning));
+    json_object_set_new(state, "verdict", verdict_json(model));
     json_object_set_new(state, "zone", zone_json(&model->zone));
     json_object_set_new(state, "gear", gear_json(model));
     json_object_set_new(state, "opened", opened_json(model));

@@ -20,7 +20,7 @@ struct live_source {
  * "segments": [{"start_ft", "end_ft", "joints", "slack_in"} ..], "touchdown_ft", "bucket_s"} */
 json_t *live_json_configuration(const struct live_model *model, const struct live_source *source);
 
-/* {"now_us", "heard_us", "block", "state": .., "warning": .., "gear": .., "zone": .., "readings": [[value, least, most,
+/* {"now_us", "heard_us", "block", "state": .., "warning": .., "verdict": the predictor's or null, "gear": .., "zone": .., "readings": [[value, least, most,
  * validity] ..], "links": [..], "health": .., "notices": [..]} */
 json_t *live_json_state(const struct live_model *model, int64_t now_us);
 

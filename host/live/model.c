@@ -1,4 +1,4 @@
-#include "host/live/model.h"
+#include "host/live/model_parts.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -8,8 +8,9 @@
 #include "common/bands.h"
 #include "common/command.h"
 #include "common/crash.h"
-#include "common/image.h"
+#include "common/predictor.h"
 #include "common/switches.h"
+#include "host/board/runway.h"
 #include "host/collect/collect.h"
 
 #define MISSING ((float)NAN)
@@ -17,7 +18,6 @@
 #define RECORD_FRESH_BLOCKS 200 /* while records are this new, CAN says nothing that they do not */
 #define SILENT_BLOCKS 500       /* a link so far behind the other brings nothing more */
 #define TELLING_BLOCKS 10
-#define STATE_ARMED 1u
 
 static void forget_readings(struct live_model *model)
 {
@@ -30,6 +30,7 @@ static void forget_landing(struct live_model *model)
     model->zone = (struct live_zone){.block = -1, .start_ft = (double)NAN, .end_ft = (double)NAN, .lead_s = (double)NAN,
                                      .wheel_ft = (double)NAN};
     model->warning = (struct live_warning){.zone = model->zone};
+    model->verdict = (struct live_verdict){.block = -1};
     model->motion_block = -1;
     model->position_ft = model->speed_ft_s = model->deceleration_ft_s2 = MISSING;
     model->speed_error_ft_s = model->deceleration_error_ft_s2 = MISSING;
@@ -92,6 +93,26 @@ double live_model_gear_ft(const struct live_model *model)
     if (!isnan(model->zone.wheel_ft) && model->zone.block >= model->motion_block)
         return model->zone.wheel_ft;
     return (double)model->position_ft;
+}
+
+bool live_model_recording(const struct live_model *model)
+{
+    return !model->state_known || (model->state >= LIVE_ARMED && model->state <= LIVE_SETTLING);
+}
+
+bool live_model_advised(const struct live_model *model)
+{
+    return model->verdict.block >= 0 && model->verdict.said.verdict == MR_PREDICTOR_ADVISORY && live_model_recording(model);
+}
+
+const char *live_model_reading_text(const struct live_model *model, unsigned index)
+{
+    const struct live_reading *r = &model->reading[index];
+    if (!isnan(r->value))
+        return "";
+    if (model->records > 0 && !live_model_calibrated(model, index))
+        return "calibration not told yet";
+    return r->block >= 0 ? mr_validity_text(r->validity) : "";
 }
 
 void live_model_uid(const struct live_model *model, char out[25])
@@ -221,7 +242,7 @@ void live_model_record(struct live_model *model, const uint8_t *record, size_t l
     if ((int64_t)block.index > model->record_block)
         model->record_block = block.index;
     for (unsigned i = 0; i < LIVE_CHANNELS && bucket; i++) {
-        if (!model->channel_known[i] || !model->zero_known[i] || block.absent >> i & 1u)
+        if (!live_model_calibrated(model, i) || block.absent >> i & 1u)
             continue;
         struct mr_reading reading = mr_channel_read(&model->channel[i], &block, i, ratio);
         take_reading(model, bucket, i, reading.value, reading.validity, block.index);
@@ -241,64 +262,6 @@ static void take_values(struct live_model *model, unsigned first, unsigned count
     }
 }
 
-/* ---- what the board is ---- */
-
-static void take_channel(struct live_model *model, const struct mr_channel *m)
-{
-    if (m->index >= MR_CHANNELS)
-        return;
-    struct mr_channel_config *known = &model->channel[m->index];
-    bool same_station = known->station_ft == m->station_ft || (isnan(known->station_ft) && isnan(m->station_ft));
-    if (!model->channel_known[m->index] || known->kind != m->kind || !same_station || known->unit_per_code != m->unit_per_code)
-        model->configured++;
-    model->channel_known[m->index] = true;
-    known->kind = m->kind;
-    known->station_ft = m->station_ft;
-    known->unit_per_code = m->unit_per_code;
-}
-
-static void take_zero(struct live_model *model, const struct mr_channel_zero *m)
-{
-    if (m->index >= MR_CHANNELS)
-        return;
-    struct mr_channel_config *known = &model->channel[m->index];
-    if (!model->zero_known[m->index] || known->number != m->number || known->band != m->band)
-        model->configured++;
-    model->zero_known[m->index] = true;
-    known->number = m->number;
-    known->band = m->band;
-    known->zero_code = m->zero_code;
-}
-
-static void take_switch(struct live_model *model, const struct mr_switch_place *m)
-{
-    if (m->position == 0 || m->position > STORE_SWITCHES_MAX)
-        return;
-    bool *known = &model->switch_known[m->position - 1];
-    if (!*known || model->switch_ft[m->position - 1] != m->station_ft)
-        model->configured++;
-    *known = true;
-    model->switch_ft[m->position - 1] = m->station_ft;
-}
-
-static void take_slack(struct live_model *model, const struct mr_slack *m)
-{
-    if (m->segment >= MR_SEGMENTS)
-        return;
-    struct mr_slack *known = &model->segment[m->segment];
-    bool same = known->slack_in == m->slack_in || (isnan(known->slack_in) && isnan(m->slack_in));
-    if (!model->segment_known[m->segment] || !same || known->start_ft != m->start_ft || known->end_ft != m->end_ft)
-        model->configured++;
-    model->segment_known[m->segment] = true;
-    *known = *m;
-}
-
-static void take_identity(struct live_model *model, uint32_t *known, uint32_t value)
-{
-    model->configured += *known != value;
-    *known = value;
-}
-
 /* ---- what happens ---- */
 
 static void take_state(struct live_model *model, const struct mr_landing *m, int64_t host_us)
@@ -306,7 +269,7 @@ static void take_state(struct live_model *model, const struct mr_landing *m, int
     bool newer = !model->state_known || (int64_t)m->block >= model->state_block;
     if (!newer || (model->state_known && m->state == model->state && m->landing == model->landing))
         return;
-    bool armed = m->state == STATE_ARMED;
+    bool armed = m->state == LIVE_ARMED;
     if (armed)
         forget_landing(model);
     model->state_known = true;
@@ -373,6 +336,27 @@ static void take_zone(struct live_model *model, const struct live_link *link, co
     take_warning(model, host_us);
 }
 
+/* What a verdict goes with has its block, and is sent before it. */
+static void take_verdict(struct live_model *model, const struct mr_verdict *m, int64_t host_us, int64_t block)
+{
+    struct live_verdict *verdict = &model->verdict;
+    bool advised = live_model_advised(model);
+    if (block < verdict->block)
+        return;
+    verdict->block = block;
+    verdict->said = *m;
+    if (live_model_advised(model) && !advised) {
+        verdict->since_us = host_us;
+        verdict->since_reason = m->reason;
+    }
+    if (advised != live_model_advised(model))
+        model->changes++;
+    if (!live_model_advised(model) || verdict->told >> (m->reason & 7u) & 1u)
+        return;
+    verdict->told |= (uint8_t)(1u << (m->reason & 7u)); /* once in a landing: it may come and go 20 times a second */
+    live_model_notice(model, LIVE_NOTE, host_us, "advisory: %s", runway_reason_text(m->reason));
+}
+
 static void take_fault(struct live_model *model, const struct mr_fault *m, int64_t host_us)
 {
     if (m->code >= MR_FAULT_COUNT || m->count <= model->fault_count[m->code])
@@ -413,14 +397,6 @@ static void take_alarm(struct live_model *model, const struct mr_can_alarm *m, i
         live_model_notice(model, m->state ? LIVE_ALARM : LIVE_SAY, host_us, "the board says of CAN: %s", mr_can_state_text(m->state));
 }
 
-static void take_hello(struct live_model *model, const struct mr_hello *m)
-{
-    bool same = model->hello && memcmp(&model->board, m, sizeof *m) == 0;
-    model->configured += !same;
-    model->hello = m->layout == MR_LAYOUT;
-    model->board = *m;
-}
-
 static void take_ack(struct live_model *model, const struct mr_ack *m, int64_t host_us)
 {
     bool again = model->acks && model->ack.tag == m->tag && model->ack.code == m->code && model->ack.block == m->block;
@@ -429,60 +405,6 @@ static void take_ack(struct live_model *model, const struct mr_ack *m, int64_t h
     model->changes++;
     if (!again && (m->code == MR_COMMAND_ARM || m->code == MR_COMMAND_DISARM) && m->status != MR_OK)
         live_model_notice(model, LIVE_ALARM, host_us, "%s refused: %s", mr_command_name(m->code), mr_status_text(m->status));
-}
-
-/* Declares `m`, the message got from its payload, or returns true: it is none. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return true
-
-/* Identity and configuration. True: it was one of these. */
-static bool configuration_message(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length)
-{
-    switch (id) {
-    case MR_ID_HELLO: { GET(hello); take_hello(model, &m); return true; }
-    case MR_ID_BOARD_UID: {
-        GET(board_uid);
-        take_identity(model, &model->uid[0], m.uid0);
-        take_identity(model, &model->uid[1], m.uid1);
-        return true;
-    }
-    case MR_ID_BOARD_IMAGE: {
-        GET(board_image);
-        take_identity(model, &model->uid[2], m.uid2);
-        take_identity(model, &model->image_crc, m.image_crc);
-        return true;
-    }
-    case MR_ID_IMAGE_COMMIT: {
-        GET(image_commit);
-        mr_image_commit_text(m.commit, m.commit_more, m.changed != 0, model->commit);
-        return true;
-    }
-    case MR_ID_BOARD_CONFIG: {
-        GET(board_config);
-        take_identity(model, &model->config_crc, m.config_crc);
-        model->warning_mats = m.warning_mats;
-        return true;
-    }
-    case MR_ID_SITE: {
-        GET(site);
-        model->configured += model->touchdown_ft != m.touchdown_ft;
-        model->touchdown_ft = m.touchdown_ft;
-        return true;
-    }
-    case MR_ID_CHANNEL: { GET(channel); take_channel(model, &m); return true; }
-    case MR_ID_CHANNEL_ZERO: { GET(channel_zero); take_zero(model, &m); return true; }
-    case MR_ID_CALIBRATION: {
-        GET(calibration);
-        if (m.index < MR_CHANNELS)
-            mr_channel_item_set(&model->channel[m.index], m.item, m.value);
-        return true;
-    }
-    case MR_ID_SWITCH_PLACE: { GET(switch_place); take_switch(model, &m); return true; }
-    case MR_ID_SLACK: { GET(slack); take_slack(model, &m); return true; }
-    default: return false;
-    }
 }
 
 /* Readings on CAN. True: it was one of these. */
@@ -533,6 +455,19 @@ static bool landing_message(struct live_model *model, struct live_link *link, ui
     }
     case MR_ID_ZONE: { GET(zone); link->zone = m; return true; }
     case MR_ID_ZONE_LEAD: { GET(zone_lead); take_zone(model, link, &m, host_us, block); return true; }
+    case MR_ID_ZONE_COMING: { GET(zone_coming); link->coming = m; return true; }
+    case MR_ID_ZONE_PRESS: { GET(zone_press); link->press = m; return true; }
+    case MR_ID_VERDICT: {
+        GET(verdict);
+        if (block >= model->verdict.block) {
+            model->verdict.coming_known = link->coming.block16 == m.block16;
+            model->verdict.coming = link->coming;
+            model->verdict.press_known = link->press.block16 == m.block16;
+            model->verdict.press = link->press;
+        }
+        take_verdict(model, &m, host_us, block);
+        return true;
+    }
     case MR_ID_TOUCHDOWN: { GET(touchdown); model->touchdown = m; model->touchdown_known = true; return true; }
     case MR_ID_STOP: { GET(stop); model->stop = m; model->stop_known = true; return true; }
     case MR_ID_BAND_STATE: {
@@ -580,7 +515,7 @@ void live_model_message(struct live_model *model, enum link_kind kind, uint16_t 
     heard(model, kind, host_us, block);
     if (id != MR_ID_HELLO && model->board.layout != 0 && !model->hello)
         return; /* of another layout: it means something else */
-    (void)(configuration_message(model, id, payload, length) || reading_message(model, id, payload, length, block) ||
+    (void)(live_model_take_configuration(model, id, payload, length) || reading_message(model, id, payload, length, block) ||
            landing_message(model, link, id, payload, length, host_us, block) || health_message(model, id, payload, length, host_us) ||
            notice_message(model, kind, id, payload, length, host_us));
 }

@@ -54,6 +54,8 @@ struct live_link {
     int64_t newest;   /* block of it */
     struct mr_zone zone;     /* that its second half is to follow */
     struct mr_motion motion;
+    struct mr_zone_coming coming; /* that a verdict is to follow */
+    struct mr_zone_press press;
 };
 
 struct live_zone {
@@ -69,6 +71,18 @@ struct live_warning {
     int64_t since_us;     /* host time of the message that began the newest one; 0: none since arming */
     int64_t received_us;  /* of the newest message that says so */
     struct live_zone zone; /* longest of it */
+};
+
+/* What the predictor makes of it. An advisory is less than a warning: the lamp stays dark. */
+struct live_verdict {
+    int64_t block; /* of the newest one; -1: none told */
+    struct mr_verdict said;
+    bool coming_known, press_known; /* they belong to it */
+    struct mr_zone_coming coming;
+    struct mr_zone_press press;
+    int64_t since_us;     /* host time of the message that began the newest advisory; 0: none since arming */
+    uint8_t since_reason; /* of it */
+    uint8_t told;         /* bit n: an advisory for reason n is among the notices */
 };
 
 struct live_model {
@@ -87,6 +101,7 @@ struct live_model {
 
     bool channel_known[MR_CHANNELS], zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
+    uint32_t calibration_told[MR_CHANNELS]; /* bit n: item n */
     bool switch_known[STORE_SWITCHES_MAX];
     float switch_ft[STORE_SWITCHES_MAX];
     uint64_t opened; /* bit p-1: switch p, since arming */
@@ -98,6 +113,7 @@ struct live_model {
 
     struct live_zone zone;
     struct live_warning warning;
+    struct live_verdict verdict;
     int64_t motion_block;
     float position_ft, speed_ft_s, deceleration_ft_s2;
     float speed_error_ft_s, deceleration_error_ft_s2;
@@ -152,6 +168,16 @@ int64_t live_model_block(const struct live_model *model);
 int64_t live_model_heard_us(const struct live_model *model);
 /* Where the gear is by the newest statement, ft; NaN: not known, or no landing goes on. */
 double live_model_gear_ft(const struct live_model *model);
+/* From arm to done, or nobody said. */
+bool live_model_recording(const struct live_model *model);
+/* The predictor advises, and does not warn. */
+bool live_model_advised(const struct live_model *model);
+/* All that turns the channel's codes into its value has been told. No record is read before: a zero or a table that is not known
+ * would make a number that looks right. False of any of those that are fitted: lacks. */
+bool live_model_calibrated(const struct live_model *model, unsigned index);
+bool live_model_lacks_calibration(const struct live_model *model);
+/* Why a reading is NaN, in words; empty: it is not, or nothing has come. Static storage. */
+const char *live_model_reading_text(const struct live_model *model, unsigned index);
 /* "003100425847500F20343635"; empty: not known yet. */
 void live_model_uid(const struct live_model *model, char out[25]);
 

@@ -3,19 +3,24 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <microhttpd.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/random.h>
+#include <sys/socket.h>
+#include <time.h>
 
 #include "common/command.h"
 #include "host/board/armtalk.h"
 #include "host/live/assets.h"
+#include "host/live/seats.h"
 
-#define CONNECTIONS 24u     /* a browser opens up to six */
-#define CONNECTION_S 30u    /* one that takes nothing for so long is ended */
+#define CONNECTION_S 30u      /* one that nothing happens on for so long is ended, whatever its seat says */
+#define SEND_BYTES (64 * 1024) /* that the kernel keeps for a reader: one that does not read is noticed in seconds */
 #define HEARTBEAT_MS 1000
+#define SWEEP_MS 1000
 #define COMMAND_BYTES 1000u
 #define CHUNK_BYTES 65536u
 #define TOKEN_BYTES 16u
@@ -23,7 +28,10 @@
 
 struct live_server {
     struct live_hub *hub;
+    struct seats *seats;
     struct MHD_Daemon *daemon;
+    pthread_t sweeper;
+    bool sweeps;
     char token[2 * TOKEN_BYTES + 1];
     char url[LIVE_URL_MAX];
 };
@@ -37,6 +45,8 @@ struct request {
 
 struct stream {
     struct live_hub *hub;
+    struct seats *seats;
+    struct seat *seat;
     struct live_viewer viewer;
     char *text; /* going out */
     size_t length, sent;
@@ -104,12 +114,54 @@ static bool token_is(const struct live_server *server, const char *given)
     return differ == 0;
 }
 
+/* ---- seats ---- */
+
+static int64_t now_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static void connection_changes(void *context, struct MHD_Connection *connection, void **seat, enum MHD_ConnectionNotificationCode what)
+{
+    struct live_server *server = context;
+    if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
+        seats_leave(server->seats, *seat);
+        *seat = NULL;
+        return;
+    }
+    const int send_bytes = SEND_BYTES;
+    int fd = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+    (void)setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &send_bytes, sizeof send_bytes);
+    *seat = seats_take(server->seats, fd, now_ms());
+    if (!*seat)
+        shutdown(fd, SHUT_RDWR);
+}
+
+static struct seat *seat_of(struct MHD_Connection *connection)
+{
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return info ? info->socket_context : NULL;
+}
+
+/* Ends those whose time is over, until the hub ends. */
+static void *sweep(void *context)
+{
+    struct live_server *server = context;
+    while (!live_hub_wait_end(server->hub, SWEEP_MS))
+        seats_sweep(server->seats, now_ms());
+    return NULL;
+}
+
 /* ---- events ---- */
 
 static ssize_t stream_read(void *context, uint64_t position, char *out, size_t most)
 {
     struct stream *stream = context;
     (void)position;
+    if (!seats_taken(stream->seats, stream->seat, now_ms()))
+        return MHD_CONTENT_READER_END_WITH_ERROR;
     if (!stream->text) {
         stream->sent = 0;
         stream->text = live_hub_next(stream->hub, &stream->viewer, HEARTBEAT_MS, &stream->length);
@@ -139,10 +191,13 @@ static void stream_free(void *context)
 
 static enum MHD_Result events(struct live_server *server, struct MHD_Connection *connection)
 {
+    if (!seats_read(server->seats, seat_of(connection), now_ms()))
+        return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
+                   "all places for viewers without the token are taken: open the address that matrig printed, with what follows #\n");
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream)
         return say(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
-    stream->hub = server->hub;
+    *stream = (struct stream){.hub = server->hub, .seats = server->seats, .seat = seat_of(connection)};
     live_hub_viewer(server->hub, header(connection, "Last-Event-ID"), &stream->viewer);
     struct MHD_Response *response = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, CHUNK_BYTES, stream_read, stream, stream_free);
     if (!response)
@@ -200,6 +255,13 @@ static enum MHD_Result command(struct live_server *server, struct MHD_Connection
 
 /* ---- requests ---- */
 
+/* A browser sends no headers of our own with a request for events, so there the token is in the address, which no history keeps. */
+static bool has_token(const struct live_server *server, struct MHD_Connection *connection)
+{
+    return token_is(server, header(connection, "X-Matrig-Token")) ||
+           token_is(server, MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "token"));
+}
+
 static enum MHD_Result get(struct live_server *server, struct MHD_Connection *connection, const char *url)
 {
     const struct live_asset *asset = live_asset_find(url);
@@ -229,8 +291,10 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
     struct live_server *server = context;
     struct request *request = *kept;
     (void)version;
-    if (!request) {
-        *kept = calloc(1, sizeof *request);
+    if (!request) { /* the headers are here, the body is not */
+        *kept = seat_of(connection) ? calloc(1, sizeof *request) : NULL;
+        if (*kept)
+            seats_ask(server->seats, seat_of(connection), has_token(server, connection), now_ms());
         return *kept ? MHD_YES : MHD_NO;
     }
     if (*size > 0) {
@@ -248,9 +312,10 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
 
 static void request_over(void *context, struct MHD_Connection *connection, void **kept, enum MHD_RequestTerminationCode why)
 {
-    (void)context;
-    (void)connection;
+    struct live_server *server = context;
     (void)why;
+    if (*kept)
+        seats_answered(server->seats, seat_of(connection), now_ms());
     free(*kept);
     *kept = NULL;
 }
@@ -293,6 +358,14 @@ static void make_token(struct live_server *server)
         snprintf(server->token + 2 * i, 3, "%02x", bytes[i]);
 }
 
+static struct MHD_Daemon *start(struct live_server *server, const struct sockaddr_storage *address, bool v6)
+{
+    return MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL | (v6 ? MHD_USE_IPv6 : 0), 0, NULL,
+                            NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT, SEATS_CONNECTIONS,
+                            MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, request_over, server,
+                            MHD_OPTION_NOTIFY_CONNECTION, connection_changes, server, MHD_OPTION_END);
+}
+
 enum mr_status live_server_open(const char *where, struct live_hub *hub, struct live_server **server, struct error *error)
 {
     struct sockaddr_storage address;
@@ -305,16 +378,18 @@ enum mr_status live_server_open(const char *where, struct live_hub *hub, struct 
         return error_set(error, MR_FULL, "no memory: the live page; close other programs");
     bool v6 = address.ss_family == AF_INET6;
     made->hub = hub;
+    made->seats = seats_open();
     make_token(made);
-    made->daemon = MHD_start_daemon(MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL | (v6 ? MHD_USE_IPv6 : 0),
-                                    0, NULL, NULL, serve, made, MHD_OPTION_SOCK_ADDR, &address, MHD_OPTION_CONNECTION_LIMIT,
-                                    CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_S, MHD_OPTION_NOTIFY_COMPLETED, request_over, NULL, MHD_OPTION_END);
+    if (made->seats)
+        made->daemon = start(made, &address, v6);
     if (!made->daemon) {
         int code = errno;
+        seats_close(made->seats);
         free(made);
         return error_set(error, MR_IO, "cannot serve the live page at %s (%s): is another matrig there? Give another port, or 0", where,
                          code ? strerror(code) : "no reason given");
     }
+    made->sweeps = pthread_create(&made->sweeper, NULL, sweep, made) == 0; /* without it the slow give way all the same, when others come */
     const union MHD_DaemonInfo *info = MHD_get_daemon_info(made->daemon, MHD_DAEMON_INFO_BIND_PORT);
     snprintf(made->url, sizeof made->url, "http://%s:%u/#%s", v6 ? "[::1]" : "127.0.0.1", info ? info->port : 0u, made->token);
     *server = made;
@@ -331,6 +406,9 @@ void live_server_close(struct live_server *server)
     if (!server)
         return;
     live_hub_end(server->hub);
+    if (server->sweeps)
+        pthread_join(server->sweeper, NULL);
     MHD_stop_daemon(server->daemon);
+    seats_close(server->seats);
     free(server);
 }

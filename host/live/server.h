@@ -1,7 +1,7 @@
 /* The live page, served over HTTP on a loopback address, and on no other.
  *
  *     GET  /          the page; /live.js, /live.css, /uPlot.js, /uPlot.css, /licences.txt
- *     GET  /events    server-sent events (host/live/hub.h)
+ *     GET  /events    server-sent events (host/live/hub.h); with ?token=T at one of the places of who has it (host/live/seats.h)
  *     GET  /state     the state as JSON
  *     POST /command   {"command": "arm" or "disarm", "landing": N}, with the token in X-Matrig-Token
  *

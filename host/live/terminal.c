@@ -5,6 +5,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "common/predictor.h"
+#include "host/board/runway.h"
 #include "host/collect/collect.h"
 #include "host/units.h"
 
@@ -101,6 +103,20 @@ static void zone_text(const struct live_zone *zone, bool si, char *out, size_t s
     snprintf(out, size, "%s%s%s", place, any ? ", " : "", any ? lead : "");
 }
 
+/* The numbers that an advisory is about; empty: they did not come. */
+static void advice_text(const struct live_verdict *verdict, bool si, char *out, size_t size)
+{
+    const struct unit *ft = unit_of(UNIT_STATION, si), *lb = unit_of(UNIT_TENSION, si);
+    char at[24], compression[24], critical[24];
+    out[0] = '\0';
+    if (verdict->said.reason == MR_PREDICTOR_COMPRESSION && verdict->press_known)
+        snprintf(out, size, ": %s of %s %s", value_text((double)verdict->press.compression_lb, lb, 0, compression),
+                 value_text((double)verdict->press.critical_lb, lb, 0, critical), lb->text);
+    else if (verdict->said.reason != MR_PREDICTOR_COMPRESSION && verdict->coming_known)
+        snprintf(out, size, ": %u mats, the wheel then at %s %s", verdict->coming.mats,
+                 value_text((double)verdict->coming.wheel_ft, ft, 1, at), ft->text);
+}
+
 static void gear_text(const struct live_model *model, bool si, char *out, size_t size)
 {
     const struct unit *ft = unit_of(UNIT_STATION, si), *speed = unit_of(UNIT_SPEED, si);
@@ -116,14 +132,17 @@ static const char *state_text(const struct live_model *model)
 
 void live_terminal_line(FILE *out, const struct live_model *model, int64_t now_us, bool si)
 {
-    char board[60], gear[80], zone[130];
+    char board[60], gear[80], zone[130], advice[60], advised[160] = "";
     const struct store_link_counts *can = &model->link[LINK_CAN].counts, *serial = &model->link[LINK_SERIAL].counts;
     board_text(model, now_us, board, sizeof board);
     gear_text(model, si, gear, sizeof gear);
     zone_text(&model->zone, si, zone, sizeof zone);
-    fprintf(out, "%.1f s  board %s  %s %u  gear %s  %s%s  CAN %lld lost %lld  serial %lld lost %lld\n",
+    advice_text(&model->verdict, si, advice, sizeof advice);
+    if (live_model_advised(model) && !model->warning.on)
+        snprintf(advised, sizeof advised, "advisory: %s%s, ", runway_reason_text(model->verdict.said.reason), advice);
+    fprintf(out, "%.1f s  board %s  %s %u  gear %s  %s%s%s  CAN %lld lost %lld  serial %lld lost %lld\n",
             (double)live_model_block(model) / 1000.0, board, state_text(model), model->landing, gear,
-            model->warning.on ? "WARNING: " : "zone ", zone, (long long)can->received, (long long)can->lost,
+            advised, model->warning.on ? "WARNING: " : "zone ", zone, (long long)can->received, (long long)can->lost,
             (long long)serial->received, (long long)serial->lost);
 }
 
@@ -177,7 +196,8 @@ static void reading_text(const struct live_model *model, unsigned index, bool si
     char value[24], least[24], most[24], at[24];
     char name = displacement ? 'D' : 'T';
     unsigned number = displacement ? index + 1 : index - MR_TRANSDUCERS + 1;
-    const char *said = r->block >= 0 && isnan(r->value) ? mr_validity_text(r->validity) : value_text((double)r->value, unit, decimals, value);
+    const char *why = live_model_reading_text(model, index);
+    const char *said = *why ? why : value_text((double)r->value, unit, decimals, value);
     double station_ft = model->channel_known[index] ? (double)model->channel[index].station_ft : (double)NAN;
     if (all)
         snprintf(out, size, "%c%-2u %6s %s %9s %s [%s, %s]", name, number, value_text(station_ft, ft, 1, at), ft->text, said, unit->text,
@@ -221,6 +241,12 @@ static void draw_warning(struct canvas *canvas, const struct live_model *model, 
     bool roomy = canvas->columns + 1 >= ROOMY;
     place_text(zone, si, place, sizeof place);
     lead_text(zone, lead, sizeof lead);
+    if (!warning->on && live_model_advised(model)) {
+        char advice[60];
+        advice_text(&model->verdict, si, advice, sizeof advice);
+        line(canvas, bold, " advisory, no warning%s", advice);
+        line(canvas, NULL, "   %s", runway_reason_text(model->verdict.said.reason));
+    }
     if (!warning->on) {
         line(canvas, NULL, warning->since_us ? " was warned, over now: %s" : " no warning; closed ahead: %s", place);
         return;

@@ -37,6 +37,8 @@ struct logger {
     struct live live; /* of --live; else all zero */
     int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
     uint64_t live_us; /* when the board was asked to be live; 0: not yet */
+    uint64_t channels_us; /* when the live view asked for the channels, */
+    unsigned channel_asks; /* and how often */
     struct typed typed; /* commands on standard input */
 };
 

@@ -5,6 +5,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
+#include "host/report/svg_words.h"
 
 #define ROW_PX 34.0
 #define TOP_PX 40.0
@@ -117,7 +118,7 @@ enum mr_status campaign_zones(const struct report *report, FILE *out, struct err
     svg_axes(&rows.plot);
     for (size_t i = 0; i < report->landings && status == MR_OK; i++)
         status = draw_row(&rows, i, report, error);
-    svg_legend(out, CHART_LEFT, 14.0, keys, 5);
+    svg_legend(out, CHART_LEFT, CHART_WIDTH - CHART_RIGHT, 14.0, keys, 5);
     svg_mark(out, "open", 3, CHART_LEFT + 10.0, 27.0, 4.5);
     fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"31\">wave or break seen, with its panels</text>\n", CHART_LEFT + 25.0);
     svg_close(out);

@@ -3,9 +3,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "host/report/html.h"
+#include "host/report/svg_words.h"
 
 #define LOOKS 6u /* classes s0 to s5 of style.c */
 #define BETWEEN 14.0
@@ -60,7 +60,7 @@ double chart_key(FILE *out, unsigned number, double left, double y, const char *
     fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 33.0, y);
     html_text(out, text);
     fputs("</text>\n", out);
-    return left + 48.0 + 6.2 * (double)strlen(text); /* 11 px letters are about 6 px wide */
+    return left + 48.0 + svg_text_width(text, SVG_KEY_SIZE_PX);
 }
 
 void chart_mark_key(FILE *out, const char *class, unsigned shape, double left, double y, const char *text)

@@ -2,18 +2,24 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <string.h>
 
-void html_text(FILE *out, const char *text)
+void html_bytes(FILE *out, const char *text, size_t length)
 {
-    for (; *text; text++) {
-        switch (*text) {
+    for (size_t i = 0; i < length; i++) {
+        switch (text[i]) {
         case '<': fputs("&lt;", out); break;
         case '>': fputs("&gt;", out); break;
         case '&': fputs("&amp;", out); break;
         case '"': fputs("&quot;", out); break;
-        default: fputc(*text, out); break;
+        default: fputc(text[i], out); break;
         }
     }
+}
+
+void html_text(FILE *out, const char *text)
+{
+    html_bytes(out, text, strlen(text));
 }
 
 static void formatted(FILE *out, const char *format, va_list arguments)

@@ -2,10 +2,12 @@
 #ifndef MATRIG_HOST_REPORT_HTML_H
 #define MATRIG_HOST_REPORT_HTML_H
 
+#include <stddef.h>
 #include <stdio.h>
 
 /* Text with <, >, & and quotes escaped. */
 void html_text(FILE *out, const char *text);
+void html_bytes(FILE *out, const char *text, size_t length);
 /* A table cell: <td>, or <td class="n"> for numbers, with formatted and escaped text. */
 void html_cell(FILE *out, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* A number with `decimals`, or an empty cell with a dash when it is not finite. */

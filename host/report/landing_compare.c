@@ -1,6 +1,7 @@
 /* A landing's newest comparison that the campaign keeps: table, zones and picture. */
 #include <math.h>
 
+#include "host/compare/agree.h"
 #include "host/compare/picture.h"
 #include "host/compare/figures.h"
 #include "host/report/html.h"
@@ -119,10 +120,16 @@ enum mr_status landing_compare(const struct report *report, const struct report_
     const bool si = report->si;
     const struct measured *measured = &landing->summary.measured;
     struct compare_figures figures;
-    char heads[3][60];
+    struct compare_agreement agreement;
+    char heads[3][60], sentence[COMPARE_SENTENCE];
     if (!landing_compared(landing, &figures, error))
         return error->status;
     words(out, &figures, si);
+    compare_agreement(&figures, &agreement);
+    compare_sentence(&agreement, si, sentence);
+    fputs("<p class=\"say\"><strong>", out);
+    html_text(out, sentence);
+    fputs(".</strong></p>\n", out);
     snprintf(heads[0], sizeof heads[0], "station, %s", unit_of(UNIT_STATION, si)->text);
     snprintf(heads[1], sizeof heads[1], "bias, %s", unit_of(UNIT_DISPLACEMENT, si)->text);
     snprintf(heads[2], sizeof heads[2], "rms, %s", unit_of(UNIT_DISPLACEMENT, si)->text);

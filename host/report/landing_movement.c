@@ -4,6 +4,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
+#include "host/report/svg_words.h"
 
 static const struct store_simulation *find_simulation(const struct report_landing *landing, unsigned number)
 {
@@ -102,7 +103,7 @@ static void draw_all(FILE *out, const struct report_landing *landing, bool si)
         draw_displacement(&plot, landing, &measured->channel[c], si);
         shown++;
     }
-    svg_legend(out, CHART_LEFT, 14.0, keys, landing->simulations ? 3 : 2);
+    svg_legend(out, CHART_LEFT, CHART_WIDTH - CHART_RIGHT, 14.0, keys, landing->simulations ? 3 : 2);
     svg_close(out);
 }
 

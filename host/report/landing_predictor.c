@@ -6,6 +6,7 @@
 #include "host/report/chart.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
+#include "host/report/svg_words.h"
 
 #define MATS_PX 140.0
 #define LEAD_PX 110.0
@@ -149,7 +150,7 @@ static void draw_all(FILE *out, const struct report_landing *landing)
     svg_open(out, CHART_WIDTH, TOP_PX + MATS_PX + LEAD_PX + BETWEEN_PX + 40.0, "zone that the board told of, and its lead time, against time");
     mats_panel(out, landing, time);
     lead_panel(out, landing, time);
-    svg_legend(out, CHART_LEFT, 14.0, keys, 3);
+    svg_legend(out, CHART_LEFT, CHART_WIDTH - CHART_RIGHT, 14.0, keys, 3);
     chart_mark_key(out, "dot c", 0, 640.0, 14.0, "longest zone that it saw coming");
     chart_mark_key(out, "dot given", 1, CHART_WIDTH - 230.0, TOP_PX + MATS_PX + BETWEEN_PX + 16.0, "given");
     chart_mark_key(out, "dot a", 0, CHART_WIDTH - 150.0, TOP_PX + MATS_PX + BETWEEN_PX + 16.0, "what it became");

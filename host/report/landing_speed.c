@@ -3,6 +3,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
+#include "host/report/svg_words.h"
 
 #define CURVE_POINTS 400
 #define SPEED_PX 190.0
@@ -154,7 +155,7 @@ static void draw_all(FILE *out, const struct report_landing *landing, bool si)
     speed_panel(out, landing, time, si);
     deceleration_panel(out, landing, time, si);
     residual_panel(out, measured, time, si);
-    svg_legend(out, CHART_LEFT, 14.0, keys, 2);
+    svg_legend(out, CHART_LEFT, CHART_WIDTH - CHART_RIGHT, 14.0, keys, 2);
     chart_mark_key(out, "dot b", 1, 430.0, 14.0, "mean between switches; below, a switch");
     chart_mark_key(out, "dot c", 2, 680.0, 14.0, "the board, as it went");
     svg_close(out);

@@ -3,6 +3,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
+#include "host/report/svg_words.h"
 
 #define STEP 20 /* blocks between looks at the closure */
 #define AFTER_STOP_S 0.8
@@ -139,7 +140,7 @@ static void draw_map(FILE *out, const struct report_landing *landing, bool si)
     draw_wheel(&plot, measured, station);
     draw_first_warning(&plot, landing, station);
     draw_transducers(&plot, measured, station);
-    svg_legend(out, plot.left, 14.0, keys, 5);
+    svg_legend(out, plot.left, CHART_WIDTH - CHART_RIGHT, 14.0, keys, 5);
     svg_close(out);
 }
 

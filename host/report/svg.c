@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "host/report/html.h"
+#include "host/report/svg_words.h"
 
 #define TICKS_PER_PX_X (1.0 / 70.0)
 #define TICKS_PER_PX_Y (1.0 / 36.0)
@@ -232,6 +233,19 @@ static void x_axis(const struct svg_plot *plot)
     }
 }
 
+/* How far left of the axis its label stands: beyond the numbers, and inside the picture. */
+static double y_label_px(const struct svg_plot *plot)
+{
+    struct svg_ticks ticks = svg_choose_ticks(plot->y.low, plot->y.high, (unsigned)(plot->height * TICKS_PER_PX_Y) + 2);
+    double widest = 0.0;
+    for (unsigned i = 0; i < ticks.count && plot->y.ticks && !plot->log_y; i++) {
+        char text[40];
+        snprintf(text, sizeof text, "%.*f", ticks.decimals, ticks.first + (double)i * ticks.step);
+        widest = fmax(widest, svg_text_width(text, SVG_KEY_SIZE_PX));
+    }
+    return fmin(fmax(plot->log_y ? 46.0 : 40.0, widest + 10.0), plot->left - 11.0);
+}
+
 static void y_axis(const struct svg_plot *plot)
 {
     FILE *out = plot->out;
@@ -241,7 +255,7 @@ static void y_axis(const struct svg_plot *plot)
         linear_y_ticks(plot);
     if (plot->y.label) {
         fprintf(out, "<text class=\"label\" text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\">",
-                plot->left - (plot->log_y ? 46.0 : 40.0), plot->top + plot->height / 2);
+                plot->left - y_label_px(plot), plot->top + plot->height / 2);
         html_text(out, plot->y.label);
         fputs("</text>", out);
     }
@@ -486,21 +500,4 @@ void svg_text(const struct svg_plot *plot, const char *class, const char *anchor
             svg_x(plot, x) + dx, svg_y(plot, y) + dy);
     html_text(plot->out, text);
     fputs("</text>\n", plot->out);
-}
-
-void svg_legend(FILE *out, double left, double y, const struct svg_key *keys, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        size_t length = 0;
-        if (strncmp(keys[i].class, "dot", 3) == 0)
-            fprintf(out, "<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"2.6\"/>", keys[i].class, left + 10.0, y - 4.0);
-        else
-            fprintf(out, "<path class=\"%s\" d=\"M%.1f %.1fh20\"/>", keys[i].class, left, y - 4.0);
-        fprintf(out, "<text class=\"tick\" x=\"%.1f\" y=\"%.1f\">", left + 25.0, y);
-        html_text(out, keys[i].text);
-        fputs("</text>\n", out);
-        while (keys[i].text[length])
-            length++;
-        left += 45.0 + 6.2 * (double)length; /* 11 px letters are about 6 px wide */
-    }
 }

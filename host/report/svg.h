@@ -68,12 +68,5 @@ void svg_dots(const struct svg_plot *plot, const char *class, const double *x, c
 /* Text at a point of the plot, moved by pixels; anchor "start", "middle" or "end". */
 void svg_text(const struct svg_plot *plot, const char *class, const char *anchor, double x, double y,
               double dx, double dy, const char *text);
-/* A key below or above a picture: a short stroke of each class (a dot where the class begins with "dot") and its text, from (left, y) in pixels to the
- * right. */
-struct svg_key {
-    const char *class;
-    const char *text;
-};
-void svg_legend(FILE *out, double left, double y, const struct svg_key *keys, size_t count);
 
 #endif

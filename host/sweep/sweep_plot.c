@@ -6,8 +6,10 @@
 
 #include "host/report/html.h"
 #include "host/report/svg.h"
+#include "host/report/svg_words.h"
 
 #define WIDTH 900.0
+#define RIGHT 14.0
 #define LEFT 74.0
 #define PLOT_HEIGHT 300.0
 #define SMALL_WIDTH 248.0
@@ -331,37 +333,43 @@ static const char *short_key(const char *key)
     return dot && (dot[1] < '0' || dot[1] > '9') ? dot + 1 : key;
 }
 
-static void draw_legend(FILE *out, const struct sweep_levels *by)
-{
+struct legend {
     char text[SWEEP_SERIES_MAX][60], class[SWEEP_SERIES_MAX][20];
-    struct svg_key keys[SWEEP_SERIES_MAX];
-    size_t count = shown_count(by, SWEEP_SERIES_MAX);
-    for (size_t k = 0; k < count; k++) {
+    struct svg_key key[SWEEP_SERIES_MAX];
+    size_t count;
+};
+
+static void make_legend(struct legend *legend, const struct sweep_levels *by)
+{
+    legend->count = shown_count(by, SWEEP_SERIES_MAX);
+    for (size_t k = 0; k < legend->count; k++) {
         char value[40];
         sweep_value_text(by->value[shown_level(by, k, SWEEP_SERIES_MAX)], value, sizeof value);
-        snprintf(text[k], sizeof text[k], "%.16s %s", short_key(by->key), value);
-        snprintf(class[k], sizeof class[k], "line s%zu", k);
-        keys[k] = (struct svg_key){class[k], text[k]};
+        snprintf(legend->text[k], sizeof legend->text[k], "%.16s %s", short_key(by->key), value);
+        snprintf(legend->class[k], sizeof legend->class[k], "line s%zu", k);
+        legend->key[k] = (struct svg_key){legend->class[k], legend->text[k]};
     }
-    svg_legend(out, LEFT, 14.0, keys, count);
 }
 
 /* Lines for the cases that `rest` lets through. */
 static void draw_lines(FILE *out, const struct drawing *d, const bool *rest, const char *title)
 {
-    struct svg_plot plot = {.out = out, .left = LEFT, .top = 26.0, .width = WIDTH - LEFT - 14.0, .height = PLOT_HEIGHT};
+    struct svg_plot plot = {.out = out, .left = LEFT, .top = 26.0, .width = WIDTH - LEFT - RIGHT, .height = PLOT_HEIGHT};
+    struct legend legend = {.count = 0};
     bool *shown = calloc(d->table->count + 1, sizeof *shown);
     size_t series = d->level_count > 1 && !d->levels[1].sampled ? shown_count(&d->levels[1], SWEEP_SERIES_MAX) : 1;
     set_axes(&plot, &d->x, &d->y);
-    svg_open(out, WIDTH, PLOT_HEIGHT + 70.0, title);
+    if (series > 1)
+        make_legend(&legend, &d->levels[1]);
+    plot.top += SVG_KEY_ROW_PX * (double)(svg_legend_rows(LEFT, WIDTH - RIGHT, legend.key, legend.count) - 1);
+    svg_open(out, WIDTH, plot.top + PLOT_HEIGHT + 44.0, title);
     svg_axes(&plot);
     for (size_t k = 0; shown && k < series; k++) {
         for (size_t i = 0; i < d->table->count; i++)
             shown[i] = rest[i] && (series == 1 || has(&d->table->rows[i], &d->levels[1], shown_level(&d->levels[1], k, SWEEP_SERIES_MAX)));
         draw_series(&plot, d, shown, (unsigned)k);
     }
-    if (series > 1)
-        draw_legend(out, &d->levels[1]);
+    svg_legend(out, LEFT, WIDTH - RIGHT, 14.0, legend.key, legend.count);
     svg_close(out);
     free(shown);
 }
@@ -436,12 +444,12 @@ static unsigned series_of(const struct table_row *row, const struct sweep_levels
     return by ? SWEEP_SERIES_MAX : 0;
 }
 
-static void draw_dots(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t place,
+static void draw_dots(FILE *out, const struct sweep_table *table, const struct sweep_levels *levels, size_t place, double top,
                       const struct sweep_levels *by, const struct sweep_quantity *quantity, const struct axis_range *y)
 {
     struct drawing d = {table, levels, 1, quantity, empty_range(), *y};
     struct svg_plot plot = {.out = out, .left = 62.0 + (double)(place % ACROSS) * (SMALL_WIDTH + 40.0), .width = SMALL_WIDTH - 20.0,
-                            .top = 26.0 + (double)(place / ACROSS) * (SMALL_HEIGHT + 56.0), .height = SMALL_HEIGHT};
+                            .top = top + (double)(place / ACROSS) * (SMALL_HEIGHT + 56.0), .height = SMALL_HEIGHT};
     key_range(table, levels, &d.x);
     if (place % ACROSS)
         d.y.label[0] = '\0';
@@ -459,14 +467,17 @@ static void draw_scatter(FILE *out, const struct sweep_table *table, const struc
                          const struct sweep_levels *by, const struct sweep_quantity *quantity, const struct axis_range *y)
 {
     char title[200];
+    struct legend legend = {.count = 0};
     size_t rows = (count + ACROSS - 1) / ACROSS;
     sweep_quantity_label(table, quantity, title);
     fputs("<figure>", out);
-    svg_open(out, WIDTH, 24.0 + (double)rows * (SMALL_HEIGHT + 56.0), title);
     if (by)
-        draw_legend(out, by);
+        make_legend(&legend, by);
+    double top = 26.0 + SVG_KEY_ROW_PX * (double)(svg_legend_rows(LEFT, WIDTH - RIGHT, legend.key, legend.count) - 1);
+    svg_open(out, WIDTH, top - 2.0 + (double)rows * (SMALL_HEIGHT + 56.0), title);
+    svg_legend(out, LEFT, WIDTH - RIGHT, 14.0, legend.key, legend.count);
     for (size_t k = 0; k < count; k++)
-        draw_dots(out, table, &levels[k], k, by, quantity, y);
+        draw_dots(out, table, &levels[k], k, top, by, quantity, y);
     svg_close(out);
     fputs("<figcaption>", out);
     html_text(out, title);

@@ -3,6 +3,7 @@
 it runs, nothing is asked for elsewhere, and the figures are there."""
 import base64
 import os
+import pathlib
 import re
 import shutil
 import sqlite3
@@ -84,10 +85,11 @@ def make_page(db, name, *options):
 def show(browser, page):
     browser.requests.clear()
     browser.errors.clear()
-    browser.open("file://" + page)
+    address = pathlib.Path(page).as_uri()  # a folder's name may have a blank in it
+    browser.open(address)
     time.sleep(0.5)
     browser.pump()
-    tap.check("it asks for nothing but itself", [u for u in browser.requests if not u.startswith("data:")] == ["file://" + page], browser.requests)
+    tap.check("it asks for nothing but itself", [u for u in browser.requests if not u.startswith("data:")] == [address], browser.requests)
     tap.check("nothing wrong on the console", not browser.errors, browser.errors)
 
 

@@ -6,6 +6,7 @@
 
 #include "host/report/html.h"
 #include "host/report/svg.h"
+#include "host/report/svg_words.h"
 #include "tests/campaign_figures/figures.h"
 
 #define WIDTH 1000.0
@@ -14,6 +15,8 @@
 #define PLOT_WIDTH 640.0
 #define LEFT 76.0
 #define LINE 15.0
+#define LETTER 12.0
+#define MARGIN 8.0
 #define MARK_EVERY 5 /* stations */
 #define RIG_BANDS 4.0 /* that share the braking force: report 5.1.3.1, C.1 */
 
@@ -127,14 +130,19 @@ static void mark_buckles(const struct svg_plot *plot, const struct figure *figur
     }
 }
 
-static void legend_line(FILE *out, double y, const char *class, unsigned shape, const char *text)
+/* Beside the plot, in as many lines as it takes; returns where the next one begins. */
+static double legend_words(FILE *out, double x, double y, const char *text)
+{
+    const struct svg_block block = {.class = "key", .x = x, .y = y, .width_px = WIDTH - x - MARGIN, .size_px = LETTER, .line_px = LINE};
+    return y + 20.0 + LINE * ((double)svg_block(out, &block, text) - 1.0);
+}
+
+static double legend_line(FILE *out, double y, const char *class, unsigned shape, const char *text)
 {
     if (class)
         fprintf(out, "<path class=\"%s\" d=\"M%.0f %.1fh34\"/>\n", class, LEFT + PLOT_WIDTH + 16.0, y - 4.0);
     svg_mark(out, class ? "m" : "m2", shape, LEFT + PLOT_WIDTH + 33.0, y - 4.0, 4.0);
-    fprintf(out, "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">", LEFT + PLOT_WIDTH + 58.0, y);
-    html_text(out, text);
-    fputs("</text>\n", out);
+    return legend_words(out, LEFT + PLOT_WIDTH + 58.0, y, text);
 }
 
 static void draw_curves(FILE *out, const struct figure *figure, const struct figure_run *run)
@@ -158,11 +166,12 @@ static void draw_curves(FILE *out, const struct figure *figure, const struct fig
                             .x = {figure->zero_ft, figure->zero_ft + runway_ft,
                                   figure->zero_ft > 0.0 ? "station, ft (22+00 is 2200: where AM2 mat begins)" : "station, ft", true},
                             .y = {low, high, "displacement downfield, in", true}};
+    double key_y = TOP + 14.0;
     svg_axes(&plot);
     for (size_t i = 0; i < curves; i++) {
         char text[120];
-        snprintf(text, sizeof text, "%s (%zu of %zu)", figure->curves[i].text, bundles[i].runways, c->seeds);
-        legend_line(out, TOP + 14.0 + 20.0 * (double)i, lines[i], (unsigned)i, text);
+        snprintf(text, sizeof text, "%s (%zu\u00a0of\u00a0%zu)", figure->curves[i].text, bundles[i].runways, c->seeds);
+        key_y = legend_line(out, key_y, lines[i], (unsigned)i, text);
         if (bundles[i].runways == 0)
             continue;
         svg_band(&plot, "spread", bundles[i].x_ft, bundles[i].low, bundles[i].high, c->station_count);
@@ -170,9 +179,8 @@ static void draw_curves(FILE *out, const struct figure *figure, const struct fig
         for (size_t k = MARK_EVERY - 1; k < c->station_count; k += MARK_EVERY)
             svg_mark(out, "m", (unsigned)i, svg_x(&plot, bundles[i].x_ft[k]), svg_y(&plot, bundles[i].middle[k]), 3.6);
     }
-    legend_line(out, TOP + 14.0 + 20.0 * (double)curves, NULL, 2, "buckled here, one runway each");
-    fprintf(out, "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">middle of the runways; grey: all of them</text>\n",
-            LEFT + PLOT_WIDTH + 16.0, TOP + 14.0 + 20.0 * (double)(curves + 1));
+    key_y = legend_line(out, key_y, NULL, 2, "buckled here, one runway each");
+    legend_words(out, LEFT + PLOT_WIDTH + 16.0, key_y, "middle of the runways; grey: all of them");
     mark_stations(&plot, figure);
     mark_values(&plot, figure);
     mark_buckles(&plot, figure, run);
@@ -208,14 +216,12 @@ static void draw_tensions(FILE *out, const struct figure_run *run)
             svg_mark(out, "m", shape, px, svg_y(&plot, o->band_behind_lb), 3.0);
         }
     }
-    legend_line(out, TOP + 14.0, NULL, 0, "least, 100 lb (landings 1 to 13)");
-    legend_line(out, TOP + 34.0, NULL, 1, "least, 140 lb (14 to 26)");
-    legend_line(out, TOP + 54.0, NULL, 0, "most: open marks alike");
-    svg_mark(out, "m", 0, LEFT + PLOT_WIDTH + 33.0, TOP + 50.0, 4.0);
-    fprintf(out, "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">dashed: +- R/2, R = W a/(4 g) (C.1)</text>\n"
-                 "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">mean over segments passed, a mark</text>\n"
-                 "<text class=\"key\" x=\"%.0f\" y=\"%.1f\">per landing and runway</text>\n",
-            LEFT + PLOT_WIDTH + 16.0, TOP + 80.0, LEFT + PLOT_WIDTH + 16.0, TOP + 100.0, LEFT + PLOT_WIDTH + 16.0, TOP + 116.0);
+    double key_y = legend_line(out, TOP + 14.0, NULL, 0, "least, 100 lb (landings 1 to 13)");
+    key_y = legend_line(out, key_y, NULL, 1, "least, 140 lb (14 to 26)");
+    svg_mark(out, "m", 0, LEFT + PLOT_WIDTH + 33.0, key_y - 4.0, 4.0);
+    key_y = legend_words(out, LEFT + PLOT_WIDTH + 58.0, key_y, "most: open marks alike");
+    key_y = legend_words(out, LEFT + PLOT_WIDTH + 16.0, key_y + 6.0, "dashed: +- R/2, R = W a/(4 g) (C.1)");
+    legend_words(out, LEFT + PLOT_WIDTH + 16.0, key_y, "mean over segments passed, a mark per landing and runway");
 }
 
 void figure_draw(FILE *out, const struct figure *figure, const struct figure_run *run, bool alone)

@@ -2,7 +2,7 @@
 # Figures of the series and the pilot cases: pictures without holes on a page that stands alone, and what must hold on every runway.
 . "$(dirname "$0")/tap.sh"
 figures=build/tests/campaign_figures/campaign-figures
-check "figure 4.5 of one runway" $figures "$tmp" 1 4.5
+check "figures 4.5 and 5.2 of one runway" $figures "$tmp" 1 4.5 5.2
 drawn() {
     ! grep -qi 'nan\|inf"' "$tmp"/*.svg "$tmp/figures.html" && grep -q 'xmlns="http://www.w3.org/2000/svg"' "$tmp/fig4_5.svg" &&
         grep -q 'station, ft' "$tmp/fig4_5.svg" && grep -q 'displacement downfield, in' "$tmp/fig4_5.svg" &&
@@ -23,6 +23,7 @@ told() {
         grep -q '1 runways: .*too few runways' "$tmp/c.md"
 }
 check "facts of a series are told" told
+check "every text is inside its picture" python3 tests/report/texts_inside.py "$tmp/fig4_5.svg" "$tmp/fig5_2.svg" "$tmp/figures.html" "$tmp/c.html"
 check "no such folder" fails_with 3 none $figures "$tmp/none" 1 4.5
 check "no runways" fails_with 2 usage $figures "$tmp" 0
 # More friction below than above holds the mat under a locked wheel: Coulomb, on any runway.

@@ -106,6 +106,29 @@ wrong_input_is_told() {
         fails_with 2 'for one landing: -o' $matrig compare "$db" $scene -o "$tmp/x.svg" &&
         fails_with 2 'needs DB RUN, DB CAMPAIGN or DB --series' $matrig compare "$db"
 }
+# The sentence once more from the table's figures, by other code; the text has it, the report too.
+ends_with_a_sentence() {
+    $matrig --json compare "$db" 1 "$tmp/slippery.json" --as-is >"$tmp/differs.json" && $matrig compare "$db" 1 "$tmp/slippery.json" --as-is >"$tmp/differs.txt" &&
+        $matrig --quiet report "$db" -o "$tmp/differs.html" && python3 - "$tmp/differs.json" "$tmp/differs.txt" "$tmp/differs.html" <<'END'
+import html, json, re, sys
+j, text, page = json.load(open(sys.argv[1])), open(sys.argv[2]).read(), html.unescape(open(sys.argv[3]).read())
+values = [(c[v + "_en"], v, c) for c in j["channels"] if c["compared"] for v in ("peak", "end", "arrival") if c[v + "_en"] is not None]
+en, what, c = max(values, key=lambda v: v[0])
+a = j["agreement"]
+print(a["sentence"])
+unit = "_s" if what == "arrival" else "_in"
+measured, simulated = c[what + "_measured" + unit], c[what + "_simulated" + unit]
+beyond = sum(v[0] > 1 for v in values)
+assert en > 1 and not a["agree"] and (a["differ"], a["judged"]) == (beyond, len(values)), a
+assert (a["worst"]["value"], a["worst"]["number"]) == (what, c["number"]) and abs(a["worst"]["difference" + unit] - (measured - simulated)) < 1e-5, a
+said = re.fullmatch(r"RUN 1 as measured differs from slippery.json, most in the (\w+) at transducer (\d+), ([\d.]+) ft: the simulated.*? is ([\d.]+) \+- .*?"
+                    r", ([\d.]+) (?:s|in) (\w+) than the measured, ([\d.]+) \+- .*; En ([\d.]+), .*; (\d+) of (\d+) values differ by more than twice their errors.*", a["sentence"])
+assert said and said.group(1, 2) == (what, str(c["number"])) and float(said.group(3)) == c["station_ft"], a
+assert abs(float(said.group(4)) - simulated) < 6e-5 and abs(float(said.group(5)) - abs(measured - simulated)) < 1.1e-4 and abs(float(said.group(7)) - measured) < 6e-5, a
+assert (said.group(6) in ("more", "later")) == (simulated > measured) and abs(float(said.group(8)) / en - 1) < 0.06, a
+assert a["sentence"] in re.sub(r"\s+", " ", text) and a["sentence"] + "." in page
+END
+}
 report_has_the_table() {
     cp $scene "$tmp/<b>x.json" && $matrig compare "$db" 1 "$tmp/<b>x.json" >/dev/null && $matrig --quiet report "$db" -o "$tmp/r.html" || return 1
     grep -q '<h3>Measured against simulated</h3>' "$tmp/r.html" && grep -q 'Against &lt;b&gt;x.json: simulated in' "$tmp/r.html" && ! grep -q '<b>x' "$tmp/r.html" &&
@@ -118,7 +141,9 @@ check "another friction fails, at the transducer where it shows most" wrong_fric
 check "tables fit 100 columns" fits_a_terminal
 check "JSON is JSON; what is not known is null" json_is_json
 check "bias, rms, chi and correlation, once more from the CSV" figures_from_the_csv
+check "who differs from whom, by how much and where, in a sentence" ends_with_a_sentence
 check "the picture is XML" picture_is_xml
+check "every text is inside the picture" python3 tests/report/texts_inside.py "$tmp/one.svg"
 check "a series, its limits, and a part of it by name" series_and_its_limits
 check "an ensemble's spread is part of the simulation's error" ensemble_has_a_spread
 check "a landing without switches is told, in a series too" without_switches

@@ -25,6 +25,7 @@ drawn() {
         grep -q 'short &lt;3.7&gt;' "$tmp/plot.svg" && ! grep -Eqi '[^a-z](nan|inf)[^a-z]' "$tmp/plot.svg"
 }
 check "two panels with axes, a line and marks for each of six solvers" drawn
+check "every text is inside the picture" python3 tests/report/texts_inside.py "$tmp/plot.svg"
 
 json() {
     $m --json error "$tmp/block.json" >"$tmp/o.json" && [ "$(wc -l <"$tmp/o.json")" = 1 ] || return 1

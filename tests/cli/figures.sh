@@ -15,5 +15,6 @@ stated() {
     [ "$(grep -o 'class="stated"' "$tmp/all" | wc -l)" -eq 6 ] && [ "$(grep -o 'class="bound"' "$tmp/all" | wc -l)" -eq 1 ]
 }
 check "what the text states is marked" stated
+check "every text is inside its picture" python3 tests/report/texts_inside.py "$tmp"/fig3_*.svg "$tmp/figures.html"
 check "no such folder" fails_with 3 none build/tests/figures/figures "$tmp/none"
 finish

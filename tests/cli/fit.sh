@@ -36,6 +36,7 @@ check "it is fitted" fits
 check "the interval of the closing resistance holds the truth" holds_truth
 check "and is narrower than the prior's" narrows_prior
 check "the residuals are a picture" residuals_drawn
+check "every text is inside the picture" python3 tests/report/texts_inside.py "$tmp/fit.svg"
 check "the scene runs, with the fitted resistance" scene_has_it
 check "no such parameter" fails_with 2 "unknown parameter: 'frictoin'" $matrig fit "$db" 1 --fit frictoin
 check "no such prior" fails_with 2 'NAME=VALUE:ERROR' $matrig fit "$db" 1 --prior f=0.5

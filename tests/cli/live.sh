@@ -135,6 +135,15 @@ drawn_in_a_terminal() { # one of 70 columns, without colour
     cat -v "$tmp/screen" | head -n 40
     grep -q 'BOARD alive   LANDING' "$tmp/screen" && grep -q 'D1 .* in' "$tmp/screen" && grep -q 'T14 .* lb' "$tmp/screen" && ! grep -q $'\033\[1' "$tmp/screen"
 }
+advised_in_a_terminal() { # landing 5 until 2.5 s, before it warns
+    build/matrig-board --elf $elf --can "file:$work/landing5" --serial none --rig tests/runs/landing5.run 2>/dev/null || return 1
+    awk -F '[()]' '{if (!first) first = $2; if ($2 - first < 2.5) print}' "$work/landing5" >"$work/begun"
+    build/matrig --quiet log --can "file:$work/begun" --db "$work/begun.db" >/dev/null 2>&1
+    timeout 20 build/matrig live "$work/begun.db" --terminal --for 0.5 >"$tmp/lines" || return 1
+    cat "$tmp/lines"
+    tail -n 1 "$tmp/lines" | grep -Eq 'landing [0-9]+ .* advisory: the model expects a closed zone ahead before the gear stops: [0-9]+ mats, the wheel then at [0-9.]+ ft, zone ' &&
+        ! grep -q WARNING "$tmp/lines" && build/matrig --json live "$work/begun.db" | grep -Eq '"says": ?"advisory"'
+}
 state_as_json() {
     timeout 20 build/matrig --json live "$work/x.db" >"$tmp/state.json" || return 1
     head -c 300 "$tmp/state.json"
@@ -154,6 +163,33 @@ followers_only_watch() {
     kill $follow
     wait $follow
     return $result
+}
+# On a serial line alone, long after the board told its channels: the log asks for them, and every reading is there. Told in turn they would
+# take 8 s, and nobody would have asked.
+joined_on_serial() {
+    build/matrig-board --elf $elf --can none --serial "pty:$work/tty" --speed real --for 60 2>"$work/tty.err" &
+    local board=$! joined i whole=$port result=1
+    pids+=($board)
+    for ((i = 0; i < 100; i++)); do [ -e "$work/tty" ] && break; sleep 0.05; done
+    timeout 20 head -c 12000 <"$work/tty" | wc -c # what it tells at the beginning is 9 kB
+    build/matrig --quiet log --serial "serial:$work/tty" --db "$work/joined.db" --live 0 >/dev/null 2>"$work/joined.err" &
+    joined=$!
+    pids+=($joined)
+    port=$(address_in "$work/joined.err") || return 1
+    port=${port#http://127.0.0.1:}
+    port=${port%%/*}
+    for ((i = 0; i < 200; i++)); do
+        request "GET /state HTTP/1.1" "Host: localhost" | grep -o '"readings":.*"bands"' >"$tmp/readings"
+        grep -q 'calibration not told yet' "$tmp/readings" && echo "told that it is not calibrated"
+        [ "$(grep -o '\[-\?[0-9]' "$tmp/readings" | wc -l)" -ge 22 ] && result=0 && break
+        sleep 0.05
+    done
+    port=$whole
+    cat "$tmp/readings"
+    kill -INT $joined
+    wait $joined
+    kill $board
+    [ $result = 0 ] && [ "$(sqlite3 "$work/joined.db" "select count(*) from frames where can_id = 0x0b0 and hex(data) like '0100%'")" -ge 1 ]
 }
 ends_with_viewers() { # a viewer that reads nothing neither holds the log up nor its end
     exec 8<>"/dev/tcp/127.0.0.1/$port"
@@ -180,8 +216,10 @@ check "arm and disarm reach the board, and its refusal comes back" it_arms_and_d
 check "a viewer that comes back goes on where it was" events_go_on_where_they_were
 check "followed without a terminal: lines" followed_in_a_terminal
 check "followed in a terminal without colour" drawn_in_a_terminal
+check "what the predictor advises, in a terminal: an advisory, no warning" advised_in_a_terminal
 check "followed once, as JSON" state_as_json
 check "who follows a database gives no commands" followers_only_watch
+check "joined on serial: every channel is asked for" joined_on_serial
 check "the log loses nothing and ends with viewers that do not read" ends_with_viewers
 check "a port that is taken" fails_with 3 'cannot serve the live page at .*another port' build/matrig live "$work/x.db" --port "$(
     build/matrig live "$work/x.db" --port 0 --for 3 2>"$work/taken.err" >/dev/null &

@@ -79,6 +79,7 @@ check "one landing" one_landing
 check "SI units" si_units
 check "every axis has its unit" every_axis_has_a_unit
 check "a voided landing is left out, and that is said" voided
+check "every text is inside its picture, in both systems of units" python3 tests/report/texts_inside.py "$tmp/page.html" "$tmp/si.html"
 check "the same page again" made_again
 check "silly input" silly
 finish

@@ -336,6 +336,7 @@ page_find() { $m report "$tmp/find.jsonl" && grep -q 'above 1000' "$tmp/find.htm
 check "thresholds with their search" page_find
 page_missing() { head -n 900 "$tmp/whole.jsonl" >"$tmp/killed.jsonl" && $m --json report "$tmp/killed.jsonl" >"$tmp/o.json" && grep -q '^{"cases":900,"failed":0,"missing":100,' "$tmp/o.json" && grep -q '100 of 1000' "$tmp/killed.html"; }
 check "missing cases are shown as missing" page_missing
+check "every text is inside its picture" python3 tests/report/texts_inside.py "$tmp/whole.html" "$tmp/find.html" "$tmp/series.html"
 ranks() { nl | sort -g -k2 | awk '{ print $1, NR }' | sort -n | awk '{ print $2 }'; } # of the numbers on standard input, which all differ
 spearman() { # KEY: with peak_u_ft, by Spearman's formula for ranks without ties, to three decimals
     paste <(sed "s/.*\"$1\":\([0-9.e+-]*\).*/\1/" "$tmp/lhs4.jsonl" | ranks) <(sed 's/.*"peak_u_ft":\([0-9.e-]*\).*/\1/' "$tmp/lhs4.jsonl" | ranks) |

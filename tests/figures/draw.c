@@ -8,6 +8,7 @@
 #include "host/output.h"
 #include "host/report/html.h"
 #include "host/report/svg.h"
+#include "host/report/svg_words.h"
 #include "tests/figures/figures.h"
 
 #define CURVES 4
@@ -204,7 +205,7 @@ static enum mr_status draw_figure(FILE *out, const struct figure *figure, struct
     svg_open_file(out, 720, 430, title);
     fprintf(out, "<style>%s</style>\n<rect width=\"720\" height=\"430\" fill=\"#fff\"/>\n", style);
     fprintf(out, "<text class=\"label\" x=\"70\" y=\"18\" font-weight=\"bold\">%s</text>\n", title);
-    svg_legend(out, 70, 36, keys, count);
+    svg_legend(out, 70, 700, 36, keys, count);
     draw_panel(out, figure, profiles, run, true, 48);
     draw_panel(out, figure, profiles, run, false, 230);
     svg_close(out);

@@ -34,6 +34,8 @@ static struct live_model *model_made(void)
                 .unit_per_code = c.unit_per_code);
         MESSAGE(model, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = (uint8_t)i, .number = c.number, .band = c.band,
                 .zero_code = c.zero_code);
+        for (unsigned item = 0; item < MR_CALIBRATION_TABLE; item++)
+            MESSAGE(model, LINK_SERIAL, calibration, CALIBRATION, -1, .index = (uint8_t)i, .item = (uint8_t)item, .value = mr_channel_item(&c, item));
     }
     return model;
 }
@@ -164,6 +166,36 @@ static void a_restart_begins_anew(void **state)
     free(model);
 }
 
+/* The board tells a channel in parts. Before the last of them its codes make no number, and why is said. */
+static void what_is_not_calibrated_is_not_read(void **state)
+{
+    (void)state;
+    struct live_model *model = model_made(), *joined = malloc(sizeof *joined);
+    struct mr_channel_config c = stream_channel(0);
+    assert_non_null(joined);
+    assert_false(live_model_lacks_calibration(model));
+    live_model_start(joined, true, true);
+    MESSAGE(joined, LINK_SERIAL, hello, HELLO, -1, .layout = MR_LAYOUT);
+    assert_string_equal(live_model_reading_text(joined, 0), ""); /* nothing has come */
+    put_record(joined, 1, 0.5, 100.0);
+    assert_string_equal(live_model_reading_text(joined, 0), "calibration not told yet");
+    MESSAGE(joined, LINK_SERIAL, channel, CHANNEL, -1, .index = 0, .kind = c.kind, .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
+    MESSAGE(joined, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = 0, .number = c.number, .zero_code = c.zero_code);
+    /* A table of two points that doubles, half of which has come. */
+    const float items[] = {0, 0, 0, 0, -10, 10, 0, 2, 0, 0, 1};
+    for (unsigned i = 0; i < COUNT_OF(items); i++)
+        MESSAGE(joined, LINK_SERIAL, calibration, CALIBRATION, -1, .index = 0, .item = (uint8_t)i, .value = items[i]);
+    put_record(joined, 2, 0.5, 100.0);
+    assert_true(isnan(joined->reading[0].value));
+    MESSAGE(joined, LINK_SERIAL, calibration, CALIBRATION, -1, .index = 0, .item = COUNT_OF(items), .value = 2);
+    put_record(joined, 3, 0.5, 100.0);
+    assert_near(joined->reading[0].value, 1.0, 0.00042);
+    assert_string_equal(live_model_reading_text(joined, 0), "");
+    assert_true(live_model_lacks_calibration(joined)); /* the others */
+    free(joined);
+    free(model);
+}
+
 static void memory_is_bounded(void **state)
 {
     (void)state;
@@ -194,6 +226,63 @@ static void the_newer_statement_counts(void **state)
     MESSAGE(model, LINK_SERIAL, landing, LANDING, 1200, .state = 1, .cause = 1, .landing = 9, .block = 1200);
     assert_int_equal(model->warning.since_us, 0);
     assert_int_equal(model->landing, 9);
+    free(model);
+}
+
+static void put_verdict(struct live_model *model, int64_t block, uint8_t verdict, uint8_t reason)
+{
+    MESSAGE(model, LINK_CAN, zone_coming, ZONE_COMING, block, .mats = 34, .wheel_ft = 80.1f, .block16 = (uint16_t)block);
+    MESSAGE(model, LINK_CAN, zone_press, ZONE_PRESS, block, .compression_lb = 210.0f, .critical_lb = 190.0f, .block16 = (uint16_t)block);
+    MESSAGE(model, LINK_CAN, verdict, VERDICT, block, .verdict = verdict, .reason = reason, .block16 = (uint16_t)block);
+}
+
+static char *line_of(const struct live_model *model)
+{
+    char *text = NULL;
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    live_terminal_line(out, model, NOW_US, false);
+    fclose(out);
+    return text;
+}
+
+/* What the predictor advises is said as that, with its numbers, and is no warning. */
+static void an_advisory_is_no_warning(void **state)
+{
+    (void)state;
+    struct live_model *model = model_made();
+    MESSAGE(model, LINK_CAN, landing, LANDING, 900, .state = 2, .landing = 9, .block = 900);
+    uint64_t notices = model->notices;
+    put_verdict(model, 1000, 0, 0);
+    assert_false(live_model_advised(model));
+    put_verdict(model, 1050, 1, 2);
+    assert_true(live_model_advised(model));
+    assert_false(model->warning.on);
+    assert_int_equal(model->verdict.since_us, NOW_US + 1050000);
+    char *text = line_of(model);
+    assert_non_null(strstr(text, "advisory: the model expects a closed zone ahead before the gear stops: 34 mats, the wheel then at 80.1 ft, zone "));
+    assert_null(strstr(text, "WARNING"));
+    free(text);
+    put_verdict(model, 1100, 1, 3);
+    text = line_of(model);
+    assert_non_null(strstr(text, "advisory: the compression is beyond the critical one: 210 of 190 lb, zone "));
+    free(text);
+    for (int64_t block = 1150; block < 3000; block += 50) /* it comes and goes: told once a reason */
+        put_verdict(model, block, block % 100 == 0, block % 100 == 0 ? 3 : 0);
+    assert_int_equal(model->notices, notices + 2);
+    assert_string_equal(model->notice[(model->notices - 1) % LIVE_NOTICES].text, "advisory: the compression is beyond the critical one");
+    put_verdict(model, 3000, 1, 3);
+    put_verdict(model, 2900, 0, 0); /* the other link, behind */
+    assert_true(live_model_advised(model));
+    put_zone(model, LINK_CAN, 3050, true);
+    text = line_of(model);
+    assert_non_null(strstr(text, "WARNING"));
+    assert_null(strstr(text, "advisory"));
+    free(text);
+    MESSAGE(model, LINK_CAN, landing, LANDING, 4000, .state = 4, .landing = 9, .block = 4000);
+    assert_false(live_model_advised(model)); /* nobody predicts any more */
+    MESSAGE(model, LINK_CAN, landing, LANDING, 5000, .state = 1, .landing = 10, .block = 5000);
+    assert_int_equal(model->verdict.since_us, 0);
     free(model);
 }
 
@@ -453,8 +542,16 @@ static void every_terminal_shows_the_warning(void **state)
     }
     draw(model, 80, 24, true, &text);
     assert_non_null(strstr(text, "\033[1;30;43m"));
+    assert_null(strstr(text, "advisory"));
     assert_non_null(strstr(text, "0.5000 in"));
     assert_non_null(strstr(text, "100.0 lb"));
+    free(text);
+    put_zone(model, LINK_SERIAL, 149, false);
+    put_verdict(model, 200, 1, 3);
+    draw(model, 80, 24, true, &text);
+    assert_non_null(strstr(text, " advisory, no warning: 210 of 190 lb"));
+    assert_non_null(strstr(text, "the compression is beyond the critical one"));
+    assert_null(strstr(text, "\033[1;30;43m")); /* the warning's colours are the warning's */
     free(text);
     free(model);
 }
@@ -466,7 +563,9 @@ int main(void)
         cmocka_unit_test(can_fills_what_serial_does_not_bring),
         cmocka_unit_test(links_out_of_step_lose_nothing),
         cmocka_unit_test(a_restart_begins_anew),
+        cmocka_unit_test(what_is_not_calibrated_is_not_read),
         cmocka_unit_test(memory_is_bounded),
+        cmocka_unit_test(an_advisory_is_no_warning),
         cmocka_unit_test(the_newer_statement_counts),
         cmocka_unit_test(halves_of_two_statements_are_none),
         cmocka_unit_test(another_layout_means_nothing),

@@ -5,6 +5,7 @@
 
 #include "host/report/html.h"
 #include "host/report/svg.h"
+#include "host/report/svg_words.h"
 #include "tests/host/scratch.h"
 
 static void ticks_are_round_numbers(void **state)
@@ -215,9 +216,87 @@ static void text_is_escaped(void **state)
     free(drawn);
 }
 
+/* As Chromium measures DejaVu Sans on a canvas, 1000 px high. */
+static void words_are_as_wide_as_a_browser_says(void **state)
+{
+    (void)state;
+    assert_near(svg_text_width("with the third band, five landings", 1000.0), 16581.5, 50.0);
+    assert_near(svg_text_width("\u00b1", 1000.0), 837.9, 1.0);
+    assert_near(svg_text_width("1\u00a0of\u00a02", 12.0), svg_text_width("1 of 2", 12.0), 1e-9);
+}
+
+static size_t count_of(const char *text, const char *what)
+{
+    size_t count = 0;
+    for (const char *at = strstr(text, what); at; at = strstr(at + 1, what))
+        count++;
+    return count;
+}
+
+/* Lines are within their width, no word is lost, and what is joined stays joined. */
+static void a_block_stays_within_its_width(void **state)
+{
+    static const char text[] = "with the third band, five landings (1\u00a0of\u00a01)";
+    (void)state;
+    for (double width_px = 40.0; width_px < 400.0; width_px += 7.0) {
+        const struct svg_block block = {.class = "key", .x = 10.0, .y = 20.0, .width_px = width_px, .size_px = 12.0, .line_px = 15.0};
+        FILE *out = open_memstream(&drawn, &drawn_length);
+        size_t lines = svg_block(out, &block, text), words = 0;
+        fclose(out);
+        assert_int_equal(lines, svg_block_lines(&block, text));
+        assert_int_equal(lines, count_of(drawn, "<text "));
+        const char *at = drawn;
+        for (size_t i = 0; i < lines; i++) {
+            char line[200], start[60];
+            snprintf(start, sizeof start, "x=\"10.0\" y=\"%.1f\">", 20.0 + 15.0 * (double)i);
+            at = strstr(at, start);
+            assert_non_null(at);
+            at += strlen(start);
+            snprintf(line, sizeof line, "%.*s", (int)strcspn(at, "<"), at);
+            words += 1 + count_of(line, " ");
+            if (strchr(line, ' '))
+                assert_true(svg_text_width(line, 12.0) <= width_px);
+        }
+        assert_int_equal(words, 7);
+        assert_non_null(strstr(drawn, "(1\u00a0of\u00a01)"));
+        free(drawn);
+    }
+}
+
+/* As many keys as there may be, each of a row's length, an odd one between: none goes beyond the right end, none shares a place. */
+static void a_legend_stays_between_its_ends(void **state)
+{
+    (void)state;
+    const struct svg_key keys[] = {{"line a", "cleat_every 0.0025 and the rest of it"}, {"dot b", "x"}, {"line c", "cleat_every 0.0050 and the rest of it"},
+                                   {"line d", "cleat_every 0.0075 and the rest of it"}, {"line e", "cleat_every 0.0100 and the rest of it"}, {"line f", "two & two"}};
+    for (double right = 300.0; right < 1500.0; right += 100.0) {
+        double last_x = -1.0, last_y = 0.0;
+        FILE *out = open_memstream(&drawn, &drawn_length);
+        svg_legend(out, 58.0, right, 14.0, keys, COUNT_OF(keys));
+        fclose(out);
+        const char *at = drawn;
+        for (size_t i = 0; i < COUNT_OF(keys); i++) {
+            double x, y;
+            at = strstr(at, "<text class=\"tick\" ") + strlen("<text class=\"tick\" ");
+            assert_int_equal(sscanf(at, "x=\"%lf\" y=\"%lf\"", &x, &y), 2);
+            assert_true(x + svg_text_width(keys[i].text, SVG_KEY_SIZE_PX) <= right);
+            assert_true(y > last_y || x > last_x + svg_text_width(keys[i - 1].text, SVG_KEY_SIZE_PX));
+            last_x = x;
+            last_y = y;
+        }
+        assert_near(last_y, 14.0 + SVG_KEY_ROW_PX * (double)(svg_legend_rows(58.0, right, keys, COUNT_OF(keys)) - 1), 1e-9);
+        assert_non_null(strstr(drawn, "two &amp; two"));
+        free(drawn);
+    }
+    assert_int_equal(svg_legend_rows(58.0, 1500.0, keys, 0), 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(words_are_as_wide_as_a_browser_says),
+        cmocka_unit_test(a_block_stays_within_its_width),
+        cmocka_unit_test(a_legend_stays_between_its_ends),
         cmocka_unit_test(ticks_are_round_numbers),
         cmocka_unit_test(no_ticks_without_a_range),
         cmocka_unit_test(ranges_widen),

@@ -107,7 +107,7 @@
     const axis = { stroke: () => palette.soft, grid: { stroke: () => palette.grid, width: 1 }, ticks: { show: false }, font: '11px system-ui' };
     strip.plot = new uPlot({
       width: Math.max(60, strip.box.clientWidth), height: strip.box.clientHeight || 80,
-      cursor: { show: false }, legend: { show: false }, padding: [7, 4, 0, 0],
+      cursor: { show: false }, legend: { show: false }, padding: [7, 14, 0, 0],
       scales: { x: { time: false, range: () => [endOfTime() - span, endOfTime()] }, y: { range: () => ranges[kind] } },
       axes: [
         { ...axis, size: 18, gap: 2, space: 55, values: (u, ticks) => ticks.map((t) => (t < 0 ? '' : fixed(t, Number.isInteger(t) ? 0 : 1) + ' s')) },
@@ -228,7 +228,7 @@
       const x = atFt(at / u.factor);
       root.append(svg('line', { class: 'tick', x1: x, x2: x, y1: 130, y2: 136 }), svg('text', { class: 'soft', x, y: 149, 'text-anchor': 'middle' }, String(at)));
     }
-    root.append(svg('text', { class: 'soft', x: WIDTH / 2, y: 168, 'text-anchor': 'middle' }, 'station, ' + u.text +
+    root.append(svg('text', { class: 'soft caption', x: WIDTH / 2, y: 168, 'text-anchor': 'middle' }, 'station, ' + u.text +
       ' · ▼ transducer · ▮ switch, filled: the gear has passed · stronger shade: less slack, dotted: not surveyed · hatched: closed joints'));
     if (configuration.runway.touchdown_ft !== null) {
       const x = atFt(configuration.runway.touchdown_ft);
@@ -276,6 +276,18 @@
   const leadWords = (zone) => (zone.lead_s === null ? 'no time to it known' : zone.lead_s === 0 ? 'the wheel is at it' : 'wheel there in ' + fixed(zone.lead_s, 2) + ' s');
   const zoneWords = (zone, lead) => zone.mats + ' mats closed ahead, stations ' + fixed(zone.start_ft === null ? null : zone.start_ft * unit('station').factor, 1) + ' to ' + shown(zone.end_ft, 'station', 1) +
     (lead ? '; ' + leadWords(zone) : '') + '; ' + zone.inferred_percent + ' % of it by the survey alone';
+  /* An advisory may come and go 20 times a second: it is shown for a second at least. */
+  const ADVICE_MS = 1000;
+  let advice = null, advisedAt = -ADVICE_MS;
+  const adviceWords = (v) => v.reason + (v.coming_mats !== null ? ': ' + v.coming_mats + ' mats, the wheel then at ' + shown(v.coming_wheel_ft, 'station', 1)
+    : v.compression_lb !== null ? ': ' + fixed(v.compression_lb * unit('tension').factor, 0) + ' of ' + shown(v.critical_lb, 'tension', 0) : '');
+  const advised = () => {
+    const v = state.verdict;
+    if (v && v.advisory) { advice = v; advisedAt = performance.now(); }
+    return advice !== null && performance.now() - advisedAt < ADVICE_MS;
+  };
+  const quietWords = () => (state.zone.mats > 0 ? 'longest closed run: ' + state.zone.mats + ' mats; warned of from ' + configuration.limits.warning_mats : 'no closed joints ahead') +
+    (state.verdict && state.verdict.since_us > 0 ? '; advised at ' + clock(state.verdict.since_us) + ': ' + state.verdict.since_reason : '');
   const showWarning = () => {
     const w = state.warning, box = $('warning'), past = !w.on && w.since_us > 0;
     box.hidden = !(w.on || (past && seen !== w.since_us));
@@ -286,10 +298,12 @@
       say('warning-text', w.on ? zoneWords(state.zone, true) : 'longest: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
-    document.title = (w.on ? '▲ WARNING · ' : '') + state.state + ' · matrig live';
+    const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
+    document.title = (w.on ? '▲ WARNING · ' : advises ? 'advisory · ' : '') + state.state + ' · matrig live';
     sound(w.on);
     if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(state.zone));
-    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'was given' : 'none', state.zone.mats > 0 ? 'longest closed run: ' + state.zone.mats + ' mats; warned of from ' + configuration.limits.warning_mats : 'no closed joints ahead');
+    else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. No warning: the lamp is dark');
+    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'was given' : 'none', quietWords());
   };
   const silentMs = () => (state && state.heard_us ? (state.now_us - state.heard_us) / 1000 + (performance.now() - stateAt) : Infinity);
   const showBoard = () => {
@@ -462,23 +476,33 @@
     if (changed) { makeStrips(); drawRunway(); }
     showState();
   };
-  let source = null, retryMs = 250, retry = 0, lastId = '';
+  let source = null, retryMs = 250, retry = 0, lastId = '', refused = '';
   const connect = () => {
     clearTimeout(retry);
     if (source) source.close();
-    source = new EventSource('/events');
+    source = new EventSource('/events' + (token ? '?token=' + encodeURIComponent(token) : '')); /* no header can go along */
     const on = (name, take) => source.addEventListener(name, (event) => {
       heardFrom = performance.now();
       lastId = event.lastEventId;
       connected = true;
       retryMs = 250;
+      refused = '';
       take(JSON.parse(event.data));
     });
     on('configuration', takeConfiguration);
     on('readings', takeReadings);
     on('state', (told) => { state = told; stateAt = performance.now(); showState(); });
     /* The browser comes back by itself, with Last-Event-ID; when it has given up, or hangs, we do. */
-    source.onerror = () => { if (source.readyState === EventSource.CLOSED) again(); };
+    source.onerror = () => { if (source.readyState === EventSource.CLOSED) { askWhy(); again(); } };
+  };
+  /* An event source does not tell why it was refused; the same request in another way does. */
+  const askWhy = async () => {
+    const asking = new AbortController();
+    try {
+      const answer = await fetch('/events', { signal: asking.signal });
+      refused = answer.status === 503 ? (await answer.text()).trim() : '';
+    } catch (e) { refused = ''; /* nobody is there */ }
+    asking.abort();
   };
   const again = () => {
     clearTimeout(retry);
@@ -491,7 +515,7 @@
     $('offline').hidden = !old;
     document.body.classList.toggle('stale', old);
     if (old) {
-      say('offline', '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old');
+      say('offline', '✕ NO CONNECTION to matrig for ' + fixed(ms / 1000, 0) + ' s: what is shown is old' + (refused ? '. ' + refused : ''));
       document.title = 'no connection · matrig live';
       sound(false);
       if (ms > 5000 && !retry) { retry = setTimeout(() => { retry = 0; connect(); }, retryMs); retryMs = Math.min(2 * retryMs, 8000); }
