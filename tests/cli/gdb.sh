@@ -150,10 +150,10 @@ reset_connections() { # the board goes on, and the next debugger finds it as it 
 reset_connections_of_a_port() {
     timeout 120 build/matrig-board --elf $elf --gdb 0 2>"$tmp/port.err" &
     board=$!
-    for _ in $(seq 200); do grep -q localhost "$tmp/port.err" && break; sleep 0.05; done
-    local port=$(sed -n 's/.*localhost://p' "$tmp/port.err")
+    for _ in $(seq 200); do grep -q 'target remote' "$tmp/port.err" && break; sleep 0.05; done
+    local port=$(sed -n 's/.*target remote .*://p' "$tmp/port.err")
     resets "$port" 100 && kill -0 $board || return 1
-    timeout 60 gdb-multiarch -nx -q -batch -ex "target remote localhost:$port" -ex 'monitor time' -ex kill $elf >"$tmp/session" 2>&1
+    timeout 60 gdb-multiarch -nx -q -batch -ex "target remote 127.0.0.1:$port" -ex 'monitor time' -ex kill $elf >"$tmp/session" 2>&1
     wait $board || return 1
     cat "$tmp/session"
     says '^[0-9.]+ s virtual'
