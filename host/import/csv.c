@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/import/stray.h"
+
 #define FIELDS_MAX 1024u
 #define NUMBER_MAX 64u
 
@@ -24,6 +26,11 @@ struct table {
     double last_s, before_s; /* of the last row taken, and of the one before it */
     size_t last_line;
     size_t rows;
+    struct stray stray;
+    struct {
+        size_t line, count; /* the last header lines that read as rows: the first of them, and how many */
+        double time_s;      /* of the last of them */
+    } eaten;
 };
 
 static bool blank(char c)
@@ -64,8 +71,8 @@ static bool split(struct table *t, const char *line, size_t length)
     }
 }
 
-/* The next line that says something. `whole`: it ends with a newline. */
-static bool next_line(struct table *t, const char **line, size_t *length, bool *whole)
+/* The next line that is no comment and, unless `blanks`, says something. `whole`: it ends with a newline. */
+static bool next_line(struct table *t, bool blanks, const char **line, size_t *length, bool *whole)
 {
     while (t->at < t->end) {
         const char *newline = memchr(t->at, '\n', (size_t)(t->end - t->at));
@@ -77,7 +84,7 @@ static bool next_line(struct table *t, const char **line, size_t *length, bool *
         size_t said = *length;
         while (said && blank((*line)[said - 1]))
             said--;
-        if (said && (!t->mapping->comment || **line != t->mapping->comment))
+        if (said ? !t->mapping->comment || **line != t->mapping->comment : blanks)
             return true;
     }
     return false;
@@ -99,30 +106,7 @@ static enum mr_status find_column(const struct table *t, const char *name, unsig
     if (*place && *place <= FIELDS_MAX)
         return MR_OK;
     return error_set(error, MR_MALFORMED, "no column '%s': %s line %zu; the mapping must name it as it stands there%s", name, t->path,
-                     t->line, t->mapping->header_lines ? "" : ", or number it, without header_lines");
-}
-
-static enum mr_status take_header(struct table *t, struct error *error)
-{
-    struct mapping *m = t->mapping;
-    const char *line;
-    size_t length;
-    bool whole;
-    if (t->end - t->at >= 3 && memcmp(t->at, "\xef\xbb\xbf", 3) == 0) /* a mark of UTF-8 */
-        t->at += 3;
-    for (unsigned i = 0; i < m->header_lines; i++) {
-        if (!next_line(t, &line, &length, &whole))
-            return error_set(error, MR_MALFORMED, "only %u of %u header lines: %s line %zu; see the mapping's header_lines", i,
-                             m->header_lines, t->path, t->line);
-        if (!split(t, line, length))
-            return error_set(error, MR_MALFORMED, "more than %u columns: %s line %zu; is the separator '%c'?", FIELDS_MAX, t->path, t->line,
-                             m->separator);
-    }
-    t->columns = m->header_lines ? t->fields : 0;
-    enum mr_status status = find_column(t, m->time_column, &m->time_place, error);
-    for (size_t c = 0; c < m->channels && status == MR_OK; c++)
-        status = find_column(t, m->channel[c].column, &m->channel[c].place, error);
-    return status;
+                     t->line, t->mapping->header_lines ? "; header_lines counts blank lines, and no comments" : ", or number it, without header_lines");
 }
 
 /* NaN and true: missing. False: no number. */
@@ -150,6 +134,49 @@ static bool take_number(const struct mapping *m, struct field field, double *val
     return *end == '\0' && isfinite(*value);
 }
 
+/* All of the mapping's columns that are counted are numbers. */
+static bool reads_as_row(const struct table *t, double *time_s)
+{
+    const struct mapping *m = t->mapping;
+    double value;
+    if (!m->time_place || m->time_place > t->fields || !take_number(m, t->field[m->time_place - 1], time_s) || isnan(*time_s))
+        return false;
+    for (size_t c = 0; c < m->channels; c++) {
+        unsigned place = m->channel[c].place;
+        if (!place || place > t->fields || !take_number(m, t->field[place - 1], &value))
+            return false;
+    }
+    *time_s *= m->time_unit_s;
+    return true;
+}
+
+static enum mr_status take_header(struct table *t, struct error *error)
+{
+    struct mapping *m = t->mapping;
+    const char *line;
+    size_t length;
+    bool whole;
+    if (t->end - t->at >= 3 && memcmp(t->at, "\xef\xbb\xbf", 3) == 0) /* a mark of UTF-8 */
+        t->at += 3;
+    for (unsigned i = 0; i < m->header_lines; i++) {
+        if (!next_line(t, true, &line, &length, &whole))
+            return error_set(error, MR_MALFORMED, "only %u of %u header lines: %s line %zu; see the mapping's header_lines", i,
+                             m->header_lines, t->path, t->line);
+        if (!split(t, line, length))
+            return error_set(error, MR_MALFORMED, "more than %u columns: %s line %zu; is the separator '%c'?", FIELDS_MAX, t->path, t->line,
+                             m->separator);
+        bool row = reads_as_row(t, &t->eaten.time_s);
+        t->eaten.line = row && t->eaten.count ? t->eaten.line : t->line;
+        t->eaten.count = row ? t->eaten.count + 1 : 0;
+    }
+    bool blank_line = t->fields == 1 && t->field[0].length == 0;
+    t->columns = m->header_lines && !t->eaten.count && !blank_line ? t->fields : 0;
+    enum mr_status status = find_column(t, m->time_column, &m->time_place, error);
+    for (size_t c = 0; c < m->channels && status == MR_OK; c++)
+        status = find_column(t, m->channel[c].column, &m->channel[c].place, error);
+    return status;
+}
+
 static bool bad(struct table *t, const char *line, const char *at, bool whole, const char *what)
 {
     if (whole)
@@ -168,6 +195,7 @@ static bool take_back(struct table *t, double time_s)
         struct series *series = &t->mapping->channel[c].series;
         series->count -= series->count && series->time_s[series->count - 1] == t->last_s;
     }
+    stray_take_back(&t->stray);
     t->verdict->bad_lines++;
     t->rows--;
     verdict_set(t->verdict, MR_MALFORMED, t->last_line, 1, "the time jumps");
@@ -194,20 +222,36 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     if (!take_number(m, t->field[m->time_place - 1], &value) || isnan(value))
         return bad(t, line, t->field[m->time_place - 1].at, whole, "no time");
     *time_s = value * m->time_unit_s;
+    if (fabs(*time_s) > STRAY_TIME_MOST_S)
+        return bad(t, line, t->field[m->time_place - 1].at, whole, "a time that no clock shows");
     if (!(*time_s > t->last_s) && !take_back(t, *time_s))
         return bad(t, line, t->field[m->time_place - 1].at, whole, "the time does not go on");
     for (size_t c = 0; c < m->channels; c++) {
         unsigned place = m->channel[c].place;
         if (place > t->fields || !take_number(m, t->field[place - 1], &value))
             return bad(t, line, place > t->fields ? line + length : t->field[place - 1].at, whole, "no number");
+        if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MOST)
+            return bad(t, line, t->field[place - 1].at, whole, "a value that no instrument reads");
     }
     return true;
+}
+
+/* Header lines that go on into the rows are rows: header_lines is too large, and they are lost. */
+static void judge_header(struct table *t, double first_s, double second_s)
+{
+    double before_s = first_s - t->eaten.time_s;
+    if (!t->eaten.count || !(before_s > 0.0 && before_s <= 1.5 * (second_s - first_s)))
+        return;
+    t->verdict->bad_lines += t->eaten.count;
+    verdict_set(t->verdict, MR_MALFORMED, t->eaten.line, 1, "a row among the header lines; see header_lines");
 }
 
 static enum mr_status take_row(struct table *t, double time_s)
 {
     struct mapping *m = t->mapping;
-    enum mr_status status = MR_OK;
+    enum mr_status status = stray_add(&t->stray, time_s, t->line);
+    if (t->rows == 1)
+        judge_header(t, t->last_s, time_s);
     t->before_s = t->last_s;
     t->last_s = time_s;
     t->last_line = t->line;
@@ -217,7 +261,7 @@ static enum mr_status take_row(struct table *t, double time_s)
         double value;
         take_number(m, t->field[channel->place - 1], &value);
         if (!isnan(value))
-            status = series_add(&channel->series, time_s, value * channel->scale + channel->offset);
+            status = series_add(&channel->series, time_s, mapping_value(channel, value));
     }
     return status;
 }
@@ -231,10 +275,13 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
     double time_s;
     bool whole;
     enum mr_status status = take_header(&t, error);
-    while (status == MR_OK && next_line(&t, &line, &length, &whole)) {
+    while (status == MR_OK && next_line(&t, false, &line, &length, &whole)) {
         if (check_row(&t, line, length, whole, &time_s))
             status = take_row(&t, time_s);
     }
+    if (status == MR_OK)
+        t.rows -= stray_cut(&t.stray, mapping->channel, mapping->channels, verdict);
+    stray_free(&t.stray);
     *rows = t.rows;
     if (status == MR_FULL)
         return error_set(error, status, "no memory: %s line %zu; import it in parts", path, t.line);

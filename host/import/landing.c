@@ -12,6 +12,7 @@
 #define BLOCK_US 1000.0
 #define MIDDLE_US 437.5     /* of the eight scans of a block: host/analyse/measured.h */
 #define BLOCKS_MAX 3600000
+#define BOARD_BLOCKS 4294967295.0 /* a board counts them in 32 bits */
 #define STATE_DONE 4
 #define USUAL_GAP 1.5       /* of the usual time between samples: more is missing data */
 #define SWITCH_EVERY_FT 5.0 /* as the rig has them, where neither a landing nor the mapping says */
@@ -132,7 +133,10 @@ static enum mr_status place_in_time(struct work *w, struct error *error)
     }
     w->base_us += 1e6 * m->shift_s;
     double from = floor((w->base_us + 1e6 * first_s) / BLOCK_US), to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
-    if (to < 0.0 || to > 4e9)
+    if (!(to <= BOARD_BLOCKS))
+        return error_set(error, MR_USAGE, "ends %.3g s after the board's time begins: %s; a board counts to %.0f s, see the mapping's unit, "
+                         "shift_s and align", 1e-3 * to, w->request->path, 1e-3 * BOARD_BLOCKS);
+    if (to < 0.0)
         return error_set(error, MR_USAGE, "ends %.3f s before the board's time begins: %s; see the mapping's shift_s and align",
                          -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
     if (from < 0.0) {
@@ -269,8 +273,11 @@ static enum mr_status put_switch(struct work *w, unsigned position, double stati
     struct store_switch place = {position, 1, station_ft};
     if (isnan(station_ft))
         place.station_ft = SWITCH_FIRST_FT + SWITCH_EVERY_FT * (position - 1);
-    if (!isnan(edge_s) && w->founds < SWITCHES_MAX)
-        w->found[w->founds++] = (struct found){w->base_us + 1e6 * edge_s, position};
+    double edge_us = w->base_us + 1e6 * edge_s;
+    if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BOARD_BLOCKS * BLOCK_US))
+        cli_note(w->request->cli, "the edge of switch %u lies outside the board's time and is left out", position);
+    else if (!isnan(edge_s) && w->founds < SWITCHES_MAX)
+        w->found[w->founds++] = (struct found){edge_us, position};
     return store_switch_put(w->store, w->run, &place, error);
 }
 

@@ -34,6 +34,11 @@ enum mr_status series_add(struct series *series, double time_s, double value)
     return MR_OK;
 }
 
+double mapping_value(const struct mapping_channel *channel, double read)
+{
+    return read * channel->scale + channel->offset;
+}
+
 /* ---- names ---- */
 
 static bool number_after(const char *text, size_t letters, unsigned most, unsigned *number)

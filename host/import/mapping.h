@@ -6,7 +6,8 @@
  *      "channels": [{"column": "Weg 1", "channel": "d1", "unit": "mm", "scale": 2.5, "offset": -1, "station_ft": 40, "error": 0.05}],
  *      "touchdown_ft": 3, "switch_error_ft": 0.001, "gap_s": 0.01}
  *
- * A column is named as the last header line names it, or counted from 1. A channel is d1 to d8 (in, mm, cm, m), t1 to t14 (lb, N, kN,
+ * `header_lines` counts the lines above the rows as an editor does, blank ones too, but no comments. A column is named as the last of
+ * them names it, or counted from 1. A channel is d1 to d8 (in, mm, cm, m), t1 to t14 (lb, N, kN,
  * kip), gear (station of the lead wheel: ft, m; where it passes a switch is an edge) or switch1 to switch64 (an edge where the value
  * passes `threshold`, `edge` rising or falling; `station_ft` says where it is). value = (what stands there * scale + offset) in `unit`.
  * `error`: standard error of a reading, in `unit`.
@@ -78,6 +79,9 @@ enum mr_status mapping_parse(const char *text, size_t length, const char *path, 
 bool mapping_of_export(const char *text, size_t length, struct mapping *mapping);
 void mapping_free(struct mapping *mapping);
 
+#define MAPPING_VALUE_MOST 1e30 /* a float holds it, and a double its square */
+/* What stands in the file, in the report's unit. */
+double mapping_value(const struct mapping_channel *channel, double read);
 /* MR_FULL: no memory. */
 enum mr_status series_add(struct series *series, double time_s, double value);
 /* Of the channel that `text` names ("d3", "t14", "gear", "switch7"); false: there is none. */
