@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/analyse/measured_source.h"
 #include "host/cli.h"
 #include "host/compare/picture.h"
 #include "host/compare/series.h"
@@ -123,6 +124,7 @@ static int compare_one(struct store *store, const struct request *request, struc
         else
             compare_show(stdout, &landing.figures, cli->si);
     }
+    measured_aside_note(&landing.measured, cli);
     compare_landing_free(&landing);
     if (error->status != MR_OK)
         return cli_fail(error);

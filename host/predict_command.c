@@ -7,6 +7,7 @@
 
 #include "common/predictor.h"
 #include "host/analyse/gear.h"
+#include "host/analyse/measured_source.h"
 #include "host/analyse/predict_again.h"
 #include "host/analyse/zones.h"
 #include "host/cli.h"
@@ -239,6 +240,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     predict->gear = (struct known_gear){0};
     predict->rows = json_array();
     enum mr_status status = measured_load(store, run, &predict->measured, error);
+    measured_aside_note(&predict->measured, cli);
     if (status == MR_OK && predict->measured.source == MEASURED_NOTHING)
         status = error_set(error, MR_USAGE, "no readings: RUN %lld has neither blocks nor displacements", (long long)run);
     const char *board = predict->measured.landing.board_uid;

@@ -60,6 +60,12 @@ struct measured_check {
     double worst_digits;
 };
 
+/* What is set aside because its time lies far from the landing's (host/analyse/measured_moments.h). */
+struct measured_aside {
+    size_t blocks, messages, edges, readings; /* readings: of an imported file */
+    int64_t block; /* of the first of them */
+};
+
 struct measured {
     struct store_landing landing;
     enum measured_source source; /* of most block records; without any CAN */
@@ -68,6 +74,7 @@ struct measured {
     int64_t blocks_from[MEASURED_SOURCES]; /* how many of the samples */
     int64_t first_block;
     int64_t skipped_blocks; /* of a landing that was armed long before: what lies further back is in the campaign alone */
+    struct measured_aside aside;
     size_t samples;
     int64_t t0_us; /* board time of t_s = 0 */
     bool t0_is_touchdown;

@@ -7,68 +7,20 @@
 #include "common/catalogue.h"
 #include "common/watch.h"
 #include "common/wire.h"
+#include "host/analyse/measured_blocks.h"
+#include "host/analyse/measured_import.h"
 #include "host/analyse/measured_source.h"
 #include "host/link/link.h"
-#include "host/store/store_import.h"
 #include "host/store/store_recalibrate.h"
 
-struct block_list {
-    struct mr_block *block;
-    uint8_t *source; /* enum measured_source */
-    size_t count;
-    size_t room;
-    size_t known; /* sources */
-    int64_t from; /* blocks before it are passed over */
-    int64_t skipped;
-};
-
-static enum mr_status keep_block(void *context, const uint8_t *record, size_t length)
-{
-    struct block_list *list = context;
-    struct mr_block block;
-    enum mr_status status = mr_block_get(&block, record, length);
-    if (status != MR_OK)
-        return status;
-    if ((int64_t)block.index < list->from) {
-        list->skipped++;
-        return MR_OK;
-    }
-    if (list->count == list->room) {
-        size_t room = list->room ? 2 * list->room : 4096;
-        struct mr_block *larger = realloc(list->block, room * sizeof *larger);
-        uint8_t *sources = realloc(list->source, room);
-        list->block = larger ? larger : list->block;
-        list->source = sources ? sources : list->source;
-        if (!larger || !sources)
-            return MR_FULL;
-        list->room = room;
-    }
-    list->block[list->count++] = block;
-    return MR_OK;
-}
-
-static void keep_source(void *context, int64_t index, int link)
-{
-    struct block_list *list = context;
-    if (index >= list->from && list->known < list->count)
-        list->source[list->known++] = link == STORE_LINK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
-}
-
-/* Blocks of a landing. */
-struct span {
-    int64_t first, last;
-    bool any;
-};
-
-static void add_to_span(struct span *span, int64_t first, int64_t last)
+void measured_span_add(struct measured_span *span, int64_t first, int64_t last)
 {
     span->first = span->any && span->first < first ? span->first : first;
     span->last = span->any && span->last > last ? span->last : last;
     span->any = true;
 }
 
-/* Room for the samples of every measuring channel, all lost so far. */
-static enum mr_status make_series(struct measured *measured, const struct span *span, struct error *error)
+enum mr_status measured_make_series(struct measured *measured, const struct measured_span *span, struct error *error)
 {
     size_t samples = (size_t)(span->last - span->first) + 1;
     measured->first_block = span->first;
@@ -89,11 +41,9 @@ static enum mr_status make_series(struct measured *measured, const struct span *
     return MR_OK;
 }
 
-/* A landing of more samples than this has an impossible block index in it. */
 #define SAMPLES_MAX 3600000
 
-static enum mr_status check_span(const struct measured *measured, int64_t first, int64_t last,
-                                 struct error *error)
+enum mr_status measured_check_span(const struct measured *measured, int64_t first, int64_t last, struct error *error)
 {
     if (last >= first && last - first < SAMPLES_MAX)
         return MR_OK;
@@ -210,9 +160,19 @@ static const struct decimated *find_decimated(const struct store_frame *frame)
 }
 
 struct spans {
-    struct span blocks, all;
+    struct measured_span blocks, all;
     int64_t from;
+    const struct moments *moments;
+    struct measured_aside *aside;
 };
+
+/* Times of the messages that measure. */
+static enum mr_status add_moment(void *context, const struct store_frame *frame)
+{
+    if (find_decimated(frame))
+        moments_add(context, frame->board_us / 1000);
+    return MR_OK;
+}
 
 /* What a message is the mean of is added where it lies before or behind all block records. */
 static enum mr_status find_span(void *context, const struct store_frame *frame)
@@ -222,10 +182,14 @@ static enum mr_status find_span(void *context, const struct store_frame *frame)
     if (!message)
         return MR_OK;
     int64_t last = frame->board_us / 1000, first = last - (int64_t)message->blocks + 1;
+    if (!moments_hold(spans->moments, last)) {
+        measured_set_aside(spans->aside, &spans->aside->messages, last);
+        return MR_OK;
+    }
     if (first < spans->from)
         return MR_OK;
     if (!spans->blocks.any || last < spans->blocks.first || first > spans->blocks.last)
-        add_to_span(&spans->all, first, last);
+        measured_span_add(&spans->all, first, last);
     return MR_OK;
 }
 
@@ -295,12 +259,12 @@ static enum mr_status check_against_message(void *context, const struct store_fr
 }
 
 /* `span`: of the blocks and of what CAN adds to them. */
-static enum mr_status series_from_blocks(struct measured *measured, const struct block_list *list, const struct span *span,
+static enum mr_status series_from_blocks(struct measured *measured, const struct measured_blocks *list, const struct measured_span *span,
                                          struct error *error)
 {
     size_t from_box = 0;
     struct mr_watch watch = {0};
-    enum mr_status status = make_series(measured, span, error);
+    enum mr_status status = measured_make_series(measured, span, error);
     for (size_t b = 0; b < list->count && status == MR_OK; b++) {
         const struct mr_block *block = &list->block[b];
         if (!watch.recording && (int64_t)block->index >= measured->landing.armed_block)
@@ -315,28 +279,13 @@ static enum mr_status series_from_blocks(struct measured *measured, const struct
 }
 
 /* A board may be armed for hours before the gear comes: that is not held in memory. INT64_MIN: all of it. */
-static int64_t find_from(const struct measured *measured, int64_t blocks)
+static int64_t find_from(const struct measured *measured, const struct moments *moments)
 {
+    int64_t blocks = moments->groups ? 1000 * (moments->group[moments->groups - 1].to_s - moments->group[0].from_s) : 0;
     if (blocks <= 2 * MEASURED_BEFORE_BLOCKS || measured->landing.armed_block == STORE_NONE)
         return INT64_MIN;
-    int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0) : measured->landing.armed_block + blocks;
+    int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0) : 1000 * (moments->group[moments->groups - 1].to_s + 1);
     return until - MEASURED_BEFORE_BLOCKS;
-}
-
-static enum mr_status load_blocks(struct store *store, const struct measured *measured, struct block_list *list, struct error *error)
-{
-    int64_t run = measured->landing.id, count = 0;
-    enum mr_status status = store_blocks_count(store, run, &count, error);
-    if (status != MR_OK)
-        return status;
-    list->from = find_from(measured, count);
-    status = store_blocks_each(store, run, keep_block, list, error);
-    if (status == MR_FULL)
-        return error_set(error, status, "no memory: RUN %lld; close other programs", (long long)run);
-    if (status != MR_OK)
-        return error_set(error, MR_MALFORMED, "damaged block record: RUN %lld of %s; the database is damaged", (long long)run,
-                         store_path(store));
-    return store_block_links_each(store, run, keep_source, list, error);
 }
 
 /* Where both are, the messages are held against the block records first: then they fill what these lack. */
@@ -353,85 +302,91 @@ static enum mr_status take_messages(struct store *store, struct measured *measur
     return status;
 }
 
-/* ---- readings of another instrument ---- */
+/* ---- which times are the landing's ---- */
 
-#define STRIDE_MAX 1000
-
-static enum mr_status fill_from_import(struct measured *measured, const struct store_imported *rows, size_t count, struct error *error)
+static void add_row(void *context, int64_t index, int link)
 {
-    int64_t first = rows[0].first_block, last = first;
-    for (size_t r = 0; r < count; r++) {
-        first = rows[r].first_block < first ? rows[r].first_block : first;
-        last = rows[r].first_block < SAMPLES_MAX * 1000ll && rows[r].first_block + (int64_t)rows[r].count - 1 > last
-                   ? rows[r].first_block + (int64_t)rows[r].count - 1
-                   : last;
-    }
-    enum mr_status status = first < 0 ? check_span(measured, 0, -1, error) : check_span(measured, first, last, error);
-    if (status == MR_OK)
-        status = make_series(measured, &(struct span){first, last, true}, error);
-    for (size_t r = 0; r < count && status == MR_OK; r++) {
-        if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block > last)
-            continue;
-        struct measured_channel *channel = &measured->channel[rows[r].index];
-        channel->stride = rows[r].stride >= 1 && rows[r].stride <= STRIDE_MAX ? (size_t)rows[r].stride : 1;
-        for (size_t i = 0; i < rows[r].count; i++) {
-            size_t at = (size_t)(rows[r].first_block - first) + i;
-            channel->raw[at] = rows[r].reading[i];
-            if (!isnan(channel->raw[at]))
-                channel->validity[at] = MR_VALID;
-            channel->source[at] = MEASURED_IMPORT;
-        }
-    }
-    measured->source = MEASURED_IMPORT;
-    return status;
+    (void)link;
+    moments_add(context, index);
 }
 
-static enum mr_status series_from_import(struct store *store, struct measured *measured, struct error *error)
+enum mr_status measured_judge(struct measured *measured, struct moments *moments, struct error *error)
 {
-    struct store_imported *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = store_imported(store, measured->landing.id, &rows, &count, error);
-    if (status == MR_OK && count)
-        status = fill_from_import(measured, rows, count, error);
-    store_imported_free(rows, count);
+    size_t kept = 0;
+    for (size_t g = 0; g < measured->gates; g++)
+        moments_add_edge(moments, measured->gate[g].t_s);
+    if (moments_judge(moments) != MR_OK)
+        return error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)measured->landing.id);
+    for (size_t g = 0; g < measured->gates; g++) {
+        if (moments_hold_edge(moments, measured->gate[g].t_s))
+            measured->gate[kept++] = measured->gate[g];
+        else
+            measured_set_aside(&measured->aside, &measured->aside.edges, (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1000.0)));
+    }
+    measured->gates = kept;
+    return MR_OK;
+}
+
+static enum mr_status find_moments(struct store *store, struct measured *measured, bool recalibrated, struct moments *moments,
+                                   struct error *error)
+{
+    int64_t run = measured->landing.id;
+    enum mr_status status = store_block_links_each(store, run, add_row, moments, error);
+    if (status == MR_OK && (moments->groups == 0 || !recalibrated))
+        status = store_frames_each(store, run, LINK_CAN, add_moment, moments, error);
+    return status == MR_OK ? measured_judge(measured, moments, error) : status;
+}
+
+/* ---- all of it ---- */
+
+static enum mr_status series_from_board(struct store *store, struct measured *measured, struct measured_blocks *list, bool recalibrated,
+                                        struct spans *spans, struct error *error)
+{
+    bool fill = list->count == 0 || !recalibrated;
+    const struct measured_span *span = &spans->all;
+    enum mr_status status = MR_OK;
+    for (size_t b = 0; b < list->count; b++)
+        measured_span_add(&spans->blocks, list->block[b].index, list->block[b].index);
+    spans->all = spans->blocks;
+    if (fill)
+        status = store_frames_each(store, measured->landing.id, LINK_CAN, find_span, spans, error);
+    if (status != MR_OK || !span->any)
+        return status;
+    status = measured_check_span(measured, span->first, span->last, error);
+    if (status == MR_OK && list->count)
+        status = series_from_blocks(measured, list, span, error);
+    else if (status == MR_OK)
+        status = measured_make_series(measured, span, error);
+    if (status == MR_OK)
+        status = take_messages(store, measured, list->count && !recalibrated, fill, error);
+    if (status == MR_OK && !list->count)
+        measured->source = MEASURED_CAN;
     return status;
 }
 
 enum mr_status measured_load_series(struct store *store, struct measured *measured, struct error *error)
 {
-    struct block_list list = {0};
-    struct spans spans = {0};
-    const struct span *span = &spans.all;
+    struct moments moments = {0};
+    struct measured_blocks list = {.moments = &moments, .aside = &measured->aside};
+    struct spans spans = {.moments = &moments, .aside = &measured->aside};
     bool recalibrated = false;
-    enum mr_status status = load_blocks(store, measured, &list, error);
+    enum mr_status status = store_is_recalibrated(store, measured->landing.id, &recalibrated, error);
     if (status == MR_OK)
-        status = store_is_recalibrated(store, measured->landing.id, &recalibrated, error);
-    bool fill = list.count == 0 || !recalibrated;
-    for (size_t b = 0; b < list.count; b++)
-        add_to_span(&spans.blocks, list.block[b].index, list.block[b].index);
-    spans.all = spans.blocks;
-    spans.from = list.from;
-    measured->skipped_blocks = list.skipped;
-    if (status == MR_OK && fill)
-        status = store_frames_each(store, measured->landing.id, LINK_CAN, find_span, &spans, error);
-    if (status == MR_OK && span->any) {
-        status = check_span(measured, span->first, span->last, error);
-        if (status == MR_OK && list.count)
-            status = series_from_blocks(measured, &list, span, error);
-        else if (status == MR_OK)
-            status = make_series(measured, span, error);
-        if (status == MR_OK)
-            status = take_messages(store, measured, list.count && !recalibrated, fill, error);
-        if (status == MR_OK && !list.count)
-            measured->source = MEASURED_CAN;
-    } else if (status == MR_OK) {
-        status = series_from_import(store, measured, error);
+        status = find_moments(store, measured, recalibrated, &moments, error);
+    if (status == MR_OK) {
+        list.from = spans.from = find_from(measured, &moments);
+        status = measured_blocks_load(store, measured->landing.id, &list, error);
     }
+    measured->skipped_blocks = list.skipped;
+    if (status == MR_OK)
+        status = series_from_board(store, measured, &list, recalibrated, &spans, error);
+    if (status == MR_OK && !spans.all.any)
+        status = measured_load_import(store, measured, error);
     if (status == MR_OK && measured->source != MEASURED_NOTHING) {
         blank_stuck(measured);
         status = measured_find_stretches(measured, error);
     }
-    free(list.block);
-    free(list.source);
+    moments_free(&moments);
+    measured_blocks_free(&list);
     return status;
 }

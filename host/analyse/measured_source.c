@@ -2,6 +2,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const struct {
     const char *name;
@@ -78,6 +79,44 @@ void measured_source_text(const struct measured *measured, char out[MEASURED_SOU
         separator = ",";
     }
     if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
-        snprintf(out + used, MEASURED_SOURCE_TEXT - used, "; %lld ms before them are in the campaign alone",
+        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "; %lld ms before them are in the campaign alone",
                  (long long)measured->skipped_blocks);
+    if (used < MEASURED_SOURCE_TEXT && measured_aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
+        memcpy(out + used, "; ", 2);
+}
+
+bool measured_aside_text(const struct measured *measured, char *out, size_t size)
+{
+    const struct measured_aside *aside = &measured->aside;
+    const struct {
+        size_t count;
+        const char *one, *many;
+    } kinds[] = {{aside->blocks, "block record", "block records"}, {aside->messages, "CAN message", "CAN messages"},
+                 {aside->edges, "switch edge", "switch edges"}, {aside->readings, "reading", "readings"}};
+    size_t used = 0;
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
+        if (kinds[k].count && used < size)
+            used += (size_t)snprintf(out + used, size - used, "%s%zu %s", used ? ", " : "", kinds[k].count,
+                                     kinds[k].count == 1 ? kinds[k].one : kinds[k].many);
+    }
+    if (used && used < size)
+        snprintf(out + used, size - used, " set aside: the time lies far from the landing's (first: %.3f s of the board)",
+                 (double)aside->block / 1000.0);
+    return used != 0;
+}
+
+void measured_aside_note(const struct measured *measured, const struct cli *cli)
+{
+    char text[MEASURED_SOURCE_TEXT];
+    if (measured_aside_text(measured, text, sizeof text))
+        cli_note(cli, "RUN %lld: %s", (long long)measured->landing.id, text);
+}
+
+json_t *measured_aside_json(const struct measured *measured)
+{
+    const struct measured_aside *aside = &measured->aside;
+    if (aside->blocks + aside->messages + aside->edges + aside->readings == 0)
+        return json_null();
+    return json_pack("{sIsIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages", (json_int_t)aside->messages, "edges",
+                     (json_int_t)aside->edges, "readings", (json_int_t)aside->readings, "first_block", (json_int_t)aside->block);
 }

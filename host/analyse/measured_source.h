@@ -3,8 +3,9 @@
 #define MATRIG_HOST_ANALYSE_MEASURED_SOURCE_H
 
 #include "host/analyse/measured.h"
+#include "host/cli.h"
 
-#define MEASURED_SOURCE_TEXT 400
+#define MEASURED_SOURCE_TEXT 600
 
 /* Fills stretch, stretches and blocks_from from the channels' sources. */
 enum mr_status measured_find_stretches(struct measured *measured, struct error *error);
@@ -15,5 +16,11 @@ const char *measured_source_name(enum measured_source source);
 char measured_source_letter(enum measured_source source);
 /* In words: "serial block records, 1 kHz", and what CAN and the black box filled of it, and nobody. */
 void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT]);
+/* What was set aside because of its time; false: nothing. A part of the text above. */
+bool measured_aside_text(const struct measured *measured, char *out, size_t size);
+/* The same as a note, where the text above is not shown. */
+void measured_aside_note(const struct measured *measured, const struct cli *cli);
+/* The same in numbers; null: nothing. */
+json_t *measured_aside_json(const struct measured *measured);
 
 #endif

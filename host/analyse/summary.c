@@ -604,6 +604,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     json_object_set_new(object, "clock_source", integer_or_null(landing->clock_source));
     json_object_set_new(object, "source", json_string(measured_source_name(measured->source)));
     json_object_set_new(object, "stretches", stretches_json(measured));
+    json_object_set_new(object, "set_aside", measured_aside_json(measured));
     json_object_set_new(object, "import",
                         summary->imported ? json_pack("{sssssssI}", "file", summary->import.file, "sha256", summary->import.sha256, "verdict",
                                                       summary->import.verdict, "bytes", (json_int_t)summary->import.bytes)
