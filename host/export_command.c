@@ -9,6 +9,7 @@
 #include "host/cli.h"
 #include "host/export/export_candump.h"
 #include "host/export/export_mdf4.h"
+#include "host/export/origin.h"
 #include "host/link/candump.h"
 #include "host/output.h"
 #include "host/run.h"
@@ -63,12 +64,13 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
 
 /* ---- csv ---- */
 
-static void csv_provenance(const struct measured *measured, bool si, FILE *out)
+static void csv_provenance(const struct measured *measured, const char *origin, bool si, FILE *out)
 {
     char source[MEASURED_SOURCE_TEXT];
     const struct store_landing *landing = &measured->landing;
     fprintf(out, "# matrig landing: RUN %lld, landing %lld of board %s, firmware %s\n",
             (long long)landing->id, (long long)landing->board_landing, landing->board_uid, landing->firmware);
+    fprintf(out, "# landing: %s\n", origin);
     measured_source_text(measured, source);
     fprintf(out, "# readings from %s\n", source);
     fprintf(out, "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",
@@ -112,8 +114,8 @@ static void csv_cell(FILE *out, double value, int digits)
 {
     if (isnan(value))
         fputc(',', out);
-    else
-        fprintf(out, ",%.*f", digits, value);
+    else /* no "-0.000": read again, zero has no sign */
+        fprintf(out, ",%.*f", digits, fabs(value) * pow(10.0, digits) < 0.5 ? 0.0 : value);
 }
 
 static void csv_row(const struct measured *measured, const struct measured_channel **channels, size_t count,
@@ -148,9 +150,10 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
         status = error_set(error, MR_USAGE,
                            "no readings: RUN %lld of %s; the landing was given up before any came",
                            (long long)run, store_path(store));
-    if (status == MR_OK) {
+    char *origin = status == MR_OK ? origin_text(store, &measured, error) : NULL;
+    if (origin) {
         size_t count = measured_in_order(&measured, channels);
-        csv_provenance(&measured, cli->si, out);
+        csv_provenance(&measured, origin, cli->si, out);
         csv_errors(&measured, channels, count, cli->si, out);
         fprintf(out, "t_s,block,gear_%s,speed_%s", unit_of(UNIT_STATION, cli->si)->suffix,
                 unit_of(UNIT_SPEED, cli->si)->suffix);
@@ -164,8 +167,9 @@ static enum mr_status export_csv(struct store *store, int64_t run, FILE *out, co
             csv_row(&measured, channels, count, i, cli->si, out);
         *rows = (long)measured.samples;
     }
+    free(origin);
     measured_free(&measured);
-    return status;
+    return error->status;
 }
 
 /* ---- film frames ---- */

@@ -4,6 +4,7 @@
 
 #include "host/cli.h"
 #include "host/collect/collect.h"
+#include "host/export/origin.h"
 #include "host/import/csv.h"
 #include "host/import/import.h"
 #include "host/import/landing.h"
@@ -84,6 +85,22 @@ static enum mr_status refuse_twice(struct store *store, const struct store_impor
     return status;
 }
 
+/* The same landing, told by board and counter, whatever the table's bytes are. */
+static enum mr_status refuse_known(struct store *store, const struct mapping *mapping, const struct import_request *request, bool again,
+                                   struct error *error)
+{
+    int64_t run = 0;
+    if (!mapping->origin || request->like)
+        return MR_OK;
+    const struct store_landing *l = &mapping->origin->landing;
+    enum mr_status status = import_find_origin(store, mapping->origin, &run, error);
+    if (status == MR_OK && run && !again)
+        status = error_set(error, MR_USAGE, "there already: landing %lld of board %s is RUN %lld of %s: %s; --like %lld puts the table beside it, "
+                           "--again takes it as another", (long long)l->board_landing, l->board_uid, (long long)run, store_path(store),
+                           request->path, (long long)run);
+    return status;
+}
+
 /* Another instrument's readings are read whole before a campaign is opened, let alone written; a log is looked into. */
 static enum mr_status read_readings(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
                                     struct import_result *result, struct error *error)
@@ -91,6 +108,8 @@ static enum mr_status read_readings(const struct textfile *file, const struct im
     char interface[IMPORT_INTERFACE];
     if (!mapping->text)
         return import_candump_check(file, request, interface, error);
+    if (mapping->origin_line && !mapping->origin)
+        verdict_set(&result->verdict, MR_MALFORMED, mapping->origin_line, 1, "the landing that the table is of is not told: board and switches are lost");
     return mapping->signals ? import_read_signals(file, request, mapping, result, error)
                             : csv_read(file->text, file->length, request->path, mapping, &result->rows, &result->verdict, error);
 }
@@ -134,6 +153,8 @@ static enum mr_status describe(const struct textfile *file, const struct import_
             return status;
     } else {
         mapping_of_export(file->text, file->length, mapping);
+        if (!request->like)
+            mapping_by_block(mapping);
     }
     bool csv = mapping->text && !mapping->signals;
     row->mapping = mapping->text;
@@ -173,6 +194,8 @@ int import_command(int argc, char **argv, const struct cli *cli)
         status = store_open(words[0], STORE_CREATE, &store, &error);
     if (status == MR_OK)
         status = refuse_twice(store, &row, &request, again, &error);
+    if (status == MR_OK)
+        status = refuse_known(store, &mapping, &request, again, &error);
     if (status == MR_OK)
         status = import(store, &file, &request, &mapping, &row, &result, &error);
     if (status == MR_OK && !cli->json)

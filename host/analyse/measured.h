@@ -76,6 +76,7 @@ struct measured {
     int64_t skipped_blocks; /* of a landing that was armed long before: what lies further back is in the campaign alone */
     struct measured_aside aside;
     size_t samples;
+    bool relative; /* displacements were since the baseline when they were imported */
     int64_t t0_us; /* board time of t_s = 0 */
     bool t0_is_touchdown;
 

@@ -417,48 +417,7 @@ void mapping_free(struct mapping *mapping)
         free(mapping->channel[i].series.time_s);
         free(mapping->channel[i].series.value);
     }
+    free(mapping->origin);
     free(mapping->text);
     *mapping = (struct mapping){0};
-}
-
-/* ---- matrig's own table ---- */
-
-/* d3_in, t14_N, gear_m. */
-static void add_exported(struct mapping *m, const char *name, size_t length)
-{
-    char word[MAPPING_NAME];
-    struct mapping_channel c = {.station_ft = (double)NAN, .error = (double)NAN};
-    snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word - 1), name);
-    snprintf(c.column, sizeof c.column, "%s", word);
-    char *unit = strchr(word, '_');
-    if (!unit || m->channels == MAPPING_CHANNELS)
-        return;
-    *unit++ = '\0';
-    if (!mapping_channel_named(word, &c) || (c.scale = mapping_unit(c.role, unit)) == 0.0)
-        return;
-    m->channel[m->channels++] = c;
-}
-
-bool mapping_of_export(const char *table, size_t length, struct mapping *mapping)
-{
-    static const char head[] = "# matrig landing:";
-    const char *at = table, *end = table + length;
-    if (length < sizeof head || memcmp(table, head, sizeof head - 1) != 0)
-        return false;
-    while (at < end && *at == '#') {
-        const char *newline = memchr(at, '\n', (size_t)(end - at));
-        at = newline ? newline + 1 : end;
-    }
-    *mapping = (struct mapping){.exported = true, .separator = ',', .decimal = '.', .comment = '#', .header_lines = 1, .time_column = "t_s", .time_unit_s = 1.0,
-                                .gap_s = (double)NAN, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN};
-    while (at < end && *at != '\n') {
-        size_t count = 0;
-        while (at + count < end && at[count] != ',' && at[count] != '\n')
-            count++;
-        add_exported(mapping, at, count);
-        at += count;
-        at += at < end && *at == ',';
-    }
-    mapping->text = strdup("{\"note\":\"columns of matrig export\"}");
-    return true;
 }

@@ -56,6 +56,8 @@ struct mapping_channel {
 struct mapping {
     bool signals;  /* of CAN frames; else columns of a table */
     bool exported; /* matrig's own table: its readings are as good as those of the landing they came from */
+    struct origin *origin; /* the landing that they came from, if the table tells; NULL: it does not */
+    size_t origin_line;    /* where it tells; 0: it does not. Without an origin: what stands there is damaged */
     char separator, decimal, comment; /* comment '\0': none */
     unsigned header_lines;
     char missing[MAPPING_WORDS][16];
@@ -75,8 +77,10 @@ struct mapping {
 enum mr_status mapping_load(const char *path, struct mapping *mapping, struct error *error);
 /* The same from text; `path` for errors, and for where a DBC file lies. */
 enum mr_status mapping_parse(const char *text, size_t length, const char *path, struct mapping *mapping, struct error *error);
-/* For a table that matrig export --format csv wrote, by its names. False: it is none. */
+/* For a table that matrig export --format csv wrote, by its names. False: it is none. Its rows are placed by touchdown. */
 bool mapping_of_export(const char *text, size_t length, struct mapping *mapping);
+/* The rows of such a table that tells its origin are placed by the board's blocks: time 0 is then the middle of block 0. */
+void mapping_by_block(struct mapping *mapping);
 void mapping_free(struct mapping *mapping);
 
 #define MAPPING_VALUE_MOST 1e30 /* a float holds it, and a double its square */

@@ -19,7 +19,7 @@ r = json.load(open(sys.argv[1]))
 assert r["verdict"] == {"state": "complete"} and r["rows"] == int(sys.argv[2]) and r["runs"] == [2] and r["format"] == "candump", r
 assert r["sha256"] == hashlib.sha256(open(sys.argv[3], "rb").read()).hexdigest()
 PYTHON
-    m export "$db" 2 --format csv -o "$tmp/run2.csv" && cmp <(sed 1d "$tmp/run1.csv") <(sed 1d "$tmp/run2.csv") &&
+    m export "$db" 2 --format csv -o "$tmp/run2.csv" && cmp <(sed 1,2d "$tmp/run1.csv") <(sed 1,2d "$tmp/run2.csv") &&
         [ "$(cell 'SELECT count(*) FROM frames WHERE landing=1')" = "$(cell 'SELECT count(*) FROM frames WHERE landing=2')" ] &&
         [ "$(cell "SELECT group_concat(can_id || hex(data), '') FROM (SELECT * FROM frames WHERE landing=1 ORDER BY id)")" = \
           "$(cell "SELECT group_concat(can_id || hex(data), '') FROM (SELECT * FROM frames WHERE landing=2 ORDER BY id)")" ]
