@@ -10,57 +10,9 @@
 #include "host/export/export_candump.h"
 #include "host/export/export_mdf4.h"
 #include "host/export/origin.h"
-#include "host/link/candump.h"
 #include "host/output.h"
 #include "host/run.h"
 #include "host/units.h"
-
-/* ---- candump ---- */
-
-/* Added to board time, because log2asc takes second 0 for "no time yet": stamps read as a date in 2001, and
- * their last digits as board time. */
-#define CANDUMP_EPOCH_US 1000000000000000u
-
-struct candump_export {
-    FILE *out;
-    long frames;
-    long without_time;
-};
-
-static enum mr_status export_frame(void *context, const struct store_frame *stored)
-{
-    struct candump_export *export = context;
-    char line[CANDUMP_LINE_MAX];
-    if (stored->board_us == STORE_NONE || stored->length > 8) {
-        export->without_time++;
-        return MR_OK;
-    }
-    struct link_frame frame = {.host_us = CANDUMP_EPOCH_US + (uint64_t)stored->board_us,
-                               .id = stored->id,
-                               .length = (uint8_t)stored->length};
-    memcpy(frame.data, stored->data, stored->length);
-    candump_print(&frame, line);
-    fputs(line, export->out);
-    export->frames++;
-    return MR_OK;
-}
-
-enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli, long *rows, struct error *error)
-{
-    struct candump_export export = {.out = out};
-    int64_t count;
-    enum mr_status status = store_frames_count(store, run, LINK_CAN, &count, error);
-    if (status == MR_OK && count == 0)
-        return error_set(error, MR_USAGE,
-                         "no CAN frames: RUN %lld of %s was logged without a CAN link; use --format csv",
-                         (long long)run, store_path(store));
-    if (status == MR_OK)
-        status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
-    if (export.without_time)
-        cli_note(cli, "%ld frames came before the board told the time and are left out", export.without_time);
-    *rows = export.frames;
-    return status;
-}
 
 /* ---- csv ---- */
 

@@ -17,30 +17,41 @@ static bool better(const struct store_time_map *a, const struct store_time_map *
     return a->link == LINK_CAN && b->link != LINK_CAN;
 }
 
-enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
+enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock, bool *known, struct error *error)
 {
     struct store_time_map *map = NULL;
     size_t maps = 0;
-    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
-    if (status == MR_OK)
-        status = store_time_maps(store, summary->measured.landing.id, &map, &maps, error);
+    *known = false;
+    enum mr_status status = store_time_maps(store, run, &map, &maps, error);
     for (size_t i = 0; status == MR_OK && i < maps; i++) {
-        if (!summary->clock_known || better(&map[i], &summary->clock))
-            summary->clock = map[i];
-        summary->clock_known = true;
+        if (!*known || better(&map[i], clock))
+            *clock = map[i];
+        *known = true;
     }
     free(map);
     return status;
 }
 
-struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
+enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
 {
-    const struct store_time_map *clock = &summary->clock;
-    if (!summary->clock_known || clock->refusal != TIMEMAP_GOOD)
-        return (struct summary_moment){(double)NAN, (double)NAN};
+    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
+    if (status != MR_OK)
+        return status;
+    return summary_time_clock(store, summary->measured.landing.id, &summary->clock, &summary->clock_known, error);
+}
+
+struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us)
+{
     double since_us = board_us - (double)clock->board_us;
     return (struct summary_moment){(double)clock->host_us + since_us / (1.0 + clock->fast_ppm * 1e-6),
                                    clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
+}
+
+struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
+{
+    if (!summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD)
+        return (struct summary_moment){(double)NAN, (double)NAN};
+    return summary_time_by(&summary->clock, board_us);
 }
 
 /* "2026-11-21 22:28:14.1234 UTC" */

@@ -10,6 +10,9 @@ struct summary_moment {
     double half_us;
 };
 struct summary_moment summary_time_of_day(const struct summary *summary, double board_us);
+/* The same by a landing's clock alone: the best of its links, as summary->clock. `*known` false: no link had one. */
+enum mr_status summary_time_clock(struct store *store, int64_t run, struct store_time_map *clock, bool *known, struct error *error);
+struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us);
 
 enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error);
 void summary_time_print(const struct summary *summary, bool si, FILE *out);

@@ -1,4 +1,5 @@
-/* A landing's CAN frames as a candump -L log. */
+/* A landing's CAN frames as a candump -L log, stamped with the time of day at which the board sent what they tell, by the time map of the
+ * landing (host/collect/timemap.h); without a good one, with board time after a date in 2001, and that is told. */
 #ifndef MATRIG_HOST_EXPORT_CANDUMP_H
 #define MATRIG_HOST_EXPORT_CANDUMP_H
 

@@ -62,6 +62,29 @@ in_gnuplot() {
     cat "$tmp/gnuplot" "$tmp/awk"
     cmp "$tmp/gnuplot" "$tmp/awk"
 }
+# Times of day, where the campaign knows the board's clock (here: that it does is written into a copy). Expected by integers: a board
+# 25 ppm fast, at 4 s of its time it was 1764000000.123456.
+times_of_day() {
+    sqlite3 "$db" "vacuum into '$tmp/dated.db'" && sqlite3 "$tmp/dated.db" "delete from time_maps; insert into time_maps(session, boot, link, landing, refusal, pairs,
+        from_us, to_us, spread_us, fast_ppm, fast_half_ppm, board_us, host_us, host_half_us) select session, boot, 0, 1, 0, 60, 0, 9000000, 50, 25, 0.1, 4000000,
+        1764000000123456, 30 from landings where id = 1" || return 1
+    build/matrig export "$tmp/dated.db" 1 --format candump -o "$tmp/dated.log" 2>"$tmp/err" && [ ! -s "$tmp/err" ] || { cat "$tmp/err"; return 1; }
+    paste -d' ' "$tmp/run.log" "$tmp/dated.log" | python3 -c '
+import sys
+n = 0
+for line in sys.stdin:
+    board, _, frame, day, _, same = line.split()
+    us = lambda stamp: int(stamp[1:-1].replace(".", ""))
+    since = us(board) - 1000000000000000 - 4000000
+    want = 1764000000123456 + since * 1000000 / 1000025
+    assert frame == same and abs(us(day) - want) <= 0.51, (line, want)
+    n += 1
+assert n > 20000, n'
+}
+no_date_is_told() {
+    build/matrig export "$db" 1 --format candump -o "$tmp/again.log" 2>"$tmp/err" && cmp "$tmp/run.log" "$tmp/again.log" &&
+        grep -q 'no times of day: stamps are board time after 2001-09-09 01:46:40 UTC; [a-z]' "$tmp/err"
+}
 exactly_six_decimals() {
     [ "$(wc -l <"$tmp/run.log")" -gt 20000 ] && ! grep -Evn '^\([0-9]{10}\.[0-9]{6}\) can0 [0-9A-F]{3}#([0-9A-F]{2}){0,8}$' "$tmp/run.log"
 }
@@ -72,5 +95,7 @@ check "a wrong factor or place in the DBC would be found" foreign_parser_can_fai
 check "cycle times are those of the board" cycle_times
 check "SQLite takes in the CSV" in_sqlite
 check "gnuplot reads the CSV" in_gnuplot
+check "candump export has times of day where the board's clock is known" times_of_day
+check "where the clock is not known, that is said" no_date_is_told
 check "candump export has exactly six decimals" exactly_six_decimals
 finish
