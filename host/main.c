@@ -307,7 +307,9 @@ static const struct command commands[] = {
      "                 matrig predict campaign.db 1 2 3 4 5\n"
      "A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
      "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
-     "board knew then: edges so far, readings so far, the survey.\n"
+     "board knew then: edges so far, readings so far, the survey, and, where the record has it, the runway that the board\n"
+     "was armed with (of several landings for the first). Times are seconds after touchdown by the board's clock, at the\n"
+     "beginning of the block that decided, as in log, report and make series.\n"
      "  --void         also of a landing that was voided\n"
      "Example: matrig predict campaign.db 5\n"},
     {"report", report_command, "DB [-o F.html] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/predictor.h"
+#include "firmware/predict_feed.h"
 #include "host/analyse/gear.h"
 #include "host/analyse/measured_source.h"
 #include "host/analyse/predict_again.h"
@@ -38,6 +39,8 @@ struct predict {
     struct mr_predictor predictor;
     struct known_gear gear;
     json_t *rows;
+    struct mr_predictor_state runway; /* that the board was armed with; recorded: the record has it; resumed: it was begun with */
+    bool recorded, resumed;
     /* From the landing before: */
     bool carried, forgets; /* forgets: the board has a predictor itself */
     struct mr_predictor_state state;
@@ -66,19 +69,37 @@ static void take_survey(struct predict *predict)
     mr_predictor_survey(&predict->predictor, sum_in);
 }
 
+/* The runway that the board was armed with, where the record has it: what a landing before this one left, which the record of this one
+ * alone cannot tell. Its survey is in it. */
+static bool take_runway(struct predict *predict)
+{
+    float sum_in[MR_SEGMENTS];
+    if (predict->carried || !predict->recorded || mr_predictor_load(&predict->predictor, &predict->runway) != MR_OK)
+        return false;
+    predict->fresh = 0;
+    for (unsigned s = 0; s < MR_SEGMENTS; s++) {
+        sum_in[s] = predict->slack_in[s] = predict->survey.slack_in[s];
+        predict->fresh += isnan(sum_in[s]) ? 0u : 1u;
+    }
+    mr_predictor_surveyed(&predict->predictor, sum_in);
+    return true;
+}
+
 static enum mr_status prepare(struct predict *predict, struct error *error)
 {
-    struct mr_predictor_config config = rig;
+    struct mr_predictor_config parameters = rig;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct mr_channel_config *channel = &predict->measured.channel[i].config;
-        config.station_ft[i] = channel->kind == MR_KIND_DISPLACEMENT ? channel->station_ft : NAN;
+        parameters.station_ft[i] = channel->kind == MR_KIND_DISPLACEMENT ? channel->station_ft : NAN;
     }
-    enum mr_status status = mr_predictor_start(&predict->predictor, &config);
+    enum mr_status status = mr_predictor_start(&predict->predictor, &parameters);
     if (status == MR_OK && predict->carried)
         status = mr_predictor_load(&predict->predictor, &predict->state);
     if (status != MR_OK)
         return error_set(error, status, "the predictor refuses its parameters; this is a defect");
-    take_survey(predict);
+    predict->resumed = take_runway(predict);
+    if (!predict->resumed)
+        take_survey(predict);
     mr_predictor_arm(&predict->predictor);
     return MR_OK;
 }
@@ -127,15 +148,19 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
            zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
 }
 
-/* All blocks; the first warning's time, NaN: none. */
-static double run_all(struct predict *predict, const struct cli *cli)
+/* All blocks from arming on; the block of the first warning, STORE_NONE: none. Looks fall into the blocks in which the board looks, and
+ * bear the board's stamp: the beginning of the block. */
+static int64_t run_all(struct predict *predict, const struct cli *cli)
 {
     const struct measured *measured = &predict->measured;
     struct mr_predictor_zone zone, last = {.level = MR_PREDICTOR_KINEMATIC};
-    double warned_s = (double)NAN;
+    int64_t warned_block = STORE_NONE;
     for (size_t sample = 0; sample < measured->samples; sample++) {
         struct mr_predictor_input input;
+        int64_t block = measured->first_block + (int64_t)sample;
         double t_s = measured_time_s(measured, sample);
+        if (measured->landing.armed_block != STORE_NONE && block < measured->landing.armed_block)
+            continue;
         gear_take(&predict->gear, measured->gate, measured->gates, measured->landing.touchdown_ft, measured->landing.switch_error_ft, t_s);
         gear_tell(&predict->gear, measured->landing.touchdown_ft, t_s, &input);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -144,42 +169,83 @@ static double run_all(struct predict *predict, const struct cli *cli)
                 channel->config.kind == MR_KIND_DISPLACEMENT ? (float)measured_value(channel, sample) : NAN;
         }
         mr_predictor_block(&predict->predictor, &input);
-        if (sample % MR_PREDICTOR_LOOK_BLOCKS != 0)
+        if (block % PREDICT_LOOK_BLOCKS != 0)
             continue;
         mr_predictor_zone(&predict->predictor, &zone);
-        if (zone.verdict == MR_PREDICTOR_WARNING && isnan(warned_s))
-            warned_s = t_s;
-        if (!news(&zone, &last))
+        if (zone.verdict == MR_PREDICTOR_WARNING && warned_block == STORE_NONE)
+            warned_block = block;
+        bool changed = zone.verdict != last.verdict || zone.level != last.level;
+        if (!changed && (block % PREDICT_SAY_BLOCKS != 0 || !news(&zone, &last)))
             continue;
-        tell(predict, t_s, &zone, cli);
+        tell(predict, measured_block_s(measured, block), &zone, cli);
         last = zone;
     }
-    return warned_s;
+    return warned_block;
 }
 
-static json_t *conclude_json(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left)
+/* The first warning twice: as this predictor has it from the readings, and as the board decided it. */
+struct first_warning {
+    int64_t block, board_block; /* STORE_NONE: none */
+    double t_s, board_s;
+};
+
+static struct first_warning first_warning(const struct predict *predict, int64_t block)
 {
-    return json_pack("{s:i, s:O, s:o, s:o, s:i, s:i, s:f, s:o}", "run", (int)predict->measured.landing.id, "statements", predict->rows,
-                     "first_warning_s", number(warned_s), "board_first_warning_s", number(board_s), "mat_updates",
-                     (int)predict->predictor.updates, "segments_surveyed", (int)predict->fresh, "resistance_scale",
-                     (double)predict->predictor.scale, "left",
-                     left->mats ? json_pack("{s:i, s:f, s:f, s:i}", "mats", (int)left->mats, "start_ft", (double)left->start_ft, "end_ft",
-                                            (double)left->end_ft, "closed_joints", (int)left->closed_joints)
-                                : json_null());
+    const struct zone_warning *board = &predict->zones.warning;
+    return (struct first_warning){
+        .block = block,
+        .board_block = board->warned ? board->block : STORE_NONE,
+        .t_s = block == STORE_NONE ? (double)NAN : measured_block_s(&predict->measured, block),
+        .board_s = board->warned ? board->t_s : (double)NAN,
+    };
 }
 
-static void conclude(const struct predict *predict, double warned_s, double board_s, const struct mr_predictor_zone *left,
-                     const struct cli *cli)
+static json_t *block_json(int64_t block)
 {
-    const struct unit *station = unit_of(UNIT_STATION, cli->si);
-    if (isnan(warned_s))
+    return block == STORE_NONE ? json_null() : json_integer(block);
+}
+
+static json_t *conclude_json(const struct predict *predict, const struct first_warning *first, const struct mr_predictor_zone *left)
+{
+    json_t *object = json_pack("{s:i, s:O, s:o, s:o, s:i, s:i, s:f, s:o}", "run", (int)predict->measured.landing.id, "statements",
+                               predict->rows, "first_warning_s", number(first->t_s), "board_first_warning_s", number(first->board_s),
+                               "mat_updates", (int)predict->predictor.updates, "segments_surveyed", (int)predict->fresh, "resistance_scale",
+                               (double)predict->predictor.scale, "left",
+                               left->mats ? json_pack("{s:i, s:f, s:f, s:i}", "mats", (int)left->mats, "start_ft", (double)left->start_ft,
+                                                      "end_ft", (double)left->end_ft, "closed_joints", (int)left->closed_joints)
+                                          : json_null());
+    json_object_set_new(object, "first_warning_block", block_json(first->block));
+    json_object_set_new(object, "board_first_warning_block", block_json(first->board_block));
+    json_object_set_new(object, "t0_is_touchdown", json_boolean(predict->measured.t0_is_touchdown));
+    json_object_set_new(object, "board_runway", json_boolean(predict->resumed));
+    return object;
+}
+
+/* Which clock, and why two first warnings may differ. */
+static void tell_first(const struct predict *predict, const struct first_warning *first)
+{
+    if (predict->resumed)
+        printf("begun with the runway that the board was armed with\n");
+    if (isnan(first->t_s))
         printf("predictor: no warning");
     else
-        printf("predictor: first warning at %.3f s", warned_s);
-    if (isnan(board_s))
+        printf("predictor: first warning at %.3f s", first->t_s);
+    if (isnan(first->board_s))
         printf("; board: none");
     else
-        printf("; board: at %.3f s", board_s);
+        printf("; board: at %.3f s", first->board_s);
+    if (!isnan(first->board_s))
+        printf(" (decided in block %lld)", (long long)first->board_block);
+    if (!isnan(first->t_s) || !isnan(first->board_s))
+        printf("; seconds after %s, by the board's clock", predict->measured.t0_is_touchdown ? "touchdown" : "the first switch or arming");
+    if (first->block != first->board_block)
+        printf("; two computations: this one has all the time it wants and the usual parameters, the board's is computed again below");
+}
+
+static void conclude(const struct predict *predict, const struct first_warning *first, const struct mr_predictor_zone *left, const struct cli *cli)
+{
+    const struct unit *station = unit_of(UNIT_STATION, cli->si);
+    tell_first(predict, first);
     printf(". Segments surveyed: %zu. Closing resistance found: %.2f of the one assumed. Mat updates: %.2f million.\n", predict->fresh,
            (double)predict->predictor.scale, (double)predict->predictor.updates / 1e6);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -234,9 +300,7 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
 {
     struct mr_predictor_zone left;
     struct predict_again again;
-    struct mr_predictor_state runway;
     int64_t source;
-    double board_s, warned_s;
     predict->gear = (struct known_gear){0};
     predict->rows = json_array();
     enum mr_status status = measured_load(store, run, &predict->measured, error);
@@ -254,23 +318,23 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     if (status == MR_OK)
         status = zones_load(store, &predict->measured, &predict->zones, error);
     if (status == MR_OK)
-        status = store_runway_get(store, run, &runway, &source, &predict->forgets, error);
+        status = store_runway_get(store, run, &predict->runway, &source, &predict->recorded, error);
+    predict->forgets = predict->recorded;
     if (status == MR_OK)
         status = prepare(predict, error);
     if (status == MR_OK) {
         if (!results)
             puts(cli->si ? "    t_s   wheel   mats   start_m           end_m       coming    at_m press_N   verdict"
                          : "    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict");
-        warned_s = run_all(predict, cli);
-        board_s = predict->zones.warning.warned ? predict->zones.warning.t_s : (double)NAN;
+        struct first_warning first = first_warning(predict, run_all(predict, cli));
         mr_predictor_zone(&predict->predictor, &left);
         status = predict_again(store, run, &again, error);
         if (results) {
-            json_t *object = conclude_json(predict, warned_s, board_s, &left);
+            json_t *object = conclude_json(predict, &first, &left);
             json_object_set_new(object, "again", again_json(&again));
             json_array_append_new(results, object);
         } else {
-            conclude(predict, warned_s, board_s, &left, cli);
+            conclude(predict, &first, &left, cli);
             tell_lost(&again);
             tell_again(&again);
         }

@@ -327,9 +327,9 @@ static void print_zone(const struct zone_warning *w, bool since_touchdown, bool 
         fprintf(out, "  %-13s no warning\n", "zone");
         return;
     }
-    fprintf(out, "  %-13s warned %.3f s %s %s: %lld closed mats, stations %.1f to %.1f %s", "zone",
-            fabs(w->t_s), w->t_s < 0.0 ? "before" : "after",
-            since_touchdown ? "touchdown" : "the first switch or arming", (long long)w->mats,
+    char when[80];
+    zones_when(w, since_touchdown, when, sizeof when);
+    fprintf(out, "  %-13s warned %s: %lld closed mats, stations %.1f to %.1f %s", "zone", when, (long long)w->mats,
             w->start_ft * station->factor, w->end_ft * station->factor, station->text);
     if (w->inferred_percent > 0)
         fprintf(out, ", %lld %% of it inferred", (long long)w->inferred_percent);
@@ -513,6 +513,7 @@ static json_t *zone_json(const struct zone_warning *w, bool si)
     if (!w->warned)
         return zone;
     json_object_set_new(zone, "t_s", cli_json_number(w->t_s, 9));
+    json_object_set_new(zone, "decided_block", json_integer(w->block));
     json_object_set_new(zone, "mats", json_integer(w->mats));
     set_value(zone, "start", station, w->start_ft);
     set_value(zone, "end", station, w->end_ft);

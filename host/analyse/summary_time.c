@@ -4,9 +4,12 @@
 #include <stdlib.h>
 #include <time.h>
 
+#include "common/catalogue.h"
 #include "host/cli.h"
 #include "host/collect/timemap.h"
 #include "host/units.h"
+
+#define BLOCK_US 1000.0
 
 /* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of two that are none, the one that
  * says more. */
@@ -32,19 +35,52 @@ enum mr_status summary_time_clock(struct store *store, int64_t run, struct store
     return status;
 }
 
-enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
-{
-    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
-    if (status != MR_OK)
-        return status;
-    return summary_time_clock(store, summary->measured.landing.id, &summary->clock, &summary->clock_known, error);
-}
-
 struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us)
 {
     double since_us = board_us - (double)clock->board_us;
     return (struct summary_moment){(double)clock->host_us + since_us / (1.0 + clock->fast_ppm * 1e-6),
                                    clock->host_half_us + fabs(since_us) * clock->fast_half_ppm * 1e-6};
+}
+
+/* The frame that said the first warning, on one link. */
+struct told {
+    int64_t block_us, host_us; /* STORE_NONE: it did not come over this link */
+};
+
+static enum mr_status find_told(void *context, const struct store_frame *frame)
+{
+    struct told *told = context;
+    if (frame->id == MR_ID_ZONE_LEAD && frame->board_us == told->block_us && (told->host_us == STORE_NONE || frame->host_us < told->host_us))
+        told->host_us = frame->host_us;
+    return MR_OK;
+}
+
+/* Decided on the board and received by this computer are two moments; only a clock that both share tells them apart. */
+static enum mr_status load_received(struct store *store, struct summary *summary, struct error *error)
+{
+    const struct zone_warning *warning = &summary->zones.warning;
+    enum mr_status status = MR_OK;
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        summary->warning_received_s[kind] = (double)NAN;
+    if (!warning->warned || !summary->clock_known || summary->clock.refusal != TIMEMAP_GOOD || warning->block < 0 || warning->block > UINT32_MAX)
+        return MR_OK;
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        struct told told = {1000 * warning->block, STORE_NONE};
+        status = store_frames_each(store, summary->measured.landing.id, kind, find_told, &told, error);
+        struct summary_moment complete = summary_time_by(&summary->clock, 1000.0 * (double)(warning->block + 1));
+        double late_us = (double)told.host_us - complete.host_us;
+        if (told.host_us != STORE_NONE && late_us > -complete.half_us - BLOCK_US) /* else stamped by another clock than the map's */
+            summary->warning_received_s[kind] = late_us / 1e6;
+    }
+    return status;
+}
+
+enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error)
+{
+    enum mr_status status = film_load(store, &summary->measured, &summary->film, error);
+    if (status == MR_OK)
+        status = summary_time_clock(store, summary->measured.landing.id, &summary->clock, &summary->clock_known, error);
+    return status == MR_OK ? load_received(store, summary, error) : status;
 }
 
 struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
@@ -84,6 +120,18 @@ static void print_clock(const struct summary *summary, FILE *out)
     fprintf(out, "  %-13s %s\n", "touchdown at", day);
 }
 
+static void print_received(const struct summary *summary, FILE *out)
+{
+    const struct zone_warning *warning = &summary->zones.warning;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (isnan(summary->warning_received_s[kind]))
+            continue;
+        struct summary_moment decided = summary_time_of_day(summary, 1000.0 * (double)(warning->block + 1));
+        fprintf(out, "  %-13s the first warning over %s %.1f ms after it was decided (95 %%: +- %.1f, and the link's least delay)\n", "received",
+                summary_link_name(kind), 1e3 * summary->warning_received_s[kind], decided.half_us / 1e3);
+    }
+}
+
 static void print_film(const struct summary *summary, bool si, FILE *out)
 {
     const struct film *film = &summary->film;
@@ -109,6 +157,7 @@ static void print_film(const struct summary *summary, bool si, FILE *out)
 void summary_time_print(const struct summary *summary, bool si, FILE *out)
 {
     print_clock(summary, out);
+    print_received(summary, out);
     print_film(summary, si, out);
 }
 
@@ -128,6 +177,9 @@ void summary_time_json(const struct summary *summary, json_t *object)
             json_object_set_new(row, "t0_half_us", cli_json_number(touchdown.half_us, 6));
         }
         json_object_set_new(object, "clock", row);
+        json_object_set_new(object, "warning_received_s",
+                            json_pack("{soso}", "can", cli_json_number(summary->warning_received_s[LINK_CAN], 6), "serial",
+                                      cli_json_number(summary->warning_received_s[LINK_SERIAL], 6)));
     }
     if (summary->film.frames)
         json_object_set_new(object, "film", json_pack("{sIsIso}", "frames", (json_int_t)summary->film.frames, "missing",

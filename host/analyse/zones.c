@@ -1,6 +1,7 @@
 #include "host/analyse/zones.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,10 +13,17 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
     return measured_block_s(measured, zone->block);
 }
 
+void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out, size_t size)
+{
+    snprintf(out, size, "%.3f s %s %s, decided in block %lld", fabs(warning->t_s), warning->t_s < 0.0 ? "before" : "after",
+             since_touchdown ? "touchdown" : "the first switch or arming", (long long)warning->block);
+}
+
 static struct zone_warning first_warning(const struct measured *measured, const struct store_zone *row)
 {
     struct zone_warning warning = {
         .warned = true,
+        .block = row->block,
         .t_s = zones_time_s(measured, row),
         .mats = row->mats,
         .start_ft = row->start_ft,
@@ -50,7 +58,7 @@ static enum mr_status find_reason(struct store *store, const struct measured *me
     struct zone_warning *warning = &zones->warning;
     enum mr_status status = warning->warned ? store_predictions(store, measured->landing.id, &row, &count, error) : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        if (measured_block_s(measured, row[i].block) != warning->t_s)
+        if (row[i].block != warning->block)
             continue;
         warning->reason = row[i].reason;
         warning->level = row[i].level;

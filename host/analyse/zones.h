@@ -7,8 +7,11 @@
 
 struct zone_warning {
     bool warned;
-    /* At the first warning: */
-    double t_s; /* since touchdown */
+    /* At the first warning. The moment is that of the decision on the board, by the board's clock: the beginning of the block that
+     * decided, which is the stamp of the frame. Lamp and frame follow when the block is complete, 1 ms later; summary_time.h knows
+     * when the frame was received. */
+    int64_t block;
+    double t_s; /* since touchdown: the clock of log, report, predict and make series. The live page, before the fit, has the block */
     int64_t mats;
     double start_ft, end_ft;
     double wheel_ft; /* NaN: not known yet */
@@ -42,6 +45,8 @@ struct zones {
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
                           struct error *error);
 void zones_free(struct zones *zones);
+/* "2.833 s after touchdown, decided in block 4440": one wording wherever the first warning is told. */
+void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out, size_t size);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
 /* Slack left in each segment at a sample, inches (NaN: not surveyed), and the longest closed run ahead of the

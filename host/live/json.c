@@ -109,8 +109,9 @@ static json_t *zone_json(const struct live_zone *zone)
 
 static json_t *warning_json(const struct live_warning *warning)
 {
-    return json_pack("{sbsIsIso}", "on", warning->on, "since_us", (json_int_t)warning->since_us, "received_us",
-                     (json_int_t)warning->received_us, "zone", zone_json(&warning->zone));
+    return json_pack("{sbsIsIsoso}", "on", warning->on, "since_us", (json_int_t)warning->since_us, "received_us",
+                     (json_int_t)warning->received_us, "first_decided_block",
+                     warning->first_block < 0 ? json_null() : json_integer((json_int_t)warning->first_block), "zone", zone_json(&warning->zone));
 }
 
 static json_t *verdict_json(const struct live_model *model)

@@ -29,7 +29,7 @@ static void forget_landing(struct live_model *model)
 {
     model->zone = (struct live_zone){.block = -1, .start_ft = (double)NAN, .end_ft = (double)NAN, .lead_s = (double)NAN,
                                      .wheel_ft = (double)NAN};
-    model->warning = (struct live_warning){.zone = model->zone};
+    model->warning = (struct live_warning){.first_block = -1, .zone = model->zone};
     model->verdict = (struct live_verdict){.block = -1};
     model->motion_block = -1;
     model->position_ft = model->speed_ft_s = model->deceleration_ft_s2 = MISSING;
@@ -316,6 +316,7 @@ static void take_warning(struct live_model *model, int64_t host_us)
     warning->on = on;
     if (begins) {
         warning->since_us = host_us;
+        warning->first_block = warning->first_block < 0 ? model->zone.block : warning->first_block;
         live_model_notice(model, LIVE_ALARM, host_us, "WARNING: %u closed mats ahead, stations %.1f to %.1f ft", model->zone.mats,
                           model->zone.start_ft, model->zone.end_ft);
     } else {

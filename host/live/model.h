@@ -68,7 +68,8 @@ struct live_zone {
 
 struct live_warning {
     bool on;
-    int64_t since_us;     /* host time of the message that began the newest one; 0: none since arming */
+    int64_t since_us;     /* host time at which the message that began the newest one was received; 0: none since arming */
+    int64_t first_block;  /* that decided the first since arming, on the board; -1: none */
     int64_t received_us;  /* of the newest message that says so */
     struct live_zone zone; /* longest of it */
 };

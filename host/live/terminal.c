@@ -248,7 +248,10 @@ static void draw_warning(struct canvas *canvas, const struct live_model *model, 
         line(canvas, NULL, "   %s", runway_reason_text(model->verdict.said.reason));
     }
     if (!warning->on) {
-        line(canvas, NULL, warning->since_us ? " was warned, over now: %s" : " no warning; closed ahead: %s", place);
+        if (warning->since_us)
+            line(canvas, NULL, " was warned (block %lld), over now: %s", (long long)warning->first_block, place);
+        else
+            line(canvas, NULL, " no warning; closed ahead: %s", place);
         return;
     }
     memset(rule, '!', canvas->columns);

@@ -60,7 +60,7 @@ enum mr_status campaign_predictor(const struct report *report, FILE *out, struct
                                           "first lead given, s", "it became, s", "at its longest", last, NULL});
     for (size_t i = 0; i < report->landings; i++)
         row(out, &report->landing[i], station->factor);
-    fputs("</tbody></table></div>\n<p>Times since touchdown. A dash: none was given, or the wheel did not come there in the record. No warning is no "
+    fputs("</tbody></table></div>\n<p>Times since touchdown, by the board's clock, at the beginning of the block that decided. A dash: none was given, or the wheel did not come there in the record. No warning is no "
           "clearance.</p>\n", out);
     return MR_OK;
 }

@@ -22,13 +22,10 @@ static void zone_words(FILE *out, const struct zone_warning *w, bool since_touch
         fputs("<p class=\"say\">No warning was raised.</p>\n", out);
         return;
     }
-    fprintf(
-        out,
-        "<p class=\"say\"><span class=\"warn\">Warned</span> %.3f s %s %s of %lld closed mats between"
-        " stations %.1f and %.1f %s",
-        fabs(w->t_s), w->t_s < 0.0 ? "before" : "after",
-        since_touchdown ? "touchdown" : "the first switch or arming", (long long)w->mats, w->start_ft * station->factor,
-        w->end_ft * station->factor, station->text);
+    char when[80];
+    zones_when(w, since_touchdown, when, sizeof when);
+    fprintf(out, "<p class=\"say\"><span class=\"warn\">Warned</span> %s, of %lld closed mats between stations %.1f and %.1f %s", when,
+            (long long)w->mats, w->start_ft * station->factor, w->end_ft * station->factor, station->text);
     if (w->inferred_percent > 0)
         fprintf(out, " (%lld %% of it inferred from the survey alone)", (long long)w->inferred_percent);
     if (w->reached)

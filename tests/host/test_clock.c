@@ -9,6 +9,7 @@
 
 #define EPOCH_US 1790000000000000u
 #define FAST_PPM 12.3
+#define LATE_US 3000u /* after a block is complete its messages come */
 #define FIRST_BLOCK 20000u /* TIM2 comes round after 51.13 s */
 
 static uint64_t state = 9;
@@ -44,12 +45,13 @@ static void times_of_day_are_right_within_their_intervals(void **s)
 {
     (void)s;
     struct session session;
-    struct stream_truth truth = {.v0_ft_s = 30.0, .a_ft_s2 = 6.0, .peak_in = 0.5};
+    struct stream_truth truth = {.v0_ft_s = 30.0, .a_ft_s2 = 6.0, .peak_in = 0.5, .warn = true};
     struct summary summary;
     session_begin(&session, true, true);
     struct stream *stream = &session.stream;
+    uint64_t begun_us = true_host_us(1000.0 * FIRST_BLOCK) + LATE_US;
     stream->block = FIRST_BLOCK;
-    stream->host_us = EPOCH_US;
+    stream->host_us = begun_us;
     stream_hello(stream, MR_LAYOUT);
     for (unsigned i = 0; i < 60; i++) {
         stream_idle(stream, 1000);
@@ -73,11 +75,20 @@ static void times_of_day_are_right_within_their_intervals(void **s)
     assert_near(touchdown.host_us, (double)true_host_us(board_us), touchdown.half_us);
     assert_true(touchdown.half_us < 300.0);
 
+    /* Decided by the board and received here: its messages come LATE_US after a block, by a computer's clock that is 12.3 ppm slower. */
+    int64_t block = summary.zones.warning.block;
+    double received_us = (double)begun_us + 1000.0 * (double)(block + 1 - (int64_t)FIRST_BLOCK);
+    double late_us = received_us - (double)true_host_us(1000.0 * (double)(block + 1));
+    assert_true(summary.zones.warning.warned && late_us > 3000.0 && late_us < 4000.0);
+    assert_near(1e6 * summary.warning_received_s[LINK_CAN], late_us, touchdown.half_us);
+    assert_true(isnan(summary.warning_received_s[LINK_SERIAL])); /* the test's serial bytes have stamps of years before */
+
     char line[4000] = "";
     FILE *out = fmemopen(line, sizeof line - 1, "w");
     summary_time_print(&summary, false, out);
     fclose(out);
     assert_non_null(strstr(line, "ppm fast (CAN, 60 moments); times of day within 0."));
+    assert_non_null(strstr(line, "received      the first warning over CAN 3."));
     assert_non_null(strstr(line, "touchdown at  2026-09-21 ")); /* date -u -d @1790000081 */
     summary_free(&summary);
     session_end(&session);

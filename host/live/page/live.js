@@ -294,8 +294,8 @@
     box.className = w.on ? '' : 'past';
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
-      say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'Warned at ' + clock(w.since_us) + ', over now');
-      say('warning-text', w.on ? zoneWords(state.zone, true) : 'longest: ' + zoneWords(w.zone, false));
+      say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'Warned (received at ' + clock(w.since_us) + '), over now');
+      say('warning-text', w.on ? zoneWords(state.zone, true) : 'first decided in block ' + w.first_decided_block + ' of the board; longest: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */

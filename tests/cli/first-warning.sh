@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# One landing, one first warning, one clock: seconds after touchdown by the board's clock, of the block in which the board decided. Log,
+# JSON, predict, report, the live view and make series say the same; what is another moment (received here) is named as such. Touchdown
+# and block are taken from the campaign's own tables and the exported zero, not from what is held against each other.
+. "$(dirname "$0")/tap.sh"
+db=$tmp/campaign.db
+m() { build/matrig "$@"; }
+
+build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/can" --serial "file:$tmp/serial" --rig tests/runs/landing5.run --seed 5 >/dev/null 2>&1
+m --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$db" >"$tmp/log.txt"
+block=$(sqlite3 "$db" 'select min(block) from zones where landing = 1 and warning = 1')
+zero_us=$(m export "$db" 1 --format csv | sed -n 's/.*board time of t_s = 0: \([0-9]*\)\.\([0-9]*\) s.*/\1\2/p')
+want=$(awk -v b="$block" -v z="$zero_us" 'BEGIN {printf "%.3f", (1000 * b - z) / 1e6}')
+json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$.$2')"; }
+same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
+
+it_warned() { echo "block $block, zero $zero_us us, $want s"; [ -n "$block" ] && awk -v t="$want" 'BEGIN {exit !(t > 1 && t < 4)}'; }
+in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block $block: " "$tmp/log.txt"; }
+in_its_json() {
+    m --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/json.db" >"$tmp/log.json" || return 1
+    same "$(json "$tmp/log.json" 'landings[0].zone.decided_block')" "$block" && same "$(printf '%.3f' "$(json "$tmp/log.json" 'landings[0].zone.t_s')")" "$want"
+}
+in_predict() { # what the board decided, and this computer's own predictor from the same readings
+    m predict "$db" 1 >"$tmp/predict.txt" && m --json predict "$db" 1 >"$tmp/predict.json" || return 1
+    grep "^predictor: first warning at $want s; board: at $want s (decided in block $block); seconds after touchdown, by the board's clock" "$tmp/predict.txt" &&
+        same "$(json "$tmp/predict.json" board_first_warning_block)" "$block" && same "$(json "$tmp/predict.json" first_warning_block)" "$block" &&
+        same "$(awk '/ warning / {print $1; exit}' "$tmp/predict.txt")" "$want"
+}
+in_the_report() {
+    m --quiet report "$db" -o "$tmp/report.html" && grep -o "Warned</span> $want s after touchdown, decided in block $block, of" "$tmp/report.html" &&
+        grep -q "<td[^>]*>$want</td>" "$tmp/report.html"
+}
+in_the_live_view() { # which has no touchdown before the fit: the block, and when it was received
+    m --json live "$db" >"$tmp/live.json" && same "$(json "$tmp/live.json" 'warning.first_decided_block')" "$block"
+}
+in_the_series() { # this landing alone, its own record
+    local from_s
+    tests/series.sh "$tmp/series" tests/runs 5 >"$tmp/series.txt" 2>&1 || { cat "$tmp/series.txt"; return 1; }
+    from_s=$(sed -n 's/^    zone .* warning from \([0-9.]*\) s$/\1/p' "$tmp/series.txt" | head -n 1)
+    cat "$tmp/series.txt"
+    grep -q "^    zone  *warned $from_s s after touchdown, decided in block $(sqlite3 "$tmp/series/campaign.db" 'select min(block) from zones where warning = 1'): " "$tmp/series.txt" &&
+        grep -q 'seconds after touchdown, by the board' "$tmp/series.txt" && same "$from_s" "$want"
+}
+# A landing that others went before: the board was armed with what they left, which the readings of this one cannot tell.
+with_what_was_left() {
+    cp "$db" "$tmp/bare.db" && sqlite3 "$tmp/bare.db" 'delete from runways' && m --json predict "$tmp/bare.db" 1 >"$tmp/bare.json" &&
+        same "$(json "$tmp/bare.json" board_runway)" 0 && same "$(json "$tmp/predict.json" board_runway)" 1 && grep -q '^begun with the runway that the board was armed with$' "$tmp/predict.txt"
+}
+check "landing 5 is warned of" it_warned
+check "the summary says when, and in which block" in_the_log
+check "so does its JSON" in_its_json
+check "predict has the same moment, for the board and by itself" in_predict
+check "so has the report" in_the_report
+check "the live view has the block" in_the_live_view
+check "make series has the same moment" in_the_series
+check "predict begins with the runway that the board was armed with" with_what_was_left
+finish
