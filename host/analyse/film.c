@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#define PERIODS_MOST 1e9 /* of a gap, whatever a damaged time says */
 #define AROUND 7u /* steps on each side whose median is the period: half of them may be gaps */
 
 static int ascending(const void *a, const void *b)
@@ -29,7 +30,7 @@ void film_number(const double *t_us, size_t count, int64_t *number)
     for (size_t i = 1; i < count; i++) {
         size_t from = i - 1 > AROUND ? i - 1 - AROUND : 0;
         size_t to = i + AROUND < count - 1 ? i + AROUND : count - 1;
-        int64_t periods = llround((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to));
+        int64_t periods = llround(fmin((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to), PERIODS_MOST));
         number[i] = number[i - 1] + (periods > 1 ? periods : 1);
     }
 }

@@ -10,6 +10,7 @@
 #include "host/units.h"
 
 #define BLOCK_US 1000.0
+#define DAY_MOST_US 1e17 /* the year 5138 */
 
 /* The best map is one that is good, and of two that of CAN, whose least delay is the shorter; of two that are none, the one that
  * says more. */
@@ -93,10 +94,13 @@ struct summary_moment summary_time_of_day(const struct summary *summary, double 
 /* "2026-11-21 22:28:14.1234 UTC" */
 static void day_text(double host_us, char *out, size_t size)
 {
-    time_t second = (time_t)floor(host_us / 1e6);
+    time_t second = fabs(host_us) < DAY_MOST_US ? (time_t)floor(host_us / 1e6) : 0;
     struct tm utc;
     char text[40];
-    gmtime_r(&second, &utc);
+    if (!(fabs(host_us) < DAY_MOST_US) || !gmtime_r(&second, &utc)) {
+        snprintf(out, size, "a time that no calendar has");
+        return;
+    }
     strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &utc);
     snprintf(out, size, "%s.%04d UTC", text, (int)floor((host_us / 1e6 - (double)second) * 1e4));
 }

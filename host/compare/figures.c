@@ -11,7 +11,7 @@
 static double at(const struct store_simulation *row, const float *values, double t_s)
 {
     double k = (t_s - row->t0_s) / row->dt_s;
-    if (!values || row->length == 0 || k < 0.0)
+    if (!values || row->length == 0 || !(k >= 0.0))
         return (double)NAN;
     size_t i = (size_t)fmin(k, (double)row->length);
     if (i + 1 >= row->length)

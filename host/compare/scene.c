@@ -8,6 +8,7 @@
 #define IN_PER_FT 12.0
 #define SLOPE_S 0.005 /* half the span over which deceleration is taken from speed */
 #define DWELL_LEAST_S 0.5
+#define PATH_MOST_S 3600.0 /* no landing is longer */
 
 static double deceleration_at(const struct measured *measured, double t_s, double stop_s)
 {
@@ -24,6 +25,8 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
 {
     double stop_s = measured->summary.stop_t_s.value;
     double last_s = stop_s - 0.001; /* the thrust ends with the motion, within a millisecond */
+    if (!(last_s > 0.0 && last_s < PATH_MOST_S))
+        return error_set(error, MR_TOO_FEW, "stops %g s after touchdown: RUN %lld; check its switches", stop_s, (long long)measured->landing.id);
     size_t steps = (size_t)ceil(last_s / COMPARE_PATH_STEP_S);
     struct sim_path_row *rows = calloc(steps + 2, sizeof *rows);
     if (!rows)

@@ -69,7 +69,7 @@ static struct compare_zone measured_zone(const struct measured *measured, const 
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone run;
     double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
-    if (survey->surveyed == 0 || sample < 0.0 || sample >= (double)measured->samples)
+    if (survey->surveyed == 0 || !(sample >= 0.0 && sample < (double)measured->samples))
         return (struct compare_zone){.known = false};
     zones_closed(measured, survey, (size_t)sample, remaining_in, &run);
     const double error_ft = SEGMENT_FT / sqrt(12.0);
@@ -79,7 +79,7 @@ static struct compare_zone measured_zone(const struct measured *measured, const 
 static struct compare_zone simulated_zone(const struct compare_segments *segments, double t_s, double wheel_ft)
 {
     double row = floor(t_s / segments->dt_s + 0.5);
-    if (segments->rows == 0 || row < 0.0)
+    if (segments->rows == 0 || !(row >= 0.0))
         return (struct compare_zone){.known = false};
     size_t at = row < (double)segments->rows ? (size_t)row : segments->rows - 1;
     return compare_closed_run(segments->remaining_in + at * MR_SEGMENTS, wheel_ft);

@@ -14,7 +14,7 @@
 struct svg_ticks svg_choose_ticks(double low, double high, unsigned most)
 {
     struct svg_ticks ticks = {0};
-    if (!(high > low) || !isfinite(low) || !isfinite(high) || most == 0)
+    if (!(high > low) || !isfinite(high - low) || most == 0)
         return ticks;
     int exponent = (int)floor(log10((high - low) / (double)most));
     static const double mantissas[] = {1.0, 2.0, 5.0, 10.0};

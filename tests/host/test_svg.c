@@ -291,12 +291,22 @@ static void a_legend_stays_between_its_ends(void **state)
     assert_int_equal(svg_legend_rows(58.0, 1500.0, keys, 0), 1);
 }
 
+/* A span that no double holds, as a damaged campaign may give: no ticks, and no integer of infinity. */
+static void a_span_without_end(void **state)
+{
+    (void)state;
+    assert_int_equal(svg_choose_ticks(-1.7e308, 1.7e308, 8).count, 0);
+    assert_int_equal(svg_choose_ticks((double)NAN, 1.0, 8).count, 0);
+    assert_int_equal(svg_choose_ticks(0.0, (double)INFINITY, 8).count, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(words_are_as_wide_as_a_browser_says),
         cmocka_unit_test(a_block_stays_within_its_width),
         cmocka_unit_test(a_legend_stays_between_its_ends),
+        cmocka_unit_test(a_span_without_end),
         cmocka_unit_test(ticks_are_round_numbers),
         cmocka_unit_test(no_ticks_without_a_range),
         cmocka_unit_test(ranges_widen),
