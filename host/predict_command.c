@@ -284,6 +284,7 @@ static json_t *again_json(const struct predict_again *again)
 {
     json_t *object = json_pack("{s:b, s:i, s:i, s:i, s:i}", "possible", again->possible, "statements", (int)again->said, "fields",
                                (int)again->fields, "differ", (int)again->differ, "backlogs", (int)again->backlogs);
+    json_object_set_new(object, "first_warning_block", block_json(again->warned_block));
     json_object_set_new(object, "lost", json_integer((json_int_t)again->lost));
     json_object_set_new(object, "lacks_block", again->lacks_block == STORE_NONE ? json_null() : json_integer((json_int_t)again->lacks_block));
     json_object_set_new(object, "lacks", again->lacks ? json_string(again->lacks) : json_null());

@@ -288,6 +288,8 @@ static void look(struct again *again, const struct mr_block *block)
     bool warning = again->look.verdict == MR_PREDICTOR_WARNING && landing_may_warn(&again->landing, block->index);
     bool changed = warning != again->warning || again->look.verdict != was.verdict || again->look.level != was.level;
     again->warning = warning;
+    if (warning && again->result->warned_block == STORE_NONE)
+        again->result->warned_block = block->index;
     if (changed || block->index % PREDICT_SAY_BLOCKS == 0)
         hold_against(again);
 }
@@ -356,7 +358,7 @@ enum mr_status predict_again(struct store *store, int64_t run, struct predict_ag
     struct again *again = calloc(1, sizeof *again);
     if (!again)
         abort();
-    *result = (struct predict_again){.lacks_block = STORE_NONE};
+    *result = (struct predict_again){.lacks_block = STORE_NONE, .warned_block = STORE_NONE};
     again->result = result;
     landing_start(&again->landing);
     enum mr_status status = store_landing_get(store, run, &again->row, error);

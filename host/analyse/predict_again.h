@@ -19,6 +19,7 @@ struct predict_again {
         double said, made;  /* NaN: none */
     } first;                /* difference */
     size_t backlogs;
+    int64_t warned_block;   /* that decided the first warning; STORE_NONE: none */
 };
 
 /* MR_OK also when it is not possible: `lacks` says why. */
