@@ -13,6 +13,7 @@
 #include "host/flash/imagefile.h"
 #include "host/link/link.h"
 #include "host/report/page.h"
+#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 /* The digests are filled in when the tables are; their rows are made first, as long as they will be, to lie before what they tell of. */
@@ -243,7 +244,9 @@ static enum mr_status put_file(struct making *making, enum bundle_file file, str
 
 static enum mr_status open_draft(struct making *making, struct error *error)
 {
-    return sqlite3_open_v2(making->draft, &making->database, SQLITE_OPEN_READWRITE, NULL) == SQLITE_OK ? MR_OK : failed(making, error);
+    bool opened = sqlite3_open_v2(making->draft, &making->database, SQLITE_OPEN_READWRITE, NULL) == SQLITE_OK;
+    store_guard_settings(making->database);
+    return opened ? MR_OK : failed(making, error);
 }
 
 static void close_draft(struct making *making)
