@@ -17,6 +17,8 @@
 
 #define BUSY_WAIT_MS 30000 /* another program may hold the file; what comes meanwhile waits in the links */
 
+#define INTEGERS_EXACT 9007199254740992.0 /* 2^53: below, a double is the integer that it says */
+
 static const struct {
     const char *types;
     const char *sql;
@@ -312,16 +314,21 @@ void store_reset(sqlite3_stmt *statement)
     sqlite3_reset(statement);
 }
 
+/* A value of another kind than matrig writes there is absent, as one that was never written. */
 int64_t store_integer(sqlite3_stmt *statement, int column)
 {
-    return sqlite3_column_type(statement, column) == SQLITE_NULL ? STORE_NONE
-                                                                 : sqlite3_column_int64(statement, column);
+    int type = sqlite3_column_type(statement, column);
+    double real = type == SQLITE_FLOAT ? sqlite3_column_double(statement, column) : 0.0;
+    if (type != SQLITE_INTEGER && (type != SQLITE_FLOAT || !(fabs(real) < INTEGERS_EXACT)))
+        return STORE_NONE;
+    return sqlite3_column_int64(statement, column);
 }
 
 double store_real(sqlite3_stmt *statement, int column)
 {
-    return sqlite3_column_type(statement, column) == SQLITE_NULL ? (double)NAN
-                                                                 : sqlite3_column_double(statement, column);
+    int type = sqlite3_column_type(statement, column);
+    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_column_double(statement, column) : (double)NAN;
+    return isfinite(real) ? real : (double)NAN;
 }
 
 void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)

@@ -160,6 +160,35 @@ check "...a search of rows that are not there ends" refused 4 endless 'damaged|m
 check "a table's pages are led in circles, with rows that are asked for" circles rows 1
 check "...they end" refused 4 rows 'damaged|more (rows )?than the file can hold' $matrig report DB -o "$tmp/none.html"
 
+# ---- values that no matrig writes ----
+
+# An answer or an error, in time and in bounds.
+ends() {
+    (ulimit -v 4000000; timeout 60 "$@") >"$tmp/out" 2>"$tmp/err" </dev/null
+    local status=$?
+    echo "exit $status of $*"
+    tail -n 3 "$tmp/err"
+    [ $status -le 5 ]
+}
+survives() { # SQL
+    hostile values "$1" || return 1
+    ends $matrig report "$tmp/values.db" -o "$tmp/values.html" --force && ends $matrig export "$tmp/values.db" 1 --format csv -o "$tmp/values.csv" --force &&
+        ends $matrig export "$tmp/values.db" 1 --format mdf4 -o "$tmp/values.mf4" --force && ends $matrig predict "$tmp/values.db" 1 && ends $matrig live "$tmp/values.db" --terminal --for 0.2 &&
+        ! grep -aiqE '(^|[^a-z])(inf|nan)([^a-z]|$)' "$tmp/values.csv"
+}
+while IFS='|' read -r what sql; do
+    check "$what" survives "$sql"
+done <<'EOL'
+words where numbers are|UPDATE edges SET position='abc', tick='', board_us='later'; UPDATE OR IGNORE motion SET speed_ft_s='fast', block='abc'; UPDATE channels SET number='x', unit_per_code='y';
+numbers without end|UPDATE edges SET board_us=9e999; UPDATE motion SET position_ft=-9e999, speed_error_ft_s=9e999; UPDATE zones SET lead_s=9e999, start_ft=-9e999; UPDATE channels SET unit_per_code=9e999; UPDATE results SET speed_ft_s=9e999;
+numbers beyond all|UPDATE edges SET position=9223372036854775807, tick=-9223372036854775807; UPDATE OR IGNORE channels SET idx=9000000000000000000, band=-9000000000000000000; UPDATE zones SET mats=9223372036854775807; UPDATE events SET board_us=9223372036854775807, detail=-9223372036854775807; UPDATE landings SET armed_block=9223372036854775807, armed_us=-9223372036854775807;
+bytes where numbers are, and no frame's bytes|UPDATE frames SET data=zeroblob(70000) WHERE id%100=1; UPDATE frames SET dlc=x'00ff' WHERE id%100=2; UPDATE frames SET board_us='x', can_id=-1 WHERE id%100=3; UPDATE landings SET touchdown_ft=x'00', firmware=zeroblob(70000);
+EOL
+longest() { # a value that takes more memory than any of matrig's
+    hostile longest "UPDATE landings SET firmware=zeroblob(280000000)" && refused 4 longest 'a value longer than matrig writes any' $matrig landing DB && rm "$tmp/longest.db"
+}
+check "a value of 280 MB" longest
+
 # ---- a file that is no campaign is none afterwards ----
 
 foreign() { # NAME COMMAND...: refused, and its bytes and its journal's stay
