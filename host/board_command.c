@@ -13,12 +13,14 @@
 #include "host/collect/boxfill.h"
 #include "host/flash/imagefile.h"
 #include "host/identity.h"
+#include "host/output.h"
 #include "host/run.h"
 
 struct request {
     const struct cli *cli;
     const char *serial, *file, *db, *csv, *image;
     int64_t run;
+    bool force;
 };
 
 static const char *state_text(unsigned state)
@@ -76,13 +78,23 @@ static void take_file(const char *path, uint16_t record, uint8_t (*pages)[MR_BOX
     }
 }
 
-static enum mr_status write_file(const char *path, uint8_t (*pages)[MR_BOXPAGE], size_t count, struct error *error)
+/* Whether a file holds nothing but pages of the record, and room for those that are to come: the reading goes on, and loses none. */
+static bool holds_record(const char *path, uint16_t record)
 {
-    FILE *file = fopen(path, "wb");
-    bool written = file && fwrite(pages, MR_BOXPAGE, count, file) == count;
-    if ((file && fclose(file) != 0) || !written)
-        return error_set(error, MR_IO, "cannot be written: %s; is there room, and may you?", path);
-    return MR_OK;
+    uint8_t page[MR_BOXPAGE], blank[MR_BOXPAGE];
+    struct mr_boxpage_header header;
+    FILE *file = path ? fopen(path, "rb") : NULL;
+    size_t got = MR_BOXPAGE, pages = 0;
+    bool only = file != NULL;
+    memset(blank, 0xff, sizeof blank);
+    while (only && (got = fread(page, 1, sizeof page, file)) == sizeof page) {
+        bool one = mr_boxpage_check(page, &header) == MR_OK && header.record == record;
+        only = one || memcmp(page, blank, sizeof page) == 0;
+        pages += one;
+    }
+    if (file)
+        fclose(file);
+    return only && got == 0 && pages > 0;
 }
 
 static int tell_read(const struct request *request, const struct boxtalk_record *r, size_t absent, const struct boxfill *filled)
@@ -161,7 +173,7 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
     for (size_t i = 0; i < count; i++)
         absent += !present[i];
     if (request->file) /* also what came before the link broke: the next call goes on from there */
-        status = write_file(request->file, pages, count, error) == MR_OK ? status : error->status;
+        status = output_bytes(request->file, request->force, pages, count * MR_BOXPAGE, error) == MR_OK ? status : error->status;
     if (broken.status != MR_OK)
         *error = broken;
     struct store *store = NULL;
@@ -194,7 +206,7 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
     if (status != MR_OK)
         exit_code = cli_fail(error);
     else if (strcmp(verb, "slow") == 0)
-        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, error);
+        exit_code = slow_fetch(request->cli, talk, request->db, request->csv, request->force, error);
     else if (strcmp(verb, "read") == 0)
         exit_code = read_record(request, talk, number, error);
     else if (strcmp(verb, "list") == 0)
@@ -324,7 +336,8 @@ int board_command(int argc, char **argv, const struct cli *cli)
     const char *run = NULL, *elf = NULL, *words[2] = {NULL, NULL};
     const struct cli_option options[] = {
         {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL},
-        {"--csv", &request.csv, NULL}, {"--elf", &elf, NULL}, {"--image", &request.image, NULL}};
+        {"--csv", &request.csv, NULL}, {"--elf", &elf, NULL}, {"--image", &request.image, NULL},
+        {"--force", NULL, &request.force}};
     struct error error = {0};
     double number = 0.0;
     static const struct {
@@ -349,6 +362,11 @@ int board_command(int argc, char **argv, const struct cli *cli)
         status = cli_number(words[1], "the record", 1, 65535, &number, &error);
     if (status == MR_OK && run)
         status = run_parse(run, &request.run, &error);
+    request.force |= status == MR_OK && words[1] && holds_record(request.file, (uint16_t)number);
+    if (status == MR_OK)
+        status = output_check(request.file, request.force, NULL, &error);
+    if (status == MR_OK)
+        status = output_check(request.csv, request.force, request.db, &error);
     if (status != MR_OK)
         return cli_fail(&error);
     if (!verb)

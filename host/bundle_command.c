@@ -67,11 +67,12 @@ int bundle_command(int argc, char **argv, const struct cli *cli)
     struct bundle_want want = {0};
     struct bundle_made made;
     const struct cli_option options[] = {
-        {"-o", &path, NULL}, {"--elf", &want.elf, NULL}, {"--scene", &want.scene, NULL}, {"--without", &without, NULL}};
+        {"-o", &path, NULL}, {"--elf", &want.elf, NULL}, {"--scene", &want.scene, NULL}, {"--without", &without, NULL},
+        {"--force", NULL, &want.force}};
     struct error error = {0};
     struct store *store = NULL;
     int64_t run = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 4, words, 2, 2, "DB RUN", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 5, words, 2, 2, "DB RUN", &error);
     if (status == MR_OK && !path)
         status = error_set(&error, MR_USAGE, "nowhere to write: matrig bundle needs -o F; see matrig bundle --help");
     if (status == MR_OK && strcmp(path, "-") == 0)

@@ -28,7 +28,7 @@ struct request {
     const char *word, *serial, *points, *config, *output, *sensor, *days_text, *known_text, *recompute, *series, *run_text, *reason, *who,
         *unit_text, *changed, *db;
     const struct unit_word *unit; /* of values that name none; NULL: not given */
-    bool table, zeros;
+    bool table, zeros, force;
     double days, known;
     int64_t run;
     unsigned channel; /* index */
@@ -93,15 +93,15 @@ static void write_changed(const struct request *r, const struct jump *jump, cons
 
 static enum mr_status write_config(const struct request *r, const struct mr_config *config, const struct jump *jump, struct error *error)
 {
-    FILE *out = output_open(r->output, error);
-    if (!out)
+    struct output output;
+    if (output_begin(&output, r->output, r->force, error) != MR_OK)
         return error->status;
     char *text = configtext_write(config);
     if (r->changed)
-        write_changed(r, jump, &config->channel[r->channel], out);
-    fputs(text, out);
+        write_changed(r, jump, &config->channel[r->channel], output.file);
+    fputs(text, output.file);
     free(text);
-    return output_close(out, r->output, error);
+    return output_end(&output, error);
 }
 
 static const char *source(const struct request *r)
@@ -366,11 +366,14 @@ int calibrate_command(int argc, char **argv, const struct cli *cli)
         {"--sensor", &r.sensor, NULL},   {"--days", &r.days_text, NULL},    {"--known", &r.known_text, NULL},
         {"--unit", &r.unit_text, NULL},  {"--changed", &r.changed, NULL},   {"--db", &r.db, NULL},
         {"--recompute", &r.recompute, NULL}, {"--series", &r.series, NULL}, {"--run", &r.run_text, NULL},
-        {"--reason", &r.reason, NULL},   {"--who", &r.who, NULL},           {"--table", NULL, &r.table},   {"--zeros", NULL, &r.zeros}};
+        {"--reason", &r.reason, NULL},   {"--who", &r.who, NULL},           {"--table", NULL, &r.table},   {"--zeros", NULL, &r.zeros},
+        {"--force", NULL, &r.force}};
     struct error error = {0};
     enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &r.word, 1, 1, "CHANNEL or DB", &error);
     if (status == MR_OK)
         status = check(&r, &error);
+    if (status == MR_OK)
+        status = output_check(r.output, r.force, r.points, &error); /* before somebody turns a screw for half an hour */
     if (status == MR_OK)
         status = r.recompute ? recompute(&r, &error) : calibrate(&r, &error);
     return status == MR_OK ? 0 : cli_fail(&error);

@@ -18,7 +18,7 @@
 struct request {
     const char *path, *page;
     int jobs;
-    bool check, no_prune;
+    bool check, no_prune, force;
     double seeds; /* 0: the file's */
 };
 
@@ -58,7 +58,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     const char *jobs = NULL, *seeds = NULL, *words[1];
     const struct cli_option options[] = {
         {"-j", &jobs, NULL}, {"--seeds", &seeds, NULL}, {"-o", &request->page, NULL}, {"--check", NULL, &request->check},
-        {"--no-prune", NULL, &request->no_prune},
+        {"--no-prune", NULL, &request->no_prune}, {"--force", NULL, &request->force},
     };
     double number = 0.0;
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "FILE", error) != MR_OK)
@@ -66,7 +66,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     request->path = words[0];
     if (request->page && !ends_in(request->page, ".html") && !ends_in(request->page, ".svg"))
         return error_set(error, MR_USAGE, "unknown kind of file: -o %s; give one that ends in .html or .svg", request->page);
-    if (output_check(request->page, request->path, error) != MR_OK)
+    if (output_check(request->page, request->force, request->path, error) != MR_OK)
         return error->status;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     request->jobs = cores > 0 && cores < JOBS_MAX ? (int)cores : 1;
@@ -178,17 +178,17 @@ static void print_result(const struct campaign *c, const struct campaign_run *ru
            s->landings, s->planar, 1e-3 * s->ms_chain, 1e-3 * s->ms_planar);
 }
 
-static enum mr_status write_page(const char *path, const struct campaign *c, const struct campaign_run *runs,
+static enum mr_status write_page(const char *path, bool force, const struct campaign *c, const struct campaign_run *runs,
                                  const struct campaign_summary *s, struct error *error)
 {
-    FILE *out = output_open(path, error);
-    if (!out)
+    struct output output;
+    if (output_begin(&output, path, force, error) != MR_OK)
         return error->status;
     if (ends_in(path, ".svg"))
-        campaign_picture(out, c, runs, s, true);
+        campaign_picture(output.file, c, runs, s, true);
     else
-        campaign_page(out, c, runs, s);
-    return output_close(out, path, error);
+        campaign_page(output.file, c, runs, s);
+    return output_end(&output, error);
 }
 
 /* Once more with every mat integrated and the planar engine in every landing. */
@@ -232,7 +232,7 @@ static int finish(const struct campaign *c, const struct request *request, const
     if (request->check)
         check(c, request, runs, cli, &apart, error);
     if (error->status == MR_OK && request->page)
-        write_page(request->page, c, runs, &summary, error);
+        write_page(request->page, request->force, c, runs, &summary, error);
     if (error->status == MR_OK && summary.failed > 0)
         error_set(error, MR_NUMERICS, "%zu of %zu runways could not be played to their end: %s; see what failed", summary.failed,
                   c->seeds, request->path);

@@ -19,7 +19,7 @@ struct request {
     const char *db, *scene, *series, *output;
     int64_t run; /* 0: a series */
     size_t seeds;
-    bool voided, as_is;
+    bool voided, as_is, force;
     struct compare_limits limits;
     char runway[500];
 };
@@ -69,6 +69,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     const struct cli_option options[] = {
         {"--scene", &request->scene, NULL}, {"--series", &request->series, NULL}, {"--seeds", &seeds, NULL}, {"--limit", &limit, NULL},
         {"--limits", &limits, NULL},        {"--as-is", NULL, &request->as_is},   {"--void", NULL, &request->voided}, {"-o", &request->output, NULL},
+        {"--force", NULL, &request->force},
     };
     double number = 0.0;
     memset(request, 0, sizeof *request);
@@ -79,7 +80,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         compare_limits_add_rms(&request->limits, number);
     if (seeds && cli_number(seeds, "--seeds", 1.0, CAMPAIGN_SEEDS_MAX, &number, error) == MR_OK)
         request->seeds = (size_t)number;
-    if (error->status == MR_OK && output_not_input(request->output, request->scene, error) == MR_OK)
+    if (error->status == MR_OK && output_check(request->output, request->force, request->scene, error) == MR_OK)
         output_not_input(request->output, limits, error);
     if (error->status == MR_OK && limits)
         compare_limits_load(&request->limits, limits, error);
@@ -88,14 +89,14 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
 
 static enum mr_status write_file(const struct request *request, const struct compare_landing *landing, bool si, struct error *error)
 {
-    FILE *out = output_open(request->output, error);
-    if (!out)
+    struct output output;
+    if (output_begin(&output, request->output, request->force, error) != MR_OK)
         return error->status;
     if (is_csv(request->output))
-        compare_csv(out, &landing->measured, &landing->head, landing->row, landing->rows, si, error);
+        compare_csv(output.file, &landing->measured, &landing->head, landing->row, landing->rows, si, error);
     else
-        compare_draw(out, &landing->measured, &landing->head, landing->row, landing->rows, true, si, error);
-    return output_close(out, request->output, error);
+        compare_draw(output.file, &landing->measured, &landing->head, landing->row, landing->rows, true, si, error);
+    return output_end(&output, error);
 }
 
 /* The result is printed; a limit that failed is the error. */

@@ -8,11 +8,13 @@
 #include "host/board/configtext.h"
 #include "host/calibrate/jump.h"
 #include "host/cli.h"
+#include "host/output.h"
 #include "host/store/store_readiness.h"
 
 struct request {
     const struct cli *cli;
     const char *can, *serial, *file, *output, *changed, *db;
+    bool force;
 };
 
 struct session {
@@ -65,24 +67,17 @@ static enum mr_status open_session(const struct request *request, struct session
     return status;
 }
 
-static enum mr_status write_file(const char *path, const char *text, struct error *error)
-{
-    FILE *file = fopen(path, "wb");
-    bool written = file && fputs(text, file) >= 0;
-    if ((file && fclose(file) != 0) || !written)
-        return error_set(error, MR_IO, "cannot be written: %s; is there room, and may you?", path);
-    return MR_OK;
-}
-
 static int get(const struct request *request, struct error *error)
 {
     static struct session session;
     int exit_code = 0;
-    enum mr_status status = open_session(request, &session, error);
+    enum mr_status status = output_check(request->output, request->force, NULL, error);
+    if (status == MR_OK)
+        status = open_session(request, &session, error);
     const struct mr_config_state *state = &session.talk.state;
     char *text = status == MR_OK ? configtext_write(&session.config) : NULL;
     if (status == MR_OK && request->output)
-        status = write_file(request->output, text, error);
+        status = output_bytes(request->output, request->force, text, strlen(text), error);
     if (status == MR_OK) {
         note_damage(request->cli, state);
         note_unsound(request->cli, &session.config);
@@ -266,7 +261,8 @@ int config_command(int argc, char **argv, const struct cli *cli)
     const char *words[3] = {NULL, NULL, NULL};
     const struct cli_option options[] = {
         {"--can", &request.can, NULL}, {"--serial", &request.serial, NULL}, {"-o", &request.output, NULL},
-        {"--changed", &request.changed, NULL}, {"--db", &request.db, NULL}};
+        {"--changed", &request.changed, NULL}, {"--db", &request.db, NULL},
+        {"--force", NULL, &request.force}};
     struct error error = {0};
     enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 3, "config get|set FILE|check FILE", &error);
     const char *verb = status == MR_OK ? words[1] : "";

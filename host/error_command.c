@@ -1,5 +1,4 @@
 /* matrig error SCENE: every solver's error against its run time. */
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -186,56 +185,43 @@ static void print_study(const struct sim_scene *scene, const struct error_study 
         printf("  note: %s\n", study->notes[i]);
 }
 
-/* Before a minute of computing, not after. What is there stays as it is until the plot takes its place. */
-static enum mr_status can_write(const char *path, struct error *error)
-{
-    bool there = access(path, F_OK) == 0;
-    FILE *file = fopen(path, "a");
-    if (!file)
-        return error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno), path);
-    fclose(file);
-    if (!there)
-        remove(path);
-    return MR_OK;
-}
-
-static enum mr_status write_plot(const char *path, const char *name, const struct error_study *study,
+static enum mr_status write_plot(const char *path, bool force, const char *name, const struct error_study *study,
                                  struct error *error)
 {
-    FILE *out = output_open(path, error);
-    if (!out)
+    struct output output;
+    if (output_begin(&output, path, force, error) != MR_OK)
         return error->status;
-    plot_error_file(out, name, study);
-    return output_close(out, path, error);
+    plot_error_file(output.file, name, study);
+    return output_end(&output, error);
 }
 
 int error_command(int argc, char **argv, const struct cli *cli)
 {
     const char *plot = NULL, *words[1];
-    bool predictor = false;
-    const struct cli_option options[] = {{"--plot", &plot, NULL}, {"--predictor", NULL, &predictor}};
+    bool predictor = false, force = false;
+    const struct cli_option options[] = {{"--plot", &plot, NULL}, {"--predictor", NULL, &predictor}, {"--force", NULL, &force}};
     struct error error = {0};
     struct sim_scene scene;
     struct error_study study;
     int code = 0;
 
     words[0] = NULL;
-    if (cli_parse(argc, argv, options, 2, words, 0, 1, "SCENE", &error) != MR_OK)
+    if (cli_parse(argc, argv, options, 3, words, 0, 1, "SCENE", &error) != MR_OK)
         return cli_fail(&error);
     if (predictor && words[0])
         error_set(&error, MR_USAGE, "one word too many: '%s' of error; --predictor takes no SCENE", words[0]);
     else if (!predictor && !words[0])
         error_set(&error, MR_USAGE, "something is missing: matrig error needs SCENE or --predictor; see matrig error --help");
     if (error.status == MR_OK)
-        output_not_input(plot, words[0], &error);
-    if (error.status == MR_OK && predictor && (!plot || can_write(plot, &error) == MR_OK))
-        return error_predictor(plot, cli);
+        output_check(plot, force, words[0], &error); /* before a minute of computing, not after */
+    if (error.status == MR_OK && predictor)
+        return error_predictor(plot, force, cli);
     if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)
         return cli_fail(&error);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
-    if ((!plot || can_write(plot, &error) == MR_OK) && error_study_run(&study, &scene, &error) == MR_OK && plot)
-        write_plot(plot, scene.name, &study, &error);
+    if (error_study_run(&study, &scene, &error) == MR_OK && plot)
+        write_plot(plot, force, scene.name, &study, &error);
     if (error.status != MR_OK)
         code = cli_fail(&error);
     else if (cli->json)

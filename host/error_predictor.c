@@ -73,18 +73,18 @@ static void print_study(const struct predictor_study *study)
            PREDICTOR_PER_UPDATE, PREDICTOR_PER_VISIT, PREDICTOR_PER_BLOCK, 100.0 * PREDICTOR_STUDY_LIMIT);
 }
 
-int error_predictor(const char *plot, const struct cli *cli)
+int error_predictor(const char *plot, bool force, const struct cli *cli)
 {
     static struct predictor_study study;
     struct error error = {0};
     if (predictor_study_run(&study, &error) != MR_OK)
         return cli_fail(&error);
     if (plot) {
-        FILE *out = output_open(plot, &error);
-        if (!out)
+        struct output output;
+        if (output_begin(&output, plot, force, &error) != MR_OK)
             return cli_fail(&error);
-        plot_predictor_file(out, &study);
-        if (output_close(out, plot, &error) != MR_OK)
+        plot_predictor_file(output.file, &study);
+        if (output_end(&output, &error) != MR_OK)
             return cli_fail(&error);
     }
     if (cli->json)

@@ -174,8 +174,8 @@ static enum mr_status export_frames(struct store *store, int64_t run, FILE *out,
 }
 
 /* Made in memory first: what cannot be exported leaves the file as it was. */
-static enum mr_status write_out(struct store *store, int64_t run, const char *format, const char *path, const struct cli *cli, long *rows,
-                                struct error *error)
+static enum mr_status write_out(struct store *store, int64_t run, const char *format, const char *path, bool force, const struct cli *cli,
+                                long *rows, struct error *error)
 {
     char *text = NULL;
     size_t length = 0;
@@ -192,11 +192,8 @@ static enum mr_status write_out(struct store *store, int64_t run, const char *fo
         export_csv(store, run, made, cli, rows, error);
     if (fclose(made) != 0)
         error_set(error, MR_FULL, "no memory: RUN %lld; close other programs", (long long)run);
-    FILE *out = error->status == MR_OK ? output_open(path, error) : NULL;
-    if (out) {
-        fwrite(text, 1, length, out);
-        output_close(out, path, error);
-    }
+    if (error->status == MR_OK)
+        output_bytes(path, force, text, length, error);
     free(text);
     return error->status;
 }
@@ -204,12 +201,13 @@ static enum mr_status write_out(struct store *store, int64_t run, const char *fo
 int export_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[2] = {NULL, NULL}, *format = NULL, *path = NULL;
-    const struct cli_option options[] = {{"--format", &format, NULL}, {"-o", &path, NULL}};
+    bool force = false;
+    const struct cli_option options[] = {{"--format", &format, NULL}, {"-o", &path, NULL}, {"--force", NULL, &force}};
     struct error error = {0};
     struct store *store = NULL;
     int64_t run = 0;
     long rows = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 2, words, 2, 2, "DB RUN", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 3, words, 2, 2, "DB RUN", &error);
     if (status == MR_OK && !format)
         status = error_set(
             &error, MR_USAGE,
@@ -223,12 +221,14 @@ int export_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)
+        status = output_check(path, force, words[0], &error);
+    if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &store, &error);
     struct store_landing landing;
     if (status == MR_OK)
         status = store_landing_get(store, run, &landing, &error);
     if (status == MR_OK)
-        write_out(store, run, format, path, cli, &rows, &error);
+        write_out(store, run, format, path, force, cli, &rows, &error);
     store_close(store);
     if (error.status != MR_OK)
         return cli_fail(&error);

@@ -18,6 +18,7 @@
 struct request {
     const char *words[1 + RUNS_MAX];
     const char *scene, *fitted, *prior, *plot, *out_scene;
+    bool force;
     struct fit_options options;
     char model_runway[500];
 };
@@ -30,6 +31,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         {"--scene", &request->scene, NULL}, {"--fit", &request->fitted, NULL},      {"--prior", &request->prior, NULL},
         {"--draws", &draws, NULL},          {"--seed", &seed, NULL},                {"-j", &threads, NULL},
         {"--max-time", &most, NULL},        {"--plot", &request->plot, NULL},       {"-o", &request->out_scene, NULL},
+        {"--force", NULL, &request->force},
     };
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], request->words, 1, 1 + RUNS_MAX, "DB [RUN...]", error) != MR_OK)
         return error->status;
@@ -47,9 +49,11 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
-    if (error->status != MR_OK || output_check(request->plot, request->scene, error) != MR_OK)
+    if (error->status != MR_OK || output_check(request->plot, request->force, request->scene, error) != MR_OK)
         return error->status;
-    return output_check(request->out_scene, request->scene, error);
+    if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
+        return error_set(error, MR_USAGE, "one file for two things: --plot and -o %s; give two", request->plot);
+    return output_check(request->out_scene, request->force, request->scene, error);
 }
 
 static int key_of(const char *name, size_t length)
@@ -195,9 +199,9 @@ int fit_command(int argc, char **argv, const struct cli *cli)
         fit_run(&model, list.measured, &request.options, &answer, &error);
     }
     if (error.status == MR_OK && request.plot)
-        fit_write_plot(&list, &answer, request.plot, &error);
+        fit_write_plot(&list, &answer, request.plot, request.force, &error);
     if (error.status == MR_OK && request.out_scene)
-        fit_write_scene(&list, &answer, request.scene, request.out_scene, &error);
+        fit_write_scene(&list, &answer, request.scene, request.out_scene, request.force, &error);
     if (error.status == MR_OK && cli->json)
         exit_code = cli_print_json(fit_json(&list, &answer, cli->si), 0);
     else if (error.status == MR_OK)

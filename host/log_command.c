@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "host/log/logger.h"
+#include "host/output.h"
 
 /* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
 #define COMMIT_US 40000u
@@ -179,11 +180,11 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
 int log_command(int argc, char **argv, const struct cli *cli)
 {
     const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL, *live = NULL, *page = NULL, *wait_text = NULL;
-    bool listen = false, commands = false;
+    bool listen = false, commands = false, force = false;
     const struct cli_option options[] = {
         {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL},
         {"--listen", NULL, &listen}, {"--commands", NULL, &commands}, {"--elf", &elf, NULL}, {"--live", &live, NULL}, {"--page", &page, NULL},
-        {"--wait", &wait_text, NULL}};
+        {"--wait", &wait_text, NULL}, {"--force", NULL, &force}};
     struct error error = {0};
     double for_s = (double)INFINITY, wait_s = AWAY_S;
     enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], NULL, 0, 0, "", &error);
@@ -199,6 +200,8 @@ int log_command(int argc, char **argv, const struct cli *cli)
         status = cli_number(wait_text, "--wait", 0.0, 1e7, &wait_s, &error);
     if (status == MR_OK && listen && commands)
         status = error_set(&error, MR_USAGE, "--listen and --commands: nothing is sent, or commands are; give one");
+    if (status == MR_OK)
+        status = output_check(page, force, db, &error);
     struct hil_symbols symbols = {0};
     if (status == MR_OK)
         status = crash_symbols(&symbols, elf, &error);
@@ -217,7 +220,7 @@ int log_command(int argc, char **argv, const struct cli *cli)
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
     struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols, .wait_s = wait_s,
-                            .look = {.db = db, .page = page, .si = cli->si}};
+                            .look = {.db = db, .page = page, .force = force, .si = cli->si}};
     typed_begin(&logger.typed, commands, listen);
     status = open_all(&logger, can, serial, db, live, &error);
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)

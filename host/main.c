@@ -8,8 +8,11 @@
 #include "host/output.h"
 #include "host/store/store.h"
 
+/* Of every command that writes a file (host/output.h). */
+#define FORCE "  --force        write also over a file that is not what matrig wrote there\n"
+
 static const struct command commands[] = {
-    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] [--page F] [--wait S]", "collect landings from a board",
+    {"log", log_command, "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] [--page F] [--force] [--wait S]", "collect landings from a board",
      "  --can LINK     the board's CAN bus\n"
      "  --serial LINK  the board's serial port; either link may be left out\n"
      "  --db DB        campaign database, made when it does not exist\n"
@@ -21,6 +24,7 @@ static const struct command commands[] = {
      "  --elf F        the image that the board runs: names the function of a processor fault\n"
      "  --page F       keep the report in F up to date: written beside the logging when a landing ends\n"
      "  --wait S       wait so long for a device that was unplugged or is down; else an hour\n"
+     FORCE
      "When a landing ends its summary is printed; when its links fall silent in the middle, what came until then.\n"
      "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page landing.html\n"
      "\n"
@@ -46,7 +50,7 @@ static const struct command commands[] = {
      "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
      "         matrig live campaign.db --terminal\n"},
     {"board", board_command,
-     "--serial LINK [--image FILE] | list | read N [-o FILE] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
+     "--serial LINK [--image FILE] | list | read N [-o FILE] [--force] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
      "                        config get|set|check [-o F] [--can LINK] [--db DB [--changed NOTE]] | runway [show|load F|forget] [-o F] |\n"
      "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | self-test | reset",
      "a board: its firmware, black box, slow log, configuration, runway and health",
@@ -77,6 +81,7 @@ static const struct command commands[] = {
      "                 its functions). Exit 1 when there is a fault\n"
      "  self-test      memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails\n"
      "  reset          restart it\n"
+     FORCE
      "Example: matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db\n"},
     {"flash", flash_command, "LINK IMAGE [--enter | --boot0] [--baud N] [--all] [--force] [--stay] [--erase-configuration]",
      "program a board through its chip's boot ROM",
@@ -129,7 +134,7 @@ static const struct command commands[] = {
      "Example: matrig gages zero 1 --serial serial:/dev/ttyUSB0; matrig gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625\n"},
     {"survey", survey_command,
      "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"
-     "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F | --show | --list | --load LINK [--can]] [--survey N]",
+     "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F [--force] | --show | --list | --load LINK [--can]] [--survey N]",
      "gage points of the mat, read with a caliper: gaps, movement, in-plane bow, slack for the board",
      "  DB             campaign database, made when it does not exist. A survey that was not finished goes on\n"
      "  (nothing else) readings from the keyboard, or a caliper that types like one: a number and Enter. Each is on disk before\n"
@@ -148,6 +153,7 @@ static const struct command commands[] = {
      "  --list         all surveys\n"
      "  --load LINK    give the board the slack and read it back; serial, or CAN when it is can:, slcan: or with --can. Exit 1\n"
      "                 when the board holds something else then\n"
+     FORCE
      "A reading that is further from the last one than ten joints can do (10 x 0.036 in; a station: 1 in) is asked for again.\n"
      "With --si all lengths are millimetres. Example: matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0\n"},
     {"landing", landing_command,
@@ -171,7 +177,7 @@ static const struct command commands[] = {
      "  NAME           begin a series of this name: landings that are armed from now on belong to it\n"
      "Example: matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands tensioned'\n"},
     {"calibrate", calibrate_command,
-     "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--sensor S] [--days N] [--known E] [--table]\n"
+     "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--force] [--sensor S] [--days N] [--known E] [--table]\n"
      "                         [--changed NOTE] [--db DB] |\n"
      "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason T [--who W]",
      "a channel against known values; a corrected calibration for recorded landings",
@@ -190,13 +196,14 @@ static const struct command commands[] = {
      "  --db DB        hold the gain against what the campaign knows of its last board too, and keep the note of --changed there\n"
      "  --recompute C  give the landings of DB (of a series, or one) the calibration of configuration C. Readings come from the stored\n"
      "                 integers; the old values are kept (table recalibrations). Zeros of gages stay as measured, without --zeros\n"
+     FORCE
      "Results are in inches and pounds, also with --si. Example: matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17\n"},
     {"migrate", migrate_command, "DB [--check | --no-backup]", "bring a campaign of an older matrig forward",
      "  DB             campaign database. What writes to a campaign brings it forward by itself; what reads does not need to\n"
      "  --check        only say which version it has; exit 1 when it is an older one\n"
      "  --no-backup    keep no copy; else it stays beside it as it was, as DB.v2 and so on\n"
      "All of it happens or nothing, also when the power fails. Example: matrig migrate campaign.db --check\n"},
-    {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--no-prune] [--progress]", "run a mat scene",
+    {"sim", sim_command, "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress]", "run a mat scene",
      "  SCENE          scene file, JSON\n"
      "  --solver S     auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
      "                 planar models, fixed for the chain. Each answer is checked by a second run\n"
@@ -205,18 +212,20 @@ static const struct command commands[] = {
      "  --no-prune     integrate every mat all the time, also those at rest\n"
      "  --csv F        write the history of the mats in u_mats (or all): displacements, heights of their left ends\n"
      "  --progress     say how far the run is\n"
+     FORCE
      "Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5).\n"
      "Example: matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv\n"},
-    {"error", error_command, "SCENE|--predictor [--plot F.svg]", "every solver's error against its run time",
+    {"error", error_command, "SCENE|--predictor [--plot F.svg] [--force]", "every solver's error against its run time",
      "  SCENE          scene file, JSON\n"
      "  --predictor    instead: the onboard predictor at each of its levels and several steps, on five landings: error against\n"
      "                 the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg\n"
      "  --plot F.svg   draw error against run time. Errors are in ft, also with --si\n"
+     FORCE
      "\n"
      "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
      "methods agree on; when they do not, there is no table: exit 5.\n"
      "Example: matrig error host/scenes/consistent_fig3_7.json --plot error.svg\n"},
-    {"campaign", campaign_command, "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--check] [--no-prune]",
+    {"campaign", campaign_command, "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--force] [--check] [--no-prune]",
      "a series of landings on an ensemble of runways: which one survives",
      "  FILE           campaign file, JSON (host/campaign/README.md): runway, landings, modifications, seeds\n"
      "  -j N           runways at a time; else one per core. Results do not depend on it\n"
@@ -224,10 +233,11 @@ static const struct command commands[] = {
      "  -o F           write a page (.html) or its picture alone (.svg)\n"
      "  --check        compute everything once more, every mat and both engines in every landing, and say what differs\n"
      "  --no-prune     integrate every mat all the time\n"
+     FORCE
      "Results are distributions over the seeds: median and 5th to 95th percentile.\n"
      "Example: matrig campaign host/campaign/series/standard.json -o standard.html\n"},
     {"sweep", sweep_command,
-     "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] | FILE --gather | FILE --slurm|--parallel [--shards N]",
+     "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] [--force] | FILE --gather | FILE --slurm|--parallel [--shards N]",
      "studies over many scenes or campaigns: Cartesian, Latin hypercube, thresholds",
      "  FILE           the study, JSON (host/sweep/README.md): base scene or campaign, what is varied, what is wanted\n"
      "  -o R.jsonl     results, one JSON line a case; else FILE's name with .jsonl. The same command goes on where it was, after\n"
@@ -243,11 +253,12 @@ static const struct command commands[] = {
      "  --parallel     the same with GNU parallel (R.jsonl.parallel), -j shards at a time\n"
      "  --shards N     of them (16; four a core); --with 'OPTIONS' adds options for sbatch or parallel\n"
      "  --list         print ids and values of all cases, run nothing\n"
+     FORCE
      "Exit 1 when cases are missing (stopped); cases that failed are recorded with their reason.\n"
      "\n"
      "Example: matrig sweep host/sweep/examples/threshold.json -o t.jsonl && matrig report t.jsonl\n"},
     {"compare", compare_command,
-     "DB RUN [FILE] [--scene S] [--limits F] [--limit IN] [--seeds N] [--as-is] [-o F.svg|F.csv] [--void] | DB FILE [--series NAME] | DB --series NAME",
+     "DB RUN [FILE] [--scene S] [--limits F] [--limit IN] [--seeds N] [--as-is] [-o F.svg|F.csv] [--force] [--void] | DB FILE [--series NAME] | DB --series NAME",
      "measured against simulated: a landing, or a series",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  FILE           what it is compared with: a scene, or a campaign, whose runways are an ensemble that has a spread. Without\n"
@@ -261,10 +272,11 @@ static const struct command commands[] = {
      "  --as-is        the scene with its own motion and gaps, not the landing's; both are aligned on switch edges\n"
      "  -o F           one landing: measured and simulated with their bands, a picture; .csv: as numbers, every millisecond\n"
      "  --void         also a landing that was voided (matrig landing)\n"
+     FORCE
      "A sentence at its end says whether they agree, or which value differs most, by how much and where; only a limit that fails exits 1.\n"
      "Example: matrig compare campaign.db 5 --limits limits.json -o landing5.svg\n"
      "         matrig compare campaign.db host/campaign/series/standard.json\n"},
-    {"fit", fit_command, "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F]",
+    {"fit", fit_command, "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F] [--force]",
      "gaps, resistance, friction, thrust share and stiffness from landings, with their errors",
      "  DB [RUN...]    campaign database and landings in it; else all whose motion is known\n"
      "  --scene S      scene file that gives the runway (model chain) and the priors' values; else the model runway\n"
@@ -278,17 +290,18 @@ static const struct command commands[] = {
      "  --max-time S   else 600; an answer that is not settled by then is given and said to be so\n"
      "  --plot F.svg   residual plots\n"
      "  -o F           the scene with the fitted values\n"
+     FORCE
      "Example: matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg\n"},
-    {"bundle", bundle_command, "DB RUN -o F [--elf F] [--scene F] [--without PART,...]", "one landing with all that a replay needs, in one file, to pass on",
+    {"bundle", bundle_command, "DB RUN -o F [--force] [--elf F] [--scene F] [--without PART,...]", "one landing with all that a replay needs, in one file, to pass on",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  -o F           where to write it: a database in which the landing is RUN 1, with page, candump log, configuration,\n"
-     "                 scene and firmware image as an archive (sqlite3 F -Ax) and SHA-256 of each; at most 10 MB; must not\n"
-     "                 be there yet\n"
+     "                 scene and firmware image as an archive (sqlite3 F -Ax) and SHA-256 of each; at most 10 MB\n"
      "  --elf F        the image that recorded it, another one is refused; else the one that came with matrig\n"
      "  --scene F      when the landing was not compared; else the model runway\n"
      "  --without P    parts to leave out, with commas: page, candump, configuration, scene, firmware\n"
+     FORCE
      "Example: matrig bundle campaign.db 5 -o landing5.bundle\n"},
-    {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--board F] [--exact] | BUNDLE [--verify] [--save DIR]",
+    {"replay", replay_command, "DB RUN [--speed max|real] [--elf F] [--board F] [--exact] | BUNDLE [--verify] [--save DIR [--force]]",
      "a recorded landing through the firmware again, and whether it says the same",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  BUNDLE         a file of matrig bundle: every part is checked, then it is replayed with the image in it\n"
@@ -299,6 +312,7 @@ static const struct command commands[] = {
      "  --board F      the emulated board; else matrig-board beside matrig\n"
      "  --exact        every field must be equal, also when another image recorded the landing; else such a landing\n"
      "                 is compared within tolerances, which the output states\n"
+     FORCE
      "Exit 1 when anything differs.\n"
      "Example: matrig replay landing5.bundle\n"},
     {"predict", predict_command, "DB RUN... [--void]", "the predictor of zones and warnings on recorded landings",
@@ -312,15 +326,16 @@ static const struct command commands[] = {
      "beginning of the block that decided, as in log, report and make series.\n"
      "  --void         also of a landing that was voided\n"
      "Example: matrig predict campaign.db 5\n"},
-    {"report", report_command, "DB [-o F.html] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",
+    {"report", report_command, "DB [-o F.html] [--force] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o F.html]", "the campaign, or a sweep, as one page, with plots",
      "  DB             campaign database\n"
      "  SWEEP.jsonl    results of matrig sweep\n"
      "  -o F           where to write the page; else the name of what it shows with .html\n"
      "  --run RUN      of this landing alone\n"
      "  --film FOLDER  pictures of the film (JPEG, PNG; the last number in a name is the frame's), a folder RUN for each landing\n"
      "  --void         with the landings that were voided (matrig landing)\n"
+     FORCE
      "A PDF of it is printed by the browser. Example: matrig report campaign.db -o report.html\n"},
-    {"export", export_command, "DB RUN --format csv|candump|frames|mdf4 [-o F]", "one landing for other tools",
+    {"export", export_command, "DB RUN --format csv|candump|frames|mdf4 [-o F] [--force]", "one landing for other tools",
      "  DB RUN         campaign database and number of the landing in it, from 1\n"
      "  --format csv   time, gear position, displacements and tensions at 1 kHz\n"
      "  --format candump\n"
@@ -331,6 +346,7 @@ static const struct command commands[] = {
      "  --format mdf4  ASAM MDF 4.10: readings and gear at 1 kHz with units and what is not valid, CAN frames as bus logging\n"
      "                 with the DBC attached\n"
      "  -o F           where to write; else standard output\n"
+     FORCE
      "Example: matrig export campaign.db 5 --format csv -o landing5.csv\n"},
     {"import", import_command, "DB FILE [--map M.json] [--like RUN] [--interface NAME] [--again]", "logs, and other instruments' readings, into the campaign",
      "  DB             campaign database, made when it does not exist\n"
@@ -357,10 +373,11 @@ static const struct command commands[] = {
      "A damaged file gives a verdict (complete, truncated at, malformed at: line and column), exit 4, and what is good of it is kept.\n"
      "Example: matrig import campaign.db candump-2026-05-04.log\n"
      "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5\n"},
-    {"dbc", dbc_command, "[-o F]", "the CAN messages as a Vector DBC file",
+    {"dbc", dbc_command, "[-o F] [--force]", "the CAN messages as a Vector DBC file",
      "  -o F           where to write; else standard output\n"
+     FORCE
      "Example: matrig dbc -o matrig.dbc\n"},
-    {"scale", scale_command, "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] [--lay DEG] [-o F]",
+    {"scale", scale_command, "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] [--lay DEG] [-o F] [--force]",
      "quantities, scenes and campaigns between model and prototype",
      "  NAME=VALUE     a quantity, by name or symbol; without any, all ratios are listed. Dimensionless terms that the\n"
      "                 given quantities make up are shown for both sides\n"
@@ -373,10 +390,11 @@ static const struct command commands[] = {
      "  --lay DEG      turn the joints of a standard pattern so far from straight across: the keys of a strip along the runway,\n"
      "                 N so that it stays as long; scales only with --to or --n. Sliding (lay_slide, lay_mu) is yours to add\n"
      "  -o F           where to write the scene; else standard output\n"
+     FORCE
      "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"
      "Example: matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
      "  matrig scale host/campaign/series/rig.json --lay 45 -o diagonal.json\n"},
-    {"params", params_command, "READINGS [-o F]", "readings of simple tests to scene parameters",
+    {"params", params_command, "READINGS [-o F] [--force]", "readings of simple tests to scene parameters",
      "  READINGS       JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
      "                 {\"readings\": [...], \"error\": E}, with standard errors\n"
      "                 inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of turning: W and I\n"
@@ -385,6 +403,7 @@ static const struct command commands[] = {
      "                 pull        pull_lb, weight_lb: f\n"
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
      "  -o F           write the parameters as the beginning of a scene\n"
+     FORCE
      "Units are those of the scene keys (ft, lb, slug, s), also with --si.\n"
      "Example: matrig params readings.json -o scene.json\n"},
     {"bands", bands_command, "[NAME=VALUE[UNIT]...] [--design-only] [--passes N] [--strict]",
@@ -420,7 +439,9 @@ static int fail_usage(const char *what, const char *where)
 static int finish_output(void)
 {
     struct error error = {0};
-    return output_close(stdout, NULL, &error) == MR_OK ? 0 : cli_fail(&error);
+    struct output standard;
+    output_begin(&standard, NULL, false, &error);
+    return output_end(&standard, &error) == MR_OK ? 0 : cli_fail(&error);
 }
 
 static void tell_migration(const char *line)

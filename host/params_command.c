@@ -284,7 +284,7 @@ static json_t *scene_of(const struct reader *reader)
     return scene;
 }
 
-static int show(const struct reader *reader, const char *output_path, const struct cli *cli)
+static int show(const struct reader *reader, const char *output_path, bool force, const struct cli *cli)
 {
     struct error error = {0};
     json_t *scene = scene_of(reader), *list = json_object();
@@ -298,11 +298,11 @@ static int show(const struct reader *reader, const char *output_path, const stru
             printf("%-8s %14.6g +- %-10.2g %-10s %s\n", p->key, p->estimate.value, p->estimate.error, p->unit,
                    p->from);
     }
-    FILE *file = output_path ? output_open(output_path, &error) : NULL;
-    if (file) {
-        json_dumpf(scene, file, JSON_INDENT(2) | JSON_PRESERVE_ORDER);
-        fputc('\n', file);
-        output_close(file, output_path, &error);
+    struct output output;
+    if (output_path && output_begin(&output, output_path, force, &error) == MR_OK) {
+        json_dumpf(scene, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER);
+        fputc('\n', output.file);
+        output_end(&output, &error);
     }
     int code = error.status != MR_OK ? cli_fail(&error) : 0;
     if (cli->json && code == 0)
@@ -315,10 +315,12 @@ static int show(const struct reader *reader, const char *output_path, const stru
 int params_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1], *output_path = NULL;
-    const struct cli_option options[] = {{"-o", &output_path, NULL}};
+    bool force = false;
+    const struct cli_option options[] = {{"-o", &output_path, NULL}, {"--force", NULL, &force}};
     struct error error = {0};
     json_error_t where;
-    if (cli_parse(argc, argv, options, 1, words, 1, 1, "READINGS", &error) != MR_OK || output_not_input(output_path, words[0], &error) != MR_OK)
+    if (cli_parse(argc, argv, options, 2, words, 1, 1, "READINGS", &error) != MR_OK ||
+        output_check(output_path, force, words[0], &error) != MR_OK)
         return cli_fail(&error);
     FILE *file = fopen(words[0], "rb");
     if (!file) {
@@ -336,7 +338,7 @@ int params_command(int argc, char **argv, const struct cli *cli)
         error_set(&error, MR_MALFORMED, "no JSON object: %s: it begins with [; see matrig params --help", words[0]);
     else
         read_all(&reader);
-    code = error.status != MR_OK ? cli_fail(&error) : show(&reader, output_path, cli);
+    code = error.status != MR_OK ? cli_fail(&error) : show(&reader, output_path, force, cli);
     json_decref(root);
     return code;
 }

@@ -22,7 +22,7 @@
 struct replay {
     const char *db; /* a campaign, with `run`; or a bundle */
     int64_t run;    /* 1 in a bundle */
-    bool bundled, verify_only;
+    bool bundled, verify_only, force;
     const char *save; /* folder for what a bundle holds; NULL: none */
     bool exact_asked, elf_asked;
     struct replay_board board;
@@ -184,7 +184,7 @@ static enum mr_status open_bundle(struct replay *replay, struct store **store, c
     char verdict[450];
     enum mr_status status = bundle_open(replay->db, &bundle, &replay->check, error);
     if (status == MR_OK && replay->save)
-        status = bundle_save(bundle, &replay->check, replay->save, replay->saved, error);
+        status = bundle_save(bundle, &replay->check, replay->save, replay->force, replay->saved, error);
     if (status == MR_OK) {
         bundle_verdict(&replay->check, verdict, sizeof verdict);
         bool sound = bundle_sound(&replay->check);
@@ -256,8 +256,9 @@ static enum mr_status parse(struct replay *replay, int argc, char **argv, struct
                                          {"--board", &replay->board.program, NULL},
                                          {"--exact", NULL, &replay->exact_asked},
                                          {"--verify", NULL, &replay->verify_only},
-                                         {"--save", &replay->save, NULL}};
-    enum mr_status status = cli_parse(argc, argv, options, 6, words, 1, 2, "DB RUN, or BUNDLE", error);
+                                         {"--save", &replay->save, NULL},
+                                         {"--force", NULL, &replay->force}};
+    enum mr_status status = cli_parse(argc, argv, options, 7, words, 1, 2, "DB RUN, or BUNDLE", error);
     replay->bundled = status == MR_OK && !words[1];
     replay->run = 1;
     if (status == MR_OK && speed && strcmp(speed, "max") != 0 && strcmp(speed, "real") != 0)

@@ -37,7 +37,7 @@ static bool is_sweep(const char *path)
     return first == '{' || (length > 6 && strcmp(path + length - 6, ".jsonl") == 0);
 }
 
-static int report_sweep(const char *results, const char *path, const struct cli *cli)
+static int report_sweep(const char *results, const char *path, bool force, const struct cli *cli)
 {
     struct sweep_table table;
     struct error error = {0};
@@ -49,10 +49,10 @@ static int report_sweep(const char *results, const char *path, const struct cli 
         default_path(results, made_path, sizeof made_path);
         path = made_path;
     }
-    FILE *out = output_open(path, &error);
-    if (out) {
-        sweep_page_write(out, strrchr(results, '/') ? strrchr(results, '/') + 1 : results, &table);
-        output_close(out, path, &error);
+    struct output output;
+    if (output_not_input(path, results, &error) == MR_OK && output_begin(&output, path, force, &error) == MR_OK) {
+        sweep_page_write(output.file, strrchr(results, '/') ? strrchr(results, '/') + 1 : results, &table);
+        output_end(&output, &error);
     }
     if (error.status == MR_OK && cli->json)
         exit_code = cli_print_json(sweep_table_json(&table), 0);
@@ -74,16 +74,13 @@ static enum mr_status read_run(const char *text, int64_t *run, struct error *err
 }
 
 /* Nothing is written unless all of it could be made. */
-static enum mr_status write_page(const struct report *report, const char *path, struct error *error)
+static enum mr_status write_page(const struct report *report, const char *path, bool force, struct error *error)
 {
     char *text = NULL;
     size_t length = 0;
     enum mr_status status = page_write(report, &text, &length, error);
-    FILE *out = status == MR_OK ? output_open(path, error) : NULL;
-    if (out) {
-        fwrite(text, 1, length, out);
-        output_close(out, path, error);
-    }
+    if (status == MR_OK)
+        output_bytes(path, force, text, length, error);
     free(text);
     return error->status;
 }
@@ -91,34 +88,37 @@ static enum mr_status write_page(const struct report *report, const char *path, 
 int report_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1] = {NULL}, *path = NULL, *film = NULL, *run_text = NULL;
-    bool voided = false;
-    const struct cli_option options[] = {{"-o", &path, NULL}, {"--run", &run_text, NULL}, {"--film", &film, NULL}, {"--void", NULL, &voided}};
+    bool voided = false, force = false;
+    const struct cli_option options[] = {{"-o", &path, NULL}, {"--run", &run_text, NULL}, {"--film", &film, NULL}, {"--void", NULL, &voided},
+                                         {"--force", NULL, &force}};
     char made_path[1000];
     struct error error = {0};
     struct report report = {.si = cli->si};
     struct stat folder;
     int exit_code = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 4, words, 1, 1, "DB", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 5, words, 1, 1, "DB", &error);
     if (status == MR_OK)
         status = read_run(run_text, &report.run, &error);
     if (status == MR_OK && is_sweep(words[0]))
-        return report_sweep(words[0], path, cli);
+        return report_sweep(words[0], path, force, cli);
     if (status == MR_OK && film && (stat(film, &folder) != 0 || !S_ISDIR(folder.st_mode)))
         status = error_set(&error, MR_IO, "cannot read the film's folder: %s; --film names a folder with a folder of pictures for each RUN", film);
     report.path = words[0];
     report.film = film;
+    if (status == MR_OK && !path) {
+        default_path(words[0], made_path, sizeof made_path);
+        path = made_path;
+    }
+    if (status == MR_OK)
+        status = output_check(path, force, words[0], &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &report.store, &error);
     if (status == MR_OK && report.run)
         status = store_refuse_void(report.store, report.run, voided, &error);
     if (status == MR_OK)
         status = report_load(&report, voided, &error);
-    if (status == MR_OK && !path) {
-        default_path(words[0], made_path, sizeof made_path);
-        path = made_path;
-    }
     if (status == MR_OK)
-        status = write_page(&report, path, &error);
+        status = write_page(&report, path, force, &error);
     if (status == MR_OK && cli->json)
         exit_code = cli_print_json(report_json(path, &report), 0);
     else if (status == MR_OK)

@@ -12,6 +12,7 @@
 #include "host/board/listen.h"
 #include "host/board/runway.h"
 #include "host/cli.h"
+#include "host/output.h"
 #include "host/units.h"
 
 #define ANSWER_S 10.0 /* hello comes once a second, and so does what the memory holds */
@@ -195,16 +196,17 @@ static int print(const struct talk *talk, const struct cli *cli)
     return 0;
 }
 
-static enum mr_status write_file(const char *path, const struct mr_predictor_state *state, struct error *error)
+static enum mr_status write_file(const char *path, bool force, const struct mr_predictor_state *state, struct error *error)
 {
-    FILE *file = fopen(path, "w");
-    if (!file)
-        return error_set(error, MR_IO, "cannot be written (%s): %s", strerror(errno), path);
+    struct output output;
+    if (output_begin(&output, path, force, error) != MR_OK)
+        return error->status;
+    FILE *file = output.file;
     fprintf(file, "# A board's runway: openings of its joints in inches, upfield first. matrig board runway load gives it to a board.\n"
                   "mats %u\nlandings %u\nresistance %.9g\n", state->mats, state->landings, (double)state->scale);
     for (unsigned j = 0; j <= state->mats; j++)
         fprintf(file, "joint %u %.5f\n", j + 1u, state->gap_hmil[j] / HMIL_PER_IN);
-    return fclose(file) == 0 ? MR_OK : error_set(error, MR_IO, "cannot be written: %s; is there room?", path);
+    return output_end(&output, error);
 }
 
 /* One line of the file; false: it is none. */
@@ -267,7 +269,7 @@ static enum mr_status wait_until_kept(struct talk *talk, struct error *error)
 
 /* `state`: to be given. */
 static enum mr_status do_verb(struct talk *talk, const char *verb, const struct mr_predictor_state *state, const char *out,
-                              struct error *error)
+                              bool force, struct error *error)
 {
     enum mr_status status = wait_for(talk, &talk->hello, "say hello", error);
     if (status == MR_OK)
@@ -280,16 +282,17 @@ static enum mr_status do_verb(struct talk *talk, const char *verb, const struct 
         status = wait_until_kept(talk, error);
     if (status == MR_OK)
         status = read_runway(talk, error);
-    return status == MR_OK && out ? write_file(out, &talk->state, error) : status;
+    return status == MR_OK && out ? write_file(out, force, &talk->state, error) : status;
 }
 
 int runway_command(int argc, char **argv, const struct cli *cli)
 {
     const char *serial = NULL, *out = NULL, *words[3] = {NULL, NULL, NULL};
-    const struct cli_option options[] = {{"--serial", &serial, NULL}, {"-o", &out, NULL}};
+    bool force = false;
+    const struct cli_option options[] = {{"--serial", &serial, NULL}, {"-o", &out, NULL}, {"--force", NULL, &force}};
     struct mr_predictor_state state;
     struct error error = {0};
-    enum mr_status status = cli_parse(argc, argv, options, 2, words, 1, 3, "runway [show|load FILE|forget]", &error);
+    enum mr_status status = cli_parse(argc, argv, options, 3, words, 1, 3, "runway [show|load FILE|forget]", &error);
     const char *verb = status == MR_OK && words[1] ? words[1] : "show";
     bool load = strcmp(verb, "load") == 0;
     if (status == MR_OK && strcmp(words[0], "runway") != 0)
@@ -302,6 +305,8 @@ int runway_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "no link: matrig board runway needs --serial LINK; see matrig board --help");
     if (status == MR_OK && load)
         status = read_file(words[2], &state, &error);
+    if (status == MR_OK)
+        status = output_check(out, force, words[2], &error);
     if (status != MR_OK)
         return cli_fail(&error);
     struct talk *talk = calloc(1, sizeof *talk);
@@ -311,7 +316,7 @@ int runway_command(int argc, char **argv, const struct cli *cli)
     talk->tag = (uint16_t)(link_now_us() / 1000u);
     status = link_open(serial, LINK_SERIAL, &talk->link, &error);
     if (status == MR_OK)
-        status = do_verb(talk, verb, &state, out, &error);
+        status = do_verb(talk, verb, &state, out, force, &error);
     link_close(talk->link);
     int exit_code = status == MR_OK ? print(talk, cli) : cli_fail(&error);
     free(talk);

@@ -15,7 +15,7 @@ static enum mr_status read_request(int argc, char **argv, struct scale_request *
     const char *to = NULL, *keep = NULL, *n = NULL, *lay = NULL;
     const struct cli_option options[] = {
         {"--to", &to, NULL}, {"--keep", &keep, NULL}, {"--n", &n, NULL}, {"--lay", &lay, NULL},
-        {"-o", &request->output_path, NULL}};
+        {"-o", &request->output_path, NULL}, {"--force", NULL, &request->force}};
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], request->words, 0, SCALE_WORDS_MAX,
                   "NAME=VALUE... or SCENE", error) != MR_OK)
         return error->status;
@@ -172,7 +172,7 @@ int scale_command(int argc, char **argv, const struct cli *cli)
     else if (request.output_path && request.count > 0 && !file)
         error_set(&error, MR_USAGE, "nothing to write: -o %s is for a scene; leave it out", request.output_path);
     else
-        output_check(request.output_path, file ? request.words[0] : NULL, &error);
+        output_check(request.output_path, request.force, file ? request.words[0] : NULL, &error);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (request.count == 0)

@@ -22,7 +22,7 @@
 struct request {
     const char *scene_path;
     const char *csv_path;
-    bool progress;
+    bool progress, force;
     struct sim_options options;
 };
 
@@ -36,6 +36,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
         {"--csv", &request->csv_path, NULL},
         {"--no-prune", NULL, &request->options.no_prune},
         {"--progress", NULL, &request->progress},
+        {"--force", NULL, &request->force},
     };
     const char *words[1];
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "SCENE", error) !=
@@ -46,7 +47,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *reques
     if (rtol && cli_number(rtol, "--rtol", 1e-13, 1.0, &request->options.rtol, error) != MR_OK)
         return error->status;
     request->scene_path = words[0];
-    return output_not_input(request->csv_path, request->scene_path, error);
+    return output_check(request->csv_path, request->force, request->scene_path, error);
 }
 
 static volatile sig_atomic_t interrupted;
@@ -185,9 +186,10 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
                                 const struct sim_result *result, const struct cli *cli, struct error *error)
 {
     double unit = cli->si ? M_PER_FT : 1.0;
-    FILE *file = output_open(request->csv_path, error);
-    if (!file)
+    struct output output;
+    if (output_begin(&output, request->csv_path, request->force, error) != MR_OK)
         return error->status;
+    FILE *file = output.file;
     fputs("t_s", file);
     for (size_t i = 0; i < result->station_count; i++)
         fprintf(file, ",u_%d_%s", shown_mat(scene, i), cli->si ? "m" : "ft");
@@ -202,7 +204,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
             fprintf(file, ",%.9g", unit * result->sample_y_ft[k * result->station_count + i]);
         fputc('\n', file);
     }
-    return output_close(file, request->csv_path, error);
+    return output_end(&output, error);
 }
 
 static void print_outputs(const struct sim_scene *scene, const struct sim_result *result,

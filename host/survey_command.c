@@ -20,7 +20,7 @@
 struct request {
     const struct cli *cli;
     const char *db, *pattern_text, *edges_text, *closed_text, *error_text, *who, *note, *caliper, *from, *sheet, *number_text, *load;
-    bool begin_new, end, show, list, can, doubtful;
+    bool begin_new, end, show, list, can, doubtful, force;
     enum survey_pattern pattern;
     enum survey_edges edges;
     double closed_in, error_in;
@@ -367,12 +367,12 @@ static enum mr_status write_sheet(const struct request *request, struct store *s
             }
         }
     }
-    FILE *out = status == MR_OK ? output_open(strcmp(request->sheet, "-") == 0 ? NULL : request->sheet, error) : NULL;
-    if (!out)
+    struct output output;
+    if (status != MR_OK || output_begin(&output, strcmp(request->sheet, "-") == 0 ? NULL : request->sheet, request->force, error) != MR_OK)
         return error->status;
-    survey_sheet_write(out, &survey->desk, request->cli->si);
+    survey_sheet_write(output.file, &survey->desk, request->cli->si);
     *places = survey->desk.plan.count;
-    return output_close(out, strcmp(request->sheet, "-") == 0 ? NULL : request->sheet, error);
+    return output_end(&output, error);
 }
 
 static int run(const struct request *request)
@@ -454,7 +454,7 @@ int survey_command(int argc, char **argv, const struct cli *cli)
         {"--pattern", &r.pattern_text, NULL}, {"--edges", &r.edges_text, NULL}, {"--closed", &r.closed_text, NULL},
         {"--error", &r.error_text, NULL},     {"--who", &r.who, NULL},          {"--note", &r.note, NULL},
         {"--caliper", &r.caliper, NULL},      {"--from", &r.from, NULL},        {"--sheet", &r.sheet, NULL},
-        {"--survey", &r.number_text, NULL},   {"--load", &r.load, NULL},        {"--new", NULL, &r.begin_new},
+        {"--survey", &r.number_text, NULL},   {"--load", &r.load, NULL},        {"--new", NULL, &r.begin_new},        {"--force", NULL, &r.force},
         {"--end", NULL, &r.end},              {"--show", NULL, &r.show},        {"--list", NULL, &r.list},
         {"--can", NULL, &r.can},              {"--doubtful", NULL, &r.doubtful}};
     struct error error = {0};

@@ -26,7 +26,7 @@ struct request {
     struct sweep_shard shard;
     unsigned jobs, shards;
     double timeout_s; /* 0: the study's */
-    bool list, gather, retry, slurm, parallel, no_wait;
+    bool list, gather, retry, slurm, parallel, no_wait, force;
 };
 
 static volatile sig_atomic_t stopped;
@@ -118,7 +118,7 @@ static enum mr_status read_request(int argc, char **argv, struct request *r, str
         {"--timeout", &r->timeout, NULL}, {"--with", &r->with, NULL},
         {"--list", NULL, &r->list},    {"--gather", NULL, &r->gather},
         {"--retry", NULL, &r->retry},  {"--slurm", NULL, &r->slurm},
-        {"--no-wait", NULL, &r->no_wait}, {"--parallel", NULL, &r->parallel},
+        {"--no-wait", NULL, &r->no_wait}, {"--parallel", NULL, &r->parallel}, {"--force", NULL, &r->force},
     };
     if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], r->words, 1, 1 + PARTS_MAX, "FILE", error) != MR_OK)
         return error->status;
@@ -157,22 +157,14 @@ static bool same_text(const char *path, const char *text)
 
 /* Beside the results, so that they say what they are of, and so that a study edited later does not change what shards run. Put
  * there by a rename: shards that begin together write the same. */
-static enum mr_status keep_study(const struct sweep_study *study, const char *results, char *path, struct error *error)
+static enum mr_status keep_study(const struct sweep_study *study, const char *results, bool force, char *path, struct error *error)
 {
-    char fresh[SWEEP_PATH_MAX + 80];
     sweep_study_path(results, path);
     char *text = json_dumps(study->root, JSON_INDENT(1) | JSON_REAL_PRECISION(17));
     if (!text)
         return error_set(error, MR_FULL, "out of memory: %s; use a smaller base", path);
-    if (!same_text(path, text)) {
-        snprintf(fresh, sizeof fresh, "%s.%ld", path, (long)getpid());
-        FILE *file = output_open(fresh, error);
-        if (file) {
-            fputs(text, file);
-            if (output_close(file, fresh, error) == MR_OK && rename(fresh, path) != 0)
-                error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno), path);
-        }
-    }
+    if (!same_text(path, text))
+        output_bytes(path, force, text, strlen(text), error);
     free(text);
     return error->status;
 }
@@ -310,7 +302,7 @@ static enum mr_status run_share(const struct request *r, const struct sweep_stud
     if (r->retry)
         sweep_results_rewrite(&results, is_ok, NULL, error);
     if (error->status == MR_OK && sweep_done_load(&done, study, &results, r->results, error) == MR_OK &&
-        keep_study(study, r->results, copy, error) == MR_OK) {
+        keep_study(study, r->results, r->force, copy, error) == MR_OK) {
         o->failed = done.failed;
         o->twice = done.twice;
         run_cases(r, study, &results, &done, o, cli, error);
@@ -352,7 +344,8 @@ static enum mr_status submit(const struct request *r, const struct sweep_study *
     char copy[SWEEP_PATH_MAX + 40];
     unsigned shards = r->shards < study->cases ? r->shards : (unsigned)study->cases;
     struct sweep_submission s = {.engine = r->slurm ? SWEEP_SLURM : SWEEP_PARALLEL, .study = copy, .results = r->results, .shards = shards,
-                                 .jobs = r->jobs, .with = r->with, .timeout = r->timeout, .no_wait = r->no_wait};
+                                 .jobs = r->jobs, .with = r->with, .timeout = r->timeout, .no_wait = r->no_wait,
+                                 .force = r->force};
     double begun_s = clock_s();
     if (gather(r, study, o, error) != MR_OK)
         return error->status; /* results of another study */
@@ -360,7 +353,7 @@ static enum mr_status submit(const struct request *r, const struct sweep_study *
         cli_note(cli, "nothing is missing: %s", r->results);
         return MR_OK;
     }
-    if (keep_study(study, r->results, copy, error) != MR_OK || sweep_submit(&s, error) != MR_OK)
+    if (keep_study(study, r->results, r->force, copy, error) != MR_OK || sweep_submit(&s, error) != MR_OK)
         return error->status;
     if (r->slurm)
         cli_note(cli, "Slurm job %s, %u shards, by %s%s", s.job, shards, s.script,

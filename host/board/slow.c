@@ -1,6 +1,5 @@
 #include "host/board/slow.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,6 +7,7 @@
 #include <time.h>
 
 #include "host/board/boxtalk.h"
+#include "host/output.h"
 
 #define ROUNDS 4      /* of asking for what has not come */
 #define SEQ_MAX 0x7fffffffu
@@ -134,11 +134,12 @@ static int compare_rows(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static enum mr_status write_csv(const char *path, struct fetch *fetch, struct error *error)
+static enum mr_status write_csv(const char *path, bool force, struct fetch *fetch, struct error *error)
 {
-    FILE *file = fopen(path, "w");
-    if (!file)
-        return error_set(error, MR_IO, "cannot be written (%s): %s; give another file", strerror(errno), path);
+    struct output output;
+    if (output_begin(&output, path, force, error) != MR_OK)
+        return error->status;
+    FILE *file = output.file;
     qsort(fetch->rows, fetch->count, sizeof *fetch->rows, compare_rows);
     fputs("seq,boot,block_ms,time_utc,faults,state,temperature_c", file);
     for (unsigned i = 1; i <= MR_TRANSDUCERS; i++)
@@ -158,9 +159,7 @@ static enum mr_status write_csv(const char *path, struct fetch *fetch, struct er
             print_number(file, row->tension_lb[k], 2);
         fputc('\n', file);
     }
-    bool failed = ferror(file) != 0;
-    failed |= fclose(file) != 0;
-    return failed ? error_set(error, MR_IO, "cannot be written: %s; is there room?", path) : MR_OK;
+    return output_end(&output, error);
 }
 
 static int tell(const struct cli *cli, const struct fetch *fetch)
@@ -177,7 +176,7 @@ static int tell(const struct cli *cli, const struct fetch *fetch)
     return 0;
 }
 
-int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv, struct error *error)
+int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv, bool force, struct error *error)
 {
     struct fetch fetch = {.talk = talk};
     struct store *store = NULL;
@@ -190,13 +189,13 @@ int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, cons
         date_rows(&fetch);
         enum mr_status kept = db ? keep(store, &fetch, &late) : MR_OK;
         if (kept == MR_OK && csv)
-            kept = write_csv(csv, &fetch, &late);
+            kept = write_csv(csv, force, &fetch, &late);
         if (kept != MR_OK && status == MR_OK) {
             status = kept;
             broken = late;
         }
     } else if (status == MR_OK && csv) {
-        status = write_csv(csv, &fetch, &broken);
+        status = write_csv(csv, force, &fetch, &broken);
     }
     *error = broken;
     store_close(store);

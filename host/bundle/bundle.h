@@ -44,6 +44,7 @@ struct bundle_want {
     const char *elf;   /* the image; must be the one that recorded the landing */
     const char *scene; /* used when the landing was not compared; then the scene of the newest comparison goes in */
     bool without[BUNDLE_FILES];
+    bool force; /* in place of whatever bundle is there (host/output.h) */
 };
 struct bundle_made {
     size_t bytes;
@@ -100,9 +101,9 @@ bool bundle_sound(const struct bundle_check *check);
 /* One line: complete, truncated or changed, and where. */
 void bundle_verdict(const struct bundle_check *check, char *text, size_t size);
 
-/* Writes those files that are whole into a folder that is there; names that are taken are refused. `saved[i]`: it was. Only names of
+/* Writes those files that are whole into a folder that is there; what is there already, and is not what matrig wrote, only with `force`. `saved[i]`: it was. Only names of
  * bundle_files are ever written, never one from the archive. */
-enum mr_status bundle_save(struct bundle *bundle, const struct bundle_check *check, const char *folder, bool saved[BUNDLE_FILES],
+enum mr_status bundle_save(struct bundle *bundle, const struct bundle_check *check, const char *folder, bool force, bool saved[BUNDLE_FILES],
                            struct error *error);
 /* Writes one of them, or the whole database, as `path`, which must not be there. */
 enum mr_status bundle_save_file(struct bundle *bundle, enum bundle_file file, const char *path, struct error *error);

@@ -12,7 +12,9 @@
 #include "host/export/export_candump.h"
 #include "host/flash/imagefile.h"
 #include "host/link/link.h"
+#include "host/output.h"
 #include "host/report/page.h"
+#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 /* The digests are filled in when the tables are; their rows are made first, as long as they will be, to lie before what they tell of. */
@@ -243,7 +245,9 @@ static enum mr_status put_file(struct making *making, enum bundle_file file, str
 
 static enum mr_status open_draft(struct making *making, struct error *error)
 {
-    return sqlite3_open_v2(making->draft, &making->database, SQLITE_OPEN_READWRITE, NULL) == SQLITE_OK ? MR_OK : failed(making, error);
+    bool opened = sqlite3_open_v2(making->draft, &making->database, SQLITE_OPEN_READWRITE, NULL) == SQLITE_OK;
+    store_guard_settings(making->database);
+    return opened ? MR_OK : failed(making, error);
 }
 
 static void close_draft(struct making *making)
@@ -361,16 +365,17 @@ static enum mr_status seal(struct making *making, struct bundle_made *made, stru
     return status;
 }
 
-/* Into place, never over another file. */
-static enum mr_status put_in_place(struct making *making, struct error *error)
+/* --force is for bundles: a campaign cannot be made again. */
+static enum mr_status refuse_campaign(const char *path, bool force, struct error *error)
 {
-    if (link(making->draft, making->path) == 0)
-        return unlink(making->draft), MR_OK;
-    if (errno == EEXIST)
-        return error_set(error, MR_USAGE, "is there already: %s; give another file for the bundle", making->path);
-    if (rename(making->draft, making->path) == 0) /* a file system without links */
+    struct error why = {0};
+    struct bundle *bundle = NULL;
+    static struct bundle_check check;
+    if (!force || !output_is_database(path))
         return MR_OK;
-    return error_set(error, MR_IO, "cannot be written (%s): %s; check path and rights", strerror(errno), making->path);
+    bool is_bundle = bundle_open(path, &bundle, &check, &why) == MR_OK;
+    bundle_close(bundle);
+    return is_bundle ? MR_OK : error_set(error, MR_USAGE, "would overwrite a database: %s; give another file for the bundle", path);
 }
 
 /* ---- all of it ---- */
@@ -409,8 +414,8 @@ enum mr_status bundle_make(struct store *store, int64_t run, const struct bundle
         return status;
     if (strlen(path) > 1000)
         return error_set(error, MR_USAGE, "path too long: %.40s...; give a shorter one", path);
-    if (access(path, F_OK) == 0)
-        return error_set(error, MR_USAGE, "is there already: %s; give another file for the bundle", path);
+    if (refuse_campaign(path, want->force, error) != MR_OK || output_check_database(path, want->force, error) != MR_OK)
+        return error->status;
     /* Drafts of this process: what another one left is not touched. */
     snprintf(making.draft, sizeof making.draft, "%s.making-%ld", path, (long)getpid());
     snprintf(slice, sizeof slice, "%s.slice-%ld", path, (long)getpid());
@@ -426,7 +431,7 @@ enum mr_status bundle_make(struct store *store, int64_t run, const struct bundle
     if (status == MR_OK)
         status = seal(&making, made, error);
     if (status == MR_OK)
-        status = put_in_place(&making, error);
+        status = output_place_database(making.draft, path, want->force, error);
     store_close(making.slice);
     remove_database(slice);
     remove_database(making.draft);

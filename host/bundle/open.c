@@ -9,6 +9,7 @@
 #include "host/bundle/bundle.h"
 #include "host/bundle/digest.h"
 #include "host/bundle/inside.h"
+#include "host/store/store_guard.h"
 
 /* The file's header, https://sqlite.org/fileformat2.html#the_database_header */
 #define HEADER_BYTES 100u
@@ -90,14 +91,12 @@ static void look_at_header(struct bundle *bundle, struct bundle_check *check)
 
 static enum mr_status attach_bytes(struct bundle *bundle, const char *path, struct error *error)
 {
-    int on = 0;
     if (sqlite3_open_v2(":memory:", &bundle->database, SQLITE_OPEN_READWRITE, NULL) != SQLITE_OK ||
         sqlite3_deserialize(bundle->database, "main", bundle->bytes, (sqlite3_int64)bundle->size, (sqlite3_int64)bundle->size,
                             SQLITE_DESERIALIZE_READONLY) != SQLITE_OK)
         return error_set(error, MR_MALFORMED, "no bundle (%s): %s; name a file that matrig bundle made",
                          bundle->database ? sqlite3_errmsg(bundle->database) : "no memory", path);
-    sqlite3_db_config(bundle->database, SQLITE_DBCONFIG_DEFENSIVE, 1, &on);
-    sqlite3_db_config(bundle->database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, &on);
+    store_guard_settings(bundle->database);
     sqlite3_limit(bundle->database, SQLITE_LIMIT_LENGTH, (int)BUNDLE_FILE_MAX);
     sqlite3_limit(bundle->database, SQLITE_LIMIT_ATTACHED, 0);
     sqlite3_progress_handler(bundle->database, STEPS_EACH, too_many_steps, bundle);

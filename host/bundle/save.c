@@ -8,6 +8,7 @@
 #include <zlib.h>
 
 #include "host/bundle/inside.h"
+#include "host/output.h"
 
 uint8_t *bundle_unpack(struct bundle *bundle, const char *name, size_t *size, char *why, size_t why_size)
 {
@@ -82,7 +83,19 @@ enum mr_status bundle_save_campaign(struct bundle *bundle, const char *path, str
     return write_new(path, bundle->bytes, bundle->size, error);
 }
 
-enum mr_status bundle_save(struct bundle *bundle, const struct bundle_check *check, const char *folder, bool saved[BUNDLE_FILES],
+/* For a user, into a folder where it may lie already. */
+static enum mr_status save_output(struct bundle *bundle, enum bundle_file file, const char *path, bool force, struct error *error)
+{
+    char why[160];
+    size_t size;
+    uint8_t *bytes = bundle_unpack(bundle, bundle_files[file].name, &size, why, sizeof why);
+    enum mr_status status = bytes ? output_bytes(path, force, bytes, size, error)
+                                  : error_set(error, MR_MALFORMED, "no %s in the bundle (%s): make it again", bundle_files[file].name, why);
+    free(bytes);
+    return status;
+}
+
+enum mr_status bundle_save(struct bundle *bundle, const struct bundle_check *check, const char *folder, bool force, bool saved[BUNDLE_FILES],
                            struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -94,7 +107,7 @@ enum mr_status bundle_save(struct bundle *bundle, const struct bundle_check *che
             continue;
         if (snprintf(path, sizeof path, "%s/%s", folder, bundle_files[file].name) >= (int)sizeof path)
             return error_set(error, MR_USAGE, "path too long: %.40s...; give a shorter one", folder);
-        status = bundle_save_file(bundle, (enum bundle_file)file, path, error);
+        status = save_output(bundle, (enum bundle_file)file, path, force, error);
         saved[file] = status == MR_OK;
     }
     return status;

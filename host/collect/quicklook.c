@@ -26,7 +26,7 @@ bool quicklook_silent(struct quicklook *look, const struct collector_progress *p
 
 static void spawn(struct quicklook *look)
 {
-    char *words[9];
+    char *words[10];
     int n = 0;
     posix_spawnattr_t how;
     posix_spawn_file_actions_t files;
@@ -39,6 +39,8 @@ static void spawn(struct quicklook *look)
     words[n++] = (char *)look->db;
     words[n++] = (char *)"-o";
     words[n++] = (char *)look->page;
+    if (look->force)
+        words[n++] = (char *)"--force";
     words[n] = NULL;
     sigemptyset(&none);
     sigemptyset(&pipe_signal);

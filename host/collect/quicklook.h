@@ -11,6 +11,7 @@
 
 struct quicklook {
     const char *db, *page; /* page: NULL, none is written */
+    bool force;              /* in place of whatever is there */
     bool si;
     int64_t block, told_run; /* newest block; landing whose silence was told */
     uint64_t since_us;       /* when it came */

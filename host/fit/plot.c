@@ -116,11 +116,12 @@ static void draw(FILE *out, const struct fit_landings *list, const struct fit_an
     }
 }
 
-enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer, const char *path, struct error *error)
+enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer, const char *path, bool force, struct error *error)
 {
-    FILE *out = output_open(path, error);
-    if (!out)
+    struct output output;
+    if (output_begin(&output, path, force, error) != MR_OK)
         return error->status;
+    FILE *out = output.file;
     svg_open_file(out, WIDTH, HEIGHT, "residuals of a fit");
     fprintf(out, "%s<g class=\"fp\"><rect class=\"paper\" width=\"%.0f\" height=\"%.0f\"/>", style, WIDTH, HEIGHT);
     draw(out, list, answer);
@@ -133,5 +134,5 @@ enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_
     fprintf(out, "<text class=\"small\" x=\"%.0f\" y=\"%.0f\">Grey: 95 %% of what gaps, resistances and noise scatter.</text></g>\n", LEFT,
             HEIGHT - 12.0);
     svg_close(out);
-    return output_close(out, path, error);
+    return output_end(&output, error);
 }

@@ -360,7 +360,7 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
     json_object_set_new(scene, "path", path_json(&list->landing[0], share));
 }
 
-enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path,
+enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path, bool force,
                                struct error *error)
 {
     json_error_t where;
@@ -374,11 +374,11 @@ enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit
     fit_landings_values(list, answer->z, value);
     if (fit_landings_joints(list, answer->z, nearest(list, answer), &joints, &share, error)) {
         set_scene(scene, list, value, &joints, share);
-        FILE *file = output_open(path, error);
-        if (file) {
-            json_dumpf(scene, file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
-            fputc('\n', file);
-            output_close(file, path, error);
+        struct output output;
+        if (output_begin(&output, path, force, error) == MR_OK) {
+            json_dumpf(scene, output.file, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
+            fputc('\n', output.file);
+            output_end(&output, error);
         }
     }
     sim_scene_free(&joints);

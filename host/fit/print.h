@@ -23,10 +23,10 @@ void fit_print(const struct fit_landings *list, const struct fit_answer *answer,
 json_t *fit_json(const struct fit_landings *list, const struct fit_answer *answer, bool si);
 /* The runway's scene with the fitted values, the first landing's way and thrust, and joints: of many draws those that come
  * nearest to what was measured (joints that are all alike would hardly move: a landing moves what gives way first). */
-enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path,
+enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path, bool force,
                                struct error *error);
 /* Residual plots, one picture: each statistic's measured less expected, in standard deviations, over the transducers' stations,
  * and measured against expected. */
-enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer, const char *path, struct error *error);
+enum mr_status fit_write_plot(const struct fit_landings *list, const struct fit_answer *answer, const char *path, bool force, struct error *error);
 
 #endif

@@ -14,6 +14,7 @@ struct scale_request {
     double n;
     double lay_deg; /* 0: the pattern stays */
     const char *output_path;
+    bool force;
     const char *words[SCALE_WORDS_MAX];
     size_t count;
 };

@@ -298,12 +298,12 @@ static json_t *scene_numbers(const struct sim_scene *s)
 
 static enum mr_status write_scene(const struct scale_request *request, const json_t *scene, struct error *error)
 {
-    FILE *file = output_open(request->output_path, error);
-    if (!file)
+    struct output output;
+    if (output_begin(&output, request->output_path, request->force, error) != MR_OK)
         return error->status;
-    json_dumpf(scene, file, JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(17));
-    fputc('\n', file);
-    return output_close(file, request->output_path, error);
+    json_dumpf(scene, output.file, JSON_INDENT(2) | JSON_PRESERVE_ORDER | JSON_REAL_PRECISION(17));
+    fputc('\n', output.file);
+    return output_end(&output, error);
 }
 
 /* The file on the other side, and for a scene the numbers that both share. What is no scene is refused as `sim` does, what is no

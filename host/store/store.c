@@ -11,10 +11,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "host/store/store_guard.h"
 #include "host/store/store_migrate.h"
 #include "host/store/store_sql.h"
 
 #define BUSY_WAIT_MS 30000 /* another program may hold the file; what comes meanwhile waits in the links */
+
+#define INTEGERS_EXACT 9007199254740992.0 /* 2^53: below, a double is the integer that it says */
 
 static const struct {
     const char *types;
@@ -36,6 +39,12 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
             error, MR_MALFORMED,
             "no campaign database, or a damaged one (%s): %s; name a database that matrig log made", text,
             store->path);
+    case SQLITE_INTERRUPT:
+        return error_set(error, MR_MALFORMED, "no end of what is to be read, more than the file can hold: %s; it is damaged, take a copy of "
+                         "before", store->path);
+    case SQLITE_TOOBIG:
+        return error_set(error, MR_MALFORMED, "a value longer than matrig writes any (%s): %s; it is damaged, take a copy of before", text,
+                         store->path);
     case SQLITE_FULL:
         return error_set(error, MR_FULL, "cannot %s (%s): %s; make room on the disk", doing, text,
                          store->path);
@@ -51,6 +60,7 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
 
 static enum mr_status execute(struct store *store, const char *sql, const char *doing, struct error *error)
 {
+    store_guard_renew(store);
     return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK
                ? MR_OK
                : store_failed(store, doing, error);
@@ -100,6 +110,16 @@ static enum mr_status bring_forward(struct store *store, enum store_mode mode, i
     return status == MR_OK && due ? store_migrate(store, mode != STORE_BARE, error) : status;
 }
 
+/* Before anything of it is used. */
+static enum mr_status refuse_foreign(struct store *store, struct error *error)
+{
+    char what[STORE_FOREIGN_TEXT];
+    if (store_guard_schema(store->database, what) == MR_OK)
+        return MR_OK;
+    return error_set(error, MR_MALFORMED, "a campaign with what matrig does not put into one (%s): %s; if you did, drop it with sqlite3, else take "
+                     "a copy of before", what, store->path);
+}
+
 static enum mr_status check_version(struct store *store, enum store_mode mode, struct error *error)
 {
     int64_t application, version, tables;
@@ -122,6 +142,8 @@ static enum mr_status check_version(struct store *store, enum store_mode mode, s
             error, MR_VERSION,
             "campaign database of version %lld, this matrig has version %d: %s; use the matrig that made it",
             (long long)version, STORE_VERSION, store->path);
+    if (refuse_foreign(store, error) != MR_OK)
+        return error->status;
     return bring_forward(store, mode, version, error);
 }
 
@@ -144,7 +166,12 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
         status = store_failed(made, "open", error);
     if (status == MR_OK) {
         sqlite3_busy_timeout(made->database, BUSY_WAIT_MS);
+        store_guard_settings(made->database);
+        store_guard_steps(made);
+        /* another program's database keeps its journal as it is */
+        sqlite3_db_config(made->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
         status = check_version(made, mode, error);
+        sqlite3_db_config(made->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, status != MR_OK, NULL);
     }
     if (status == MR_OK && mode == STORE_READ)
         status = execute(made, "PRAGMA query_only=1", "open", error);
@@ -245,6 +272,7 @@ enum mr_status store_run(struct store *store, struct error *error, enum store_st
 {
     va_list values;
     va_start(values, which);
+    store_guard_renew(store);
     enum mr_status status = bind(store, error, which, values);
     va_end(values);
     if (status != MR_OK)
@@ -262,6 +290,7 @@ enum mr_status store_query(struct store *store, struct error *error, sqlite3_stm
     va_list values;
     va_start(values, which);
     enum mr_status status = store_frames_flush(store, error);
+    store_guard_renew(store);
     if (status == MR_OK)
         status = bind(store, error, which, values);
     va_end(values);
@@ -272,9 +301,10 @@ enum mr_status store_query(struct store *store, struct error *error, sqlite3_stm
 enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct error *error)
 {
     int code = sqlite3_step(statement);
-    if (code == SQLITE_ROW)
+    bool fits = code != SQLITE_ROW || store_guard_row(store);
+    if (code == SQLITE_ROW && fits)
         return MR_OK;
-    enum mr_status status = code == SQLITE_DONE ? MR_TOO_FEW : store_failed(store, "read", error);
+    enum mr_status status = !fits ? error_set(error, MR_MALFORMED, "more rows than the file can hold: %s; it is damaged, take a copy of before", store->path) : code == SQLITE_DONE ? MR_TOO_FEW : store_failed(store, "read", error);
     sqlite3_reset(statement);
     return status;
 }
@@ -284,16 +314,21 @@ void store_reset(sqlite3_stmt *statement)
     sqlite3_reset(statement);
 }
 
+/* A value of another kind than matrig writes there is absent, as one that was never written. */
 int64_t store_integer(sqlite3_stmt *statement, int column)
 {
-    return sqlite3_column_type(statement, column) == SQLITE_NULL ? STORE_NONE
-                                                                 : sqlite3_column_int64(statement, column);
+    int type = sqlite3_column_type(statement, column);
+    double real = type == SQLITE_FLOAT ? sqlite3_column_double(statement, column) : 0.0;
+    if (type != SQLITE_INTEGER && (type != SQLITE_FLOAT || !(fabs(real) < INTEGERS_EXACT)))
+        return STORE_NONE;
+    return sqlite3_column_int64(statement, column);
 }
 
 double store_real(sqlite3_stmt *statement, int column)
 {
-    return sqlite3_column_type(statement, column) == SQLITE_NULL ? (double)NAN
-                                                                 : sqlite3_column_double(statement, column);
+    int type = sqlite3_column_type(statement, column);
+    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_column_double(statement, column) : (double)NAN;
+    return isfinite(real) ? real : (double)NAN;
 }
 
 void store_text(sqlite3_stmt *statement, int column, char *out, size_t size)

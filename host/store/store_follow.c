@@ -1,11 +1,13 @@
 #include "host/store/store_follow.h"
 
+#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 #define BLOCKS_A_TURN 5000
 
 static enum mr_status prepare(struct store *store, const char *sql, sqlite3_stmt **statement, struct error *error)
 {
+    store_guard_renew(store);
     return sqlite3_prepare_v2(store->database, sql, -1, statement, NULL) == SQLITE_OK ? MR_OK : store_failed(store, "read", error);
 }
 

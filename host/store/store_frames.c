@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 #define COLUMNS 10
@@ -58,6 +59,7 @@ static enum mr_status put_all(struct store *store, struct error *error)
     }
     if (status != MR_OK)
         return status;
+    store_guard_renew(store);
     if (sqlite3_step(store->frames_put) != SQLITE_DONE)
         status = store_failed(store, "write", error);
     sqlite3_reset(store->frames_put);

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 #define BACKUPS_MOST 99  /* of one version beside one campaign */
@@ -43,6 +44,7 @@ static enum mr_status execute(struct store *store, struct error *error, const ch
     va_end(values);
     if (!sql)
         abort();
+    store_guard_renew(store);
     int code = sqlite3_exec(store->database, sql, NULL, NULL, NULL);
     sqlite3_free(sql);
     return code == SQLITE_OK ? MR_OK : store_failed(store, "bring forward", error);
@@ -245,6 +247,8 @@ static enum mr_status copy_pages(struct store *store, const char *to, struct err
     int code = sqlite3_open_v2(store->path, &source, SQLITE_OPEN_READONLY, NULL);
     if (code == SQLITE_OK)
         code = sqlite3_open_v2(to, &copy, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, NULL);
+    store_guard_settings(source);
+    store_guard_settings(copy);
     if (code == SQLITE_OK && !(backup = sqlite3_backup_init(copy, "main", source, "main")))
         code = sqlite3_errcode(copy);
     for (int tries = 0; code == SQLITE_OK || ((code == SQLITE_BUSY || code == SQLITE_LOCKED) && tries < BUSY_TRIES);) {

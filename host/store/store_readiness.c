@@ -5,6 +5,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
 #define CHECK_STEPS 20000 /* of SQLite's machine between two looks at the clock */
@@ -123,7 +124,7 @@ enum mr_status store_check(struct store *store, double most_s, bool *whole, stru
         return store_failed(store, "check", error);
     sqlite3_progress_handler(store->database, CHECK_STEPS, too_late, &until_s);
     int step = sqlite3_step(s);
-    sqlite3_progress_handler(store->database, 0, NULL, NULL);
+    store_guard_steps(store); /* the handler that was there */
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
     *whole = text && strcmp(text, "ok") == 0;
     if (text && !*whole)

@@ -3,6 +3,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "host/store/store_guard.h"
 #include "host/store/store_readiness.h"
 #include "host/store/store_sql.h"
 
@@ -10,6 +11,7 @@
 
 static enum mr_status execute(struct store *store, const char *sql, struct error *error)
 {
+    store_guard_renew(store);
     return sqlite3_exec(store->database, sql, NULL, NULL, NULL) == SQLITE_OK ? MR_OK
                                                                             : store_failed(store, "copy the landing from", error);
 }
@@ -119,6 +121,7 @@ static enum mr_status copy_tables(struct store *store, const struct store_landin
     /* In the order in which they were made: what refers to a row comes after it. */
     if (sqlite3_prepare_v2(store->database,
                            "SELECT name FROM main.sqlite_schema WHERE type='table' AND name NOT LIKE 'sql%'"
+                           " AND name IN (SELECT name FROM bundle.sqlite_schema WHERE type='table')" /* a user's own table is no part of it */
                            " AND name NOT LIKE 'bundle%'" /* of a bundle that is made of a bundle */
                            " ORDER BY rowid",
                            -1, &tables, NULL) != SQLITE_OK)

@@ -272,6 +272,8 @@ struct store {
     sqlite3_stmt *frames_put;
     struct store_waiting waiting[STORE_FRAMES_A_STATEMENT];
     unsigned waiting_count;
+    int64_t steps, rows;   /* since the last statement that began while no other was running (store_guard.h) */
+    int64_t guarded_bytes; /* of the file, when it was last looked at */
 };
 
 /* The tables. */

@@ -113,6 +113,22 @@ static bool still_there(int fd, const char *path)
     return fstat(fd, &open_one) == 0 && stat(path, &named) == 0 && open_one.st_ino == named.st_ino && open_one.st_dev == named.st_dev;
 }
 
+/* Whether the end of a file without a newline can be the beginning of a line that sweep_results_append did not get to its end. */
+static bool is_torn_line(const char *text, size_t length)
+{
+    static const char begins[] = "{\"case\":";
+    size_t known = sizeof begins - 1, zeros = 0;
+    while (zeros < length && text[zeros] == '\0') /* as some file systems leave a file when the power goes */
+        zeros++;
+    return zeros == length || (memcmp(text, begins, length < known ? length : known) == 0 && !memchr(text, '\n', length));
+}
+
+static enum mr_status count_nothing(void *ctx, size_t number, uint64_t id, const json_t *line, const char *text, struct error *error)
+{
+    (void)ctx, (void)number, (void)id, (void)line, (void)text, (void)error;
+    return MR_OK;
+}
+
 static enum mr_status take_torn_off(struct sweep_results *results, struct error *error)
 {
     size_t length;
@@ -122,7 +138,13 @@ static enum mr_status take_torn_off(struct sweep_results *results, struct error 
     size_t whole = length;
     while (whole > 0 && text[whole - 1] != '\n')
         whole--;
+    bool torn = is_torn_line(text + whole, length - whole);
     free(text);
+    if (length > whole && whole > 0 && sweep_results_lines(results, count_nothing, NULL, error) != MR_OK)
+        return error->status;
+    if (!torn)
+        return error_set(error, MR_MALFORMED, "not results: %s: its end is no line of matrig sweep; give another file, or move it away",
+                         results->path);
     results->torn = length - whole;
     results->size = (off_t)whole;
     if (results->torn && ftruncate(results->fd, results->size) != 0)

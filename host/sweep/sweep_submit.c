@@ -85,15 +85,15 @@ static enum mr_status write_script(struct sweep_submission *s, struct error *err
     if (own_path(program, error) != MR_OK || absolute(s->study, study, error) != MR_OK || absolute(s->results, results, error) != MR_OK)
         return error->status;
     snprintf(s->script, sizeof s->script, "%s.%s", s->results, s->engine == SWEEP_SLURM ? "slurm" : "parallel");
-    FILE *file = output_open(s->script, error);
-    if (!file)
+    struct output output;
+    if (output_begin(&output, s->script, s->force, error) != MR_OK)
         return error->status;
+    output.executable = true;
     if (s->engine == SWEEP_SLURM)
-        write_slurm(file, program, study, results, s);
+        write_slurm(output.file, program, study, results, s);
     else
-        write_parallel(file, program, study, results, s);
-    fchmod(fileno(file), 0755);
-    return output_close(file, s->script, error);
+        write_parallel(output.file, program, study, results, s);
+    return output_end(&output, error);
 }
 
 /* Runs a program; its standard output's first line is kept. Ctrl-C reaches the program too: it is waited for. */

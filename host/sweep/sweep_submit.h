@@ -16,6 +16,7 @@ struct sweep_submission {
     unsigned jobs;     /* GNU parallel: shards at a time */
     const char *with;  /* further options of sbatch or parallel; NULL: none */
     const char *timeout; /* --timeout of the shards; NULL: the study's */
+    bool force;        /* the script takes any file's place */
     bool no_wait;      /* Slurm: gather in a job of its own after the array */
     char script[1100]; /* out: what was written */
     char job[40];      /* out: Slurm's number of the array */

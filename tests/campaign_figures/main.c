@@ -27,10 +27,10 @@ static enum mr_status one(FILE *page, const char *folder, const struct figure *f
         *c = *c == '.' || *c == ' ' || *c == '=' ? '_' : *c;
     snprintf(path, sizeof path, "%s/fig%s.svg", folder, number);
     if (figure_play(&run, figure, folder, seeds, error) == MR_OK) {
-        FILE *out = output_open(path, error);
-        if (out) {
-            figure_draw(out, figure, &run, true);
-            output_close(out, path, error);
+        struct output output;
+        if (output_begin(&output, path, true, error) == MR_OK) {
+            figure_draw(output.file, figure, &run, true);
+            output_end(&output, error);
         }
         fputs("<section>\n", page);
         figure_draw(page, figure, &run, false);
@@ -67,15 +67,16 @@ int main(int argc, char **argv)
         return 2;
     }
     snprintf(path, sizeof path, "%s/figures.html", argv[1]);
-    FILE *page = output_open(path, &error);
-    if (page) {
+    struct output output;
+    if (output_begin(&output, path, true, &error) == MR_OK) {
+        FILE *page = output.file;
         fprintf(page, "%s%zu).</p>\n", head, seeds);
         for (size_t i = 0; i < campaign_figure_count && error.status == MR_OK; i++) {
             if (wanted(campaign_figures[i].number, argc - 3, argv + 3))
                 one(page, argv[1], &campaign_figures[i], seeds, &error);
         }
         fputs("</body></html>\n", page);
-        output_close(page, path, &error);
+        output_end(&output, &error);
     }
     if (error.status == MR_OK)
         return 0;

@@ -110,11 +110,11 @@ static enum mr_status write_page(const char *folder, const char *path, const str
     char name[1024];
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path, *dot = strrchr(base, '.');
     snprintf(name, sizeof name, "%s/%.*s.html", folder, (int)(dot ? dot - base : (long)strlen(base)), base);
-    FILE *out = output_open(name, error);
-    if (!out)
+    struct output output;
+    if (output_begin(&output, name, true, error) != MR_OK)
         return error->status;
-    campaign_page(out, c, runs, s);
-    return output_close(out, name, error);
+    campaign_page(output.file, c, runs, s);
+    return output_end(&output, error);
 }
 
 static int score(const char *folder, const char *path)

@@ -65,8 +65,9 @@ int main(int argc, char **argv)
         return 2;
     }
     snprintf(path, sizeof path, "%s/index.html", argv[1]);
-    FILE *out = output_open(path, &error);
-    if (out) {
+    struct output output;
+    if (output_begin(&output, path, true, &error) == MR_OK) {
+        FILE *out = output.file;
         const char *const *scenes = argc > 2 ? (const char *const *)argv + 2 : standard;
         size_t count = argc > 2 ? (size_t)argc - 2 : sizeof standard / sizeof standard[0];
         fputs(head, out);
@@ -75,7 +76,7 @@ int main(int argc, char **argv)
         if (argc == 2 && error.status == MR_OK)
             write_engines(out, "host/campaign/series/standard.json", &error);
         fputs("</body></html>\n", out);
-        output_close(out, path, &error);
+        output_end(&output, &error);
     }
     if (error.status == MR_OK)
         return 0;

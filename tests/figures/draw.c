@@ -263,9 +263,10 @@ static enum mr_status write_file(const char *folder, const char *name, const str
 {
     char path[300];
     snprintf(path, sizeof path, "%s/%s", folder, name);
-    FILE *out = output_open(path, error);
-    if (!out)
+    struct output output;
+    if (output_begin(&output, path, true, error) != MR_OK)
         return error->status;
+    FILE *out = output.file;
     if (figure) {
         draw_figure(out, figure, error);
     } else {
@@ -287,8 +288,7 @@ static enum mr_status write_file(const char *folder, const char *name, const str
         }
         fputs("</body></html>\n", out);
     }
-    output_close(out, path, error);
-    return error->status;
+    return output_end(&output, error);
 }
 
 enum mr_status draw_figures(const char *folder, struct error *error)
