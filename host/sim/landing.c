@@ -19,7 +19,9 @@
 #define LEAST_STEPS 1000.0
 #define MOST_STEPS 1e8
 #define MOST_HALVINGS 4
+#define MOST_CONTACTS 8 /* times that a step is taken again as the soil lets go of nodes or holds others */
 #define DISAGREEMENT 0.2
+#define CAUTION 2.0 /* times the difference of two marches: of first order the finer one's error is as large as that */
 #define FOLDED_DEG 85.0
 #define DEGREES (180.0 / 3.14159265358979323846)
 #define OFF_WAVE_SHARE 0.5 /* of an overrun's rise: lower, the wheel has left that wave, and the next is another */
@@ -172,17 +174,17 @@ static void stretch_joints(struct landing *l)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
-    struct shortening left = shortening_of(l, l->slides.first - 1);
+    struct shortening left, right = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
+        left = right; /* also past an end that pulls nothing */
+        right = shortening_of(l, j);
         if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
             l->tension_lb[j] = 0.0;
             continue;
         }
         double u_l = j > 0 ? p[2 * j - 1] : 0.0, u_r = j < m->mats ? p[2 * j + 1] : 0.0;
         double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
-        struct shortening right = shortening_of(l, j);
         double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft, rate = v_r - v_l + left.ft_s + right.ft_s;
-        left = right;
         double t_lb = joint_lb(l, j, g, m->cl * rate);
         l->tension_lb[j] = t_lb;
         l->pull_lb[j] = t_lb > l->pull_lb[j] ? t_lb : l->pull_lb[j];
@@ -238,6 +240,14 @@ static void brace_heaves(struct landing *l)
     mods_brace_heave(l->mods, &heave);
 }
 
+/* What the soil holds a heaving mat with: the reaction that its nodes have just been kicked with, dampers at the end of the
+ * step. A foot that lands faster than the step can follow so rubs with the impulse it lands with. */
+static double soil_limit_lb(const struct model *m, const double *z, int n)
+{
+    const double *v = z + m->size;
+    return m->friction * (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
+}
+
 KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s, bool cleated)
 {
     const struct model *m = &l->model;
@@ -252,7 +262,7 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = m->weight_limit_lb;
         if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
-            limit = model_limit_lb(m, l->z, n);
+            limit = soil_limit_lb(m, l->z, n);
         for (int i = 0; i < count && !m->soil_normal && m->wheel_load_lb > 0.0; i++) {
             if (touch[i].mat - 1 == n)
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;
@@ -354,12 +364,30 @@ static void slide_what_heaves(struct landing *l)
         take_in(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
 }
 
+/* The soil pushes and never pulls, at the end of the step: let go of nodes that it would pull, hold those that it would push.
+ * True when a node has changed. */
+static bool settle_contacts(struct landing *l, double h_s)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    bool changed = false;
+    for (int j = m->first; j <= m->last + 1; j++) {
+        double y_ft = l->z[2 * j];
+        bool pushed = y_ft > 0.0 && m->kv * y_ft + m->cv * (v[2 * j] + h_s * l->accel[2 * j]) > 0.0;
+        changed = changed || pushed != m->contact[j];
+        m->contact[j] = pushed;
+    }
+    return changed;
+}
+
 static void kick_heaves(struct landing *l, double h_s)
 {
     struct model *m = &l->model;
     double *v = l->z + m->size;
     m->step_s = h_s;
     consistent_heave(m, l->z, l->accel);
+    for (int i = 0; i < MOST_CONTACTS && settle_contacts(l, h_s); i++)
+        consistent_heave(m, l->z, l->accel);
     for (int j = m->first; j <= m->last + 1; j++)
         v[2 * j] += h_s * l->accel[2 * j];
 }
@@ -378,20 +406,39 @@ static void place_wheel(struct model *m, const struct sim_touch *touch, int coun
     }
 }
 
+/* The largest lift `back_s` before the present step's end, and its node. */
+static double lift_ft(const struct landing *l, double back_s, int *node_from_1)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    double most_ft = 0.0;
+    *node_from_1 = 1;
+    for (int j = l->heaves.first; j <= l->heaves.last + 1 && l->heaves.last >= l->heaves.first; j++) {
+        double up_ft = v[2 * j] * back_s - l->z[2 * j];
+        if (up_ft > most_ft && up_ft > MODEL_TOUCH_FT) {
+            most_ft = up_ft;
+            *node_from_1 = j + 1;
+        }
+    }
+    return most_ft;
+}
+
+/* All that is wanted up to t_s, each at its own time: speeds are those of the step that ends at t_s. */
 static void take(struct landing *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
-    for (int n = 0; n < m->mats; n++) {
-        l->u[n + 1] = l->z[2 * n + 1];
-        l->v[n + 1] = l->z[m->size + 2 * n + 1];
-        l->height[n + 1] = 0.0 - l->z[2 * n];
+    const double *v = l->z + m->size;
+    while (march->record.next_s <= t_s) {
+        double at_s = march->record.next_s, back_s = t_s - at_s;
+        for (int n = 0; n < m->mats; n++) {
+            l->v[n + 1] = v[2 * n + 1];
+            l->u[n + 1] = l->z[2 * n + 1] - v[2 * n + 1] * back_s;
+            l->height[n + 1] = v[2 * n] * back_s - l->z[2 * n];
+        }
+        march->record.height_ft = l->height;
+        march->record.lift_ft = lift_ft(l, back_s, &march->record.lift_node);
+        sim_record_take(&march->record, at_s, l->u, l->v);
     }
-    march->record.height_ft = l->height;
-    march->record.lift_ft = 0.0;
-    march->record.lift_node = 1;
-    if (l->heaves.last >= l->heaves.first)
-        march->record.lift_ft = model_lift_ft(m, l->z, &march->record.lift_node);
-    sim_record_take(&march->record, t_s, l->u, l->v);
 }
 
 /* What each node and joint of the heaving part has come to. */
@@ -526,9 +573,9 @@ static void run_march(struct landing *l, struct march *march, const struct sim_o
             if (m->brace_lb)
                 brace_heaves(l);
         }
-        march->events += kick_slides(l, touch, count, to_s - from_s);
         if (heaves)
             kick_heaves(l, to_s - from_s);
+        march->events += kick_slides(l, touch, count, to_s - from_s);
         for (int n = l->slides.first; n <= l->slides.last; n++)
             p[2 * n + 1] += h * v[2 * n + 1];
         for (int j = m->first; heaves && j <= m->last + 1; j++)
@@ -608,25 +655,47 @@ static enum mr_status answer(struct landing *l, struct march *fine, const struct
         keep_most(&result->rise_ft, l->rise_ft, joints, error) != MR_OK)
         return error->status;
     if (fine->mods && coarse->mods)
-        fine->mods->error_lb = mods_difference_lb(fine->mods, coarse->mods);
+        fine->mods->error_lb = CAUTION * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
     fine->mods = NULL;
     return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result, error);
 }
 
-/* Whether two marches say the same; fills the estimates. */
-static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine,
-                  struct sim_result *result, struct sim_difference *apart)
+/* How far two marches are apart. */
+struct apart {
+    struct sim_difference u;
+    double lift_ft;
+};
+
+static struct apart apart_of(const struct march *a, const struct march *b)
 {
-    double threshold = planar_bow_threshold_ft(l->scene);
-    *apart = sim_record_difference(&coarse->record, &fine->record);
-    result->error_u_ft = apart->u_ft;
-    result->error_lift_ft = fmax(sim_record_lift_difference(&coarse->record, &fine->record),
-                                 fabs(coarse->max_lift_ft - fine->max_lift_ft));
-    double lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
-    return apart->u_ft <= DISAGREEMENT * sim_record_peak(&fine->record).u_ft + 1e-9 * l->model.length_ft &&
-           result->error_lift_ft <= DISAGREEMENT * fmax(lift, threshold) &&
+    return (struct apart){sim_record_difference(&a->record, &b->record),
+                          fmax(sim_record_lift_difference(&a->record, &b->record), fabs(a->max_lift_ft - b->max_lift_ft))};
+}
+
+/* Whether two complete marches say the same. */
+static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine, struct apart apart)
+{
+    double threshold = planar_bow_threshold_ft(l->scene), lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
+    return apart.u.u_ft <= DISAGREEMENT * sim_record_peak(&fine->record).u_ft + 1e-9 * l->model.length_ft &&
+           apart.lift_ft <= DISAGREEMENT * fmax(lift, threshold) &&
            (coarse->max_lift_ft > threshold) == (fine->max_lift_ft > threshold);
+}
+
+/* Sampled switches fall differently at every step, so two marches can be as close as they like by chance, twice as many
+ * steps never are: where the march before those two says the same, its difference counts as well. */
+static void state_error(const struct landing *l, const struct march *rough, const struct march *coarse, struct apart apart,
+                        struct sim_result *result)
+{
+    result->error_u_ft = CAUTION * apart.u.u_ft;
+    result->error_lift_ft = CAUTION * apart.lift_ft;
+    if (rough->done == 0 || rough->status != SIM_OK)
+        return;
+    struct apart before = apart_of(rough, coarse);
+    if (!agree(l, rough, coarse, before))
+        return;
+    result->error_u_ft = fmax(result->error_u_ft, before.u.u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, before.lift_ft);
 }
 
 static void fail(struct sim_result *result, enum sim_status status, int mat, double t_s)
@@ -636,11 +705,19 @@ static void fail(struct sim_result *result, enum sim_status status, int mat, dou
     result->t_s = t_s;
 }
 
-static enum mr_status run_pairs(struct landing *l, const struct sim_options *options, uint64_t steps,
+static void drop(struct march *march)
+{
+    sim_record_free(&march->record);
+    free(march->mods);
+    *march = (struct march){0};
+}
+
+/* Marches at a step and at half of it until two say the same. `rough` has been run before them, or is empty. */
+static enum mr_status run_pairs(struct landing *l, const struct sim_options *options, uint64_t steps, struct march *rough,
                                 struct sim_result *result, struct error *error)
 {
     struct march coarse = {0}, fine = {0};
-    struct sim_difference apart = {0};
+    struct apart apart = {0};
     if (start_march(l, &coarse, options, steps, result, error) != MR_OK)
         return error->status;
     for (int halvings = 0;; halvings++) {
@@ -662,26 +739,46 @@ static enum mr_status run_pairs(struct landing *l, const struct sim_options *opt
             fail(result, fine.status, fine.mat, fine.t_s);
             break;
         }
-        if (!failed && agree(l, &coarse, &fine, result, &apart))
-            break;
-        if (options->dt_s > 0.0 || halvings == MOST_HALVINGS || 4.0 * (double)coarse.steps > MOST_STEPS) {
-            enum sim_status status = options->dt_s > 0.0 ? SIM_UNSTABLE : SIM_STEP_UNDERFLOW;
-            fail(result, failed ? failed->status : status, failed ? failed->mat : apart.mat,
-                 failed ? failed->t_s : apart.t_s);
+        apart = failed ? apart : apart_of(&coarse, &fine);
+        if (!failed && agree(l, &coarse, &fine, apart)) {
+            state_error(l, rough, &coarse, apart, result);
             break;
         }
-        sim_record_free(&coarse.record);
-        free(coarse.mods);
+        if (options->dt_s > 0.0 || halvings == MOST_HALVINGS || 4.0 * (double)coarse.steps > MOST_STEPS) {
+            enum sim_status status = options->dt_s > 0.0 ? SIM_UNSTABLE : SIM_STEP_UNDERFLOW;
+            fail(result, failed ? failed->status : status, failed ? failed->mat : apart.u.mat,
+                 failed ? failed->t_s : apart.u.t_s);
+            break;
+        }
+        drop(rough);
+        *rough = coarse;
         coarse = fine;
         fine.record = (struct sim_record){0};
         fine.mods = NULL;
     }
     if (error->status == MR_OK)
         answer(l, &fine, &coarse, result, error);
-    sim_record_free(&coarse.record);
-    sim_record_free(&fine.record);
-    free(coarse.mods);
-    free(fine.mods);
+    drop(&coarse);
+    drop(&fine);
+    return error->status;
+}
+
+/* The step, the steps twice and four times as long; the longest only where that is stable. */
+static enum mr_status run_checked(struct landing *l, const struct sim_options *options, uint64_t steps,
+                                  struct sim_result *result, struct error *error)
+{
+    struct march rough = {0};
+    uint64_t fewest = (steps + 1) / 2;
+    bool stable = sim_scene_end_s(l->scene) / (double)fewest <= result->dt_limit_s;
+    if (!stable || start_march(l, &rough, options, fewest, result, error) == MR_OK) {
+        if (rough.status == SIM_INTERRUPTED) {
+            fail(result, rough.status, rough.mat, rough.t_s);
+            answer(l, &rough, &rough, result, error);
+        } else {
+            run_pairs(l, options, steps, &rough, result, error);
+        }
+    }
+    drop(&rough);
     return error->status;
 }
 
@@ -733,7 +830,7 @@ static enum mr_status run_with(struct landing *l, const struct sim_options *opti
         return error->status;
     }
     bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
-    return run_pairs(l, options, (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
+    return run_checked(l, options, (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
 }
 
 static void lay_ground(struct landing *l)
@@ -803,7 +900,8 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
     result->mats = scene->mats;
     result->t_end_s = sim_scene_end_s(scene);
     model_describe(&l.model, result);
-    sim_result_note(result, "error estimate: largest difference to the same run at double the step");
+    sim_result_note(result, "error estimate: the larger of twice the difference to the run at double the step and that run's difference to "
+                            "the run at four times the step");
     if (mods_make(&l.mods, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
         if (l.mods)
             mods_describe(l.mods, result);
