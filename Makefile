@@ -184,9 +184,10 @@ error-report: $(B)/tests/error_report/error-report ## every solver's error again
 	$(B)/tests/error_report/error-report $(B)/error-report
 
 .PHONY: stability
-stability: $(B)/tests/stability/stability ## 2,000 scenes over six decades, every answer checked by a second method: build/stability/table.csv
+stability: $(B)/tests/stability/stability ## 2,000 scenes and 5,000 landings, every answer checked by a second method: build/stability/table.csv, landings.csv
 	@mkdir -p $(B)/stability
 	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
+	$(B)/tests/stability/stability --fixed $(B)/stability | tee $(B)/stability/landings.txt
 
 .PHONY: score
 score: $(B)/tests/score/score ## the predictor on seeded landings that are not its model, 1,500 in all: build/score/table.txt

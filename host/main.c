@@ -400,6 +400,7 @@ static const struct command commands[] = {
      "                 inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of turning: W and I\n"
      "                 tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: KL\n"
      "                 hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
+     "                             (readings within the free travel are found and left out; three or more must lie beyond)\n"
      "                 pull        pull_lb, weight_lb: f\n"
      "                 deflection  load_lb, deflection_in [, mats]: KV\n"
      "  -o F           write the parameters as the beginning of a scene\n"

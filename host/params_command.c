@@ -24,6 +24,7 @@ struct reader {
     const char *path;
     const json_t *root;
     struct parameter parameters[PARAMETERS_MAX];
+    char from[PARAMETERS_MAX][96]; /* texts made here */
     size_t count;
     struct error *error;
 };
@@ -132,10 +133,52 @@ static enum mr_status read_inertia(struct reader *reader)
     return MR_OK;
 }
 
+/* One line on why readings of a spring behind a free travel say nothing of it. x comes in units of `per_unit`. */
+static enum mr_status refuse_travel(struct reader *reader, const char *group, const struct params_travel *travel, size_t count,
+                                    double per_unit, const char *unit, const char *y_unit)
+{
+    double in = travel->last_in / per_unit, out = travel->first_out / per_unit;
+    char between[80] = "";
+    switch (travel->kind) {
+    case PARAMS_TRAVEL_FALLS:
+        return error_set(reader->error, MR_MALFORMED, "falls instead of rising: %s: %s; check the signs of both lists",
+                         reader->path, group);
+    case PARAMS_TRAVEL_INSIDE:
+        return error_set(reader->error, MR_TOO_FEW,
+                         "no reading beyond the free travel: %s: %s: up to %.6g %s there is nothing but scatter (%.2g %s): the "
+                         "free travel is at least %.6g %s, the stiffness cannot be told; give three or more readings beyond",
+                         reader->path, group, in, unit, travel->scatter, y_unit, in, unit);
+    case PARAMS_TRAVEL_FEW:
+        if (isfinite(in))
+            snprintf(between, sizeof between, ": the free travel ends between %.6g and %.6g %s", in, out, unit);
+        return error_set(reader->error, MR_TOO_FEW,
+                         "too few readings beyond the free travel: %s: %s: %zu of %zu%s; give three or more beyond",
+                         reader->path, group, travel->beyond, count, between);
+    default:
+        return error_set(reader->error, MR_TOO_FEW,
+                         "no spring to be told from the scatter: %s: %s: slope %.3g +- %.2g %s per %s over %zu readings; give "
+                         "more readings, farther beyond the free travel",
+                         reader->path, group, travel->k.value * per_unit, travel->k.error * per_unit, y_unit, unit,
+                         travel->beyond);
+    }
+}
+
+/* "WHAT", or "WHAT, 4 of 7 readings beyond the free travel". */
+static const char *from_travel(struct reader *reader, const char *what, const struct params_travel *travel, size_t count)
+{
+    char *text = reader->from[reader->count];
+    if (travel->beyond == count)
+        snprintf(text, sizeof reader->from[0], "%s", what);
+    else
+        snprintf(text, sizeof reader->from[0], "%s, %zu of %zu readings beyond the free travel", what, travel->beyond, count);
+    return text;
+}
+
 /* Either the slope itself, or forces and stretches of a strip. */
 static enum mr_status read_tension(struct reader *reader)
 {
     struct estimate slope, joint, strip;
+    const char *from = "joint pulled";
     if (take(reader, "tension", "joint_in", &joint) != MR_OK)
         return reader->error->status;
     if (has(reader, "tension", "slope_lb_in_in")) {
@@ -144,16 +187,19 @@ static enum mr_status read_tension(struct reader *reader)
     } else {
         double force[READINGS_MAX], stretch[READINGS_MAX];
         size_t forces, stretches;
-        struct params_line line;
+        struct params_travel travel;
         if (take(reader, "tension", "strip_in", &strip) != MR_OK ||
             take_list(reader, "tension", "force_lb", 1.0, force, &forces) != MR_OK ||
             take_list(reader, "tension", "stretch_in", 1.0, stretch, &stretches) != MR_OK ||
             same_length(reader, "tension", forces, stretches) != MR_OK ||
-            params_fit(stretch, force, forces, &line, reader->error) != MR_OK)
+            params_travel(stretch, force, forces, &travel, reader->error) != MR_OK)
             return reader->error->status;
-        slope = params_friction(line.slope, strip); /* a quotient */
+        if (travel.kind != PARAMS_TRAVEL_OK)
+            return refuse_travel(reader, "tension", &travel, forces, 1.0, "in", "lb");
+        slope = params_friction(travel.k, strip); /* a quotient */
+        from = from_travel(reader, from, &travel, forces);
     }
-    add(reader, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
+    add(reader, "KL", "lb/ft", from, params_joint_stiffness(slope, joint));
     return MR_OK;
 }
 
@@ -161,22 +207,38 @@ static enum mr_status read_hinge(struct reader *reader)
 {
     double angle[READINGS_MAX], moment[READINGS_MAX];
     size_t angles, moments;
-    struct estimate kt, tad, wider = {1.0, 0.0}, strip, joint;
+    struct params_travel travel;
+    struct estimate wider = {1.0, 0.0}, strip, joint;
     if (take_list(reader, "hinge", "angle_deg", RAD_PER_DEG, angle, &angles) != MR_OK ||
         take_list(reader, "hinge", "moment_ft_lb", 1.0, moment, &moments) != MR_OK ||
         same_length(reader, "hinge", angles, moments) != MR_OK)
         return reader->error->status;
+    for (size_t i = 0; i < angles; i++) {
+        if (!(angle[i] >= 0.0))
+            return error_set(reader->error, MR_MALFORMED,
+                             "angle below 0: %s: hinge: %g degrees; give each way of turning on its own, from 0", reader->path,
+                             angle[i] / RAD_PER_DEG);
+    }
     if (has(reader, "hinge", "strip_in")) {
         if (take(reader, "hinge", "strip_in", &strip) != MR_OK ||
             take(reader, "hinge", "joint_in", &joint) != MR_OK)
             return reader->error->status;
         wider = params_friction(joint, strip);
     }
-    if (params_hinge(angle, moment, angles, wider, &kt, &tad, reader->error) != MR_OK)
+    if (params_travel(angle, moment, angles, &travel, reader->error) != MR_OK)
         return reader->error->status;
-    add(reader, "KT", "ft lb/rad", "slope of moment against angle", kt);
-    add(reader, "TAD_deg", "deg", "angle without moment",
-        (struct estimate){tad.value / RAD_PER_DEG, tad.error / RAD_PER_DEG});
+    if (travel.kind != PARAMS_TRAVEL_OK)
+        return refuse_travel(reader, "hinge", &travel, angles, RAD_PER_DEG, "degrees", "ft lb");
+    struct estimate tad = {travel.free.value / RAD_PER_DEG, travel.free.error / RAD_PER_DEG};
+    if (tad.value < -3.0 * tad.error)
+        return error_set(reader->error, MR_MALFORMED,
+                         "a moment without turning: %s: hinge: the readings' line meets no moment at %.3g +- %.2g degrees; check "
+                         "where angle and moment are 0",
+                         reader->path, tad.value, tad.error);
+    tad.value = fmax(0.0, tad.value); /* below 0 by less than its error */
+    add(reader, "KT", "ft lb/rad", from_travel(reader, "slope of moment against angle", &travel, angles),
+        params_hinge_stiffness(travel.k, wider));
+    add(reader, "TAD_deg", "deg", from_travel(reader, "angle without moment", &travel, angles), tad);
     return MR_OK;
 }
 
@@ -275,9 +337,12 @@ static json_t *scene_of(const struct reader *reader)
     json_t *scene = json_object();
     for (size_t i = 0; i < reader->count; i++) {
         const struct parameter *p = &reader->parameters[i];
-        char key[24], text[120];
+        char key[24], text[200];
         snprintf(key, sizeof key, "_%s", p->key);
-        snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from, p->estimate.error, p->unit);
+        if (p->estimate.error > 0.0)
+            snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from, p->estimate.error, p->unit);
+        else
+            snprintf(text, sizeof text, "from %s, error unknown: no reading states one", p->from);
         json_object_set_new(scene, p->key, cli_json_number(p->estimate.value, 6));
         json_object_set_new(scene, key, json_string(text));
     }
@@ -290,13 +355,19 @@ static int show(const struct reader *reader, const char *output_path, bool force
     json_t *scene = scene_of(reader), *list = json_object();
     for (size_t i = 0; i < reader->count; i++) {
         const struct parameter *p = &reader->parameters[i];
+        bool known = p->estimate.error > 0.0; /* one that nobody stated is not 0 */
         json_object_set_new(list, p->key,
-                            json_pack("{s:o,s:o,s:s,s:s}", "value", cli_json_number(p->estimate.value, 12),
-                                      "error", cli_json_number(p->estimate.error, 6), "unit", p->unit, "from",
-                                      p->from));
-        if (!cli->json)
-            printf("%-8s %14.6g +- %-10.2g %-10s %s\n", p->key, p->estimate.value, p->estimate.error, p->unit,
-                   p->from);
+                            json_pack("{s:o,s:o,s:s,s:s}", "value", cli_json_number(p->estimate.value, 12), "error",
+                                      known ? cli_json_number(p->estimate.error, 6) : json_null(), "unit", p->unit,
+                                      "from", p->from));
+        if (cli->json)
+            continue;
+        printf("%-8s %14.6g ", p->key, p->estimate.value);
+        if (known)
+            printf("+- %-10.2g", p->estimate.error);
+        else
+            printf("%-13s", "error unknown");
+        printf(" %-10s %s\n", p->unit, p->from);
     }
     struct output output;
     if (output_path && output_begin(&output, output_path, force, &error) == MR_OK) {

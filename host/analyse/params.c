@@ -32,6 +32,13 @@ struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct es
     return product(12.0, factors, powers, 2);
 }
 
+struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider)
+{
+    const struct estimate factors[] = {strip_ft_lb_rad, wider};
+    const double powers[] = {1, 1};
+    return product(1.0, factors, powers, 2);
+}
+
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb)
 {
     const struct estimate factors[] = {pull_lb, weight_lb};
@@ -88,27 +95,5 @@ enum mr_status params_fit(const double *x, const double *y, size_t count, struct
         .covariance = -variance * mx / sxx,
         .scatter = sqrt(variance),
     };
-    return MR_OK;
-}
-
-enum mr_status params_hinge(const double *angle_rad, const double *moment_ft_lb, size_t count,
-                            struct estimate wider, struct estimate *kt, struct estimate *tad_rad,
-                            struct error *error)
-{
-    struct params_line line;
-    if (params_fit(angle_rad, moment_ft_lb, count, &line, error) != MR_OK)
-        return error->status;
-    if (!(line.slope.value > 0.0))
-        return error_set(error, MR_MALFORMED,
-                         "moment falls with the angle: slope %g ft lb/rad; check the signs",
-                         line.slope.value);
-    const struct estimate factors[] = {line.slope, wider};
-    const double powers[] = {1, 1};
-    *kt = product(1.0, factors, powers, 2);
-    /* TAD = -c/k: d = -dc/k + c dk/k^2 */
-    double k = line.slope.value, by_c = -1.0 / k, by_k = line.intercept.value / (k * k);
-    double variance = by_c * by_c * line.intercept.error * line.intercept.error +
-                      by_k * by_k * line.slope.error * line.slope.error + 2.0 * by_c * by_k * line.covariance;
-    *tad_rad = (struct estimate){-line.intercept.value / k, sqrt(fmax(0.0, variance))};
     return MR_OK;
 }

@@ -7,6 +7,7 @@
 #ifndef MATRIG_HOST_ANALYSE_PARAMS_H
 #define MATRIG_HOST_ANALYSE_PARAMS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "host/error.h"
@@ -31,11 +32,31 @@ struct estimate params_inertia(struct estimate weight_lb, struct estimate spacin
 /* A joint's stiffness per width of the strip tested (lb/in per in), for a joint as wide as the mat: lb/ft. */
 struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in);
 
-/* Moment against angle beyond the free rotation: KT and TAD, where the line meets no moment. The strip tested
- * may be narrower than the joint: wider is by how much the joint is. MR_TOO_FEW below three points. */
-enum mr_status params_hinge(const double *angle_rad, const double *moment_ft_lb, size_t count,
-                            struct estimate wider, struct estimate *kt, struct estimate *tad_rad,
-                            struct error *error);
+/* Readings y against x of something that yields freely up to some x and is a spring beyond: y = k max(0, x - free). */
+enum params_travel_kind {
+    PARAMS_TRAVEL_OK,
+    PARAMS_TRAVEL_FALLS,   /* y falls with x: a sign is wrong */
+    PARAMS_TRAVEL_INSIDE,  /* y is scatter about 0: nothing reaches beyond the free travel */
+    PARAMS_TRAVEL_FEW,     /* fewer than three readings lie beyond */
+    PARAMS_TRAVEL_UNCLEAR, /* the slope is not told from none (Student's t, one in 200) */
+};
+
+struct params_travel {
+    enum params_travel_kind kind;
+    size_t beyond;            /* readings beyond the free travel; the rest is taken to lie within */
+    double last_in, first_out; /* largest x within (-INFINITY: none), smallest beyond (INFINITY: none) */
+    double scatter;           /* of y about its law */
+    struct estimate k, free;  /* of those beyond; PARAMS_TRAVEL_OK and PARAMS_TRAVEL_UNCLEAR only */
+};
+
+/* The least squares of that law: every place where the readings can be divided is tried. k and free with their errors are of
+ * the straight line through the readings beyond; what lies within says how much a reading scatters. MR_TOO_FEW below three
+ * readings or when all x are the same, else MR_OK. */
+enum mr_status params_travel(const double *x, const double *y, size_t count, struct params_travel *travel,
+                             struct error *error);
+
+/* A joint's stiffness in turning from that of a strip: wider is by how much the joint is. */
+struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider);
 
 /* Pull that just slides the mat, over what presses it down. */
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb);

@@ -3,7 +3,8 @@
  * A landing has tens of thousands of switches (joints that close, mats that stop), so they are sampled. Scheme:
  * staggered as the chain's (fixed.h), heights alike: speeds half a step off the positions, kicked by the forces at the
  * present positions; friction exact within the kick; the joints' dampers act on the last half step's speeds, the soil's on
- * the next one's. Second order while nothing damps or switches, first order else.
+ * the next one's. The soil pushes and never pulls at the end of a step, and what it pushes with in a step is what a mat on
+ * it rubs with (friction_normal soil). Second order while nothing damps or switches, first order else.
  *
  * Two parts are integrated, each following the motion. Mats that slide, and one at rest on either side: exact, as the
  * motion spreads one mat per step; mats that tilt under profile full or heave on soil friction count as sliding. Mats that
@@ -14,8 +15,11 @@
  * heaves. There a node is at rest when it is slower than 1e-6 of sqrt(g L), as under compression it rests off its settled
  * height; between 1e-7 and 1e-5 the lifts of landings without a wave differ by less than 1e-7 in.
  *
- * Checks: a step beyond the stability limit is refused. Every run is done twice, at the step and at double the step;
- * the error estimate is their largest difference. It must stay below a fifth of the largest movement, the lifts within
+ * Checks: a step beyond the stability limit is refused. Every run is done at the step, at double the step and, where that is
+ * stable, at four times the step. The error estimate is the larger of twice the difference of the first two and the difference of
+ * the last two, if those say the same: sampled switches fall differently at every step, and two runs alone can agree by
+ * chance (tests/stability/README.md has how often a true error is beyond the estimate). The difference of the first two must stay below
+ * a fifth of the largest movement, the lifts within
  * a fifth of the bow wave's threshold or of each other, and both must agree on whether there is a bow wave; else the
  * step is halved, 4 times at most, then `step_underflow` (`unstable` when dt was given). An angle beyond 85 degrees
  * ends `folded`. With options->single one march answers, unchecked (sim.h). */

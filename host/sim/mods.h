@@ -41,7 +41,7 @@ struct mods_state {
     double *cleat_mat;
     double *stiff_gap_ft; /* per joint 1..N+1, [0] unused: opening at which stiffeners pull nothing */
     double *torn;         /* likewise: 1 when torn in tension, else 0 */
-    double error_lb;      /* largest difference of band_lb, band_least_lb or band_most_lb to the run it was checked against */
+    double error_lb;      /* largest difference of band_lb, band_least_lb or band_most_lb to the run it was checked against; landings: twice */
     size_t count;         /* of all values together */
     double values[];      /* that the pointers above point into */
 };

@@ -32,6 +32,49 @@ check "friction's error" near f error 0.0072169 1e-6
 check "soil" near KV value 14400 1e-6
 check "soil's error" near KV error 1440 1e-6
 
+# A joint that is free up to 10 degrees and has 1e5 ft lb/rad beyond: hinge FROM STEP TO SCATTER, made by awk.
+hinge() {
+    awk -v from="$1" -v step="$2" -v to="$3" -v noise="$4" 'BEGIN {
+        for (a = from; a <= to; a += step) {
+            beyond = (a - 10) * atan2(0, -1) / 180
+            angles = angles comma a; moments = moments comma ((beyond > 0 ? 1e5 * beyond : 0) + noise * sin(7 * a * a)); comma = ", "
+        }
+        print "{\"hinge\": {\"angle_deg\": [" angles "], \"moment_ft_lb\": [" moments "]}}" }' >"$tmp/readings.json"
+    cat "$tmp/readings.json"
+}
+hinge 11.3 0.7 16 30
+check "all beyond the free travel: KT" near KT value 1e5 1500
+check "TAD" near TAD_deg value 10 0.06
+hinge 2.3 0.7 16 30
+check "some within: KT of those beyond" near KT value 1e5 1500
+check "TAD of those beyond" near TAD_deg value 10 0.06
+within_its_error() {
+    $m --json params "$tmp/readings.json" | tr '{}' '\n' | awk -F'[:,]' '/"value"/ { off = $2 - (n++ ? 10 : 1e5); print off, $4
+        if (off * off > 9 * $4 * $4 || $4 <= 0) bad = 1 } END { exit !(n == 2 && !bad) }'
+}
+check "both within three of their errors" within_its_error
+check "and how many there are" eval '$m params "$tmp/readings.json" | grep -q "^KT.*, [89] of 20 readings beyond the free travel"'
+hinge 1 1 9 30
+check "all within: refused with what can be said" fails_with 5 'nothing but scatter.*at least 9 degrees' $m params "$tmp/readings.json"
+hinge 1 1 9 0
+check "all within, without scatter" fails_with 5 'at least 9 degrees' $m params "$tmp/readings.json"
+hinge 2.5 1.5 12 3
+check "one beyond" fails_with 5 'too few readings beyond the free travel: .*: 1 of 7: the free travel ends between 10 and 11.5 degrees' $m params "$tmp/readings.json"
+echo '{"hinge": {"angle_deg": [1, 2, 3, 4, 5, 6], "moment_ft_lb": [20.3, 19.8, 20.1, 19.7, 20.4, 19.9]}}' >"$tmp/readings.json"
+check "a hinge that drags alike at all angles" fails_with 5 'no spring to be told from the scatter' $m params "$tmp/readings.json"
+echo '{"hinge": {"angle_deg": [-12, 11, 12, 13], "moment_ft_lb": [-3491, 1745, 3491, 5236]}}' >"$tmp/readings.json"
+check "both ways at once" fails_with 4 'angle below 0' $m params "$tmp/readings.json"
+echo '{"hinge": {"angle_deg": [1, 2, 3, 4], "moment_ft_lb": [500, 601, 700, 799]}}' >"$tmp/readings.json"
+check "a moment without turning" fails_with 4 'meets no moment at -4.0' $m params "$tmp/readings.json"
+# slack of 0.02 in, then 9,500 lb/in per in of a strip of 2 in
+echo '{"tension": {"joint_in": 144, "strip_in": 2, "stretch_in": [0.005, 0.01, 0.015, 0.03, 0.04, 0.05, 0.06], "force_lb": [1, -2, 1, 191, 379, 571, 759]}}' >"$tmp/readings.json"
+check "a joint's slack is left out of KL" near KL value 16416000 150000
+echo '{"pull": {"weight_lb": 160, "pull_lb": 80}}' >"$tmp/readings.json"
+check "an error that nobody stated is unknown, not 0" eval '$m params "$tmp/readings.json" | grep -q "^f .*0.5 error unknown" && $m --json params "$tmp/readings.json" | grep -q "\"error\":null"'
+cat >"$tmp/readings.json" <<'J'
+{"tension": {"slope_lb_in_in": {"value": 9500, "error": 300}, "joint_in": 144}, "pull": {"weight_lb": 160, "pull_lb": {"readings": [78, 82, 80]}}}
+J
+
 scene_runs() {
     $m params "$tmp/readings.json" -o "$tmp/scene.json" && cat "$tmp/scene.json" &&
         sed -i 's/^{/{ "model": "chain", "N": 10,/' "$tmp/scene.json" && $m sim "$tmp/scene.json"

@@ -46,59 +46,119 @@ static void friction_and_soil(void **state)
     assert_near(kv.error / kv.value, 0.1, 1e-12);
 }
 
+#define DEG (M_PI / 180)
+
+/* Moments of a joint that is free up to 10 degrees and has 1e5 ft lb/rad beyond, with the scatter of a scale. */
+static double scatter(unsigned *seed)
+{
+    double sum = 0;
+    for (int k = 0; k < 12; k++) {
+        *seed = *seed * 1664525u + 1013904223u;
+        sum += (double)(*seed >> 8) / (double)(1u << 24) - 0.5;
+    }
+    return sum;
+}
+
+static struct params_travel hinge(double from_deg, double step_deg, size_t count, double noise_ft_lb, unsigned *seed)
+{
+    double angle[32], moment[32];
+    struct params_travel travel;
+    struct error error = {0};
+    for (size_t i = 0; i < count; i++) {
+        angle[i] = (from_deg + step_deg * (double)i) * DEG;
+        moment[i] = 1e5 * fmax(0, angle[i] - 10 * DEG) + noise_ft_lb * scatter(seed);
+    }
+    assert_int_equal(params_travel(angle, moment, count, &travel, &error), MR_OK);
+    return travel;
+}
+
 static void hinge_of_the_report(void **state)
 {
     (void)state;
-    struct estimate kt, tad;
-    struct error error = {0};
-    double angle[5], moment[5];
-    for (int i = 0; i < 5; i++) {
-        angle[i] = (11 + i) * M_PI / 180;
-        moment[i] = 1e5 * (angle[i] - 10 * M_PI / 180);
-    }
-    assert_int_equal(params_hinge(angle, moment, 5, exact(1), &kt, &tad, &error), MR_OK);
-    assert_near(kt.value, 1e5, 1e-6);
-    assert_near(tad.value * 180 / M_PI, 10, 1e-9);
-    assert_near(kt.error, 0, 1e-5);
-    assert_int_equal(params_hinge(angle, moment, 5, (struct estimate){72, 0.72}, &kt, &tad, &error), MR_OK);
-    assert_near(kt.value, 72e5, 1e-4);
-    assert_near(kt.error / kt.value, 0.01, 1e-9);
-    assert_int_equal(params_hinge(angle, moment, 2, exact(1), &kt, &tad, &error), MR_TOO_FEW);
-    struct error falling = {0};
-    for (int i = 0; i < 5; i++)
-        moment[i] = -moment[i];
-    assert_int_equal(params_hinge(angle, moment, 5, exact(1), &kt, &tad, &falling), MR_MALFORMED);
+    unsigned seed = 1;
+    struct params_travel travel = hinge(11, 1, 5, 0, &seed);
+    assert_int_equal(travel.kind, PARAMS_TRAVEL_OK);
+    assert_int_equal(travel.beyond, 5);
+    assert_near(travel.k.value, 1e5, 1e-6);
+    assert_near(travel.free.value / DEG, 10, 1e-9);
+    assert_near(travel.k.error, 0, 1e-5);
+    struct estimate wide = params_hinge_stiffness(travel.k, (struct estimate){72, 0.72});
+    assert_near(wide.value, 72e5, 1e-4);
+    assert_near(wide.error / wide.value, 0.01, 1e-9);
+    const double angle[] = {1, 2, 3, 4}, falling[] = {-1, -2, -3, -4.1}, same[] = {2, 2, 2, 2};
+    struct error error = {0}, alike = {0};
+    assert_int_equal(params_travel(angle, falling, 4, &travel, &error), MR_OK);
+    assert_int_equal(travel.kind, PARAMS_TRAVEL_FALLS);
+    assert_int_equal(params_travel(angle, falling, 2, &travel, &error), MR_TOO_FEW);
+    assert_int_equal(params_travel(same, angle, 4, &travel, &alike), MR_TOO_FEW);
 }
 
-/* The stated errors are the spread over many repeated tests. */
+/* Readings from inside the free travel say where it does not end, and nothing of the spring. */
+static void readings_inside_the_free_travel(void **state)
+{
+    (void)state;
+    unsigned seed = 5;
+    struct params_travel travel = hinge(1, 1, 9, 0, &seed);
+    assert_int_equal(travel.kind, PARAMS_TRAVEL_INSIDE);
+    assert_near(travel.last_in / DEG, 9, 1e-9);
+    int taken = 0;
+    for (int test = 0; test < 2000; test++)
+        taken += hinge(1, 1, 8, 5, &seed).kind == PARAMS_TRAVEL_OK;
+    if (taken > 40)
+        fail_msg("scatter taken for a spring %d times of 2000", taken);
+    /* a hinge that drags alike at all angles */
+    const double angle[] = {1, 2, 3, 4, 5, 6}, drag[] = {20.3, 19.8, 20.1, 19.7, 20.4, 19.9};
+    struct error error = {0};
+    assert_int_equal(params_travel(angle, drag, 6, &travel, &error), MR_OK);
+    assert_int_equal(travel.kind, PARAMS_TRAVEL_UNCLEAR);
+}
+
+/* Readings on both sides: those inside are left out, whatever their order; too few beyond are refused. */
+static void readings_on_both_sides(void **state)
+{
+    (void)state;
+    unsigned seed = 7;
+    struct params_travel travel = hinge(2, 1, 14, 0, &seed); /* to 15 degrees */
+    assert_int_equal(travel.kind, PARAMS_TRAVEL_OK);
+    assert_true(travel.beyond == 5 || travel.beyond == 6); /* 10 degrees is the edge itself */
+    assert_near(travel.k.value, 1e5, 1e-4);
+    assert_near(travel.free.value / DEG, 10, 1e-7);
+    travel = hinge(2, 2, 6, 0, &seed); /* 12 alone is beyond */
+    assert_int_equal(travel.kind, PARAMS_TRAVEL_FEW);
+    assert_true(travel.beyond >= 1 && travel.beyond <= 2);
+    assert_true(travel.last_in < 10.001 * DEG && travel.first_out > 9.999 * DEG);
+    const double angle[] = {14, 3, 12, 6, 13, 9, 15}, moment[] = {400, 0, 200, 0, 300, 0, 500}; /* free 10, 100 per degree */
+    struct error error = {0};
+    assert_int_equal(params_travel(angle, moment, 7, &travel, &error), MR_OK);
+    assert_int_equal(travel.kind, PARAMS_TRAVEL_OK);
+    assert_int_equal(travel.beyond, 4);
+    assert_near(travel.k.value, 100, 1e-9);
+    assert_near(travel.free.value, 10, 1e-9);
+}
+
+/* The stated errors are the spread over many repeated tests: all beyond the free travel, then half of them. */
 static void errors_are_the_spread(void **state)
 {
     (void)state;
-    enum { TESTS = 4000, POINTS = 8 };
+    enum { TESTS = 4000 };
     unsigned seed = 3;
-    double sum_k = 0, sum_k2 = 0, sum_t = 0, sum_t2 = 0, said_k = 0, said_t = 0;
-    for (int test = 0; test < TESTS; test++) {
-        double angle[POINTS], moment[POINTS];
-        struct estimate kt, tad;
-        struct error error = {0};
-        for (int i = 0; i < POINTS; i++) {
-            double noise = 0;
-            for (int k = 0; k < 12; k++) {
-                seed = seed * 1664525u + 1013904223u;
-                noise += (double)(seed >> 8) / (double)(1u << 24) - 0.5;
-            }
-            angle[i] = 0.18 + 0.01 * i;
-            moment[i] = 1e5 * (angle[i] - 0.17) + 200 * noise;
+    for (int mixed = 0; mixed < 2; mixed++) {
+        double sum_k = 0, sum_k2 = 0, sum_t = 0, sum_t2 = 0, said_k = 0, said_t = 0, n = 0;
+        for (int test = 0; test < TESTS; test++) {
+            struct params_travel t = mixed ? hinge(4.3, 0.6, 20, 200, &seed) : hinge(10.6, 0.6, 8, 200, &seed);
+            if (t.kind != PARAMS_TRAVEL_OK)
+                continue;
+            n++;
+            sum_k += t.k.value, sum_k2 += t.k.value * t.k.value, said_k += t.k.error * t.k.error;
+            sum_t += t.free.value, sum_t2 += t.free.value * t.free.value, said_t += t.free.error * t.free.error;
         }
-        assert_int_equal(params_hinge(angle, moment, POINTS, exact(1), &kt, &tad, &error), MR_OK);
-        sum_k += kt.value, sum_k2 += kt.value * kt.value, said_k += kt.error * kt.error;
-        sum_t += tad.value, sum_t2 += tad.value * tad.value, said_t += tad.error * tad.error;
+        double spread_k = sqrt(sum_k2 / n - pow(sum_k / n, 2)), spread_t = sqrt(sum_t2 / n - pow(sum_t / n, 2));
+        assert_true(n > 0.99 * TESTS);
+        assert_near(sqrt(said_k / n) / spread_k, 1, mixed ? 0.2 : 0.05);
+        assert_near(sqrt(said_t / n) / spread_t, 1, mixed ? 0.2 : 0.05);
+        assert_near(sum_k / n, 1e5, mixed ? 1000 : 200);
+        assert_near(sum_t / n / DEG, 10, mixed ? 0.03 : 0.01);
     }
-    double spread_k = sqrt(sum_k2 / TESTS - pow(sum_k / TESTS, 2)),
-           spread_t = sqrt(sum_t2 / TESTS - pow(sum_t / TESTS, 2));
-    assert_near(sqrt(said_k / TESTS) / spread_k, 1, 0.05);
-    assert_near(sqrt(said_t / TESTS) / spread_t, 1, 0.05);
-    assert_near(sum_k / TESTS, 1e5, 200);
 }
 
 static void means(void **state)
@@ -117,9 +177,14 @@ static void means(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(inertia_of_a_plank),    cmocka_unit_test(joint_of_the_report),
-        cmocka_unit_test(friction_and_soil),     cmocka_unit_test(hinge_of_the_report),
-        cmocka_unit_test(errors_are_the_spread), cmocka_unit_test(means),
+        cmocka_unit_test(inertia_of_a_plank),
+        cmocka_unit_test(joint_of_the_report),
+        cmocka_unit_test(friction_and_soil),
+        cmocka_unit_test(hinge_of_the_report),
+        cmocka_unit_test(readings_inside_the_free_travel),
+        cmocka_unit_test(readings_on_both_sides),
+        cmocka_unit_test(errors_are_the_spread),
+        cmocka_unit_test(means),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -107,3 +107,34 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
         sim_scene_set_list(&scene->bump_ft, heights, 1 + 2 * below(&state, 2), error);
     return error->status == MR_OK ? sim_scene_set_list(&scene->t_out_s, times, DRAW_OUTPUTS, error) : error->status;
 }
+
+/* Half the landings roll off a path: braking, standing, backwards, on and off the runway. */
+static enum mr_status draw_path(struct sim_scene *scene, uint64_t *state, struct error *error)
+{
+    double end_s = scene->t_end_s, runway_ft = scene->mats * scene->length_ft;
+    double from_ft = (1.2 * uniform(state) - 0.1) * runway_ft;
+    double speed_ft_s = PICK(state, -60.0, 0.0, 30.0, 60.0, 90.0, 140.0), f_lb = scene->force_lb;
+    double touch_s = PICK(state, 0.0, 0.1) * end_s, brake_s = (0.2 + 0.3 * uniform(state)) * end_s;
+    double after_lb = f_lb * PICK(state, 0.0, 0.5, 1.0), brake_ft = from_ft + speed_ft_s * (brake_s - touch_s);
+    const struct sim_path_row rows[] = {{touch_s, from_ft, PICK(state, 0.0, 1.0) * f_lb},
+                                        {brake_s, brake_ft, f_lb},
+                                        {brake_s, brake_ft, after_lb},
+                                        {end_s, brake_ft + 0.5 * speed_ft_s * (end_s - brake_s), 0.5 * after_lb}};
+    return sim_scene_set_path(scene, rows, 4, error);
+}
+
+enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
+                            struct error *error)
+{
+    uint64_t state = ~seed ^ (0xd1342543de82ef95u * (index + 1));
+    next(&state);
+    if (draw_scene(scene, exponents, index, seed, error) != MR_OK)
+        return error->status;
+    scene->model = SIM_CONSISTENT;
+    scene->friction_law = below(&state, 6) == 0 ? SIM_NONE : SIM_STICK;
+    scene->friction_normal = below(&state, 3) == 0 ? SIM_SOIL : SIM_WEIGHT;
+    scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 0.1, 1.0, 10.0) * scene->weight_lb;
+    if (below(&state, 3) == 0)
+        scene->bump_first = 1 + (int)below(&state, (size_t)scene->mats - 2);
+    return below(&state, 2) == 0 ? MR_OK : draw_path(scene, &state, error);
+}

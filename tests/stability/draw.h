@@ -21,4 +21,9 @@ double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS];
 enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
                           struct error *error);
 
+/* The same for the landing engine: model consistent with exact sticking or without friction, every wheel load, and in half
+ * of them a path. */
+enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index, uint64_t seed,
+                            struct error *error);
+
 #endif

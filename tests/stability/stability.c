@@ -1,5 +1,6 @@
-/* stability [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER: the stability study. Writes FOLDER/table.csv
- * and prints a summary; exits with 1 when an answer is contradicted or a solver crashed. README.md. */
+/* stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER: the stability
+ * study. Writes FOLDER/table.csv (with --fixed: landings.csv) and prints a summary; exits with 1 when an answer is
+ * contradicted, a solver crashed, or too many answers of fixed are overconfident. README.md. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,16 +10,20 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "tests/stability/bins.h"
+#include "tests/stability/confidence.h"
 #include "tests/stability/study.h"
 
 #define SEED 1973u
 #define SCENES 2000u
 #define JOBS_MAX 64u
-#define BINS 6
+#define LANDINGS 5000u
+#define OVERCONFIDENT_ONE_IN 100u /* twice what LANDINGS.md has */
 
 struct plan {
     size_t scenes, from, every, only, jobs, minutes;
     uint64_t seed;
+    bool fixed; /* the landing engine against its stated errors, instead of auto against others */
     const char *folder;
     double (*exponents)[DRAW_KEYS];
 };
@@ -31,19 +36,27 @@ struct shared {
 
 static const struct study_limits limits = {.auto_s = 6.0, .other_s = 0.5};
 
+static enum mr_status draw(const struct plan *plan, size_t index, struct sim_scene *scene)
+{
+    struct error error = {0};
+    return (plan->fixed ? draw_landing : draw_scene)(scene, plan->exponents[index], index, plan->seed, &error);
+}
+
 static void work(const struct plan *plan, struct shared *shared)
 {
     for (;;) {
         size_t turn = shared->next++, i = plan->from + turn * plan->every;
         struct sim_scene scene;
-        struct error error = {0};
         if (plan->only < plan->scenes)
             i = turn == 0 ? plan->only : plan->scenes;
         if (i >= plan->scenes || time(NULL) > shared->begin + 60 * (time_t)plan->minutes)
             return;
-        if (draw_scene(&scene, plan->exponents[i], i, plan->seed, &error) != MR_OK)
+        if (draw(plan, i, &scene) != MR_OK)
             _exit(3);
-        study_scene(&scene, i, &limits, shared->answers[i]);
+        if (plan->fixed)
+            study_fixed(&scene, &limits, shared->answers[i]);
+        else
+            study_scene(&scene, i, &limits, shared->answers[i]);
         sim_scene_free(&scene);
     }
 }
@@ -69,18 +82,9 @@ struct summary {
     size_t scenes, not_run, compared[STUDY_METHODS], contradicted, alone, verdicts, unconfirmed, crashed, fold_disputed;
     size_t ends[3][STUDY_ENDS]; /* of auto: all, of event, of implicit */
     size_t rescued[STUDY_METHODS]; /* auto did not answer, this one did */
-    double worst_u, worst_lift, slowest_s, total_s;
-    size_t bins_u[BINS], bins_lift[BINS]; /* ratios up to 0.1, 0.3, 1, 3, 10, beyond */
+    double slowest_s, total_s;
+    struct bins u, lift; /* difference over both error estimates */
 };
-
-static size_t bin(double ratio)
-{
-    static const double edges[BINS - 1] = {0.1, 0.3, 1.0, 3.0, 10.0};
-    size_t i = 0;
-    while (i < BINS - 1 && ratio > edges[i])
-        i++;
-    return i;
-}
 
 static void add(struct summary *s, size_t index, const struct sim_scene *scene, const struct study_answer *answers,
                 struct study_difference *worst)
@@ -116,13 +120,11 @@ static void add(struct summary *s, size_t index, const struct sim_scene *scene, 
                    answers[i].error_lift_ft);
             continue;
         }
-        s->bins_u[bin(d.ratio_u)]++;
-        s->bins_lift[bin(d.ratio_lift)]++;
+        bins_add(&s->u, d.ratio_u);
+        bins_add(&s->lift, d.ratio_lift);
         confirmed = true;
         contradicted = contradicted || d.contradicts;
         s->verdicts += d.verdict;
-        s->worst_u = fmax(s->worst_u, d.ratio_u);
-        s->worst_lift = fmax(s->worst_lift, d.ratio_lift);
         worst->u_ft = fmax(worst->u_ft, d.u_ft);
         worst->lift_ft = fmax(worst->lift_ft, d.lift_ft);
         worst->ratio_u = fmax(worst->ratio_u, d.ratio_u);
@@ -168,15 +170,6 @@ static void write_row(FILE *table, size_t index, const double *exponents, const 
             worst->contradicts);
 }
 
-static void print_bins(const char *what, const size_t *bins, double worst)
-{
-    static const char *const upto[BINS] = {"0.1", "0.3", "1", "3", "10", "more"};
-    printf("  %-5s", what);
-    for (size_t i = 0; i < BINS; i++)
-        printf("  <=%s: %zu", upto[i], bins[i]);
-    printf("  worst: %.3g\n", worst);
-}
-
 static void print_summary(const struct summary *s)
 {
     static const char *const rows[] = {"auto, all", "  event", "  implicit"};
@@ -196,8 +189,8 @@ static void print_summary(const struct summary *s)
         printf("  %s %zu", study_method_names[i], s->compared[i]);
     printf("; not compared, as no other method answers: %zu\n", s->unconfirmed);
     printf("difference over both error estimates:\n");
-    print_bins("u", s->bins_u, s->worst_u);
-    print_bins("lift", s->bins_lift, s->worst_lift);
+    bins_print(&s->u, "u");
+    bins_print(&s->lift, "lift");
     printf("auto does not answer, another does:");
     for (int i = STUDY_AUTO + 1; i < STUDY_METHODS; i++)
         printf("  %s %zu", study_method_names[i], s->rescued[i]);
@@ -206,15 +199,8 @@ static void print_summary(const struct summary *s)
            s->contradicted, s->verdicts, s->alone, s->crashed);
 }
 
-static bool tabulate(const struct plan *plan, const struct shared *shared, struct summary *summary)
+static void write_head(FILE *table)
 {
-    char path[4096];
-    snprintf(path, sizeof path, "%s/table.csv", plan->folder);
-    FILE *table = fopen(path, "w");
-    if (!table) {
-        fprintf(stderr, "stability: cannot write %s; make the folder\n", path);
-        return false;
-    }
     fprintf(table, "scene");
     for (int k = 0; k < DRAW_KEYS; k++)
         fprintf(table, ",lg_%s", draw_key_names[k]);
@@ -223,20 +209,37 @@ static bool tabulate(const struct plan *plan, const struct shared *shared, struc
     for (int i = 0; i < STUDY_METHODS; i++)
         fprintf(table, ",%s,%s_s", study_method_names[i], study_method_names[i]);
     fprintf(table, ",apart_u,apart_lift,ratio_u,ratio_lift,contradicted\n");
+}
+
+static bool tabulate(const struct plan *plan, const struct shared *shared, struct summary *summary,
+                     struct confidence *confidence)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s", plan->folder, plan->fixed ? "landings.csv" : "table.csv");
+    FILE *table = fopen(path, "w");
+    if (!table) {
+        fprintf(stderr, "stability: cannot write %s; make the folder\n", path);
+        return false;
+    }
+    if (plan->fixed)
+        confidence_head(table);
+    else
+        write_head(table);
     for (size_t i = plan->from; i < plan->scenes; i += plan->every) {
         size_t at = plan->only < plan->scenes ? plan->only : i;
         struct sim_scene scene;
         struct study_difference worst;
-        struct error error = {0};
-        if (draw_scene(&scene, plan->exponents[at], at, plan->seed, &error) != MR_OK)
+        if (draw(plan, at, &scene) != MR_OK)
             break;
-        if (shared->answers[at][STUDY_AUTO].solver[0] == '\0') { /* time was up */
+        if (shared->answers[at][0].solver[0] == '\0') { /* time was up */
             summary->not_run++;
-            sim_scene_free(&scene);
-            continue;
+            confidence->not_run++;
+        } else if (plan->fixed) {
+            confidence_add(confidence, table, at, plan->exponents[at], &scene, shared->answers[at]);
+        } else {
+            add(summary, at, &scene, shared->answers[at], &worst);
+            write_row(table, at, plan->exponents[at], &scene, shared->answers[at], &worst);
         }
-        add(summary, at, &scene, shared->answers[at], &worst);
-        write_row(table, at, plan->exponents[at], &scene, shared->answers[at], &worst);
         sim_scene_free(&scene);
         if (plan->only < plan->scenes)
             break;
@@ -246,11 +249,15 @@ static bool tabulate(const struct plan *plan, const struct shared *shared, struc
 
 static bool parse(struct plan *plan, int count, char **words)
 {
-    *plan = (struct plan){.scenes = SCENES, .every = 1, .only = SIZE_MAX, .jobs = 2, .minutes = 30, .seed = SEED};
+    *plan = (struct plan){.every = 1, .only = SIZE_MAX, .jobs = 2, .minutes = 30, .seed = SEED};
     for (int i = 1; i < count; i++) {
         char *end;
         if (words[i][0] != '-') {
             plan->folder = words[i];
+            continue;
+        }
+        if (strcmp(words[i], "--fixed") == 0) {
+            plan->fixed = true;
             continue;
         }
         if (i + 1 >= count)
@@ -276,6 +283,8 @@ static bool parse(struct plan *plan, int count, char **words)
             return false;
         i++;
     }
+    if (plan->scenes == 0)
+        plan->scenes = plan->fixed ? LANDINGS : SCENES;
     return plan->folder && plan->from < plan->scenes && plan->every > 0 && plan->jobs > 0 && plan->jobs <= JOBS_MAX;
 }
 
@@ -283,8 +292,9 @@ int main(int count, char **words)
 {
     struct plan plan;
     struct summary summary = {0};
+    struct confidence confidence = {0};
     if (!parse(&plan, count, words)) {
-        fprintf(stderr, "usage: stability [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER\n");
+        fprintf(stderr, "usage: stability [--fixed] [--scenes N] [--from I] [--every K] [--only I] [--seed S] [--jobs J] [--minutes M] FOLDER\n");
         return 2;
     }
     plan.exponents = draw_table(plan.scenes, plan.seed);
@@ -295,10 +305,14 @@ int main(int count, char **words)
         return 3;
     }
     shared->begin = time(NULL);
-    bool good = run_all(&plan, shared) && tabulate(&plan, shared, &summary);
+    bool good = run_all(&plan, shared) && tabulate(&plan, shared, &summary, &confidence);
     free(plan.exponents);
     if (!good)
         return 3;
+    if (plan.fixed) {
+        confidence_print(&confidence);
+        return !confidence_good(&confidence, OVERCONFIDENT_ONE_IN);
+    }
     print_summary(&summary);
     return summary.contradicted + summary.crashed + summary.fold_disputed + summary.not_run > 0;
 }

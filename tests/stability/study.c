@@ -22,9 +22,15 @@ const char *const study_method_names[STUDY_METHODS] = {"auto", "event", "implici
 const char *const study_end_names[STUDY_ENDS] = {"ok",      "unstable", "folded", "step_underflow",
                                                  "slow",    "crashed",  "refused", "-"};
 
-static void solve(const struct sim_scene *scene, const char *solver, struct study_answer *answer)
+/* What one process does: a solver at a tolerance (0: its own), or the reference for equations of that fastest rate. */
+struct task {
+    const char *solver;
+    double rtol, limit_s, rate;
+};
+
+static void solve(const struct sim_scene *scene, const struct task *task, struct study_answer *answer)
 {
-    struct sim_options options = {.solver = solver};
+    struct sim_options options = {.solver = task->solver, .rtol = task->rtol};
     struct sim_result result;
     struct error error = {0};
     enum mr_status status = sim_run(scene, &options, &result, &error);
@@ -136,10 +142,8 @@ static double used_s(void)
            1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
-static void run(const struct sim_scene *scene, enum study_method method, double limit_s, double rate,
-                struct study_answer *answers)
+static void run(const struct sim_scene *scene, struct task task, struct study_answer *answer)
 {
-    struct study_answer *answer = &answers[method];
     double before_s = used_s();
     int status = 0;
     *answer = (struct study_answer){.end = STUDY_CRASHED, .solver = "-"};
@@ -147,13 +151,14 @@ static void run(const struct sim_scene *scene, enum study_method method, double 
     if (child < 0)
         return;
     if (child == 0) {
-        struct itimerval limit = {.it_value = {(time_t)limit_s, (suseconds_t)(1e6 * fmod(limit_s, 1.0))}};
+        struct itimerval limit = {
+            .it_value = {(time_t)task.limit_s, (suseconds_t)(1e6 * fmod(task.limit_s, 1.0))}};
         signal(SIGPROF, SIG_DFL);
         setitimer(ITIMER_PROF, &limit, NULL);
-        if (method == STUDY_REFERENCE)
-            refer(scene, rate, answer);
+        if (strcmp(task.solver, study_method_names[STUDY_REFERENCE]) == 0)
+            refer(scene, task.rate, answer);
         else
-            solve(scene, study_method_names[method], answer);
+            solve(scene, &task, answer);
         _exit(0);
     }
     while (waitpid(child, &status, 0) < 0)
@@ -163,20 +168,27 @@ static void run(const struct sim_scene *scene, enum study_method method, double 
     answer->cpu_s = used_s() - before_s;
 }
 
+static void run_method(const struct sim_scene *scene, enum study_method method, double limit_s,
+                       struct study_answer *answers)
+{
+    double rate = method == STUDY_AUTO ? 0.0 : answers[STUDY_AUTO].rate;
+    run(scene, (struct task){study_method_names[method], 0.0, limit_s, rate}, &answers[method]);
+}
+
 void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits, struct study_answer *answers)
 {
     static const enum study_method after_event[] = {STUDY_IMPLICIT, STUDY_CVODE};
     static const enum study_method after_implicit[] = {STUDY_EVENT, STUDY_CVODE};
     for (int i = 0; i < STUDY_METHODS; i++)
         answers[i] = (struct study_answer){.end = STUDY_NOT_RUN, .solver = "-"};
-    run(scene, STUDY_AUTO, limits->auto_s, 0.0, answers);
+    run_method(scene, STUDY_AUTO, limits->auto_s, answers);
     const struct study_answer *first = &answers[STUDY_AUTO];
     bool explicit = strcmp(first->solver, "event") == 0, agreed = false;
     for (int i = 0; i < 2 && !agreed && scene->friction_law != SIM_SIGN; i++) {
         enum study_method method = explicit ? after_event[i] : after_implicit[i];
         if (method == STUDY_EVENT && !(first->rate * scene->t_end_s / EXPLICIT_REACH < EVENT_STEPS))
             continue;
-        run(scene, method, limits->other_s, first->rate, answers);
+        run_method(scene, method, limits->other_s, answers);
         if (first->end == STUDY_OK && answers[method].end == STUDY_OK)
             agreed = !study_compare(scene, first, &answers[method]).contradicts;
         else if (first->end == STUDY_FOLDED)
@@ -184,13 +196,29 @@ void study_scene(const struct sim_scene *scene, size_t index, const struct study
     }
     struct study_answer *cvode = &answers[STUDY_CVODE];
     if (first->end == STUDY_OK && cvode->end == STUDY_OK && !agreed && answers[STUDY_EVENT].end == STUDY_NOT_RUN) {
-        run(scene, STUDY_EVENT, UMPIRE_S, first->rate, answers);
+        run_method(scene, STUDY_EVENT, UMPIRE_S, answers);
         cvode->alone = answers[STUDY_EVENT].end == STUDY_OK &&
                        !study_compare(scene, first, &answers[STUDY_EVENT]).contradicts;
     }
     if (index % REFERENCE_EVERY == 0 && first->end == STUDY_OK && scene->friction_law != SIM_SIGN &&
         first->rate * scene->t_end_s / REFERENCE_REACH < REFERENCE_STEPS)
-        run(scene, STUDY_REFERENCE, limits->other_s, first->rate, answers);
+        run_method(scene, STUDY_REFERENCE, limits->other_s, answers);
+}
+
+void study_fixed(const struct sim_scene *scene, const struct study_limits *limits, struct study_answer *answers)
+{
+    static const struct { const char *solver; double rtol; } methods[STUDY_FIXED_METHODS] = {
+        {"fixed", 0.0}, {"event", STUDY_TRUTH_RTOL}, {"implicit", STUDY_TRUTH_RTOL}};
+    for (int i = 0; i < STUDY_FIXED_METHODS; i++)
+        answers[i] = (struct study_answer){.end = STUDY_NOT_RUN, .solver = "-"};
+    for (int i = 0; i < STUDY_FIXED_METHODS; i++) {
+        double limit_s = i == 0 ? limits->auto_s : limits->other_s;
+        run(scene, (struct task){methods[i].solver, methods[i].rtol, limit_s, 0.0}, &answers[i]);
+        struct study_difference d = study_compare(scene, &answers[0], &answers[i]);
+        if (i > 0 && answers[i].end == STUDY_OK && answers[0].end == STUDY_OK && !d.verdict &&
+            fmax(d.ratio_u, d.ratio_lift) <= STUDY_DOUBT)
+            break;
+    }
 }
 
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,

@@ -13,6 +13,10 @@
 #define STUDY_PART 1e-6     /* and of the largest movement (of the largest lift) */
 #define STUDY_LEAST_FT 1e-9 /* and this */
 
+#define STUDY_TRUTH_RTOL 1e-11 /* of those that fixed is held against */
+#define STUDY_DOUBT 1.0        /* beyond so many stated errors another method is asked too */
+#define STUDY_FIXED_METHODS 3
+
 enum study_method { STUDY_AUTO, STUDY_EVENT, STUDY_IMPLICIT, STUDY_CVODE, STUDY_REFERENCE, STUDY_METHODS };
 extern const char *const study_method_names[STUDY_METHODS];
 
@@ -53,6 +57,10 @@ struct study_limits {
  * shared between processes. */
 void study_scene(const struct sim_scene *scene, size_t index, const struct study_limits *limits,
                  struct study_answer *answers);
+
+/* The same for a landing with solver fixed: answers[0]; then event in answers[1]; and, where that does not answer or says
+ * something else, implicit in answers[2]. */
+void study_fixed(const struct sim_scene *scene, const struct study_limits *limits, struct study_answer *answers);
 
 struct study_difference study_compare(const struct sim_scene *scene, const struct study_answer *a,
                                       const struct study_answer *b);
