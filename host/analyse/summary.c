@@ -159,6 +159,10 @@ static const char *gap_reason(const char *cause)
     } reasons[] = {
         {"board", "not sent by the board"},
         {"queue", "lost in this computer's receive queue"},
+        {"lock", "lost while another program held the campaign"},
+        {"slow disk", "lost while the disk was slow"},
+        {"full disk", "lost while the disk was full"},
+        {"processor", "lost while this computer was too slow"},
         {"adapter", "lost in the adapter"},
         {"bus-off", "lost while the adapter was off the bus"},
         {"away", "lost while the link was away"},

@@ -274,6 +274,7 @@ struct store {
     unsigned waiting_count;
     int64_t steps, rows;   /* since the last statement that began while no other was running (store_guard.h) */
     int64_t guarded_bytes; /* of the file, when it was last looked at */
+    int refused; /* enum store_refusal, of the last call that failed */
 };
 
 /* The tables. */
