@@ -12,7 +12,6 @@
 #define TELL_AGAIN_US 5000000u /* and so often */
 #define SLOW_CALL_US 250000u
 #define PLACE_US 500000u       /* between two looks for the file */
-#define CATCHING_UP_US 2000000u /* what was held up is being written: no news */
 #define BEHIND_PERMILLE 50u    /* a queue with so much in it, and nothing in the way: 3 s */
 #define CAUGHT_UP_PERMILLE 5u
 #define HANG_US 10000000u      /* a call of the store that is not waited for any longer once the end was asked for */
@@ -185,9 +184,8 @@ static void look(struct watch *watch, uint64_t at_us, char *line, size_t size)
     watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
     watch->hold_permille = full > watch->hold_permille ? full : watch->hold_permille;
     bool again = watch->told == cause && at_us - watch->told_us < TELL_AGAIN_US;
-    bool catching_up = since_us == watch->caught_up_us &&
-                       (full < watch->last_permille || (watch->over_us && at_us - watch->over_us < CATCHING_UP_US));
-    watch->last_permille = full;
+    watch->low_permille = full < watch->low_permille ? full : watch->low_permille;
+    bool catching_up = since_us == watch->caught_up_us && full < watch->low_permille + BEHIND_PERMILLE / 2;
     if (cause != WATCH_NONE && at_us - since_us >= TELL_US && !again && !catching_up) {
         watch->told = cause;
         watch->told_us = at_us;
@@ -334,8 +332,8 @@ struct watch_hold watch_written(struct watch *watch)
         hold.us = watch->call_took_us;
         watch->held_us[hold.cause] += hold.us;
     }
-    if (hold.cause != WATCH_NONE)
-        watch->over_us = at_us;
+    if (hold.cause != WATCH_NONE) /* what was held up is written now: news only if it grows */
+        watch->low_permille = full;
     hold.permille = full > watch->hold_permille ? full : watch->hold_permille;
     watch->hold_permille = 0;
     watch->refused = STORE_TAKES;
@@ -396,7 +394,7 @@ void watch_session(struct watch *watch, char *out, size_t size)
             used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "", texts[cause],
                                      (double)watch->held_us[cause] / 1e6);
     }
-    if ((used > 0 || watch->most_permille >= BEHIND_PERMILLE) && used < size)
+    if (watch->most_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
         snprintf(out + used, size - used, "%squeue %u %% full at most", used ? "; " : "", watch->most_permille / 10);
     pthread_mutex_unlock(&watch->lock);
 }

@@ -29,7 +29,6 @@ struct watch {
     uint64_t call_took_us; /* the last one */
     uint64_t in_calls_us;  /* of the time since caught_up_us */
     uint64_t caught_up_us; /* the queues held next to nothing */
-    uint64_t over_us;      /* something that was in the way was over; 0: never */
     uint64_t end_us;       /* the end was asked for; 0: not */
     char path[4096];
     struct store_identity identity;
@@ -41,7 +40,7 @@ struct watch {
     uint64_t held_us[WATCH_CAUSES]; /* in the session */
     unsigned most_permille;         /* of a queue, in the session */
     unsigned hold_permille;         /* since the last time all was written */
-    unsigned last_permille;         /* at the last look */
+    unsigned low_permille;          /* of a queue, the least since something was in the way */
 };
 
 void watch_open(struct watch *watch, const struct cli *cli);

@@ -104,6 +104,43 @@ room_again() {
         [ "$(db room "select count(*) from events where kind = 'held' and code = 2")" = 1 ]
 }
 
+# More comes than the queue holds, over a wire that waits for nobody: the beginning is kept, the gap is one, is stated with its cause, and the
+# log goes on.
+overflows() {
+    local name=wire lost came
+    build/tests/link/longlanding "$tmp/wire.can" "$tmp/wire.serial" 2 && mkfifo "$tmp/wire.send" || return 1
+    python3 tests/link/wire.py "$dbs/tty" <"$tmp/wire.send" >"$tmp/wire.sent" &
+    local wire=$!
+    exec 8>"$tmp/wire.send"
+    wait_until 10 test -e "$dbs/tty" || return 1
+    $matrig --json log --listen --serial "serial:$dbs/tty" --db "$dbs/wire.db" --wait 0.1 >"$tmp/wire.json" 2>"$tmp/wire.err" &
+    logger=$!
+    wait_until 10 test -s "$dbs/wire.db" || return 1 # made when the link is open
+    echo "send $tmp/wire.serial 1" >&8
+    wait_until 60 finished wire 1 && hold wire IMMEDIATE || return 1
+    echo "send $tmp/wire.serial $((20000000 / $(stat -c %s "$tmp/wire.serial") + 2))" >&8 # 19.2 MB are held
+    wait_until 60 told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && wait_until 60 all_sent 2
+    local early=$?
+    let_go
+    wait_until 60 told wire "^matrig: the campaign is written again, after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
+    wait_until 60 told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
+    came=$(db wire "select count(*) from landings where state = 4")
+    tail -c 300000 "$tmp/wire.serial" >"$tmp/wire.rest" # the end of the landing that was cut off
+    echo "send $tmp/wire.rest 1" >&8
+    wait_until 60 finished wire $((came + 1)) || early=1
+    echo end >&8
+    exec 8>&-
+    wait $wire $logger
+    cat "$tmp/wire.err"
+    lost=$(db wire "select sum(detail) from events where kind = 'serial-link' and code = 21")
+    echo "lost $lost bytes; gaps $(db wire "select group_concat(cause || ' ' || count) from gaps where message = 'frame'")"
+    [ $early = 0 ] && [ "$lost" -gt 0 ] && [ "$(db wire "select count(*), sum(count) > 0 from gaps where cause = 'lock'")" = "1|1" ] && [ "$(grep -c "lost so far in this session: $lost bytes of serial$" "$tmp/wire.err")" -ge 1 ] &&
+        [ "$(json wire 'links.serial.troubles')" = "{\"went away\":1,\"frames or bytes that a full queue lost (another program held the campaign)\":$lost}" ] &&
+        [ "$(db wire 'select sum(bad) <= 1 from links')" = 1 ] && [ "$(db wire 'pragma integrity_check')" = ok ]
+}
+finished() { [ "$(db "$1" "select count(*) from landings where state = 4")" -ge "$2" ]; }
+all_sent() { [ "$(wc -l <"$tmp/wire.sent")" -ge "$1" ]; }
+
 # Somebody ends the log while it waits: it ends soon, and what the campaign did not take is in files that matrig log takes.
 ended_while() { # NAME: reads what was saved of NAME into its campaign
     local from=$SECONDS read status at_us
@@ -186,10 +223,12 @@ result lock-8 "8 s: nothing lost, told while it lasts"
 result stall-1 "the disk takes 1 s for a write: nothing lost, told while it lasts"
 result stall-2 "2 s"
 start room room_again
+start wire overflows
 start given-up given_up
 start full-end full_to_the_end
 result stall-10 "10 s"
 result room "the disk is full, and has room again: nothing lost, told while it lasts"
+result wire "more than the queue holds, over a wire that does not wait: one gap, with its cause, and the log goes on"
 start moved moved
 start deleted deleted
 result given-up "ended while another program holds the campaign: soon, and the rest is in files that matrig log takes"
