@@ -196,8 +196,9 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
-    if (status == MR_OK && logger->saved[0])
-        status = error_set(error, MR_IO, "%s; all that was logged is in %s", logger->taken, logger->saved);
+    if (status == MR_OK && logger->taken[0])
+        status = error_set(error, MR_IO, "%s; %s%s", logger->taken,
+                           logger->saved[0] ? "all that was logged is in " : "it could not be saved beside", logger->saved);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)

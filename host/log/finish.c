@@ -63,7 +63,10 @@ static bool open_side_file(struct side_file *side, const char *db, const char *e
 {
     char copy[sizeof side->path];
     snprintf(copy, sizeof copy, "%s", db);
-    if (!logger_beside(dirname(copy), db, "unsaved", ending, side->path, sizeof side->path))
+    const char *folder = dirname(copy);
+    if (access(folder, W_OK | X_OK) != 0)
+        folder = ".";
+    if (!logger_beside(folder, db, "unsaved", ending, side->path, sizeof side->path))
         return false;
     int fd = open(side->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     side->file = fd >= 0 ? fdopen(fd, "w") : NULL;
@@ -164,8 +167,10 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
             return status;
         if (logger_now_us() >= logger->again_us) {
             status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
-            if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK)
-                return MR_OK;
+            if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
+                logger->rescue_us = 0;
+                return watch_place_now(&logger->watch) == STORE_IN_PLACE ? MR_OK : logger_rescue(logger, error);
+            }
             if (why.status != MR_OK)
                 snprintf(reason, sizeof reason, "%s", why.text);
             if (went_wrong || logger_wait_for_store(logger, &why) != MR_OK)

@@ -92,6 +92,8 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
 {
     enum store_place place = watch_place(&logger->watch);
     uint64_t now_us = logger_now_us();
+    if (place == STORE_IN_PLACE && !logger->saved[0])
+        logger->taken[0] = '\0'; /* brought back before it could be saved */
     if (place == STORE_IN_PLACE || (logger->rescue_us && now_us - logger->rescue_us < AGAIN_US))
         return MR_OK;
     struct error why = {0};

@@ -195,11 +195,11 @@ static void look(struct watch *watch, uint64_t at_us, char *line, size_t size)
 }
 
 /* Asks the disk, which may take its time: not while the lock is held. */
-static void look_for_file(struct watch *watch, uint64_t at_us)
+static void look_for_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->path];
     pthread_mutex_lock(&watch->lock);
-    bool due = at_us - watch->place_us >= PLACE_US;
+    bool due = now || at_us - watch->place_us >= PLACE_US;
     struct store_identity identity = watch->identity;
     memcpy(path, watch->path, sizeof path);
     pthread_mutex_unlock(&watch->lock);
@@ -231,7 +231,7 @@ static void *look_on(void *context)
         look(watch, at_us, line, sizeof line);
         pthread_mutex_unlock(&watch->lock);
         note(watch, line);
-        look_for_file(watch, at_us);
+        look_for_file(watch, at_us, false);
         pthread_mutex_lock(&watch->lock);
     }
     pthread_mutex_unlock(&watch->lock);
@@ -288,6 +288,12 @@ enum store_place watch_place(struct watch *watch)
     enum store_place place = watch->place;
     pthread_mutex_unlock(&watch->lock);
     return place;
+}
+
+enum store_place watch_place_now(struct watch *watch)
+{
+    look_for_file(watch, now_us(), true);
+    return watch_place(watch);
 }
 
 void watch_call(struct watch *watch, bool begins)
@@ -385,13 +391,12 @@ json_t *watch_json(struct watch *watch)
 
 void watch_session(struct watch *watch, char *out, size_t size)
 {
-    static const char *const texts[WATCH_CAUSES] = {"another program held it", "the disk was slow", "the disk was full", "the disk failed", ""};
     size_t used = 0;
     out[0] = '\0';
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_PROCESSOR && used < size; cause++) {
         if (watch->held_us[cause] >= TELL_US)
-            used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "", texts[cause],
+            used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "", store_held_text((enum store_held_cause)cause),
                                      (double)watch->held_us[cause] / 1e6);
     }
     if (watch->most_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)

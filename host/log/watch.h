@@ -11,7 +11,15 @@
 #include "host/link/reader.h"
 #include "host/store/store_log.h"
 
-enum watch_cause { WATCH_LOCK, WATCH_SLOW_DISK, WATCH_FULL_DISK, WATCH_FAILING, WATCH_PROCESSOR, WATCH_CAUSES, WATCH_NONE = WATCH_CAUSES };
+enum watch_cause {
+    WATCH_LOCK = STORE_HELD_LOCK,
+    WATCH_SLOW_DISK = STORE_HELD_SLOW_DISK,
+    WATCH_FULL_DISK = STORE_HELD_FULL_DISK,
+    WATCH_FAILING = STORE_HELD_FAILING,
+    WATCH_PROCESSOR, /* nothing but this computer */
+    WATCH_CAUSES,
+    WATCH_NONE = WATCH_CAUSES
+};
 
 struct watch {
     const struct cli *cli;
@@ -51,6 +59,8 @@ void watch_close(struct watch *watch); /* waits for the thread */
 /* From now on the campaign is this file. */
 void watch_follow(struct watch *watch, const char *path);
 enum store_place watch_place(struct watch *watch);
+/* The same, looked for now. */
+enum store_place watch_place_now(struct watch *watch);
 
 /* ---- by the thread that writes ---- */
 

@@ -48,6 +48,27 @@ void store_roll_back(struct store *store)
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
 }
 
+enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held, struct error *error)
+{
+    sqlite3_stmt *s;
+    *held = (struct store_held){.permille = 0};
+    enum mr_status status = store_query(store, error, &s, STORE_HELD, run);
+    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
+        int64_t cause = store_integer(s, 0), permille = store_integer(s, 2);
+        if (cause >= 0 && cause < STORE_HELD_CAUSES)
+            held->us[cause] = store_integer(s, 1);
+        held->permille = permille > held->permille ? permille : held->permille;
+    }
+    return status == MR_TOO_FEW ? MR_OK : status;
+}
+
+const char *store_held_text(enum store_held_cause cause)
+{
+    static const char *const texts[STORE_HELD_CAUSES] = {"another program held the campaign", "the disk was slow", "the disk was full",
+                                                         "the disk took nothing"};
+    return cause < STORE_HELD_CAUSES ? texts[cause] : "unknown";
+}
+
 static bool stat_of(const char *path, const char *suffix, struct stat *info)
 {
     char name[PATH_MOST];

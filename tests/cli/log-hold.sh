@@ -173,6 +173,22 @@ full_to_the_end() {
     wait_until 10 told full-end "no room on the campaign's disk" && ended_while full-end
 }
 
+# A write that hangs is not waited for, once the end was asked for.
+hung() {
+    begin hung 40 "$faults" "DISK_STALL=$tmp/hung.now:60" || return 1
+    touch "$tmp/hung.now"
+    wait_until 10 told hung "^matrig: the disk is slow" || return 1
+    local from=$SECONDS status
+    kill -INT $logger
+    wait_until 20 over $logger || return 1
+    wait $logger
+    status=$?
+    wait $sender
+    cat "$tmp/hung.err"
+    echo "exit $status after $((SECONDS - from)) s"
+    [ $status = 3 ] && told hung "^matrig: the disk has taken nothing for 1[0-9] s: $dbs/hung.db; not saved: [0-9]+ frames of CAN and [0-9]+ bytes of serial that came last"
+}
+
 # The campaign is taken away: told, saved beside, gone on with; the exit code says so, and nothing of anybody's is overwritten.
 taken() { # NAME WHAT COMMAND...
     local name=$1 what=$2 from at saved
@@ -192,6 +208,19 @@ taken() { # NAME WHAT COMMAND...
 }
 moved() { taken moved "was moved to $dbs/elsewhere.db" mv "$dbs/moved.db" "$dbs/elsewhere.db"; }
 deleted() { taken deleted "was deleted" rm "$dbs/deleted.db" "$dbs/deleted.db-wal" "$dbs/deleted.db-shm"; }
+moved_last() { # at the very end, before anybody could have noticed
+    local saved
+    begin moved-last 30 || return 1
+    mv "$dbs/moved-last.db" "$dbs/somewhere.db" && kill -INT $logger || return 1
+    wait $logger
+    local status=$?
+    wait $sender
+    cat "$tmp/moved-last.err"
+    saved=$(json moved-last db)
+    echo "exit $status, $saved"
+    [ $status = 3 ] && [[ $saved == $dbs/moved-last-saved-*.db ]] && has_come "$(basename "$saved" .db)" &&
+        [ "$(db "$(basename "$saved" .db)" "select ended_by from sessions")" = signal ]
+}
 put_another() { echo "somebody's" >"$dbs/another" && mv "$dbs/another" "$dbs/replaced.db"; }
 replaced() { taken replaced "was replaced by another file" put_another && [ "$(cat "$dbs/replaced.db")" = "somebody's" ]; }
 journal() { taken journal "lost its journal \(-wal\)" rm "$dbs/journal.db-wal"; }
@@ -226,16 +255,20 @@ start room room_again
 start wire overflows
 start given-up given_up
 start full-end full_to_the_end
+start hung hung
 result stall-10 "10 s"
 result room "the disk is full, and has room again: nothing lost, told while it lasts"
 result wire "more than the queue holds, over a wire that does not wait: one gap, with its cause, and the log goes on"
+result hung "ended in a write that hangs: told what is not saved"
 start moved moved
+start moved-last moved_last
 start deleted deleted
 result given-up "ended while another program holds the campaign: soon, and the rest is in files that matrig log takes"
 result full-end "ended while the disk is full: likewise"
 start replaced replaced
 start journal journal
 result moved "the campaign is moved in a landing: told, saved, gone on with, exit 3"
+result moved-last "moved just before the end: likewise"
 result deleted "deleted: likewise"
 result replaced "replaced by another file, which stays as it is: likewise"
 result journal "its journal is deleted: likewise"
