@@ -28,14 +28,30 @@ void collector_forget_time(struct collector *collector, enum link_kind kind)
     collect_forget_time(&collector->side[kind]);
 }
 
-enum mr_status collector_held(struct collector *collector, int64_t cause, int64_t permille, int64_t us, struct error *error)
+static int64_t run_of(const struct collector *collector)
 {
-    struct store_event event = {.session = collector->session, .run = STORE_NONE, .board_us = STORE_NONE, .host_us = (int64_t)link_now_us(),
+    int64_t run = STORE_NONE;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct slot *slot = collector->side[kind].current;
+        if (slot && slot->row.id > run)
+            run = slot->row.id;
+    }
+    return run;
+}
+
+int64_t collector_marked_run(const struct collector *collector)
+{
+    return collector->mark ? run_of(collector->mark) : STORE_NONE;
+}
+
+enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause, int64_t permille, int64_t us, struct error *error)
+{
+    struct store_event event = {.session = collector->session, .run = run, .board_us = STORE_NONE, .host_us = (int64_t)link_now_us(),
                                 .kind = "held", .code = cause, .detail = permille, .value = us};
+    if (run == STORE_NONE)
+        event.run = run_of(collector);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct side *side = &collector->side[kind];
-        if (side->current)
-            event.run = side->current->row.id;
         event.boot = side->boot > event.boot ? side->boot : event.boot;
     }
     return store_event_put(collector->store, &event, error);

@@ -36,7 +36,8 @@ struct logger {
     uint64_t begun_us;
     uint64_t commit_us;     /* the last one took so long */
     uint64_t again_us;      /* until then nothing is written: the campaign took nothing */
-    struct watch_hold hold; /* what was in the way of the last commit; to be recorded */
+    struct watch_hold hold; /* what was in the way of the last commit; to be recorded, of this landing: */
+    int64_t hold_run;
     char saved[4096];       /* the campaign was taken away, and is here now; "": not */
     char taken[9000];       /* what became of the one that was named, in a sentence */
     bool followed;          /* the watch knows the campaign with its journal */

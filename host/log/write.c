@@ -23,7 +23,7 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     /* What kept up the transaction before, as an event. */
     const struct watch_hold *hold = &logger->hold;
     if (status == MR_OK && logger->collector && hold->cause != WATCH_NONE)
-        status = collector_held(logger->collector, (int64_t)hold->cause, hold->permille, (int64_t)hold->us, error);
+        status = collector_held(logger->collector, logger->hold_run, (int64_t)hold->cause, hold->permille, (int64_t)hold->us, error);
     return status;
 }
 
@@ -40,6 +40,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     watch_call(&logger->watch, false);
     if (status == MR_OK) {
         logger->hold = watch_written(&logger->watch);
+        logger->hold_run = collector_marked_run(logger->collector);
         logger->in_transaction = false;
         for (int kind = 0; kind < LINK_KINDS; kind++) {
             if (logger->reader[kind])
