@@ -173,7 +173,6 @@ static enum mr_status open_readers(struct logger *logger, struct error *error)
 static enum mr_status run(struct logger *logger, int signals, const char *can, const char *serial,
                           double for_s, struct error *error)
 {
-    store_patience(logger->store, 0); /* the loop waits, and does all else meanwhile */
     enum mr_status status = open_readers(logger, error);
     if (status == MR_OK)
         status = begin_session(logger, signals, can, serial, error);

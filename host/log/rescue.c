@@ -67,7 +67,6 @@ static enum mr_status move_to(struct logger *logger, const char *path, struct er
         status = store_take_alone(saved, error);
     if (status != MR_OK)
         return status;
-    store_patience(saved, 0);
     collector_move(logger->collector, saved);
     store_leave(logger->store);
     logger->store = saved;

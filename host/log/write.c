@@ -6,6 +6,7 @@
 #define COMMIT_US 40000u
 #define COMMIT_MOST_US 1000000u
 #define MUCH_PERMILLE 10u /* of a queue: 0.6 s */
+#define READ_WAIT_MS 5000 /* a summary: another program closes the campaign, for a moment */
 #define AGAIN_LOCKED_US 20000u /* until the next try: another program may hold the campaign for a moment only, */
 #define AGAIN_US 250000u       /* a disk is full for longer */
 
@@ -14,7 +15,9 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     if (logger->in_transaction)
         return MR_OK;
     watch_call(&logger->watch, true);
+    store_patience(logger->store, 0); /* the loop waits, and does all else meanwhile */
     enum mr_status status = store_begin(logger->store, error);
+    store_patience(logger->store, READ_WAIT_MS);
     watch_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
     logger->begun_us = logger_now_us();

@@ -79,7 +79,7 @@ held() { # NAME SECONDS HOW: a lock
     cat "$tmp/$1.err"
     echo "queue $(json "$1" queue)"
     all_there "$1" && told "$1" "^matrig: the campaign is written again, after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$" &&
-        [ "$(json "$1" queue.held_s.lock "> $2 - 0.5")" = 1 ] &&
+        [ "$(json "$1" queue.held_s.lock "> $2 - 0.5")" = 1 ] && [ "$(json "$1" 'landings[0].held.lock_s' "> $2 - 0.5")" = 1 ] &&
         [ "$(db "$1" "select count(*), max(value) > ($2 - 0.5) * 1000000, max(landing) from events where kind = 'held' and code = 0")" = "1|1|1" ]
 }
 stalled() { # NAME SECONDS: a write takes as long
