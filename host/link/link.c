@@ -1,6 +1,7 @@
 #include "host/link/link.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -14,7 +15,7 @@
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
-#define SEND_WAIT_S 1 /* for a device that is being opened, or asked for its status */
+#define SEND_WAIT_MS 1000 /* for a device that is being opened, or asked for its status */
 #define AHEAD_US 1000 /* two clocks that are read one after the other differ by microseconds, one that was set by more */
 
 static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_paced_ops, &link_can_ops, &link_serial_ops,
@@ -292,10 +293,9 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
 /* The device, for sending: it may be away, or be opened just now by the thread that receives. */
 static enum mr_status take_device(struct link *link, struct error *error)
 {
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_sec += SEND_WAIT_S;
-    bool taken = pthread_mutex_clocklock(&link->device, CLOCK_MONOTONIC, &until) == 0;
+    bool taken = false;
+    for (int waited_ms = 0; !(taken = pthread_mutex_trylock(&link->device) == 0) && waited_ms < SEND_WAIT_MS; waited_ms++)
+        poll(NULL, 0, 1);
     if (taken && link->away.status == MR_OK)
         return MR_OK;
     if (taken)

@@ -118,17 +118,17 @@ overflows() {
     logger=$!
     wait_until 10 test -s "$dbs/wire.db" || return 1 # made when the link is open
     echo "send $tmp/wire.serial 1" >&8
-    wait_until 60 finished wire 1 && hold wire IMMEDIATE || return 1
+    wait_until 150 finished wire 1 && hold wire IMMEDIATE || return 1
     echo "send $tmp/wire.serial $((20000000 / $(stat -c %s "$tmp/wire.serial") + 2))" >&8 # 19.2 MB are held
-    wait_until 60 told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && wait_until 60 all_sent 2
+    wait_until 150 told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && wait_until 60 all_sent 2
     local early=$?
     let_go
-    wait_until 60 told wire "^matrig: the campaign is written again, after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
-    wait_until 60 told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
+    wait_until 150 told wire "^matrig: the campaign is written again, after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
+    wait_until 150 told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
     came=$(db wire "select count(*) from landings where state = 4")
     tail -c 300000 "$tmp/wire.serial" >"$tmp/wire.rest" # the end of the landing that was cut off
     echo "send $tmp/wire.rest 1" >&8
-    wait_until 60 finished wire $((came + 1)) || early=1
+    wait_until 150 finished wire $((came + 1)) || early=1
     echo end >&8
     exec 8>&-
     wait $wire $logger
