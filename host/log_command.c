@@ -5,61 +5,103 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/eventfd.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
 #include "host/log/logger.h"
 #include "host/output.h"
 
-/* A kill at any time may cost at most 100 ms of what was received; half of it is left for a slow disk. */
-#define COMMIT_US 40000u
 #define CLOCK_JUMP_US 50000 /* within a turn; one that is slewed goes 500 ppm of it */
-#define SERVICE_US 250000u /* links are looked after at least this often */
+#define TURN_US 250000u /* what is due is looked for at least this often */
+#define TRANSACTION_US 40000u /* the same while something waits to be committed */
+#define LOCKED_MS 20 /* between two tries to begin the session */
 #define AWAY_S 3600.0 /* a cable that is off between two landings ends no day of logging */
 
 /* The time of day is this computer's, which somebody, or NTP, may set while it is logging. Deadlines go by the monotonic clock; what has
  * been stamped keeps its stamp, and the campaign says from when on stamps are others. */
-static enum mr_status watch_clock(struct logger *logger, struct error *error)
+static void watch_clock(struct logger *logger)
 {
     int64_t ahead_us = (int64_t)(link_now_us() - logger_now_us());
     int64_t jump_us = logger->clock_ahead_us ? ahead_us - logger->clock_ahead_us : 0;
     logger->clock_ahead_us = ahead_us;
     if (jump_us > -CLOCK_JUMP_US && jump_us < CLOCK_JUMP_US)
-        return MR_OK;
+        return;
     cli_note(logger->cli, "this computer's clock was set by %+.3f s: times of day before and after it differ by that",
              (double)jump_us / 1e6);
-    enum mr_status status = logger_begin(logger, error);
-    return status == MR_OK ? collector_clock_set(logger->collector, jump_us, error) : status;
+    /* Behind what was stamped before; one of the links brings the event. */
+    bool told = false;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (logger->open[kind])
+            link_queue_put_clock(link_reader_queue(logger->reader[kind]), told ? 0 : jump_us);
+        told |= logger->open[kind];
+    }
 }
 
-/* Waits until a link is readable, a signal or a deadline. */
+/* The campaign takes nothing for now. */
+static bool is_held(const struct logger *logger)
+{
+    return logger_now_us() < logger->again_us;
+}
+
+/* How long nothing is due. */
+static int quiet_ms(const struct logger *logger, uint64_t deadline_us)
+{
+    uint64_t now_us = logger_now_us(), until_us = now_us + TURN_US;
+    if (logger->in_transaction && logger->begun_us + TRANSACTION_US < until_us)
+        until_us = logger->begun_us + TRANSACTION_US;
+    if (is_held(logger) && logger->again_us < until_us)
+        until_us = logger->again_us;
+    if (deadline_us < until_us)
+        until_us = deadline_us;
+    return until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
+}
+
+/* Waits until something is in a queue, a recording is readable, a signal or a deadline. */
 static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t deadline_us,
                                     bool ready[LINK_KINDS], bool *signalled, struct error *error)
 {
-    struct pollfd polled[LINK_KINDS + 2];
-    uint64_t now_us = logger_now_us();
-    uint64_t until_us = deadline_us;
-    if (logger->in_transaction && logger->begun_us + COMMIT_US < until_us)
-        until_us = logger->begun_us + COMMIT_US;
-    if (until_us > now_us + SERVICE_US)
-        until_us = now_us + SERVICE_US;
-    int wait_ms = until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
+    enum { SIGNALS = LINK_KINDS, TYPED, NEWS, POLLED };
+    struct pollfd polled[POLLED];
+    bool held = is_held(logger);
+    int wait_ms = quiet_ms(logger, deadline_us);
+    uint64_t counted;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        polled[kind] =
-            (struct pollfd){.fd = logger->open[kind] ? link_fd(logger->link[kind]) : -1, .events = POLLIN};
-        if (logger->more[kind])
+        bool takes = logger->open[kind] && !held;
+        ready[kind] = takes && (link_queue_listen(link_reader_queue(logger->reader[kind])) || logger->more[kind]);
+        polled[kind] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[kind]) : -1, .events = POLLIN};
+        if (ready[kind])
             wait_ms = 0;
     }
-    polled[LINK_KINDS] = (struct pollfd){.fd = signals, .events = POLLIN};
-    polled[LINK_KINDS + 1] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
-    if (poll(polled, LINK_KINDS + 2, wait_ms) < 0 && errno != EINTR)
+    polled[SIGNALS] = (struct pollfd){.fd = signals, .events = POLLIN};
+    polled[TYPED] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
+    polled[NEWS] = (struct pollfd){.fd = held ? -1 : logger->news, .events = POLLIN};
+    if (poll(polled, POLLED, wait_ms) < 0 && errno != EINTR)
+        return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
+    if (polled[NEWS].revents & POLLIN && read(logger->news, &counted, sizeof counted) < 0 && errno != EAGAIN)
         return error_set(error, MR_IO, "cannot wait (%s): the links; try again", strerror(errno));
     for (int kind = 0; kind < LINK_KINDS; kind++)
-        ready[kind] = logger->open[kind] && (logger->more[kind] || polled[kind].revents);
-    *signalled = (polled[LINK_KINDS].revents & POLLIN) != 0;
-    if (polled[LINK_KINDS + 1].fd >= 0 && polled[LINK_KINDS + 1].revents)
+        ready[kind] = ready[kind] || (polled[kind].fd >= 0 && polled[kind].revents) ||
+                      (logger->open[kind] && !held && link_queue_unread(link_reader_queue(logger->reader[kind])));
+    *signalled = polled[SIGNALS].revents & POLLIN && logger_signalled(logger, signals);
+    if (polled[TYPED].fd >= 0 && polled[TYPED].revents)
         typed_read(&logger->typed);
     return MR_OK;
+}
+
+/* What has come, and what is due of it: into the campaign, and to the user. */
+static enum mr_status write_turn(struct logger *logger, const bool ready[LINK_KINDS], struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        if (ready[kind])
+            status = logger_receive(logger, (enum link_kind)kind, error);
+    }
+    if (status == MR_OK && logger_commit_due(logger))
+        status = logger_commit(logger, error);
+    if (status == MR_OK)
+        status = logger_show_finished(logger, error);
+    return status == MR_OK ? logger_show_silent(logger, error) : status;
 }
 
 static enum mr_status collect(struct logger *logger, int signals, double for_s, struct error *error)
@@ -68,32 +110,23 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
     while (!logger->ended_by) {
         bool ready[LINK_KINDS] = {false, false};
         bool signalled = false;
-        enum mr_status status = logger_service_links(logger, error);
+        enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled, error);
         if (status == MR_OK)
-            status = wait_for_news(logger, signals, deadline_us, ready, &signalled, error);
+            status = logger_rescue(logger, error);
         if (status == MR_OK)
             logger_keep_in_step(logger, ready);
-        if (status == MR_OK && ready[LINK_CAN])
-            status = logger_receive_can(logger, error);
-        if (status == MR_OK && ready[LINK_SERIAL])
-            status = logger_receive_serial(logger, error);
-        if (status == MR_OK && logger->in_transaction && logger_now_us() - logger->begun_us >= COMMIT_US)
-            status = logger_commit(logger, error);
-        if (status == MR_OK)
-            status = logger_show_finished(logger, error);
-        if (status == MR_OK)
-            status = logger_show_silent(logger, error);
-        if (status == MR_OK)
-            status = watch_clock(logger, error);
+        if (status == MR_OK && !is_held(logger) && write_turn(logger, ready, error) != MR_OK)
+            status = logger_wait_for_store(logger, error);
         if (status != MR_OK)
             return status;
+        watch_clock(logger);
         logger_ask_for_configuration(logger);
         logger_serve_live(logger);
         typed_turn(logger);
         logger_note_health(logger);
         logger_show_progress(logger, false);
         if (signalled)
-            logger->ended_by = "signal"; /* it stays blocked and pending: the end is on its way */
+            logger->ended_by = "signal";
         else if (!logger->open[LINK_CAN] && !logger->open[LINK_SERIAL])
             logger->ended_by = "end";
         else if (logger_now_us() >= deadline_us)
@@ -102,29 +135,69 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
     return MR_OK;
 }
 
+/* The session begins, when the campaign takes it: what comes meanwhile waits. */
+static enum mr_status begin_session(struct logger *logger, int signals, const char *can, const char *serial, struct error *error)
+{
+    for (;;) {
+        enum mr_status status = logger_begin(logger, error);
+        if (status == MR_OK)
+            status = collector_open(logger->store, can, serial, &logger->collector, error);
+        if (status == MR_OK)
+            return MR_OK;
+        enum store_refusal refused = store_take_refusal(logger->store);
+        if (refused != STORE_LOCKED) /* nothing has been logged yet: whoever started it is there and can do something */
+            return status;
+        watch_refused(&logger->watch, refused, error->text);
+        struct pollfd asked = {.fd = signals, .events = POLLIN};
+        if (poll(&asked, 1, LOCKED_MS) > 0)
+            return status;
+        *error = (struct error){0};
+    }
+}
+
+/* The queues are as they are: what is read from now on is kept. */
+static enum mr_status open_readers(struct logger *logger, struct error *error)
+{
+    logger->news = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    enum mr_status status = MR_OK;
+    if (logger->news < 0)
+        return error_set(error, MR_IO, "no eventfd (%s): the links; check the limits of this system", strerror(errno));
+    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
+        if (logger->link[kind])
+            status = link_reader_open(logger->link[kind], (enum link_kind)kind, 0, logger->news, watch_blame, &logger->watch,
+                                      &logger->reader[kind], error);
+    }
+    return status == MR_OK ? watch_begin(&logger->watch, logger->reader, store_path(logger->store), error) : status;
+}
+
 static enum mr_status run(struct logger *logger, int signals, const char *can, const char *serial,
                           double for_s, struct error *error)
 {
-    enum mr_status status = logger_begin(logger, error);
+    enum mr_status status = open_readers(logger, error);
     if (status == MR_OK)
-        status = collector_open(logger->store, can, serial, &logger->collector, error);
+        status = begin_session(logger, signals, can, serial, error);
     if (status != MR_OK)
         return status;
     if (logger->live.hub)
         collector_watch(logger->collector, &logger->live.watcher);
-    status = collect(logger, signals, for_s, error);
+    /* The session is in the campaign before anything else: a transaction that fails later leaves it there. */
+    status = logger_commit(logger, error);
+    if (status == MR_OK)
+        status = collect(logger, signals, for_s, error);
     /* Whatever went wrong, what was received stays, and the session is closed if the database still takes it.
      */
     struct error late = {0};
     if (status != MR_OK)
         logger->ended_by = "error";
-    if (logger_begin(logger, &late) == MR_OK &&
-        collector_end(logger->collector, logger->ended_by, &late) == MR_OK && logger_commit(logger, &late) == MR_OK)
+    if (logger_finish(logger, signals, &late) == MR_OK)
         logger_show_finished(logger, &late);
     logger_show_troubles(logger);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
+    if (status == MR_OK && logger->taken[0])
+        status = error_set(error, MR_IO, "%s; %s%s", logger->taken,
+                           logger->saved[0] ? "all that was logged is in " : "it could not be saved beside", logger->saved);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
@@ -221,6 +294,9 @@ int log_command(int argc, char **argv, const struct cli *cli)
 
     struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols, .wait_s = wait_s,
                             .look = {.db = db, .page = page, .force = force, .si = cli->si}};
+    logger.hold.cause = WATCH_NONE;
+    logger.news = -1;
+    watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, commands, listen);
     status = open_all(&logger, can, serial, db, live, &error);
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)
@@ -234,9 +310,16 @@ int log_command(int argc, char **argv, const struct cli *cli)
     json_decref(logger.landings);
     live_close(&logger.live);
     collector_close(logger.collector);
-    for (int kind = 0; kind < LINK_KINDS; kind++)
-        link_close(logger.link[kind]);
+    watch_call(&logger.watch, true); /* the journal is written back */
     store_close(logger.store);
+    watch_call(&logger.watch, false);
+    watch_close(&logger.watch);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        link_reader_close(logger.reader[kind]);
+        link_close(logger.link[kind]);
+    }
+    if (logger.news >= 0)
+        close(logger.news);
     close(signals);
     hil_symbols_free(&logger.symbols);
     return exit_code;

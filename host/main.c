@@ -39,7 +39,9 @@ static const struct command commands[] = {
      "  serial:TTY[:BAUD]\n"
      "                 a serial port, 8N1, 2000000 baud unless given\n"
      "  pty:PATH       the pseudo-terminal of an emulated board (waited for likewise)\n"
-     "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"},
+     "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"
+     "A campaign that another program holds, a slow and a full disk are waited for: a queue keeps 60 s of full links. What it cannot keep\n"
+     "is counted and said. One that is moved, replaced or deleted is saved as DB-saved-DATE.db beside, and gone on with; exit 3.\n"},
     {"live", live_command, "DB [--port PORT] | DB --terminal", "watch a board: a page in the browser, or this terminal",
      "  DB             campaign database that a running matrig log writes; followed, never written\n"
      "  --port PORT    serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any port that is free\n"

@@ -7,6 +7,7 @@
 #include "common/fault.h"
 #include "common/switches.h"
 #include "host/analyse/measured_source.h"
+#include "host/analyse/summary_held.h"
 #include "host/analyse/summary_time.h"
 #include "host/board/runway.h"
 #include "host/cli.h"
@@ -36,6 +37,8 @@ static enum mr_status load_links(struct store *store, struct summary *summary, s
 {
     int64_t run = summary->measured.landing.id;
     enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
+    if (status == MR_OK)
+        status = store_held_get(store, run, &summary->held, error);
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct summary_link *link = &summary->link[kind];
         const char *spec = kind == LINK_CAN ? summary->session.can_link : summary->session.serial_link;
@@ -159,6 +162,10 @@ static const char *gap_reason(const char *cause)
     } reasons[] = {
         {"board", "not sent by the board"},
         {"queue", "lost in this computer's receive queue"},
+        {"lock", "lost while another program held the campaign"},
+        {"slow disk", "lost while the disk was slow"},
+        {"full disk", "lost while the disk was full"},
+        {"processor", "lost while this computer was too slow"},
         {"adapter", "lost in the adapter"},
         {"bus-off", "lost while the adapter was off the bus"},
         {"away", "lost while the link was away"},
@@ -440,6 +447,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
         print_zone(&summary->zones.warning, summary->measured.t0_is_touchdown, si, out);
     print_foresight(summary, si, out);
     summary_time_print(summary, si, out);
+    summary_held_print(&summary->held, out);
     print_links(summary, out);
 }
 
@@ -635,6 +643,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     }
     summary_time_json(summary, object);
     json_object_set_new(object, "readiness", summary_ready_json(summary->ready));
+    json_object_set_new(object, "held", summary_held_json(&summary->held));
     json_object_set_new(object, "links", links_json(summary));
     json_object_set_new(object, "gaps", gaps_json(summary));
     json_t *faults = json_array();

@@ -13,6 +13,7 @@
 #include "host/analyse/zones.h"
 #include "host/link/link.h"
 #include "host/store/store_import.h"
+#include "host/store/store_log.h"
 
 /* Half width of a 95 % interval in standard errors: positions of switches are taken as normal with known
  * spread. */
@@ -52,6 +53,7 @@ struct summary {
     bool result_known;
     struct store_temperature temperature; /* of the mat */
     struct summary_ready ready[SUMMARY_READY_KINDS];
+    struct store_held held; /* while it was logged */
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error);

@@ -7,6 +7,7 @@
 
 /* A jump of more than half the range is a sender that began again, not a loss. */
 #define SEQ_JUMP_MAX 0x8000u
+#define SEQ_RANGE 0x10000
 
 static const struct {
     uint16_t id;
@@ -37,6 +38,7 @@ void account_restart(struct account *account, bool whole)
     account->dropped_known = false;
     account->suspects = 0;
     account->suspect_count = 0;
+    account->bytes_lost = 0;
     account->received_since = 0;
     account->whole = whole;
     account->doubtful = false;
@@ -107,17 +109,31 @@ static void add_gap(struct account *account, struct store_gap gap)
         account->gap[account->gaps++] = gap;
 }
 
+/* Frames that the jump stands for. Of bytes that this computer counted as lost, more frames may be gone than the number counts: it is
+ * taken to have wrapped as often as fits best to frames of the mean size so far. 0: none are lost. */
+static int64_t frames_lost(const struct account *account, uint16_t jump)
+{
+    int64_t frames = account->counts.received - 1;
+    if (account->bytes_lost == 0 || frames <= 0 || account->bytes <= 0)
+        return jump < SEQ_JUMP_MAX ? jump : 0;
+    int64_t about = account->bytes_lost * frames / account->bytes;
+    int64_t wraps = (about - jump + SEQ_RANGE / 2) / SEQ_RANGE;
+    return jump + (wraps > 0 ? wraps * SEQ_RANGE : 0);
+}
+
 void account_serial_frame(struct account *account, uint16_t seq, int64_t block)
 {
     uint16_t jump = (uint16_t)(seq - account->seq_next);
     account->counts.received++;
-    account->doubtful |= account->seq_known && jump > 0;
-    if (account->seq_known && jump > 0 && jump < SEQ_JUMP_MAX) {
-        account->counts.lost += jump;
+    int64_t lost = account->seq_known ? frames_lost(account, jump) : 0;
+    account->doubtful |= account->seq_known && (jump > 0 || lost > 0);
+    if (lost > 0) {
+        account->counts.lost += lost;
         account->lost_since_block = true;
-        add_gap(account, make_gap(account, "frame", "all", account->other_cause ? account->other_cause : "link", jump,
+        add_gap(account, make_gap(account, "frame", "all", account->other_cause ? account->other_cause : "link", lost,
                                   account->frame_block, block));
         account->other_cause = NULL;
+        account->bytes_lost = 0;
     }
     if (!account->seq_known && seq == 0)
         account->whole = true;
@@ -141,11 +157,48 @@ static void settle_suspects(struct account *account, bool believed)
     account->suspect_count = 0;
 }
 
+/* Queues of this computer, as gaps name them. */
+static const struct {
+    enum link_trouble trouble;
+    const char *cause;
+} queues[ACCOUNT_QUEUES] = {{LINK_QUEUE_LOST, "queue"},
+                            {LINK_LOST_LOCK, "lock"},
+                            {LINK_LOST_SLOW_DISK, "slow disk"},
+                            {LINK_LOST_FULL_DISK, "full disk"},
+                            {LINK_LOST_PROCESSOR, "processor"}};
+
+static int64_t queues_lost(const struct account *account)
+{
+    int64_t sum = 0;
+    for (size_t i = 0; i < ACCOUNT_QUEUES; i++)
+        sum += account->queue_lost[i];
+    return sum;
+}
+
+/* CAN: of frames that are lost, those that the queues counted; returns how many are left. */
+static int64_t add_queue_gaps(struct account *account, int64_t lost, int64_t block)
+{
+    for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
+        int64_t in_queue = account->queue_lost[i] < lost ? account->queue_lost[i] : lost;
+        if (in_queue > 0)
+            add_gap(account, make_gap(account, "frame", "all", queues[i].cause, in_queue, account->sent_block, block));
+        lost -= in_queue > 0 ? in_queue : 0;
+        account->queue_lost[i] = 0;
+    }
+    return lost;
+}
+
 void account_trouble(struct account *account, enum link_trouble trouble, int64_t count)
 {
-    if (trouble == LINK_QUEUE_LOST)
-        account->queue_lost += count;
-    else if (trouble == LINK_BUS_OFF)
+    for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
+        if (queues[i].trouble == trouble && account->kind == LINK_CAN)
+            account->queue_lost[i] += count;
+        else if (queues[i].trouble == trouble) {
+            account->bytes_lost += count;
+            account->other_cause = queues[i].cause;
+        }
+    }
+    if (trouble == LINK_BUS_OFF)
         account->other_cause = "bus-off";
     else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_GARBLED || trouble == LINK_UART_OVERRUN) &&
              !account->other_cause)
@@ -158,13 +211,11 @@ void account_trouble(struct account *account, enum link_trouble trouble, int64_t
  * saw. */
 static void add_loss(struct account *account, int64_t lost, int64_t block)
 {
-    int64_t in_queue = account->queue_lost < lost ? account->queue_lost : lost;
     const char *cause = account->other_cause ? account->other_cause : "link";
     account->counts.lost += lost;
-    if (in_queue > 0)
-        add_gap(account, make_gap(account, "frame", "all", "queue", in_queue, account->sent_block, block));
-    if (lost > in_queue)
-        add_gap(account, make_gap(account, "frame", "all", cause, lost - in_queue, account->sent_block, block));
+    int64_t elsewhere = add_queue_gaps(account, lost, block);
+    if (elsewhere > 0)
+        add_gap(account, make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
 }
 
 void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block)
@@ -179,17 +230,18 @@ void account_can_health(struct account *account, const struct mr_can_health *hea
         /* What the queue lost so far was sent before, but not before logging began. */
         if (account->before_first < 0) {
             int64_t before = (int64_t)health->sent - (account->received_since - 1);
-            int64_t lost = account->queue_lost < before ? account->queue_lost : before;
+            int64_t in_queue = queues_lost(account);
+            int64_t lost = in_queue < before ? in_queue : before;
             account->before_first = before - lost;
             account->whole = account->before_first == 0;
             if (lost > 0)
                 add_loss(account, lost, block);
-        } else if (account->queue_lost > 0) { /* the board began again, and its counter with it */
-            add_loss(account, account->queue_lost, block);
+        } else if (queues_lost(account) > 0) { /* the board began again, and its counter with it */
+            add_loss(account, queues_lost(account), block);
         }
         settle_suspects(account, false);
     }
-    account->queue_lost = 0;
+    memset(account->queue_lost, 0, sizeof account->queue_lost);
     account->other_cause = NULL;
     account->sent_known = true;
     account->sent = health->sent;
@@ -244,16 +296,16 @@ void account_block(struct account *account, uint32_t index)
 void account_end(struct account *account)
 {
     /* Frames that steps miss are among those the queue lost. */
-    int64_t in_queue = account->queue_lost - account->suspect_count;
+    int64_t in_queue = queues_lost(account) - account->suspect_count;
     if (in_queue > 0) {
         account->counts.lost += in_queue;
-        add_gap(account, make_gap(account, "frame", "all", "queue", in_queue, account->sent_block, STORE_NONE));
+        (void)add_queue_gaps(account, in_queue, STORE_NONE);
     } else if (account->suspect_count == 0 && account->other_cause && account->kind == LINK_CAN) {
         add_gap(account, make_gap(account, "frame", "all", account->other_cause, STORE_NONE, account->sent_block,
                                   STORE_NONE));
     }
     account->counts.lost += account->suspect_count;
     settle_suspects(account, true);
-    account->queue_lost = 0;
+    memset(account->queue_lost, 0, sizeof account->queue_lost);
     account->other_cause = NULL;
 }

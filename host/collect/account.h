@@ -6,8 +6,8 @@
  * recorded, which tells whose frames are missing. A step alone proves nothing; it is believed when the next
  * can_health confirms that frames are lost, or when none comes any more.
  *
- * Where frames were lost, as far as the link saw it: queue (the receive queue of this computer), adapter (its
- * buffers or its serial line), bus-off; else link. A trouble alone proves no loss on CAN; it names the cause of one
+ * Where frames were lost, as far as the link saw it: queue (the receive queue of this computer), lock, slow disk, full disk, processor
+ * (the queue to the campaign had no room, for that reason), adapter (its buffers or its serial line), bus-off; else link. A trouble alone proves no loss on CAN; it names the cause of one
  * that is found, or stands for it when nothing can be counted any more.
  *
  * Which messages they were follows from message_count, the board's count of each message it meant for the link: held against
@@ -23,6 +23,7 @@
 #include "host/store/store.h"
 
 #define ACCOUNT_GAPS 32u
+#define ACCOUNT_QUEUES 5u  /* causes: the kernel's queue, and those of the queue to the campaign */
 #define ACCOUNT_STEPPED 8u /* messages that come in steps of blocks: 3 of displacement, 5 of tension */
 
 struct account {
@@ -54,7 +55,8 @@ struct account {
     int64_t missing_of[MR_PLACES];        /* found by counts so far, in all boots; dropped ones included */
     int64_t repeated_of[MR_PLACES];       /* came more often than they were sent */
 
-    int64_t queue_lost;      /* frames that the receive queue lost since the last can_health */
+    int64_t queue_lost[ACCOUNT_QUEUES]; /* frames that queues of this computer lost since the last can_health, by cause */
+    int64_t bytes, bytes_lost; /* serial: received; lost by the full queue since the last frame */
     const char *other_cause; /* of losses since it, by what the link saw; NULL: nothing */
 
     bool dropped_known;

@@ -43,6 +43,8 @@ enum mr_status collector_open(struct store *store, const char *can_spec, const c
 
 void collector_close(struct collector *collector)
 {
+    if (collector)
+        free(collector->mark);
     free(collector);
 }
 
@@ -289,6 +291,7 @@ enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes
                                uint64_t host_us, struct error *error)
 {
     struct side *side = &collector->side[LINK_SERIAL];
+    side->account.bytes += (int64_t)length;
     for (size_t i = 0; i < length; i++) {
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&side->deframer, bytes[i], &frame);

@@ -35,6 +35,19 @@ enum mr_status collector_troubles(struct collector *collector, enum link_kind ki
 enum mr_status collector_clock_set(struct collector *collector, int64_t jump_us, struct error *error);
 /* A link ended. MR_TRUNCATED: inside a serial frame. */
 enum mr_status collector_link_end(struct collector *collector, enum link_kind kind, struct error *error);
+/* Of one link: where the board's clock is against this computer's is found anew, from what comes from now on. */
+void collector_forget_time(struct collector *collector, enum link_kind kind);
+
+/* Where a transaction begins, and back there when the store took back what was written since: the same may then go in again. */
+enum mr_status collector_mark(struct collector *collector, struct error *error);
+void collector_back_to_mark(struct collector *collector);
+/* The landing that was going on at the mark; STORE_NONE: none. */
+int64_t collector_marked_run(const struct collector *collector);
+/* The campaign took nothing for `us`: an event `held`, of landing `run`, or of the one that is going on (STORE_NONE). `cause`: enum store_held_cause (host/store/store_log.h);
+ * `permille`: so full was the queue. */
+enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause, int64_t permille, int64_t us, struct error *error);
+/* From now on into this store, which has all that was committed to the one before. Between two transactions. */
+void collector_move(struct collector *collector, struct store *store);
 /* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end", "time",
  * "signal" ... */
 enum mr_status collector_end(struct collector *collector, const char *ended_by, struct error *error);

@@ -63,6 +63,7 @@ struct side {
 
 struct collector {
     struct store *store;
+    struct collector *mark; /* what it was at collector_mark; NULL: never */
     int64_t session;
     struct side side[LINK_KINDS];
     const struct collector_watcher *watcher; /* NULL: nobody */

@@ -1,6 +1,7 @@
 #include "host/link/link.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -14,6 +15,7 @@
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
+#define SEND_WAIT_MS 1000 /* for a device that is being opened, or asked for its status */
 #define AHEAD_US 1000 /* two clocks that are read one after the other differ by microseconds, one that was set by more */
 
 static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_paced_ops, &link_can_ops, &link_serial_ops,
@@ -73,6 +75,7 @@ enum mr_status link_open(const char *spec, enum link_kind kind, struct link **li
     made->fd = made->source = -1;
     made->spec = copy;
     made->away_most_us = AWAY_MAX_US;
+    pthread_mutex_init(&made->device, NULL);
     enum mr_status status = ops->open(made, path, error);
     if (status != MR_OK) {
         link_close(made);
@@ -87,6 +90,7 @@ void link_close(struct link *link)
     if (!link)
         return;
     release(link);
+    pthread_mutex_destroy(&link->device);
     free(link->spec);
     free(link);
 }
@@ -94,6 +98,16 @@ void link_close(struct link *link)
 void link_patience(struct link *link, double seconds)
 {
     link->away_most_us = (uint64_t)(seconds * 1e6);
+}
+
+bool link_waits(const struct link *link)
+{
+    return link->ops->waits;
+}
+
+bool link_recorded(const struct link *link)
+{
+    return link->ops->recorded;
 }
 
 int link_fd(const struct link *link)
@@ -143,8 +157,10 @@ void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
 /* The device went away: keep why, give it back, and wait for it. */
 static void go_away(struct link *link, const struct error *why)
 {
+    pthread_mutex_lock(&link->device);
     release(link);
     link->away = *why;
+    pthread_mutex_unlock(&link->device);
     link->away_since_us = link_monotonic_us();
     link->retry_us = link->away_since_us + RETRY_US;
     link->start = link->end = 0;
@@ -157,12 +173,17 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
     if (now_us < link->retry_us)
         return MR_TOO_FEW;
     link->retry_us = now_us + RETRY_US;
-    if (link->ops->open(link, path_of(link->ops, link->spec), &why) == MR_OK) {
+    pthread_mutex_lock(&link->device);
+    bool back = link->ops->open(link, path_of(link->ops, link->spec), &why) == MR_OK;
+    if (back)
         link->away = (struct error){0};
+    else
+        release(link);
+    pthread_mutex_unlock(&link->device);
+    if (back) {
         link_trouble(link, LINK_BACK, 1);
         return MR_OK;
     }
-    release(link);
     if (now_us - link->away_since_us < link->away_most_us)
         return MR_TOO_FEW;
     return error_set(error, link->away.status, "%s (waited %.0f s for it)", link->away.text, (double)link->away_most_us / 1e6);
@@ -173,9 +194,11 @@ enum mr_status link_service(struct link *link, struct error *error)
     uint64_t now_us = link_monotonic_us();
     if (link->away.status != MR_OK)
         return come_back(link, now_us, error);
-    if (link->ops->service && now_us >= link->service_us) {
+    /* While something is sent, which may take a second, what comes is read; service is for the next time. */
+    if (link->ops->service && now_us >= link->service_us && pthread_mutex_trylock(&link->device) == 0) {
         link->service_us = now_us + SERVICE_US;
         link->ops->service(link);
+        pthread_mutex_unlock(&link->device);
     }
     return MR_OK;
 }
@@ -267,27 +290,44 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
     return MR_OK;
 }
 
+/* The device, for sending: it may be away, or be opened just now by the thread that receives. */
+static enum mr_status take_device(struct link *link, struct error *error)
+{
+    bool taken = false;
+    for (int waited_ms = 0; !(taken = pthread_mutex_trylock(&link->device) == 0) && waited_ms < SEND_WAIT_MS; waited_ms++)
+        poll(NULL, 0, 1);
+    if (taken && link->away.status == MR_OK)
+        return MR_OK;
+    if (taken)
+        pthread_mutex_unlock(&link->device);
+    return error_set(error, MR_NOT_NOW, "the device is away: %s; plug it in again", link->spec);
+}
+
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error)
 {
     uint8_t bytes[16] = {0};
-    if (link->away.status != MR_OK)
-        return error_set(error, MR_NOT_NOW, "the device is away: %s; plug it in again", link->spec);
     mr_put_u32(bytes, frame->id);
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
-    enum mr_status status = link->ops->send(link, bytes, sizeof bytes, error);
+    enum mr_status status = take_device(link, error);
+    if (status != MR_OK)
+        return status;
+    status = link->ops->send(link, bytes, sizeof bytes, error);
     if (status == MR_OK)
         link->counters.sent++;
+    pthread_mutex_unlock(&link->device);
     return status;
 }
 
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
 {
-    if (link->away.status != MR_OK)
-        return error_set(error, MR_NOT_NOW, "the device is away: %s; plug it in again", link->spec);
-    enum mr_status status = link->ops->send(link, bytes, length, error);
+    enum mr_status status = take_device(link, error);
+    if (status != MR_OK)
+        return status;
+    status = link->ops->send(link, bytes, length, error);
     if (status == MR_OK)
         link->counters.sent += length;
+    pthread_mutex_unlock(&link->device);
     return status;
 }
 

@@ -11,7 +11,9 @@
  * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW: bytes may
  * wait inside the link where poll does not see them. Call link_service at least once a second: a device that went
  * away (unplugged, interface down) is opened again when it comes back within 10 s, or link_patience; meanwhile link_fd is
- * -1 and receiving gives MR_TOO_FEW. */
+ * -1 and receiving gives MR_TOO_FEW.
+ *
+ * One thread may receive and service a link while another one sends. */
 #ifndef MATRIG_HOST_LINK_LINK_H
 #define MATRIG_HOST_LINK_LINK_H
 
@@ -55,6 +57,11 @@ void link_close(struct link *link); /* NULL is allowed */
 
 /* How long a device that went away is waited for. */
 void link_patience(struct link *link, double seconds);
+
+/* Its sender waits until it is read: nothing is lost by not reading. */
+bool link_waits(const struct link *link);
+/* It was recorded earlier: reading decides how fast it goes. */
+bool link_recorded(const struct link *link);
 
 int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);

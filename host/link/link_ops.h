@@ -2,6 +2,7 @@
 #ifndef MATRIG_HOST_LINK_LINK_OPS_H
 #define MATRIG_HOST_LINK_LINK_OPS_H
 
+#include <pthread.h>
 #include <sys/types.h>
 
 #include "host/link/adapter_clock.h"
@@ -12,6 +13,8 @@ struct link_ops {
     const char *form;   /* "unix:PATH" */
     unsigned kinds;     /* 1 << enum link_kind of each that it carries */
     bool comes_back;    /* a device: when it goes away, wait for it */
+    bool waits;         /* who sends waits until it is read */
+    bool recorded;      /* earlier: reading decides how fast it goes */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
     enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame, struct error *error);
     enum mr_status (*send)(struct link *link, const uint8_t *bytes, size_t length, struct error *error);
@@ -33,6 +36,7 @@ struct link {
     int fd;
     char *spec;
     struct link_counters counters;
+    pthread_mutex_t device; /* is opened, closed or written to: one thread may read a link while another one sends */
     uint8_t buffer[LINK_BUFFER]; /* read from fd and not yet given on: from `start` to `end` */
     size_t start;
     size_t end;

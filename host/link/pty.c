@@ -33,6 +33,7 @@ const struct link_ops link_pty_ops = {
     .prefix = "pty:",
     .form = "pty:PATH",
     .kinds = 1u << LINK_SERIAL,
+    .waits = true,
     .open = pty_open,
     .send = pty_send,
     .line = pty_line,

@@ -3,7 +3,8 @@
  * ones go to the end.
  *
  * The first group is what CAN error frames say (linux/can/error.h; host/link/can_error.h translates them), the
- * second what the ways into this computer lost. */
+ * second what the ways into this computer lost, the last what the queue to the campaign had no room for (host/link/reader.h): frames of
+ * CAN, bytes of serial. */
 #ifndef MATRIG_HOST_LINK_TROUBLE_H
 #define MATRIG_HOST_LINK_TROUBLE_H
 
@@ -29,7 +30,11 @@
     X(LINK_UART_OVERRUN,           "UART overruns")                  \
     X(LINK_UART_LINE,              "UART framing, parity or break errors") \
     X(LINK_AWAY,                   "went away")                      \
-    X(LINK_BACK,                   "came back")
+    X(LINK_BACK,                   "came back")                      \
+    X(LINK_LOST_LOCK,              "frames or bytes that a full queue lost (another program held the campaign)") \
+    X(LINK_LOST_SLOW_DISK,         "frames or bytes that a full queue lost (slow disk)") \
+    X(LINK_LOST_FULL_DISK,         "frames or bytes that a full queue lost (full disk)") \
+    X(LINK_LOST_PROCESSOR,         "frames or bytes that a full queue lost (slow computer)")
 
 enum link_trouble {
 #define LINK_TROUBLE_ENUM(name, text) name,

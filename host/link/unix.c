@@ -94,6 +94,7 @@ const struct link_ops link_unix_ops = {
     .prefix = "unix:",
     .form = "unix:PATH",
     .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
+    .waits = true,
     .open = unix_open,
     .receive_frame = unix_receive_frame,
     .send = unix_send,

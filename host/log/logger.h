@@ -1,5 +1,9 @@
-/* Insides of matrig log: what it holds while it collects, and its parts: links.c (what comes), orders.c (what is asked of the board),
- * typed.c (commands on standard input), tell.c (what the user is told). Its loop is host/log_command.c. */
+/* Insides of matrig log: what it holds while it collects, and its parts: links.c (what comes), write.c (transactions), watch.c (what is
+ * told while they wait), rescue.c (a campaign that was taken away), finish.c (the end), orders.c (what is asked of the board), typed.c
+ * (commands on standard input), tell.c (what the user is told). Its loop is host/log_command.c.
+ *
+ * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the queues and writes: the store and the
+ * collector are its alone. The third kind looks on (watch.h). */
 #ifndef MATRIG_HOST_LOG_LOGGER_H
 #define MATRIG_HOST_LOG_LOGGER_H
 
@@ -9,27 +13,43 @@
 #include "host/collect/collect.h"
 #include "host/collect/quicklook.h"
 #include "host/live/live.h"
+#include "host/link/reader.h"
 #include "host/log/typed.h"
+#include "host/log/watch.h"
 
 struct logger {
     const struct cli *cli;
     struct store *store;
     struct link *link[LINK_KINDS];
     bool open[LINK_KINDS];
-    bool more[LINK_KINDS]; /* not drained: poll need not see what waits inside the link */
+    bool more[LINK_KINDS]; /* of a recording, not drained: poll need not see what waits inside the link */
+    struct link_reader *reader[LINK_KINDS]; /* NULL: not used */
+    int news;                               /* eventfd: something is in a queue */
+    struct link_counters counters[LINK_KINDS]; /* as of what was taken */
+    bool troubled[LINK_KINDS];              /* they have changed, and nobody has taken notice */
     struct collector *collector;
-    uint64_t troubles[LINK_KINDS];              /* of the link's, taken */
     uint64_t noted[LINK_KINDS][LINK_TROUBLES];  /* of them, seen by the user */
     uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
     struct hil_symbols symbols; /* of --elf; none without it */
+    struct watch watch;
     bool in_transaction;
     uint64_t begun_us;
+    uint64_t commit_us;     /* the last one took so long */
+    uint64_t again_us;      /* until then nothing is written: the campaign took nothing */
+    struct watch_hold hold; /* what was in the way of the last commit; to be recorded, of this landing: */
+    int64_t hold_run;
+    char saved[4096];       /* the campaign was taken away, and is here now; "": not */
+    char taken[9000];       /* what became of the one that was named, in a sentence */
+    bool followed;          /* the watch knows the campaign with its journal */
+    struct link_frame hello; /* the board's newest on CAN; length 0: none */
+    uint64_t rescue_us;     /* when saving was tried */
     uint64_t shown_us;
     uint64_t asked_us;       /* for the configuration; 0: not, or a landing came in between */
     unsigned asks;           /* since the beginning or the last landing */
     bool mute[LINK_KINDS];   /* nothing can be sent on it */
     double wait_s;           /* for a device that went away */
     const char *ended_by;    /* NULL: going on */
+    bool hurried;            /* the end was asked for twice */
     struct error link_error; /* the first link that broke; logging went on with the other */
     json_t *landings;
     unsigned shown; /* landings summarised */
@@ -46,16 +66,38 @@ uint64_t logger_now_us(void); /* for deadlines: never jumps */
 
 /* ---- links.c ---- */
 
+/* A signal that asks for the end came; the second one hurries it. */
+bool logger_signalled(struct logger *logger, int signals);
+/* What waits in its queue, a turn's worth. A link that breaks is ended, and is no error. */
+enum mr_status logger_receive(struct logger *logger, enum link_kind kind, struct error *error);
+/* Leaves of two links that are ready the one that is behind in board time. */
+void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS]);
+
+/* ---- write.c ---- */
+
 /* The transaction that is open around all that is written. Committing none is MR_OK. */
 enum mr_status logger_begin(struct logger *logger, struct error *error);
 enum mr_status logger_commit(struct logger *logger, struct error *error);
-/* Keeps the links in order: a device that went away comes back, or ends its link. */
-enum mr_status logger_service_links(struct logger *logger, struct error *error);
-/* What waits there, a turn's worth. A link that breaks is ended, and is no error. */
-enum mr_status logger_receive_can(struct logger *logger, struct error *error);
-enum mr_status logger_receive_serial(struct logger *logger, struct error *error);
-/* Leaves of two links that are ready the one that is behind in board time. */
-void logger_keep_in_step(const struct logger *logger, bool ready[LINK_KINDS]);
+/* Takes back what was put since logger_begin: it is in the queues again. */
+/* It has been open for long enough: what was received is to be on disk within 100 ms. */
+bool logger_commit_due(struct logger *logger);
+void logger_take_back(struct logger *logger);
+/* After an error: when the store refused for a reason that may pass, takes back and forgets the error: it is tried again at again_us.
+ * Else returns the error's status. */
+enum mr_status logger_wait_for_store(struct logger *logger, struct error *error);
+
+/* ---- rescue.c ---- */
+
+/* When the campaign is no longer where it was: saves it beside, and goes on there. */
+enum mr_status logger_rescue(struct logger *logger, struct error *error);
+
+/* A name in `folder` that nothing has: STEM-WHAT-DATE ENDING of the campaign at `path`. False: none was found. */
+bool logger_beside(const char *folder, const char *path, const char *what, const char *ending, char *out, size_t size);
+
+/* ---- finish.c ---- */
+
+/* Writes what is in the queues, and the end of the session. What cannot be written in time is saved beside the campaign. */
+enum mr_status logger_finish(struct logger *logger, int signals, struct error *error);
 
 /* ---- orders.c ---- */
 
@@ -79,7 +121,7 @@ void logger_show_progress(struct logger *logger, bool last);
 /* Nobody spoke, or nobody that matrig understands. */
 enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial, struct error *error);
 /* Of the whole session. */
-void logger_show_troubles(const struct logger *logger);
-json_t *logger_json(const struct logger *logger, const char *db, const struct error *error);
+void logger_show_troubles(struct logger *logger);
+json_t *logger_json(struct logger *logger, const char *db, const struct error *error);
 
 #endif

@@ -6,6 +6,7 @@
 #include "host/log/logger.h"
 
 #define PROGRESS_US 200000u
+#define QUEUE_SHOWN_PERMILLE 10u
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 
 void logger_clear_progress(const struct logger *logger)
@@ -16,13 +17,13 @@ void logger_clear_progress(const struct logger *logger)
 
 void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text)
 {
-    const struct link_counters *counters = link_counters(logger->link[kind]);
+    const struct link_counters *counters = &logger->counters[kind];
     uint64_t now_us = logger_now_us();
     bool told = false;
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         uint64_t more = counters->trouble[i] - logger->noted[kind][i];
         bool lately = logger->noted_us[kind][i] != 0 && now_us - logger->noted_us[kind][i] < NOTE_US;
-        if (more == 0 || lately)
+        if (counters->trouble[i] <= logger->noted[kind][i] || lately) /* less: taken back, and written again */
             continue;
         logger_clear_progress(logger);
         logger->noted[kind][i] = counters->trouble[i];
@@ -113,16 +114,20 @@ void logger_show_progress(struct logger *logger, bool last)
     if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, logger_now_us()) || (!last && logger_now_us() - logger->shown_us < PROGRESS_US))
         return;
     struct collector_progress p;
+    char queue[40] = "";
+    unsigned permille = watch_permille(&logger->watch);
     collector_progress(logger->collector, &p);
     logger->shown_us = logger_now_us();
+    if (permille >= QUEUE_SHOWN_PERMILLE)
+        snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
     fprintf(stderr,
-            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld lost \033[K%s",
+            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld lost%s \033[K%s",
             p.run     ? collector_state_text(p.state)
             : p.hello ? "no landing"
                       : "waiting for a board",
             p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges, (long long)p.counts[LINK_CAN].received,
             (long long)p.counts[LINK_CAN].lost, (long long)p.counts[LINK_SERIAL].received,
-            (long long)p.counts[LINK_SERIAL].lost, last ? "\n" : "");
+            (long long)p.counts[LINK_SERIAL].lost, queue, last ? "\n" : "");
 }
 
 enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial,
@@ -143,16 +148,16 @@ enum mr_status logger_check_heard(const struct logger *logger, const char *can, 
                      can ? can : "", and, serial ? serial : "");
 }
 
-static void troubles_of(const struct link *link, int64_t trouble[LINK_TROUBLES])
+static void troubles_of(const struct link_counters *counters, int64_t trouble[LINK_TROUBLES])
 {
     for (unsigned i = 0; i < LINK_TROUBLES; i++)
-        trouble[i] = (int64_t)link_counters(link)->trouble[i];
+        trouble[i] = (int64_t)counters->trouble[i];
 }
 
-static json_t *troubles_json(const struct link *link)
+static json_t *troubles_json(const struct link_counters *counters)
 {
     int64_t trouble[LINK_TROUBLES];
-    troubles_of(link, trouble);
+    troubles_of(counters, trouble);
     return summary_troubles_json(trouble);
 }
 
@@ -173,8 +178,9 @@ static void show_missing(int kind, const int64_t missing[MR_PLACES])
 }
 
 /* Troubles of the whole session, in landings and outside. */
-void logger_show_troubles(const struct logger *logger)
+void logger_show_troubles(struct logger *logger)
 {
+    char held[300];
     struct collector_progress progress;
     collector_progress(logger->collector, &progress);
     for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++)
@@ -182,16 +188,19 @@ void logger_show_troubles(const struct logger *logger)
     for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++) {
         int64_t trouble[LINK_TROUBLES];
         char line[400];
-        if (!logger->link[kind] || link_counters(logger->link[kind])->troubles == 0)
+        if (!logger->link[kind] || logger->counters[kind].troubles == 0)
             continue;
-        troubles_of(logger->link[kind], trouble);
+        troubles_of(&logger->counters[kind], trouble);
         summary_troubles(trouble, line, sizeof line);
         printf("%s link in this session: %s\n", summary_link_name(kind), line);
     }
+    watch_session(&logger->watch, held, sizeof held);
+    if (!logger->cli->json && held[0])
+        printf("writing the campaign in this session: %s\n", held);
     fflush(stdout);
 }
 
-json_t *logger_json(const struct logger *logger, const char *db, const struct error *error)
+json_t *logger_json(struct logger *logger, const char *db, const struct error *error)
 {
     struct collector_progress p;
     collector_progress(logger->collector, &p);
@@ -208,12 +217,12 @@ json_t *logger_json(const struct logger *logger, const char *db, const struct er
                                 json_pack("{sIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
                                           (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
                                           (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "missing", missing, "troubles",
-                                          troubles_json(logger->link[kind])));
+                                          troubles_json(&logger->counters[kind])));
         json_decref(missing);
     }
     if (logger->link[LINK_CAN] && p.before_first >= 0)
         json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));
-    return json_pack("{sssIsssosOss?}", "db", db, "session", (json_int_t)collector_session(logger->collector),
-                     "ended_by", logger->ended_by, "links", links, "landings", logger->landings, "error",
+    return json_pack("{sssIsssososOss?}", "db", logger->saved[0] ? logger->saved : db, "session", (json_int_t)collector_session(logger->collector),
+                     "ended_by", logger->ended_by, "links", links, "queue", watch_json(&logger->watch), "landings", logger->landings, "error",
                      error->status == MR_OK ? NULL : error->text);
 }

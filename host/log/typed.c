@@ -159,6 +159,8 @@ void typed_turn(struct logger *logger)
     char line[sizeof typed->text];
     if (!typed->on)
         return;
+    if (typed->sent && watch_refused_us(&logger->watch)) /* the answer waits in the queue */
+        typed->until_us = logger_now_us() + ANSWER_US;
     if (typed->sent)
         take_answer(logger);
     if (typed->asked && logger_now_us() > typed->until_us)

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "host/store/store_guard.h"
+#include "host/store/store_log.h"
 #include "host/store/store_migrate.h"
 #include "host/store/store_sql.h"
 
@@ -32,6 +33,7 @@ enum mr_status store_failed(struct store *store, const char *doing, struct error
 {
     int code = sqlite3_errcode(store->database) & 0xff;
     const char *text = sqlite3_errmsg(store->database);
+    store->refused = store_refusal_of(code);
     switch (code) {
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:

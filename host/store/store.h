@@ -206,7 +206,7 @@ struct store_event {
     int64_t run;
     int64_t board_us;
     int64_t host_us;
-    const char *kind; /* state, mark, ack, fault, crash, can-state, switch, channel, camera, restart, joined; troubles of a link: can-link, serial-link */
+    const char *kind; /* state, mark, ack, fault, crash, can-state, switch, channel, camera, restart, joined, held; troubles of a link: can-link, serial-link */
     int64_t code;
     int64_t detail;
     int64_t value;
@@ -325,7 +325,7 @@ struct store_gap {
     int link;
     char message[24];
     char channels[24]; /* "d1-d3", "all" */
-    char cause[16];    /* link, queue, adapter, bus-off, away, board, acquisition, silence */
+    char cause[16];    /* link, queue, lock, slow disk, full disk, processor, adapter, bus-off, away, board, acquisition, silence */
     int64_t count;     /* STORE_NONE: not known */
     int64_t from_block;
     int64_t to_block;

@@ -196,6 +196,7 @@
       "BY code")                                                                                             \
     X(TROUBLES, "ti",                                                                                        \
       "SELECT code, sum(detail) FROM events WHERE kind=? AND landing=? GROUP BY code ORDER BY code")         \
+    X(HELD, "i", "SELECT code, sum(value), max(detail) FROM events WHERE kind='held' AND landing=? GROUP BY code")  \
     X(SWITCH_EVENTS, "i",                                                                                    \
       "SELECT code, detail, count(*), min(board_us) FROM events WHERE kind='switch' AND landing=?"           \
       " GROUP BY code, detail ORDER BY detail, code")                                                        \
@@ -274,6 +275,7 @@ struct store {
     unsigned waiting_count;
     int64_t steps, rows;   /* since the last statement that began while no other was running (store_guard.h) */
     int64_t guarded_bytes; /* of the file, when it was last looked at */
+    int refused; /* enum store_refusal, of the last call that failed */
 };
 
 /* The tables. */

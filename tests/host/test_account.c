@@ -267,6 +267,42 @@ static void losses_have_their_causes(void **state)
     assert_string_equal(account.gap[3].cause, "bus-off");
 }
 
+/* The queue to the campaign had no room: each reason is a gap of its own. On serial bytes are lost, and a jump is theirs even when the
+ * number has wrapped: 100 frames of 100 bytes came, 7,000,000 bytes are lost, so 70,000 frames; the number says 4,464. */
+static void losses_by_a_full_queue(void **state)
+{
+    struct account account;
+    (void)state;
+    account_start(&account, LINK_CAN);
+    can_interval(&account, 99, 100, 0, 1000);
+    account_trouble(&account, LINK_LOST_LOCK, 6);
+    account_trouble(&account, LINK_LOST_FULL_DISK, 2);
+    can_interval(&account, 90, 200, 0, 2000);
+    assert_int_equal(account.counts.lost, 9);
+    assert_int_equal(account.gaps, 3);
+    assert_string_equal(account.gap[0].cause, "lock");
+    assert_int_equal(account.gap[0].count, 6);
+    assert_string_equal(account.gap[1].cause, "full disk");
+    assert_int_equal(account.gap[1].count, 2);
+    assert_string_equal(account.gap[2].cause, "link");
+
+    account_start(&account, LINK_SERIAL);
+    for (unsigned seq = 0; seq < 100; seq++) {
+        account.bytes += 100;
+        account_serial_frame(&account, (uint16_t)seq, seq);
+    }
+    account_trouble(&account, LINK_LOST_SLOW_DISK, 7000000);
+    account.bytes += 100;
+    account_serial_frame(&account, (uint16_t)(100u + 70000u), 200);
+    assert_int_equal(account.counts.lost, 70000);
+    assert_int_equal(account.gaps, 1);
+    assert_string_equal(account.gap[0].cause, "slow disk");
+    assert_int_equal(account.gap[0].count, 70000);
+    account.bytes += 100;
+    account_serial_frame(&account, 5, 201); /* without such a loss a step back is a sender that began again */
+    assert_int_equal(account.counts.lost, 70000);
+}
+
 /* When no can_health comes any more, what the link saw stands for the loss. */
 static void troubles_at_the_end(void **state)
 {
@@ -315,6 +351,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(losses_have_their_causes),
+        cmocka_unit_test(losses_by_a_full_queue),
         cmocka_unit_test(troubles_at_the_end),
         cmocka_unit_test(queue_losses_while_joining),
         cmocka_unit_test(serial_sequence),

@@ -3,10 +3,12 @@
  *     CLOCK_RATE=FILE:20           both clocks pass 20 times as fast as long as FILE is there
  *     CLOCK_JUMP=FILE:SECONDS      the time of day is SECONDS later (earlier when negative) from when FILE is there
  *     DISK_FULL=FILE:PART          writing to paths that contain PART fails as on a full disk as long as FILE is there
+ *     DISK_STALL=FILE:SECONDS      the next fsync or fdatasync after FILE came to be there takes SECONDS; FILE goes
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <pthread.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,13 +36,17 @@ static int is_there(const char *variable, const char **rest)
 int clock_gettime(clockid_t clock, struct timespec *at)
 {
     static int (*real)(clockid_t, struct timespec *);
-    static int64_t real_ns[2], shown_ns[2]; /* at the last look; one thread looks */
+    static int64_t real_ns[2], shown_ns[2]; /* at the last look */
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
     const char *seconds, *rate;
+    pthread_mutex_lock(&lock);
     if (!real)
         *(void **)&real = dlsym(RTLD_NEXT, "clock_gettime");
     int result = real(clock, at);
-    if (result != 0 || (clock != CLOCK_REALTIME && clock != CLOCK_MONOTONIC))
+    if (result != 0 || (clock != CLOCK_REALTIME && clock != CLOCK_MONOTONIC)) {
+        pthread_mutex_unlock(&lock);
         return result;
+    }
     int which = clock == CLOCK_MONOTONIC;
     int64_t now_ns = at->tv_sec * NS + at->tv_nsec;
     int64_t passed_ns = real_ns[which] ? now_ns - real_ns[which] : 0;
@@ -48,6 +54,7 @@ int clock_gettime(clockid_t clock, struct timespec *at)
     shown_ns[which] += is_there("CLOCK_RATE", &rate) ? (int64_t)((double)passed_ns * strtod(rate, NULL)) : passed_ns;
     real_ns[which] = now_ns;
     int64_t shown = shown_ns[which];
+    pthread_mutex_unlock(&lock);
     if (!which && is_there("CLOCK_JUMP", &seconds))
         shown += (int64_t)(strtod(seconds, NULL) * (double)NS);
     at->tv_sec = (time_t)(shown / NS);
@@ -77,4 +84,38 @@ ssize_t pwrite64(int fd, const void *bytes, size_t size, off64_t at)
         return -1;
     }
     return real(fd, bytes, size, at);
+}
+
+static void stall(void)
+{
+    char path[512];
+    const char *seconds, *value = getenv("DISK_STALL");
+    if (!value || !is_there("DISK_STALL", &seconds))
+        return;
+    memcpy(path, value, (size_t)(seconds - 1 - value));
+    path[seconds - 1 - value] = '\0';
+    if (unlink(path) != 0)
+        return;
+    double left_s = strtod(seconds, NULL);
+    struct timespec wait = {(time_t)left_s, (long)((left_s - (double)(time_t)left_s) * (double)NS)};
+    while (nanosleep(&wait, &wait) != 0 && errno == EINTR)
+        ;
+}
+
+int fsync(int fd)
+{
+    static int (*real)(int);
+    if (!real)
+        *(void **)&real = dlsym(RTLD_NEXT, "fsync");
+    stall();
+    return real(fd);
+}
+
+int fdatasync(int fd)
+{
+    static int (*real)(int);
+    if (!real)
+        *(void **)&real = dlsym(RTLD_NEXT, "fdatasync");
+    stall();
+    return real(fd);
 }

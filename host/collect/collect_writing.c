@@ -1,0 +1,63 @@
+/* What the collector has to do with how it is written.
+ *
+ * Going back to where a transaction began, when what was written since is taken back. All that the collector knows is in one piece of
+ * memory, whose pointers point into itself or to what outlives it: a copy of its bytes is a copy of it. */
+#include <stdlib.h>
+
+#include "host/collect/collect_state.h"
+
+enum mr_status collector_mark(struct collector *collector, struct error *error)
+{
+    if (!collector->mark)
+        collector->mark = malloc(sizeof *collector->mark);
+    if (!collector->mark)
+        return error_set(error, MR_FULL, "no memory: logging to %s; close other programs", store_path(collector->store));
+    *collector->mark = *collector;
+    return MR_OK;
+}
+
+void collector_back_to_mark(struct collector *collector)
+{
+    struct collector *mark = collector->mark;
+    if (mark)
+        *collector = *mark;
+}
+
+void collector_forget_time(struct collector *collector, enum link_kind kind)
+{
+    collect_forget_time(&collector->side[kind]);
+}
+
+static int64_t run_of(const struct collector *collector)
+{
+    int64_t run = STORE_NONE;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct slot *slot = collector->side[kind].current;
+        if (slot && slot->row.id > run)
+            run = slot->row.id;
+    }
+    return run;
+}
+
+int64_t collector_marked_run(const struct collector *collector)
+{
+    return collector->mark ? run_of(collector->mark) : STORE_NONE;
+}
+
+enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause, int64_t permille, int64_t us, struct error *error)
+{
+    struct store_event event = {.session = collector->session, .run = run, .board_us = STORE_NONE, .host_us = (int64_t)link_now_us(),
+                                .kind = "held", .code = cause, .detail = permille, .value = us};
+    if (run == STORE_NONE)
+        event.run = run_of(collector);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        const struct side *side = &collector->side[kind];
+        event.boot = side->boot > event.boot ? side->boot : event.boot;
+    }
+    return store_event_put(collector->store, &event, error);
+}
+
+void collector_move(struct collector *collector, struct store *store)
+{
+    collector->store = store;
+}

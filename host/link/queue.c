@@ -1,0 +1,305 @@
+/* A list of pieces of memory, each mapped when the one before is full and unmapped when all of it is released: a ring would in the
+ * end have touched all of its memory, whatever it holds. */
+#include "host/link/queue.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#define PIECE_BYTES (256u * 1024u)
+
+struct piece {
+    struct piece *next;
+    size_t used; /* of `bytes` */
+    uint8_t bytes[PIECE_BYTES - 16];
+};
+_Static_assert(sizeof(struct piece) == PIECE_BYTES, "a piece is a whole number of pages");
+
+struct head {
+    uint64_t host_us;
+    uint32_t id;
+    uint16_t length;
+    uint8_t kind, dlc;
+};
+_Static_assert(sizeof(struct head) == LINK_QUEUE_ITEM, "the header's sum of memory counts on it");
+
+/* A place between two items, and what was put before it in all. */
+struct place {
+    struct piece *piece;
+    size_t at;
+    uint64_t items, memory, frames, octets;
+};
+
+struct link_queue {
+    pthread_mutex_t lock;
+    pthread_cond_t room;
+    size_t capacity, most;
+    int news;
+    bool listened, stopped, tight;
+    uint64_t most_taken; /* items */
+    struct piece *spare;
+    struct place put, taken, released;
+};
+
+static struct piece *new_piece(void)
+{
+    void *memory = mmap(NULL, sizeof(struct piece), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return memory == MAP_FAILED ? NULL : memory;
+}
+
+enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue, struct error *error)
+{
+    struct link_queue *made = calloc(1, sizeof *made);
+    struct piece *piece = made ? new_piece() : NULL;
+    if (!piece) {
+        free(made);
+        return error_set(error, MR_FULL, "no memory for what comes over a link; close other programs");
+    }
+    pthread_mutex_init(&made->lock, NULL);
+    pthread_cond_init(&made->room, NULL);
+    made->capacity = capacity;
+    made->news = news;
+    made->put.piece = made->taken.piece = made->released.piece = piece;
+    *queue = made;
+    return MR_OK;
+}
+
+void link_queue_close(struct link_queue *queue)
+{
+    if (!queue)
+        return;
+    for (struct piece *piece = queue->released.piece, *next; piece; piece = next) {
+        next = piece->next;
+        munmap(piece, sizeof *piece);
+    }
+    if (queue->spare)
+        munmap(queue->spare, sizeof *queue->spare);
+    pthread_cond_destroy(&queue->room);
+    pthread_mutex_destroy(&queue->lock);
+    free(queue);
+}
+
+static size_t held(const struct link_queue *queue)
+{
+    return (size_t)(queue->put.memory - queue->released.memory);
+}
+
+static size_t padded(size_t length)
+{
+    return (length + 7u) & ~(size_t)7u;
+}
+
+/* Moves a place over an item that is there. */
+static void pass(struct place *place, const struct head *head)
+{
+    size_t size = sizeof *head + padded(head->length);
+    place->at += size;
+    place->memory += size;
+    place->items++;
+    place->frames += head->kind == LINK_ITEM_FRAME;
+    place->octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
+}
+
+/* `must`: beyond the capacity too. */
+static bool put(struct link_queue *queue, const struct head *head, const void *content, bool must)
+{
+    size_t size = sizeof *head + padded(head->length);
+    pthread_mutex_lock(&queue->lock);
+    struct place *end = &queue->put;
+    bool fits = must || held(queue) + size <= queue->capacity;
+    if (fits && end->at + size > sizeof end->piece->bytes) {
+        struct piece *next = queue->spare ? queue->spare : new_piece();
+        queue->spare = NULL;
+        fits = next != NULL;
+        if (next) {
+            next->next = NULL;
+            next->used = 0;
+            end->piece->next = next;
+            end->piece = next;
+            end->at = 0;
+        }
+    }
+    if (fits) {
+        memcpy(end->piece->bytes + end->at, head, sizeof *head);
+        memcpy(end->piece->bytes + end->at + sizeof *head, content, head->length);
+        pass(end, head);
+        end->piece->used = end->at;
+        queue->most = held(queue) > queue->most ? held(queue) : queue->most;
+    } else {
+        queue->tight = true;
+    }
+    pthread_mutex_unlock(&queue->lock);
+    return fits;
+}
+
+bool link_queue_put_frame(struct link_queue *queue, const struct link_frame *frame)
+{
+    const struct head head = {.host_us = frame->host_us, .id = frame->id, .length = sizeof frame->data, .kind = LINK_ITEM_FRAME,
+                              .dlc = frame->length};
+    return put(queue, &head, frame->data, false);
+}
+
+bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length, uint64_t host_us)
+{
+    const struct head head = {.host_us = host_us, .length = (uint16_t)length, .kind = LINK_ITEM_BYTES};
+    return put(queue, &head, bytes, false);
+}
+
+void link_queue_put_counters(struct link_queue *queue, const struct link_counters *counters)
+{
+    const struct head head = {.length = sizeof *counters, .kind = LINK_ITEM_COUNTERS};
+    (void)put(queue, &head, counters, true);
+}
+
+void link_queue_put_end(struct link_queue *queue, const struct error *reason)
+{
+    const struct head head = {.length = sizeof *reason, .kind = LINK_ITEM_END};
+    (void)put(queue, &head, reason, true);
+}
+
+void link_queue_put_clock(struct link_queue *queue, int64_t jump_us)
+{
+    const struct head head = {.length = sizeof jump_us, .kind = LINK_ITEM_CLOCK};
+    (void)put(queue, &head, &jump_us, true);
+}
+
+void link_queue_wake(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    bool tell = queue->listened && queue->taken.items != queue->put.items;
+    queue->listened = queue->listened && !tell;
+    pthread_mutex_unlock(&queue->lock);
+    if (tell && queue->news >= 0) {
+        const uint64_t one = 1;
+        ssize_t written = write(queue->news, &one, sizeof one);
+        (void)written; /* a counter that is full tells as well */
+    }
+}
+
+static bool is_tight(const struct link_queue *queue)
+{
+    return held(queue) > queue->capacity / 4 * 3;
+}
+
+bool link_queue_wait_for_room(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    while (is_tight(queue) && !queue->stopped)
+        pthread_cond_wait(&queue->room, &queue->lock);
+    bool room = !queue->stopped;
+    pthread_mutex_unlock(&queue->lock);
+    return room;
+}
+
+bool link_queue_is_tight(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    queue->tight = queue->tight && is_tight(queue);
+    bool tight = queue->tight;
+    pthread_mutex_unlock(&queue->lock);
+    return tight;
+}
+
+/* A place at the end of a piece is at the beginning of the next one. */
+static void step_over_end(struct place *place)
+{
+    if (place->at == place->piece->used && place->piece->next) {
+        place->piece = place->piece->next;
+        place->at = 0;
+    }
+}
+
+bool link_queue_take(struct link_queue *queue, struct link_item *item)
+{
+    struct head head;
+    pthread_mutex_lock(&queue->lock);
+    bool any = queue->taken.items != queue->put.items;
+    if (any) {
+        step_over_end(&queue->taken);
+        const uint8_t *at = queue->taken.piece->bytes + queue->taken.at;
+        memcpy(&head, at, sizeof head);
+        item->bytes = at + sizeof head;
+        pass(&queue->taken, &head);
+        item->again = queue->taken.items <= queue->most_taken;
+        if (!item->again)
+            queue->most_taken = queue->taken.items;
+    }
+    pthread_mutex_unlock(&queue->lock);
+    if (!any)
+        return false;
+    item->kind = (enum link_item_kind)head.kind;
+    item->host_us = head.host_us;
+    item->length = head.length;
+    switch (item->kind) {
+    case LINK_ITEM_FRAME:
+        item->frame = (struct link_frame){.host_us = head.host_us, .id = head.id, .length = head.dlc};
+        memcpy(item->frame.data, item->bytes, sizeof item->frame.data);
+        break;
+    case LINK_ITEM_COUNTERS: memcpy(&item->counters, item->bytes, sizeof item->counters); break;
+    case LINK_ITEM_CLOCK: memcpy(&item->jump_us, item->bytes, sizeof item->jump_us); break;
+    case LINK_ITEM_END: memcpy(&item->end, item->bytes, sizeof item->end); break;
+    case LINK_ITEM_BYTES: break;
+    }
+    return true;
+}
+
+bool link_queue_unread(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    bool unread = queue->taken.items != queue->put.items;
+    pthread_mutex_unlock(&queue->lock);
+    return unread;
+}
+
+bool link_queue_listen(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    bool unread = queue->taken.items != queue->put.items;
+    queue->listened = !unread;
+    pthread_mutex_unlock(&queue->lock);
+    return unread;
+}
+
+void link_queue_release(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    while (queue->released.piece != queue->taken.piece) {
+        struct piece *old = queue->released.piece;
+        queue->released.piece = old->next;
+        if (queue->spare)
+            munmap(old, sizeof *old);
+        else
+            queue->spare = old;
+    }
+    queue->released = queue->taken;
+    if (!is_tight(queue))
+        pthread_cond_broadcast(&queue->room);
+    pthread_mutex_unlock(&queue->lock);
+}
+
+void link_queue_rewind(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    queue->taken = queue->released;
+    pthread_mutex_unlock(&queue->lock);
+}
+
+void link_queue_stop(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    queue->stopped = true;
+    pthread_cond_broadcast(&queue->room);
+    pthread_mutex_unlock(&queue->lock);
+}
+
+struct link_queue_depth link_queue_depth(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    struct link_queue_depth depth = {.bytes = held(queue), .capacity = queue->capacity, .most = queue->most,
+                                     .frames = queue->put.frames - queue->released.frames,
+                                     .octets = queue->put.octets - queue->released.octets};
+    pthread_mutex_unlock(&queue->lock);
+    return depth;
+}

@@ -1,0 +1,186 @@
+/* The end of matrig log: no more is read, what is in the queues is written, the session is closed. A campaign that still takes nothing is
+ * waited for a while; then what is left goes into files beside it, which matrig log reads. */
+#include <errno.h>
+#include <fcntl.h>
+#include <libgen.h>
+#include <poll.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include "host/link/candump.h"
+#include "host/log/logger.h"
+
+#define WAIT_US 60000000u      /* for a campaign that takes nothing, at the end of the links or of --for; */
+#define WAIT_ASKED_US 5000000u /* when somebody asked for the end */
+#define LOOK_MS 20
+
+bool logger_signalled(struct logger *logger, int signals)
+{
+    struct signalfd_siginfo info;
+    if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
+        return false;
+    logger->hurried = logger->ended_by != NULL;
+    watch_end(&logger->watch);
+    return true;
+}
+
+/* All that is in the queues. MR_TOO_FEW: nothing is left. */
+static enum mr_status take_turn(struct logger *logger, struct error *error)
+{
+    bool ready[LINK_KINDS] = {false, false}, any = false;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        ready[kind] = logger->reader[kind] && link_queue_unread(link_reader_queue(logger->reader[kind]));
+        any |= ready[kind];
+    }
+    if (!any)
+        return MR_TOO_FEW;
+    logger_keep_in_step(logger, ready);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (ready[kind] && logger_receive(logger, (enum link_kind)kind, error) != MR_OK)
+            return error->status;
+    }
+    return logger_commit_due(logger) ? logger_commit(logger, error) : MR_OK;
+}
+
+static enum mr_status write_end(struct logger *logger, struct error *error)
+{
+    enum mr_status status = logger_begin(logger, error);
+    if (status == MR_OK)
+        status = collector_end(logger->collector, logger->ended_by, error);
+    return status == MR_OK ? logger_commit(logger, error) : status;
+}
+
+/* ---- what the campaign did not take ---- */
+
+struct side_file {
+    char path[4096];
+    FILE *file;
+};
+
+static bool open_side_file(struct side_file *side, const char *db, const char *ending)
+{
+    char copy[sizeof side->path];
+    snprintf(copy, sizeof copy, "%s", db);
+    const char *folder = dirname(copy);
+    if (access(folder, W_OK | X_OK) != 0)
+        folder = ".";
+    if (!logger_beside(folder, db, "unsaved", ending, side->path, sizeof side->path))
+        return false;
+    int fd = open(side->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    side->file = fd >= 0 ? fdopen(fd, "w") : NULL;
+    if (fd >= 0 && !side->file)
+        close(fd);
+    return side->file != NULL;
+}
+
+static bool close_side_file(struct side_file *side)
+{
+    bool good = !ferror(side->file) && fflush(side->file) == 0 && fsync(fileno(side->file)) == 0;
+    good = fclose(side->file) == 0 && good;
+    if (!good)
+        unlink(side->path);
+    return good;
+}
+
+/* A link's, as a candump log or as bytes. False: it could not be written. */
+static bool save_queue(struct logger *logger, enum link_kind kind, struct side_file *side)
+{
+    struct link_queue *queue = link_reader_queue(logger->reader[kind]);
+    struct link_item item;
+    char line[CANDUMP_LINE_MAX];
+    if (!open_side_file(side, store_path(logger->store), kind == LINK_CAN ? ".log" : ".bin"))
+        return false;
+    if (kind == LINK_CAN && logger->hello.length) /* without it nothing of a board is understood */
+        fwrite(line, 1, candump_print(&logger->hello, line), side->file);
+    while (link_queue_take(queue, &item)) {
+        if (item.kind == LINK_ITEM_FRAME)
+            fwrite(line, 1, candump_print(&item.frame, line), side->file);
+        else if (item.kind == LINK_ITEM_BYTES)
+            fwrite(item.bytes, 1, item.length, side->file);
+    }
+    return close_side_file(side);
+}
+
+/* The error names the files, or what is lost. */
+static enum mr_status save_rest(struct logger *logger, const char *reason, struct error *error)
+{
+    struct side_file side[LINK_KINDS] = {0};
+    char what[100], links[2 * sizeof side[0].path + 40] = "";
+    bool good = true;
+    watch_amount(&logger->watch, false, what, sizeof what);
+    logger_take_back(logger);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind]) : NULL;
+        struct link_queue_depth depth = {0};
+        if (queue)
+            depth = link_queue_depth(queue);
+        if (depth.frames + depth.octets == 0)
+            continue;
+        good = save_queue(logger, (enum link_kind)kind, &side[kind]) && good;
+        size_t used = strlen(links);
+        snprintf(links + used, sizeof links - used, " --%s file:%s", kind == LINK_CAN ? "can" : "serial", side[kind].path);
+    }
+    if (links[0] == '\0')
+        return error_set(error, MR_IO, "all that came is in the campaign, the end of the session is not: %.250s", reason);
+    if (!good)
+        return error_set(error, MR_IO, "what came last could not be written, nor saved beside the campaign: lost: %s; %.250s", what, reason);
+    return error_set(error, MR_IO, "not in the campaign (%.120s): %s that came last; take them in: matrig log%s --db %s", reason, what, links,
+                     store_path(logger->store));
+}
+
+static bool waited_enough(struct logger *logger, uint64_t began_us)
+{
+    uint64_t refused_us = watch_refused_us(&logger->watch), now_us = logger_now_us();
+    uint64_t since_us = refused_us > began_us ? refused_us : began_us;
+    bool asked = strcmp(logger->ended_by, "signal") == 0;
+    return logger->hurried || (refused_us && now_us - since_us > (asked ? WAIT_ASKED_US : WAIT_US));
+}
+
+/* For a reason that does not pass, such as a file that is no campaign any more. */
+static enum mr_status give_up(struct logger *logger, const struct error *why, struct error *error)
+{
+    struct error rest = {0};
+    logger_take_back(logger);
+    if (watch_permille(&logger->watch) > 0) {
+        (void)save_rest(logger, why->text, &rest);
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s", rest.text);
+    }
+    return error_set(error, why->status, "%s", why->text);
+}
+
+enum mr_status logger_finish(struct logger *logger, int signals, struct error *error)
+{
+    char reason[sizeof error->text] = "ended in a hurry";
+    uint64_t began_us = logger_now_us();
+    bool went_wrong = strcmp(logger->ended_by, "error") == 0;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        link_reader_stop(logger->reader[kind]);
+        logger->more[kind] = false;
+    }
+    for (;;) {
+        struct error why = {0};
+        enum mr_status status = logger_rescue(logger, error);
+        if (status != MR_OK)
+            return status;
+        if (logger_now_us() >= logger->again_us) {
+            status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
+            if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
+                logger->rescue_us = 0;
+                return watch_place_now(&logger->watch) == STORE_IN_PLACE ? MR_OK : logger_rescue(logger, error);
+            }
+            if (why.status != MR_OK)
+                snprintf(reason, sizeof reason, "%s", why.text);
+            if (went_wrong || logger_wait_for_store(logger, &why) != MR_OK)
+                return give_up(logger, &why, error);
+        } else {
+            struct pollfd asked = {.fd = signals, .events = POLLIN};
+            poll(&asked, 1, LOOK_MS);
+        }
+        (void)logger_signalled(logger, signals);
+        if (waited_enough(logger, began_us))
+            return save_rest(logger, reason, error);
+    }
+}

@@ -1,0 +1,405 @@
+#include "host/log/watch.h"
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#define LOOK_MS 200
+#define TELL_US 700000u        /* what lasts so long is told, */
+#define TELL_AGAIN_US 5000000u /* and so often */
+#define SLOW_CALL_US 250000u
+#define PLACE_US 500000u       /* between two looks for the file */
+#define BEHIND_PERMILLE 50u    /* a queue with so much in it, and nothing in the way: 3 s */
+#define CAUGHT_UP_PERMILLE 5u
+#define HANG_US 10000000u      /* a call of the store that is not waited for any longer once the end was asked for */
+
+static uint64_t now_us(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
+}
+
+static unsigned permille(const struct watch *watch)
+{
+    unsigned most = 0;
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (!watch->reader[kind])
+            continue;
+        struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[kind]));
+        unsigned full = (unsigned)(1000u * (uint64_t)depth.bytes / depth.capacity);
+        most = full > most ? full : most;
+    }
+    return most;
+}
+
+unsigned watch_permille(struct watch *watch)
+{
+    pthread_mutex_lock(&watch->lock);
+    unsigned full = permille(watch);
+    pthread_mutex_unlock(&watch->lock);
+    return full;
+}
+
+static void amount(const struct watch *watch, bool lost, char *out, size_t size)
+{
+    uint64_t count[LINK_KINDS] = {0};
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (!watch->reader[kind])
+            continue;
+        struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[kind]));
+        uint64_t waits = kind == LINK_CAN ? depth.frames : depth.octets;
+        count[kind] = lost ? link_reader_lost(watch->reader[kind]) : waits;
+    }
+    const unsigned long long frames = count[LINK_CAN], bytes = count[LINK_SERIAL];
+    if (frames && bytes)
+        snprintf(out, size, "%llu frames of CAN and %llu bytes of serial", frames, bytes);
+    else if (frames)
+        snprintf(out, size, "%llu frames of CAN", frames);
+    else if (bytes)
+        snprintf(out, size, "%llu bytes of serial", bytes);
+    else
+        snprintf(out, size, "nothing");
+}
+
+void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
+{
+    pthread_mutex_lock(&watch->lock);
+    amount(watch, lost, out, size);
+    pthread_mutex_unlock(&watch->lock);
+}
+
+/* What goes on now, and since when. */
+static enum watch_cause cause_of(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
+{
+    static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK, WATCH_FAILING};
+    if (watch->refused != STORE_TAKES) {
+        *since_us = watch->refused_us;
+        return causes[watch->refused];
+    }
+    *since_us = watch->call_us;
+    if (watch->call_us && at_us - watch->call_us > SLOW_CALL_US)
+        return WATCH_SLOW_DISK;
+    *since_us = watch->caught_up_us;
+    if (permille(watch) < BEHIND_PERMILLE)
+        return WATCH_NONE;
+    uint64_t in_calls_us = watch->in_calls_us + (watch->call_us ? at_us - watch->call_us : 0);
+    return 2 * in_calls_us > at_us - watch->caught_up_us ? WATCH_SLOW_DISK : WATCH_PROCESSOR;
+}
+
+enum link_trouble watch_blame(void *context)
+{
+    struct watch *watch = context;
+    uint64_t since_us;
+    pthread_mutex_lock(&watch->lock);
+    enum watch_cause cause = cause_of(watch, now_us(), &since_us);
+    pthread_mutex_unlock(&watch->lock);
+    switch (cause) {
+    case WATCH_LOCK: return LINK_LOST_LOCK;
+    case WATCH_FULL_DISK: return LINK_LOST_FULL_DISK;
+    case WATCH_SLOW_DISK:
+    case WATCH_FAILING: return LINK_LOST_SLOW_DISK;
+    default: return LINK_LOST_PROCESSOR;
+    }
+}
+
+const char *watch_cause_name(enum watch_cause cause)
+{
+    static const char *const names[WATCH_CAUSES] = {"lock", "slow_disk", "full_disk", "failing_disk", "processor"};
+    return cause < WATCH_CAUSES ? names[cause] : "none";
+}
+
+/* Not while the lock is held: standard error may be a pipe that nobody reads. */
+static void note(const struct watch *watch, const char *line)
+{
+    if (watch->cli->quiet || !line[0])
+        return;
+    fprintf(stderr, "%smatrig: %s\n", cli_terminal() ? "\r\033[K" : "", line); /* over the progress */
+    fflush(stderr);
+}
+
+static void lost_text(const struct watch *watch, char *out, size_t size)
+{
+    char what[100];
+    amount(watch, true, what, sizeof what);
+    if (strcmp(what, "nothing") == 0)
+        snprintf(out, size, "nothing lost");
+    else
+        snprintf(out, size, "lost so far in this session: %s", what);
+}
+
+static bool holds_up(const struct watch *watch)
+{
+    bool any = false;
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        any |= watch->reader[kind] && link_reader_holds_up(watch->reader[kind]);
+    return any;
+}
+
+static void tell(const struct watch *watch, enum watch_cause cause, uint64_t lasts_us, char *line, size_t size)
+{
+    char what[320], lost[200];
+    unsigned full = permille(watch);
+    switch (cause) {
+    case WATCH_LOCK: snprintf(what, sizeof what, "another program holds the campaign: waiting"); break;
+    case WATCH_SLOW_DISK: snprintf(what, sizeof what, "the disk is slow, %.1f s by now: waiting", (double)lasts_us / 1e6); break;
+    case WATCH_FULL_DISK: snprintf(what, sizeof what, "no room on the campaign's disk: waiting for room"); break;
+    case WATCH_FAILING: snprintf(what, sizeof what, "the campaign cannot be written (%s): waiting", watch->reason); break;
+    default: snprintf(what, sizeof what, "this computer does not keep up"); break;
+    }
+    lost_text(watch, lost, sizeof lost);
+    snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10, holds_up(watch) ? ", the board is made to wait" : "", lost,
+             watch->path);
+}
+
+static void look_at_call(struct watch *watch, uint64_t at_us)
+{
+    sigset_t pending;
+    sigemptyset(&pending);
+    sigpending(&pending); /* of the process: the writing thread, which takes them, is in a call */
+    if (watch->end_us == 0 && watch->call_us && (sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1))
+        watch->end_us = at_us;
+    if (watch->end_us == 0 || watch->call_us == 0)
+        return;
+    uint64_t since_us = watch->end_us > watch->call_us ? watch->end_us : watch->call_us;
+    if (at_us - since_us < HANG_US)
+        return;
+    char what[100];
+    amount(watch, false, what, sizeof what);
+    fprintf(stderr, "%smatrig: the disk has taken nothing for %.0f s: %s; not saved: %s that came last; check the disk\n",
+            cli_terminal() ? "\r\033[K" : "", (double)(at_us - watch->call_us) / 1e6, watch->path, what);
+    fflush(stderr);
+    _exit(3); /* nothing else can be reached: the disk is in the way */
+}
+
+/* What is to be told goes to `line`. */
+static void look(struct watch *watch, uint64_t at_us, char *line, size_t size)
+{
+    uint64_t since_us;
+    enum watch_cause cause = cause_of(watch, at_us, &since_us);
+    unsigned full = permille(watch);
+    watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
+    watch->hold_permille = full > watch->hold_permille ? full : watch->hold_permille;
+    bool again = watch->told == cause && at_us - watch->told_us < TELL_AGAIN_US;
+    watch->low_permille = full < watch->low_permille ? full : watch->low_permille;
+    bool catching_up = since_us == watch->caught_up_us && full < watch->low_permille + BEHIND_PERMILLE / 2;
+    if (cause != WATCH_NONE && at_us - since_us >= TELL_US && !again && !catching_up) {
+        watch->told = cause;
+        watch->told_us = at_us;
+        tell(watch, cause, at_us - since_us, line, size);
+    }
+    look_at_call(watch, at_us);
+}
+
+/* Asks the disk, which may take its time: not while the lock is held. */
+static void look_for_file(struct watch *watch, uint64_t at_us, bool now)
+{
+    char path[sizeof watch->path];
+    pthread_mutex_lock(&watch->lock);
+    bool due = now || at_us - watch->place_us >= PLACE_US;
+    struct store_identity identity = watch->identity;
+    memcpy(path, watch->path, sizeof path);
+    pthread_mutex_unlock(&watch->lock);
+    if (!due)
+        return;
+    enum store_place place = store_find(path, &identity);
+    pthread_mutex_lock(&watch->lock);
+    watch->place_us = at_us;
+    if (strcmp(path, watch->path) == 0 && identity.file == watch->identity.file)
+        watch->place = place;
+    pthread_mutex_unlock(&watch->lock);
+}
+
+static void *look_on(void *context)
+{
+    struct watch *watch = context;
+    pthread_mutex_lock(&watch->lock);
+    while (!watch->stop) {
+        struct timespec until;
+        clock_gettime(CLOCK_MONOTONIC, &until);
+        until.tv_nsec += LOOK_MS * 1000000l;
+        until.tv_sec += until.tv_nsec / 1000000000l;
+        until.tv_nsec %= 1000000000l;
+        pthread_cond_timedwait(&watch->wake, &watch->lock, &until);
+        if (watch->stop)
+            break;
+        char line[sizeof watch->path + 700] = "";
+        uint64_t at_us = now_us();
+        look(watch, at_us, line, sizeof line);
+        pthread_mutex_unlock(&watch->lock);
+        note(watch, line);
+        look_for_file(watch, at_us, false);
+        pthread_mutex_lock(&watch->lock);
+    }
+    pthread_mutex_unlock(&watch->lock);
+    return NULL;
+}
+
+void watch_open(struct watch *watch, const struct cli *cli)
+{
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    *watch = (struct watch){.cli = cli, .told = WATCH_NONE, .caught_up_us = now_us()};
+    pthread_mutex_init(&watch->lock, NULL);
+    pthread_cond_init(&watch->wake, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+}
+
+enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS], const char *path, struct error *error)
+{
+    pthread_mutex_lock(&watch->lock);
+    memcpy(watch->reader, reader, sizeof watch->reader);
+    pthread_mutex_unlock(&watch->lock);
+    watch_follow(watch, path);
+    watch->on = pthread_create(&watch->thread, NULL, look_on, watch) == 0;
+    return watch->on ? MR_OK : error_set(error, MR_IO, "no thread: logging to %s; check the limits of this system", path);
+}
+
+void watch_close(struct watch *watch)
+{
+    if (watch->on) {
+        pthread_mutex_lock(&watch->lock);
+        watch->stop = true;
+        pthread_cond_broadcast(&watch->wake);
+        pthread_mutex_unlock(&watch->lock);
+        pthread_join(watch->thread, NULL);
+    }
+    watch->on = false;
+    pthread_cond_destroy(&watch->wake);
+    pthread_mutex_destroy(&watch->lock);
+}
+
+void watch_follow(struct watch *watch, const char *path)
+{
+    pthread_mutex_lock(&watch->lock);
+    snprintf(watch->path, sizeof watch->path, "%s", path);
+    store_identify(path, &watch->identity);
+    watch->place = STORE_IN_PLACE;
+    pthread_mutex_unlock(&watch->lock);
+}
+
+enum store_place watch_place(struct watch *watch)
+{
+    pthread_mutex_lock(&watch->lock);
+    enum store_place place = watch->place;
+    pthread_mutex_unlock(&watch->lock);
+    return place;
+}
+
+enum store_place watch_place_now(struct watch *watch)
+{
+    look_for_file(watch, now_us(), true);
+    return watch_place(watch);
+}
+
+void watch_call(struct watch *watch, bool begins)
+{
+    uint64_t at_us = now_us();
+    pthread_mutex_lock(&watch->lock);
+    if (!begins) {
+        watch->call_took_us = at_us - watch->call_us;
+        watch->in_calls_us += watch->call_took_us;
+    }
+    watch->call_us = begins ? at_us : 0;
+    pthread_mutex_unlock(&watch->lock);
+}
+
+void watch_refused(struct watch *watch, enum store_refusal refused, const char *reason)
+{
+    uint64_t at_us = now_us();
+    pthread_mutex_lock(&watch->lock);
+    if (watch->refused != refused) {
+        if (watch->refused == STORE_TAKES)
+            watch->refused_us = at_us;
+        watch->refused = refused;
+        snprintf(watch->reason, sizeof watch->reason, "%s", reason);
+    }
+    pthread_mutex_unlock(&watch->lock);
+}
+
+struct watch_hold watch_written(struct watch *watch)
+{
+    char line[400] = "";
+    uint64_t at_us = now_us(), since_us;
+    struct watch_hold hold = {.cause = WATCH_NONE};
+    pthread_mutex_lock(&watch->lock);
+    unsigned full = permille(watch);
+    watch->most_permille = full > watch->most_permille ? full : watch->most_permille;
+    if (watch->refused != STORE_TAKES) {
+        hold.cause = cause_of(watch, at_us, &since_us);
+        hold.us = at_us - watch->refused_us;
+        watch->held_us[hold.cause] += hold.us;
+    } else if (watch->call_took_us > SLOW_CALL_US) {
+        hold.cause = WATCH_SLOW_DISK;
+        hold.us = watch->call_took_us;
+        watch->held_us[hold.cause] += hold.us;
+    }
+    if (hold.cause != WATCH_NONE) /* what was held up is written now: news only if it grows */
+        watch->low_permille = full;
+    hold.permille = full > watch->hold_permille ? full : watch->hold_permille;
+    watch->hold_permille = 0;
+    watch->refused = STORE_TAKES;
+    if (watch->told == hold.cause && hold.cause != WATCH_NONE) {
+        char lost[200];
+        lost_text(watch, lost, sizeof lost);
+        snprintf(line, sizeof line, "the campaign is written again, after %.1f s; the queue was %u %% full, %s", (double)hold.us / 1e6,
+                 hold.permille / 10, lost);
+        watch->told = WATCH_NONE;
+    }
+    if (full <= CAUGHT_UP_PERMILLE) {
+        watch->caught_up_us = at_us;
+        watch->in_calls_us = 0;
+        watch->told = WATCH_NONE;
+    }
+    pthread_mutex_unlock(&watch->lock);
+    note(watch, line);
+    return hold;
+}
+
+uint64_t watch_refused_us(struct watch *watch)
+{
+    pthread_mutex_lock(&watch->lock);
+    uint64_t since_us = watch->refused == STORE_TAKES ? 0 : watch->refused_us;
+    pthread_mutex_unlock(&watch->lock);
+    return since_us;
+}
+
+void watch_end(struct watch *watch)
+{
+    pthread_mutex_lock(&watch->lock);
+    if (watch->end_us == 0)
+        watch->end_us = now_us();
+    pthread_mutex_unlock(&watch->lock);
+}
+
+json_t *watch_json(struct watch *watch)
+{
+    json_t *held = json_object();
+    pthread_mutex_lock(&watch->lock);
+    for (int cause = 0; cause < WATCH_CAUSES; cause++) {
+        if (watch->held_us[cause])
+            json_object_set_new(held, watch_cause_name((enum watch_cause)cause), json_real((double)watch->held_us[cause] / 1e6));
+    }
+    json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_S, "most_percent", (double)watch->most_permille / 10.0, "held_s", held);
+    pthread_mutex_unlock(&watch->lock);
+    return object;
+}
+
+void watch_session(struct watch *watch, char *out, size_t size)
+{
+    size_t used = 0;
+    out[0] = '\0';
+    pthread_mutex_lock(&watch->lock);
+    for (int cause = 0; cause < WATCH_PROCESSOR && used < size; cause++) {
+        if (watch->held_us[cause] >= TELL_US)
+            used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "", store_held_text((enum store_held_cause)cause),
+                                     (double)watch->held_us[cause] / 1e6);
+    }
+    if (watch->most_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
+        snprintf(out + used, size - used, "%squeue %u %% full at most", used ? "; " : "", watch->most_permille / 10);
+    pthread_mutex_unlock(&watch->lock);
+}

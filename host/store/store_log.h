@@ -1,0 +1,56 @@
+/* What matrig log, which must not lose what comes, needs of the store beyond writing: to know whether waiting helps, to write a
+ * transaction again, and to go on elsewhere when somebody has taken the file away. Conventions as in store.h. */
+#ifndef MATRIG_HOST_STORE_STORE_LOG_H
+#define MATRIG_HOST_STORE_STORE_LOG_H
+
+#include <sys/types.h>
+
+#include "host/store/store.h"
+
+/* Why writing failed, where it may succeed later. */
+enum store_refusal {
+    STORE_TAKES,  /* nothing failed, or waiting does not help */
+    STORE_LOCKED, /* another program is writing */
+    STORE_FULL,   /* no room on the disk */
+    STORE_FAILS,  /* the disk or the file system says so */
+};
+
+/* Another program that writes is waited for so long in each call; else 30 s. */
+void store_patience(struct store *store, int wait_ms);
+/* Of the last call that failed, and forgets it. */
+enum store_refusal store_take_refusal(struct store *store);
+enum store_refusal store_refusal_of(int sqlite_code);
+/* Takes back what was put since store_begin. Without a transaction nothing happens. */
+void store_roll_back(struct store *store);
+
+/* What kept a campaign from being written. The numbers are in campaigns: `code` of events of kind `held`, whose `value` is microseconds
+ * and `detail` how full the queue was, in thousandths. */
+enum store_held_cause { STORE_HELD_LOCK, STORE_HELD_SLOW_DISK, STORE_HELD_FULL_DISK, STORE_HELD_FAILING, STORE_HELD_CAUSES };
+struct store_held {
+    int64_t us[STORE_HELD_CAUSES];
+    int64_t permille; /* at most */
+};
+/* In a landing, summed. */
+enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held, struct error *error);
+/* "another program held the campaign" */
+const char *store_held_text(enum store_held_cause cause);
+
+/* Where the file is, by its path, and what the store has open. */
+enum store_place { STORE_IN_PLACE, STORE_MISSING, STORE_REPLACED, STORE_NO_JOURNAL };
+struct store_identity {
+    dev_t device, journal_device;
+    ino_t file, journal;
+};
+/* Of what is at the path just after opening and store_take_alone. */
+void store_identify(const char *path, struct store_identity *identity);
+enum store_place store_find(const char *path, const struct store_identity *identity);
+
+/* Copies all that is committed, from the open file wherever it is, into the new file at `path`, and opens that to check it. MR_IO: also
+ * when something is there already. */
+enum mr_status store_copy_to(struct store *store, const char *path, struct error *error);
+/* The path where the open file is now, as far as the system knows; "": deleted. */
+void store_whereabouts(const struct store *store, char *out, size_t size);
+/* As store_close, of a store whose file was taken away: what is at its path belongs to somebody else, and is not touched. */
+void store_leave(struct store *store);
+
+#endif

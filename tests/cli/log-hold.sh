@@ -1,0 +1,297 @@
+#!/usr/bin/env bash
+# matrig log when its campaign takes nothing for a while, under full load of both links, in a landing: another program holds the lock, a
+# disk that is slow or full, and a campaign that somebody moves, replaces or deletes. tests/soak_host/sender.c keeps a queue of 64 KiB a
+# link, as an adapter has, and counts what is lost of it; tests/link/faults.c is the disk.
+. "$(dirname "$0")/tap.sh"
+matrig=${MATRIG:-build/matrig}
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+dbs=$(mktemp -d /dev/shm/matrig.XXXXXX 2>/dev/null) || dbs=$tmp # in memory: how long a busy disk takes is not what is tried
+trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"; [ "$dbs" = "$tmp" ] || rm -rf "$dbs"' EXIT
+faults="LD_PRELOAD=$PWD/build/tests/link/faults.so"
+only=${ONLY:-.} # a pattern of the cases to try
+
+# begin NAME SECONDS [VARIABLE=VALUE...]: sender and logger in the background, into NAME.db
+begin() {
+    local name=$1 seconds=$2
+    shift 2
+    build/tests/soak_host/sender "$sockets/$name.can" "$sockets/$name.serial" "$seconds" 65536 "$tmp/$name.marks" >"$tmp/$name.sent" 2>"$tmp/$name.sender" &
+    sender=$!
+    env "$@" $matrig --json log --listen --can "unix:$sockets/$name.can" --serial "unix:$sockets/$name.serial" --db "$dbs/$name.db" \
+        >"$tmp/$name.json" 2>"$tmp/$name.err" &
+    logger=$!
+    in_landing "$name" || return 1
+}
+db() { sqlite3 -cmd '.timeout 5000' "$dbs/$1.db" "$2"; }
+wait_until() { # SECONDS COMMAND...: until it succeeds
+    local until=$((SECONDS + $1))
+    shift
+    until "$@" 2>/dev/null; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
+}
+has_come() { [ "$(db "$1" "select count(*) from frames where link = 0 and can_id = 1365")" -ge 12000 ]; } # the landing is from 1.2 to 7.6 s
+in_landing() { wait_until 30 has_come "$1"; }
+told() { grep -Eq "$2" "$tmp/$1.err"; }
+sent() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.sent') as text), '\$.$2')"; }
+json() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.json') as text), '\$.$2') ${3:-}"; }
+over() { ! kill -0 "$1"; }
+
+# all_there NAME [DB]: what was sent is in the campaign, to the frame; nothing was lost anywhere.
+all_there() {
+    local name=$1 file=${2:-$1}
+    echo "lost in the links' queues: CAN $(sent "$name" can_lost) + $(sent "$name" fills_lost), serial $(sent "$name" serial_lost);" \
+        "in the campaign: $(db "$file" 'select group_concat(received || "/" || lost || "/" || bad) from links')"
+    echo "sent: $(cat "$tmp/$name.sent"); fills kept $(db "$file" 'select count(*) from frames where link = 0 and can_id = 1365');" \
+        "landings by state $(db "$file" 'select group_concat(state) from landings'); held $(db "$file" "select group_concat(code || ':' || value || ':' || coalesce(landing, '-')) from events where kind = 'held'")"
+    [ "$(sent "$name" can_lost)$(sent "$name" fills_lost)$(sent "$name" serial_lost)" = 000 ] &&
+        [ "$(db "$file" 'select sum(lost + bad) from links')" = 0 ] &&
+        [ "$(db "$file" 'select count(*) from frames where link = 0 and can_id = 1365')" = "$(sent "$name" fills)" ] &&
+        [ "$(db "$file" 'select received from links where link = 0')" = "$(sent "$name" can_sent)" ] &&
+        [ "$(db "$file" 'select received from links where link = 1')" = "$(sent "$name" serial_sent)" ] &&
+        [ "$(db "$file" 'select group_concat(distinct state) from landings')" = 4 ] && [ "$(db "$file" 'pragma integrity_check')" = ok ]
+}
+ends() { # STATUS: the logger's, and the sender's is 0
+    wait $logger
+    local status=$?
+    wait $sender
+    local sender_status=$?
+    echo "exit $status, sender $sender_status"
+    [ $status = "$1" ] && [ $sender_status = 0 ]
+}
+
+# A logger is in a transaction nearly all the time: who wants to write tries often.
+cat >"$tmp/hold.py" <<'P'
+import sqlite3, sys, time
+db = sqlite3.connect(sys.argv[1], timeout=0, isolation_level=None)
+until = time.monotonic() + 20
+while True:
+    try:
+        db.execute("BEGIN " + sys.argv[2])
+        break
+    except sqlite3.OperationalError:
+        if time.monotonic() > until:
+            sys.exit("never free")
+        time.sleep(0.0005)
+print("held", flush=True)
+sys.stdin.read()
+db.execute("ROLLBACK")
+P
+hold() { # NAME HOW: another program begins a transaction that writes
+    mkfifo "$tmp/$1.orders"
+    python3 "$tmp/hold.py" "$dbs/$1.db" "$2" <"$tmp/$1.orders" >"$tmp/$1.holder" 2>&1 &
+    holder=$!
+    exec 9>"$tmp/$1.orders"
+    wait_until 25 grep -q held "$tmp/$1.holder"
+}
+let_go() { exec 9>&-; wait $holder; }
+
+held() { # NAME SECONDS HOW: a lock
+    begin "$1" $(($2 + 8)) && hold "$1" "$3" || return 1
+    local from=$EPOCHREALTIME at
+    wait_until 10 told "$1" "^matrig: another program holds the campaign: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
+        at=$EPOCHREALTIME && sleep "$(awk -v s="$2" -v from="${from/,/.}" -v now="${at/,/.}" 'BEGIN { print (s > now - from ? s - now + from : 0) }')"
+    local early=$?
+    let_go
+    ends 0 && [ $early = 0 ] || { cat "$tmp/$1.err"; return 1; }
+    awk -v from="${from/,/.}" -v at="${at/,/.}" 'BEGIN { printf "told after %.2f s\n", at - from }'
+    cat "$tmp/$1.err"
+    echo "queue $(json "$1" queue)"
+    all_there "$1" && told "$1" "^matrig: the campaign is written again, after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$" &&
+        [ "$(json "$1" queue.held_s.lock "> $2 - 0.5")" = 1 ] && [ "$(json "$1" 'landings[0].held.lock_s' "> $2 - 0.5")" = 1 ] &&
+        [ "$(db "$1" "select count(*), max(value) > ($2 - 0.5) * 1000000, max(landing) from events where kind = 'held' and code = 0")" = "1|1|1" ]
+}
+stalled() { # NAME SECONDS: a write takes as long
+    begin "$1" $(($2 + 8)) "$faults" "DISK_STALL=$tmp/$1.now:$2" || return 1
+    touch "$tmp/$1.now"
+    ends 0 || return 1
+    cat "$tmp/$1.err"
+    echo "queue $(json "$1" queue)"
+    all_there "$1" && [ "$(db "$1" "select count(*) > 0, max(value) > ($2 - 0.1) * 1000000 from events where kind = 'held' and code = 1")" = "1|1" ] &&
+        { [ "$2" = 1 ] || # it may be over before a busy computer gets to telling it
+            { told "$1" "^matrig: the disk is slow, [0-9.]+ s by now: waiting, queue [0-9]+ % full, nothing lost: $dbs/$1.db$" &&
+                told "$1" "^matrig: the campaign is written again, after [0-9.]+ s; the queue was [0-9]+ % full, nothing lost$"; }; }
+}
+room_again() {
+    begin room 12 "$faults" "DISK_FULL=$tmp/room.now:room.db" || return 1
+    touch "$tmp/room.now"
+    wait_until 10 told room "^matrig: no room on the campaign's disk: waiting for room, queue [0-9]+ % full, nothing lost: $dbs/room.db$"
+    local early=$?
+    rm "$tmp/room.now"
+    ends 0 || return 1
+    cat "$tmp/room.err"
+    [ $early = 0 ] && all_there room && told room "^matrig: the campaign is written again, after [0-9.]+ s" &&
+        [ "$(db room "select count(*) from events where kind = 'held' and code = 2")" = 1 ]
+}
+
+# More comes than the queue holds, over a wire that waits for nobody: the beginning is kept, the gap is one, is stated with its cause, and the
+# log goes on.
+overflows() {
+    local name=wire lost came
+    build/tests/link/longlanding "$tmp/wire.can" "$tmp/wire.serial" 2 && mkfifo "$tmp/wire.send" || return 1
+    python3 tests/link/wire.py "$dbs/tty" <"$tmp/wire.send" >"$tmp/wire.sent" &
+    local wire=$!
+    exec 8>"$tmp/wire.send"
+    wait_until 10 test -e "$dbs/tty" || return 1
+    $matrig --json log --listen --serial "serial:$dbs/tty" --db "$dbs/wire.db" --wait 0.1 >"$tmp/wire.json" 2>"$tmp/wire.err" &
+    logger=$!
+    wait_until 10 test -s "$dbs/wire.db" || return 1 # made when the link is open
+    echo "send $tmp/wire.serial 1" >&8
+    wait_until 150 finished wire 1 && hold wire IMMEDIATE || return 1
+    echo "send $tmp/wire.serial $((20000000 / $(stat -c %s "$tmp/wire.serial") + 2))" >&8 # 19.2 MB are held
+    wait_until 150 told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && wait_until 60 all_sent 2
+    local early=$?
+    let_go
+    wait_until 150 told wire "^matrig: the campaign is written again, after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
+    wait_until 150 told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
+    came=$(db wire "select count(*) from landings where state = 4")
+    tail -c 300000 "$tmp/wire.serial" >"$tmp/wire.rest" # the end of the landing that was cut off
+    echo "send $tmp/wire.rest 1" >&8
+    wait_until 150 finished wire $((came + 1)) || early=1
+    echo end >&8
+    exec 8>&-
+    wait $wire $logger
+    cat "$tmp/wire.err"
+    lost=$(db wire "select sum(detail) from events where kind = 'serial-link' and code = 21")
+    echo "lost $lost bytes; gaps $(db wire "select group_concat(cause || ' ' || count) from gaps where message = 'frame'")"
+    [ $early = 0 ] && [ "$lost" -gt 0 ] && [ "$(db wire "select count(*), sum(count) > 0 from gaps where cause = 'lock'")" = "1|1" ] && [ "$(grep -c "lost so far in this session: $lost bytes of serial$" "$tmp/wire.err")" -ge 1 ] &&
+        [ "$(json wire 'links.serial.troubles')" = "{\"went away\":1,\"frames or bytes that a full queue lost (another program held the campaign)\":$lost}" ] &&
+        [ "$(db wire 'select sum(bad) <= 1 from links')" = 1 ] && [ "$(db wire 'pragma integrity_check')" = ok ]
+}
+finished() { [ "$(db "$1" "select count(*) from landings where state = 4")" -ge "$2" ]; }
+all_sent() { [ "$(wc -l <"$tmp/wire.sent")" -ge "$1" ]; }
+
+# Somebody ends the log while it waits: it ends soon, and what the campaign did not take is in files that matrig log takes.
+ended_while() { # NAME: reads what was saved of NAME into its campaign
+    local from=$SECONDS read status at_us
+    at_us=$(($(date +%s%N) / 1000))
+    kill -INT $logger
+    wait_until 20 over $logger || return 1
+    wait $logger
+    status=$?
+    wait $sender
+    cat "$tmp/$1.err"
+    echo "exit $status after $((SECONDS - from)) s"
+    [ "$1" = given-up ] && let_go
+    [ $status = 3 ] && [ "$(grep -c "^matrig: not in the campaign" "$tmp/$1.err")" = 1 ] &&
+        told "$1" "take them in: matrig log --can file:.*-unsaved-.*\.log --serial file:.*-unsaved-.*\.bin --db $dbs/$1\.db$" || return 1
+    read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/$1.marks")
+    $matrig --quiet log --can file:"$(echo "$dbs/$1"-unsaved-*.log)" --serial file:"$(echo "$dbs/$1"-unsaved-*.bin)" --db "$dbs/$1.db" >/dev/null 2>"$tmp/$1.taken"
+    cat "$tmp/$1.taken" # the recording ends in a frame, perhaps
+    local kept
+    kept=$(db "$1" "select count(*) from frames where link = 0 and can_id = 1365")
+    echo "read 100 ms before: $read; kept $kept"
+    [ "$read" -gt 12000 ] && [ "$kept" -ge "$read" ] && [ "$(db "$1" 'pragma integrity_check')" = ok ] &&
+        [ "$(db "$1" "select count(distinct substr(data, 1, 4)) from frames where link = 0 and can_id = 1365")" = "$kept" ]
+}
+given_up() {
+    begin given-up 30 && hold given-up IMMEDIATE && wait_until 10 told given-up "another program holds" && ended_while given-up
+}
+full_to_the_end() {
+    begin full-end 30 "$faults" "DISK_FULL=$tmp/full-end.now:full-end.db" || return 1
+    touch "$tmp/full-end.now"
+    wait_until 10 told full-end "no room on the campaign's disk" && ended_while full-end
+}
+
+# A write that hangs is not waited for, once the end was asked for.
+hung() {
+    begin hung 40 "$faults" "DISK_STALL=$tmp/hung.now:60" || return 1
+    touch "$tmp/hung.now"
+    wait_until 10 told hung "^matrig: the disk is slow" || return 1
+    local from=$SECONDS status
+    kill -INT $logger
+    wait_until 20 over $logger || return 1
+    wait $logger
+    status=$?
+    wait $sender
+    cat "$tmp/hung.err"
+    echo "exit $status after $((SECONDS - from)) s"
+    [ $status = 3 ] && told hung "^matrig: the disk has taken nothing for 1[0-9] s: $dbs/hung.db; not saved: [0-9]+ frames of CAN and [0-9]+ bytes of serial that came last"
+}
+
+# The campaign is taken away: told, saved beside, gone on with; the exit code says so, and nothing of anybody's is overwritten.
+taken() { # NAME WHAT COMMAND...
+    local name=$1 what=$2 from at saved
+    shift 2
+    begin "$name" 12 || return 1
+    from=$EPOCHREALTIME
+    "$@" || return 1
+    wait_until 10 told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all of it was saved in .*, and the log goes on there$"
+    at=$EPOCHREALTIME
+    ends 3 || { cat "$tmp/$name.err"; return 1; }
+    cat "$tmp/$name.err"
+    awk -v from="${from/,/.}" -v at="${at/,/.}" 'BEGIN { printf "told after %.2f s\n", at - from }'
+    saved=$(json "$name" db)
+    echo "$saved"
+    [[ $saved == $dbs/$name-saved-*.db ]] && [ "$(grep -c "while it was logged; all that was logged is in $saved$" "$tmp/$name.err")" = 1 ] &&
+        all_there "$name" "$(basename "$saved" .db)"
+}
+moved() { taken moved "was moved to $dbs/elsewhere.db" mv "$dbs/moved.db" "$dbs/elsewhere.db"; }
+deleted() { taken deleted "was deleted" rm "$dbs/deleted.db" "$dbs/deleted.db-wal" "$dbs/deleted.db-shm"; }
+moved_last() { # at the very end, before anybody could have noticed
+    local saved
+    begin moved-last 30 || return 1
+    mv "$dbs/moved-last.db" "$dbs/somewhere.db" && kill -INT $logger || return 1
+    wait $logger
+    local status=$?
+    wait $sender
+    cat "$tmp/moved-last.err"
+    saved=$(json moved-last db)
+    echo "exit $status, $saved"
+    [ $status = 3 ] && [[ $saved == $dbs/moved-last-saved-*.db ]] && has_come "$(basename "$saved" .db)" &&
+        [ "$(db "$(basename "$saved" .db)" "select ended_by from sessions")" = signal ]
+}
+put_another() { echo "somebody's" >"$dbs/another" && mv "$dbs/another" "$dbs/replaced.db"; }
+replaced() { taken replaced "was replaced by another file" put_another && [ "$(cat "$dbs/replaced.db")" = "somebody's" ]; }
+journal() { taken journal "lost its journal \(-wal\)" rm "$dbs/journal.db-wal"; }
+
+# Side by side: most of it is waiting.
+declare -A process
+start() { # NAME COMMAND...
+    [[ $1 =~ $only ]] || return
+    local name=$1
+    shift
+    (
+        trap 'kill $(jobs -p) 2>/dev/null' EXIT # of a case that failed, nothing goes on
+        "$@" >"$tmp/$name.out" 2>&1
+        echo $? >"$tmp/$name.code"
+    ) &
+    process[$name]=$!
+}
+outcome() { cat "$tmp/$1.out"; [ "$(cat "$tmp/$1.code")" = 0 ]; }
+result() { # NAME TEXT
+    [ -n "${process[$1]:-}" ] || return
+    wait "${process[$1]}"
+    check "$2" outcome "$1"
+    [ -z "${VERBOSE:-}" ] || sed 's/^/# /' "$tmp/$1.out"
+}
+start lock-32 held lock-32 32 EXCLUSIVE
+start lock-8 held lock-8 8 IMMEDIATE
+start stall-10 stalled stall-10 10
+start lock-1 held lock-1 1 EXCLUSIVE
+result lock-1 "another program holds the campaign for 1 s: nothing lost"
+start stall-1 stalled stall-1 1
+start stall-2 stalled stall-2 2
+result lock-8 "8 s: nothing lost, told while it lasts"
+result stall-1 "the disk takes 1 s for a write: nothing lost"
+result stall-2 "2 s: nothing lost, told while it lasts"
+start room room_again
+start wire overflows
+start given-up given_up
+start full-end full_to_the_end
+start hung hung
+result stall-10 "10 s"
+result room "the disk is full, and has room again: nothing lost, told while it lasts"
+result wire "more than the queue holds, over a wire that does not wait: one gap, with its cause, and the log goes on"
+result hung "ended in a write that hangs: told what is not saved"
+start moved moved
+start moved-last moved_last
+start deleted deleted
+result given-up "ended while another program holds the campaign: soon, and the rest is in files that matrig log takes"
+result full-end "ended while the disk is full: likewise"
+start replaced replaced
+start journal journal
+result moved "the campaign is moved in a landing: told, saved, gone on with, exit 3"
+result moved-last "moved just before the end: likewise"
+result deleted "deleted: likewise"
+result replaced "replaced by another file, which stays as it is: likewise"
+result journal "its journal is deleted: likewise"
+result lock-32 "another program holds the campaign for 32 s: nothing lost"
+finish
