@@ -91,6 +91,7 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         logger_serve_live(logger);
         typed_turn(logger);
         logger_note_health(logger);
+        logger_note_strangers(logger);
         logger_show_progress(logger, false);
         if (signalled)
             logger->ended_by = "signal"; /* it stays blocked and pending: the end is on its way */
@@ -121,6 +122,7 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     if (logger_begin(logger, &late) == MR_OK &&
         collector_end(logger->collector, logger->ended_by, &late) == MR_OK && logger_commit(logger, &late) == MR_OK)
         logger_show_finished(logger, &late);
+    logger_note_strangers(logger);
     logger_show_troubles(logger);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)

@@ -21,6 +21,9 @@ struct logger {
     uint64_t troubles[LINK_KINDS];              /* of the link's, taken */
     uint64_t noted[LINK_KINDS][LINK_TROUBLES];  /* of them, seen by the user */
     uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
+    int64_t strangers[LINK_KINDS];  /* frames not the board's, seen by the user */
+    uint16_t stranger_id[LINK_KINDS];
+    uint64_t strangers_us;          /* when they were last */
     struct hil_symbols symbols; /* of --elf; none without it */
     bool in_transaction;
     uint64_t begun_us;
@@ -72,6 +75,7 @@ void logger_serve_live(struct logger *logger);
 void logger_clear_progress(const struct logger *logger);
 /* Troubles of a link that are new, `text` (may be NULL) in place of their own. */
 void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text);
+void logger_note_strangers(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);

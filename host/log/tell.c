@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "host/analyse/summary.h"
+#include "host/analyse/summary_links.h"
+#include "host/collect/doubt.h"
 #include "host/log/logger.h"
 
 #define PROGRESS_US 200000u
@@ -33,6 +35,29 @@ void logger_note_troubles(struct logger *logger, enum link_kind kind, const char
         else if (!told)
             cli_note(logger->cli, "%s: %s", link_spec(logger->link[kind]), text);
         told = true;
+    }
+}
+
+/* Frames of others on the board's identifiers: the first at once, then how many there are by now. */
+void logger_note_strangers(struct logger *logger)
+{
+    struct collector_progress progress;
+    uint64_t now_us = logger_now_us();
+    if (logger->strangers_us != 0 && now_us - logger->strangers_us < NOTE_US && !logger->ended_by)
+        return;
+    collector_progress(logger->collector, &progress);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        int64_t count = progress.strangers[kind];
+        uint16_t id = progress.stranger_id[kind];
+        const struct mr_message_info *info = mr_message_find(id);
+        if (count == logger->strangers[kind] && id == logger->stranger_id[kind])
+            continue;
+        logger->strangers[kind] = count;
+        logger->stranger_id[kind] = id;
+        logger->strangers_us = now_us;
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s: %lld %s not the board's so far, the newest a%s%s %s", link_spec(logger->link[kind]), (long long)count,
+                 count == 1 ? "frame is" : "frames are", info ? " " : "", info ? info->name : "", doubt_text(progress.stranger_doubt[kind]));
     }
 }
 
@@ -113,15 +138,18 @@ void logger_show_progress(struct logger *logger, bool last)
     if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, logger_now_us()) || (!last && logger_now_us() - logger->shown_us < PROGRESS_US))
         return;
     struct collector_progress p;
+    char strangers[50] = "";
     collector_progress(logger->collector, &p);
     logger->shown_us = logger_now_us();
+    if (p.strangers[LINK_CAN] > 0)
+        snprintf(strangers, sizeof strangers, ", %lld not the board's", (long long)p.strangers[LINK_CAN]);
     fprintf(stderr,
-            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld lost \033[K%s",
+            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld frames, %lld lost \033[K%s",
             p.run     ? collector_state_text(p.state)
             : p.hello ? "no landing"
                       : "waiting for a board",
             p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges, (long long)p.counts[LINK_CAN].received,
-            (long long)p.counts[LINK_CAN].lost, (long long)p.counts[LINK_SERIAL].received,
+            (long long)p.counts[LINK_CAN].lost, strangers, (long long)p.counts[LINK_SERIAL].received,
             (long long)p.counts[LINK_SERIAL].lost, last ? "\n" : "");
 }
 
@@ -188,6 +216,9 @@ void logger_show_troubles(const struct logger *logger)
         summary_troubles(trouble, line, sizeof line);
         printf("%s link in this session: %s\n", summary_link_name(kind), line);
     }
+    if (!logger->cli->json && progress.strangers[LINK_CAN] > 0)
+        printf("CAN in this session: %lld frames on the board's identifiers that are not the board's\n",
+               (long long)progress.strangers[LINK_CAN]);
     fflush(stdout);
 }
 
@@ -205,9 +236,9 @@ json_t *logger_json(const struct logger *logger, const char *db, const struct er
         }
         if (logger->link[kind])
             json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
+                                json_pack("{sIsIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
                                           (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
-                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "missing", missing, "troubles",
+                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "strangers", (json_int_t)p.strangers[kind], "missing", missing, "troubles",
                                           troubles_json(logger->link[kind])));
         json_decref(missing);
     }
