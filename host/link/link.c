@@ -10,7 +10,7 @@
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-#define FORMS "unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD] or pty:PATH"
+#define FORMS "unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD|:find] or pty:PATH"
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
@@ -73,6 +73,7 @@ enum mr_status link_open(const char *spec, enum link_kind kind, struct link **li
     made->fd = made->source = -1;
     made->spec = copy;
     made->away_most_us = AWAY_MAX_US;
+    hearing_start(&made->counters.hearing, link_monotonic_us(), 0);
     enum mr_status status = ops->open(made, path, error);
     if (status != MR_OK) {
         link_close(made);
@@ -238,9 +239,10 @@ enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, s
     if (link->away.status != MR_OK)
         return MR_TOO_FEW;
     enum mr_status status = link->ops->receive_frame(link, frame, &found);
-    if (status == MR_OK && frame->id & LINK_ID_ERROR)
+    if (status == MR_OK && frame->id & LINK_ID_ERROR) {
+        link->counters.error_frames++;
         count_troubles(link, can_error_troubles(frame));
-    else if (status == MR_OK)
+    } else if (status == MR_OK)
         link->counters.received++;
     return received(link, status, &found, error);
 }
@@ -260,6 +262,7 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
     if (count > size)
         count = size;
     memcpy(bytes, link->buffer + link->start, count);
+    hearing_bytes(&link->counters.hearing, bytes, count);
     link->start += count;
     link->counters.received += count;
     *length = count;
@@ -294,5 +297,6 @@ enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t l
 enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error)
 {
     link->start = link->end = 0;
+    hearing_start(&link->counters.hearing, link_monotonic_us(), link->counters.hearing.baud ? baud : 0);
     return link->ops->line ? link->ops->line(link, baud, even_parity, error) : MR_OK;
 }

@@ -53,6 +53,7 @@ struct link {
     uint32_t queue_lost; /* can: the kernel's counter */
     struct adapter_clock clock; /* can: of an adapter with a clock of its own */
     struct tty *tty;     /* serial:, slcan: */
+    int baud;            /* serial: its rate; 0: not opened yet */
     struct slcan *slcan; /* slcan: */
 };
 

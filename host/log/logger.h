@@ -39,6 +39,8 @@ struct logger {
     struct quicklook look;
     struct live live; /* of --live; else all zero */
     int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
+    uint64_t unheard_us; /* from when on it is told that no board is heard; 0: not begun */
+    bool unheard_told;
     uint64_t live_us; /* when the board was asked to be live; 0: not yet */
     uint64_t channels_us; /* when the live view asked for the channels, */
     unsigned channel_asks; /* and how often */
@@ -75,6 +77,7 @@ void logger_serve_live(struct logger *logger);
 void logger_clear_progress(const struct logger *logger);
 /* Troubles of a link that are new, `text` (may be NULL) in place of their own. */
 void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text);
+void logger_note_unheard(struct logger *logger);
 void logger_note_strangers(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent(struct logger *logger, struct error *error);

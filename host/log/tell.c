@@ -5,9 +5,11 @@
 #include "host/analyse/summary.h"
 #include "host/analyse/summary_links.h"
 #include "host/collect/doubt.h"
+#include "host/link/diagnose.h"
 #include "host/log/logger.h"
 
 #define PROGRESS_US 200000u
+#define UNHEARD_US 3000000u /* a board says hello once a second */
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 
 void logger_clear_progress(const struct logger *logger)
@@ -153,22 +155,59 @@ void logger_show_progress(struct logger *logger, bool last)
             (long long)p.counts[LINK_SERIAL].lost, last ? "\n" : "");
 }
 
+/* Of two links on which no board said hello the one that heard something. */
+static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
+{
+    char text[DIAGNOSIS_TEXT];
+    enum diagnosis diagnosis = DIAGNOSIS_SILENT;
+    for (int kind = LINK_KINDS - 1; kind >= 0 && diagnosis == DIAGNOSIS_SILENT; kind--) {
+        if (!logger->link[kind])
+            continue;
+        *link = logger->link[kind];
+        diagnosis = link_diagnose(*link, text);
+    }
+    return diagnosis;
+}
+
 enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial,
                                   struct error *error)
 {
     struct collector_progress p;
+    const struct link *link = NULL;
     collector_progress(logger->collector, &p);
     const struct store_link_counts *c = p.counts;
-    if (p.hello || strcmp(logger->ended_by, "signal") == 0)
+    bool line = serial && link_counters(logger->link[LINK_SERIAL])->hearing.baud != 0;
+    if (p.hello)
         return MR_OK;
     const char *and = can && serial ? " and " : "";
-    if (c[LINK_CAN].bad + c[LINK_CAN].foreign + c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0 &&
-        c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
-        return error_set(error, MR_MALFORMED,
-                         "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
-                         can ? can : "", and, serial ? serial : "");
-    return error_set(error, MR_TIMEOUT, "no board said hello: %s%s%s; is it running and connected?",
-                     can ? can : "", and, serial ? serial : "");
+    if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
+        if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
+            return error_set(error, MR_MALFORMED, "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
+                             can ? can : "", and, serial ? serial : "");
+    }
+    diagnose(logger, &link);
+    return link_no_board(link, error);
+}
+
+/* After a while without a board, once for each link, while it is still waited for. */
+void logger_note_unheard(struct logger *logger)
+{
+    struct collector_progress p;
+    char text[DIAGNOSIS_TEXT];
+    uint64_t now_us = logger_now_us();
+    if (logger->unheard_us == 0)
+        logger->unheard_us = now_us + UNHEARD_US;
+    if (now_us < logger->unheard_us || logger->unheard_told)
+        return;
+    logger->unheard_told = true;
+    collector_progress(logger->collector, &p);
+    for (int kind = 0; kind < LINK_KINDS && !p.hello; kind++) {
+        if (!logger->open[kind])
+            continue;
+        link_diagnose(logger->link[kind], text);
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s", text);
+    }
 }
 
 static void troubles_of(const struct link *link, int64_t trouble[LINK_TROUBLES])
@@ -244,7 +283,9 @@ json_t *logger_json(const struct logger *logger, const char *db, const struct er
     }
     if (logger->link[LINK_CAN] && p.before_first >= 0)
         json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));
-    return json_pack("{sssIsssosOss?}", "db", db, "session", (json_int_t)collector_session(logger->collector),
+    const struct link *link = NULL;
+    const char *unheard = p.hello ? NULL : diagnosis_word(diagnose(logger, &link));
+    return json_pack("{sssIsssosOss?ss?}", "db", db, "session", (json_int_t)collector_session(logger->collector),
                      "ended_by", logger->ended_by, "links", links, "landings", logger->landings, "error",
-                     error->status == MR_OK ? NULL : error->text);
+                     error->status == MR_OK ? NULL : error->text, "unheard", unheard);
 }
