@@ -34,7 +34,6 @@ static enum mr_status hello(struct collector *collector, struct side *side, cons
             "the board speaks layout %u, this matrig layout %u: %s; use firmware and matrig of one version",
             message->layout, MR_LAYOUT, side->spec);
     collector->hello = true;
-    collector->heard[side->kind] = true;
     collector->identity.clock_source = message->clock_source;
     snprintf(collector->identity.firmware, sizeof collector->identity.firmware, "%u.%u.%u", message->major,
              message->minor, message->patch);

@@ -92,7 +92,6 @@ struct collector {
     struct side side[LINK_KINDS];
     const struct collector_watcher *watcher; /* NULL: nobody */
     bool hello;
-    bool heard[LINK_KINDS]; /* hello came over it */
     struct witness witness; /* serial, of what CAN says */
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */
