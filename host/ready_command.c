@@ -197,10 +197,8 @@ static int ready(const struct request *request, struct ready_facts *f)
     if (status == MR_OK && f->hello && !f->database[0])
         status = readykept_save(store, &f->identity, "ready", report, f, made_us, &error);
     int exit_code = status == MR_OK ? tell(request, "ready", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
-    if (status == MR_OK && !f->hello) { /* no-go of a board that was looked at is another thing */
-        link_no_board(link[LINK_SERIAL], &error);
+    if (status == MR_OK && !f->hello && link_no_board(link[LINK_SERIAL], &error) != MR_OK) /* no-go is of a board that was looked at */
         exit_code = cli_fail(&error);
-    }
     link_close(link[LINK_SERIAL]);
     link_close(link[LINK_CAN]);
     store_close(store);

@@ -23,7 +23,8 @@ static enum mr_status another_board(struct collector *collector, struct side *si
 
 static enum mr_status hello(struct collector *collector, struct side *side, const struct mr_hello *message, struct error *error)
 {
-    if (message->layout != MR_LAYOUT && collector->hello) {
+    bool serial_will_say = collect_witnessed(collector, side) && side->others + 1 < OTHERS_IN_ROW;
+    if (message->layout != MR_LAYOUT && (collector->hello || serial_will_say)) {
         char now[60];
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
         return another_board(collector, side, DOUBT_LAYOUT, MR_ID_HELLO, now, error);

@@ -23,7 +23,7 @@ enum mr_status collect_record_doubts(struct collector *collector, struct side *s
     for (size_t i = 0; i < side->doubts && status == MR_OK; i++) {
         struct doubted *doubted = &side->doubt[i];
         struct store_event event = {.session = collector->session, .boot = side->boot, .run = side->doubt_run,
-                                    .board_us = side->doubt_us, .host_us = (int64_t)link_now_us(), .kind = store_doubt_kind(),
+                                    .board_us = side->doubt_us, .host_us = (int64_t)link_now_us(), .kind = STORE_DOUBT_KIND,
                                     .code = doubted->cause + DOUBT_ID * doubted->id, .detail = doubted->pending,
                                     .value = doubted->count, .links = collect_link_bit(side)};
         if (doubted->pending > 0)

@@ -325,7 +325,7 @@ enum mr_status store_troubles(struct store *store, int64_t run, int link, struct
 const char *store_trouble_kind(int link);
 /* What is doubted of a landing (host/collect/doubt.h), summed likewise: code is cause and identifier. */
 enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows, size_t *count, struct error *error);
-const char *store_doubt_kind(void);
+#define STORE_DOUBT_KIND "doubt" /* of their events */
 
 /* Lost data. message "frame" counts frames of the link; a message's name says which of them, where that is
  * known. */

@@ -287,12 +287,7 @@ enum mr_status store_troubles(struct store *store, int64_t run, int link, struct
 
 enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows, size_t *count, struct error *error)
 {
-    return troubles_of_kind(store, run, store_doubt_kind(), rows, count, error);
-}
-
-const char *store_doubt_kind(void)
-{
-    return "doubt";
+    return troubles_of_kind(store, run, STORE_DOUBT_KIND, rows, count, error);
 }
 
 enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,

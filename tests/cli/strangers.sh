@@ -28,6 +28,13 @@ hello_of_another_layout_on_can_alone() {
     log alone "$tmp/hello.can" && cat "$tmp/alone.txt" && grep -q '^RUN 1: landing 5, done' "$tmp/alone.txt" &&
         grep -q 'strangers  *CAN: 1 hello frame of another layout; not obeyed' "$tmp/alone.txt"
 }
+hello_before_the_board() { # serial will say whose board it is
+    { sed -n 1p "$tmp/all.can" | awk '{ print $1, $2, "1F0#0300010000000100" }'; cat "$tmp/all.can"; } >"$tmp/first.can"
+    log first "$tmp/first.can" "${both[@]}" || return 1
+    cat "$tmp/first.err"
+    grep -q '^RUN 1: landing 5, done' "$tmp/first.txt" && fails_with 4 'speaks layout 3, this matrig layout' \
+        $matrig --quiet log --can "file:$tmp/first.can" --db "$tmp/refused.db"
+}
 landing_from_elsewhere() { # split the landing, and stated 37.988 +- 0.112 ft/s
     inject 0A0#0000000000000000 7000 "$tmp/landing.can"
     log plain "$tmp/all.can" "${both[@]}" && log landing "$tmp/landing.can" "${both[@]}" || return 1
@@ -70,6 +77,7 @@ everything_of_the_catalogue() { mkdir -p "$tmp/each" && python3 tests/link/stran
 
 check "a hello of another layout in mid-landing is told, and the log goes on" hello_of_another_layout
 check "and on CAN alone" hello_of_another_layout_on_can_alone
+check "one before the board has spoken is refused on CAN alone" hello_before_the_board
 check "a state of the landing that serial did not say changes nothing" landing_from_elsewhere
 check "on CAN alone a landing that was torn is joined, and doubtful" torn_and_joined
 check "and that is said wherever its numbers are" doubt_is_said_everywhere
