@@ -13,8 +13,8 @@
 #include "host/collect/boxfill.h"
 #include "host/flash/imagefile.h"
 #include "host/identity.h"
-#include "host/output.h"
 #include "host/link/diagnose.h"
+#include "host/output.h"
 #include "host/run.h"
 
 struct request {
