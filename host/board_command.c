@@ -13,6 +13,7 @@
 #include "host/collect/boxfill.h"
 #include "host/flash/imagefile.h"
 #include "host/identity.h"
+#include "host/link/diagnose.h"
 #include "host/output.h"
 #include "host/run.h"
 
@@ -263,7 +264,7 @@ static int tell_identity(const struct request *request, struct error *error)
         identity_begin(&talk, link);
         status = identity_listen(&talk, IDENTITY_MS, error);
         if (status == MR_TIMEOUT)
-            status = error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", request->serial);
+            status = link_no_board(talk.link, error);
     }
     if (status == MR_OK && talk.identity.hello.layout != MR_LAYOUT)
         status = error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",

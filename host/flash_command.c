@@ -301,6 +301,8 @@ int flash_command(int argc, char **argv, const struct cli *cli)
     session.firmware_baud = TTY_BAUD_DEFAULT;
     if (status == MR_OK && strncmp(session.spec, "serial:", 7) == 0)
         status = tty_parse(session.spec + 7, "serial:TTY[:BAUD]", path, &session.firmware_baud, &error);
+    if (status == MR_OK && session.firmware_baud == TTY_BAUD_FIND)
+        status = error_set(&error, MR_USAGE, "the rate is not looked for while a board is flashed: %s; write serial:TTY[:BAUD]", session.spec);
     if (status == MR_OK && strncmp(session.spec, "file:", 5) == 0)
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give serial:TTY", session.spec);
     if (status == MR_OK)

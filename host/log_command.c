@@ -124,6 +124,8 @@ static enum mr_status collect(struct logger *logger, int signals, double for_s, 
         logger_serve_live(logger);
         typed_turn(logger);
         logger_note_health(logger);
+        logger_note_strangers(logger);
+        logger_note_unheard(logger);
         logger_show_progress(logger, false);
         if (signalled)
             logger->ended_by = "signal";
@@ -191,6 +193,7 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
         logger->ended_by = "error";
     if (logger_finish(logger, signals, &late) == MR_OK)
         logger_show_finished(logger, &late);
+    logger_note_strangers(logger);
     logger_show_troubles(logger);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)

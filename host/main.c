@@ -36,9 +36,11 @@ static const struct command commands[] = {
      "                 a CAN interface of this computer (SocketCAN), up, at 1 Mbit/s; with :board the board's messages alone\n"
      "  slcan:TTY[:BAUD]\n"
      "                 a LAWICEL adapter on a serial port, for CAN\n"
-     "  serial:TTY[:BAUD]\n"
-     "                 a serial port, 8N1, 2000000 baud unless given\n"
+     "  serial:TTY[:BAUD|:find]\n"
+     "                 a serial port, 8N1, 2000000 baud unless given; find: the usual rate at which a board is understood\n"
      "  pty:PATH       the pseudo-terminal of an emulated board (waited for likewise)\n"
+     "Exit 3 when no board said hello: nothing came, the rate is another one, or the bus has errors alone; the message says which.\n"
+     "Frames on CAN that are not the board's are counted and told, not obeyed.\n"
      "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"
      "A campaign that another program holds, a slow and a full disk are waited for: a queue keeps 60 s of full links. What it cannot keep\n"
      "is counted and said. One that is moved, replaced or deleted is saved as DB-saved-DATE.db beside, and gone on with; exit 3.\n"},

@@ -214,6 +214,9 @@ static json_t *conclude_json(const struct predict *predict, const struct first_w
                                left->mats ? json_pack("{s:i, s:f, s:f, s:i}", "mats", (int)left->mats, "start_ft", (double)left->start_ft,
                                                       "end_ft", (double)left->end_ft, "closed_joints", (int)left->closed_joints)
                                           : json_null());
+    char doubt[DOUBTS_TEXT];
+    doubts_headline(&predict->measured.doubts, doubt);
+    json_object_set_new(object, "doubtful", doubt[0] ? json_string(doubt) : json_null());
     json_object_set_new(object, "first_warning_block", block_json(first->block));
     json_object_set_new(object, "board_first_warning_block", block_json(first->board_block));
     json_object_set_new(object, "t0_is_touchdown", json_boolean(predict->measured.t0_is_touchdown));
@@ -324,6 +327,10 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     if (status == MR_OK)
         status = prepare(predict, error);
     if (status == MR_OK) {
+        char doubt[DOUBTS_TEXT];
+        doubts_headline(&predict->measured.doubts, doubt);
+        if (!results && doubt[0])
+            printf("RUN %lld %s\n", (long long)run, doubt);
         if (!results)
             puts(cli->si ? "    t_s   wheel   mats   start_m           end_m       coming    at_m press_N   verdict"
                          : "    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict");

@@ -16,6 +16,7 @@
 #include "host/board/readytalk.h"
 #include "host/board/readywalk.h"
 #include "host/calibrate/jump.h"
+#include "host/link/diagnose.h"
 #include "host/cli.h"
 #include "host/flash/imagefile.h"
 #include "host/store/store_readiness.h"
@@ -196,6 +197,8 @@ static int ready(const struct request *request, struct ready_facts *f)
     if (status == MR_OK && f->hello && !f->database[0])
         status = readykept_save(store, &f->identity, "ready", report, f, made_us, &error);
     int exit_code = status == MR_OK ? tell(request, "ready", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
+    if (status == MR_OK && !f->hello && link_no_board(link[LINK_SERIAL], &error) != MR_OK) /* no-go is of a board that was looked at */
+        exit_code = cli_fail(&error);
     link_close(link[LINK_SERIAL]);
     link_close(link[LINK_CAN]);
     store_close(store);
@@ -395,7 +398,7 @@ static int walk_along(const struct request *request, struct ready_facts *f, cons
         status = readytalk_meet(talk, &error);
     }
     if (status == MR_OK && !f->hello)
-        status = error_set(&error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", request->serial);
+        status = link_no_board(link[LINK_SERIAL], &error);
     if (status == MR_OK && !f->config_known)
         status = error_set(&error, MR_TIMEOUT, "the board did not tell its configuration: %s; it must be idle, try again", request->serial);
     if (status == MR_OK) {

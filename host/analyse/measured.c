@@ -113,7 +113,7 @@ static void fit_gear(struct measured *measured)
         measured->t0_us = (int64_t)llround(measured->gate[0].t_s * 1e6);
     shift_gates(measured, (double)measured->t0_us / 1e6);
     measured->fit_status = MR_TOO_FEW;
-    if (isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
+    if (measured->doubts.torn || isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
         return;
     measured->fit_status = mr_gates_summarise(measured->gate, measured->gates, landing->touchdown_ft,
                                               landing->switch_error_ft, &measured->summary);
@@ -355,7 +355,11 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
     if (status == MR_OK)
         status = load_gates(store, run, measured, error);
     if (status == MR_OK)
+        status = doubts_load(store, run, &measured->doubts, error);
+    if (status == MR_OK)
         status = measured_load_series(store, measured, error);
+    if (status == MR_OK)
+        status = doubts_judge(store, measured, &measured->doubts, error);
     if (status != MR_OK)
         return status;
     fit_gear(measured);
@@ -366,6 +370,7 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
 void measured_free(struct measured *measured)
 {
     free(measured->stretch);
+    doubts_free(&measured->doubts);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         free(measured->channel[c].raw);
         free(measured->channel[c].validity);

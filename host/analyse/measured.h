@@ -16,6 +16,7 @@
 #define MATRIG_HOST_ANALYSE_MEASURED_H
 
 #include "common/gates.h"
+#include "host/analyse/doubts.h"
 #include "host/store/store.h"
 
 #define MEASURED_BASELINE_BLOCKS 500
@@ -87,12 +88,14 @@ struct measured {
     uint64_t fitted;                 /* which: bit p-1: switch p */
     uint64_t seen;                   /* bit p-1: switch p */
     enum mr_status fit_status;       /* of the summary: MR_OK, or why there is none; MR_TRUNCATED: the record ends
-                                        while the gear moves, so only the touchdown of the summary is known */
+                                        while the gear moves, so only the touchdown of the summary is known; MR_TOO_FEW also
+                                        of a landing that is torn: its first edges never came */
     struct mr_gates_summary summary; /* times as t_s; errors include the clock's when it is not the crystal */
     struct mr_gates_fit fit;         /* the curve behind it */
 
     struct measured_channel channel[MR_CHANNELS];
     struct measured_check check;
+    struct doubts doubts; /* of all this */
 };
 
 /* Load a landing. The caller releases it with measured_free, also after an error. */

@@ -8,61 +8,12 @@
 #include "common/switches.h"
 #include "host/analyse/measured_source.h"
 #include "host/analyse/summary_held.h"
+#include "host/analyse/summary_links.h"
 #include "host/analyse/summary_time.h"
 #include "host/board/runway.h"
 #include "host/cli.h"
 #include "host/collect/collect.h"
 #include "host/units.h"
-
-const char *summary_link_name(int link)
-{
-    return link == LINK_CAN ? "CAN" : link == LINK_SERIAL ? "serial" : "file";
-}
-
-static enum mr_status load_troubles(struct store *store, int64_t run, int kind, struct summary_link *link,
-                                    struct error *error)
-{
-    struct store_trouble *rows = NULL;
-    size_t count = 0;
-    enum mr_status status = store_troubles(store, run, kind, &rows, &count, error);
-    for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
-            link->trouble[rows[i].code] = rows[i].count;
-    }
-    free(rows);
-    return status;
-}
-
-static enum mr_status load_links(struct store *store, struct summary *summary, struct error *error)
-{
-    int64_t run = summary->measured.landing.id;
-    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
-    if (status == MR_OK)
-        status = store_held_get(store, run, &summary->held, error);
-    for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        struct summary_link *link = &summary->link[kind];
-        const char *spec = kind == LINK_CAN ? summary->session.can_link : summary->session.serial_link;
-        link->used = spec[0] != '\0';
-        status = store_frames_count(store, run, kind, &link->received, error);
-        int64_t blocks = 0;
-        if (status == MR_OK && kind == LINK_SERIAL)
-            status = store_blocks_count(store, run, &blocks, error);
-        link->received += blocks;
-        if (status == MR_OK)
-            status = load_troubles(store, run, kind, link, error);
-    }
-    for (size_t i = 0; i < summary->gaps; i++) {
-        const struct store_gap *gap = &summary->gap[i];
-        if (gap->link < 0 || gap->link >= LINK_KINDS)
-            continue;
-        struct summary_link *link = &summary->link[gap->link];
-        if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
-            link->silent = true;
-        else if (strcmp(gap->message, "frame") == 0)
-            *(strcmp(gap->cause, "board") == 0 ? &link->dropped : &link->lost) += gap->count;
-    }
-    return status;
-}
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error)
 {
@@ -77,7 +28,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = store_import_get(store, summary->measured.landing.session, &summary->import, &summary->imported, error);
     if (status == MR_OK)
-        status = load_links(store, summary, error);
+        status = summary_links_load(store, summary, error);
     if (status == MR_OK)
         status = summary_time_load(store, summary, error);
     if (status == MR_OK)
@@ -132,52 +83,6 @@ void summary_switches(const struct measured *measured, char *out, size_t size)
         snprintf(out + length, size - (size_t)length, "; %zu edges not named", measured->edges - seen);
 }
 
-void summary_troubles(const int64_t *trouble, char *out, size_t size)
-{
-    size_t used = 0;
-    out[0] = '\0';
-    for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
-        if (trouble[i] > 0)
-            used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "", link_trouble_text(i),
-                                     (long long)trouble[i]);
-    }
-}
-
-json_t *summary_troubles_json(const int64_t *trouble)
-{
-    json_t *object = json_object();
-    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
-        if (trouble[i] > 0)
-            json_object_set_new(object, link_trouble_text(i), json_integer((json_int_t)trouble[i]));
-    }
-    return object;
-}
-
-/* Why frames that a gap counts are not there. */
-static const char *gap_reason(const char *cause)
-{
-    static const struct {
-        const char *cause;
-        const char *text;
-    } reasons[] = {
-        {"board", "not sent by the board"},
-        {"queue", "lost in this computer's receive queue"},
-        {"lock", "lost while another program held the campaign"},
-        {"slow disk", "lost while the disk was slow"},
-        {"full disk", "lost while the disk was full"},
-        {"processor", "lost while this computer was too slow"},
-        {"adapter", "lost in the adapter"},
-        {"bus-off", "lost while the adapter was off the bus"},
-        {"away", "lost while the link was away"},
-        {"file", "not in the file"},
-    };
-    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
-        if (strcmp(cause, reasons[i].cause) == 0)
-            return reasons[i].text;
-    }
-    return "lost";
-}
-
 void summary_switch_event(const struct store_fault *event, char *out, size_t size)
 {
     char times[32] = "", which[32] = "edge";
@@ -214,30 +119,15 @@ bool summary_channel_event(const struct summary *summary, size_t i, bool si, cha
     return true;
 }
 
-void summary_gap(const struct store_gap *gap, char *out, size_t size)
-{
-    char count[40] = "", range[60] = "";
-    if (gap->count != STORE_NONE)
-        snprintf(count, sizeof count, "%lld ", (long long)gap->count);
-    if (gap->from_block != STORE_NONE && gap->to_block != STORE_NONE)
-        snprintf(range, sizeof range, ", blocks %lld to %lld", (long long)gap->from_block,
-                 (long long)gap->to_block);
-    if (strcmp(gap->cause, "silence") == 0)
-        snprintf(out, size, "%s silent%s", summary_link_name(gap->link), range);
-    else
-        snprintf(out, size, "%s %s%s %s (%s)%s", summary_link_name(gap->link), count, gap->message,
-                 gap_reason(gap->cause), gap->channels, range);
-}
-
 /* ---- text ---- */
 
-static void print_estimate(FILE *out, const char *label, struct mr_estimate value, const struct unit *unit,
-                           int digits)
+static void print_estimate(FILE *out, const char *label, struct mr_estimate value, const struct unit *unit, int digits,
+                           const struct doubts *doubts)
 {
     double v = value.value * unit->factor;
     double e = value.error * unit->factor;
-    fprintf(out, "  %-13s %.*f +- %.*f %s (95 %%: %.*f to %.*f)", label, digits, v, digits + 1, e, unit->text,
-            digits, v - SUMMARY_95 * e, digits, v + SUMMARY_95 * e);
+    fprintf(out, "  %-13s %.*f +- %.*f %s (95 %%: %.*f to %.*f)%s", label, digits, v, digits + 1, e, unit->text,
+            digits, v - SUMMARY_95 * e, digits, v + SUMMARY_95 * e, doubts_mark(doubts));
 }
 
 static void print_motion(const struct summary *summary, bool si, FILE *out)
@@ -253,19 +143,20 @@ static void print_motion(const struct summary *summary, bool si, FILE *out)
         fprintf(out, "  %-13s %s\n", "", line);
     }
     if (measured->fit_status == MR_TRUNCATED) {
-        print_estimate(out, "touchdown", fit->touchdown_speed_ft_s, unit_of(UNIT_SPEED, si), 3);
+        print_estimate(out, "touchdown", fit->touchdown_speed_ft_s, unit_of(UNIT_SPEED, si), 3, &measured->doubts);
         fprintf(out, "\n  %-13s not known: the record ends while the gear moves\n", "stop");
         return;
     }
     if (measured->fit_status != MR_OK) {
-        fprintf(out, "  %-13s not known: %s\n", "motion", mr_status_text(measured->fit_status));
+        fprintf(out, "  %-13s not known: %s\n", "motion",
+                measured->doubts.torn ? "the landing is torn, its first edges never came" : mr_status_text(measured->fit_status));
         return;
     }
-    print_estimate(out, "touchdown", fit->touchdown_speed_ft_s, unit_of(UNIT_SPEED, si), 3);
+    print_estimate(out, "touchdown", fit->touchdown_speed_ft_s, unit_of(UNIT_SPEED, si), 3, &measured->doubts);
     fprintf(out, "\n");
-    print_estimate(out, "deceleration", fit->mean_deceleration_ft_s2, unit_of(UNIT_DECELERATION, si), 3);
+    print_estimate(out, "deceleration", fit->mean_deceleration_ft_s2, unit_of(UNIT_DECELERATION, si), 3, &measured->doubts);
     fprintf(out, "\n");
-    print_estimate(out, "stop", fit->stop_station_ft, unit_of(UNIT_STATION, si), 2);
+    print_estimate(out, "stop", fit->stop_station_ft, unit_of(UNIT_STATION, si), 2, &measured->doubts);
     fprintf(out, ", %.3f s after touchdown\n", fit->stop_t_s.value - fit->touchdown_t_s.value);
 }
 
@@ -375,35 +266,8 @@ static void print_foresight(const struct summary *summary, bool si, FILE *out)
         fprintf(out, "  %-13s %s\n", i ? "" : "foresight", line);
 }
 
-static void print_links(const struct summary *summary, FILE *out)
+static void print_faults(const struct summary *summary, FILE *out)
 {
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct summary_link *link = &summary->link[kind];
-        fprintf(out, "  %-13s ", summary_link_name(kind));
-        if (!link->used)
-            fprintf(out, "not used\n");
-        else
-            fprintf(out, "%lld frames received, %lld lost, %lld not sent by the board%s\n",
-                    (long long)link->received, (long long)link->lost, (long long)link->dropped,
-                    link->silent ? "; silent in part: more may be lost" : "");
-        char line[400], label[20];
-        summary_troubles(link->trouble, line, sizeof line);
-        snprintf(label, sizeof label, "%s link", summary_link_name(kind));
-        if (line[0])
-            fprintf(out, "  %-13s %s\n", label, line);
-    }
-    const struct measured_check *check = &summary->measured.check;
-    if (check->compared)
-        fprintf(out,
-                "  %-13s %zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)\n",
-                "cross-check", check->compared, check->different, check->worst_digits);
-    for (size_t i = 0; i < summary->gaps; i++) {
-        char line[160];
-        summary_gap(&summary->gap[i], line, sizeof line);
-        fprintf(out, "  %-13s %s\n", "gap", line);
-    }
-    if (summary->gaps == 0)
-        fprintf(out, "  %-13s none\n", "gaps");
     for (size_t i = 0; i < summary->faults; i++)
         fprintf(out, "  %-13s %s [%lld], %lld times\n", "fault",
                 mr_fault_text((unsigned)summary->fault[i].code), (long long)summary->fault[i].detail,
@@ -431,6 +295,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
             landing->firmware[0] ? landing->firmware : "unknown",
             landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
             landing->image_commit[0] ? landing->image_commit : "unknown");
+    summary_doubts_print(summary, out);
     summary_ready_print(summary->ready, out);
     measured_source_text(&summary->measured, source);
     fprintf(out, "  %-13s %s\n", "readings", source);
@@ -448,7 +313,8 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     print_foresight(summary, si, out);
     summary_time_print(summary, si, out);
     summary_held_print(&summary->held, out);
-    print_links(summary, out);
+    summary_links_print(summary, out);
+    print_faults(summary, out);
 }
 
 /* ---- JSON ---- */
@@ -546,36 +412,6 @@ static json_t *zone_json(const struct zone_warning *w, bool si)
     return zone;
 }
 
-static json_t *links_json(const struct summary *summary)
-{
-    json_t *links = json_object();
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct summary_link *link = &summary->link[kind];
-        if (link->used)
-            json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsbso}", "received", (json_int_t)link->received, "lost",
-                                          (json_int_t)link->lost, "dropped", (json_int_t)link->dropped,
-                                          "silent", link->silent, "troubles",
-                                          summary_troubles_json(link->trouble)));
-    }
-    return links;
-}
-
-static json_t *gaps_json(const struct summary *summary)
-{
-    json_t *gaps = json_array();
-    for (size_t i = 0; i < summary->gaps; i++) {
-        const struct store_gap *gap = &summary->gap[i];
-        json_t *row = json_pack("{ssssssss}", "link", gap->link == LINK_CAN ? "can" : "serial", "message",
-                                gap->message, "channels", gap->channels, "cause", gap->cause);
-        json_object_set_new(row, "count", integer_or_null(gap->count));
-        json_object_set_new(row, "from_block", integer_or_null(gap->from_block));
-        json_object_set_new(row, "to_block", integer_or_null(gap->to_block));
-        json_array_append_new(gaps, row);
-    }
-    return gaps;
-}
-
 static json_t *channel_events_json(const struct summary *summary)
 {
     json_t *events = json_array();
@@ -644,8 +480,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     summary_time_json(summary, object);
     json_object_set_new(object, "readiness", summary_ready_json(summary->ready));
     json_object_set_new(object, "held", summary_held_json(&summary->held));
-    json_object_set_new(object, "links", links_json(summary));
-    json_object_set_new(object, "gaps", gaps_json(summary));
+    summary_links_json(summary, object);
     json_t *faults = json_array();
     for (size_t i = 0; i < summary->faults; i++)
         json_array_append_new(faults, json_pack("{sIsssIsI}", "code", (json_int_t)summary->fault[i].code,
@@ -663,9 +498,5 @@ json_t *summary_json(const struct summary *summary, bool si)
     }
     json_object_set_new(object, "switch_events", events);
     json_object_set_new(object, "channel_events", channel_events_json(summary));
-    const struct measured_check *check = &measured->check;
-    json_object_set_new(object, "cross_check",
-                        json_pack("{sIsI}", "compared", (json_int_t)check->compared, "different",
-                                  (json_int_t)check->different));
     return object;
 }

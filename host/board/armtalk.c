@@ -1,4 +1,5 @@
 #include "host/board/armtalk.h"
+#include "host/link/diagnose.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -70,7 +71,7 @@ enum mr_status armtalk_begin(struct armtalk *talk, struct link *link, enum link_
     mr_deframer_init(&talk->deframer);
     while (status == MR_OK && !(talk->hello && talk->landing_known)) {
         if (listen_now_s() > until_s)
-            return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(link));
+            return link_no_board(link, error);
         status = listen(talk, error);
     }
     return status;

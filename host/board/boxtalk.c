@@ -1,4 +1,5 @@
 #include "host/board/boxtalk.h"
+#include "host/link/diagnose.h"
 
 #include <string.h>
 
@@ -121,7 +122,7 @@ enum mr_status boxtalk_begin(struct boxtalk *talk, struct link *link, struct err
     mr_deframer_init(&talk->deframer);
     while (status == MR_OK && !talk->hello) {
         if (listen_now_s() > until_s)
-            return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(link));
+            return link_no_board(link, error);
         status = listen(talk, error);
     }
     return status;

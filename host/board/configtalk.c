@@ -1,4 +1,5 @@
 #include "host/board/configtalk.h"
+#include "host/link/diagnose.h"
 
 #include <string.h>
 
@@ -91,7 +92,7 @@ enum mr_status configtalk_begin(struct configtalk *talk, struct link *link, enum
     mr_deframer_init(&talk->deframer);
     while (status == MR_OK && !(talk->hello && talk->state_known)) {
         if (listen_now_s() > until_s)
-            return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(link));
+            return link_no_board(link, error);
         status = listen(talk, error);
     }
     return status;

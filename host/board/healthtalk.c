@@ -1,4 +1,5 @@
 #include "host/board/healthtalk.h"
+#include "host/link/diagnose.h"
 
 #include <string.h>
 
@@ -80,7 +81,7 @@ static enum mr_status until_hello(struct healthtalk *talk, unsigned hellos, stru
     enum mr_status status = MR_OK;
     while (status == MR_OK && talk->hellos < hellos) {
         if (listen_now_s() > until_s)
-            return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(talk->link));
+            return link_no_board(talk->link, error);
         status = listen(talk, error);
     }
     return status;

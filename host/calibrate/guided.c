@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "host/board/readytalk.h"
+#include "host/link/diagnose.h"
 
 #define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
 #define POINT_S 10.0      /* for them to come */
@@ -140,7 +141,7 @@ enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_confi
         status = readytalk_meet(talk, error);
     }
     if (status == MR_OK && !facts->hello)
-        status = error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", r->serial);
+        status = link_no_board(link, error);
     if (status == MR_OK && !facts->config_known)
         status = error_set(error, MR_TIMEOUT, "the board did not tell its configuration: %s; it must be idle, try again", r->serial);
     if (status == MR_OK)

@@ -9,6 +9,10 @@
 #define SEQ_JUMP_MAX 0x8000u
 #define SEQ_RANGE 0x10000
 
+/* At 1 Mbit/s a frame of no data takes 47 bit times: 21 a block. */
+#define FRAMES_PER_BLOCK 21
+#define SLACK_BLOCKS 1000 /* clocks come every 100 blocks, and may be lost */
+
 static const struct {
     uint16_t id;
     int64_t step;
@@ -35,6 +39,7 @@ void account_restart(struct account *account, bool whole)
 {
     account->seq_known = false;
     account->sent_known = false;
+    account->doubt_known = false;
     account->dropped_known = false;
     account->suspects = 0;
     account->suspect_count = 0;
@@ -59,10 +64,23 @@ void account_goes_on(struct account *account)
     account->doubtful = false;
 }
 
+/* So many frames may have been sent between two blocks; one that is not known (-1) forbids nothing. */
+static bool possible(int64_t frames, int64_t from_block, int64_t to_block)
+{
+    return frames >= 0 && (from_block < 0 || to_block < 0 || frames <= FRAMES_PER_BLOCK * (to_block - from_block + SLACK_BLOCKS));
+}
+
+static int64_t time_of(const struct account *account)
+{
+    return account->kind == LINK_CAN ? account->sent_block : account->frame_block;
+}
+
 bool account_message_count(struct account *account, const struct mr_message_count *count)
 {
     unsigned place = mr_message_place(count->id);
     if (place >= MR_PLACES || account->doubtful || (account->count_known[place] && count->count < account->count_of[place]))
+        return false;
+    if (account->count_known[place] && !possible((int64_t)(count->count - account->count_of[place]), account->count_block[place], time_of(account)))
         return false;
     /* The count of message_count itself leaves out the frame that brings it. */
     int64_t received = account->received_of[place] - (place == MR_PLACE_MESSAGE_COUNT);
@@ -77,6 +95,7 @@ bool account_message_count(struct account *account, const struct mr_message_coun
     }
     account->count_known[place] = true;
     account->count_of[place] = count->count;
+    account->count_block[place] = time_of(account);
     account->received_at_count[place] = received;
     return true;
 }
@@ -146,6 +165,7 @@ void account_can_frame(struct account *account)
 {
     account->counts.received++;
     account->received_since++;
+    account->doubt_since++;
 }
 
 /* Believe or forget the steps seen since the last can_health. */
@@ -218,14 +238,39 @@ static void add_loss(struct account *account, int64_t lost, int64_t block)
         add_gap(account, make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
 }
 
+/* It goes on from the last one believed; else it is doubted, until the next one goes on from it. */
+static bool believe(struct account *account, const struct mr_can_health *health, int64_t block)
+{
+    if (!account->sent_known || possible((int32_t)(health->sent - account->sent), account->sent_block, block)) {
+        account->doubt_known = false;
+        return true;
+    }
+    if (account->doubt_known && possible((int32_t)(health->sent - account->doubt_sent), account->doubt_block, block)) {
+        account->sent = account->doubt_sent; /* the board began again, and nobody noticed */
+        account->sent_block = account->doubt_block;
+        account->received_since = account->doubt_since;
+        account->doubt_known = false;
+        return true;
+    }
+    account->doubt_known = true;
+    account->doubt_sent = health->sent;
+    account->doubt_block = block;
+    account->doubt_since = 1;
+    return false;
+}
+
 void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block)
 {
+    if (!believe(account, health, block))
+        return;
     if (account->sent_known) {
         /* This frame has been counted as received but is not yet in its own `sent`. */
         int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) - (account->received_since - 1);
         settle_suspects(account, lost > 0);
-        if (lost > 0 && lost < (int64_t)UINT32_MAX / 2)
+        if (lost > 0)
             add_loss(account, lost, block);
+        if (lost < 0 && !account->other_cause) /* a controller that left the bus takes frames back that it has counted */
+            account->excess -= lost;
     } else {
         /* What the queue lost so far was sent before, but not before logging began. */
         if (account->before_first < 0) {

@@ -13,6 +13,9 @@
  * Which messages they were follows from message_count, the board's count of each message it meant for the link: held against
  * what was received of it, at the moment that count comes. What was lost after the last count before a restart nobody can say.
  *
+ * On CAN anybody may have sent a can_health or message_count. Counts that the bus cannot have carried since the last ones are not taken;
+ * a can_health is when the next one goes on from it. Frames that came beyond those sent are `excess`: others sent them.
+ *
  * What the board itself dropped it says in can_health and serial_health; that is counted apart. Pure; gaps
  * found wait in `gap` until they are taken. */
 #ifndef MATRIG_HOST_ACCOUNT_H
@@ -41,6 +44,10 @@ struct account {
     uint32_t sent; /* of the last can_health */
     int64_t sent_block;
     int64_t received_since; /* frames since it, itself included */
+    bool doubt_known;       /* a can_health that cannot follow the last one, until a second one follows it */
+    uint32_t doubt_sent;
+    int64_t doubt_block, doubt_since; /* frames since it, itself included */
+    int64_t excess;         /* CAN frames that came beyond those sent */
     int64_t before_first;   /* CAN frames the board sent before logging began; -1: not known yet */
     struct store_gap suspect[ACCOUNT_STEPPED];
     size_t suspects;
@@ -51,6 +58,7 @@ struct account {
     int64_t received_of[MR_PLACES];       /* frames of each message since the board began, or logging did */
     bool count_known[MR_PLACES];
     uint32_t count_of[MR_PLACES];         /* the board's last count of it */
+    int64_t count_block[MR_PLACES];       /* when, by the last can_health or serial frame */
     int64_t received_at_count[MR_PLACES]; /* received when that came */
     int64_t missing_of[MR_PLACES];        /* found by counts so far, in all boots; dropped ones included */
     int64_t repeated_of[MR_PLACES];       /* came more often than they were sent */

@@ -5,6 +5,10 @@
  * reports it done or given up. Each message that both links bring becomes one row. Before the first hello
  * frames are kept but not understood; a hello of another layout is refused.
  *
+ * On CAN others may speak by the board's identifiers. Once the board is known they are counted, told and recorded
+ * (host/collect/doubt.h), not obeyed: what serial says is what holds (witness.h). Where serial is not there, or cannot tell, frames of
+ * CAN must be plausible, and a landing that may rest on a stranger's is marked.
+ *
  * The caller holds a store transaction open around every call that may write, and commits in time. */
 #ifndef MATRIG_HOST_COLLECT_H
 #define MATRIG_HOST_COLLECT_H
@@ -22,7 +26,8 @@ enum mr_status collector_open(struct store *store, const char *can_spec, const c
                               struct collector **collector, struct error *error);
 void collector_close(struct collector *collector); /* NULL is allowed; writes nothing */
 
-/* MR_VERSION: a board of another layout. Broken and foreign frames are counted, not errors. */
+/* MR_VERSION: a board of another layout; MR_IO: another board than before, on serial, or on CAN and nobody else. Both ask for a new log.
+ * Broken and foreign frames are counted, not errors. */
 enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
                                struct error *error);
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
@@ -76,6 +81,9 @@ struct collector_progress {
     unsigned edges; /* of the landing going on */
     struct store_link_counts counts[LINK_KINDS];
     int64_t missing[LINK_KINDS][MR_PLACES]; /* of each message, by the board's counts */
+    int64_t strangers[LINK_KINDS];        /* frames of others, on the board's identifiers; the newest: */
+    uint16_t stranger_id[LINK_KINDS];     /* 0: no single one */
+    unsigned stranger_doubt[LINK_KINDS];  /* enum doubt (host/collect/doubt.h) */
     int64_t before_first; /* CAN frames sent before logging began; -1: not known */
 };
 void collector_progress(const struct collector *collector, struct collector_progress *progress);

@@ -5,9 +5,30 @@
 
 #include "host/collect/collect_state.h"
 
-static enum mr_status hello(struct collector *collector, const struct side *side,
-                            const struct mr_hello *message, struct error *error)
+#define OTHERS_IN_ROW 3 /* hellos of another board, and none of this one: once a second each */
+
+/* The board that is known is not the one that speaks. Serial has a board at its end, and nobody else; on CAN it may be a stranger, as long
+ * as the board that is known speaks too, or serial says who it is. */
+static enum mr_status another_board(struct collector *collector, struct side *side, enum doubt doubt, uint16_t id, const char *now,
+                                    struct error *error)
 {
+    if (side->kind == LINK_CAN) {
+        side->others++;
+        if (collect_witnessed(collector, side) || side->others < OTHERS_IN_ROW)
+            return collect_doubt(collector, side, doubt, id, 1, error);
+    }
+    return error_set(error, doubt == DOUBT_LAYOUT ? MR_VERSION : MR_IO,
+                     "another board speaks than the one this log began with (%s): %s; end this log and begin a new one", now, side->spec);
+}
+
+static enum mr_status hello(struct collector *collector, struct side *side, const struct mr_hello *message, struct error *error)
+{
+    bool serial_will_say = collect_witnessed(collector, side) && side->others + 1 < OTHERS_IN_ROW;
+    if (message->layout != MR_LAYOUT && (collector->hello || serial_will_say)) {
+        char now[60];
+        snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
+        return another_board(collector, side, DOUBT_LAYOUT, MR_ID_HELLO, now, error);
+    }
     if (message->layout != MR_LAYOUT)
         return error_set(
             error, MR_VERSION,
@@ -24,6 +45,24 @@ static void uid_text(struct collector *collector)
 {
     snprintf(collector->identity.board_uid, sizeof collector->identity.board_uid, "%08X%08X%08X",
              (unsigned)collector->uid[0], (unsigned)collector->uid[1], (unsigned)collector->uid[2]);
+}
+
+/* Takes words of the chip's identity, `part` of them. False: they are another board's, with `error` when the log cannot go on. */
+static bool take_uid(struct collector *collector, struct side *side, uint16_t id, unsigned part, const uint32_t *words, size_t count,
+                     struct error *error)
+{
+    uint32_t *known = &collector->uid[part == 1 ? 0 : 2];
+    bool vouched = side->kind == LINK_SERIAL;
+    if (!(collector->uid_parts & part) || memcmp(known, words, count * sizeof *words) == 0 || (vouched && !collector->uid_vouched)) {
+        memcpy(known, words, count * sizeof *words);
+        collector->uid_parts |= part;
+        side->others = part == 1 ? 0 : side->others;
+        return true;
+    }
+    char now[60];
+    snprintf(now, sizeof now, "its identity has %08X, not %08X", (unsigned)words[0], (unsigned)known[0]);
+    another_board(collector, side, DOUBT_BOARD, id, now, error);
+    return false;
 }
 
 /* The identity became better known while a landing is open: its row too. */
@@ -185,13 +224,15 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
     }
     case MR_ID_BOARD_UID: {
         GET(board_uid);
-        collector->uid[0] = m.uid0;
-        collector->uid[1] = m.uid1;
+        const uint32_t words[2] = {m.uid0, m.uid1};
+        take_uid(collector, side, id, 1, words, 2, error);
         break;
     }
     case MR_ID_BOARD_IMAGE: {
         GET(board_image);
-        collector->uid[2] = m.uid2;
+        if (!take_uid(collector, side, id, 2, &m.uid2, 1, error))
+            break;
+        collector->uid_vouched |= side->kind == LINK_SERIAL;
         collector->identity.image_crc = m.image_crc;
         uid_text(collector);
         break;
@@ -245,5 +286,5 @@ enum mr_status collect_identity_message(struct collector *collector, struct side
     }
     default: break;
     }
-    return status;
+    return status == MR_OK ? error->status : status;
 }

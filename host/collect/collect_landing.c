@@ -69,7 +69,8 @@ enum mr_status collect_finish_what_is_over(struct collector *collector, struct e
                           collect_newest_block(other) > slot->end_block + 1000;
             bool gone = slot->left[1 - kind] && collect_newest_block(other) > slot->end_block + GONE_BLOCKS &&
                         collect_newest_block(side) < slot->end_block;
-            over = over && (side->ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
+            bool ended = side->ended && (side->kind != LINK_CAN || collector->witness.count == 0);
+            over = over && (ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
         }
         if (!over)
             continue;
@@ -161,8 +162,8 @@ static enum mr_status enter(struct collector *collector, struct side *side, cons
     return MR_OK;
 }
 
-enum mr_status collect_landing(struct collector *collector, struct side *side,
-                               const struct mr_landing *landing, uint64_t host_us, struct error *error)
+static enum mr_status follow(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
+                             struct error *error)
 {
     enum mr_status status = MR_OK;
     bool going_on = landing->state >= STATE_ARMED && landing->state <= STATE_SETTLING;
@@ -181,4 +182,42 @@ enum mr_status collect_landing(struct collector *collector, struct side *side,
     if (!going_on)
         collect_leave(side);
     return status;
+}
+
+/* CAN said that the landing was over, or that another one was armed, and the board goes on as before: that frame was not the board's. What
+ * of the landing came meanwhile is in none. */
+static enum mr_status join(struct collector *collector, struct side *side, struct error *error)
+{
+    struct slot *phantom = side->current, *torn = side->last;
+    bool goes_on = side->story.said.state >= STATE_ARMED && side->story.said.state <= STATE_SETTLING;
+    enum mr_status status = MR_OK;
+    if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on)) {
+        status = collect_doubt(collector, side, DOUBT_PHANTOM, MR_ID_LANDING, 1, error);
+        collect_leave(side);
+    }
+    if (status != MR_OK || !goes_on || side->current || !torn || torn->row.boot != side->boot ||
+        torn->row.board_landing != side->story.said.landing)
+        return status;
+    torn->left[side->kind] = torn->finished = false;
+    torn->end_block = torn->left[1 - side->kind] ? torn->end_block : -1;
+    torn->state_block = side->story.said.block;
+    side->current = torn;
+    account_break(&side->account);
+    return collect_doubt(collector, side, DOUBT_TORN, MR_ID_LANDING, 1, error);
+}
+
+enum mr_status collect_landing(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
+                               bool *believed, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    struct landing_story *story = &side->story;
+    enum landing_belief belief = side->unheard ? landing_story_hear(story, landing, collect_newest_block(side))
+                                               : landing_story_believe(story, landing);
+    *believed = belief != LANDING_DOUBTED;
+    if (story->dismissed > 0)
+        status = collect_doubt(collector, side, DOUBT_STATE, MR_ID_LANDING, story->dismissed, error);
+    story->dismissed = 0;
+    if (status == MR_OK && belief == LANDING_TAKEN_BACK)
+        status = join(collector, side, error);
+    return status == MR_OK && *believed ? follow(collector, side, landing, host_us, error) : status;
 }

@@ -37,14 +37,33 @@ static enum mr_status landing(struct collector *collector, struct side *side,
                               const struct mr_landing *message, uint64_t host_us, struct error *error)
 {
     struct slot *before = side->current;
-    enum mr_status status = collect_landing(collector, side, message, host_us, error);
-    if (status != MR_OK || message->cause == 0)
+    bool believed;
+    enum mr_status status = collect_landing(collector, side, message, host_us, &believed, error);
+    if (status != MR_OK || !believed || message->cause == 0)
         return status;
     struct slot *after = side->current;
     side->current = after ? after : before; /* the message that ends a landing belongs to it */
     status = collect_state_event(collector, side, message, host_us, error);
     side->current = after;
     return status;
+}
+
+/* Frames that nobody can have sent but others: more came than the board has counted. */
+static enum mr_status excess(struct collector *collector, struct side *side, struct error *error)
+{
+    int64_t more = side->account.excess - side->excess_told;
+    side->excess_told = side->account.excess;
+    return more > 0 ? collect_doubt(collector, side, DOUBT_EXCESS, 0, more, error) : MR_OK;
+}
+
+/* What the board itself dropped of serial, serial cannot witness. */
+static void serial_dropped(struct collector *collector, struct side *side, const struct mr_serial_health *health, int64_t block)
+{
+    int64_t dropped = side->account.counts.dropped;
+    int64_t from_block = side->account.dropped_block;
+    account_dropped(&side->account, health->dropped, block);
+    if (side->account.counts.dropped > dropped)
+        witness_lost(&collector->witness, from_block, block);
 }
 
 /* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
@@ -119,8 +138,10 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
     }
     case MR_ID_CAN_HEALTH: {
         GET(can_health);
-        if (side->kind == LINK_CAN)
+        if (side->kind == LINK_CAN) {
             account_can_health(account, &m, block);
+            status = excess(collector, side, error);
+        }
         break;
     }
     case MR_ID_MESSAGE_COUNT: {
@@ -131,7 +152,7 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
     case MR_ID_SERIAL_HEALTH: {
         GET(serial_health);
         if (side->kind == LINK_SERIAL)
-            account_dropped(account, m.dropped, block);
+            serial_dropped(collector, side, &m, block);
         break;
     }
     case MR_ID_DISPLACEMENT_1_3:

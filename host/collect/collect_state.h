@@ -11,8 +11,11 @@
 #include "host/board/crash.h"
 #include "host/collect/account.h"
 #include "host/collect/collect.h"
+#include "host/collect/doubt.h"
+#include "host/collect/landing_story.h"
 #include "host/collect/timebase.h"
 #include "host/collect/timemap.h"
+#include "host/collect/witness.h"
 
 enum landing_state { STATE_IDLE, STATE_ARMED, STATE_LANDING, STATE_SETTLING, STATE_DONE };
 
@@ -30,6 +33,15 @@ struct slot {
 };
 #define SLOTS 4u
 
+/* A kind of doubtful frames on a link. */
+struct doubted {
+    enum doubt cause;
+    uint16_t id;
+    int64_t count;   /* in the session */
+    int64_t pending; /* of them, not recorded yet */
+};
+#define DOUBTED_KINDS 128u
+
 /* One link. */
 struct side {
     enum link_kind kind;
@@ -37,6 +49,7 @@ struct side {
     bool ended;
     struct account account;
     struct timebase time;
+    struct timebase_doubt time_doubt;
     struct timemap map;
     struct mr_sync sync; /* the newest, and when it came; 0: none waits for its sync_at */
     uint64_t sync_host_us;
@@ -57,6 +70,18 @@ struct side {
     int64_t pending_run;
     int64_t pending_us; /* board time */
     bool any_pending;
+    uint64_t heard_us;       /* when the newest message came */
+    bool unheard;            /* what is obeyed now nobody vouches for: it must be plausible */
+    struct landing_story story;
+    unsigned others;         /* hellos and identities of another board since one of this board */
+    struct doubted doubt[DOUBTED_KINDS];
+    size_t doubts;
+    bool doubts_pending;     /* in landing doubt_run, from doubt_us (board time) on */
+    int64_t doubt_run, doubt_us;
+    int64_t strangers[2];    /* recognised, and in excess */
+    int64_t others_length;   /* frames of another length */
+    struct doubted newest_doubt;
+    int64_t excess_told;
     uint8_t config_image[MR_CONFIG_IMAGE]; /* as the board tells it, word by word */
     uint8_t config_present[MR_CONFIG_WORDS];
 };
@@ -68,6 +93,7 @@ struct collector {
     struct side side[LINK_KINDS];
     const struct collector_watcher *watcher; /* NULL: nobody */
     bool hello;
+    struct witness witness; /* serial, of what CAN says */
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */
     size_t finished_count;
@@ -75,6 +101,8 @@ struct collector {
     /* What the board last said about itself. */
     struct store_landing identity; /* uid, firmware, CRCs, clock, site */
     uint32_t uid[3];
+    uint32_t uid_parts;  /* bit 0: words 0 and 1 are known, bit 1: word 2; */
+    bool uid_vouched;    /* serial said so */
     bool channel_known[MR_CHANNELS];
     bool zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
@@ -98,6 +126,29 @@ struct collector {
     struct mr_ack answer; /* newest to arm or disarm */
     bool answer_news;
 };
+
+/* ---- collect_links.c ---- */
+
+/* Board time of a message: that of its own block where it has one, else the newest known. */
+int64_t collect_board_time(const struct side *side, const struct mr_message_info *info, const uint8_t *payload);
+/* Stores the gaps the account has found, with the landing they fall in. */
+enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error);
+
+/* ---- collect_witness.c ---- */
+
+/* A message: what it says is done, at once or when serial has said the same. */
+enum mr_status collect_hear(struct collector *collector, struct side *side, const struct mr_message_info *info, const uint8_t *payload,
+                            uint64_t host_us, struct error *error);
+/* Messages of CAN that need not wait any more; `over`: nothing more comes over serial of what they say. */
+enum mr_status collect_settle(struct collector *collector, bool over, struct error *error);
+/* The side is CAN, and serial is there to say the same. */
+bool collect_witnessed(const struct collector *collector, const struct side *side);
+/* Counts frames that are not the board's; `id` 0: nobody knows which. */
+enum mr_status collect_doubt(struct collector *collector, struct side *side, enum doubt cause, uint16_t id, int64_t count,
+                             struct error *error);
+int64_t collect_strangers(const struct side *side); /* all of them */
+/* Writes what is counted and not written yet. */
+enum mr_status collect_record_doubts(struct collector *collector, struct side *side, struct error *error);
 
 /* Does what a message of the catalogue says. */
 enum mr_status collect_message(struct collector *collector, struct side *side, uint16_t id,
@@ -138,8 +189,9 @@ enum mr_status collect_film_frame(struct collector *collector, struct side *side
                                   struct error *error);
 
 /* The side reports a landing: enter, follow or leave it. */
-enum mr_status collect_landing(struct collector *collector, struct side *side,
-                               const struct mr_landing *landing, uint64_t host_us, struct error *error);
+/* Not `*believed`: perhaps not the board's, and nothing was done. */
+enum mr_status collect_landing(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
+                               bool *believed, struct error *error);
 /* The side's landing, if any, is over for it. */
 void collect_leave(struct side *side);
 /* A landing is over: what a link should have brought of it and did not becomes a gap. */

@@ -5,6 +5,8 @@
 #include "common/boardtime.h"
 
 #define RESTART_BLOCKS 1000
+#define FOLLOW_BLOCKS 500       /* clocks come every 100; less than RESTART_BLOCKS, or a stranger's block would be a restart */
+#define ORIGIN_TICKS 8400       /* 0.1 ms; the origin of a boot is exactly the same each time */
 
 bool timebase_block(struct timebase *timebase, uint32_t block)
 {
@@ -25,6 +27,30 @@ bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick)
     return false;
 }
 
+static bool same_origin(uint32_t a, uint32_t b)
+{
+    int32_t apart = (int32_t)(a - b);
+    return apart > -ORIGIN_TICKS && apart < ORIGIN_TICKS;
+}
+
+enum timebase_verdict timebase_clock_doubting(struct timebase *timebase, struct timebase_doubt *doubt, uint32_t block, uint32_t tick)
+{
+    uint32_t origin = mr_boardtime_origin(block, tick);
+    bool first = !timebase->known || !timebase->tick_known;
+    bool goes_on = same_origin(origin, timebase->origin) && (int64_t)block + RESTART_BLOCKS >= timebase->block;
+    bool confirms = doubt->waits && same_origin(origin, doubt->origin) && block > doubt->block;
+    if (first || goes_on || confirms) {
+        doubt->dismissed += doubt->waits && !confirms;
+        doubt->waits = false;
+        return timebase_clock(timebase, block, tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
+    }
+    doubt->dismissed += doubt->waits;
+    doubt->waits = true;
+    doubt->block = block;
+    doubt->origin = origin;
+    return TIMEBASE_DOUBTED;
+}
+
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16)
 {
     if (!timebase->known)
@@ -32,7 +58,7 @@ int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16)
     int64_t block = timebase->block + (int16_t)(uint16_t)(block16 - (uint16_t)timebase->block);
     if (block < 0)
         return -1;
-    if (block > timebase->block)
+    if (block > timebase->block && block - timebase->block < FOLLOW_BLOCKS)
         timebase->block = block;
     return block;
 }

@@ -17,8 +17,19 @@ struct timebase {
 bool timebase_block(struct timebase *timebase, uint32_t block);
 /* The same with TIM2 at the first trigger of the block. */
 bool timebase_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
-/* Block whose low 16 bits are given, the one nearest the newest; it becomes the newest when it is later. -1:
- * not known. */
+
+enum timebase_verdict { TIMEBASE_GOES_ON, TIMEBASE_BEGAN_AGAIN, TIMEBASE_DOUBTED };
+/* A time that does not go on from the one known, until a second one says the same. */
+struct timebase_doubt {
+    bool waits;
+    uint32_t block, origin;
+    int64_t dismissed; /* times that no second one confirmed; the caller takes them away */
+};
+/* As timebase_clock, on a link on which strangers may speak. A time that does not go on from the one known is doubted, and changes nothing,
+ * until the next one goes on from it. */
+enum timebase_verdict timebase_clock_doubting(struct timebase *timebase, struct timebase_doubt *doubt, uint32_t block, uint32_t tick);
+/* Block whose low 16 bits are given, the one nearest the newest; it becomes the newest when it is later, by less than half a second: time
+ * that goes further is a clock's to say. -1: not known. */
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
 /* Board time of the newest block, microseconds; -1: not known. */
 int64_t timebase_now_us(const struct timebase *timebase);

@@ -175,6 +175,7 @@ enum mr_status compare_figures(const struct measured *measured, const struct zon
     struct compare_clock clock;
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
+    doubts_headline(&measured->doubts, figures->doubt);
     snprintf(figures->against, sizeof figures->against, "%s", head->file);
     figures->run_ms = head->run_ms;
     figures->error_in = head->error_in;

@@ -175,6 +175,7 @@ json_t *compare_json(const struct compare_figures *figures, const struct compare
         json_array_append_new(channels, channel_json(&figures->channel[i], si));
     json_t *o = json_pack("{sIsssIsIsI}", "run", (json_int_t)figures->run, "scene", figures->against, "surveyed",
                           (json_int_t)figures->surveyed, "seeds", (json_int_t)figures->seeds, "edges", (json_int_t)figures->edges);
+    json_object_set_new(o, "doubtful", figures->doubt[0] ? json_string(figures->doubt) : json_null());
     put_number(o, "run_ms", figures->run_ms);
     put_in(o, "error", si, figures->error_in);
     put_number(o, "offset_s", figures->offset_s);

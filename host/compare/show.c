@@ -147,6 +147,8 @@ void compare_show(FILE *out, const struct compare_figures *figures, bool si)
         alignment_in = fmax(alignment_in, figures->channel[i].alignment_in);
     fprintf(out, "RUN %" PRId64 " against %s: simulated in %.0f ms, its own error estimate %.*f %s\n", figures->run, figures->against,
             figures->run_ms, si ? 2 : 4, figures->error_in * length->factor, length->text);
+    if (figures->doubt[0])
+        fprintf(out, "  %s\n", figures->doubt);
     if (figures->seeds > 1)
         fprintf(out, "  %" PRId64 " runways: their mean, with their spread as part of its error\n", figures->seeds);
     fprintf(out, "  aligned on %" PRId64 " switch edges: simulated %.4f s later, rms %.4f s, worth up to %.*f %s\n",

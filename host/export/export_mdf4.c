@@ -67,9 +67,11 @@ static void describe_readings(struct place *place, const struct measured_channel
         {.name = "gear_station", .unit = unit_of(UNIT_STATION, si)->text, .comment = "lead wheel of the main bogie, by the fit",
          .type = MDF4_REAL, .invalid_bit = 2},
         {.name = "gear_speed", .unit = unit_of(UNIT_SPEED, si)->text, .type = MDF4_REAL, .invalid_bit = 3}};
-    char source[MEASURED_SOURCE_TEXT], comment[MEASURED_SOURCE_TEXT + 100];
+    char source[MEASURED_SOURCE_TEXT], doubt[DOUBTS_TEXT], comment[MEASURED_SOURCE_TEXT + DOUBTS_TEXT + 100];
     measured_source_text(measured, source);
-    snprintf(comment, sizeof comment, "readings of the landing, a row a millisecond, from %s; what is not valid is marked invalid", source);
+    doubts_headline(&measured->doubts, doubt);
+    snprintf(comment, sizeof comment, "readings of the landing, a row a millisecond, from %s; what is not valid is marked invalid%s%s", source,
+             doubt[0] ? "; " : "", doubt);
     mdf4_table(place->file, "readings", comment,
                8 * COLUMNS_BEFORE + 4 * count, (COLUMNS_BEFORE + count + 7) / 8, 0);
     for (unsigned i = 0; i < COLUMNS_BEFORE; i++) {

@@ -128,7 +128,11 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
     struct measured measured;
     struct fit_landing landing = {0};
     struct fit_series series[MR_TRANSDUCERS];
+    char doubt[DOUBTS_TEXT];
     enum mr_status status = measured_load(store, run, &measured, error);
+    doubts_headline(&measured.doubts, doubt);
+    if (status == MR_OK && doubt[0])
+        status = error_set(error, MR_USAGE, "RUN %lld is %s; leave that landing out", (long long)run, doubt);
     if (status == MR_OK)
         status = set_landing(store, &measured, scene_path, list, &landing, error);
     if (status == MR_OK) {

@@ -11,7 +11,7 @@
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-#define FORMS "unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD] or pty:PATH"
+#define FORMS "unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD|:find] or pty:PATH"
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
@@ -76,6 +76,8 @@ enum mr_status link_open(const char *spec, enum link_kind kind, struct link **li
     made->spec = copy;
     made->away_most_us = AWAY_MAX_US;
     pthread_mutex_init(&made->device, NULL);
+    pthread_mutex_init(&made->heard, NULL);
+    link_hear_anew(made, 0);
     enum mr_status status = ops->open(made, path, error);
     if (status != MR_OK) {
         link_close(made);
@@ -91,6 +93,7 @@ void link_close(struct link *link)
         return;
     release(link);
     pthread_mutex_destroy(&link->device);
+    pthread_mutex_destroy(&link->heard);
     free(link->spec);
     free(link);
 }
@@ -150,8 +153,36 @@ uint64_t link_ahead_us(struct link *link)
 
 void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count)
 {
+    pthread_mutex_lock(&link->heard);
     link->counters.trouble[trouble] += count;
     link->counters.troubles += count;
+    pthread_mutex_unlock(&link->heard);
+}
+
+void link_hear_anew(struct link *link, int baud)
+{
+    pthread_mutex_lock(&link->heard);
+    hearing_start(&link->counters.hearing, link_monotonic_us(), baud);
+    pthread_mutex_unlock(&link->heard);
+}
+
+void link_heard(const struct link *link, struct link_counters *counters, struct error *away)
+{
+    pthread_mutex_t *heard = (pthread_mutex_t *)&link->heard;
+    pthread_mutex_lock(heard);
+    counters->received = link->counters.received;
+    counters->error_frames = link->counters.error_frames;
+    counters->hearing = link->counters.hearing;
+    memcpy(counters->trouble, link->counters.trouble, sizeof counters->trouble);
+    *away = link->away;
+    pthread_mutex_unlock(heard);
+}
+
+static void set_away(struct link *link, const struct error *why)
+{
+    pthread_mutex_lock(&link->heard);
+    link->away = *why;
+    pthread_mutex_unlock(&link->heard);
 }
 
 /* The device went away: keep why, give it back, and wait for it. */
@@ -159,7 +190,7 @@ static void go_away(struct link *link, const struct error *why)
 {
     pthread_mutex_lock(&link->device);
     release(link);
-    link->away = *why;
+    set_away(link, why);
     pthread_mutex_unlock(&link->device);
     link->away_since_us = link_monotonic_us();
     link->retry_us = link->away_since_us + RETRY_US;
@@ -176,7 +207,7 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
     pthread_mutex_lock(&link->device);
     bool back = link->ops->open(link, path_of(link->ops, link->spec), &why) == MR_OK;
     if (back)
-        link->away = (struct error){0};
+        set_away(link, &(struct error){0});
     else
         release(link);
     pthread_mutex_unlock(&link->device);
@@ -261,10 +292,14 @@ enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, s
     if (link->away.status != MR_OK)
         return MR_TOO_FEW;
     enum mr_status status = link->ops->receive_frame(link, frame, &found);
-    if (status == MR_OK && frame->id & LINK_ID_ERROR)
-        count_troubles(link, can_error_troubles(frame));
-    else if (status == MR_OK)
-        link->counters.received++;
+    if (status == MR_OK) {
+        bool error_frame = frame->id & LINK_ID_ERROR;
+        pthread_mutex_lock(&link->heard);
+        *(error_frame ? &link->counters.error_frames : &link->counters.received) += 1;
+        pthread_mutex_unlock(&link->heard);
+        if (error_frame)
+            count_troubles(link, can_error_troubles(frame));
+    }
     return received(link, status, &found, error);
 }
 
@@ -284,7 +319,10 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
         count = size;
     memcpy(bytes, link->buffer + link->start, count);
     link->start += count;
+    pthread_mutex_lock(&link->heard);
+    hearing_bytes(&link->counters.hearing, bytes, count);
     link->counters.received += count;
+    pthread_mutex_unlock(&link->heard);
     *length = count;
     *host_us = link->read_us;
     return MR_OK;
@@ -334,5 +372,6 @@ enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t l
 enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error)
 {
     link->start = link->end = 0;
+    link_hear_anew(link, link->counters.hearing.baud ? baud : 0);
     return link->ops->line ? link->ops->line(link, baud, even_parity, error) : MR_OK;
 }

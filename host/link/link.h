@@ -1,12 +1,12 @@
 /* A link to a board: CAN frames or serial bytes, whatever carries them.
  *
- *     LINK := unix:PATH | file:PATH | paced:PATH | can:IFACE[:board] | slcan:TTY[:BAUD] | serial:TTY[:BAUD] | pty:PATH
+ *     LINK := unix:PATH | file:PATH | paced:PATH | can:IFACE[:board] | slcan:TTY[:BAUD] | serial:TTY[:BAUD|:find] | pty:PATH
  *
  * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
  * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for
  * serial, from a file or a pipe; paced: a log at the pace at which it was recorded. can: is a CAN interface of the Linux
  * kernel, with :board the board's messages alone, slcan: a LAWICEL adapter on a serial port (host/link/slcan.h), serial: a
- * serial port, 8N1, 2000000 baud unless given, pty: the pseudo-terminal of an emulated board.
+ * serial port, 8N1, 2000000 baud unless given, or the usual rate at which frames come, pty: the pseudo-terminal of an emulated board.
  *
  * A link never blocks once open. Wait for link_fd to be readable, then receive until MR_TOO_FEW: bytes may
  * wait inside the link where poll does not see them. Call link_service at least once a second: a device that went
@@ -22,6 +22,7 @@
 #include <stdint.h>
 
 #include "host/error.h"
+#include "host/link/hearing.h"
 #include "host/link/trouble.h"
 
 enum link_kind { LINK_CAN, LINK_SERIAL };
@@ -45,7 +46,11 @@ struct link_counters {
     uint64_t sent;
     uint64_t trouble[LINK_TROUBLES];
     uint64_t troubles; /* all of them; when it has not changed, none has */
+    uint64_t error_frames; /* what the adapter said of the bus; not in `received` */
+    struct hearing hearing; /* until a board is understood */
 };
+
+#define LINK_BOARD_BAUD 2000000 /* the board's USART1 */
 
 struct link;
 

@@ -36,6 +36,7 @@ struct link {
     int fd;
     char *spec;
     struct link_counters counters;
+    pthread_mutex_t heard;  /* the counters and `away`: one thread may diagnose a link while another one reads it */
     pthread_mutex_t device; /* is opened, closed or written to: one thread may read a link while another one sends */
     uint8_t buffer[LINK_BUFFER]; /* read from fd and not yet given on: from `start` to `end` */
     size_t start;
@@ -57,6 +58,7 @@ struct link {
     uint32_t queue_lost; /* can: the kernel's counter */
     struct adapter_clock clock; /* can: of an adapter with a clock of its own */
     struct tty *tty;     /* serial:, slcan: */
+    int baud;            /* serial: its rate; 0: not opened yet */
     struct slcan *slcan; /* slcan: */
 };
 
@@ -73,6 +75,10 @@ enum mr_status link_fill(struct link *link, struct error *error);
 
 /* Count a trouble. */
 void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count);
+/* What it hears is counted from now on; `baud`: of the line, 0: it has none. */
+void link_hear_anew(struct link *link, int baud);
+/* What was counted until now, but for what was sent, and why the device is away. By any thread. */
+void link_heard(const struct link *link, struct link_counters *counters, struct error *away);
 
 /* What the time of day is ahead of the monotonic clock now, without the microseconds that reading both takes. */
 uint64_t link_ahead_us(struct link *link);

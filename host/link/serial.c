@@ -1,6 +1,8 @@
-/* serial:TTY[:BAUD], a serial port of this computer. */
+/* serial:TTY[:BAUD|:find], a serial port of this computer. */
+#include <stdio.h>
 #include <string.h>
 
+#include "host/link/find_baud.h"
 #include "host/link/link_ops.h"
 #include "host/link/tty.h"
 
@@ -9,11 +11,21 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     char path[TTY_PATH_MAX];
     int baud;
     enum mr_status status = tty_parse(text, link->ops->form, path, &baud, error);
+    bool find = status == MR_OK && baud == TTY_BAUD_FIND;
+    if (find)
+        baud = link->baud ? link->baud : TTY_BAUD_DEFAULT; /* one that comes back is what it was */
     if (status == MR_OK)
         status = tty_open(link->spec, path, baud, &link->tty, error);
-    if (status == MR_OK)
-        link->fd = tty_fd(link->tty);
-    return status;
+    if (status == MR_OK && find && link->baud == 0)
+        status = find_baud(link->tty, link->spec, &baud, error);
+    if (status != MR_OK)
+        return status;
+    if (find && link->baud == 0)
+        fprintf(stderr, "matrig: %s: frames come at %d baud\n", link->spec, baud);
+    link->baud = baud;
+    link_hear_anew(link, baud);
+    link->fd = tty_fd(link->tty);
+    return MR_OK;
 }
 
 static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
@@ -47,7 +59,7 @@ static void serial_close(struct link *link)
 
 const struct link_ops link_serial_ops = {
     .prefix = "serial:",
-    .form = "serial:TTY[:BAUD]",
+    .form = "serial:TTY[:BAUD|:find]",
     .kinds = 1u << LINK_SERIAL,
     .comes_back = true,
     .open = serial_open,

@@ -92,6 +92,8 @@ static enum mr_status slcan_open(struct link *link, const char *text, struct err
     if (!link->slcan)
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
     enum mr_status status = tty_parse(text, link->ops->form, path, &baud, error);
+    if (status == MR_OK && baud == TTY_BAUD_FIND)
+        status = error_set(error, MR_USAGE, "an adapter's rate is not looked for: %s; write %s", link->spec, link->ops->form);
     if (status == MR_OK)
         status = tty_open(link->spec, path, baud, &link->tty, error);
     if (status != MR_OK)

@@ -34,7 +34,10 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
     const char *colon = strrchr(text, ':');
     size_t length = strlen(text);
     *baud = TTY_BAUD_DEFAULT;
-    if (colon && strspn(colon + 1, "0123456789") == strlen(colon + 1)) {
+    if (colon && strcmp(colon + 1, "find") == 0) {
+        *baud = TTY_BAUD_FIND;
+        length = (size_t)(colon - text);
+    } else if (colon && strspn(colon + 1, "0123456789") == strlen(colon + 1)) {
         char *end;
         long value = strtol(colon + 1, &end, 10);
         if (end == colon + 1 || value < 50 || value > BAUD_MAX)

@@ -222,6 +222,13 @@ void live_hub_counts(struct live_hub *hub, enum link_kind kind, const struct sto
     pthread_mutex_unlock(&hub->lock);
 }
 
+void live_hub_strangers(struct live_hub *hub, int64_t count, int64_t host_us)
+{
+    pthread_mutex_lock(&hub->lock);
+    live_model_strangers(&hub->model, count, host_us);
+    pthread_mutex_unlock(&hub->lock);
+}
+
 void live_hub_look(struct live_hub *hub, struct live_model *model)
 {
     pthread_mutex_lock(&hub->lock);

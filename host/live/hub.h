@@ -22,6 +22,8 @@ void live_hub_message(struct live_hub *hub, enum link_kind kind, uint16_t id, co
                       int64_t block);
 void live_hub_record(struct live_hub *hub, const uint8_t *record, size_t length, int64_t host_us);
 void live_hub_counts(struct live_hub *hub, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us);
+/* Frames by now that are not the board's, on its identifiers: a notice when there are more. */
+void live_hub_strangers(struct live_hub *hub, int64_t count, int64_t host_us);
 /* Makes the events that are due. Call it 20 times a second or oftener. */
 void live_hub_turn(struct live_hub *hub);
 

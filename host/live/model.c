@@ -532,3 +532,11 @@ void live_model_counts(struct live_model *model, enum link_kind kind, const stru
         live_model_notice(model, LIVE_ALARM, host_us, "%s: the board could not send %lld frames", name, (long long)dropped);
     *known = *counts;
 }
+
+void live_model_strangers(struct live_model *model, int64_t count, int64_t host_us)
+{
+    if (count > model->strangers)
+        live_model_notice(model, LIVE_ALARM, host_us, "CAN: %lld %s not the board's; what rests on CAN is doubtful", (long long)count,
+                          count == 1 ? "frame is" : "frames are");
+    model->strangers = count;
+}

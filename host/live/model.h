@@ -143,6 +143,8 @@ struct live_model {
     struct live_notice notice[LIVE_NOTICES];
     uint64_t notices; /* ever made; the newest is notice[(notices - 1) % LIVE_NOTICES] */
 
+    int64_t strangers; /* frames that are not the board's, on its identifiers */
+
     struct mr_ack ack; /* newest */
     uint64_t acks;
 };
@@ -154,6 +156,8 @@ void live_model_message(struct live_model *model, enum link_kind kind, uint16_t 
                         int64_t host_us, int64_t block);
 /* A block record as it came. */
 void live_model_record(struct live_model *model, const uint8_t *record, size_t length, int64_t host_us);
+/* Frames by now that are not the board's. */
+void live_model_strangers(struct live_model *model, int64_t count, int64_t host_us);
 void live_model_counts(struct live_model *model, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us);
 
 /* Closes the buckets that both links have passed, or the one that is heard when the other is silent. Call it before each take. */

@@ -30,6 +30,9 @@ struct logger {
     struct collector *collector;
     uint64_t noted[LINK_KINDS][LINK_TROUBLES];  /* of them, seen by the user */
     uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];
+    int64_t strangers[LINK_KINDS];  /* frames not the board's, seen by the user */
+    uint16_t stranger_id[LINK_KINDS];
+    uint64_t strangers_us;          /* when they were last */
     struct hil_symbols symbols; /* of --elf; none without it */
     struct watch watch;
     bool in_transaction;
@@ -56,6 +59,8 @@ struct logger {
     struct quicklook look;
     struct live live; /* of --live; else all zero */
     int64_t clock_ahead_us; /* the time of day of the monotonic clock; 0: not looked at yet */
+    uint64_t unheard_us; /* from when on it is told that no board is heard; 0: not begun */
+    bool unheard_told;
     uint64_t live_us; /* when the board was asked to be live; 0: not yet */
     uint64_t channels_us; /* when the live view asked for the channels, */
     unsigned channel_asks; /* and how often */
@@ -114,6 +119,8 @@ void logger_serve_live(struct logger *logger);
 void logger_clear_progress(const struct logger *logger);
 /* Troubles of a link that are new, `text` (may be NULL) in place of their own. */
 void logger_note_troubles(struct logger *logger, enum link_kind kind, const char *text);
+void logger_note_unheard(struct logger *logger);
+void logger_note_strangers(struct logger *logger);
 enum mr_status logger_show_finished(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);

@@ -3,10 +3,14 @@
 #include <string.h>
 
 #include "host/analyse/summary.h"
+#include "host/analyse/summary_links.h"
+#include "host/collect/doubt.h"
+#include "host/link/diagnose.h"
 #include "host/log/logger.h"
 
 #define PROGRESS_US 200000u
 #define QUEUE_SHOWN_PERMILLE 10u
+#define UNHEARD_US 3000000u /* a board says hello once a second */
 #define NOTE_US 1000000u /* the same trouble is told once a second */
 
 void logger_clear_progress(const struct logger *logger)
@@ -34,6 +38,29 @@ void logger_note_troubles(struct logger *logger, enum link_kind kind, const char
         else if (!told)
             cli_note(logger->cli, "%s: %s", link_spec(logger->link[kind]), text);
         told = true;
+    }
+}
+
+/* Frames of others on the board's identifiers: the first at once, then how many there are by now. */
+void logger_note_strangers(struct logger *logger)
+{
+    struct collector_progress progress;
+    uint64_t now_us = logger_now_us();
+    if (logger->strangers_us != 0 && now_us - logger->strangers_us < NOTE_US && !logger->ended_by)
+        return;
+    collector_progress(logger->collector, &progress);
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        int64_t count = progress.strangers[kind];
+        uint16_t id = progress.stranger_id[kind];
+        const struct mr_message_info *info = mr_message_find(id);
+        if (count == logger->strangers[kind] && id == logger->stranger_id[kind])
+            continue;
+        logger->strangers[kind] = count;
+        logger->stranger_id[kind] = id;
+        logger->strangers_us = now_us;
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s: %lld %s not the board's so far, the newest a%s%s %s", link_spec(logger->link[kind]), (long long)count,
+                 count == 1 ? "frame is" : "frames are", info ? " " : "", info ? info->name : "", doubt_text(progress.stranger_doubt[kind]));
     }
 }
 
@@ -114,38 +141,77 @@ void logger_show_progress(struct logger *logger, bool last)
     if (logger->cli->quiet || !cli_terminal() || typed_holds(&logger->typed, logger_now_us()) || (!last && logger_now_us() - logger->shown_us < PROGRESS_US))
         return;
     struct collector_progress p;
-    char queue[40] = "";
+    char queue[40] = "", strangers[50] = "";
     unsigned permille = watch_permille(&logger->watch);
     collector_progress(logger->collector, &p);
     logger->shown_us = logger_now_us();
     if (permille >= QUEUE_SHOWN_PERMILLE)
         snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
+    if (p.strangers[LINK_CAN] > 0)
+        snprintf(strangers, sizeof strangers, ", %lld not the board's", (long long)p.strangers[LINK_CAN]);
     fprintf(stderr,
-            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld lost%s \033[K%s",
+            "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld frames, %lld lost%s \033[K%s",
             p.run     ? collector_state_text(p.state)
             : p.hello ? "no landing"
                       : "waiting for a board",
             p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges, (long long)p.counts[LINK_CAN].received,
-            (long long)p.counts[LINK_CAN].lost, (long long)p.counts[LINK_SERIAL].received,
+            (long long)p.counts[LINK_CAN].lost, strangers, (long long)p.counts[LINK_SERIAL].received,
             (long long)p.counts[LINK_SERIAL].lost, queue, last ? "\n" : "");
+}
+
+/* Of two links on which no board said hello the one that heard something. */
+static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
+{
+    char text[DIAGNOSIS_TEXT];
+    enum diagnosis diagnosis = DIAGNOSIS_SILENT;
+    for (int kind = LINK_KINDS - 1; kind >= 0 && diagnosis == DIAGNOSIS_SILENT; kind--) {
+        if (!logger->link[kind])
+            continue;
+        *link = logger->link[kind];
+        diagnosis = link_diagnose(*link, text);
+    }
+    return diagnosis;
 }
 
 enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial,
                                   struct error *error)
 {
     struct collector_progress p;
+    const struct link *link = NULL;
     collector_progress(logger->collector, &p);
     const struct store_link_counts *c = p.counts;
-    if (p.hello || strcmp(logger->ended_by, "signal") == 0)
+    bool line = serial && link_counters(logger->link[LINK_SERIAL])->hearing.baud != 0;
+    if (p.hello)
         return MR_OK;
     const char *and = can && serial ? " and " : "";
-    if (c[LINK_CAN].bad + c[LINK_CAN].foreign + c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0 &&
-        c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
-        return error_set(error, MR_MALFORMED,
-                         "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
-                         can ? can : "", and, serial ? serial : "");
-    return error_set(error, MR_TIMEOUT, "no board said hello: %s%s%s; is it running and connected?",
-                     can ? can : "", and, serial ? serial : "");
+    if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
+        if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
+            return error_set(error, MR_MALFORMED, "nothing of a matrig board: %s%s%s; is this the board's link, at its bit rate?",
+                             can ? can : "", and, serial ? serial : "");
+    }
+    diagnose(logger, &link);
+    return link_no_board(link, error);
+}
+
+/* After a while without a board, once for each link, while it is still waited for. */
+void logger_note_unheard(struct logger *logger)
+{
+    struct collector_progress p;
+    char text[DIAGNOSIS_TEXT];
+    uint64_t now_us = logger_now_us();
+    if (logger->unheard_us == 0)
+        logger->unheard_us = now_us + UNHEARD_US;
+    if (now_us < logger->unheard_us || logger->unheard_told)
+        return;
+    logger->unheard_told = true;
+    collector_progress(logger->collector, &p);
+    for (int kind = 0; kind < LINK_KINDS && !p.hello; kind++) {
+        if (!logger->open[kind])
+            continue;
+        link_diagnose(logger->link[kind], text);
+        logger_clear_progress(logger);
+        cli_note(logger->cli, "%s", text);
+    }
 }
 
 static void troubles_of(const struct link_counters *counters, int64_t trouble[LINK_TROUBLES])
@@ -197,6 +263,9 @@ void logger_show_troubles(struct logger *logger)
     watch_session(&logger->watch, held, sizeof held);
     if (!logger->cli->json && held[0])
         printf("writing the campaign in this session: %s\n", held);
+    if (!logger->cli->json && progress.strangers[LINK_CAN] > 0)
+        printf("CAN in this session: %lld frames on the board's identifiers that are not the board's\n",
+               (long long)progress.strangers[LINK_CAN]);
     fflush(stdout);
 }
 
@@ -214,15 +283,17 @@ json_t *logger_json(struct logger *logger, const char *db, const struct error *e
         }
         if (logger->link[kind])
             json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
+                                json_pack("{sIsIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
                                           (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
-                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "missing", missing, "troubles",
+                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "strangers", (json_int_t)p.strangers[kind], "missing", missing, "troubles",
                                           troubles_json(&logger->counters[kind])));
         json_decref(missing);
     }
     if (logger->link[LINK_CAN] && p.before_first >= 0)
         json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));
-    return json_pack("{sssIsssososOss?}", "db", logger->saved[0] ? logger->saved : db, "session", (json_int_t)collector_session(logger->collector),
+    const struct link *link = NULL;
+    const char *unheard = p.hello ? NULL : diagnosis_word(diagnose(logger, &link));
+    return json_pack("{sssIsssososOss?ss?}", "db", logger->saved[0] ? logger->saved : db, "session", (json_int_t)collector_session(logger->collector),
                      "ended_by", logger->ended_by, "links", links, "queue", watch_json(&logger->watch), "landings", logger->landings, "error",
-                     error->status == MR_OK ? NULL : error->text);
+                     error->status == MR_OK ? NULL : error->text, "unheard", unheard);
 }

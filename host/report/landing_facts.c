@@ -23,6 +23,8 @@ enum mr_status landing_facts(const struct report *report, const struct report_la
     char text[200], source[MEASURED_SOURCE_TEXT];
     (void)error;
     fputs("<dl>\n", out);
+    for (size_t i = 0; doubts_line(&measured->doubts, i, text); i++)
+        html_fact(out, measured->doubts.doubtful || measured->doubts.torn ? "doubtful" : "strangers", "%s", text);
     if (measured->fit_status == MR_OK) {
         fact_estimate(out, "touchdown speed", measured->summary.touchdown_speed_ft_s, unit_of(UNIT_SPEED, si),
                       3);
@@ -36,7 +38,8 @@ enum mr_status landing_facts(const struct report *report, const struct report_la
                       3);
         html_fact(out, "stop", "not known: the record ends while the gear moves");
     } else {
-        html_fact(out, "motion", "not known: %s", mr_status_text(measured->fit_status));
+        html_fact(out, "motion", "not known: %s",
+                  measured->doubts.torn ? "the landing is torn, its first edges never came" : mr_status_text(measured->fit_status));
     }
     summary_switches(measured, text, sizeof text);
     html_fact(out, "switches", "%s", text);

@@ -32,6 +32,15 @@ static enum mr_status one_number(struct store *store, const char *sql, int64_t p
     return finish(store, statement, code, error);
 }
 
+/* 6 is DOUBT_EXCESS; those below it are recognised and not obeyed. */
+enum mr_status store_doubted(struct store *store, int64_t session, int64_t *count, struct error *error)
+{
+    return one_number(store,
+                      "SELECT max(coalesce(sum(detail) FILTER (WHERE code % 256 = 6), 0),"
+                      " coalesce(sum(detail) FILTER (WHERE code % 256 < 6), 0)) FROM events WHERE session=? AND kind='doubt'",
+                      session, count, error);
+}
+
 enum mr_status store_newest_session(struct store *store, int64_t *session, struct error *error)
 {
     return one_number(store, "SELECT max(id) FROM sessions", 0, session, error);

@@ -96,3 +96,28 @@ enum mr_status store_frame_put(struct store *store, int64_t session, const struc
         memcpy(row->data, frame->data, frame->length);
     return store->waiting_count == STORE_FRAMES_A_STATEMENT ? store_frames_flush(store, error) : MR_OK;
 }
+
+enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct error *error)
+{
+    sqlite3_stmt *statement;
+    *mark = 0;
+    enum mr_status status = store_frames_flush(store, error);
+    if (status == MR_OK)
+        status = store_query(store, error, &statement, STORE_FRAMES_NEWEST);
+    if (status == MR_OK)
+        status = store_step(store, statement, error);
+    if (status != MR_OK)
+        return status;
+    *mark = store_integer(statement, 0);
+    store_reset(statement);
+    return MR_OK;
+}
+
+enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark, int64_t from_run, int64_t to_run,
+                                 struct error *error)
+{
+    enum mr_status status = store_frames_flush(store, error);
+    return status == MR_OK
+               ? store_run(store, error, STORE_FRAMES_MOVE, to_run, mark, session, (int64_t)link, from_run)
+               : status;
+}

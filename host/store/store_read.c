@@ -268,16 +268,26 @@ static void trouble_row(sqlite3_stmt *s, void *to)
     *(struct store_trouble *)to = (struct store_trouble){store_integer(s, 0), store_integer(s, 1)};
 }
 
-enum mr_status store_troubles(struct store *store, int64_t run, int link, struct store_trouble **rows,
-                              size_t *count, struct error *error)
+static enum mr_status troubles_of_kind(struct store *store, int64_t run, const char *kind, struct store_trouble **rows,
+                                       size_t *count, struct error *error)
 {
     sqlite3_stmt *statement;
     void *made;
-    enum mr_status status =
-        store_query(store, error, &statement, STORE_TROUBLES, store_trouble_kind(link), run);
+    enum mr_status status = store_query(store, error, &statement, STORE_TROUBLES, kind, run);
     status = read_rows(store, statement, status, sizeof **rows, trouble_row, &made, count, error);
     *rows = made;
     return status;
+}
+
+enum mr_status store_troubles(struct store *store, int64_t run, int link, struct store_trouble **rows,
+                              size_t *count, struct error *error)
+{
+    return troubles_of_kind(store, run, store_trouble_kind(link), rows, count, error);
+}
+
+enum mr_status store_doubts(struct store *store, int64_t run, struct store_trouble **rows, size_t *count, struct error *error)
+{
+    return troubles_of_kind(store, run, STORE_DOUBT_KIND, rows, count, error);
 }
 
 enum mr_status store_switch_events(struct store *store, int64_t run, struct store_fault **rows, size_t *count,

@@ -1,4 +1,5 @@
 #include "host/survey/load.h"
+#include "host/link/diagnose.h"
 
 #include <errno.h>
 #include <math.h>
@@ -151,7 +152,7 @@ enum mr_status survey_load(struct link *link, enum link_kind kind, const struct 
     mr_deframer_init(&talk.deframer);
     while (status == MR_OK && !talk.hello) {
         if (now_s() > until_s)
-            return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running and connected?", link_spec(link));
+            return link_no_board(link, error);
         status = listen(&talk, error);
     }
     for (unsigned k = 0; k < SURVEY_SPANS && status == MR_OK; k++) {

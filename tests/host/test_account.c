@@ -347,9 +347,34 @@ static void queue_losses_while_joining(void **state)
     assert_string_equal(account.gap[0].cause, "queue");
 }
 
+/* Of a stranger: counts that the bus cannot have carried are not taken, and the frames that bring them are in excess. */
+static void counts_of_nobody(void **state)
+{
+    const uint32_t strange[] = {0, 17, 123456789, UINT32_MAX};
+    (void)state;
+    for (size_t i = 0; i < sizeof strange / sizeof strange[0]; i++) {
+        struct account account;
+        account_start(&account, LINK_CAN);
+        can_interval(&account, 99, 99, 0, 43);
+        can_interval(&account, 99, 199, 0, 143);
+        can_interval(&account, 49, strange[i], 0, 190);
+        can_interval(&account, 50, 299, 0, 243);
+        can_interval(&account, 99, 399, 0, 343);
+        assert_int_equal(account.counts.lost, 0);
+        assert_int_equal(account.counts.dropped, 0);
+        assert_int_equal(account.excess, 1);
+        struct mr_message_count count = {.id = MR_ID_EDGE, .count = 0};
+        account_message_count(&account, &count);
+        count.count = 4000000000u;
+        assert_false(account_message_count(&account, &count));
+        assert_int_equal(account.missing_of[mr_message_place(MR_ID_EDGE)], 0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(counts_of_nobody),
         cmocka_unit_test(losses_have_their_causes),
         cmocka_unit_test(losses_by_a_full_queue),
         cmocka_unit_test(troubles_at_the_end),

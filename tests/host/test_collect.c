@@ -1,4 +1,5 @@
 /* The collector against hand-made streams: what it keeps, merges, misses and refuses. */
+#include "host/collect/doubt.h"
 #include "tests/host/session.h"
 
 static const struct stream_truth gentle = {.v0_ft_s = 28.0, .a_ft_s2 = 8.0, .peak_in = 0.4};
@@ -458,9 +459,173 @@ static void others_on_the_bus_are_kept_apart(void **state)
     session_end(&s);
 }
 
+/* ---- who speaks ---- */
+
+/* The second board says hello by its own name, with the first one's firmware. */
+static void swap_board(struct stream *stream)
+{
+    STREAM_BOTH(stream, hello, HELLO, .layout = MR_LAYOUT, .major = 9, .minor = 8, .patch = 7);
+    STREAM_BOTH(stream, board_uid, BOARD_UID, .uid0 = 0x44, .uid1 = 0x22);
+}
+
+static void another_board_on_serial_asks_for_a_new_log(void **state)
+{
+    struct session s;
+    (void)state;
+    session_begin(&s, false, true);
+    one_landing(&s, 1);
+    s.stream.seq = 0;
+    s.stream.block = 0;
+    swap_board(&s.stream);
+    session_log(&s, "collect.db");
+    assert_error(&s.error, MR_IO, "another board speaks than the one this log began with");
+    s.error = (struct error){0};
+    assert_int_equal(landing_of(&s, 1).state, 4); /* what came before is kept */
+    assert_string_equal(landing_of(&s, 1).board_uid, "000000110000002200000033");
+    session_end(&s);
+}
+
+static int64_t doubts_of(struct session *session, int64_t run, unsigned cause)
+{
+    struct store_trouble *rows;
+    size_t count;
+    int64_t sum = 0;
+    assert_int_equal(store_doubts(session->store, run, &rows, &count, &session->error), MR_OK);
+    for (size_t i = 0; i < count; i++)
+        sum += rows[i].code % DOUBT_ID == cause ? rows[i].count : 0;
+    free(rows);
+    return sum;
+}
+
+/* A landing in whose middle `intrude` writes on CAN what the board did not send. */
+static void log_with(struct session *session, bool serial, void (*intrude)(struct stream *stream))
+{
+    struct stream_truth truth = gentle;
+    struct stream *stream = &session->stream;
+    session_begin(session, true, serial);
+    stream_hello(stream, MR_LAYOUT);
+    stream_configuration(stream);
+    stream_idle(stream, 500);
+    FILE *kept = stream->serial;
+    stream_state(stream, 1, 1, 1, stream->block);
+    truth.touchdown_s = 1e9;
+    for (int i = 0; i < 1500; i++)
+        stream_millisecond(stream, &truth, true);
+    stream->serial = NULL;
+    unsigned sent = stream->can_sent, seq = stream->seq, serial_sent = stream->serial_sent;
+    intrude(stream);
+    stream->serial = kept;
+    stream->can_sent = sent;
+    stream->seq = (uint16_t)seq;
+    stream->serial_sent = serial_sent;
+    for (int i = 0; i < 2500; i++) {
+        stream_millisecond(stream, &truth, true);
+        if (i % 1000 == 999) {
+            STREAM_BOTH(stream, board_uid, BOARD_UID, .uid0 = 0x11, .uid1 = 0x22);
+            stream_state(stream, 1, 1, 1, 500);
+        }
+    }
+    stream_state(stream, 0, 1, 1, stream->block);
+    stream_idle(stream, 400);
+    session_log(session, "collect.db");
+}
+
+static void over(struct stream *stream)
+{
+    stream_state(stream, 0, 1, 1, stream->block);
+}
+
+static void serial_denies_the_end(void **state)
+{
+    struct session s;
+    int64_t blocks;
+    (void)state;
+    log_with(&s, true, over);
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    assert_int_equal(store_blocks_count(s.store, 1, &blocks, &s.error), MR_OK);
+    assert_int_equal(blocks, 4000);
+    assert_int_equal(doubts_of(&s, 1, DOUBT_UNSAID), 1);
+    assert_int_equal(doubts_of(&s, 1, DOUBT_TORN), 0);
+    session_end(&s);
+}
+
+static void what_can_tore_is_joined(void **state)
+{
+    struct session s;
+    (void)state;
+    log_with(&s, false, over);
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    assert_int_equal(doubts_of(&s, 1, DOUBT_TORN), 1);
+    assert_int_equal(doubts_of(&s, 1, DOUBT_EXCESS), 1);
+    session_end(&s);
+}
+
+static void arm_another(struct stream *stream)
+{
+    stream_state(stream, 1, 1, 2, stream->block);
+}
+
+static void no_landing_is_armed_in_one(void **state)
+{
+    struct session s;
+    (void)state;
+    log_with(&s, false, arm_another);
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    assert_int_equal(doubts_of(&s, 1, DOUBT_STATE), 1);
+    session_end(&s);
+}
+
+static void another_uid(struct stream *stream)
+{
+    swap_board(stream);
+}
+
+static void another_board_on_can_is_a_stranger(void **state)
+{
+    for (int serial = 0; serial < 2; serial++) {
+        struct session s;
+        (void)state;
+        log_with(&s, serial, another_uid);
+        assert_no_error(&s.error);
+        assert_string_equal(landing_of(&s, 1).board_uid, "000000110000002200000033");
+        assert_true(doubts_of(&s, 1, serial ? DOUBT_UNSAID : DOUBT_BOARD) >= 1); /* its hello is like the board's */
+        session_end(&s);
+    }
+}
+
+static void one_moment_of_another_time(struct stream *stream)
+{
+    STREAM_CAN(stream, clock, CLOCK, .block = 17, .tick = 12345);
+    STREAM_CAN(stream, can_health, CAN_HEALTH, .sent = 3);
+    STREAM_CAN(stream, displacement_1_3, DISPLACEMENT_1_3, 1.0f, 2.0f, 3.0f, 40000);
+}
+
+static void time_and_counts_of_nobody(void **state)
+{
+    struct session s;
+    (void)state;
+    log_with(&s, false, one_moment_of_another_time);
+    assert_no_error(&s.error);
+    assert_int_equal(landing_count(&s), 1);
+    assert_int_equal(landing_of(&s, 1).boot, 0);
+    assert_int_equal(counts_of(&s, LINK_CAN).lost, 0);
+    assert_int_equal(doubts_of(&s, 1, DOUBT_TIME), 2);
+    assert_int_equal(doubts_of(&s, 1, DOUBT_EXCESS), 3);
+    session_end(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(another_board_on_serial_asks_for_a_new_log),
+        cmocka_unit_test(serial_denies_the_end),
+        cmocka_unit_test(what_can_tore_is_joined),
+        cmocka_unit_test(no_landing_is_armed_in_one),
+        cmocka_unit_test(another_board_on_can_is_a_stranger),
+        cmocka_unit_test(time_and_counts_of_nobody),
         cmocka_unit_test(both_links_make_one_landing),
         cmocka_unit_test(every_block_and_frame_is_kept),
         cmocka_unit_test(frames_carry_board_time),

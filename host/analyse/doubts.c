@@ -1,0 +1,160 @@
+#include "host/analyse/doubts.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/catalogue.h"
+#include "host/analyse/measured.h"
+#include "host/link/link.h"
+
+static enum doubt cause_of(const struct store_trouble *row)
+{
+    return (enum doubt)(row->code % DOUBT_ID);
+}
+
+static enum mr_status load_first_edge(struct store *store, int64_t run, struct doubts *doubts, struct error *error)
+{
+    struct store_edge *edges = NULL;
+    size_t count;
+    enum mr_status status = store_edges(store, run, &edges, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (edges[i].count > 0 && (doubts->first_edge == 0 || edges[i].count < doubts->first_edge))
+            doubts->first_edge = edges[i].count;
+    }
+    doubts->torn = doubts->first_edge > 1;
+    free(edges);
+    return status;
+}
+
+enum mr_status doubts_load(struct store *store, int64_t run, struct doubts *doubts, struct error *error)
+{
+    memset(doubts, 0, sizeof *doubts);
+    enum mr_status status = store_doubts(store, run, &doubts->row, &doubts->rows, error);
+    return status == MR_OK ? load_first_edge(store, run, doubts, error) : status;
+}
+
+void doubts_free(struct doubts *doubts)
+{
+    free(doubts->row);
+    doubts->row = NULL;
+}
+
+static enum mr_status find_can(struct store *store, const struct measured *measured, bool *on_can, struct error *error)
+{
+    struct store_session_row session;
+    struct store_gap *gaps = NULL;
+    size_t count = 0;
+    enum mr_status status = store_session_get(store, measured->landing.session, &session, error);
+    if (status == MR_OK)
+        status = store_gaps(store, measured->landing.id, &gaps, &count, error);
+    *on_can = measured->blocks_from[MEASURED_CAN] > 0 || (status == MR_OK && !session.serial_link[0]);
+    for (size_t i = 0; i < count; i++)
+        *on_can |= gaps[i].link == LINK_SERIAL;
+    for (size_t i = 0; i < measured->doubts.rows; i++)
+        *on_can |= cause_of(&measured->doubts.row[i]) == DOUBT_ALONE;
+    free(gaps);
+    return status;
+}
+
+/* Frames in excess that are none of those that were recognised, and not obeyed. */
+static int64_t excess_left(const struct doubts *doubts)
+{
+    int64_t left = 0;
+    for (size_t i = 0; i < doubts->rows; i++) {
+        enum doubt cause = cause_of(&doubts->row[i]);
+        if (cause == DOUBT_EXCESS)
+            left += doubts->row[i].count;
+        else if (!doubt_obeyed(cause) && cause != DOUBT_LENGTH) /* those of another length are not counted as the board's */
+            left -= doubts->row[i].count;
+    }
+    return left > 0 ? left : 0;
+}
+
+enum mr_status doubts_judge(struct store *store, const struct measured *measured, struct doubts *doubts, struct error *error)
+{
+    enum mr_status status = doubts->rows ? find_can(store, measured, &doubts->on_can, error) : MR_OK;
+    doubts->excess = doubts->on_can ? excess_left(doubts) : 0;
+    doubts->doubtful = doubts->excess > 0;
+    for (size_t i = 0; i < doubts->rows; i++) {
+        enum doubt cause = cause_of(&doubts->row[i]);
+        doubts->doubtful |= cause == DOUBT_TORN || cause == DOUBT_PHANTOM;
+    }
+    return status;
+}
+
+const char *doubts_mark(const struct doubts *doubts)
+{
+    return doubts->doubtful ? " (doubtful)" : "";
+}
+
+/* A landing that was torn or never was is worst, then what may have been obeyed, then what was not. */
+static int badness(const struct doubts *doubts, const struct store_trouble *row)
+{
+    switch (cause_of(row)) {
+    case DOUBT_TORN:
+    case DOUBT_PHANTOM: return 3;
+    case DOUBT_EXCESS: return excess_left(doubts) > 0 ? 2 : 0;
+    case DOUBT_ALONE: return 0; /* not told */
+    default: return 1;
+    }
+}
+
+static const struct store_trouble *row_at(const struct doubts *doubts, size_t i)
+{
+    for (int bad = 3; bad > 0; bad--) {
+        for (size_t r = 0; r < doubts->rows; r++) {
+            if (badness(doubts, &doubts->row[r]) == bad && i-- == 0)
+                return &doubts->row[r];
+        }
+    }
+    return NULL;
+}
+
+static const char *message_of(const struct store_trouble *row)
+{
+    unsigned place = mr_message_place((uint16_t)(row->code / DOUBT_ID));
+    return row->code / DOUBT_ID && place < MR_PLACES ? mr_message_text(place) : NULL;
+}
+
+bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT])
+{
+    if (doubts->torn && i-- == 0) {
+        snprintf(out, DOUBTS_TEXT, "torn: of its edges those before number %lld never came; speeds are not stated", (long long)doubts->first_edge);
+        return true;
+    }
+    const struct store_trouble *row = row_at(doubts, i);
+    if (!row)
+        return false;
+    const char *message = message_of(row);
+    bool excess = cause_of(row) == DOUBT_EXCESS;
+    int64_t count = excess ? excess_left(doubts) : row->count;
+    const char *effect = !doubt_obeyed(cause_of(row))    ? "not obeyed"
+                         : !excess || doubts->excess > 0 ? "what rests on CAN may be a stranger's"
+                                                         : "no number rests on CAN";
+    snprintf(out, DOUBTS_TEXT, "CAN: %lld %s%s%s %s; %s", (long long)count, message ? message : "", message ? " " : "",
+             count == 1 ? "frame" : "frames", doubt_text(cause_of(row)), effect);
+    return true;
+}
+
+void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT])
+{
+    char line[DOUBTS_TEXT];
+    out[0] = '\0';
+    if ((doubts->doubtful || doubts->torn) && doubts_line(doubts, 0, line))
+        snprintf(out, DOUBTS_TEXT, "doubtful: %.*s", (int)DOUBTS_TEXT - 11, line);
+}
+
+json_t *doubts_json(const struct doubts *doubts)
+{
+    json_t *strangers = json_array();
+    for (size_t r = 0; r < doubts->rows; r++) {
+        const char *message = message_of(&doubts->row[r]);
+        if (cause_of(&doubts->row[r]) == DOUBT_ALONE)
+            continue;
+        json_array_append_new(strangers, json_pack("{sssssIsb}", "what", doubt_text(cause_of(&doubts->row[r])), "message",
+                                                   message ? message : "", "count", (json_int_t)doubts->row[r].count, "obeyed",
+                                                   (int)doubt_obeyed(cause_of(&doubts->row[r]))));
+    }
+    return json_pack("{sbsbso}", "doubtful", (int)doubts->doubtful, "torn", (int)doubts->torn, "strangers", strangers);
+}

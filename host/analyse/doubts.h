@@ -1,0 +1,39 @@
+/* Whether the numbers of a landing are the board's. Strangers on CAN that were not obeyed changed nothing (host/collect/doubt.h). Those
+ * that may have been make the landing doubtful, unless all of it came over serial, where nobody else speaks; a landing that lacks its
+ * first edges is torn, and what they would tell is not stated. Every place that states a number of the landing says so. */
+#ifndef MATRIG_HOST_ANALYSE_DOUBTS_H
+#define MATRIG_HOST_ANALYSE_DOUBTS_H
+
+#include <jansson.h>
+
+#include "host/collect/doubt.h"
+#include "host/store/store.h"
+
+#define DOUBTS_TEXT 200u
+
+struct doubts {
+    struct store_trouble *row; /* code as in doubt.h */
+    size_t rows;
+    bool on_can;        /* something of the landing rests on CAN alone */
+    int64_t excess;     /* frames more than the board sent that may be among that */
+    bool doubtful;      /* what is stated may be a stranger's */
+    int64_t first_edge; /* count of the first edge that came; 0: none came */
+    bool torn;          /* those before it did not */
+};
+
+struct measured;
+
+enum mr_status doubts_load(struct store *store, int64_t run, struct doubts *doubts, struct error *error);
+void doubts_free(struct doubts *doubts);
+/* Whether anything rests on CAN alone, from the sources, the links of the session and its gaps. */
+enum mr_status doubts_judge(struct store *store, const struct measured *measured, struct doubts *doubts, struct error *error);
+/* " (doubtful)", or "" when nothing is: beside a number. Static storage. */
+const char *doubts_mark(const struct doubts *doubts);
+/* Line `i` of what is doubted, the worst first; false: there are no more. */
+bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT]);
+/* "doubtful: " with the worst of it in one line, for what stands above numbers; "" when they are the board's. */
+void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT]);
+/* {"doubtful": ..., "torn": ..., "strangers": [{"what", "message", "count", "obeyed"}]}. The caller owns it. */
+json_t *doubts_json(const struct doubts *doubts);
+
+#endif

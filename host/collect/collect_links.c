@@ -1,0 +1,275 @@
+/* What comes over the two links, frame by frame: its time, what of it is lost, whose it is, and the raw row; then what it means
+ * (collect_message.c). Who speaks on CAN is looked at in collect_witness.c. */
+#include <string.h>
+
+#include "common/wire.h"
+#include "host/collect/collect_state.h"
+
+/* Messages of a link are in order: a statement may be about a moment that is past, readings are of now, and clocks come every 100 blocks. */
+#define BEHIND_BLOCKS 2000
+#define READING_BEHIND_BLOCKS 200
+#define AHEAD_BLOCKS 1000
+
+/* The board began again. `whole`: the frame to come is its first. */
+static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us, bool whole,
+                              struct error *error)
+{
+    enum mr_status status = side->kind == LINK_CAN ? collect_settle(collector, true, error) : MR_OK;
+    if (status == MR_OK)
+        status = collect_put_time_map(collector, side, NULL, error);
+    if (status != MR_OK)
+        return status;
+    if (side->kind == LINK_SERIAL)
+        witness_restart(&collector->witness);
+    collect_leave(side);
+    landing_story_start(&side->story);
+    side->time_doubt = (struct timebase_doubt){0};
+    side->boot++;
+    side->time = (struct timebase){0};
+    collect_forget_time(side);
+    account_restart(&side->account, whole);
+    side->shunt = (struct mr_shunt){0};
+    memset(collector->fault_count, 0, sizeof collector->fault_count);
+    collector->alarm = (struct mr_can_alarm){0};
+    struct store_event event = {.session = collector->session,
+                                .boot = side->boot,
+                                .run = STORE_NONE,
+                                .board_us = 0,
+                                .host_us = (int64_t)host_us,
+                                .kind = "restart",
+                                .links = 1 << side->kind};
+    return store_event_put(collector->store, &event, error);
+}
+
+/* Takes the time a message carries. A clock with tick 0 comes from a board whose scans stand: its block is no time. On CAN anybody may
+ * have sent it. */
+static enum timebase_verdict take_time(struct side *side, const struct mr_message_info *info, const uint8_t *payload)
+{
+    if (info->id == MR_ID_CLOCK || info->id == MR_ID_SYNC) { /* which begins like it */
+        struct mr_clock clock;
+        mr_clock_get(&clock, payload, info->length);
+        if (clock.tick == 0)
+            return TIMEBASE_GOES_ON;
+        if (side->kind == LINK_CAN)
+            return timebase_clock_doubting(&side->time, &side->time_doubt, clock.block, clock.tick);
+        return timebase_clock(&side->time, clock.block, clock.tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
+    }
+    const struct mr_field_info *last = &info->fields[info->field_count - 1];
+    if (strcmp(last->name, "block16") == 0) {
+        const uint8_t *p = payload + last->offset;
+        timebase_unwrap(&side->time, mr_get_u16(&p));
+    }
+    return TIMEBASE_GOES_ON;
+}
+
+int64_t collect_board_time(const struct side *side, const struct mr_message_info *info, const uint8_t *payload)
+{
+    struct timebase copy = side->time;
+    if (!copy.known)
+        return STORE_NONE;
+    const struct mr_field_info *last = info ? &info->fields[info->field_count - 1] : NULL;
+    if (last && strcmp(last->name, "block16") == 0) {
+        const uint8_t *p = payload + last->offset;
+        int64_t block = timebase_unwrap(&copy, mr_get_u16(&p));
+        return block < 0 ? STORE_NONE : 1000 * block;
+    }
+    return timebase_now_us(&side->time);
+}
+
+enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error)
+{
+    enum mr_status status = MR_OK;
+    for (size_t i = 0; i < side->account.gaps && status == MR_OK; i++) {
+        const struct store_gap *gap = &side->account.gap[i];
+        const struct slot *slot = side->current;
+        if (!slot && side->last && gap->from_block != STORE_NONE && gap->from_block <= side->last->end_block)
+            slot = side->last;
+        status =
+            store_gap_put(collector->store, collector->session, slot ? slot->row.id : STORE_NONE, gap, error);
+    }
+    side->account.gaps = 0;
+    return status;
+}
+
+static enum mr_status store_raw(struct collector *collector, const struct side *side, const struct slot *slot,
+                                struct store_frame *frame, struct error *error)
+{
+    frame->run = slot ? slot->row.id : STORE_NONE;
+    frame->link = (int)side->kind;
+    return store_frame_put(collector->store, collector->session, frame, error);
+}
+
+/* A numbered frame came over serial; what it shows to be lost serial cannot witness. */
+static void count_serial_frame(struct collector *collector, struct side *side, uint16_t seq)
+{
+    int64_t lost = side->account.counts.lost;
+    int64_t from_block = side->account.frame_block;
+    account_serial_frame(&side->account, seq, collect_newest_block(side));
+    witness_block(&collector->witness, collect_newest_block(side));
+    if (side->account.counts.lost > lost)
+        witness_lost(&collector->witness, from_block, collect_newest_block(side));
+}
+
+/* A clock that was doubted and that no other one confirmed was a stranger's. */
+static enum mr_status doubt_time(struct collector *collector, struct side *side, uint16_t id, struct error *error)
+{
+    int64_t dismissed = side->time_doubt.dismissed;
+    side->time_doubt.dismissed = 0;
+    return dismissed ? collect_doubt(collector, side, DOUBT_TIME, id, dismissed, error) : MR_OK;
+}
+
+/* On CAN: a time that no message of the board can have now. Time goes on while nothing comes, and queues hold some back. */
+static bool is_out_of_time(const struct side *side, const struct mr_message_info *info, const uint8_t *payload, uint64_t host_us)
+{
+    int64_t newest = collect_newest_block(side);
+    int64_t board_us = collect_board_time(side, info, payload);
+    int64_t paused = host_us > side->heard_us ? (int64_t)(host_us - side->heard_us) / 1000 : 0;
+    if (side->kind != LINK_CAN || newest < 0)
+        return false;
+    int64_t behind = info->direction == MR_DIRECTION_CAN ? READING_BEHIND_BLOCKS : BEHIND_BLOCKS;
+    return board_us == STORE_NONE || board_us / 1000 < newest - behind || board_us / 1000 > newest + AHEAD_BLOCKS + 2 * paused;
+}
+
+/* A message of the board, from either link: time, account, meaning, storage. */
+static enum mr_status take_message(struct collector *collector, struct side *side,
+                                   const struct mr_message_info *info, int64_t seq, const uint8_t *payload,
+                                   uint64_t host_us, struct error *error)
+{
+    bool lost_in_time = is_out_of_time(side, info, payload, host_us);
+    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTED : take_time(side, info, payload);
+    enum mr_status status = doubt_time(collector, side, info->id, error);
+    if (status == MR_OK && lost_in_time)
+        status = collect_doubt(collector, side, DOUBT_TIME, info->id, 1, error);
+    side->heard_us = host_us;
+    if (status == MR_OK && time == TIMEBASE_BEGAN_AGAIN) {
+        status = restart(collector, side, host_us, false, error);
+        take_time(side, info, payload);
+    }
+    if (side->kind == LINK_CAN)
+        account_can_frame(&side->account);
+    else
+        count_serial_frame(collector, side, (uint16_t)seq);
+    if (info->id == MR_ID_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED)
+        account_goes_on(&side->account);
+    account_message(&side->account, info->id);
+
+    struct store_frame frame = {.seq = seq,
+                                .board_us = collect_board_time(side, info, payload),
+                                .host_us = (int64_t)host_us,
+                                .id = info->id,
+                                .length = info->length,
+                                .data = payload};
+    struct slot *before = side->current;
+    enum mr_status meaning = MR_OK;
+    if (status == MR_OK && time != TIMEBASE_DOUBTED)
+        meaning = collect_hear(collector, side, info, payload, host_us, error);
+    if (status == MR_OK)
+        status = store_raw(collector, side, lost_in_time ? NULL : side->current ? side->current : before, &frame, error);
+    if (status == MR_OK)
+        status = collect_store_gaps(collector, side, error);
+    if (status == MR_OK)
+        status = meaning;
+    return status == MR_OK ? collect_finish_what_is_over(collector, error) : status;
+}
+
+enum mr_status collector_frame(struct collector *collector, const struct link_frame *frame,
+                               struct error *error)
+{
+    struct side *side = &collector->side[LINK_CAN];
+    const struct mr_message_info *info = NULL;
+    if (!(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)))
+        info = mr_message_find((uint16_t)frame->id);
+    int64_t seq = side->account.counts.received;
+    if (info && info->direction != MR_DIRECTION_HOST && info->length == frame->length)
+        return take_message(collector, side, info, seq, frame->data, frame->host_us, error);
+
+    /* Somebody else on the bus: kept, not understood. */
+    bool command = info && info->direction == MR_DIRECTION_HOST;
+    if (!command && !(frame->id & LINK_ID_ERROR))
+        side->account.counts.foreign++;
+    if (info && !command && collect_doubt(collector, side, DOUBT_LENGTH, info->id, 1, error) != MR_OK)
+        return error->status;
+    struct store_frame raw = {.direction = command,
+                              .seq = STORE_NONE,
+                              .board_us = collect_board_time(side, NULL, NULL),
+                              .host_us = (int64_t)frame->host_us,
+                              .id = frame->id,
+                              .length = frame->length,
+                              .data = frame->data};
+    return store_raw(collector, side, side->current, &raw, error);
+}
+
+static enum mr_status take_block(struct collector *collector, struct side *side, const struct mr_frame *frame,
+                                 uint64_t host_us, struct error *error)
+{
+    struct mr_block block;
+    enum mr_status status = MR_OK;
+    if (mr_block_get(&block, frame->payload, frame->length) != MR_OK) {
+        side->account.counts.bad++;
+        return MR_OK;
+    }
+    if (timebase_clock(&side->time, block.index, block.tick)) {
+        status = restart(collector, side, host_us, false, error);
+        timebase_clock(&side->time, block.index, block.tick);
+    }
+    count_serial_frame(collector, side, frame->seq);
+    account_goes_on(&side->account);
+    account_message(&side->account, MR_ID_BLOCK);
+    if (side->current)
+        account_block(&side->account, block.index);
+    if (collector->watcher)
+        collector->watcher->record(collector->watcher->context, frame->payload, frame->length, host_us);
+    if (status == MR_OK)
+        status = collect_store_gaps(collector, side, error);
+    if (status == MR_OK)
+        status = store_block_put(collector->store, collector->session, side->boot,
+                                 side->current ? side->current->row.id : STORE_NONE, (int)side->kind, block.index,
+                                 (int64_t)host_us, frame->payload, frame->length, error);
+    return status;
+}
+
+static enum mr_status take_serial_frame(struct collector *collector, struct side *side,
+                                        const struct mr_frame *frame, uint64_t host_us, struct error *error)
+{
+    if (frame->type == MR_ID_BLOCK)
+        return take_block(collector, side, frame, host_us, error);
+    const struct mr_message_info *info = mr_message_find(frame->type);
+    if (!info || info->length != frame->length) {
+        count_serial_frame(collector, side, frame->seq);
+        account_message(&side->account, frame->type); /* a part of the black box, or nothing known */
+        side->account.counts.foreign++;
+        struct store_frame raw = {.seq = frame->seq,
+                                  .board_us = collect_board_time(side, NULL, NULL),
+                                  .host_us = (int64_t)host_us,
+                                  .id = frame->type,
+                                  .length = frame->length,
+                                  .data = frame->payload};
+        return store_raw(collector, side, side->current, &raw, error);
+    }
+    /* A board that begins again says hello in its frame number 0. */
+    if (info->id == MR_ID_HELLO && frame->seq == 0 && side->account.seq_known &&
+        side->account.seq_next != 0) {
+        enum mr_status status = restart(collector, side, host_us, true, error);
+        if (status != MR_OK)
+            return status;
+    }
+    return take_message(collector, side, info, frame->seq, frame->payload, host_us, error);
+}
+
+enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,
+                               uint64_t host_us, struct error *error)
+{
+    struct side *side = &collector->side[LINK_SERIAL];
+    side->account.bytes += (int64_t)length;
+    for (size_t i = 0; i < length; i++) {
+        struct mr_frame frame;
+        enum mr_status status = mr_deframer_push(&side->deframer, bytes[i], &frame);
+        if (status == MR_OK)
+            status = take_serial_frame(collector, side, &frame, host_us, error);
+        else if (status != MR_TOO_FEW)
+            side->account.counts.bad++;
+        if (error->status != MR_OK)
+            return error->status;
+    }
+    return MR_OK;
+}

@@ -1,0 +1,71 @@
+#include "host/collect/landing_story.h"
+
+#define AHEAD_BLOCKS 1000 /* the newest block that is known may be so old */
+
+enum { IDLE, ARMED, LANDING, SETTLING, DONE };
+enum { NO_CHANGE, BY_COMMAND, BY_EDGE, BY_STOP, BY_SETTLED, BY_LIMIT }; /* firmware/landing.c */
+
+void landing_story_start(struct landing_story *story)
+{
+    *story = (struct landing_story){0};
+}
+
+static bool same(const struct mr_landing *a, const struct mr_landing *b)
+{
+    return a->state == b->state && a->landing == b->landing && a->block == b->block;
+}
+
+/* A change that the board makes, or several of which those before the last were lost. */
+static bool follows(const struct mr_landing *from, const struct mr_landing *to)
+{
+    bool number = from->landing == to->landing;
+    switch (to->state) {
+    case IDLE: return number && from->state != IDLE && to->cause == BY_COMMAND;
+    case ARMED: return (from->state == IDLE || from->state == DONE) && to->cause == BY_COMMAND;
+    case LANDING: return number && from->state == ARMED && to->cause == BY_EDGE;
+    case SETTLING: return number && (from->state == ARMED || from->state == LANDING) && (to->cause == BY_STOP || to->cause == BY_LIMIT);
+    case DONE: return number && from->state >= ARMED && from->state <= SETTLING && to->cause == BY_SETTLED;
+    default: return false;
+    }
+}
+
+enum landing_belief landing_story_believe(struct landing_story *story, const struct mr_landing *message)
+{
+    story->dismissed += story->waits && !same(message, &story->doubted);
+    story->waits = false;
+    if (story->known == 0 || !same(message, &story->said)) {
+        story->before = story->said;
+        story->said = *message;
+        story->known += story->known < 2;
+    }
+    return LANDING_GOES_ON;
+}
+
+static enum landing_belief take_back(struct landing_story *story)
+{
+    story->dismissed += 1 + story->waits;
+    story->waits = false;
+    story->said = story->before;
+    story->known = 1;
+    return LANDING_TAKEN_BACK;
+}
+
+enum landing_belief landing_story_hear(struct landing_story *story, const struct mr_landing *message, int64_t block)
+{
+    bool impossible = message->state > DONE || message->cause > BY_LIMIT ||
+                      (block >= 0 && (int64_t)message->block > block + AHEAD_BLOCKS);
+    bool said_again = story->waits && same(message, &story->doubted);
+    if (impossible) {
+        story->dismissed++;
+        return LANDING_DOUBTED;
+    }
+    if (story->known == 0 || said_again || same(message, &story->said) ||
+        (message->block >= story->said.block && follows(&story->said, message)))
+        return landing_story_believe(story, message);
+    if (story->known == 2 && same(message, &story->before))
+        return take_back(story);
+    story->dismissed += story->waits;
+    story->waits = true;
+    story->doubted = *message;
+    return LANDING_DOUBTED;
+}

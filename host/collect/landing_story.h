@@ -1,0 +1,33 @@
+/* What the board says of a landing's state, one message after the other, on a link on which anybody may speak: does a message go on from
+ * those before? The board says each change at once and the state once a second, so a change that cannot follow, because messages were lost
+ * or because it is not the board's, is doubted until it is said again. Pure. */
+#ifndef MATRIG_HOST_COLLECT_LANDING_STORY_H
+#define MATRIG_HOST_COLLECT_LANDING_STORY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "common/catalogue.h"
+
+struct landing_story {
+    unsigned known;                 /* how many of the two: */
+    struct mr_landing said, before; /* the newest state believed, and the one before it */
+    bool waits;
+    struct mr_landing doubted; /* until it is said again */
+    int64_t dismissed;         /* messages that another one contradicted; the caller takes them away */
+};
+
+enum landing_belief {
+    LANDING_GOES_ON,    /* believed */
+    LANDING_TAKEN_BACK, /* believed: it is the state before the last change again, so that change was not the board's */
+    LANDING_DOUBTED,
+};
+
+/* The board began again, or nothing is known yet. */
+void landing_story_start(struct landing_story *story);
+/* `block`: the newest of the link; -1: not known. */
+enum landing_belief landing_story_hear(struct landing_story *story, const struct mr_landing *message, int64_t block);
+/* The same for a message that the board is known to have sent. */
+enum landing_belief landing_story_believe(struct landing_story *story, const struct mr_landing *message);
+
+#endif

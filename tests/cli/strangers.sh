@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# Frames on the bus that are not the board's, in mid-landing: no number changes without a word, and the log goes on.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/all.can" --serial "file:$tmp/all.serial" \
+    --rig tests/runs/landing5.run 2>"$tmp/board.err"
+
+# inject FRAME LINE OUT: the frame after that line of the log, with its stamp
+inject() { awk -v frame="$1" -v at="$2" '{ print } NR == at { print $1, $2, frame }' "$tmp/all.can" >"$3"; }
+log() { # NAME LOG [--serial LINK]
+    local name=$1 can=$2
+    shift 2
+    rm -f "$tmp/$name.db"*
+    $matrig log --can "file:$can" "$@" --db "$tmp/$name.db" >"$tmp/$name.txt" 2>"$tmp/$name.err"
+}
+both=(--serial "file:$tmp/all.serial")
+motion() { grep -E '^  (touchdown|deceleration|stop) ' "$1"; }
+
+hello_of_another_layout() { # ended the log, exit 4
+    inject 1F0#0300010000000100 12000 "$tmp/hello.can"
+    log hello "$tmp/hello.can" "${both[@]}" || return 1
+    cat "$tmp/hello.err" "$tmp/hello.txt"
+    [ "$(grep -c '^RUN ' "$tmp/hello.txt")" = 1 ] && grep -q '^RUN 1: landing 5, done' "$tmp/hello.txt" &&
+        grep -q 'strangers  *CAN: 1 hello frame that serial did not say; not obeyed' "$tmp/hello.txt" && grep -q "not the board's" "$tmp/hello.err" &&
+        [ "$(sqlite3 "$tmp/hello.db" "select count(*) from events where kind = 'doubt' and code / 256 = 0x1f0 and landing = 1")" = 1 ]
+}
+hello_of_another_layout_on_can_alone() {
+    log alone "$tmp/hello.can" && cat "$tmp/alone.txt" && grep -q '^RUN 1: landing 5, done' "$tmp/alone.txt" &&
+        grep -q 'strangers  *CAN: 1 hello frame of another layout; not obeyed' "$tmp/alone.txt"
+}
+hello_before_the_board() { # serial will say whose board it is
+    { sed -n 1p "$tmp/all.can" | awk '{ print $1, $2, "1F0#0300010000000100" }'; cat "$tmp/all.can"; } >"$tmp/first.can"
+    log first "$tmp/first.can" "${both[@]}" || return 1
+    cat "$tmp/first.err"
+    grep -q '^RUN 1: landing 5, done' "$tmp/first.txt" && fails_with 4 'speaks layout 3, this matrig layout' \
+        $matrig --quiet log --can "file:$tmp/first.can" --db "$tmp/refused.db"
+}
+landing_from_elsewhere() { # split the landing, and stated 37.988 +- 0.112 ft/s
+    inject 0A0#0000000000000000 7000 "$tmp/landing.can"
+    log plain "$tmp/all.can" "${both[@]}" && log landing "$tmp/landing.can" "${both[@]}" || return 1
+    cat "$tmp/landing.txt"
+    [ "$(grep -c '^RUN ' "$tmp/landing.txt")" = 1 ] && cmp <(motion "$tmp/plain.txt") <(motion "$tmp/landing.txt")
+}
+# "Disarmed" at the board's own time, as the board would have said it: the board goes on, which takes it back.
+torn_and_joined() {
+    local block
+    block=$(sed -n '7000,7400p' "$tmp/all.can" | sed -n 's/.* 180#\(........\).*/\1/p' | head -n 1)
+    inject "0A0#00010500$block" 7400 "$tmp/torn.can"
+    log torn "$tmp/torn.can" || return 1
+    cat "$tmp/torn.txt"
+    [ "$(sqlite3 "$tmp/torn.db" 'select count(*) from landings')" = 1 ] &&
+        tail -n +"$(grep -n '^RUN' "$tmp/torn.txt" | tail -n 1 | cut -d: -f1)" "$tmp/torn.txt" >"$tmp/last.txt" &&
+        grep -q 'doubtful  *CAN: 1 landing frame that tore the landing' "$tmp/last.txt" && grep -Eq 'touchdown .*\(doubtful\)$' "$tmp/last.txt"
+}
+doubt_is_said_everywhere() {
+    local run=1 place
+    $matrig report "$tmp/torn.db" -o "$tmp/torn.html" 2>/dev/null && $matrig compare "$tmp/torn.db" $run >"$tmp/compare.out" &&
+        $matrig predict "$tmp/torn.db" $run >"$tmp/predict.out" && $matrig export "$tmp/torn.db" $run --format csv -o "$tmp/torn.csv" 2>/dev/null &&
+        $matrig --json compare "$tmp/torn.db" $run >"$tmp/compare.json" && $matrig --json predict "$tmp/torn.db" $run >"$tmp/predict.json" &&
+        $matrig export "$tmp/torn.db" $run --format mdf4 -o "$tmp/torn.mf4" 2>/dev/null &&
+        $matrig --json live "$tmp/torn.db" >"$tmp/live.json" || return 1
+    for place in torn.html compare.out predict.out torn.csv compare.json predict.json torn.mf4 live.json; do
+        grep -q doubtful "$tmp/$place" || { echo "not in $place"; return 1; }
+    done
+}
+# The log begins after the 8th edge: what would have to be guessed is not stated.
+beginning_is_missing() {
+    local at
+    at=$(grep -n ' 090#' "$tmp/all.can" | sed -n 8p | cut -d: -f1)
+    tail -n +"$((at + 1))" "$tmp/all.can" >"$tmp/late.can"
+    log late "$tmp/late.can" || return 1
+    cat "$tmp/late.txt"
+    grep -Eq 'torn: of its edges those before number [0-9]+ never came' "$tmp/late.txt" && ! grep -q '^  touchdown ' "$tmp/late.txt" &&
+        grep -q '^  motion  *not known: the landing is torn' "$tmp/late.txt"
+}
+everything_of_the_catalogue() { mkdir -p "$tmp/each" && python3 tests/link/strangers.py "$tmp/all.can" "$tmp/all.serial" "$tmp/each" $matrig "$1"; }
+
+check "a hello of another layout in mid-landing is told, and the log goes on" hello_of_another_layout
+check "and on CAN alone" hello_of_another_layout_on_can_alone
+check "one before the board has spoken is refused on CAN alone" hello_before_the_board
+check "a state of the landing that serial did not say changes nothing" landing_from_elsewhere
+check "on CAN alone a landing that was torn is joined, and doubtful" torn_and_joined
+check "and that is said wherever its numbers are" doubt_is_said_everywhere
+check "a landing without its beginning states no speed" beginning_is_missing
+check "each message of the catalogue, not the board's, beside serial" everything_of_the_catalogue both
+check "and on CAN alone" everything_of_the_catalogue can
+finish

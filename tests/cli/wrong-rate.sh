@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# No board is understood on a link: nothing comes, or the rate is another one, or the bus has errors alone. Terminals: tests/link/wrongrate.py.
+. "$(dirname "$0")/tap.sh"
+matrig=build/matrig
+here=$(mktemp -d /tmp/matrig.XXXXXX)
+trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$here"' EXIT
+build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/idle.can" --serial "file:$tmp/idle.serial" \
+    --rig tests/runs/landing1.run 2>"$tmp/board.err"
+
+wait_for() { # SECONDS FILE
+    local until=$((SECONDS + $1))
+    until [ -L "$2" ]; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
+}
+# heard SENDER-BAUD LINK-END COMMAND...: the command's exit code, with the port of that sender in place of PORT
+heard() {
+    local baud=$1 port status
+    shift
+    rm -f "$here/port"
+    python3 tests/link/wrongrate.py "$tmp/idle.serial" "$here/port" "$baud" 2>"$tmp/port.err" &
+    port=$!
+    wait_for 20 "$here/port" || return 99
+    timeout 60 "${@//PORT/$here/port}" >"$tmp/out" 2>"$tmp/err" </dev/null
+    status=$?
+    kill $port 2>/dev/null
+    wait $port 2>/dev/null
+    cat "$tmp/err" "$tmp/port.err"
+    return $status
+}
+# says STATUS PATTERN SENDER LINK: matrig log for 2.5 s, from a port of that sender
+says() {
+    heard "$3" $matrig --json log --serial "serial:PORT$4" --db "$tmp/rate.db" --for 2.5
+    local status=$?
+    echo "exit $status"
+    [ $status = "$1" ] && grep -Eq -- "$2" "$tmp/err"
+}
+its_own_rate() { heard 2000000 $matrig --json log --serial serial:PORT --db "$tmp/rate.db" --for 2.5 && grep -q '"unheard":null' "$tmp/out"; }
+rate_is_named() { # SENDER LINK-END WHAT
+    says 3 "[1-9][0-9]* bytes/s came, [0-9]+ ends of frames, not one whole: $3" "$1" "$2" && grep -q '"unheard":"garbled"' "$tmp/out"
+}
+cable_is_off() {
+    mkfifo "$tmp/silent.fifo"
+    sleep 30 >"$tmp/silent.fifo" &
+    timeout 60 $matrig --json log --serial "file:$tmp/silent.fifo" --db "$tmp/silent.db" --for 0.5 >"$tmp/out" 2>"$tmp/err"
+    local status=$?
+    cat "$tmp/err"
+    [ $status = 3 ] && grep -Eq 'not a byte came in [0-9.]+ s: is the board on' "$tmp/err" && grep -q '"unheard":"silent"' "$tmp/out"
+}
+found() { # SENDER
+    heard "$1" $matrig log --serial serial:PORT:find --db "$tmp/found.db" --for 2.5 && grep -q "frames come at $1 baud" "$tmp/err"
+}
+board_and_ready() {
+    heard 1000000 $matrig board --serial serial:PORT; [ $? = 3 ] && grep -q 'probably has 1000000 baud, not 2000000' "$tmp/err" || return 1
+    heard 1000000 $matrig ready "$tmp/ready.db" --serial serial:PORT; [ $? = 3 ] && grep -q 'probably has 1000000 baud, not 2000000' "$tmp/err"
+}
+# As SocketCAN tells them: bit stuffing errors, and nothing else; and a bus on which nobody speaks.
+bus_errors() {
+    for _ in $(seq 200); do echo '(1700000000.000000) can0 20000088#0000040000000000'; done >"$tmp/errors.can"
+    fails_with 3 "error frames only, 200, most of them (protocol error|bus error): is the bit rate 1 Mbit/s, is the bus terminated" \
+        $matrig --quiet log --can "file:$tmp/errors.can" --db "$tmp/errors.db"
+}
+no_frames() {
+    : >"$tmp/none.can"
+    fails_with 3 "no frame at all in [0-9.]+ s: is the board on, and on this bus" $matrig --quiet log --can "file:$tmp/none.can" --db "$tmp/none.db"
+}
+told_while_waiting() { # after 3 s, and the log goes on
+    heard 115200 $matrig log --serial serial:PORT --db "$tmp/told.db" --for 4
+    [ $? = 3 ] && [ "$(grep -c 'not one whole: the sender is more than 8 times slower' "$tmp/err")" = 2 ]
+}
+
+check "a sender at the rate of the link" its_own_rate
+check "half the rate is named" rate_is_named 1000000 '' 'the sender probably has 1000000 baud, not 2000000'
+check "921600 of 2000000 is named" rate_is_named 921600 '' 'the sender probably has 921600 baud, not 2000000'
+check "460800 of 2000000 is named" rate_is_named 460800 '' 'the sender probably has 460800 or 500000 baud, not 2000000: try them'
+check "115200 of 2000000 is far slower" rate_is_named 115200 '' 'the sender is more than 8 times slower than 2000000 baud'
+check "115200 of 460800 is named" rate_is_named 115200 ':460800' 'the sender probably has 115200 baud, not 460800'
+check "a board on a link that is set too slow" rate_is_named 2000000 ':115200' 'the sender is as fast as 115200 baud or faster, and the board has 2000000'
+check "a cable that is off" cable_is_off
+check "the rate is found when asked, slower" found 460800
+check "and the board's own" found 2000000
+check "board and ready say the same, exit 3" board_and_ready
+check "error frames alone on CAN" bus_errors
+check "no frame at all on CAN" no_frames
+check "told while a board is waited for" told_while_waiting
+finish

@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""Frames of a stranger in a landing: every message of the catalogue, with payloads that are not the board's, among those that the board sent.
+
+    strangers.py BEFORE.can BEFORE.serial FOLDER MATRIG both|can
+
+`both`: serial tells what the board says, so no number that matrig states may change, and the strangers are counted. `can`: nobody tells;
+a number that changes is marked doubtful. A catalogue is read from common/catalogue.def, moments and random payloads from a fixed seed."""
+
+import json
+import os
+import random
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+FIELD_BYTES = {"u8": 1, "i8": 1, "u16": 2, "i16": 2, "u32": 4, "i32": 4}
+
+
+def catalogue():
+    """(name, identifier, bytes) of each message that the board sends."""
+    text = open("common/catalogue.def").read()
+    for name, identifier, direction, body in re.findall(
+            r"^MESSAGE\((\w+), \w+, (0x[0-9a-f]+), (\w+), .*?\)\n(.*?)^END", text, re.M | re.S):
+        size = 0
+        for kind, rest in re.findall(r"^    (INTEGER|REAL|FLOAT)\(\w+, (\w+)", body, re.M):
+            size += 4 if kind == "FLOAT" else FIELD_BYTES[rest]
+        if direction != "HOST":
+            yield name, int(identifier, 16), size
+
+
+def payloads(size, dice):
+    yield "zeros", bytes(size)
+    yield "ones", b"\xff" * size
+    yield "random", bytes(dice.randrange(256) for _ in range(size))
+    yield "short", bytes(dice.randrange(256) for _ in range(size - 1))
+
+
+def inject(lines, frames, moments):
+    """A copy of the log; each frame follows the line of its moment, stamped like that."""
+    made = list(lines)
+    for at, (identifier, payload) in sorted(zip(moments, frames), reverse=True):
+        stamp, interface = made[at].split()[:2]
+        made.insert(at + 1, f"{stamp} {interface} {identifier:03X}#{payload.hex().upper()}\n")
+    return made
+
+
+def stated(result):
+    """What is stated of landings, without what counts the frames that were received and what compares CAN with serial."""
+    landings = json.loads(json.dumps(result["landings"]))
+    for landing in landings:
+        landing.pop("doubts")
+        landing.pop("cross_check")
+        for link in landing["links"].values():
+            link.pop("received")
+    return landings
+
+
+class Study:
+    def __init__(self, can, serial, folder, matrig, links):
+        self.lines = open(can).readlines()
+        self.serial, self.folder, self.matrig, self.both = serial, folder, matrig, links == "both"
+        landing = [i for i, line in enumerate(self.lines) if " 0A0#" in line]
+        armed = next(i for i in landing if " 0A0#01" in self.lines[i])
+        done = next(i for i in landing if " 0A0#04" in self.lines[i])
+        self.moments = range(armed + 100, done - 100)
+        self.truth = self.log("truth", self.lines)
+
+    def log(self, name, lines):
+        path = os.path.join(self.folder, name)
+        with open(path + ".can", "w") as out:
+            out.writelines(lines)
+        command = [self.matrig, "--json", "--quiet", "log", "--can", f"file:{path}.can", "--db", path + ".db"]
+        if self.both:
+            command += ["--serial", f"file:{self.serial}"]
+        run = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        for end in (".can", ".db", ".db-wal", ".db-shm"):
+            if os.path.exists(path + end):
+                os.remove(path + end)
+        if run.returncode:
+            raise AssertionError(f"{name}: exit {run.returncode}: {run.stderr.strip()}")
+        return json.loads(run.stdout)
+
+    def case(self, name, frames, dice):
+        moments = [dice.randrange(self.moments.start, self.moments.stop) for _ in frames]
+        result = self.log(name, inject(self.lines, frames, moments))
+        count = result["links"]["can"]["strangers"]
+        if count != len(frames):
+            return f"{name}: {count} of {len(frames)} strangers counted"
+        if stated(result) == stated(self.truth):
+            return None
+        if self.both:
+            return f"{name}: another number than without it"
+        doubtful = all(landing["doubts"]["doubtful"] for landing in result["landings"])
+        return None if doubtful else f"{name}: another number than without it, not marked"
+
+    def cases(self):
+        for name, identifier, size in catalogue():
+            dice = random.Random(identifier)
+            frames = [(kind, (identifier, payload)) for kind, payload in payloads(size, dice)]
+            if self.both:
+                yield name, [frame for _, frame in frames], dice
+            else:
+                for kind, frame in frames:
+                    yield f"{name}-{kind}", [frame], random.Random(f"{name} {kind}")
+
+
+def main():
+    study = Study(*sys.argv[1:6])
+    assert len(study.truth["landings"]) == 1 and study.truth["links"]["can"]["strangers"] == 0, "the landing itself"
+    with ThreadPoolExecutor(2) as pool:
+        answers = list(pool.map(lambda case: study.case(*case), study.cases()))
+    wrong = [answer for answer in answers if answer]
+    print("\n".join(wrong))
+    print(f"{len(answers)} cases, {len(wrong)} wrong")
+    return 1 if wrong or len(answers) < 80 else 0
+
+
+sys.exit(main())
