@@ -181,7 +181,8 @@ static void drop(struct hil_gdb *gdb, size_t n)
 }
 
 /* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none. *interrupt: Ctrl-C came
- * instead. A packet whose sender cannot be told that it came is none: the connection is lost, and the board detached. */
+ * instead. A packet whose sender cannot be told that it came is none: the connection is lost, and the board detached. But for kill:
+ * gdb goes as soon as it has sent it. */
 static int take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
 {
     *interrupt = false;
@@ -210,7 +211,7 @@ static int take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
     drop(gdb, (size_t)(hash - gdb->in) + 3);
     if (gdb->acknowledges)
         send_all(gdb, good ? "+" : "-", 1);
-    return good && gdb->fd >= 0 ? n : -1;
+    return good && (gdb->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
 }
 
 /* --- registers and memory --- */

@@ -81,12 +81,8 @@ log=$!
 pids+=($log)
 exec 8>"$work/typed"
 
-said() { # PATTERN, by the log; waited for up to 8 s
-    local i
-    for ((i = 0; i < 160; i++)); do
-        grep -Eq -- "$1" "$work/log.err" && return 0
-        sleep 0.05
-    done
+said() { # PATTERN, by the log
+    await grep -Eq -- "$1" "$work/log.err" && return 0
     cat "$work/log.err"
     return 1
 }
@@ -162,7 +158,7 @@ silly() {
 over_serial() { # the board alone, at one end of a line
     timeout 40 build/matrig-board --elf $elf --serial "unix:$work/alone" --speed real 2>"$work/alone.err" &
     pids+=($!)
-    for _ in $(seq 100); do [ -S "$work/alone" ] && break; sleep 0.05; done
+    await test -S "$work/alone"
     timeout 30 $matrig board arm 12 --serial "unix:$work/alone" >"$tmp/out" 2>"$tmp/err"
     local status=$?
     cat "$tmp/out" "$tmp/err"
@@ -176,7 +172,7 @@ on_a_terminal() { # a file is no board: what is typed is taken, and said to go n
     TERM=dumb timeout 20 python3 "$work/terminal.py" $matrig log --can "file:$work/slow" --db "$work/t.db" --for 2 <"$work/keys" >"$tmp/terminal" 2>&1 &
     local pid=$!
     exec 9>"$work/keys"
-    for _ in $(seq 200); do grep -q 'to arm, press Enter' "$tmp/terminal" && break; sleep 0.05; done
+    await grep -q 'to arm, press Enter' "$tmp/terminal"
     echo 'arm 5' >&9
     wait $pid
     exec 9>&-

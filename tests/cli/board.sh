@@ -38,7 +38,7 @@ blocked_write() { # one that is open at the other end and never read: write() bl
 host_does_not_read() { # one that connects and then reads nothing; the board talks without a break
     $board --elf $images/talk.elf --serial "unix:$tmp/serial.socket" --stall 0.3 --for 3000 2>"$tmp/err" &
     local board_pid=$! host_pid status
-    for _ in $(seq 100); do [ -S "$tmp/serial.socket" ] && break; sleep 0.05; done
+    await test -S "$tmp/serial.socket"
     timeout 60 perl -MSocket -e '
         socket(my $s, AF_UNIX, SOCK_STREAM, 0); connect($s, pack_sockaddr_un($ARGV[0])) or die "$!"; sleep 50' "$tmp/serial.socket" &
     host_pid=$!
@@ -99,7 +99,7 @@ listened_on() { # a second board does not take the first one's socket from it
     local first status=0
     $board --elf $elf --can "unix:$tmp/taken" --for 0.1 2>"$tmp/first" &
     first=$!
-    for _ in $(seq 100); do [ -S "$tmp/taken" ] && break; sleep 0.05; done
+    await test -S "$tmp/taken"
     fails_with 3 '--can: another program listens at .*taken; end it' $board --elf $elf --can "unix:$tmp/taken" --for 0.1 &&
         fails_with 3 '--gdb: another program listens at' $board --elf $elf --gdb "unix:$tmp/taken" --for 0.1 || status=1
     kill -9 $first && ! wait $first && [ $status -eq 0 ] && [ -S "$tmp/taken" ] || return 1

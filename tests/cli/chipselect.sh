@@ -41,7 +41,7 @@ END
     local sockets=$(mktemp -d /tmp/matrig.XXXXXX) board speed
     timeout 120 build/matrig-board --elf $elf --gdb "unix:$sockets/gdb" 2>"$tmp/board.err" &
     board=$!
-    for _ in $(seq 200); do [ -S "$sockets/gdb" ] && break; sleep 0.05; done
+    await test -S "$sockets/gdb"
     timeout 60 gdb-multiarch -nx -q -batch -ex "target remote $sockets/gdb" -x "$tmp/speed.gdb" $elf >"$tmp/session" 2>&1
     wait $board
     rm -rf "$sockets"

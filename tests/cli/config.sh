@@ -108,10 +108,7 @@ locked() { # a landing is armed: neither got nor set
     board=$!
     relay &
     helper=$!
-    for _ in $(seq 200); do
-        [ -S "$sockets/relay" ] && break
-        sleep 0.05
-    done
+    await test -S "$sockets/relay"
     timeout 20 $matrig --quiet board --serial "unix:$sockets/relay" config set "$tmp/third.cfg" 2>"$tmp/locked.err"
     status=$?
     kill -INT $board

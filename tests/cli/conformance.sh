@@ -9,14 +9,11 @@ list=tests/conformance/README.md
 # The README's table of what differs: image, check (a pattern with *), whose ("board" or "QEMU").
 sed -n 's/^| `\([a-z]*\)` | `\([^`]*\)` | \([A-Za-z]*\) |.*/\1 \2 \3/p' "$list" >"$tmp/listed"
 
-run_on_qemu() { # IMAGE: until it has said "end", or 20 s
+run_on_qemu() { # IMAGE: until it has said "end"
     qemu-system-arm -M netduinoplus2 -semihosting-config enable=off -kernel "build/tests/conformance/images/$1.elf" -display none \
         -monitor none -serial "file:$tmp/$1.qemu" >/dev/null 2>&1 &
     local pid=$!
-    for _ in $(seq 200); do
-        grep -qs '^end$' "$tmp/$1.qemu" && break
-        sleep 0.1
-    done
+    await grep -qs '^end$' "$tmp/$1.qemu"
     kill $pid
     wait $pid 2>/dev/null
 }

@@ -10,10 +10,7 @@ trap 'stop_board; rm -f "$tty"' EXIT
 start_board() { # OPTION...: in the background, with its flash in $tmp/flash
     timeout 120 build/matrig-board --serial "pty:$tty" --flash "$tmp/flash" --times typical "$@" 2>"$tmp/board" &
     board=$!
-    for _ in $(seq 100); do
-        [ -e "$tty" ] && return 0
-        sleep 0.05
-    done
+    await test -e "$tty" && return 0
     cat "$tmp/board"
     return 1
 }

@@ -9,8 +9,7 @@ trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"' EXIT
 start_board() { # ARGUMENTS...: a board that waits for gdb at $sockets/gdb
     timeout 120 build/matrig-board --elf $elf --gdb "unix:$sockets/gdb" "$@" 2>"$tmp/board.err" &
     board=$!
-    for _ in $(seq 200); do [ -S "$sockets/gdb" ] && return; sleep 0.05; done
-    return 1
+    await test -S "$sockets/gdb"
 }
 gdb_session() { timeout 120 gdb-multiarch -nx -q -batch -ex 'set pagination off' -ex 'set width 0' -ex "target remote $sockets/gdb" -x "$1" $elf; }
 says() { grep -Eq -- "$1" "$tmp/session" || { echo "missing: $1"; return 1; }; }
@@ -147,10 +146,20 @@ reset_connections() { # the board goes on, and the next debugger finds it as it 
     cat "$tmp/board.err"
     tail -n 1 "$tmp/board.err" | grep -q 'resets 0, faults 0'
 }
+kills_and_goes() { # without waiting for an answer
+    local i
+    for ((i = 0; i < 20; i++)); do
+        start_board || return 1
+        perl -MSocket -e 'socket(my $s, AF_UNIX, SOCK_STREAM, 0); connect($s, pack_sockaddr_un($ARGV[0])) or die "$!"; syswrite($s, "\$k#6b")' "$sockets/gdb"
+        ended() { ! kill -0 $board 2>/dev/null; }
+        await ended || return 1
+        wait $board || return 1
+    done
+}
 reset_connections_of_a_port() {
     timeout 120 build/matrig-board --elf $elf --gdb 0 2>"$tmp/port.err" &
     board=$!
-    for _ in $(seq 200); do grep -q 'target remote' "$tmp/port.err" && break; sleep 0.05; done
+    await grep -q 'target remote' "$tmp/port.err"
     local port=$(sed -n 's/.*target remote .*://p' "$tmp/port.err")
     resets "$port" 100 && kill -0 $board || return 1
     timeout 60 gdb-multiarch -nx -q -batch -ex "target remote 127.0.0.1:$port" -ex 'monitor time' -ex kill $elf >"$tmp/session" 2>&1
@@ -178,7 +187,7 @@ watches() { # the hang image counts its SysTicks in the first word of RAM, and s
 port_is_told() {
     timeout 60 build/matrig-board --elf $elf --gdb 0 --for 1 2>"$tmp/port.err" &
     board=$!
-    for _ in $(seq 200); do grep -q '127.0.0.1:[0-9]' "$tmp/port.err" && break; sleep 0.05; done
+    await grep -q '127.0.0.1:[0-9]' "$tmp/port.err"
     timeout 60 gdb-multiarch -nx -q -batch -ex "$(sed -n 's/.*gdb: //p' "$tmp/port.err")" -ex 'monitor time' -ex continue $elf >"$tmp/session" 2>&1
     wait $board || return 1
     cat "$tmp/session"
@@ -203,6 +212,7 @@ check "a debugger detaches and comes again" detaches_and_returns
 check "a debugger that vanishes leaves the board running" lost_connection
 check "100 debuggers that reset their connection leave the board running" reset_connections
 check "also on a port" reset_connections_of_a_port
+check "a debugger that kills and goes at once ends the board" kills_and_goes
 check "a watchpoint, a reset" watches
 check "a port that is free is told" port_is_told
 check "what --gdb does not take" refusals

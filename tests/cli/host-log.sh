@@ -14,12 +14,12 @@ stored_can() { sqlite3 "$1" "select printf('%03X#', can_id) || hex(data) from fr
 kill_after_silence() {
     local lines=12000 bytes=250000 logger
     mkfifo "$tmp/can.fifo" "$tmp/serial.fifo"
-    (head -n $lines "$tmp/all.can"; sleep 20) >"$tmp/can.fifo" &
-    (head -c $bytes "$tmp/all.serial"; sleep 20) >"$tmp/serial.fifo" &
+    (head -n $lines "$tmp/all.can"; sleep 60) >"$tmp/can.fifo" &
+    (head -c $bytes "$tmp/all.serial"; sleep 60) >"$tmp/serial.fifo" &
     $matrig --quiet log --can "file:$tmp/can.fifo" --serial "file:$tmp/serial.fifo" --db "$tmp/kill.db" >/dev/null 2>&1 &
     logger=$!
-    for _ in $(seq 200); do [ -s "$tmp/kill.db" ] && break; sleep 0.05; done
-    sleep 0.7
+    all_stored() { [ "$(frames_in "$tmp/kill.db")" = $lines ] && [ "$(blocks_in "$tmp/kill.db")" -gt 2000 ]; }
+    await all_stored
     kill -9 $logger
     wait $logger 2>/dev/null
     echo "frames $(frames_in "$tmp/kill.db") of $lines"
@@ -37,7 +37,8 @@ kill_in_the_flow() {
     (while read -r line; do printf '%s\n' "$line"; done <"$tmp/all.can"; sleep 20) >"$tmp/flow.fifo" &
     $matrig --quiet log --can "file:$tmp/flow.fifo" --db "$tmp/flow.db" >/dev/null 2>&1 &
     logger=$!
-    for _ in $(seq 400); do [ -e "$tmp/flow.db" ] && [ "$(frames_in "$tmp/flow.db" 2>/dev/null || echo 0)" -gt 500 ] && break; sleep 0.02; done
+    flows() { [ -e "$tmp/flow.db" ] && [ "$(frames_in "$tmp/flow.db")" -gt 500 ]; }
+    await flows
     kill -9 $logger
     wait $logger 2>/dev/null
     local kept
@@ -52,7 +53,8 @@ stops_on() { # SIGNAL
     (cat "$tmp/all.can"; sleep 20) >"$tmp/stop$1.fifo" &
     $matrig --json --quiet log --can "file:$tmp/stop$1.fifo" --db "$tmp/stop$1.db" >"$tmp/stop$1.json" &
     logger=$!
-    for _ in $(seq 200); do [ -e "$tmp/stop$1.db" ] && [ "$(frames_in "$tmp/stop$1.db" 2>/dev/null || echo 0)" -gt 0 ] && break; sleep 0.05; done
+    comes() { [ -e "$tmp/stop$1.db" ] && [ "$(frames_in "$tmp/stop$1.db")" -gt 0 ]; }
+    await comes "$1"
     kill -"$1" $logger
     wait $logger
     status=$?

@@ -32,10 +32,8 @@ boots_on_qemu() {
     local pid
     qemu-system-arm -M netduinoplus2 -kernel "$elf" -display none -monitor none -serial "file:$tmp/serial" &
     pid=$!
-    for _ in $(seq 100); do
-        sleep 0.2
-        [ "$(stat -c %s "$tmp/serial" 2>/dev/null || echo 0)" -gt 2000 ] && break
-    done
+    has_said() { [ "$(stat -c %s "$tmp/serial" 2>/dev/null || echo 0)" -gt 2000 ]; }
+    await has_said
     kill $pid
     wait $pid 2>/dev/null
     # matrig itself reads what it said: hello with this layout (else log refuses it), and a fault for each part missing

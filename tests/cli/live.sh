@@ -170,7 +170,7 @@ joined_on_serial() {
     build/matrig-board --elf $elf --can none --serial "pty:$work/tty" --speed real --for 60 2>"$work/tty.err" &
     local board=$! joined i whole=$port result=1
     pids+=($board)
-    for ((i = 0; i < 100; i++)); do [ -e "$work/tty" ] && break; sleep 0.05; done
+    await test -e "$work/tty"
     timeout 20 head -c 12000 <"$work/tty" | wc -c # what it tells at the beginning is 9 kB
     build/matrig --quiet log --serial "serial:$work/tty" --db "$work/joined.db" --live 0 >/dev/null 2>"$work/joined.err" &
     joined=$!

@@ -188,7 +188,7 @@ streams() {
         { echo head; $matrig dbc -o /dev/stdout; echo tail; } >"$tmp/dbc3" && { echo head; cat "$tmp/dbc"; echo tail; } | cmp - "$tmp/dbc3" &&
         $matrig dbc -o /dev/fd/7 7>"$tmp/dbc4" && cmp "$tmp/dbc" "$tmp/dbc4" && $matrig dbc -o >(cat >"$tmp/dbc5"; : >"$tmp/dbc5.done") &&
         $matrig dbc -o /dev/null && $matrig survey "$db" --sheet - | grep -q . || return 1
-    for _ in $(seq 100); do [ -e "$tmp/dbc5.done" ] && break; sleep 0.05; done
+    await test -e "$tmp/dbc5.done"
     cmp "$tmp/dbc" "$tmp/dbc5" && [ -c /dev/null ] && fails_with 3 'cannot write .No space' $matrig dbc -o /dev/full
 }
 check "standard output, a descriptor, a pipe, a device" streams

@@ -134,9 +134,9 @@ from_state() {
     local board relay status
     grep -Ev '^(end |command 8.875)' tests/runs/landing5.run >"$tmp/undisarmed.run"
     printf 'end %s\n' "$(gzip -c "$tmp/undisarmed.run" | tail -c 8 | head -c 4 | od -An -tx4 | tr -d ' ')" >>"$tmp/undisarmed.run"
-    timeout 60 build/matrig-board --elf $elf --can "file:$tmp/state.log" --serial "unix:$sockets/serial" --rig "$tmp/undisarmed.run" --for 60 2>"$tmp/board.err" &
+    timeout 180 build/matrig-board --elf $elf --can "file:$tmp/state.log" --serial "unix:$sockets/serial" --rig "$tmp/undisarmed.run" --for 60 2>"$tmp/board.err" &
     board=$!
-    timeout 40 python3 - "$sockets/serial" "$sockets/relay" "$tmp/state.log" " 0A0#0$1" <<'P' &
+    timeout 120 python3 - "$sockets/serial" "$sockets/relay" "$tmp/state.log" " 0A0#0$1" <<'P' &
 import os, select, socket, sys, time
 for _ in range(100):
     try:
@@ -160,11 +160,8 @@ while True:
         (host if s is board else board).sendall(data)
 P
     relay=$!
-    for _ in $(seq 200); do
-        [ -S "$sockets/relay" ] && break
-        sleep 0.05
-    done
-    timeout 30 build/matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/relay" >"$tmp/ready.txt" 2>&1
+    await test -S "$sockets/relay"
+    timeout 60 build/matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/relay" >"$tmp/ready.txt" 2>&1
     status=$?
     kill -INT $board 2>/dev/null
     wait $board $relay 2>/dev/null

@@ -65,11 +65,8 @@ resumed() {
 }
 check "resumed: 1,000 distinct results, none twice, all as in the unbroken run" resumed
 nothing_left() { # of the killed sweeps: the kernel ends their children, which may take it a moment
-    for _ in $(seq 50); do
-        pgrep -f "sweep $tmp/killed.json" >/dev/null || return 0
-        sleep 0.1
-    done
-    return 1
+    gone() { ! pgrep -f "sweep $tmp/killed.json" >/dev/null; }
+    await gone
 }
 check "no process is left behind" nothing_left
 orphan() { # a child that does not run, so that only the kernel can end it
@@ -82,10 +79,8 @@ orphan() { # a child that does not run, so that only the kernel can end it
     done
     kill -STOP "$child" && kill -9 $process
     wait $process 2>/dev/null
-    for _ in $(seq 50); do
-        kill -0 "$child" 2>/dev/null || return 0
-        sleep 0.1
-    done
+    ended() { ! kill -0 "$child" 2>/dev/null; }
+    await ended && return 0
     kill -9 "$child"
     return 1
 }

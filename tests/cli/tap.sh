@@ -30,4 +30,13 @@ fails_with() {
     [ "$status" -eq "$code" ] && [ "$(wc -l <"$tmp/err")" -eq 1 ] && grep -Eq -- "$pattern" "$tmp/err"
 }
 
+# await COMMAND...: until it succeeds, at most a minute: a wait that succeeds costs nothing, however busy the computer is.
+await() {
+    local until_s=$((SECONDS + 60))
+    until "$@" 2>/dev/null; do
+        [ $SECONDS -lt $until_s ] || return 1
+        sleep 0.05
+    done
+}
+
 finish() { echo "1..$tests"; }
