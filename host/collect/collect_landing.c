@@ -156,6 +156,8 @@ static enum mr_status enter(struct collector *collector, struct side *side, cons
         if (status != MR_OK)
             return status;
     }
+    if (side->kind == LINK_CAN && !slot->entered[LINK_CAN])
+        slot->row.armed_us = (int64_t)host_us; /* a frame has its own stamp, serial's bytes that of their reading */
     slot->entered[side->kind] = true;
     side->current = slot;
     account_break(&side->account);

@@ -14,6 +14,7 @@
 
 #define WAIT_US 60000000u      /* for a campaign that takes nothing, at the end of the links or of --for; */
 #define WAIT_ASKED_US 5000000u /* when somebody asked for the end */
+#define HURRY_US 500000u /* nobody asks twice within it; `timeout` and `kill` of a group give one signal twice */
 #define LOOK_MS 20
 
 bool logger_signalled(struct logger *logger, int signals)
@@ -21,7 +22,10 @@ bool logger_signalled(struct logger *logger, int signals)
     struct signalfd_siginfo info;
     if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
         return false;
-    logger->hurried = logger->ended_by != NULL;
+    uint64_t now_us = logger_now_us();
+    logger->hurried = logger->ended_by && (!logger->signalled_us || now_us - logger->signalled_us > HURRY_US);
+    if (!logger->signalled_us)
+        logger->signalled_us = now_us;
     watch_end(&logger->watch);
     return true;
 }

@@ -53,6 +53,7 @@ struct logger {
     double wait_s;           /* for a device that went away */
     const char *ended_by;    /* NULL: going on */
     bool hurried;            /* the end was asked for twice */
+    uint64_t signalled_us;   /* when it was asked for first; 0: not yet */
     struct error link_error; /* the first link that broke; logging went on with the other */
     json_t *landings;
     unsigned shown; /* landings summarised */

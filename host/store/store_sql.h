@@ -29,9 +29,9 @@
       "firmware,"                                                                                            \
       " image_crc, config_crc, clock_source, touchdown_ft, switch_error_ft, image_commit) "                  \
       "VALUES(?,?,?,?,?,?,?,?,?,?,?,?,?,?)")                                                                 \
-    X(LANDING_PUT, "iittiiirrti",                                                                            \
-      "UPDATE landings SET armed_block=?, state=?, board_uid=?, firmware=?, image_crc=?, config_crc=?,"      \
-      " clock_source=?, touchdown_ft=?, switch_error_ft=?, image_commit=? WHERE id=?")                       \
+    X(LANDING_PUT, "iiittiiirrti",                                                                           \
+      "UPDATE landings SET armed_block=?, armed_us=?, state=?, board_uid=?, firmware=?, image_crc=?,"        \
+      " config_crc=?, clock_source=?, touchdown_ft=?, switch_error_ft=?, image_commit=? WHERE id=?")         \
     X(LANDING_GET, "i",                                                                                      \
       "SELECT id, session, boot, board_landing, armed_block, armed_us, state, board_uid, firmware,"          \
       " image_crc, config_crc, clock_source, " STORE_TOUCHDOWN ", switch_error_ft, image_commit FROM landings"      \

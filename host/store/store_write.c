@@ -44,7 +44,7 @@ enum mr_status store_landing_add(struct store *store, struct store_landing *land
 enum mr_status store_landing_put(struct store *store, const struct store_landing *landing,
                                  struct error *error)
 {
-    return store_run(store, error, STORE_LANDING_PUT, landing->armed_block, landing->state,
+    return store_run(store, error, STORE_LANDING_PUT, landing->armed_block, landing->armed_us, landing->state,
                      landing->board_uid, landing->firmware, landing->image_crc, landing->config_crc,
                      landing->clock_source, landing->touchdown_ft, landing->switch_error_ft, landing->image_commit,
                      landing->id);
