@@ -231,9 +231,11 @@ held=$(pidof matrig)
 kill -STOP $held
 cangen vcan0 -g 0 -n 4000 -I 300 -L 8 -D i
 kill -CONT $held
-usleep 1000000
+wait_for 60 frames_in queue frames 1 # what the queue held is read: there is room for the next one
+usleep 300000
 cansend vcan0 301#
-usleep 1500000
+queue_told() { [ "$(db queue "select count(*) from frames where can_id = $((0x301))")" = 1 ] && [ "$(db queue "select count(*) from events where code = 14")" -gt 0 ]; }
+wait_for 60 queue_told
 kill -INT $held
 wait_for 20 sh -c "! kill -0 $held"
 queue_counted() {
