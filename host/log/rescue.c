@@ -113,8 +113,10 @@ enum mr_status logger_rescue(struct logger *logger, struct error *error)
                  why.text[0] ? why.text : "no folder to write to");
         return MR_OK;
     }
+    const struct store_identity before = logger->watch.identity;
     enum mr_status status = move_to(logger, saved, error);
     if (status == MR_OK) {
+        store_journal_away(original, now, &before);
         fprintf(stderr, "matrig: %s: all of it was saved in %s, and the log goes on there\n", logger->taken, saved); /* also with --quiet */
         fflush(stderr);
     }

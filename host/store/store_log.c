@@ -157,3 +157,19 @@ void store_leave(struct store *store)
         sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     store_close(store);
 }
+
+void store_journal_away(const char *path, const char *now, const struct store_identity *identity)
+{
+    char journal[PATH_MOST], index[PATH_MOST], moved[PATH_MOST];
+    struct stat info;
+    bool ours = stat_of(path, JOURNAL, &info) && info.st_ino == identity->journal && info.st_dev == identity->journal_device;
+    if (!ours || (stat_of(path, "", &info) && info.st_ino == identity->file && info.st_dev == identity->device))
+        return;
+    if (snprintf(journal, sizeof journal, "%s" JOURNAL, path) >= PATH_MOST || snprintf(index, sizeof index, "%s-shm", path) >= PATH_MOST
+        || snprintf(moved, sizeof moved, "%s" JOURNAL, now) >= PATH_MOST)
+        return;
+    if (now[0])
+        (void)link(journal, moved); /* never over one that is there */
+    unlink(journal);
+    unlink(index);
+}

@@ -52,5 +52,8 @@ enum mr_status store_copy_to(struct store *store, const char *path, struct error
 void store_whereabouts(const struct store *store, char *out, size_t size);
 /* As store_close, of a store whose file was taken away: what is at its path belongs to somebody else, and is not touched. */
 void store_leave(struct store *store);
+/* After it. The journal of the file that was at `path` goes to where that file is `now`, or away with it (""): SQLite would write it into
+ * whatever is put at the path. Nothing is done while the file itself, or another journal, is there. */
+void store_journal_away(const char *path, const char *now, const struct store_identity *identity);
 
 #endif

@@ -12,7 +12,7 @@ arm-none-eabi-nm -l $elf >"$tmp/symbols"
 # functions that hold the port's address, with their source file
 port_users() {
     awk -v port="$port_b" '/^[0-9a-f]+ <.*>:$/ { name = $2; gsub(/[<>:]/, "", name) } $3 == ".word" && $4 == "0x" port { print name }' "$tmp/code" | sort -u |
-        while read -r name; do awk -v n="$name" '$3 == n { f = $4; sub(/:[0-9]+$/, "", f); sub(/.*\//, "", f); print n, f; exit }' "$tmp/symbols"; done
+        while read -r name; do awk -F"\t" -v n="$name" '$1 ~ " " n "$" { f = $2; sub(/:[0-9]+$/, "", f); sub(/.*\//, "", f); print n, f; exit }' "$tmp/symbols"; done
 }
 one_function_moves_it() {
     port_users | tee "$tmp/users"

@@ -223,7 +223,10 @@ taken() { # NAME WHAT COMMAND...
     [[ $saved == $dbs/$name-saved-*.db ]] && [ "$(grep -c "while it was logged; all that was logged is in $saved$" "$tmp/$name.err")" = 1 ] &&
         all_there "$name" "$(basename "$saved" .db)"
 }
-moved() { taken moved "was moved to $dbs/elsewhere.db" mv "$dbs/moved.db" "$dbs/elsewhere.db"; }
+moved() { # its journal goes with it, so that it is whole
+    taken moved "was moved to $dbs/elsewhere.db" mv "$dbs/moved.db" "$dbs/elsewhere.db" && [ ! -e "$dbs/moved.db-wal" ] &&
+        $matrig landing "$dbs/elsewhere.db" | grep -q '^RUN 1'
+}
 deleted() { taken deleted "was deleted" rm "$dbs/deleted.db" "$dbs/deleted.db-wal" "$dbs/deleted.db-shm"; }
 moved_last() { # at the very end, before anybody could have noticed
     local saved
@@ -238,8 +241,14 @@ moved_last() { # at the very end, before anybody could have noticed
     [ $status = 3 ] && [[ $saved == $dbs/moved-last-saved-*.db ]] && has_come "$(basename "$saved" .db)" &&
         [ "$(db "$(basename "$saved" .db)" "select ended_by from sessions")" = signal ]
 }
-put_another() { echo "somebody's" >"$dbs/another" && mv "$dbs/another" "$dbs/replaced.db"; }
-replaced() { taken replaced "was replaced by another file" put_another && [ "$(cat "$dbs/replaced.db")" = "somebody's" ]; }
+put_another() {
+    sqlite3 "$dbs/another" "pragma journal_mode = wal; create table somebodys (text); insert into somebodys values ('own')" >/dev/null &&
+        cp "$dbs/another" "$dbs/another.copy" && mv "$dbs/another" "$dbs/replaced.db"
+}
+replaced() { # and nothing of the log's is beside it that SQLite would write into it
+    taken replaced "was replaced by another file" put_another && [ ! -e "$dbs/replaced.db-wal" ] &&
+        [ "$(sqlite3 "$dbs/replaced.db" 'select text from somebodys')" = own ] && cmp "$dbs/replaced.db" "$dbs/another.copy"
+}
 journal() { taken journal "lost its journal \(-wal\)" rm "$dbs/journal.db-wal"; }
 
 # Side by side: most of it is waiting.
