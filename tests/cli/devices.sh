@@ -18,7 +18,7 @@ python3 tests/link/adapter.py slcan "$here/adapter" "$tmp/long.can" 10 59000 00,
 adapter=$!
 wait_for 20 "$here/adapter"
 a_minute_over_slcan() {
-    LD_PRELOAD=$PWD/build/tests/link/faults.so CLOCK_RATE=$here/adapter.open:10 \
+    LD_PRELOAD=build/tests/link/faults.so CLOCK_RATE=$here/adapter.open:10 \
         timeout 120 $matrig log --listen --can "slcan:$here/adapter" --db "$tmp/slcan.db" >"$tmp/slcan.txt" 2>"$tmp/slcan.err" &
     local logger=$! status
     wait $adapter

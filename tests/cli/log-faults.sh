@@ -7,7 +7,7 @@ sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 # In memory where that can be: how long a busy disk takes to write is not what is tried here.
 dbs=$(mktemp -d /dev/shm/matrig.XXXXXX 2>/dev/null) || dbs=$tmp
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"; [ "$dbs" = "$tmp" ] || rm -rf "$dbs"' EXIT
-faults="LD_PRELOAD=$PWD/build/tests/link/faults.so"
+faults="LD_PRELOAD=build/tests/link/faults.so"
 
 # begin NAME SECONDS [VARIABLE=VALUE...]: sender and logger in the background, into NAME.db
 begin() {

@@ -7,7 +7,7 @@ matrig=${MATRIG:-build/matrig}
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 dbs=$(mktemp -d /dev/shm/matrig.XXXXXX 2>/dev/null) || dbs=$tmp # in memory: how long a busy disk takes is not what is tried
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"; [ "$dbs" = "$tmp" ] || rm -rf "$dbs"' EXIT
-faults="LD_PRELOAD=$PWD/build/tests/link/faults.so"
+faults="LD_PRELOAD=build/tests/link/faults.so"
 only=${ONLY:-.} # a pattern of the cases to try
 
 # begin NAME SECONDS [VARIABLE=VALUE...]: sender and logger in the background, into NAME.db

@@ -2,8 +2,11 @@
 # One rule for every file that matrig writes: it takes the place of a file only while its content is what matrig wrote there, or with
 # --force; never of a database or of what is read. A file appears whole or not at all.
 . "$(dirname "$0")/tap.sh"
-matrig=$PWD/build/matrig
-top=$PWD
+short=$(mktemp -d /tmp/matrig.XXXXXX) # the project by a path without blanks
+trap 'rm -rf "$short"' EXIT
+ln -s "$PWD" "$short/top"
+top=$short/top
+matrig=$top/build/matrig
 export XDG_STATE_HOME=$top/$tmp/state
 db=$tmp/campaign.db
 
@@ -62,7 +65,7 @@ EOL
 
 # a board's: the refusal comes before it is asked
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
-trap 'rm -rf "$sockets"' EXIT
+trap 'rm -rf "$short" "$sockets"' EXIT
 cat >"$tmp/board.sh" <<SH
 #!/usr/bin/env bash
 build/matrig-board --elf build/firmware/matrig.elf --serial "unix:$sockets/serial" --for 20 >"$tmp/board.out" 2>&1 &
