@@ -99,18 +99,12 @@ enum mr_status store_frame_put(struct store *store, int64_t session, const struc
 
 enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct error *error)
 {
-    sqlite3_stmt *statement;
+    sqlite3_stmt *statement = NULL;
     *mark = 0;
     enum mr_status status = store_frames_flush(store, error);
     if (status == MR_OK)
         status = store_query(store, error, &statement, STORE_FRAMES_NEWEST);
-    if (status == MR_OK)
-        status = store_step(store, statement, error);
-    if (status != MR_OK)
-        return status;
-    *mark = store_integer(statement, 0);
-    store_reset(statement);
-    return MR_OK;
+    return store_take_integer(store, statement, status, mark, error);
 }
 
 enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark, int64_t from_run, int64_t to_run,

@@ -335,14 +335,14 @@ enum mr_status store_result_get(struct store *store, int64_t run, struct store_r
     return MR_OK;
 }
 
-static enum mr_status read_count(struct store *store, sqlite3_stmt *statement, enum mr_status status,
-                                 int64_t *count, struct error *error)
+enum mr_status store_take_integer(struct store *store, sqlite3_stmt *statement, enum mr_status status, int64_t *value,
+                                  struct error *error)
 {
     if (status == MR_OK)
         status = store_step(store, statement, error);
     if (status != MR_OK)
         return status;
-    *count = store_integer(statement, 0);
+    *value = store_integer(statement, 0);
     store_reset(statement);
     return MR_OK;
 }
@@ -351,7 +351,7 @@ enum mr_status store_blocks_count(struct store *store, int64_t run, int64_t *cou
 {
     sqlite3_stmt *statement;
     enum mr_status status = store_query(store, error, &statement, STORE_BLOCKS_COUNT, run);
-    return read_count(store, statement, status, count, error);
+    return store_take_integer(store, statement, status, count, error);
 }
 
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
@@ -359,7 +359,7 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
 {
     sqlite3_stmt *statement;
     enum mr_status status = store_query(store, error, &statement, STORE_FRAMES_COUNT, run, (int64_t)link);
-    return read_count(store, statement, status, count, error);
+    return store_take_integer(store, statement, status, count, error);
 }
 
 enum mr_status store_blocks_each(struct store *store, int64_t run,

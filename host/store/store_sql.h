@@ -297,6 +297,9 @@ enum mr_status store_run(struct store *store, struct error *error, enum store_st
 enum mr_status store_query(struct store *store, struct error *error, sqlite3_stmt **statement,
                            enum store_statement which, ...);
 enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct error *error);
+/* The first column of the only row, of a query that ended with `status`; on any other than MR_OK that is returned. */
+enum mr_status store_take_integer(struct store *store, sqlite3_stmt *statement, enum mr_status status, int64_t *value,
+                                  struct error *error);
 void store_reset(sqlite3_stmt *statement);
 
 /* Columns with NULL as STORE_NONE and NaN; text is copied, cut to `size`. */

@@ -22,11 +22,6 @@ begin() {
 db() { sqlite3 "$dbs/$1.db" "$2"; }
 fills_in() { db "$1" "select count(*) from frames where link = 0 and can_id = 1365"; }
 sent() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.sent') as text), '\$.$2')"; }
-wait_until() { # SECONDS COMMAND...: until it succeeds
-    local until=$((SECONDS + $1))
-    shift
-    until "$@" 2>/dev/null; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
-}
 has_come() { [ "$(fills_in "$1")" -ge "$2" ]; } # 6,600 a second; the landing is from 1.2 to 7.6 s
 intact() { [ "$(db "$1" 'pragma integrity_check')" = ok ]; }
 

@@ -22,11 +22,6 @@ begin() {
     in_landing "$name" || return 1
 }
 db() { sqlite3 -cmd '.timeout 5000' "$dbs/$1.db" "$2"; }
-wait_until() { # SECONDS COMMAND...: until it succeeds
-    local until=$((SECONDS + $1))
-    shift
-    until "$@" 2>/dev/null; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
-}
 has_come() { [ "$(db "$1" "select count(*) from frames where link = 0 and can_id = 1365")" -ge 12000 ]; } # the landing is from 1.2 to 7.6 s
 in_landing() { wait_until 30 has_come "$1"; }
 told() { grep -Eq "$2" "$tmp/$1.err"; }

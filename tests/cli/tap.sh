@@ -30,13 +30,13 @@ fails_with() {
     [ "$status" -eq "$code" ] && [ "$(wc -l <"$tmp/err")" -eq 1 ] && grep -Eq -- "$pattern" "$tmp/err"
 }
 
-# await COMMAND...: until it succeeds, at most a minute: a wait that succeeds costs nothing, however busy the computer is.
-await() {
-    local until_s=$((SECONDS + 60))
-    until "$@" 2>/dev/null; do
-        [ $SECONDS -lt $until_s ] || return 1
-        sleep 0.05
-    done
+# wait_until SECONDS COMMAND...: until it succeeds
+wait_until() {
+    local until=$((SECONDS + $1))
+    shift
+    until "$@" 2>/dev/null; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
 }
+# await COMMAND...: at most a minute: a wait that succeeds costs nothing, however busy the computer is.
+await() { wait_until 60 "$@"; }
 
 finish() { echo "1..$tests"; }
