@@ -122,31 +122,47 @@ static enum mr_status refuse_foreign(struct store *store, struct error *error)
                      "a copy of before", what, store->path);
 }
 
-static enum mr_status check_version(struct store *store, enum store_mode mode, struct error *error)
-{
+/* What a file says of itself. */
+struct header {
     int64_t application, version, tables;
-    enum mr_status status = pragma(store, "PRAGMA application_id", &application, error);
-    if (status == MR_OK)
-        status = pragma(store, "PRAGMA user_version", &version, error);
-    if (status == MR_OK)
-        status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
+};
+
+/* In one transaction: what another log has set up meanwhile is seen whole or not at all. */
+static enum mr_status read_header(struct store *store, struct header *header, struct error *error)
+{
+    enum mr_status status = execute(store, "BEGIN", "read", error);
     if (status != MR_OK)
         return status;
-    if (mode == STORE_CREATE && application == 0 && version == 0 && tables == 0) {
+    status = pragma(store, "PRAGMA application_id", &header->application, error);
+    if (status == MR_OK)
+        status = pragma(store, "PRAGMA user_version", &header->version, error);
+    if (status == MR_OK)
+        status = pragma(store, "SELECT count(*) FROM sqlite_schema", &header->tables, error);
+    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL); /* only read */
+    return status;
+}
+
+static enum mr_status check_version(struct store *store, enum store_mode mode, struct error *error)
+{
+    struct header header;
+    enum mr_status status = read_header(store, &header, error);
+    if (status != MR_OK)
+        return status;
+    if (mode == STORE_CREATE && header.application == 0 && header.version == 0 && header.tables == 0) {
         status = create_tables(store, error);
         return status == MR_OK ? check_version(store, STORE_OPEN, error) : status;
     }
-    if (application != STORE_APPLICATION)
+    if (header.application != STORE_APPLICATION)
         return error_set(error, MR_MALFORMED,
                          "no campaign database: %s; name a database that matrig log made", store->path);
-    if (version > STORE_VERSION || version < 1)
+    if (header.version > STORE_VERSION || header.version < 1)
         return error_set(
             error, MR_VERSION,
             "campaign database of version %lld, this matrig has version %d: %s; use the matrig that made it",
-            (long long)version, STORE_VERSION, store->path);
+            (long long)header.version, STORE_VERSION, store->path);
     if (refuse_foreign(store, error) != MR_OK)
         return error->status;
-    return bring_forward(store, mode, version, error);
+    return bring_forward(store, mode, header.version, error);
 }
 
 enum mr_status store_open(const char *path, enum store_mode mode, struct store **store, struct error *error)

@@ -217,6 +217,39 @@ static void killed_in_a_transaction(void **state)
         sql_number(path, "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check='ok'"), 1);
 }
 
+/* Another program sets up the same new file between two questions of store_open to it, when it can. */
+static int another_sets_it_up(unsigned event, void *context, void *statement, void *text)
+{
+    (void)event, (void)context;
+    if (!text || !strstr(sqlite3_sql(statement), "user_version"))
+        return 0;
+    sqlite3_reset_auto_extension(); /* the other one is left in peace */
+    sqlite3 *other;
+    assert_int_equal(sqlite3_open(path, &other), SQLITE_OK);
+    if (sqlite3_exec(other, "BEGIN IMMEDIATE; CREATE TABLE sessions(id); PRAGMA user_version=1; PRAGMA application_id=7; COMMIT", NULL, NULL,
+                     NULL) != SQLITE_OK)
+        sqlite3_exec(other, "ROLLBACK", NULL, NULL, NULL);
+    sqlite3_close(other);
+    return 0;
+}
+static int watched(sqlite3 *database, const char **message, const struct sqlite3_api_routines *routines)
+{
+    (void)message, (void)routines;
+    return sqlite3_trace_v2(database, SQLITE_TRACE_STMT, another_sets_it_up, NULL);
+}
+static void a_new_file_is_seen_whole_or_not_at_all(void **unused)
+{
+    (void)unused;
+    struct store *store = NULL;
+    struct error error = {0};
+    scratch_path(path, sizeof path, "race.db");
+    sqlite3_auto_extension((void (*)(void))watched);
+    store_open(path, STORE_CREATE, &store, &error);
+    sqlite3_reset_auto_extension();
+    assert_no_error(&error);
+    store_close(store);
+}
+
 static void simulations_keep_the_newest(void **state)
 {
     struct error error = {0};
@@ -270,6 +303,7 @@ int main(void)
         cmocka_unit_test(another_version_is_refused),
         cmocka_unit_test(foreign_files_are_refused_and_left_alone),
         cmocka_unit_test(killed_in_a_transaction),
+        cmocka_unit_test(a_new_file_is_seen_whole_or_not_at_all),
         cmocka_unit_test(simulations_keep_the_newest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
