@@ -93,7 +93,6 @@ struct collector {
     struct side side[LINK_KINDS];
     const struct collector_watcher *watcher; /* NULL: nobody */
     bool hello;
-    struct witness witness; /* serial, of what CAN says */
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */
     size_t finished_count;
@@ -125,6 +124,8 @@ struct collector {
     bool alarm_news;
     struct mr_ack answer; /* newest to arm or disarm */
     bool answer_news;
+
+    struct witness witness; /* serial, of what CAN says; the last member: collect_writing.c copies it in its own way */
 };
 
 /* ---- collect_links.c ---- */

@@ -9,6 +9,28 @@ void witness_start(struct witness *witness)
     witness_restart(witness);
 }
 
+/* The used part of a ring: from `first` to the ring's end, and what is left from its beginning. */
+static void copy_ring(struct witness_message *to, const struct witness_message *from, size_t first, size_t count, size_t size)
+{
+    size_t tail = first + count > size ? size - first : count;
+    memcpy(to + first, from + first, tail * sizeof *to);
+    memcpy(to, from, (count - tail) * sizeof *to);
+}
+
+void witness_copy(struct witness *to, const struct witness *from)
+{
+    copy_ring(to->waiting, from->waiting, from->first, from->count, WITNESS_WAITING);
+    for (unsigned place = 0; place < MR_PLACES; place++)
+        copy_ring(to->said[place], from->said[place], from->said_first[place], from->said_count[place], WITNESS_SAID);
+    to->first = from->first;
+    to->count = from->count;
+    memcpy(to->said_first, from->said_first, sizeof to->said_first);
+    memcpy(to->said_count, from->said_count, sizeof to->said_count);
+    to->newest_block = from->newest_block;
+    to->lost_from_block = from->lost_from_block;
+    to->lost_block = from->lost_block;
+}
+
 void witness_restart(struct witness *witness)
 {
     witness->newest_block = -1;

@@ -47,6 +47,8 @@ enum witness_verdict {
 };
 
 void witness_start(struct witness *witness);
+/* `to` waits for and remembers the same; it may have been anything. */
+void witness_copy(struct witness *to, const struct witness *from);
 /* The board sends it on both links, with the same bytes. Counts and states of one link, and answers to who asked on it, are not. */
 bool witness_covers(uint16_t id, enum mr_direction direction);
 /* Serial says something; `block`: its newest, the message's own included. */

@@ -1,0 +1,83 @@
+/* Serial as the witness of CAN: a copy goes on as the witness itself does, whatever the rings hold and wherever they begin. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/collect/witness.h"
+#include "tests/cmocka_all.h"
+
+static uint32_t state;
+
+static uint32_t draw(uint32_t below)
+{
+    state = state * 1664525u + 1013904223u;
+    return (state >> 8) % below;
+}
+
+struct walk {
+    int64_t block;
+    uint32_t turn;
+};
+
+/* One thing that happens to a witness, as the walk and `seed` have it; a number that says what the witness answered. */
+static uint32_t happen(struct witness *witness, const struct walk *walk, uint32_t seed)
+{
+    static const uint16_t ids[] = {MR_ID_LANDING, MR_ID_HELLO, MR_ID_CLOCK, 0x100};
+    struct witness_message message = {.length = 8, .block = walk->block, .host_us = walk->turn};
+    uint32_t answer = 0;
+    state = seed;
+    message.id = ids[draw(4)];
+    message.payload[0] = (uint8_t)draw(3);
+    switch (draw(8)) {
+    case 0:
+    case 1: witness_serial(witness, message.id, message.payload, message.length, walk->block); break;
+    case 2:
+    case 3:
+    case 4: answer = witness_can(witness, &message); break;
+    case 5: witness_lost(witness, walk->block - draw(300), walk->block); break;
+    case 6:
+        if (draw(4000) == 0)
+            witness_restart(witness);
+        break;
+    default:
+        for (enum witness_verdict verdict = WITNESS_SAME; verdict != WITNESS_WAIT;) {
+            verdict = witness_take(witness, walk->block - 200, false, &message);
+            answer = answer * 31u + (uint32_t)verdict * 7u + (uint32_t)message.block;
+        }
+    }
+    return answer;
+}
+
+static void a_copy_goes_on_as_the_witness(void **unused)
+{
+    (void)unused;
+    struct witness *witness = malloc(sizeof *witness), *copy = malloc(sizeof *copy);
+    assert_true(witness && copy);
+    witness_start(witness);
+    struct walk walk = {.block = 1};
+    uint32_t seed = 5, answered = 0;
+    for (int round = 0; round < 60; round++) {
+        for (int i = 0; i < 3000; i++, walk.turn++) {
+            walk.block += round % 2 ? 1 : walk.turn % 40 == 0; /* so the waiting ones go beyond the ring's end, and those said to its limit */
+            happen(witness, &walk, seed += 77u);
+        }
+        memset(copy, 0xa5 + round, sizeof *copy);
+        witness_copy(copy, witness);
+        for (int i = 0; i < 500; i++, walk.turn++) {
+            walk.block += i % 3 == 0;
+            uint32_t answer = happen(witness, &walk, seed += 77u);
+            answered += answer > 1;
+            assert_int_equal(happen(copy, &walk, seed), answer);
+        }
+    }
+    assert_true(answered > 500); /* verdicts were compared, not only silence */
+    free(witness);
+    free(copy);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_copy_goes_on_as_the_witness),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
