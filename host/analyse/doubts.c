@@ -117,23 +117,39 @@ static const char *message_of(const struct store_trouble *row)
     return row->code / DOUBT_ID && place < MR_PLACES ? mr_message_text(place) : NULL;
 }
 
+/* What is told of the i-th row: each frame once, so of those in excess the ones that nobody recognised. */
+struct told {
+    const char *message; /* NULL: no single one */
+    enum doubt cause;
+    int64_t count;
+    bool obeyed; /* what is stated may rest on them */
+};
+
+static bool told_at(const struct doubts *doubts, size_t i, struct told *told)
+{
+    const struct store_trouble *row = row_at(doubts, i);
+    if (!row)
+        return false;
+    bool excess = cause_of(row) == DOUBT_EXCESS;
+    *told = (struct told){.message = message_of(row), .cause = cause_of(row), .count = excess ? excess_left(doubts) : row->count,
+                          .obeyed = excess ? doubts->excess > 0 : doubt_obeyed(cause_of(row))};
+    return true;
+}
+
 bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT])
 {
+    struct told told;
     if (doubts->torn && i-- == 0) {
         snprintf(out, DOUBTS_TEXT, "torn: of its edges those before number %lld never came; speeds are not stated", (long long)doubts->first_edge);
         return true;
     }
-    const struct store_trouble *row = row_at(doubts, i);
-    if (!row)
+    if (!told_at(doubts, i, &told))
         return false;
-    const char *message = message_of(row);
-    bool excess = cause_of(row) == DOUBT_EXCESS;
-    int64_t count = excess ? excess_left(doubts) : row->count;
-    const char *effect = !doubt_obeyed(cause_of(row))    ? "not obeyed"
-                         : !excess || doubts->excess > 0 ? "what rests on CAN may be a stranger's"
-                                                         : "no number rests on CAN";
-    snprintf(out, DOUBTS_TEXT, "CAN: %lld %s%s%s %s; %s", (long long)count, message ? message : "", message ? " " : "",
-             count == 1 ? "frame" : "frames", doubt_text(cause_of(row)), effect);
+    const char *effect = told.obeyed                  ? "what rests on CAN may be a stranger's"
+                         : told.cause == DOUBT_EXCESS ? "no number rests on CAN"
+                                                      : "not obeyed";
+    snprintf(out, DOUBTS_TEXT, "CAN: %lld %s%s%s %s; %s", (long long)told.count, told.message ? told.message : "", told.message ? " " : "",
+             told.count == 1 ? "frame" : "frames", doubt_text(told.cause), effect);
     return true;
 }
 
@@ -148,13 +164,9 @@ void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT])
 json_t *doubts_json(const struct doubts *doubts)
 {
     json_t *strangers = json_array();
-    for (size_t r = 0; r < doubts->rows; r++) {
-        const char *message = message_of(&doubts->row[r]);
-        if (cause_of(&doubts->row[r]) == DOUBT_ALONE)
-            continue;
-        json_array_append_new(strangers, json_pack("{sssssIsb}", "what", doubt_text(cause_of(&doubts->row[r])), "message",
-                                                   message ? message : "", "count", (json_int_t)doubts->row[r].count, "obeyed",
-                                                   (int)doubt_obeyed(cause_of(&doubts->row[r]))));
-    }
+    struct told told;
+    for (size_t i = 0; told_at(doubts, i, &told); i++)
+        json_array_append_new(strangers, json_pack("{sssssIsb}", "what", doubt_text(told.cause), "message", told.message ? told.message : "",
+                                                   "count", (json_int_t)told.count, "obeyed", (int)told.obeyed));
     return json_pack("{sbsbso}", "doubtful", (int)doubts->doubtful, "torn", (int)doubts->torn, "strangers", strangers);
 }

@@ -33,7 +33,8 @@ const char *doubts_mark(const struct doubts *doubts);
 bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT]);
 /* "doubtful: " with the worst of it in one line, for what stands above numbers; "" when they are the board's. */
 void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT]);
-/* {"doubtful": ..., "torn": ..., "strangers": [{"what", "message", "count", "obeyed"}]}. The caller owns it. */
+/* {"doubtful": ..., "torn": ..., "strangers": [{"what", "message", "count", "obeyed"}]}: what the lines say, each frame once; obeyed: what
+ * rests on CAN may be theirs. The caller owns it. */
 json_t *doubts_json(const struct doubts *doubts);
 
 #endif

@@ -28,6 +28,23 @@ hello_of_another_layout_on_can_alone() {
     log alone "$tmp/hello.can" && cat "$tmp/alone.txt" && grep -q '^RUN 1: landing 5, done' "$tmp/alone.txt" &&
         grep -q 'strangers  *CAN: 1 hello frame of another layout; not obeyed' "$tmp/alone.txt"
 }
+# One frame came, so one is told, and no number changed by it: what was counted beyond the board's own is that same frame.
+one_frame_is_one_in_json() {
+    local links
+    for links in serial can; do
+        rm -f "$tmp/json.db"*
+        if [ $links = serial ]; then set -- "${both[@]}"; else set --; fi
+        $matrig --json --quiet log --can "file:$tmp/hello.can" "$@" --db "$tmp/json.db" >"$tmp/hello.json" || return 1
+        python3 - "$tmp/hello.json" <<'P' || return 1
+import json, sys
+log = json.load(open(sys.argv[1]))
+doubts = log["landings"][0]["doubts"]
+print(doubts)
+told = [(d["message"], d["count"], d["obeyed"]) for d in doubts["strangers"]]
+sys.exit(not (log["links"]["can"]["strangers"] == 1 and told == [("hello", 1, False)] and not doubts["doubtful"]))
+P
+    done
+}
 hello_before_the_board() { # serial will say whose board it is
     { sed -n 1p "$tmp/all.can" | awk '{ print $1, $2, "1F0#0300010000000100" }'; cat "$tmp/all.can"; } >"$tmp/first.can"
     log first "$tmp/first.can" "${both[@]}" || return 1
@@ -77,6 +94,7 @@ everything_of_the_catalogue() { mkdir -p "$tmp/each" && python3 tests/link/stran
 
 check "a hello of another layout in mid-landing is told, and the log goes on" hello_of_another_layout
 check "and on CAN alone" hello_of_another_layout_on_can_alone
+check "one frame is one in JSON, not obeyed" one_frame_is_one_in_json
 check "one before the board has spoken is refused on CAN alone" hello_before_the_board
 check "a state of the landing that serial did not say changes nothing" landing_from_elsewhere
 check "on CAN alone a landing that was torn is joined, and doubtful" torn_and_joined
