@@ -16,21 +16,60 @@
 
 /* ---- where ---- */
 
-/* A landing cannot be repeated: an output never takes the place of a database. Only a regular file can be one; reading
- * from a pipe or a terminal would wait for ever. */
-bool output_is_database(const char *path)
+/* The first bytes of a regular file; reading from a pipe or a terminal would wait for ever. False: not so many. */
+static bool read_beginning(const char *path, char *begins, size_t length)
 {
-    static const char magic[16] = "SQLite format 3";
-    char begins[sizeof magic] = {0};
     struct stat kind;
     if (stat(path, &kind) != 0 || !S_ISREG(kind.st_mode))
         return false;
     FILE *file = fopen(path, "r");
     if (!file)
         return false;
-    size_t got = fread(begins, 1, sizeof begins, file);
+    size_t got = fread(begins, 1, length, file);
     fclose(file);
-    return got == sizeof begins && memcmp(begins, magic, sizeof magic) == 0;
+    return got == length;
+}
+
+/* A landing cannot be repeated: an output never takes the place of a database. */
+bool output_is_database(const char *path)
+{
+    static const char magic[16] = "SQLite format 3";
+    char begins[sizeof magic];
+    return read_beginning(path, begins, sizeof begins) && memcmp(begins, magic, sizeof magic) == 0;
+}
+
+/* As the file formats of SQLite have it, https://www.sqlite.org/fileformat2.html, 3 and 4.1: a rollback journal, a write-ahead log. */
+static bool is_journal(const char *path)
+{
+    static const char rollback[] = "\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", ahead[] = "\x37\x7f\x06";
+    char begins[8];
+    return read_beginning(path, begins, sizeof begins) &&
+           (memcmp(begins, rollback, sizeof begins) == 0 || (memcmp(begins, ahead, 3) == 0 && (begins[3] & 0xfe) == 0x82));
+}
+
+/* Also one that is being made, or that may not be read. */
+static bool may_be_database(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISREG(info.st_mode) && (info.st_size == 0 || access(path, R_OK) != 0 || output_is_database(path));
+}
+
+/* What SQLite keeps beside a database is a part of it, there or not: what was committed may stand in the -wal alone, and SQLite removes
+ * what it takes for an old -journal. `at`: what the user named `path`, or what that leads to. */
+static enum mr_status not_beside_database(const char *at, const char *path, struct error *error)
+{
+    static const char *const tails[] = {"-wal", "-shm", "-journal"};
+    char database[PATH_MAX];
+    size_t length = strlen(at);
+    for (size_t i = 0; i < sizeof tails / sizeof tails[0]; i++) {
+        size_t tail = strlen(tails[i]);
+        if (length <= tail || strcmp(at + length - tail, tails[i]) != 0)
+            continue;
+        snprintf(database, sizeof database, "%.*s", (int)(length - tail), at);
+        if (may_be_database(database))
+            return error_set(error, MR_USAGE, "would overwrite a part of a database, %s: %s; give another file", database, path);
+    }
+    return MR_OK;
 }
 
 /* What the shell or a parent opened for us, by its name; -1: another path. It is written to where it stands. */
@@ -65,21 +104,34 @@ static void folder_of(const char *path, char folder[PATH_MAX])
     snprintf(folder, PATH_MAX, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 }
 
-/* Follows symbolic links, also one to a file that is not there yet, to the file that is to be made or replaced. */
-static enum mr_status find_target(const char *path, char target[PATH_MAX], struct error *error)
+/* Follows symbolic links, also one to a file that is not there yet, to the file that is to be made or replaced. No name on the way may be
+ * one of a database's own. */
+static enum mr_status follow_links(const char *path, char at[PATH_MAX], struct error *error)
 {
-    char at[PATH_MAX], folder[PATH_MAX], link[PATH_MAX], whole[PATH_MAX];
-    if (snprintf(at, sizeof at, "%s", path) >= (int)sizeof at)
+    char folder[PATH_MAX], link[PATH_MAX];
+    if (snprintf(at, PATH_MAX, "%s", path) >= PATH_MAX)
         return errno = ENAMETOOLONG, cannot(path, error);
     for (int i = 0; i <= LINKS_MAX; i++) {
+        if (not_beside_database(at, path, error) != MR_OK)
+            return error->status;
         ssize_t length = readlink(at, link, sizeof link - 1);
         if (length < 0)
             break;
         link[length] = '\0';
         folder_of(at, folder);
-        if (i == LINKS_MAX || snprintf(at, sizeof at, "%s%s", link[0] == '/' ? "" : folder, link) >= (int)sizeof at)
+        if (i == LINKS_MAX || snprintf(at, PATH_MAX, "%s%s", link[0] == '/' ? "" : folder, link) >= PATH_MAX)
             return errno = ELOOP, cannot(path, error);
     }
+    return MR_OK;
+}
+
+static enum mr_status find_target(const char *path, char target[PATH_MAX], struct error *error)
+{
+    char at[PATH_MAX], folder[PATH_MAX], whole[PATH_MAX];
+    if (follow_links(path, at, error) != MR_OK)
+        return error->status;
+    if (is_journal(at)) /* by another name, or of a database that was moved */
+        return error_set(error, MR_USAGE, "would overwrite a part of a database, its journal: %s; give another file", path);
     folder_of(at, folder);
     const char *slash = strrchr(at, '/'), *name = slash ? slash + 1 : at;
     if (!realpath(folder, whole) || !*name)
@@ -90,6 +142,13 @@ static enum mr_status find_target(const char *path, char target[PATH_MAX], struc
 }
 
 /* ---- whether ---- */
+
+/* Reads nothing of `path`: it may be a database that this process has open, and closing any descriptor of one takes SQLite's locks. */
+enum mr_status output_not_beside_database(const char *path, struct error *error)
+{
+    char at[PATH_MAX];
+    return follow_links(path, at, error);
+}
 
 enum mr_status output_not_input(const char *path, const char *input, struct error *error)
 {

@@ -1,8 +1,9 @@
 /* A file that a command writes: `-o F`, or standard output.
  *
  * One rule for all of them: a file is overwritten only while its content is what matrig wrote there (written.h), or with --force;
- * also an empty one. A database never is, neither is what the command reads. The file appears whole or not at all: it is made beside
- * its place and renamed, so that a command that fails leaves the old one. A pipe, a terminal or a device is simply written to. */
+ * also an empty one. A database never is, nor what SQLite keeps beside one (-wal, -shm, -journal), nor what the command reads. The file
+ * appears whole or not at all: it is made beside its place and renamed, so that a command that fails leaves the old one. A pipe, a
+ * terminal or a device is simply written to. */
 #ifndef MATRIG_HOST_OUTPUT_H
 #define MATRIG_HOST_OUTPUT_H
 
@@ -33,6 +34,10 @@ enum mr_status output_bytes(const char *path, bool force, const void *bytes, siz
 enum mr_status output_check(const char *path, bool force, const char *input, struct error *error);
 /* MR_USAGE when `path` is the file `input` that the command reads, by whatever name; either may be NULL. */
 enum mr_status output_not_input(const char *path, const char *input, struct error *error);
+
+/* MR_USAGE when `path`, or what it leads to, is what SQLite keeps beside a database, there or not. For what is opened elsewhere: a
+ * database, results that are added to. */
+enum mr_status output_not_beside_database(const char *path, struct error *error);
 
 /* Of a command whose output is a database: the same, and a file that was made already takes its place. */
 enum mr_status output_check_database(const char *path, bool force, struct error *error);

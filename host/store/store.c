@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "host/output.h"
 #include "host/store/store_guard.h"
 #include "host/store/store_log.h"
 #include "host/store/store_migrate.h"
@@ -170,6 +171,8 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     struct stat info;
     if (mode != STORE_CREATE && stat(path, &info) != 0)
         return error_set(error, MR_IO, "no such database: %s; name a database that matrig log made", path);
+    if (mode == STORE_CREATE && output_not_beside_database(path, error) != MR_OK)
+        return error->status;
     struct store *made = calloc(1, sizeof *made);
     char *copy = strdup(path);
     if (!made || !copy) {

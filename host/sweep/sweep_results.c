@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "host/output.h"
 #include "host/sweep/sweep_study.h"
 
 /* A whole file as text; *length bytes, and a 0 after them. */
@@ -158,6 +159,8 @@ enum mr_status sweep_results_open(struct sweep_results *results, const char *pat
     results->torn = 0;
     if ((size_t)snprintf(results->path, sizeof results->path, "%s", path) >= sizeof results->path)
         return error_set(error, MR_TOO_LONG, "path too long: %.100s...; give a shorter one", path);
+    if (output_not_beside_database(path, error) != MR_OK)
+        return error->status;
     int fd = open(path, O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
     if (fd < 0)
         return error_set(error, MR_IO, "cannot write (%s): %s; check path and rights", strerror(errno), path);

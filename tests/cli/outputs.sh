@@ -160,6 +160,48 @@ database() {
     [ "$before" = "$(sha256sum <"$db")" ] && [ "$before" = "$(sha256sum <"$tmp/other.db")" ]
 }
 check "a campaign is not, by force neither" database
+# A program that dies leaves what it committed in the -wal alone, as the log of a computer that loses its power does.
+dies() {
+    python3 - "$1" <<'P'
+import os, sqlite3, sys
+db = sqlite3.connect(sys.argv[1])
+db.execute("pragma journal_mode=wal")
+db.execute("pragma wal_autocheckpoint=0")
+db.execute("create table kept(x)")
+db.execute("insert into kept values(42)")
+db.commit()
+os._exit(0)
+P
+}
+own='would overwrite a part of a database'
+journals() { # there or not, by any name of theirs
+    local tail other
+    mkdir -p "$tmp/own/sub" && cp "$db" "$tmp/own/c.db" && ln -sfn own "$tmp/own.link" || return 1
+    for tail in -wal -shm -journal; do
+        ln -sf "own/c.db$tail" "$tmp/dangling$tail" && ln -sf "dangling$tail" "$tmp/twice$tail" || return 1
+        for other in "own/c.db$tail" "own/sub/../c.db$tail" "own.link/c.db$tail" "dangling$tail" "twice$tail"; do
+            fails_with 2 "$own, .*c\.db: .*$other; give another file" $matrig export "$db" 1 --format csv -o "$tmp/$other" --force &&
+                fails_with 2 "$own" $matrig dbc -o "$tmp/$other" && fails_with 2 "$own" $matrig bundle "$db" 1 -o "$tmp/$other" --force &&
+                fails_with 2 "$own" $matrig sim host/scenes/wave.json --csv "$tmp/$other" --force &&
+                fails_with 2 "$own" $matrig sweep "$tmp/sweep.json" -o "$tmp/$other" -j 1 &&
+                fails_with 2 "$own" $matrig import "$tmp/$other" "$tmp/can.log" || return 1
+        done
+    done
+    [ "$(ls "$tmp/own")" = "$(printf 'c.db\nsub')" ] && cmp "$db" "$tmp/own/c.db" || return 1
+    : >"$tmp/own/c.db" && fails_with 2 "$own" $matrig dbc -o "$tmp/own/c.db-journal" || return 1 # a database that is being made
+    echo text >"$tmp/own/text" && quiet $matrig dbc -o "$tmp/own/text-wal" && quiet $matrig dbc -o "$tmp/own/none-wal" # no database has them
+}
+check "what SQLite keeps beside a campaign is not, by force neither" journals
+committed() { # by a name that does not say so, or when the campaign was moved away
+    local other
+    mkdir -p "$tmp/died" && cp "$db" "$tmp/died/c.db" && dies "$tmp/died/c.db" && [ -s "$tmp/died/c.db-wal" ] && ln -f "$tmp/died/c.db-wal" "$tmp/died/hard" || return 1
+    for other in c.db-wal c.db-shm hard; do
+        fails_with 2 "$own" $matrig report "$db" -o "$tmp/died/$other" --force || return 1
+    done
+    mv "$tmp/died/c.db" "$tmp/died/moved.db" && fails_with 2 "$own" $matrig report "$db" -o "$tmp/died/c.db-wal" --force || return 1
+    mv "$tmp/died/moved.db" "$tmp/died/c.db" && [ "$(sqlite3 "$tmp/died/c.db" 'select x from kept')" = 42 ]
+}
+check "nor is what was committed and stands there alone" committed
 swept() { # what has no end of line was cut off at its last one
     printf 'notes of\nthe day' >"$tmp/notes.jsonl" && cp "$tmp/notes.jsonl" "$tmp/notes" && fails_with 4 'not a result' $matrig sweep "$tmp/sweep.json" -o "$tmp/notes.jsonl" -j 1 && cmp "$tmp/notes" "$tmp/notes.jsonl" &&
         printf 'the day' >"$tmp/notes.jsonl" && cp "$tmp/notes.jsonl" "$tmp/notes" && fails_with 4 'not results' $matrig sweep "$tmp/sweep.json" -o "$tmp/notes.jsonl" -j 1 && cmp "$tmp/notes" "$tmp/notes.jsonl"
