@@ -1,26 +1,16 @@
 #include "host/calibrate/points.h"
 
-#include <ctype.h>
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
+
+#include "host/calibrate/column.h"
 
 #define BLANKS " \t\r\n"
 #define LINE_MAX_BYTES 300
 #define BYTE_ORDER_MARK "\xef\xbb\xbf" /* some programs begin a text with these bytes */
-
-static const char *const code_words[] = {"code", "codes", "count", "counts", "adc", "raw", "lsb"};
-static const char *const volt_words[] = {"v", "mv", "volt", "volts", "millivolt", "millivolts"};
-
-/* What the first line says of one column. */
-struct column {
-    bool codes, volts;
-    const struct unit_word *unit; /* NULL: none */
-    bool units;                   /* more than one */
-};
 
 struct reader {
     const char *path;
@@ -30,47 +20,6 @@ struct reader {
     struct calibrate_points *points;
     struct error *error;
 };
-
-static bool is_one_of(const char *word, size_t length, const char *const *list, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        if (strlen(list[i]) == length && strncasecmp(list[i], word, length) == 0)
-            return true;
-    }
-    return false;
-}
-
-/* Letters, and bytes of letters beyond ASCII: the m of a micrometre is no metre. */
-static bool in_word(char c)
-{
-    return isalpha((unsigned char)c) || (unsigned char)c >= 0x80;
-}
-
-static struct column read_column(const char *text, size_t length)
-{
-    struct column column = {0};
-    bool preposition = false;
-    for (size_t i = 0; i < length;) {
-        size_t begin = i;
-        while (i < length && in_word(text[i]))
-            i++;
-        if (i == begin) {
-            i++;
-            continue;
-        }
-        const struct unit_word *unit = unit_read(text + begin, i - begin);
-        column.codes |= is_one_of(text + begin, i - begin, code_words, sizeof code_words / sizeof code_words[0]);
-        column.volts |= is_one_of(text + begin, i - begin, volt_words, sizeof volt_words / sizeof volt_words[0]);
-        if (!unit)
-            continue;
-        column.units |= column.unit && column.unit != unit && !preposition;
-        column.unit = unit;
-        preposition = i - begin == 2 && strncasecmp(text + begin, "in", 2) == 0; /* "value in mm" */
-    }
-    if (column.codes)
-        column.unit = NULL; /* "reading in codes" */
-    return column;
-}
 
 static const char *kind_text(enum unit_kind kind)
 {
@@ -93,19 +42,42 @@ static bool is_names(const char *line, const char *comma)
     return end == comma + 1;
 }
 
+/* --unit overrules nothing that stands here: a name that is not understood may say another unit. */
+static enum mr_status refuse_odd(const struct reader *r, const struct column *column)
+{
+    char what[COLUMN_ODD + 60], advice[160];
+    snprintf(what, sizeof what, "what says '%s' in a column's name?", column->odd);
+    snprintf(advice, sizeof advice, "name it VALUE or by its unit alone (%s), codes CODE, as in `%s,codes`",
+             r->kind == UNIT_DISPLACEMENT ? "in, mm, cm, m, ft" : "lb, N, kN, kg", r->kind == UNIT_DISPLACEMENT ? "mm" : "N");
+    return complain(r, MR_MALFORMED, what, advice);
+}
+
+static enum mr_status check_columns(const struct reader *r, const struct column *value, const struct column *code)
+{
+    const struct column *odd = value->odd[0] ? value : code;
+    if (value->volts || code->volts)
+        return complain(r, MR_MALFORMED, "a column in volts", "codes of the converter are wanted, as matrig shows them");
+    if (odd->odd[0])
+        return refuse_odd(r, odd);
+    if (value->codes)
+        return complain(r, MR_MALFORMED, "two columns of codes", "one names the unit of the values, as in `mm,codes`");
+    if (value->units || code->units || code->unit)
+        return complain(r, MR_MALFORMED, "more than one unit", "name the unit of the values once, as in `mm,codes`");
+    return MR_OK;
+}
+
 static enum mr_status read_names(struct reader *r, const char *line, const char *comma)
 {
-    struct column first = read_column(line, (size_t)(comma - line)), second = read_column(comma + 1, strlen(comma + 1));
-    bool turned = first.codes || (first.unit == NULL && second.unit != NULL);
-    const struct column *value = turned ? &second : &first, *code = turned ? &first : &second;
+    struct column first, second;
     if (strchr(comma + 1, ','))
         return complain(r, MR_MALFORMED, "more than two columns", "write VALUE,CODE");
-    if (first.volts || second.volts)
-        return complain(r, MR_MALFORMED, "a column in volts", "codes of the converter are wanted, as matrig shows them");
-    if ((first.codes && second.codes) || value->codes)
-        return complain(r, MR_MALFORMED, "two columns of codes", "one names the unit of the values, as in `mm,codes`");
-    if (value->units || code->unit)
-        return complain(r, MR_MALFORMED, "more than one unit", "name the unit of the values once, as in `mm,codes`");
+    column_read(line, (size_t)(comma - line), &first);
+    column_read(comma + 1, strlen(comma + 1), &second);
+    bool turned = first.codes || (first.unit == NULL && second.unit != NULL);
+    const struct column *value = turned ? &second : &first, *code = turned ? &first : &second;
+    enum mr_status status = check_columns(r, value, code);
+    if (status != MR_OK)
+        return status;
     if (value->unit && value->unit->kind != r->kind) {
         char what[80];
         snprintf(what, sizeof what, "values in %s", value->unit->word);

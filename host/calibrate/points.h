@@ -6,7 +6,7 @@
  *     1 in,682.6
  *
  * The first line names the columns: the unit of the values, and `codes` (or counts, adc, raw, lsb). So the columns may stand in either
- * order, and values are converted to in or lb. A value may have a unit of its own behind it. A file that names no unit needs one from
+ * order, and values are converted to in or lb. A name that is not understood wholly is refused (column.h). A value may have a unit of its own behind it. A file that names no unit needs one from
  * the caller: inches and millimetres look alike. Lines that are empty or begin with # are passed over. */
 #ifndef MATRIG_HOST_CALIBRATE_POINTS_H
 #define MATRIG_HOST_CALIBRATE_POINTS_H

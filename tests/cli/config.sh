@@ -6,22 +6,6 @@ matrig=build/matrig
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
 
-# with_board BOARD-OPTIONS -- ARGUMENTS...: matrig against a board whose flash is kept; its exit code
-with_board() {
-    local board status options=()
-    while [ "$1" != -- ]; do
-        options+=("$1")
-        shift
-    done
-    shift
-    timeout 60 build/matrig-board --elf $elf --flash "$tmp/flash" --for 20 "${options[@]}" 2>"$tmp/board.err" &
-    board=$!
-    timeout 60 "$@"
-    status=$?
-    kill -INT $board 2>/dev/null
-    wait $board 2>/dev/null
-    return $status
-}
 serial() { with_board --serial "unix:$sockets/serial" -- $matrig board --serial "unix:$sockets/serial" config "$@"; }
 can() { with_board --can "unix:$sockets/can" -- $matrig board --can "unix:$sockets/can" config "$@"; }
 edit() { sed -E "$2" "$tmp/first.cfg" >"$tmp/$1.cfg" && ! cmp -s "$tmp/first.cfg" "$tmp/$1.cfg"; }

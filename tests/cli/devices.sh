@@ -6,17 +6,13 @@ matrig=build/matrig
 here=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$here"' EXIT
 db() { sqlite3 "$tmp/$1.db" "$2"; }
-wait_for() { # SECONDS FILE
-    local until=$((SECONDS + $1))
-    until [ -e "$2" ]; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
-}
 says() { grep -Eq -- "$1" "$2"; }
 
 # 73 s of CAN, armed for 66 s of them; the clock of matrig passes as much faster as the adapter plays, once its channel is open.
 build/tests/link/longlanding "$tmp/long.can" "$tmp/long.serial" 66
 python3 tests/link/adapter.py slcan "$here/adapter" "$tmp/long.can" 10 59000 00,00,08,08,00,28,20 >"$tmp/adapter.txt" 2>&1 &
 adapter=$!
-wait_for 20 "$here/adapter"
+await test -e "$here/adapter"
 a_minute_over_slcan() {
     LD_PRELOAD=build/tests/link/faults.so CLOCK_RATE=$here/adapter.open:10 \
         timeout 120 $matrig log --listen --can "slcan:$here/adapter" --db "$tmp/slcan.db" >"$tmp/slcan.txt" 2>"$tmp/slcan.err" &
@@ -46,7 +42,7 @@ unplugged() {
     local port kept blocks lost status
     python3 tests/link/adapter.py serial "$here/port" "$tmp/short.serial" 200000 1.2 0.4 >"$tmp/port.txt" 2>&1 &
     port=$!
-    wait_for 20 "$here/port"
+    await test -e "$here/port"
     timeout 60 $matrig log --listen --serial "serial:$here/port" --db "$tmp/port.db" >"$tmp/port.log" 2>"$tmp/port.err" &
     local logger=$!
     wait $port

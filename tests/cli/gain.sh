@@ -8,21 +8,11 @@ sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 trap 'rm -rf "$sockets"' EXIT
 export USER=tester
 
-# with_board LINK COMMAND...: against a board at rest whose flash is kept, on that link, serial or can; the command's exit code
-with_board() {
-    local board status link=$1
-    shift
-    timeout 100 build/matrig-board --elf $elf --flash "$tmp/flash" "--$link" "unix:$sockets/$link" --rig hil/rest.run --for 60 2>"$tmp/board.err" &
-    board=$!
-    timeout 60 "$@"
-    status=$?
-    kill -INT $board 2>/dev/null
-    wait $board 2>/dev/null
-    return $status
-}
-config() { with_board serial $matrig board --serial "unix:$sockets/serial" config "$@"; }
+# at_rest LINK COMMAND...: against a board at rest on that link, serial or can
+at_rest() { with_board "--$1" "unix:$sockets/$1" --rig hil/rest.run -- "${@:2}"; }
+config() { at_rest serial $matrig board --serial "unix:$sockets/serial" config "$@"; }
 ready() {
-    with_board serial $matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/serial" "$@" >"$tmp/ready.txt" 2>&1
+    at_rest serial $matrig --quiet ready "$tmp/campaign.db" --serial "unix:$sockets/serial" "$@" >"$tmp/ready.txt" 2>&1
     local status=$?
     cat "$tmp/ready.txt"
     return $status
@@ -65,6 +55,20 @@ without_a_unit_it_is_refused() {
     printf 'lb,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
     refuses d3 4 'values in lb: .*a transducer is calibrated in'
 }
+# --unit is for a file that names none: a unit that matrig does not know, or one that is scaled, stands against it.
+what_the_header_says_is_not_overruled() {
+    local name
+    for name in daN kip 'load (daN)' 'tenths of lb'; do
+        printf '%s,codes\n0,496.5\n17.793,744.7\n35.586,993.0\n' "$name" >"$tmp/points.csv"
+        refuses t2 4 "^matrig: what says '(daN|kip|tenths)' in a column's name\?: .*points.csv, line 1; name it VALUE or by its unit alone \(lb, N, kN, kg\)" --unit lb &&
+            refuses t2 4 "what says" || return 1
+    done
+    for name in 'inch/2' 'half inches' 'in (0.1)' mm/10 '1/10 mm' 'x10 mm' thou; do
+        printf '%s,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' "$name" >"$tmp/points.csv"
+        refuses d3 4 'points.csv, line 1; ' --unit mm && refuses d3 4 'points.csv, line 1; ' || return 1
+    done
+    printf 'Weg in mm,Anzeige in counts\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv" && gives d3 3 "$per_in" && gives d3 3 "$per_in" --unit mm
+}
 mistakes_are_refused() {
     printf 'in,codes\n0,62.1\n12.7,372.4\n25.4,682.6\n' >"$tmp/points.csv"
     refuses d3 1 'channel\[3\].unit_per_code is 0.0409.*: more in a code than any sensor of the rig gives; .*were the values mm\?$' &&
@@ -87,7 +91,7 @@ check_and_set_refuse_what_is_impossible() {
 }
 # The board's words as they are, but for one gain and the revision, sent back over CAN without asking the host: refused by rule 17, COARSE.
 the_board_refuses_it_itself() {
-    with_board can timeout 30 python3 - "$sockets/can" <<'P'
+    at_rest can timeout 30 python3 - "$sockets/can" <<'P'
 import socket, struct, sys, time, zlib
 path, end = sys.argv[1], time.time() + 25
 can = socket.socket(socket.AF_UNIX)
@@ -200,6 +204,7 @@ check "a configuration to begin with" a_configuration
 check "values are converted from the unit that is written" units_are_converted
 check "columns go by their names" columns_go_by_their_names
 check "values without a unit are refused" without_a_unit_it_is_refused
+check "nor is a name of a column that is not understood, also with --unit" what_the_header_says_is_not_overruled
 check "mistakes of units and columns are refused, and named" mistakes_are_refused
 check "config check and config set refuse an impossible gain" check_and_set_refuse_what_is_impossible
 check "the board refuses it itself, when it is sent raw" the_board_refuses_it_itself

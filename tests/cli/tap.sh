@@ -39,4 +39,21 @@ wait_until() {
 # await COMMAND...: at most a minute: a wait that succeeds costs nothing, however busy the computer is.
 await() { wait_until 60 "$@"; }
 
+# with_board BOARD-OPTION... -- COMMAND...: against an emulated board whose flash, $tmp/flash, is kept; the command's exit code
+with_board() {
+    local board status options=()
+    while [ "$1" != -- ]; do
+        options+=("$1")
+        shift
+    done
+    shift
+    timeout 100 build/matrig-board --elf build/firmware/matrig.elf --flash "$tmp/flash" --for 60 "${options[@]}" 2>"$tmp/board.err" &
+    board=$!
+    timeout 60 "$@"
+    status=$?
+    kill -INT $board 2>/dev/null
+    wait $board 2>/dev/null
+    return $status
+}
+
 finish() { echo "1..$tests"; }

@@ -7,10 +7,6 @@ trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$here"' EXIT
 build/matrig-board --elf build/firmware/matrig.elf --can "file:$tmp/idle.can" --serial "file:$tmp/idle.serial" \
     --rig tests/runs/landing1.run 2>"$tmp/board.err"
 
-wait_for() { # SECONDS FILE
-    local until=$((SECONDS + $1))
-    until [ -L "$2" ]; do [ $SECONDS -lt $until ] || return 1; sleep 0.02; done
-}
 # heard SENDER-BAUD LINK-END COMMAND...: the command's exit code, with the port of that sender in place of PORT
 heard() {
     local baud=$1 port status
@@ -18,7 +14,7 @@ heard() {
     rm -f "$here/port"
     python3 tests/link/wrongrate.py "$tmp/idle.serial" "$here/port" "$baud" 2>"$tmp/port.err" &
     port=$!
-    wait_for 20 "$here/port" || return 99
+    await test -L "$here/port" || return 99
     timeout 60 "${@//PORT/$here/port}" >"$tmp/out" 2>"$tmp/err" </dev/null
     status=$?
     kill $port 2>/dev/null
