@@ -199,8 +199,9 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
     if (status == MR_OK && logger->taken[0])
-        status = error_set(error, MR_IO, "%s; %s%s", logger->taken,
-                           logger->saved[0] ? "all that was logged is in " : "it could not be saved beside", logger->saved);
+        status = logger->saved[0] ? error_set(error, MR_IO, "%s; all that was logged%s%s is in %s", logger->taken,
+                                              logger->lost_before[0] ? " since " : "", logger->lost_before, logger->saved)
+                                  : error_set(error, MR_IO, "%s; it could not be saved beside", logger->taken);
     if (status == MR_OK && logger->link_error.status != MR_OK)
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
@@ -227,7 +228,11 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
 static enum mr_status open_store(struct logger *logger, const char *db, struct error *error)
 {
     enum mr_status status = store_open(db, STORE_CREATE, &logger->store, error);
-    return status == MR_OK ? store_take_alone(logger->store, error) : status;
+    if (status == MR_OK)
+        status = store_take_alone(logger->store, error);
+    if (status == MR_OK)
+        store_watch_file(logger->store);
+    return status;
 }
 
 /* An existing database is checked before any link is opened; a new one is made only once the links are open.
@@ -314,7 +319,10 @@ int log_command(int argc, char **argv, const struct cli *cli)
     live_close(&logger.live);
     collector_close(logger.collector);
     watch_call(&logger.watch, true); /* the journal is written back */
-    store_close(logger.store);
+    if (logger.store && store_written_over(logger.store))
+        store_leave(logger.store);
+    else
+        store_close(logger.store);
     watch_call(&logger.watch, false);
     watch_close(&logger.watch);
     for (int kind = 0; kind < LINK_KINDS; kind++) {

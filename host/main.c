@@ -43,7 +43,8 @@ static const struct command commands[] = {
      "Frames on CAN that are not the board's are counted and told, not obeyed.\n"
      "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"
      "A campaign that another program holds, a slow and a full disk are waited for: a queue keeps 60 s of full links. What it cannot keep\n"
-     "is counted and said. One that is moved, replaced or deleted is saved as DB-saved-DATE.db beside, and gone on with; exit 3.\n"},
+     "is counted and said. One that is moved, replaced, deleted or written over is saved as DB-saved-DATE.db beside, and gone on\n"
+     "with; exit 3.\n"},
     {"live", live_command, "DB [--port PORT] | DB --terminal", "watch a board: a page in the browser, or this terminal",
      "  DB             campaign database that a running matrig log writes; followed, never written\n"
      "  --port PORT    serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any port that is free\n"

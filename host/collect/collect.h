@@ -48,11 +48,17 @@ enum mr_status collector_mark(struct collector *collector, struct error *error);
 void collector_back_to_mark(struct collector *collector);
 /* The landing that was going on at the mark; STORE_NONE: none. */
 int64_t collector_marked_run(const struct collector *collector);
+/* When the landing that is going on was armed, or first heard of, Unix microseconds; STORE_NONE: none. */
+int64_t collector_since_us(const struct collector *collector);
 /* The campaign took nothing for `us`: an event `held`, of landing `run`, or of the one that is going on (STORE_NONE). `cause`: enum store_held_cause (host/store/store_log.h);
  * `permille`: so full was the queue. */
 enum mr_status collector_held(struct collector *collector, int64_t run, int64_t cause, int64_t permille, int64_t us, struct error *error);
 /* From now on into this store, which has all that was committed to the one before. Between two transactions. */
 void collector_move(struct collector *collector, struct store *store);
+/* A new session of the same links in another store; what came is put in again. Not `whole`: not from the beginning on, so it begins with
+ * what the board has said of itself so far. */
+enum mr_status collector_again(const struct collector *before, struct store *store, bool whole, struct collector **collector,
+                               struct error *error);
 /* The session ends: landings still open are closed as they are, losses settled. `ended_by`: "end", "time",
  * "signal" ... */
 enum mr_status collector_end(struct collector *collector, const char *ended_by, struct error *error);

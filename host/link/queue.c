@@ -10,10 +10,16 @@
 
 #define PIECE_BYTES (256u * 1024u)
 
+/* What was put before a place in all. */
+struct sum {
+    uint64_t items, memory, frames, octets;
+};
+
 struct piece {
     struct piece *next;
     size_t used; /* of `bytes` */
-    uint8_t bytes[PIECE_BYTES - 16];
+    struct sum before;
+    uint8_t bytes[PIECE_BYTES - 48];
 };
 _Static_assert(sizeof(struct piece) == PIECE_BYTES, "a piece is a whole number of pages");
 
@@ -25,11 +31,11 @@ struct head {
 };
 _Static_assert(sizeof(struct head) == LINK_QUEUE_ITEM, "the header's sum of memory counts on it");
 
-/* A place between two items, and what was put before it in all. */
+/* A place between two items. */
 struct place {
     struct piece *piece;
     size_t at;
-    uint64_t items, memory, frames, octets;
+    struct sum before;
 };
 
 struct link_queue {
@@ -39,7 +45,8 @@ struct link_queue {
     int news;
     bool listened, stopped, tight;
     uint64_t most_taken; /* items */
-    struct piece *spare;
+    struct piece *spare, *oldest; /* oldest: of what is kept */
+    size_t history;
     struct place put, taken, released;
 };
 
@@ -61,7 +68,8 @@ enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **qu
     pthread_cond_init(&made->room, NULL);
     made->capacity = capacity;
     made->news = news;
-    made->put.piece = made->taken.piece = made->released.piece = piece;
+    made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) / LINK_QUEUE_HISTORY;
+    made->oldest = made->put.piece = made->taken.piece = made->released.piece = piece;
     *queue = made;
     return MR_OK;
 }
@@ -70,7 +78,7 @@ void link_queue_close(struct link_queue *queue)
 {
     if (!queue)
         return;
-    for (struct piece *piece = queue->released.piece, *next; piece; piece = next) {
+    for (struct piece *piece = queue->oldest, *next; piece; piece = next) {
         next = piece->next;
         munmap(piece, sizeof *piece);
     }
@@ -83,7 +91,7 @@ void link_queue_close(struct link_queue *queue)
 
 static size_t held(const struct link_queue *queue)
 {
-    return (size_t)(queue->put.memory - queue->released.memory);
+    return (size_t)(queue->put.before.memory - queue->released.before.memory);
 }
 
 static size_t padded(size_t length)
@@ -96,10 +104,10 @@ static void pass(struct place *place, const struct head *head)
 {
     size_t size = sizeof *head + padded(head->length);
     place->at += size;
-    place->memory += size;
-    place->items++;
-    place->frames += head->kind == LINK_ITEM_FRAME;
-    place->octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
+    place->before.memory += size;
+    place->before.items++;
+    place->before.frames += head->kind == LINK_ITEM_FRAME;
+    place->before.octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
 }
 
 /* `must`: beyond the capacity too. */
@@ -116,6 +124,7 @@ static bool put(struct link_queue *queue, const struct head *head, const void *c
         if (next) {
             next->next = NULL;
             next->used = 0;
+            next->before = end->before;
             end->piece->next = next;
             end->piece = next;
             end->at = 0;
@@ -168,7 +177,7 @@ void link_queue_put_clock(struct link_queue *queue, int64_t jump_us)
 void link_queue_wake(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool tell = queue->listened && queue->taken.items != queue->put.items;
+    bool tell = queue->listened && queue->taken.before.items != queue->put.before.items;
     queue->listened = queue->listened && !tell;
     pthread_mutex_unlock(&queue->lock);
     if (tell && queue->news >= 0) {
@@ -215,16 +224,16 @@ bool link_queue_take(struct link_queue *queue, struct link_item *item)
 {
     struct head head;
     pthread_mutex_lock(&queue->lock);
-    bool any = queue->taken.items != queue->put.items;
+    bool any = queue->taken.before.items != queue->put.before.items;
     if (any) {
         step_over_end(&queue->taken);
         const uint8_t *at = queue->taken.piece->bytes + queue->taken.at;
         memcpy(&head, at, sizeof head);
         item->bytes = at + sizeof head;
         pass(&queue->taken, &head);
-        item->again = queue->taken.items <= queue->most_taken;
+        item->again = queue->taken.before.items <= queue->most_taken;
         if (!item->again)
-            queue->most_taken = queue->taken.items;
+            queue->most_taken = queue->taken.before.items;
     }
     pthread_mutex_unlock(&queue->lock);
     if (!any)
@@ -248,7 +257,7 @@ bool link_queue_take(struct link_queue *queue, struct link_item *item)
 bool link_queue_unread(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool unread = queue->taken.items != queue->put.items;
+    bool unread = queue->taken.before.items != queue->put.before.items;
     pthread_mutex_unlock(&queue->lock);
     return unread;
 }
@@ -256,7 +265,7 @@ bool link_queue_unread(struct link_queue *queue)
 bool link_queue_listen(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool unread = queue->taken.items != queue->put.items;
+    bool unread = queue->taken.before.items != queue->put.before.items;
     queue->listened = !unread;
     pthread_mutex_unlock(&queue->lock);
     return unread;
@@ -265,15 +274,16 @@ bool link_queue_listen(struct link_queue *queue)
 void link_queue_release(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    while (queue->released.piece != queue->taken.piece) {
-        struct piece *old = queue->released.piece;
-        queue->released.piece = old->next;
+    queue->released = queue->taken;
+    while (queue->oldest != queue->released.piece &&
+           queue->released.before.memory - queue->oldest->next->before.memory >= queue->history) {
+        struct piece *old = queue->oldest;
+        queue->oldest = old->next;
         if (queue->spare)
             munmap(old, sizeof *old);
         else
             queue->spare = old;
     }
-    queue->released = queue->taken;
     if (!is_tight(queue))
         pthread_cond_broadcast(&queue->room);
     pthread_mutex_unlock(&queue->lock);
@@ -284,6 +294,37 @@ void link_queue_rewind(struct link_queue *queue)
     pthread_mutex_lock(&queue->lock);
     queue->taken = queue->released;
     pthread_mutex_unlock(&queue->lock);
+}
+
+void link_queue_rewind_all(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    queue->released = queue->taken = (struct place){.piece = queue->oldest, .before = queue->oldest->before};
+    pthread_mutex_unlock(&queue->lock);
+}
+
+bool link_queue_is_whole(struct link_queue *queue)
+{
+    pthread_mutex_lock(&queue->lock);
+    bool whole = queue->oldest->before.items == 0;
+    pthread_mutex_unlock(&queue->lock);
+    return whole;
+}
+
+uint64_t link_queue_oldest_us(struct link_queue *queue)
+{
+    uint64_t oldest_us = 0;
+    pthread_mutex_lock(&queue->lock);
+    struct place place = {.piece = queue->oldest, .before = queue->oldest->before};
+    while (oldest_us == 0 && place.before.items != queue->put.before.items) {
+        struct head head;
+        step_over_end(&place);
+        memcpy(&head, place.piece->bytes + place.at, sizeof head);
+        oldest_us = head.host_us;
+        pass(&place, &head);
+    }
+    pthread_mutex_unlock(&queue->lock);
+    return oldest_us;
 }
 
 void link_queue_stop(struct link_queue *queue)
@@ -298,8 +339,8 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     struct link_queue_depth depth = {.bytes = held(queue), .capacity = queue->capacity, .most = queue->most,
-                                     .frames = queue->put.frames - queue->released.frames,
-                                     .octets = queue->put.octets - queue->released.octets};
+                                     .frames = queue->put.before.frames - queue->released.before.frames,
+                                     .octets = queue->put.before.octets - queue->released.before.octets};
     pthread_mutex_unlock(&queue->lock);
     return depth;
 }

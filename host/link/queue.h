@@ -1,7 +1,8 @@
 /* What came over one link and is not in the campaign yet, in order of arrival: a bounded queue in memory between the thread that reads
  * the link and the one that writes. One thread puts, one takes; each function locks for itself.
  *
- * What was taken stays until link_queue_release: a transaction that failed is written again after link_queue_rewind. */
+ * What was taken stays until link_queue_release: a transaction that failed is written again after link_queue_rewind. Of what was released
+ * the newest part is kept for the case that the campaign itself is lost: link_queue_rewind_all. */
 #ifndef MATRIG_HOST_LINK_QUEUE_H
 #define MATRIG_HOST_LINK_QUEUE_H
 
@@ -11,11 +12,14 @@
  *   CAN: 1 Mbit/s carries at most 9,009 frames/s of 8 bytes (111 bits without stuffing): 24 bytes each, 13.0 MB.
  *   serial: 2 Mbaud carry 200,000 bytes/s; with up to 5,000 reads a second (40 bytes a read: adapters hand over 32 to 512) 24 bytes
  *   are added to each: 19.2 MB.
- * Memory is taken as the queue grows, and given back as it empties. */
+ * Memory is taken as the queue grows, and given back as it empties, but for a part of the capacity: the newest of what was released, 30 s
+ * of a full link. */
 #define LINK_QUEUE_S 60u
 #define LINK_QUEUE_ITEM 16u
 #define LINK_QUEUE_CAN_BYTES (LINK_QUEUE_S * 9009u * (LINK_QUEUE_ITEM + 8u))
 #define LINK_QUEUE_SERIAL_BYTES (LINK_QUEUE_S * (200000u + 5000u * (LINK_QUEUE_ITEM + 8u)))
+
+#define LINK_QUEUE_HISTORY 2u /* this part of the capacity */
 
 #define LINK_QUEUE_READ_MAX 16384u /* bytes of one item */
 
@@ -78,6 +82,12 @@ bool link_queue_listen(struct link_queue *queue);
 void link_queue_release(struct link_queue *queue);
 /* What was taken and not released is taken again. */
 void link_queue_rewind(struct link_queue *queue);
+/* The same, with all that is kept of what was released. It counts as not written again. */
+void link_queue_rewind_all(struct link_queue *queue);
+/* All that was ever put is kept. */
+bool link_queue_is_whole(struct link_queue *queue);
+/* When the oldest of it came, Unix time, microseconds; 0: nothing is kept. */
+uint64_t link_queue_oldest_us(struct link_queue *queue);
 /* Behind all that was put so far. */
 void link_queue_put_clock(struct link_queue *queue, int64_t jump_us);
 /* Nobody waits for room from now on. */

@@ -16,6 +16,7 @@
 #define WAIT_ASKED_US 5000000u /* when somebody asked for the end */
 #define HURRY_US 500000u /* nobody asks twice within it; `timeout` and `kill` of a group give one signal twice */
 #define LOOK_MS 20
+#define BEFORE_US 5000000u /* the board says hello once a second, and the time ten times */
 
 bool logger_signalled(struct logger *logger, int signals)
 {
@@ -88,8 +89,8 @@ static bool close_side_file(struct side_file *side)
     return good;
 }
 
-/* A link's, as a candump log or as bytes. False: it could not be written. */
-static bool save_queue(struct logger *logger, enum link_kind kind, struct side_file *side)
+/* A link's since then, as a candump log or as bytes. False: it could not be written. */
+static bool save_queue(struct logger *logger, enum link_kind kind, uint64_t since_us, struct side_file *side)
 {
     struct link_queue *queue = link_reader_queue(logger->reader[kind]);
     struct link_item item;
@@ -99,12 +100,30 @@ static bool save_queue(struct logger *logger, enum link_kind kind, struct side_f
     if (kind == LINK_CAN && logger->hello.length) /* without it nothing of a board is understood */
         fwrite(line, 1, candump_print(&logger->hello, line), side->file);
     while (link_queue_take(queue, &item)) {
-        if (item.kind == LINK_ITEM_FRAME)
+        if (item.kind == LINK_ITEM_FRAME && item.frame.host_us >= since_us)
             fwrite(line, 1, candump_print(&item.frame, line), side->file);
-        else if (item.kind == LINK_ITEM_BYTES)
+        else if (item.kind == LINK_ITEM_BYTES && item.host_us >= since_us)
             fwrite(item.bytes, 1, item.length, side->file);
     }
     return close_side_file(side);
+}
+
+static bool is_gone(enum store_place place)
+{
+    return place == STORE_WRITTEN_OVER || place == STORE_EMPTIED;
+}
+
+/* Goes back in the queues to the beginning of the landing that is going on: what is saved of it is all of it, and can be understood. Of a
+ * campaign that is gone, to the beginning of what is kept. Returns from when on it is to be saved. */
+static uint64_t go_back(struct logger *logger)
+{
+    int64_t since_us = collector_since_us(logger->collector);
+    bool gone = is_gone(logger_place(logger));
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (logger->reader[kind] && (gone || since_us != STORE_NONE))
+            link_queue_rewind_all(link_reader_queue(logger->reader[kind]));
+    }
+    return gone || since_us == STORE_NONE || since_us < (int64_t)BEFORE_US ? 0 : (uint64_t)since_us - BEFORE_US;
 }
 
 /* The error names the files, or what is lost. */
@@ -115,6 +134,8 @@ static enum mr_status save_rest(struct logger *logger, const char *reason, struc
     bool good = true;
     watch_amount(&logger->watch, false, what, sizeof what);
     logger_take_back(logger);
+    bool any = strcmp(what, "nothing") != 0 || is_gone(logger_place(logger));
+    const uint64_t since_us = any ? go_back(logger) : 0;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct link_queue *queue = logger->reader[kind] ? link_reader_queue(logger->reader[kind]) : NULL;
         struct link_queue_depth depth = {0};
@@ -122,7 +143,7 @@ static enum mr_status save_rest(struct logger *logger, const char *reason, struc
             depth = link_queue_depth(queue);
         if (depth.frames + depth.octets == 0)
             continue;
-        good = save_queue(logger, (enum link_kind)kind, &side[kind]) && good;
+        good = save_queue(logger, (enum link_kind)kind, since_us, &side[kind]) && good;
         size_t used = strlen(links);
         snprintf(links + used, sizeof links - used, " --%s file:%s", kind == LINK_CAN ? "can" : "serial", side[kind].path);
     }
@@ -155,6 +176,20 @@ static enum mr_status give_up(struct logger *logger, const struct error *why, st
     return error_set(error, why->status, "%s", why->text);
 }
 
+/* All is written: is it there, for somebody who opens the campaign now? MR_TOO_FEW: it was not, and comes again, for another one. */
+static enum mr_status settle(struct logger *logger, struct error *error)
+{
+    (void)watch_place_now(&logger->watch);
+    if (logger_place(logger) == STORE_IN_PLACE && !store_session_there_afresh(logger->store))
+        logger->emptied = true;
+    enum store_place place = logger_place(logger);
+    logger->rescue_us = 0;
+    enum mr_status status = logger_rescue(logger, error);
+    if (status != MR_OK || !is_gone(place))
+        return status;
+    return is_gone(logger_place(logger)) ? save_rest(logger, logger->taken, error) : MR_TOO_FEW;
+}
+
 enum mr_status logger_finish(struct logger *logger, int signals, struct error *error)
 {
     char reason[sizeof error->text] = "ended in a hurry";
@@ -172,8 +207,11 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
         if (logger_now_us() >= logger->again_us) {
             status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
             if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
-                logger->rescue_us = 0;
-                return watch_place_now(&logger->watch) == STORE_IN_PLACE ? MR_OK : logger_rescue(logger, error);
+                status = settle(logger, error);
+                if (status != MR_TOO_FEW)
+                    return status;
+                went_wrong = false; /* all that is kept goes into the new one */
+                continue;
             }
             if (why.status != MR_OK)
                 snprintf(reason, sizeof reason, "%s", why.text);

@@ -43,6 +43,8 @@ struct logger {
     int64_t hold_run;
     char saved[4096];       /* the campaign was taken away, and is here now; "": not */
     char taken[9000];       /* what became of the one that was named, in a sentence */
+    char lost_before[40];   /* what came before that time of day is lost with it; "": nothing */
+    bool emptied;           /* what was logged is no longer in it */
     bool followed;          /* the watch knows the campaign with its journal */
     struct link_frame hello; /* the board's newest on CAN; length 0: none */
     uint64_t rescue_us;     /* when saving was tried */
@@ -94,7 +96,10 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 
 /* ---- rescue.c ---- */
 
-/* When the campaign is no longer where it was: saves it beside, and goes on there. */
+/* Where the campaign is, and whether it still is what was logged. */
+enum store_place logger_place(struct logger *logger);
+/* When it is no longer where it was: saves it beside, and goes on there. When it is no longer what it was: begins a new one beside it, with
+ * what the queues have kept. */
 enum mr_status logger_rescue(struct logger *logger, struct error *error);
 
 /* A name in `folder` that nothing has: STEM-WHAT-DATE ENDING of the campaign at `path`. False: none was found. */

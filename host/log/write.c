@@ -10,6 +10,17 @@
 #define AGAIN_LOCKED_US 20000u /* until the next try: another program may hold the campaign for a moment only, */
 #define AGAIN_US 250000u       /* a disk is full for longer */
 
+/* Somebody may have put another content into the campaign, as sqlite3's .restore does. */
+static enum mr_status look_for_session(struct logger *logger, struct error *error)
+{
+    bool there = true;
+    enum mr_status status = store_session_there(logger->store, &there, error);
+    if (status != MR_OK || there)
+        return status;
+    logger->emptied = true;
+    return error_set(error, MR_IO, "what was logged is no longer in the campaign: %s; log into another one", store_path(logger->store));
+}
+
 enum mr_status logger_begin(struct logger *logger, struct error *error)
 {
     if (logger->in_transaction)
@@ -21,6 +32,8 @@ enum mr_status logger_begin(struct logger *logger, struct error *error)
     watch_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
     logger->begun_us = logger_now_us();
+    if (status == MR_OK && logger->collector)
+        status = look_for_session(logger, error);
     if (status == MR_OK && logger->collector)
         status = collector_mark(logger->collector, error);
     /* What kept up the transaction before, as an event. */
@@ -35,6 +48,8 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     if (!logger->in_transaction)
         return MR_OK;
     enum mr_status status = collector_put_counts(logger->collector, error);
+    if (status == MR_OK)
+        status = store_note_newest(logger->store, collector_session(logger->collector), error);
     if (status != MR_OK)
         return status;
     watch_call(&logger->watch, true);
@@ -42,6 +57,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     status = store_commit(logger->store, error);
     watch_call(&logger->watch, false);
     if (status == MR_OK) {
+        store_newest_committed(logger->store);
         logger->hold = watch_written(&logger->watch);
         logger->hold_run = collector_marked_run(logger->collector);
         logger->in_transaction = false;
@@ -81,9 +97,14 @@ void logger_take_back(struct logger *logger)
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_take_refusal(logger->store);
-    if (error->status == MR_OK || refused == STORE_TAKES)
+    bool other = logger_place(logger) == STORE_WRITTEN_OVER || logger_place(logger) == STORE_EMPTIED; /* whatever it said of that */
+    if (error->status == MR_OK || (refused == STORE_TAKES && !other))
         return error->status;
     logger_take_back(logger);
+    if (other) { /* logger_rescue goes on elsewhere */
+        *error = (struct error){0};
+        return MR_OK;
+    }
     watch_refused(&logger->watch, refused, error->text);
     logger->again_us = logger_now_us() + (refused == STORE_LOCKED ? AGAIN_LOCKED_US : AGAIN_US);
     *error = (struct error){0};

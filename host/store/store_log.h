@@ -36,7 +36,7 @@ enum mr_status store_held_get(struct store *store, int64_t run, struct store_hel
 const char *store_held_text(enum store_held_cause cause);
 
 /* Where the file is, by its path, and what the store has open. */
-enum store_place { STORE_IN_PLACE, STORE_MISSING, STORE_REPLACED, STORE_NO_JOURNAL };
+enum store_place { STORE_IN_PLACE, STORE_MISSING, STORE_REPLACED, STORE_NO_JOURNAL, STORE_WRITTEN_OVER, STORE_EMPTIED };
 struct store_identity {
     dev_t device, journal_device;
     ino_t file, journal;
@@ -55,5 +55,25 @@ void store_leave(struct store *store);
 /* After it. The journal of the file that was at `path` goes to where that file is `now`, or away with it (""): SQLite would write it into
  * whatever is put at the path. Nothing is done while the file itself, or another journal, is there. */
 void store_journal_away(const char *path, const char *now, const struct store_identity *identity);
+
+/* ---- whether what is in the file is what was logged: store_written_over.c ---- */
+
+/* Looked at from now on; after store_take_alone. The store then writes its journal back itself, and not into a file of somebody else's. */
+void store_watch_file(struct store *store);
+/* Somebody wrote into the file itself, past SQLite: over it (cp), into it (dd), or made it shorter. Takes no lock. Once true, it stays so. */
+bool store_written_over(struct store *store);
+/* Before a commit: what is the newest of the session now. After it: whether it was committed. */
+enum mr_status store_note_newest(struct store *store, int64_t session, struct error *error);
+void store_newest_committed(struct store *store);
+/* In a transaction, when somebody else has committed since the last one: `*there` false: what was committed of the session is no longer in
+ * the campaign. */
+enum mr_status store_session_there(struct store *store, bool *there, struct error *error);
+/* The same, looked for by a connection of its own, which knows only what is in the file and its journal; true also when that is not
+ * possible for another reason than what is in the file. */
+bool store_session_there_afresh(struct store *store);
+/* The first page of the file is no longer the one that the journal belongs to. */
+bool store_is_anothers(const struct store *store);
+/* After store_leave of such a file: its journal gets the name `kept`, because SQLite would write it into what is in the file now. */
+void store_journal_aside(const char *path, const char *kept);
 
 #endif

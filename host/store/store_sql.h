@@ -4,6 +4,7 @@
 #define MATRIG_HOST_STORE_STORE_SQL_H
 
 #include <sqlite3.h>
+#include <time.h>
 
 #include "host/store/store.h"
 #include "host/store/store_sql_import.h"
@@ -230,6 +231,8 @@
     X(BOARD_SHUNTS, "t",                                                                                    \
       "SELECT gage, span_lb, started_us FROM shunts JOIN sessions ON sessions.id=session WHERE session IN"  \
       " (SELECT session FROM landings WHERE board_uid=?) ORDER BY session, boot, number, gage")             \
+    X(DATA_VERSION, "", "PRAGMA data_version")                                                              \
+    X(FRAME_LAST, "", "SELECT id, session FROM frames ORDER BY id DESC LIMIT 1")                            \
     X(SIZE, "", "SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size),"  \
       " (SELECT count(*) FROM landings)")                                                                   \
     X(SIMULATION_ADD, "itirriirrrb",                                                                          \
@@ -265,6 +268,26 @@ struct store_waiting {
     uint8_t data[8];
 };
 
+/* What is known of the file itself, by matrig log (store_written_over.c). */
+#define STORE_FIRST_PAGE 4096u
+struct store_checkpoints {
+    uint32_t salt, done, begun; /* of the journal's index: which journal, its frames that are in the file, and those on their way */
+};
+struct store_newest {
+    int64_t session, frame; /* frame 0: none */
+};
+struct store_file_look {
+    bool on, written_over;
+    const volatile uint32_t *index;
+    int64_t bytes;
+    struct timespec written;
+    struct store_checkpoints known;
+    uint8_t first_page[STORE_FIRST_PAGE];
+    size_t first_page_bytes;
+    struct store_newest newest, next; /* committed; to be committed */
+    int64_t version;                  /* of the content, when the session was last looked for */
+};
+
 struct store {
     sqlite3 *database;
     char *path;
@@ -277,6 +300,7 @@ struct store {
     unsigned waiting_count;
     int64_t steps, rows;   /* since the last statement that began while no other was running (store_guard.h) */
     int64_t guarded_bytes; /* of the file, when it was last looked at */
+    struct store_file_look look;
     int refused; /* enum store_refusal, of the last call that failed */
 };
 

@@ -113,6 +113,45 @@ static void taken_back(void **state)
     link_queue_close(queue);
 }
 
+/* What was released comes again when the campaign is lost: the newest half of the capacity at least, to the last, nothing twice. */
+static void what_was_written_is_kept_for_a_while(void **state)
+{
+    enum { COUNT = 300000, ITEM = 24, CAPACITY = 4u << 20 };
+    struct link_queue *queue = queue_of(CAPACITY, -1);
+    struct link_item item;
+    (void)state;
+    assert_int_equal(link_queue_oldest_us(queue), 0);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        struct link_frame frame = frame_of(i);
+        assert_true(link_queue_put_frame(queue, &frame));
+        assert_true(link_queue_take(queue, &item));
+        if (i % 100 == 99)
+            link_queue_release(queue);
+        if (i == 1000) { /* nothing is gone yet */
+            assert_true(link_queue_is_whole(queue));
+            assert_int_equal(link_queue_oldest_us(queue), 1000000);
+            link_queue_rewind_all(queue);
+            for (uint32_t again = 0; again <= i; again++) {
+                assert_true(link_queue_take(queue, &item));
+                assert_int_equal(number_of(&item), again);
+                assert_true(item.again);
+            }
+        }
+    }
+    assert_int_equal(link_queue_depth(queue).bytes, 0); /* what is kept is not what waits */
+    assert_false(link_queue_is_whole(queue));
+    uint32_t first = (uint32_t)(link_queue_oldest_us(queue) - 1000000u);
+    assert_in_range((COUNT - first) * ITEM, CAPACITY / 2, CAPACITY / 2 + (512u << 10));
+    link_queue_rewind_all(queue);
+    for (uint32_t i = first; i < COUNT; i++) {
+        assert_true(link_queue_take(queue, &item));
+        assert_int_equal(number_of(&item), i);
+        assert_true(item.again);
+    }
+    assert_false(link_queue_take(queue, &item));
+    link_queue_close(queue);
+}
+
 /* A link of LINK_QUEUE_S at its fullest fits, and no more than a twentieth beyond that of CAN. */
 static void holds_a_minute(void **state)
 {
@@ -333,6 +372,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(order_is_kept),          cmocka_unit_test(taken_back),
+        cmocka_unit_test(what_was_written_is_kept_for_a_while),
         cmocka_unit_test(holds_a_minute),         cmocka_unit_test(news_when_somebody_listens),
         cmocka_unit_test(a_full_queue_loses_and_says_so), cmocka_unit_test(a_sender_that_can_wait_waits),
     };

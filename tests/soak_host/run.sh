@@ -7,6 +7,7 @@ set -u
 cd "$(dirname "$0")/../.." || exit 99
 seconds=$1 dir=$2 hold_s=${3:-0}
 grown_mib=4  # the logger's memory in the last half of the run beyond that of the first quarter, at most
+[ "$seconds" -ge 240 ] || grown_mib=$((grown_mib + 16)) # until the queues keep all that they may of what was written: half of 32 MB, after 48 s
 wal_mib=64   # the journal beside the campaign, at most
 sockets=$(mktemp -d /tmp/matrig.XXXXXX)
 mkdir -p "$dir"

@@ -1,0 +1,125 @@
+#!/usr/bin/env bash
+# Somebody writes over the campaign while it is logged, in a landing: the file keeps its inode and gets another content (cp, dd, a truncation),
+# or sqlite3 puts another content into it. Told within 2 s; what came is in a campaign beside it, and the log goes on there. Those who only
+# use the campaign alarm nobody. tests/soak_host/sender.c counts what was sent.
+. "$(dirname "$0")/tap.sh"
+matrig=${MATRIG:-build/matrig}
+sockets=$(mktemp -d /tmp/matrig.XXXXXX)
+dbs=$(mktemp -d /dev/shm/matrig.XXXXXX 2>/dev/null) || dbs=$tmp # in memory: how long a busy disk takes is not what is tried
+trap 'kill $(jobs -p) 2>/dev/null; rm -rf "$sockets"; [ "$dbs" = "$tmp" ] || rm -rf "$dbs"' EXIT
+only=${ONLY:-.} # a pattern of the cases to try
+
+# begin NAME SECONDS: sender and logger in the background, into NAME.db, of which NAME.backup is made before the landing, which is from 1.2 to
+# 7.6 s
+begin() {
+    build/tests/soak_host/sender "$sockets/$1.can" "$sockets/$1.serial" "$2" 0 >"$tmp/$1.sent" 2>"$tmp/$1.sender" &
+    sender=$!
+    $matrig --json log --listen --can "unix:$sockets/$1.can" --serial "unix:$sockets/$1.serial" --db "$dbs/$1.db" \
+        >"$tmp/$1.json" 2>"$tmp/$1.err" &
+    logger=$!
+    await has_come "$1" 1000 && sqlite3 "$dbs/$1.db" ".backup $dbs/$1.backup" && await has_come "$1" 15000
+}
+db() { sqlite3 -cmd '.timeout 5000' "$dbs/$1.db" "$2"; }
+fills() { db "$1" "select count(*) from frames where link = 0 and can_id = 1365"; }
+has_come() { [ "$(fills "$1")" -ge "$2" ]; }
+told() { grep -Eq "$2" "$tmp/$1.err"; }
+sent() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.sent') as text), '\$.$2')"; }
+json() { sqlite3 :memory: "select json_extract(cast(readfile('$tmp/$1.json') as text), '\$.$2')"; }
+ends() { # STATUS: the logger's, and the sender's is 0
+    local status sender_status
+    wait $logger
+    status=$?
+    wait $sender
+    sender_status=$?
+    echo "exit $status, sender $sender_status"
+    [ $status = "$1" ] && [ $sender_status = 0 ]
+}
+all_there() { # NAME DB: what was sent is in the campaign, to the frame, and the landing is one
+    echo "sent $(cat "$tmp/$1.sent"); fills in $2: $(fills "$2"), links $(db "$2" 'select group_concat(received || "/" || lost || "/" || bad) from links')"
+    [ "$(fills "$2")" = "$(sent "$1" fills)" ] && [ "$(db "$2" 'select sum(lost + bad) from links')" = 0 ] &&
+        [ "$(db "$2" 'select received from links where link = 0')" = "$(sent "$1" can_sent)" ] &&
+        [ "$(db "$2" 'select received from links where link = 1')" = "$(sent "$1" serial_sent)" ] &&
+        [ "$(db "$2" 'select group_concat(state) from landings')" = 4 ] && [ "$(db "$2" 'pragma integrity_check')" = ok ]
+}
+# lost NAME WHAT COMMAND...: by the command the campaign is no longer what was logged
+lost() {
+    local name=$1 what=$2 saved from at
+    shift 2
+    begin "$name" 10 || return 1
+    "$@" || return 1
+    from=$EPOCHREALTIME
+    wait_until 20 told "$name" "^matrig: $dbs/$name\.db $what while it was logged: all that came since [0-9:]+ was saved in .*, and the log goes on there" ||
+        { cat "$tmp/$name.err"; ends 3; return 1; }
+    at=$EPOCHREALTIME
+    ends 3 || { cat "$tmp/$name.err"; return 1; }
+    cat "$tmp/$name.err"
+    awk -v from="${from/,/.}" -v at="${at/,/.}" 'BEGIN { printf "told after %.2f s\n", at - from }'
+    saved=$(json "$name" db)
+    [[ $saved == $dbs/$name-saved-*.db ]] && [ "$(grep -c 'while it was logged:' "$tmp/$name.err")" = 1 ] &&
+        all_there "$name" "$(basename "$saved" .db)"
+}
+over="was written over by another program"
+copy() { cp "$dbs/$1.backup" "$dbs/$1.db"; }
+copied() { # and stays what it was made: the journal of the one before is not put into it
+    lost copied "$over" copy copied && cmp "$dbs/copied.db" "$dbs/copied.backup" && [ ! -e "$dbs/copied.db-wal" ] &&
+        [ "$(db copied 'pragma integrity_check')" = ok ] && [ -s "$(echo "$dbs"/copied-journal-*.wal)" ]
+}
+cat >"$tmp/hold.py" <<'P'
+import sqlite3, subprocess, sys, time
+db = sqlite3.connect(sys.argv[1], timeout=20, isolation_level=None)
+db.execute("BEGIN IMMEDIATE")
+subprocess.run(["cp", sys.argv[2], sys.argv[1]], check=True)
+time.sleep(1)
+db.execute("ROLLBACK")
+P
+copy_under_lock() { python3 "$tmp/hold.py" "$dbs/$1.db" "$dbs/$1.backup"; }
+locked() { lost locked "$over" copy_under_lock locked; }
+truncate_it() { : >"$dbs/$1.db"; }
+truncated() { lost truncated "$over" truncate_it truncated && [ ! -s "$dbs/truncated.db" ]; }
+zero_middle() { dd if=/dev/zero of="$dbs/$1.db" bs=4096 seek=3 count=4 conv=notrunc 2>/dev/null; }
+zeroed() { lost zeroed "$over" zero_middle zeroed; }
+restore() { # by one transaction, when the log leaves room for it
+    local i
+    for i in {1..50}; do sqlite3 -cmd '.timeout 5000' "$dbs/$1.db" ".restore $dbs/$1.backup" 2>"$tmp/$1.restore" && [ ! -s "$tmp/$1.restore" ] && return; done
+    cat "$tmp/$1.restore"
+    return 1
+}
+restored() { # and stays what it was made
+    lost restored "lost what was logged into it" restore restored && has_come restored 1000 && ! has_come restored 15000 &&
+        [ "$(db restored 'pragma integrity_check')" = ok ]
+}
+copied_last() { # at the very end, before anybody could have noticed
+    local saved
+    begin last 30 && copy last && kill -INT $logger && ends 3
+    local good=$?
+    cat "$tmp/last.err"
+    saved=$(basename "$(json last db)" .db)
+    [ $good = 0 ] && [[ $saved == last-saved-* ]] && has_come "$saved" 15000 && [ "$(db "$saved" "select ended_by from sessions")" = signal ]
+}
+# Notes, checkpoints, a user's rows, a vacuum, readers, a backup: all by SQLite.
+used() {
+    begin used 10 || return 1
+    local i
+    for i in 1 2 3 4 5; do
+        $matrig landing "$dbs/used.db" 1 --note "note $i" && db used 'pragma wal_checkpoint(passive)' &&
+            await db used "create table if not exists mine (text); insert into mine values ('$i')" || return 1 # a logger leaves little room
+        db used 'pragma wal_checkpoint(truncate)'
+    done
+    await db used 'drop table mine' && await db used vacuum || return 1
+    sqlite3 "$dbs/used.db" ".backup $dbs/used.backup" && chmod g+r "$dbs/used.db" && $matrig --quiet report "$dbs/used.db" -o "$tmp/used.html" || return 1
+    ends 0 && cat "$tmp/used.err" && all_there used used && [ "$(db used "select count(*) from landing_changes where field = 'note'")" = 5 ] &&
+        ! grep -q 'while it was logged' "$tmp/used.err"
+}
+check_case() { # NAME TEXT
+    [[ $1 =~ $only ]] || return
+    check "$2" "$1"
+    [ -z "${VERBOSE:-}" ] || sed 's/^/# /' "$tmp/check.out"
+}
+check_case copied "a backup is copied over the campaign in a landing: told, what came is saved, gone on with, exit 3"
+check_case locked "and while another program holds it: likewise"
+check_case truncated "it is truncated: likewise"
+check_case zeroed "a part of it is overwritten: likewise"
+check_case restored "a backup is restored into it by sqlite3: likewise"
+check_case copied_last "a backup is copied over it just before the end: likewise"
+check_case used "who uses the campaign by SQLite alarms nobody"
+finish
