@@ -230,6 +230,14 @@ int64_t collector_take_finished(struct collector *collector)
     return run;
 }
 
+int64_t collector_take_same(struct collector *collector, struct store_same *same)
+{
+    int64_t run = collector->same_run;
+    *same = collector->same;
+    collector->same_run = 0;
+    return run;
+}
+
 void collector_progress(const struct collector *collector, struct collector_progress *progress)
 {
     *progress = (struct collector_progress){.hello = collector->hello,

@@ -17,6 +17,7 @@
 #include "host/board/crash.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
+#include "host/store/store_same.h"
 
 struct collector;
 
@@ -71,6 +72,8 @@ bool collector_lacks_configuration(const struct collector *collector);
 
 /* RUN of a landing that has ended since the last call; 0: none. */
 int64_t collector_take_finished(struct collector *collector);
+/* RUN of a landing of which an earlier session has a part, since the last call, and that part; 0: none. */
+int64_t collector_take_same(struct collector *collector, struct store_same *same);
 
 /* A processor fault that the board told of, since the last call; NULL: none. */
 const struct crash_report *collector_take_crash(struct collector *collector);

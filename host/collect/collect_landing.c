@@ -37,6 +37,18 @@ static enum mr_status add_silence(struct collector *collector, const struct slot
     return store_gap_put(collector->store, collector->session, slot->row.id, &gap, error);
 }
 
+/* It may be what was saved when an earlier log was ended in the middle of it. */
+static enum mr_status find_same(struct collector *collector, const struct slot *slot, struct error *error)
+{
+    struct store_same same;
+    enum mr_status status = store_find_same(collector->store, slot->row.id, (int64_t)link_now_us(), &same, error);
+    if (status == MR_OK && same.cut) {
+        collector->same = same;
+        collector->same_run = slot->row.id;
+    }
+    return status;
+}
+
 enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -49,6 +61,8 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
         if (collector->side[kind].boot == slot->row.boot)
             status = collect_put_time_map(collector, &collector->side[kind], slot, error);
     }
+    if (status == MR_OK)
+        status = find_same(collector, slot, error);
     if (collector->finished_count < SLOTS)
         collector->finished[collector->finished_count++] = slot->row.id;
     return status;

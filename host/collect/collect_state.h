@@ -96,6 +96,8 @@ struct collector {
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */
     size_t finished_count;
+    struct store_same same; /* and nobody has asked for yet; of landing same_run */
+    int64_t same_run;
 
     /* What the board last said about itself. */
     struct store_landing identity; /* uid, firmware, CRCs, clock, site */

@@ -64,6 +64,19 @@ void logger_note_strangers(struct logger *logger)
     }
 }
 
+static void note_same(struct logger *logger)
+{
+    struct store_same same;
+    const long long run = collector_take_same(logger->collector, &same);
+    if (run == 0)
+        return;
+    logger_clear_progress(logger);
+    if (same.whole)
+        cli_note(logger->cli, "RUN %lld was cut off, and RUN %lld has all of it: RUN %lld is void now", (long long)same.cut, run, (long long)same.cut);
+    else
+        cli_note(logger->cli, "RUN %lld was cut off, and RUN %lld goes on with it", (long long)same.cut, run);
+}
+
 enum mr_status logger_show_finished(struct logger *logger, struct error *error)
 {
     int64_t run;
@@ -85,6 +98,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
             fflush(stdout);
         }
         summary_free(&summary);
+        note_same(logger);
         logger->shown++;
         quicklook_write(&logger->look);
     }

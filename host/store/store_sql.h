@@ -231,6 +231,20 @@
     X(BOARD_SHUNTS, "t",                                                                                    \
       "SELECT gage, span_lb, started_us FROM shunts JOIN sessions ON sessions.id=session WHERE session IN"  \
       " (SELECT session FROM landings WHERE board_uid=?) ORDER BY session, boot, number, gage")             \
+    X(SAME_CUT, "i",                                                                                        \
+      "SELECT coalesce(max(a.id), 0) FROM landings a, landings b WHERE b.id=? AND a.id<b.id AND a.session<>b.session" \
+      " AND a.board_uid IS b.board_uid AND a.board_landing=b.board_landing AND a.state BETWEEN 1 AND 3"     \
+      " AND coalesce((SELECT value FROM landing_changes WHERE landing=a.id AND field='void' ORDER BY id DESC LIMIT 1), 'no')<>'yes'") \
+    X(SAME_BY_CAN, "ii",                                                                                    \
+      "SELECT EXISTS(SELECT 1 FROM frames WHERE landing=?1 AND link=0) AND EXISTS(SELECT 1 FROM frames WHERE landing=?2 AND link=0)") \
+    X(SAME_ARMED, "ii",                                                                                     \
+      "SELECT EXISTS(SELECT 1 FROM landings a, landings b WHERE a.id=?1 AND b.id=?2 AND a.armed_block=b.armed_block)") \
+    X(SAME_FRAME, "ii",                                                                                     \
+      "SELECT EXISTS(SELECT 1 FROM frames b, (SELECT host_us, can_id, data FROM frames WHERE landing=?1 AND link=0 ORDER BY id DESC LIMIT 1)" \
+      " a WHERE b.landing=?2 AND b.link=0 AND b.host_us=a.host_us AND b.can_id=a.can_id AND b.data=a.data)") \
+    X(SAME_BLOCK, "ii",                                                                                     \
+      "SELECT EXISTS(SELECT 1 FROM blocks a JOIN blocks b ON b.idx=a.idx WHERE a.landing=?1 AND b.landing=?2" \
+      " AND a.idx=(SELECT max(idx) FROM blocks WHERE landing=?1) AND a.record=b.record)")                   \
     X(DATA_VERSION, "", "PRAGMA data_version")                                                              \
     X(FRAME_LAST, "", "SELECT id, session FROM frames ORDER BY id DESC LIMIT 1")                            \
     X(SIZE, "", "SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size),"  \

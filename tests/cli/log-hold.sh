@@ -168,13 +168,28 @@ ended_while() { # NAME: reads what was saved of NAME into its campaign
     [ $status = 3 ] && [ "$(grep -c "^matrig: not in the campaign" "$tmp/$1.err")" = 1 ] &&
         told "$1" "take them in: matrig log --can file:.*-unsaved-.*\.log --serial file:.*-unsaved-.*\.bin --db $dbs/$1\.db$" || return 1
     read=$(awk -v at=$((at_us - 100000)) '$1 <= at { n = $2 } END { print n + 0 }' "$tmp/$1.marks")
-    $matrig --quiet log --can file:"$(echo "$dbs/$1"-unsaved-*.log)" --serial file:"$(echo "$dbs/$1"-unsaved-*.bin)" --db "$dbs/$1.db" >/dev/null 2>"$tmp/$1.taken"
+    $matrig log --can file:"$(echo "$dbs/$1"-unsaved-*.log)" --serial file:"$(echo "$dbs/$1"-unsaved-*.bin)" --db "$dbs/$1.db" >/dev/null 2>"$tmp/$1.taken"
     cat "$tmp/$1.taken" # the recording ends in a frame, perhaps
     local kept
-    kept=$(db "$1" "select count(*) from frames where link = 0 and can_id = 1365")
+    kept=$(db "$1" "select count(distinct substr(data, 1, 4)) from frames where link = 0 and can_id = 1365")
     echo "read 100 ms before: $read; kept $kept"
     [ "$read" -gt 12000 ] && [ "$kept" -ge "$read" ] && [ "$(db "$1" 'pragma integrity_check')" = ok ] &&
-        [ "$(db "$1" "select count(distinct substr(data, 1, 4)) from frames where link = 0 and can_id = 1365")" = "$kept" ]
+        [ "$(db "$1" "select sum(count(*) - count(distinct substr(data, 1, 4))) over () from frames where link = 0 and can_id = 1365 group by session limit 1")" = 0 ] &&
+        landing_is_one "$1"
+}
+# What was cut off is void, and the landing that was taken in has all of it and goes on from there without a hole, on both links.
+landing_is_one() {
+    local readings="from frames where can_id = 256 and link = 0 and landing" blocks="from blocks where landing"
+    db "$1" "select landings.id, state, armed_block, (select count(*) || ' readings, ' || min(board_us) || ' to ' || max(board_us) $readings = landings.id),
+        (select count(*) || ' blocks, ' || min(idx) || ' to ' || max(idx) $blocks = landings.id) from landings"
+    db "$1" "select landing, field, value, reason from landing_changes"
+    [ "$(db "$1" "select count(*), max(armed_block) = min(armed_block) from landings")" = "2|1" ] &&
+        [ "$(db "$1" "select landing, field, value, reason from landing_changes")" = "1|void|yes|cut off; RUN 2 has all of it" ] &&
+        [ "$(db "$1" "select count(*) - 1 - (max(board_us) - min(board_us)) / 2000 $readings = 2")" = 0 ] &&
+        [ "$(db "$1" "select count(*) - 1 - (max(idx) - min(idx)) $blocks = 2")" = 0 ] &&
+        [ "$(db "$1" "select (select min(idx) $blocks = 2) <= (select min(idx) $blocks = 1), (select max(idx) $blocks = 2) > (select max(idx) $blocks = 1)")" = "1|1" ] &&
+        [ "$(db "$1" "select (select min(board_us) $readings = 2) <= (select min(board_us) $readings = 1), (select max(board_us) $readings = 2) > (select max(board_us) $readings = 1)")" = "1|1" ] &&
+        grep -q "^matrig: RUN 1 was cut off, and RUN 2 has all of it: RUN 1 is void now" "$tmp/$1.taken"
 }
 given_up() {
     begin given-up 30 && hold given-up IMMEDIATE && wait_until 10 told given-up "another program holds" && ended_while given-up

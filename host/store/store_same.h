@@ -1,0 +1,17 @@
+/* Landings of which a campaign has a part twice. Conventions as in store.h. */
+#ifndef MATRIG_HOST_STORE_STORE_SAME_H
+#define MATRIG_HOST_STORE_STORE_SAME_H
+
+#include "host/store/store.h"
+
+struct store_same {
+    int64_t cut; /* RUN of the landing that was cut off; 0: none */
+    bool whole;  /* the other one has all of it, and the one that was cut off is void now; else that one goes on with it, and a note at
+                    each says so */
+};
+
+/* Of the landing `run`: whether an earlier session was ended in the middle of it. `now_us`: Unix time, of what is said of that in the
+ * journal. */
+enum mr_status store_find_same(struct store *store, int64_t run, int64_t now_us, struct store_same *same, struct error *error);
+
+#endif
