@@ -157,6 +157,17 @@ void collect_leave(struct side *side)
     account_break(&side->account);
 }
 
+/* Nobody vouches for that: the frames from here on may turn out to be its own. */
+static enum mr_status leave(struct collector *collector, struct side *side, struct error *error)
+{
+    struct slot *slot = side->current;
+    enum mr_status status = MR_OK;
+    if (slot && side->kind == LINK_CAN)
+        status = store_frames_mark(collector->store, &slot->left_mark, error);
+    collect_leave(side);
+    return status;
+}
+
 static enum mr_status enter(struct collector *collector, struct side *side, const struct mr_landing *landing,
                             uint64_t host_us, struct error *error)
 {
@@ -164,12 +175,12 @@ static enum mr_status enter(struct collector *collector, struct side *side, cons
     struct slot *slot = find_slot(collector, side, landing->landing, armed_block);
     if (slot && slot == side->current)
         return MR_OK;
-    collect_leave(side);
-    if (!slot) {
-        enum mr_status status = make_slot(collector, side, landing, armed_block, host_us, &slot, error);
-        if (status != MR_OK)
-            return status;
+    enum mr_status status = leave(collector, side, error);
+    if (status == MR_OK && !slot) {
+        status = make_slot(collector, side, landing, armed_block, host_us, &slot, error);
     }
+    if (status != MR_OK)
+        return status;
     if (side->kind == LINK_CAN && !slot->entered[LINK_CAN])
         slot->row.armed_us = (int64_t)host_us; /* a frame has its own stamp, serial's bytes that of their reading */
     slot->entered[side->kind] = true;
@@ -195,31 +206,7 @@ static enum mr_status follow(struct collector *collector, struct side *side, con
         slot->row.state = landing->state;
         status = store_landing_put(collector->store, &slot->row, error);
     }
-    if (!going_on)
-        collect_leave(side);
-    return status;
-}
-
-/* CAN said that the landing was over, or that another one was armed, and the board goes on as before: that frame was not the board's. What
- * of the landing came meanwhile is in none. */
-static enum mr_status join(struct collector *collector, struct side *side, struct error *error)
-{
-    struct slot *phantom = side->current, *torn = side->last;
-    bool goes_on = side->story.said.state >= STATE_ARMED && side->story.said.state <= STATE_SETTLING;
-    enum mr_status status = MR_OK;
-    if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on)) {
-        status = collect_doubt(collector, side, DOUBT_PHANTOM, MR_ID_LANDING, 1, error);
-        collect_leave(side);
-    }
-    if (status != MR_OK || !goes_on || side->current || !torn || torn->row.boot != side->boot ||
-        torn->row.board_landing != side->story.said.landing)
-        return status;
-    torn->left[side->kind] = torn->finished = false;
-    torn->end_block = torn->left[1 - side->kind] ? torn->end_block : -1;
-    torn->state_block = side->story.said.block;
-    side->current = torn;
-    account_break(&side->account);
-    return collect_doubt(collector, side, DOUBT_TORN, MR_ID_LANDING, 1, error);
+    return status == MR_OK && !going_on ? leave(collector, side, error) : status;
 }
 
 enum mr_status collect_landing(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
@@ -234,6 +221,6 @@ enum mr_status collect_landing(struct collector *collector, struct side *side, c
         status = collect_doubt(collector, side, DOUBT_STATE, MR_ID_LANDING, story->dismissed, error);
     story->dismissed = 0;
     if (status == MR_OK && belief == LANDING_TAKEN_BACK)
-        status = join(collector, side, error);
+        status = collect_join(collector, side, error);
     return status == MR_OK && *believed ? follow(collector, side, landing, host_us, error) : status;
 }

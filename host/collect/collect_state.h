@@ -27,6 +27,7 @@ struct slot {
     bool finished;
     int64_t state_block; /* of the newest change of state reported */
     int64_t end_block;   /* where the first link left it; -1: still going on */
+    int64_t left_mark;   /* the newest frame of the campaign when CAN alone left it */
     unsigned edges;
     double first_edge_us; /* board time; 0: none yet */
     int64_t film_frames;  /* number of the newest, unwrapped */
@@ -195,6 +196,9 @@ enum mr_status collect_film_frame(struct collector *collector, struct side *side
 /* Not `*believed`: perhaps not the board's, and nothing was done. */
 enum mr_status collect_landing(struct collector *collector, struct side *side, const struct mr_landing *landing, uint64_t host_us,
                                bool *believed, struct error *error);
+/* CAN alone said that the landing was over, or that another one was armed, and the board goes on as before: those frames were not the
+ * board's. What came meanwhile is put to the landing (collect_join.c). */
+enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error);
 /* The side's landing, if any, is over for it. */
 void collect_leave(struct side *side);
 /* A landing is over: what a link should have brought of it and did not becomes a gap. */

@@ -1,5 +1,7 @@
 #include "host/collect/landing_story.h"
 
+#include <string.h>
+
 #define AHEAD_BLOCKS 1000 /* the newest block that is known may be so old */
 
 enum { IDLE, ARMED, LANDING, SETTLING, DONE };
@@ -34,18 +36,29 @@ enum landing_belief landing_story_believe(struct landing_story *story, const str
     story->dismissed += story->waits && !same(message, &story->doubted);
     story->waits = false;
     if (story->known == 0 || !same(message, &story->said)) {
-        story->before = story->said;
+        memmove(story->before + 1, story->before, sizeof story->before - sizeof story->before[0]);
+        story->before[0] = story->said;
         story->said = *message;
-        story->known += story->known < 2;
+        story->known += story->known < LANDING_STORY_STATES;
     }
     return LANDING_GOES_ON;
 }
 
-static enum landing_belief take_back(struct landing_story *story)
+/* How many changes ago that was the state; 0: it is not known to have been. */
+static unsigned changes_since(const struct landing_story *story, const struct mr_landing *message)
 {
-    story->dismissed += 1 + story->waits;
+    for (unsigned i = 1; i < story->known; i++) {
+        if (same(message, &story->before[i - 1]))
+            return i;
+    }
+    return 0;
+}
+
+static enum landing_belief take_back(struct landing_story *story, unsigned changes)
+{
+    story->dismissed += changes + (story->waits && !same(&story->doubted, &story->before[changes - 1]));
     story->waits = false;
-    story->said = story->before;
+    story->said = story->before[changes - 1];
     story->known = 1;
     return LANDING_TAKEN_BACK;
 }
@@ -59,11 +72,12 @@ enum landing_belief landing_story_hear(struct landing_story *story, const struct
         story->dismissed++;
         return LANDING_DOUBTED;
     }
+    unsigned changes = changes_since(story, message);
+    if (changes == 1 || (changes > 1 && said_again))
+        return take_back(story, changes);
     if (story->known == 0 || said_again || same(message, &story->said) ||
         (message->block >= story->said.block && follows(&story->said, message)))
         return landing_story_believe(story, message);
-    if (story->known == 2 && same(message, &story->before))
-        return take_back(story);
     story->dismissed += story->waits;
     story->waits = true;
     story->doubted = *message;

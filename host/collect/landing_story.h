@@ -9,9 +9,11 @@
 
 #include "common/catalogue.h"
 
+#define LANDING_STORY_STATES 8u
 struct landing_story {
-    unsigned known;                 /* how many of the two: */
-    struct mr_landing said, before; /* the newest state believed, and the one before it */
+    unsigned known;         /* how many of these: */
+    struct mr_landing said; /* the newest state believed, */
+    struct mr_landing before[LANDING_STORY_STATES - 1]; /* and those before it, the newest first */
     bool waits;
     struct mr_landing doubted; /* until it is said again */
     int64_t dismissed;         /* messages that another one contradicted; the caller takes them away */
@@ -19,7 +21,8 @@ struct landing_story {
 
 enum landing_belief {
     LANDING_GOES_ON,    /* believed */
-    LANDING_TAKEN_BACK, /* believed: it is the state before the last change again, so that change was not the board's */
+    LANDING_TAKEN_BACK, /* believed: it is a state before the last changes again, so those were not the board's. The last one is taken back
+                           at once, several when the state is said twice */
     LANDING_DOUBTED,
 };
 

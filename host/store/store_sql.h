@@ -79,6 +79,10 @@
       "SELECT count(*) FROM frames WHERE landing=? AND link=? AND can_id & 0x20000000 = 0")                  \
     X(FRAMES_NEWEST, "", "SELECT coalesce(max(id), 0) FROM frames")                                         \
     X(FRAMES_MOVE, "iiiii", "UPDATE frames SET landing=? WHERE id>? AND session=? AND link=? AND landing IS ?") \
+    X(FRAMES_JOIN, "iiiiiii",                                                                               \
+      "UPDATE frames SET landing=? WHERE id>? AND session=? AND link=? AND landing IS ? AND board_us BETWEEN ? AND ?") \
+    X(FRAMES_SINCE, "iii",                                                                                  \
+      "SELECT can_id, host_us, data FROM frames WHERE id>? AND landing=? AND link=? AND direction=0 ORDER BY id") \
     X(EDGE_PUT, "iiiirri",                                                                                   \
       "INSERT INTO edges VALUES(?,?,?,?,?,?,?) ON CONFLICT DO UPDATE SET links=links|excluded.links,"        \
       " board_us=coalesce(board_us, excluded.board_us)")                                                     \

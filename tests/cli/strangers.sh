@@ -69,6 +69,37 @@ torn_and_joined() {
         tail -n +"$(grep -n '^RUN' "$tmp/torn.txt" | tail -n 1 | cut -d: -f1)" "$tmp/torn.txt" >"$tmp/last.txt" &&
         grep -q 'doubtful  *CAN: 1 landing frame that tore the landing' "$tmp/last.txt" && grep -Eq 'touchdown .*\(doubtful\)$' "$tmp/last.txt"
 }
+# Several forged states in a row tear the landing: in the end its readings, edges and motion are those of the landing that nobody tore, none
+# stands beside it, and what the stranger began is void.
+torn_by_several() {
+    local block name frames line file want got good=0
+    block=$(sed -n '7000,7400p' "$tmp/all.can" | sed -n 's/.* 180#\(........\).*/\1/p' | head -n 1)
+    log whole "$tmp/all.can" || return 1
+    want=$(of_landing whole)
+    while read -r name line frames; do
+        file=$tmp/several.can
+        awk -v frames="${frames//BLOCK/$block}" -v at="$line" '{ print } NR == at { n = split(frames, f, ","); for (i = 1; i <= n; i++) print $1, $2, "0A0#" f[i] }' \
+            "$tmp/all.can" >"$file"
+        log "several-$name" "$file" || good=1
+        got=$(of_landing "several-$name")
+        echo "$name: $got; $(sqlite3 "$tmp/several-$name.db" "select group_concat(landing || ' ' || field || ' ' || value || ': ' || reason) from landing_changes")"
+        [ "$got" = "$want" ] && grep -q doubtful "$tmp/several-$name.txt" &&
+            [ "$(sqlite3 "$tmp/several-$name.db" "select count(*) from landings where id > 1 and id not in (select landing from landing_changes where field = 'void' and value = 'yes')")" = 0 ] || good=1
+    done <<'END'
+one 7400 00010500BLOCK
+idle-thrice 9000 00010500BLOCK,00010500BLOCK,00010500BLOCK
+idle-armed 7400 00010500BLOCK,01010600BLOCK
+idle-armed-landing 7400 00010500BLOCK,01010600BLOCK,02020600BLOCK
+armed-twice 7400 01010600BLOCK,01010600BLOCK
+settled-done-idle 9100 03030500BLOCK,04040500BLOCK,00010500BLOCK
+END
+    echo "wanted: $want"
+    return $good
+}
+of_landing() { # NAME: readings, edges, motion of RUN 1; readings between its ends that are in no landing, or in another one
+    sqlite3 "$tmp/$1.db" "select (select count(*) from frames where can_id = 256 and landing = 1), (select count(*) from edges where landing = 1),
+        (select count(*) from motion where landing = 1), (select count(*) from frames where can_id = 256 and landing is not 1 and board_us between 800000 and 8760000)"
+}
 doubt_is_said_everywhere() {
     local run=1 place
     $matrig report "$tmp/torn.db" -o "$tmp/torn.html" 2>/dev/null && $matrig compare "$tmp/torn.db" $run >"$tmp/compare.out" &&
@@ -98,6 +129,7 @@ check "one frame is one in JSON, not obeyed" one_frame_is_one_in_json
 check "one before the board has spoken is refused on CAN alone" hello_before_the_board
 check "a state of the landing that serial did not say changes nothing" landing_from_elsewhere
 check "on CAN alone a landing that was torn is joined, and doubtful" torn_and_joined
+check "also when several frames in a row tore it: nothing of it stands beside it" torn_by_several
 check "and that is said wherever its numbers are" doubt_is_said_everywhere
 check "a landing without its beginning states no speed" beginning_is_missing
 check "each message of the catalogue, not the board's, beside serial" everything_of_the_catalogue both

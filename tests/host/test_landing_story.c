@@ -66,6 +66,25 @@ static void an_end_is_taken_back(void **unused)
     assert_int_equal(hear(&story, state(3, 3, 7, 6000), 6001), LANDING_GOES_ON);
 }
 
+/* Several changes that were not the board's: its own state, said twice. */
+static void several_changes_are_taken_back(void **unused)
+{
+    struct landing_story story;
+    (void)unused;
+    landing_story_start(&story);
+    hear(&story, state(1, 1, 7, 500), 500);
+    hear(&story, state(2, 2, 7, 2000), 2001);
+    assert_int_equal(hear(&story, state(0, 1, 7, 2500), 2501), LANDING_GOES_ON);
+    assert_int_equal(hear(&story, state(1, 1, 8, 2500), 2501), LANDING_GOES_ON);
+    assert_int_equal(hear(&story, state(2, 2, 8, 2500), 2501), LANDING_GOES_ON);
+    assert_int_equal(hear(&story, state(2, 2, 7, 2000), 3001), LANDING_DOUBTED);
+    assert_int_equal(hear(&story, state(2, 2, 7, 2000), 4001), LANDING_TAKEN_BACK);
+    assert_int_equal(story.dismissed, 3);
+    assert_int_equal(story.said.landing, 7);
+    assert_int_equal(hear(&story, state(3, 3, 7, 6000), 6001), LANDING_GOES_ON);
+    assert_int_equal(story.dismissed, 3);
+}
+
 /* What cannot follow may be true when messages were lost: the board says it again after a second. */
 static void what_is_said_again_is_believed(void **unused)
 {
@@ -84,6 +103,7 @@ int main(void)
         cmocka_unit_test(a_landing_is_believed),
         cmocka_unit_test(strangers_are_dismissed),
         cmocka_unit_test(an_end_is_taken_back),
+        cmocka_unit_test(several_changes_are_taken_back),
         cmocka_unit_test(what_is_said_again_is_believed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
