@@ -99,10 +99,11 @@ static bool save_queue(struct logger *logger, enum link_kind kind, uint64_t sinc
         return false;
     if (kind == LINK_CAN && logger->hello.length) /* without it nothing of a board is understood */
         fwrite(line, 1, candump_print(&logger->hello, line), side->file);
-    while (link_queue_take(queue, &item)) {
-        if (item.kind == LINK_ITEM_FRAME && item.frame.host_us >= since_us)
+    for (bool begun = false; link_queue_take(queue, &item);) {
+        begun |= item.host_us >= since_us; /* from then on all: this computer's clock may have been set back */
+        if (item.kind == LINK_ITEM_FRAME && begun)
             fwrite(line, 1, candump_print(&item.frame, line), side->file);
-        else if (item.kind == LINK_ITEM_BYTES && item.host_us >= since_us)
+        else if (item.kind == LINK_ITEM_BYTES && begun)
             fwrite(item.bytes, 1, item.length, side->file);
     }
     return close_side_file(side);
@@ -194,7 +195,7 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
 {
     char reason[sizeof error->text] = "ended in a hurry";
     uint64_t began_us = logger_now_us();
-    bool went_wrong = strcmp(logger->ended_by, "error") == 0;
+    const bool failed = strcmp(logger->ended_by, "error") == 0;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         link_reader_stop(logger->reader[kind]);
         logger->more[kind] = false;
@@ -204,13 +205,14 @@ enum mr_status logger_finish(struct logger *logger, int signals, struct error *e
         enum mr_status status = logger_rescue(logger, error);
         if (status != MR_OK)
             return status;
+        bool went_wrong = failed && !logger->refilled;
         if (logger_now_us() >= logger->again_us) {
             status = went_wrong ? MR_TOO_FEW : take_turn(logger, &why);
             if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
                 status = settle(logger, error);
                 if (status != MR_TOO_FEW)
                     return status;
-                went_wrong = false; /* all that is kept goes into the new one */
+                continue; /* all that is kept goes into the new one */
                 continue;
             }
             if (why.status != MR_OK)

@@ -44,6 +44,7 @@ struct logger {
     char saved[4096];       /* the campaign was taken away, and is here now; "": not */
     char taken[9000];       /* what became of the one that was named, in a sentence */
     char lost_before[40];   /* what came before that time of day is lost with it; "": nothing */
+    bool refilled;          /* the queues give all that they have kept once more */
     bool emptied;           /* what was logged is no longer in it */
     bool followed;          /* the watch knows the campaign with its journal */
     struct link_frame hello; /* the board's newest on CAN; length 0: none */

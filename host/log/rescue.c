@@ -197,6 +197,7 @@ static enum mr_status start_over(struct logger *logger, enum store_place place, 
         if (logger->reader[kind])
             link_queue_rewind_all(link_reader_queue(logger->reader[kind]));
     }
+    logger->refilled = true;
     collector_close(logger->collector);
     logger->collector = collector;
     if (place == STORE_EMPTIED)

@@ -89,13 +89,24 @@ static const volatile uint32_t *index_of(sqlite3 *database)
     return index;
 }
 
+/* A file system without shared memory has none. */
+static bool has_journal(sqlite3 *database)
+{
+    sqlite3_stmt *s = NULL;
+    bool wal = sqlite3_prepare_v2(database, "PRAGMA journal_mode", -1, &s, NULL) == SQLITE_OK && sqlite3_step(s) == SQLITE_ROW &&
+               strcmp((const char *)sqlite3_column_text(s, 0), "wal") == 0;
+    sqlite3_finalize(s);
+    return wal && sqlite3_exec(database, "SELECT count(*) FROM sqlite_schema", NULL, NULL, NULL) == SQLITE_OK; /* which opens it */
+}
+
 void store_watch_file(struct store *store)
 {
     struct store_file_look *look = &store->look;
     struct stat info;
-    sqlite3_exec(store->database, "SELECT count(*) FROM sqlite_schema", NULL, NULL, NULL); /* opens the journal */
+    if (!store->alone || !has_journal(store->database))
+        return;
     look->index = index_of(store->database);
-    if (!store->alone || !look->index || fstat(store->alone, &info) != 0) /* a file system without shared memory has no such journal */
+    if (!look->index || fstat(store->alone, &info) != 0)
         return;
     remember(store, &info, checkpoints_of(look));
     look->on = true;
