@@ -17,8 +17,9 @@ name_of() { echo "${1#build/}"; }
 log_of() { echo "build/test-log/$(name_of "$1" | tr / -).log"; }
 
 start() { # PLACE
-    local program=${programs[$1]}
-    (CMOCKA_MESSAGE_OUTPUT=TAP exec timeout -k 5 $limit_s "$program") >"$(log_of "$program")" 2>&1 </dev/null &
+    local program=${programs[$1]} with=()
+    [ "${program%.sh}" = "$program" ] || with=(bash) # whether or not the file may be executed
+    (CMOCKA_MESSAGE_OUTPUT=TAP exec timeout -k 5 $limit_s "${with[@]}" "$program") >"$(log_of "$program")" 2>&1 </dev/null &
     running[$!]=$1
     began_s[$1]=$SECONDS
 }
