@@ -2,7 +2,7 @@
 #ifndef MATRIG_HOST_HELP_H
 #define MATRIG_HOST_HELP_H
 
-#include "host/commands.h"
+#include "host/commands/commands.h"
 
 void help_overview(const struct command_table *table);
 void help_command(const struct command *command);

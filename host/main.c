@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/commands.h"
+#include "host/commands/commands.h"
 #include "host/help.h"
 #include "host/output.h"
 #include "host/store/store.h"

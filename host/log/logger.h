@@ -1,6 +1,6 @@
 /* Insides of matrig log: what it holds while it collects, and its parts: links.c (what comes), write.c (transactions), watch.c (what is
  * told while they wait), rescue.c (a campaign that was taken away), finish.c (the end), orders.c (what is asked of the board), typed.c
- * (commands on standard input), tell.c (what the user is told). Its loop is host/log_command.c.
+ * (commands on standard input), tell.c (what the user is told). Its loop is host/commands/log_command.c.
  *
  * Each link has a thread that reads it into a queue (host/link/reader.h). One thread takes from the queues and writes: the store and the
  * collector are its alone. The third kind looks on (watch.h). */

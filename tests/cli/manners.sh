@@ -109,7 +109,7 @@ taken() {
 check "commands take what is offered" taken
 offered() { # and whatever their sources take is offered
     local file command option
-    for file in host/*_command.c; do
+    for file in host/commands/*_command.c; do
         command=$(basename "$file" _command.c)
         case $command in arm | config | runway) command=board ;; esac
         for option in $(grep -oE '\{"--?[a-zA-Z0-9-]+", *(&|NULL)' "$file" | grep -oE -- '--?[a-zA-Z0-9-]+'); do

@@ -1,4 +1,4 @@
-#include "host/sim_mods.h"
+#include "host/commands/sim_mods.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -10,8 +10,8 @@
 #include "host/output.h"
 #include "host/cli.h"
 #include "host/sim/sim.h"
-#include "host/sim_json.h"
-#include "host/sim_mods.h"
+#include "host/commands/sim_json.h"
+#include "host/commands/sim_mods.h"
 
 #define M_PER_FT 0.3048
 #define IN_PER_FT 12.0
