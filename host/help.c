@@ -1,15 +1,17 @@
 #include "host/help.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "firmware/version.h"
+#include "host/help_page.h"
 
 void help_overview(const struct command_table *table)
 {
     puts("usage: matrig [--json] [--quiet] [--si] COMMAND ...\n");
     for (size_t i = 0; i < table->count; i++)
-        printf("  %-9s %s\n", table->commands[i].name, table->commands[i].summary);
+        printf("  %-9s %s\n", table->commands[i]->name, table->commands[i]->summary);
     puts("\n"
          "  --json    the result as one JSON object on standard output\n"
          "  --quiet   no progress and no notes\n"
@@ -26,7 +28,9 @@ void help_overview(const struct command_table *table)
 
 void help_command(const struct command *command)
 {
-    printf("usage: matrig [--json] [--quiet] [--si] %s %s\n\n%s.\n\n%s", command->name, command->words, command->summary, command->details);
+    char *text = help_page_text(command);
+    printf("usage: matrig [--json] [--quiet] [--si] %s %s\n\n%s.\n\n%s", command->name, command->words, command->summary, text);
+    free(text);
 }
 
 void help_version(const struct cli *cli)
@@ -39,11 +43,11 @@ void help_version(const struct cli *cli)
         printf("matrig %s\n", version);
 }
 
-static const struct command *find(const struct command_table *table, const char *name)
+const struct command *help_find(const struct command_table *table, const char *name)
 {
     for (size_t i = 0; i < table->count; i++) {
-        if (strcmp(table->commands[i].name, name) == 0)
-            return &table->commands[i];
+        if (strcmp(table->commands[i]->name, name) == 0)
+            return table->commands[i];
     }
     return NULL;
 }
@@ -53,33 +57,46 @@ static int print_json(const struct command_table *table, const struct command *o
 {
     json_t *list = json_array();
     for (size_t i = 0; i < table->count; i++) {
-        const struct command *c = &table->commands[i];
+        const struct command *c = table->commands[i];
+        char *text = help_page_text(c);
         if (!only || only == c)
             json_array_append_new(list, json_pack("{s:s,s:s,s:s,s:s}", "name", c->name, "words", c->words, "summary", c->summary,
-                                                  "details", c->details));
+                                                  "details", text));
+        free(text);
     }
     return cli_print_json(json_pack("{s:o}", "commands", list), 0);
 }
 
+struct request {
+    bool man, bash, help;
+};
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    OPTION_FLAG("--man", man, "the man page"),
+    OPTION_FLAG("--bash", bash, "completion for bash"),
+    OPTION_FLAG("--help", help, NULL),
+};
+static const struct command help_itself = {"help", NULL, "[COMMAND | --man | --bash]", "what matrig can do", COMMAND_PARTS(parts), {0, 1, ""}};
+
 int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli)
 {
     struct error error = {0};
-    bool man = false, bash = false, help = false;
+    struct request request = {0};
     const char *words[1] = {NULL};
-    const struct cli_option options[] = {{"--man", NULL, &man}, {"--bash", NULL, &bash}, {"--help", NULL, &help}};
     const struct command *command = NULL;
-    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 0, 1, "", &error) != MR_OK)
+    if (command_parse(&help_itself, argc, argv, cli, &request, words, &error) != MR_OK)
         return cli_fail(&error);
     if (words[0])
-        command = find(table, words[0]);
-    if ((words[0] && !command) || man + bash + !!command > 1) {
+        command = help_find(table, words[0]);
+    if ((words[0] && !command) || request.man + request.bash + !!command > 1) {
         error_set(&error, MR_USAGE, words[0] && !command ? "unknown command: '%s'; see matrig --help" : "too much at once: matrig help%s; give "
                   "a command, --man or --bash", words[0] && !command ? words[0] : "");
         return cli_fail(&error);
     }
-    if (man)
+    if (request.man)
         help_man(table);
-    else if (bash)
+    else if (request.bash)
         help_bash(table);
     else if (cli->json)
         return print_json(table, command);

@@ -2,10 +2,12 @@
 #ifndef MATRIG_HOST_HELP_H
 #define MATRIG_HOST_HELP_H
 
-#include "host/commands/commands.h"
+#include "host/command.h"
 
 void help_overview(const struct command_table *table);
 void help_command(const struct command *command);
+/* NULL: there is none of this name. */
+const struct command *help_find(const struct command_table *table, const char *name);
 void help_version(const struct cli *cli);
 
 /* matrig help [COMMAND | --man | --bash]: exit code. */

@@ -6,8 +6,7 @@
 
 #include "firmware/version.h"
 #include "host/help.h"
-
-#define TEXT_COLUMN 17 /* where an item's text begins, from 0 */
+#include "host/help_page.h"
 
 /* Text as roff takes it: nothing in it is a request or an escape, a hyphen can be copied into a shell. Blanks become one. */
 static void text(const char *from, size_t length)
@@ -78,14 +77,6 @@ static void text_line(const char *line, size_t length)
     puts(".fi");
 }
 
-static size_t term_end(const char *line, size_t length)
-{
-    if (length > TEXT_COLUMN && line[TEXT_COLUMN - 1] == ' ')
-        return TEXT_COLUMN - 1;
-    const char *gap = memmem(line + 2, length - 2, "  ", 2);
-    return gap ? (size_t)(gap - line) : length;
-}
-
 static size_t blanks(const char *line, size_t length)
 {
     size_t count = 0;
@@ -94,15 +85,29 @@ static size_t blanks(const char *line, size_t length)
     return count;
 }
 
+/* Rows of a list begin a line of their own. */
+static void item(const struct help_row *row)
+{
+    puts(".TP");
+    bold(row->term, strlen(row->term));
+    putchar('\n');
+    for (const char *line = row->text; *line;) {
+        size_t length = strcspn(line, "\n"), indent = blanks(line, length);
+        if (line != row->text && (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
+            puts(".br");
+        text_line(line, length);
+        line += length + 1;
+    }
+}
+
 struct place_in {
-    bool plain;   /* in a paragraph that is not an item's */
+    bool plain;   /* in a paragraph */
     bool example; /* in an example: its lines are commands */
 };
 
-static void detail_line(struct place_in *in, const char *line, size_t length)
+static void prose_line(struct place_in *in, const char *line, size_t length)
 {
     size_t indent = blanks(line, length);
-    bool item = indent == 2 && length > 2;
     if (length == 0) {
         in->plain = in->example = false;
     } else if (in->example && indent > 0) { /* one more line of it */
@@ -110,14 +115,6 @@ static void detail_line(struct place_in *in, const char *line, size_t length)
         fputs("    ", stdout);
         bold(line, length);
         puts("\n.fi");
-    } else if (item) {
-        size_t end = term_end(line, length);
-        puts(".TP");
-        bold(line + 2, end - 2);
-        putchar('\n');
-        if (end < length)
-            text_line(line + end, length - end);
-        in->plain = in->example = false;
     } else {
         if (indent == 0 && !in->plain && strncmp(line, "Example:", 8) != 0) /* which has its own */
             puts(".PP");
@@ -131,7 +128,7 @@ static void detail_line(struct place_in *in, const char *line, size_t length)
 
 static void section(const struct command *command)
 {
-    struct place_in in = {false, false};
+    struct help_page page = help_page_make(command);
     printf(".SS %s\n", command->name);
     bold("matrig", 6);
     putchar(' ');
@@ -141,11 +138,17 @@ static void section(const struct command *command)
     puts("\n.PP");
     text(command->summary, strlen(command->summary));
     puts(".");
-    for (const char *line = command->details; *line;) {
-        size_t length = strcspn(line, "\n");
-        detail_line(&in, line, length);
-        line += length + (line[length] == '\n');
+    for (size_t i = 0; i < page.rows; i++) {
+        struct place_in in = {false, false};
+        if (page.row[i].term)
+            item(&page.row[i]);
+        for (const char *line = page.row[i].term ? "" : page.row[i].text; *line;) {
+            size_t length = strcspn(line, "\n");
+            prose_line(&in, line, length);
+            line += length + 1;
+        }
     }
+    help_page_free(&page);
 }
 
 static void head(void)
@@ -192,6 +195,6 @@ void help_man(const struct command_table *table)
 {
     head();
     for (size_t i = 0; i < table->count; i++)
-        section(&table->commands[i]);
+        section(table->commands[i]);
     tail();
 }

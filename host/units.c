@@ -69,6 +69,35 @@ const struct unit_word *unit_read(const char *word, size_t length)
     return NULL;
 }
 
+/* Seconds; 0: no time. */
+static double time_s(const char *word)
+{
+    static const struct {
+        const char *word;
+        double s;
+    } times[] = {{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"h", 3600.0}};
+    for (size_t i = 0; i < sizeof times / sizeof times[0]; i++) {
+        if (strcmp(times[i].word, word) == 0)
+            return times[i].s;
+    }
+    return 0.0;
+}
+
+bool unit_convert(const char *from, const char *to, double *factor)
+{
+    const struct unit_word *a = unit_read(from, strlen(from)), *b = unit_read(to, strlen(to));
+    double a_s = time_s(from), b_s = time_s(to);
+    if (strcmp(from, to) == 0)
+        *factor = 1.0;
+    else if (a && b && a->kind == b->kind)
+        *factor = a->factor / b->factor;
+    else if (a_s > 0.0 && b_s > 0.0)
+        *factor = a_s / b_s;
+    else
+        return false;
+    return true;
+}
+
 double unit_tidy(double value, double least)
 {
     return fabs(value) < 0.5 * least ? 0.0 : value;

@@ -4,8 +4,8 @@
 
 #include "common/command.h"
 #include "host/board/armtalk.h"
-#include "host/cli.h"
 #include "host/collect/collect.h"
+#include "host/commands/commands.h"
 
 static json_t *to_json(const char *word, const struct armtalk *talk, const struct error *error)
 {
@@ -38,13 +38,17 @@ static int order(const char *spec, enum link_kind kind, const char *word, int32_
     return exit_code;
 }
 
-int arm_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *can, *serial;
+};
+
+static int arm_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *can = NULL, *serial = NULL, *words[2] = {NULL, NULL};
-    const struct cli_option options[] = {{"--can", &can, NULL}, {"--serial", &serial, NULL}};
+    const char *words[2];
+    struct request r = {0};
     struct error error = {0};
     double number = 0.0;
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 2, "arm [LANDING] | disarm", &error);
+    enum mr_status status = command_parse(&command_board_arm, argc, argv, cli, &r, words, &error);
     bool arm = status == MR_OK && strcmp(words[0], "arm") == 0;
     if (status == MR_OK && !arm && strcmp(words[0], "disarm") != 0)
         status = error_set(&error, MR_USAGE, "not arm [LANDING] or disarm: '%s'; see matrig board --help", words[0]);
@@ -54,14 +58,31 @@ int arm_command(int argc, char **argv, const struct cli *cli)
         status = cli_number(words[1], "the landing", 0, ARMTALK_LANDING_MOST, &number, &error);
     if (status == MR_OK && number != (double)(int32_t)number)
         status = error_set(&error, MR_USAGE, "the landing is a whole number: '%s'; 0, or none, counts on", words[1]);
-    if (status == MR_OK && !can == !serial)
-        status = error_set(&error, MR_USAGE, can ? "--can and --serial: matrig board %s needs one link"
+    if (status == MR_OK && !r.can == !r.serial)
+        status = error_set(&error, MR_USAGE, r.can ? "--can and --serial: matrig board %s needs one link"
                                                  : "no link: matrig board %s needs --can LINK or --serial LINK; see matrig board --help",
                            words[0]);
-    const char *spec = can ? can : serial;
+    const char *spec = r.can ? r.can : r.serial;
     if (status == MR_OK && (strncmp(spec, "file:", 5) == 0 || strncmp(spec, "paced:", 6) == 0))
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one", spec);
     if (status != MR_OK)
         return cli_fail(&error);
-    return order(spec, can ? LINK_CAN : LINK_SERIAL, words[0], (int32_t)number, cli);
+    return order(spec, r.can ? LINK_CAN : LINK_SERIAL, words[0], (int32_t)number, cli);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_WORD("arm [LANDING]",
+                "arm it for a landing, numbered so; without a number, or with 0, it counts on. Over --can also while matrig\n"
+                "log holds the same interface; over --serial when nobody else holds the port. Exit 2: the board refuses\n"
+                "in its state, 3: not ready, try again, or no answer within 3 s\n"
+                "matrig board --can can:can0 arm 7"),
+    HELP_WORD("disarm", "back to idle, whatever is being recorded"),
+    OPTION_TEXT("--can", "LINK", can, NULL),
+    OPTION_TEXT("--serial", "LINK", serial, NULL),
+};
+
+/* Of matrig board. */
+const struct command command_board_arm = {
+    "board", arm_command, "arm [LANDING] | disarm", "arm and disarm", COMMAND_PARTS(parts), {1, 2, "arm [LANDING] | disarm"},
+};

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "host/analyse/banddesign.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 
 #define WORDS_MAX 32
 #define N_PER_LB 4.4482216152605
@@ -55,6 +55,7 @@ struct request {
     struct band_design design;
     double width_ft, thickness_ft; /* of a band; 0: the area is given */
     bool area_given, design_only, strict;
+    int64_t passes;
 };
 
 struct input {
@@ -168,21 +169,13 @@ static enum mr_status read_words(const char **words, struct request *request, st
     return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
 {
-    const char *words[WORDS_MAX] = {0}, *passes = NULL;
-    const struct cli_option options[] = {{"--design-only", NULL, &request->design_only},
-                                         {"--strict", NULL, &request->strict},
-                                         {"--passes", &passes, NULL}};
-    double number;
+    const char *words[WORDS_MAX];
     band_design_defaults(&request->design);
-    if (cli_parse(argc, argv, options, 3, words, 0, WORDS_MAX, "[NAME=VALUE[UNIT]...]", error) != MR_OK)
+    if (command_parse(&command_bands, argc, argv, cli, request, words, error) != MR_OK)
         return error->status;
-    if (passes) {
-        if (cli_number(passes, "--passes", 1, 100, &number, error) != MR_OK)
-            return error->status;
-        request->design.passes = (int)number;
-    }
+    request->design.passes = (int)request->passes;
     if (request->strict && request->design_only)
         return error_set(error, MR_USAGE, "at odds: --strict is about the model, which --design-only leaves out; give one");
     return read_words(words, request, error);
@@ -345,14 +338,14 @@ static void print_check(const struct band_design *d, const struct band_check *c,
            ft * c->error_ft, length, lb * c->error_lb, force);
 }
 
-int bands_command(int argc, char **argv, const struct cli *cli)
+static int bands_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
     struct band_check check = {0};
     struct findings findings = {0};
     struct error error = {0};
     struct band_design *d = &request.design;
-    if (read_request(argc, argv, &request, &error) != MR_OK || band_design(d, &error) != MR_OK ||
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK || band_design(d, &error) != MR_OK ||
         (!request.design_only && band_check(d, &check, &error) != MR_OK))
         return cli_fail(&error);
     judge_theory(d, &findings);
@@ -372,3 +365,30 @@ int bands_command(int argc, char **argv, const struct cli *cli)
                request.strict ? "" : " (a warning; --strict makes it the exit code)");
     return exit_code(&request, &findings);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("NAME=VALUE",
+                "what is not given is the report's example (a number alone is in the unit named here):\n"
+                "weight (lb), deceleration (ft/s2), bands, width and thickness (in) or area (in2), yield, modulus\n"
+                "(psi), mat (lb), friction, held (mats that act against a connection), every (rows from rivet to\n"
+                "rivet), row (ft), gear (ft, width of influence), length (ft between springs; else the longest),\n"
+                "spring (lb/ft), at (0 to 1, where dT is worked out), tension (lb, T0), grip (lb, of a connection),\n"
+                "speed (ft/s, in the model)"),
+    HELP_ITEM("UNIT",
+                "lb kip N kN, ft in m mm, ft/s mph m/s, ft/s2 g m/s2, psi ksi MPa GPa, lb/ft lb/in kip/in N/mm,\n"
+                "in2 ft2 mm2"),
+    OPTION_FLAG("--design-only", design_only, "leave the model out"),
+    OPTION_WHOLE("--passes", "N", passes, 1.0, 100.0, 2.0, "how often the aircraft passes in the model; else {standard}"),
+    OPTION_FLAG("--strict", strict, "exit 1 for what only the model finds, too"),
+    HELP_NOTE("Exit 1 when the band goes slack or yields by theory. What the model says otherwise is a warning: the report's own example has\n"
+              "its bands at the theory's limit, and R goes from rivet to rivet in knocks. "),
+    HELP_EXAMPLE("\n"
+                 "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in thickness=0.375in yield=50ksi"),
+};
+
+const struct command command_bands = {
+    "bands", bands_command,
+    "[NAME=VALUE[UNIT]...] [--design-only] [--passes N] [--strict]",
+    "design restraining bands by Appendix C, and check them in the model", COMMAND_PARTS(parts), {0, WORDS_MAX, "[NAME=VALUE[UNIT]...]"},
+};

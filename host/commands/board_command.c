@@ -9,17 +9,16 @@
 #include "host/board/configtalk.h"
 #include "host/board/configtext.h"
 #include "host/board/slow.h"
-#include "host/cli.h"
 #include "host/collect/boxfill.h"
+#include "host/commands/commands.h"
 #include "host/flash/imagefile.h"
 #include "host/identity.h"
 #include "host/link/diagnose.h"
 #include "host/output.h"
-#include "host/run.h"
 
 struct request {
     const struct cli *cli;
-    const char *serial, *file, *db, *csv, *image;
+    const char *serial, *file, *db, *csv, *image, *elf;
     int64_t run;
     bool force;
 };
@@ -301,8 +300,7 @@ static const struct verb *find_verb(const char *name)
     return NULL;
 }
 
-static enum mr_status check_request(const struct request *request, const struct verb *verb, const char *number, const char *run,
-                                    const char *elf, struct error *error)
+static enum mr_status check_request(const struct request *request, const struct verb *verb, const char *number, struct error *error)
 {
     static const struct verb none = {.name = ""};
     const char *name = verb ? verb->name : "";
@@ -316,13 +314,13 @@ static enum mr_status check_request(const struct request *request, const struct 
         return error_set(error, MR_USAGE, "no link: matrig board needs --serial LINK; see matrig board --help");
     if (request->image && verb != &none)
         return error_set(error, MR_USAGE, "--image is compared with the board's alone: leave '%s' out", name);
-    if ((request->file || run) && !verb->file)
+    if ((request->file || request->run) && !verb->file)
         return error_set(error, MR_USAGE, "-o and --run are read's: matrig board %s", name);
     if (request->db && !verb->db)
         return error_set(error, MR_USAGE, "--db is read's and slow's: matrig board %s", name);
     if (request->csv && !verb->csv)
         return error_set(error, MR_USAGE, "--csv is slow's: matrig board %s", name);
-    if (elf && !verb->elf)
+    if (request->elf && !verb->elf)
         return error_set(error, MR_USAGE, "--elf is health's: matrig board %s", name);
     if (verb->file && !request->file && !request->db)
         return error_set(error, MR_USAGE, "nowhere to put it: matrig board %s needs --db DB or -o FILE", name);
@@ -331,38 +329,32 @@ static enum mr_status check_request(const struct request *request, const struct 
     return MR_OK;
 }
 
-int board_command(int argc, char **argv, const struct cli *cli)
+static int board_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
-    const char *run = NULL, *elf = NULL, *words[2] = {NULL, NULL};
-    const struct cli_option options[] = {
-        {"--serial", &request.serial, NULL}, {"-o", &request.file, NULL}, {"--db", &request.db, NULL}, {"--run", &run, NULL},
-        {"--csv", &request.csv, NULL}, {"--elf", &elf, NULL}, {"--image", &request.image, NULL},
-        {"--force", NULL, &request.force}};
+    const char *words[2];
     struct error error = {0};
     double number = 0.0;
     static const struct {
         const char *word;
-        int (*run)(int argc, char **argv, const struct cli *cli);
-    } apart[] = {{"config", config_command}, {"runway", runway_command}, {"arm", arm_command}, {"disarm", arm_command}};
+        const struct command *command;
+    } apart[] = {{"config", &command_board_config}, {"runway", &command_board_runway}, {"arm", &command_board_arm},
+                 {"disarm", &command_board_arm}};
     for (int i = 1; i < argc; i++) {
         for (size_t k = 0; k < sizeof apart / sizeof apart[0]; k++) {
             if (strcmp(argv[i], apart[k].word) == 0)
-                return apart[k].run(argc, argv, cli);
+                return apart[k].command->run(argc, argv, cli);
         }
     }
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 0, 2,
-                                      "list|read N|free N|slow|config|runway|arm|disarm|health|self-test|reset", &error);
+    enum mr_status status = command_parse(&command_board, argc, argv, cli, &request, words, &error);
     const struct verb *verb = status == MR_OK && words[0] ? find_verb(words[0]) : NULL;
     if (status == MR_OK && words[0] && !verb)
         status = error_set(&error, MR_USAGE,
                            "not list, read, free, slow, config, runway, arm, disarm, health, self-test or reset: '%s'; see matrig board --help", words[0]);
     if (status == MR_OK)
-        status = check_request(&request, verb, words[1], run, elf, &error);
+        status = check_request(&request, verb, words[1], &error);
     if (status == MR_OK && words[1])
         status = cli_number(words[1], "the record", 1, 65535, &number, &error);
-    if (status == MR_OK && run)
-        status = run_parse(run, &request.run, &error);
     request.force |= status == MR_OK && words[1] && holds_record(request.file, (uint16_t)number);
     if (status == MR_OK)
         status = output_check(request.file, request.force, NULL, &error);
@@ -373,6 +365,49 @@ int board_command(int argc, char **argv, const struct cli *cli)
     if (!verb)
         return tell_identity(&request, &error);
     if (board_health_verb(verb->name))
-        return board_health(request.serial, verb->name, elf, cli);
+        return board_health(request.serial, verb->name, request.elf, cli);
     return talk_to_board(&request, verb->name, (uint16_t)number, &error);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    OPTION_TEXT("--serial", "LINK", serial,
+                "the board's serial port (see matrig log --help); the board must be idle"),
+    HELP_ITEM("(no word)",
+                "the board, its firmware's version, commit and CRC, and whether the image is whole; --image FILE (.elf,\n"
+                ".hex, .bin) compares it with a file. Exit 1 when it differs or is not whole"),
+    HELP_WORD("list", "its records, and how much room there is"),
+    HELP_WORD("read N",
+                "record N: --db fills what is missing of its landing in a campaign database (the landing of the same\n"
+                "board, number and arming, or RUN; made when there is none), -o keeps its pages in a file. When the link broke,\n"
+                "the same command with -o goes on where it was. Exit 1 when a page cannot be read"),
+    HELP_WORD("free N", "give its space back; nothing is ever overwritten that was not freed"),
+    HELP_WORD("slow",
+                "the slow log, a row a minute: --db fetches the rows that a campaign database lacks, --csv writes them to a file\n"
+                "(without --db: all that the board holds)"),
+    HELP_WITH(command_board_config),
+    HELP_WITH(command_board_runway),
+    HELP_WITH(command_board_arm),
+    HELP_WORD("health",
+                "restarts and their causes, memories, stack, CAN, faults, what a processor fault left behind (--elf F names\n"
+                "its functions). Exit 1 when there is a fault"),
+    HELP_WORD("self-test",
+                "memories, reference, excitation, black box, warning lamp (it lights for 0.2 s). Exit 1 when one fails"),
+    HELP_WORD("reset", "restart it"),
+    OPTION_FORCE(force),
+    HELP_EXAMPLE("matrig board --serial serial:/dev/ttyUSB0 read 3 --db campaign.db"),
+    OPTION_TEXT("-o", "FILE", file, NULL),
+    OPTION_TEXT("--db", "DB", db, NULL),
+    OPTION_RUN("--run", "RUN", run, NULL),
+    OPTION_TEXT("--csv", "F", csv, NULL),
+    OPTION_TEXT("--elf", "F", elf, NULL),
+    OPTION_TEXT("--image", "FILE", image, NULL),
+};
+
+const struct command command_board = {
+    "board", board_command,
+    "--serial LINK [--image FILE] | list | read N [-o FILE] [--force] [--db DB [--run RUN]] | free N | slow [--db DB] [--csv F] |\n"
+    "                        config get|set|check [-o F] [--can LINK] [--db DB [--changed NOTE]] | runway [show|load F|forget] [-o F] |\n"
+    "                        arm [LANDING] [--can LINK] | disarm [--can LINK] | health [--elf F] | self-test | reset",
+    "a board: its firmware, black box, slow log, configuration, runway and health", COMMAND_PARTS(parts), {0, 2, "list|read N|free N|slow|config|runway|arm|disarm|health|self-test|reset"},
+};

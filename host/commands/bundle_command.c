@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "host/bundle/bundle.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/place.h"
 #include "host/run.h"
 #include "host/sim/scene.h"
@@ -60,39 +60,63 @@ static enum mr_status scene_check(const char *path, struct error *error)
     return status;
 }
 
-int bundle_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *path, *without;
+    struct bundle_want want;
+};
+
+static int bundle_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[2] = {NULL, NULL}, *path = NULL, *without = NULL;
+    const char *words[2];
     char elf[PATH_MAX], scene[PATH_MAX];
-    struct bundle_want want = {0};
+    struct request r = {0};
+    struct bundle_want *want = &r.want;
     struct bundle_made made;
-    const struct cli_option options[] = {
-        {"-o", &path, NULL}, {"--elf", &want.elf, NULL}, {"--scene", &want.scene, NULL}, {"--without", &without, NULL},
-        {"--force", NULL, &want.force}};
     struct error error = {0};
     struct store *store = NULL;
     int64_t run = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 5, words, 2, 2, "DB RUN", &error);
-    if (status == MR_OK && !path)
+    enum mr_status status = command_parse(&command_bundle, argc, argv, cli, &r, words, &error);
+    if (status == MR_OK && !r.path)
         status = error_set(&error, MR_USAGE, "nowhere to write: matrig bundle needs -o F; see matrig bundle --help");
-    if (status == MR_OK && strcmp(path, "-") == 0)
+    if (status == MR_OK && strcmp(r.path, "-") == 0)
         status = error_set(&error, MR_USAGE, "not a file: -; a bundle is a database, give it a path");
     if (status == MR_OK)
-        status = leave_out(without, want.without, &error);
+        status = leave_out(r.without, want->without, &error);
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     place_find(PLACE_FIRMWARE, elf, sizeof elf);
-    if (status == MR_OK && want.scene)
-        status = scene_check(want.scene, &error);
+    if (status == MR_OK && want->scene)
+        status = scene_check(want->scene, &error);
     place_find(PLACE_RUNWAY, scene, sizeof scene);
-    if (!want.elf)
-        want.elf = elf;
-    if (!want.scene && access(scene, R_OK) == 0)
-        want.scene = scene;
+    if (!want->elf)
+        want->elf = elf;
+    if (!want->scene && access(scene, R_OK) == 0)
+        want->scene = scene;
     if (status == MR_OK)
         status = store_open(words[0], STORE_OPEN, &store, &error);
     if (status == MR_OK)
-        status = bundle_make(store, run, &want, path, &made, &error);
+        status = bundle_make(store, run, want, r.path, &made, &error);
     store_close(store);
-    return status == MR_OK ? tell(&made, words[0], run, path, cli) : cli_fail(&error);
+    return status == MR_OK ? tell(&made, words[0], run, r.path, cli) : cli_fail(&error);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
+    OPTION_TEXT("-o", "F", path,
+                "where to write it: a database in which the landing is RUN 1, with page, candump log, configuration,\n"
+                "scene and firmware image as an archive (sqlite3 F -Ax) and SHA-256 of each; at most 10 MB"),
+    OPTION_TEXT("--elf", "F", want.elf,
+                "the image that recorded it, another one is refused; else the one that came with matrig"),
+    OPTION_TEXT("--scene", "F", want.scene, "when the landing was not compared; else the model runway"),
+    OPTION_TEXT("--without", "P", without,
+                "parts to leave out, with commas: page, candump, configuration, scene, firmware"),
+    OPTION_FORCE(want.force),
+    HELP_EXAMPLE("matrig bundle campaign.db 5 -o landing5.bundle"),
+};
+
+const struct command command_bundle = {
+    "bundle", bundle_command,
+    "DB RUN -o F [--force] [--elf F] [--scene F] [--without PART,...]",
+    "one landing with all that a replay needs, in one file, to pass on", COMMAND_PARTS(parts), {2, 2, "DB RUN"},
+};

@@ -12,10 +12,9 @@
 #include "host/calibrate/guided.h"
 #include "host/calibrate/jump.h"
 #include "host/calibrate/points.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/link/link.h"
 #include "host/output.h"
-#include "host/run.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
 #include "host/store/store_recalibrate.h"
@@ -25,11 +24,11 @@
 
 struct request {
     const struct cli *cli;
-    const char *word, *serial, *points, *config, *output, *sensor, *days_text, *known_text, *recompute, *series, *run_text, *reason, *who,
+    const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series, *reason, *who,
         *unit_text, *changed, *db;
     const struct unit_word *unit; /* of values that name none; NULL: not given */
     bool table, zeros, force;
-    double days, known;
+    double days, known; /* days: NaN while it is not given */
     int64_t run;
     unsigned channel; /* index */
 };
@@ -327,15 +326,14 @@ static enum mr_status check(struct request *r, struct error *error)
 {
     enum mr_status status = MR_OK;
     struct mr_channel_config room;
-    r->days = VALID_DAYS;
     if (r->recompute) {
-        if (r->unit_text || r->changed || r->db || r->serial || r->points || r->config || r->output || r->sensor || r->days_text || r->known_text || r->table)
+        if (r->unit_text || r->changed || r->db || r->serial || r->points || r->config || r->output || r->sensor || !isnan(r->days) || r->known_text || r->table)
             return error_set(error, MR_USAGE, "--recompute goes with --series, --run, --zeros, --reason and --who alone; see matrig calibrate --help");
         if (!r->reason || !r->reason[0])
             return error_set(error, MR_USAGE, "why? matrig calibrate DB --recompute needs --reason TEXT; who reads it later will ask");
-        return r->run_text ? run_parse(r->run_text, &r->run, error) : MR_OK;
+        return MR_OK;
     }
-    if (r->series || r->run_text || r->zeros || r->reason || r->who)
+    if (r->series || r->run || r->zeros || r->reason || r->who)
         return error_set(error, MR_USAGE, "--series, --run, --zeros, --reason and --who go with --recompute; see matrig calibrate --help");
     if ((r->serial != NULL) == (r->points != NULL))
         return error_set(error, MR_USAGE, "--serial LINK or --points F, one of them: matrig calibrate; see matrig calibrate --help");
@@ -353,23 +351,16 @@ static enum mr_status check(struct request *r, struct error *error)
         return error_set(error, MR_USAGE, "what was changed? --changed needs a NOTE; who reads it later will ask");
     if (status == MR_OK && r->changed && !r->output)
         return error_set(error, MR_USAGE, "--changed goes with -o F: the note stands in that file; see matrig calibrate --help");
-    if (status == MR_OK && r->days_text)
-        status = cli_number(r->days_text, "--days", 1.0, 3650.0, &r->days, error);
+    if (isnan(r->days))
+        r->days = VALID_DAYS;
     return status == MR_OK && r->known_text ? read_known(r, error) : status;
 }
 
-int calibrate_command(int argc, char **argv, const struct cli *cli)
+static int calibrate_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
-    const struct cli_option options[] = {
-        {"--serial", &r.serial, NULL},   {"--points", &r.points, NULL},     {"--config", &r.config, NULL}, {"-o", &r.output, NULL},
-        {"--sensor", &r.sensor, NULL},   {"--days", &r.days_text, NULL},    {"--known", &r.known_text, NULL},
-        {"--unit", &r.unit_text, NULL},  {"--changed", &r.changed, NULL},   {"--db", &r.db, NULL},
-        {"--recompute", &r.recompute, NULL}, {"--series", &r.series, NULL}, {"--run", &r.run_text, NULL},
-        {"--reason", &r.reason, NULL},   {"--who", &r.who, NULL},           {"--table", NULL, &r.table},   {"--zeros", NULL, &r.zeros},
-        {"--force", NULL, &r.force}};
     struct error error = {0};
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &r.word, 1, 1, "CHANNEL or DB", &error);
+    enum mr_status status = command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, &error);
     if (status == MR_OK)
         status = check(&r, &error);
     if (status == MR_OK)
@@ -378,3 +369,48 @@ int calibrate_command(int argc, char **argv, const struct cli *cli)
         status = r.recompute ? recompute(&r, &error) : calibrate(&r, &error);
     return status == MR_OK ? 0 : cli_fail(&error);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14"),
+    OPTION_TEXT("--serial", "LINK", serial,
+                "the board, idle: it is guided point by point, known value by known value"),
+    OPTION_TEXT("--points", "F", points,
+                "or from a file of VALUE,CODE rows, for the configuration of --config (matrig board config get). Its first line\n"
+                "names the columns, and the unit of the values: mm,codes; a value may have a unit of its own: 12.7 mm,372.4.\n"
+                "A name that is not understood wholly is refused (daN, inch/2, half inches)"),
+    OPTION_TEXT("--unit", "U", unit_text,
+                "unit of values, where the file names none: in, mm, cm, m, ft of a transducer, lb, N, kN, kg of a gage"),
+    OPTION_TEXT("-o", "F", output,
+                "write the configuration with the new calibration; matrig board config set F gives it to the board"),
+    OPTION_TEXT("--sensor", "S", sensor, "serial number of the sensor"),
+    OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN, "until it expires; else 365"),
+    OPTION_TEXT("--known", "E", known_text,
+                "standard error of the known values, in or lb, or with its unit (0.05mm), common to all"),
+    OPTION_FLAG("--table", table, "the values become a table of points (2 to 8); else a straight line"),
+    OPTION_TEXT("--changed", "NOTE", changed,
+                "the gain may be another than the last calibration's, because of this; else a jump is refused (exit 1): a tenth of\n"
+                "the same sensor, half of another transducer, five times of another gage. The note stands in the file of -o"),
+    OPTION_TEXT("--db", "DB", db,
+                "hold the gain against what the campaign knows of its last board too, and keep the note of --changed there"),
+    OPTION_TEXT("--recompute", "C", recompute,
+                "give the landings of DB (of a series, or one) the calibration of configuration C. Readings come from the stored\n"
+                "integers; the old values are kept (table recalibrations). Zeros of gages stay as measured, without --zeros"),
+    OPTION_FORCE(force),
+    HELP_NOTE("Results are in inches and pounds, also with --si. "),
+    HELP_EXAMPLE("matrig calibrate d3 --serial serial:/dev/ttyUSB0 -o rig.cfg --sensor ET-17"),
+    OPTION_TEXT("--config", "F", config, NULL),
+    OPTION_TEXT("--series", "NAME", series, NULL),
+    OPTION_RUN("--run", "RUN", run, NULL),
+    OPTION_TEXT("--reason", "T", reason, NULL),
+    OPTION_TEXT("--who", "W", who, NULL),
+    OPTION_FLAG("--zeros", zeros, NULL),
+};
+
+const struct command command_calibrate = {
+    "calibrate", calibrate_command,
+    "CHANNEL (--serial LINK | --points F --config F) [--unit U] [-o F] [--force] [--sensor S] [--days N] [--known E] [--table]\n"
+    "                         [--changed NOTE] [--db DB] |\n"
+    "                         DB --recompute CONFIG [--series NAME | --run RUN] [--zeros] --reason T [--who W]",
+    "a channel against known values; a corrected calibration for recorded landings", COMMAND_PARTS(parts), {1, 1, "CHANNEL or DB"},
+};

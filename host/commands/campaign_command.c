@@ -9,7 +9,7 @@
 #include "host/campaign/facts.h"
 #include "host/campaign/page.h"
 #include "host/campaign/result_json.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/output.h"
 
 #define JOBS_MAX 256
@@ -17,9 +17,8 @@
 
 struct request {
     const char *path, *page;
-    int jobs;
     bool check, no_prune, force;
-    double seeds; /* 0: the file's */
+    int64_t jobs, seeds; /* 0: one per core; the file's */
 };
 
 struct progress {
@@ -53,29 +52,17 @@ static bool ends_in(const char *path, const char *end)
     return length > part && strcmp(path + length - part, end) == 0;
 }
 
-static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
 {
-    const char *jobs = NULL, *seeds = NULL, *words[1];
-    const struct cli_option options[] = {
-        {"-j", &jobs, NULL}, {"--seeds", &seeds, NULL}, {"-o", &request->page, NULL}, {"--check", NULL, &request->check},
-        {"--no-prune", NULL, &request->no_prune}, {"--force", NULL, &request->force},
-    };
-    double number = 0.0;
-    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "FILE", error) != MR_OK)
+    if (command_parse(&command_campaign, argc, argv, cli, request, &request->path, error) != MR_OK)
         return error->status;
-    request->path = words[0];
     if (request->page && !ends_in(request->page, ".html") && !ends_in(request->page, ".svg"))
         return error_set(error, MR_USAGE, "unknown kind of file: -o %s; give one that ends in .html or .svg", request->page);
     if (output_check(request->page, request->force, request->path, error) != MR_OK)
         return error->status;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    request->jobs = cores > 0 && cores < JOBS_MAX ? (int)cores : 1;
-    if (jobs && cli_number(jobs, "-j", 1, JOBS_MAX, &number, error) != MR_OK)
-        return error->status;
-    if (jobs)
-        request->jobs = (int)number;
-    if (seeds && cli_number(seeds, "--seeds", 1, CAMPAIGN_SEEDS_MAX, &request->seeds, error) != MR_OK)
-        return error->status;
+    if (!request->jobs)
+        request->jobs = cores > 0 && cores < JOBS_MAX ? cores : 1;
     return MR_OK;
 }
 
@@ -201,7 +188,7 @@ static enum mr_status check(const struct campaign *c, const struct request *requ
     whole.skip_share = -1.0;
     if (!again)
         return error_set(error, MR_FULL, "out of memory: %zu seeds; give fewer", c->seeds);
-    if (campaign_ensemble(&whole, request->jobs, true, tell_progress, &progress, again, error) == MR_OK) {
+    if (campaign_ensemble(&whole, (int)request->jobs, true, tell_progress, &progress, again, error) == MR_OK) {
         double ms = 0.0, all_ms = 0.0;
         *apart = campaign_compare(c, runs, again);
         for (size_t i = 0; i < c->seeds; i++) {
@@ -244,22 +231,22 @@ static int finish(const struct campaign *c, const struct request *request, const
     return code;
 }
 
-int campaign_command(int argc, char **argv, const struct cli *cli)
+static int campaign_command(int argc, char **argv, const struct cli *cli)
 {
     struct error error = {0};
     struct request request = {0};
     struct campaign campaign;
     struct progress progress = {.cli = cli, .begin_s = clock_s(), .next_s = clock_s() + PROGRESS_S};
-    if (read_request(argc, argv, &request, &error) != MR_OK || campaign_load(&campaign, request.path, &error) != MR_OK)
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK || campaign_load(&campaign, request.path, &error) != MR_OK)
         return cli_fail(&error);
-    if (request.seeds > 0.0)
+    if (request.seeds)
         campaign.seeds = (size_t)request.seeds;
     struct campaign_run *runs = calloc(campaign.seeds, sizeof *runs);
     int code = 0;
     if (!runs)
         error_set(&error, MR_FULL, "out of memory: %zu seeds; give fewer", campaign.seeds);
     else
-        campaign_ensemble(&campaign, request.jobs, request.no_prune, tell_progress, &progress, runs, &error);
+        campaign_ensemble(&campaign, (int)request.jobs, request.no_prune, tell_progress, &progress, runs, &error);
     if (progress.drawn)
         fputc('\n', stderr);
     code = error.status == MR_OK ? finish(&campaign, &request, runs, cli, &error) : cli_fail(&error);
@@ -269,3 +256,25 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     campaign_free(&campaign);
     return code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("FILE",
+                "campaign file, JSON (host/campaign/README.md): runway, landings, modifications, seeds"),
+    OPTION_WHOLE("-j", "N", jobs, 1.0, JOBS_MAX, 0.0, "runways at a time; else one per core. Results do not depend on it"),
+    OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,
+                "that many seeds from the file's first one on, instead of the file's number"),
+    OPTION_TEXT("-o", "F", page, "write a page (.html) or its picture alone (.svg)"),
+    OPTION_FLAG("--check", check,
+                "compute everything once more, every mat and both engines in every landing, and say what differs"),
+    OPTION_FLAG("--no-prune", no_prune, "integrate every mat all the time"),
+    OPTION_FORCE(force),
+    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
+    HELP_EXAMPLE("matrig campaign host/campaign/series/standard.json -o standard.html"),
+};
+
+const struct command command_campaign = {
+    "campaign", campaign_command,
+    "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--force] [--check] [--no-prune]",
+    "a series of landings on an ensemble of runways: which one survives", COMMAND_PARTS(parts), {1, 1, "FILE"},
+};

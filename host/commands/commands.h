@@ -1,24 +1,16 @@
-/* The table of commands: what runs, what --help says, what man page and completion are made from. In main.c. */
+/* All commands, by name and as a table (commands.def). What a descriptor is: host/command.h. */
 #ifndef MATRIG_HOST_COMMANDS_H
 #define MATRIG_HOST_COMMANDS_H
 
-#include <stddef.h>
+#include "host/command.h"
 
-#include "host/cli.h"
+#define COMMAND(name) extern const struct command command_##name;
+#include "host/commands/commands.def"
+#undef COMMAND
 
-/* Options are what begins with - in `words`, and in lines of `details` that begin with it: so man page and completion know those that
- * --help tells of (tests/cli/manners.sh holds them against what the commands take). */
-struct command {
-    const char *name;
-    int (*run)(int argc, char **argv, const struct cli *cli);
-    const char *words;   /* what follows the name; alternatives apart by " | " */
-    const char *summary;
-    const char *details; /* lines for COMMAND --help: two blanks, an item, its text from column 18; "Example: ..." */
-};
+/* The words of matrig board that have a file of their own; their options are theirs. */
+extern const struct command command_board_config, command_board_runway, command_board_arm;
 
-struct command_table {
-    const struct command *commands;
-    size_t count;
-};
+extern const struct command_table command_table;
 
 #endif

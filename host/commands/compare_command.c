@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include "host/analyse/measured_source.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/compare/picture.h"
 #include "host/compare/series.h"
 #include "host/compare/show.h"
@@ -16,9 +16,10 @@
 #include "host/store/store_journal.h"
 
 struct request {
-    const char *db, *scene, *series, *output;
+    const char *db, *scene, *series, *output, *limits_path;
     int64_t run; /* 0: a series */
-    size_t seeds;
+    int64_t seeds;   /* 0: the campaign's */
+    double limit_in; /* NaN: none */
     bool voided, as_is, force;
     struct compare_limits limits;
     char runway[500];
@@ -63,27 +64,19 @@ static enum mr_status read_words(const char *const words[3], struct request *req
     return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
 {
-    const char *words[3] = {NULL, NULL, NULL}, *limit = NULL, *limits = NULL, *seeds = NULL;
-    const struct cli_option options[] = {
-        {"--scene", &request->scene, NULL}, {"--series", &request->series, NULL}, {"--seeds", &seeds, NULL}, {"--limit", &limit, NULL},
-        {"--limits", &limits, NULL},        {"--as-is", NULL, &request->as_is},   {"--void", NULL, &request->voided}, {"-o", &request->output, NULL},
-        {"--force", NULL, &request->force},
-    };
-    double number = 0.0;
+    const char *words[3];
     memset(request, 0, sizeof *request);
-    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 3, "DB RUN", error) != MR_OK ||
+    if (command_parse(&command_compare, argc, argv, cli, request, words, error) != MR_OK ||
         read_words(words, request, error) != MR_OK)
         return error->status;
-    if (limit && cli_number(limit, "--limit", 0.0, 1e6, &number, error) == MR_OK)
-        compare_limits_add_rms(&request->limits, number);
-    if (seeds && cli_number(seeds, "--seeds", 1.0, CAMPAIGN_SEEDS_MAX, &number, error) == MR_OK)
-        request->seeds = (size_t)number;
-    if (error->status == MR_OK && output_check(request->output, request->force, request->scene, error) == MR_OK)
-        output_not_input(request->output, limits, error);
-    if (error->status == MR_OK && limits)
-        compare_limits_load(&request->limits, limits, error);
+    if (!isnan(request->limit_in))
+        compare_limits_add_rms(&request->limits, request->limit_in);
+    if (output_check(request->output, request->force, request->scene, error) == MR_OK)
+        output_not_input(request->output, request->limits_path, error);
+    if (error->status == MR_OK && request->limits_path)
+        compare_limits_load(&request->limits, request->limits_path, error);
     return error->status;
 }
 
@@ -159,16 +152,16 @@ static int compare_many(struct store *store, const struct request *request, stru
     return status != MR_OK ? cli_fail(error) : conclude(&verdict, object, error);
 }
 
-int compare_command(int argc, char **argv, const struct cli *cli)
+static int compare_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request;
     struct error error = {0};
     struct store *store = NULL;
     struct compare_model model;
-    if (read_request(argc, argv, &request, &error) != MR_OK || store_open(request.db, STORE_OPEN, &store, &error) != MR_OK)
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK || store_open(request.db, STORE_OPEN, &store, &error) != MR_OK)
         return cli_fail(&error);
     int exit_code;
-    if (compare_model_load(&model, request.scene, request.seeds, &error) != MR_OK) {
+    if (compare_model_load(&model, request.scene, (size_t)request.seeds, &error) != MR_OK) {
         exit_code = cli_fail(&error);
     } else if (request.as_is && model.ensemble) {
         error_set(&error, MR_USAGE, "--as-is takes a scene: %s is a campaign; leave --as-is out", request.scene);
@@ -182,3 +175,33 @@ int compare_command(int argc, char **argv, const struct cli *cli)
     store_close(store);
     return exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
+    HELP_ITEM("FILE",
+                "what it is compared with: a scene, or a campaign, whose runways are an ensemble that has a spread. Without\n"
+                "RUN: all landings, in order; the runway is as each left it. Without FILE: the model runway"),
+    OPTION_TEXT("--scene", "S", scene, "the same as FILE"),
+    OPTION_TEXT("--series", "NAME", series, "the landings of a series (matrig series) instead of all"),
+    OPTION_TEXT("--limits", "F", limits_path,
+                "JSON; exit 1 when one fails: {\"channels\": {\"all\": {\"rms_in\": 0.05, \"correlation\": 0.99}, \"3\":\n"
+                "{\"peak_in\": 0.1}}, \"zones\": {\"simulated\": {\"overlap\": 0.5}}, \"series\": {\"within\": 0.8}}"),
+    OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN, "exit 1 when a channel's rms difference exceeds IN inches"),
+    OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0, "as many of the campaign's runways; else as it says"),
+    OPTION_FLAG("--as-is", as_is,
+                "the scene with its own motion and gaps, not the landing's; both are aligned on switch edges"),
+    OPTION_TEXT("-o", "F", output,
+                "one landing: measured and simulated with their bands, a picture; .csv: as numbers, every millisecond"),
+    OPTION_FLAG("--void", voided, "also a landing that was voided (matrig landing)"),
+    OPTION_FORCE(force),
+    HELP_NOTE("A sentence at its end says whether they agree, or which value differs most, by how much and where; only a limit that fails exits 1."),
+    HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json -o landing5.svg\n"
+                 "         matrig compare campaign.db host/campaign/series/standard.json"),
+};
+
+const struct command command_compare = {
+    "compare", compare_command,
+    "DB RUN [FILE] [--scene S] [--limits F] [--limit IN] [--seeds N] [--as-is] [-o F.svg|F.csv] [--force] [--void] | DB FILE [--series NAME] | DB --series NAME",
+    "measured against simulated: a landing, or a series", COMMAND_PARTS(parts), {1, 3, "DB RUN"},
+};

@@ -7,7 +7,7 @@
 #include "host/board/configtalk.h"
 #include "host/board/configtext.h"
 #include "host/calibrate/jump.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/store/store_readiness.h"
 
@@ -255,16 +255,12 @@ static int check(const struct request *request, struct error *error)
     return 0;
 }
 
-int config_command(int argc, char **argv, const struct cli *cli)
+static int config_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
-    const char *words[3] = {NULL, NULL, NULL};
-    const struct cli_option options[] = {
-        {"--can", &request.can, NULL}, {"--serial", &request.serial, NULL}, {"-o", &request.output, NULL},
-        {"--changed", &request.changed, NULL}, {"--db", &request.db, NULL},
-        {"--force", NULL, &request.force}};
+    const char *words[3];
     struct error error = {0};
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 3, "config get|set FILE|check FILE", &error);
+    enum mr_status status = command_parse(&command_board_config, argc, argv, cli, &request, words, &error);
     const char *verb = status == MR_OK ? words[1] : "";
     bool is_get = strcmp(verb, "get") == 0, is_set = strcmp(verb, "set") == 0, is_check = strcmp(verb, "check") == 0;
     request.file = words[2];
@@ -289,3 +285,26 @@ int config_command(int argc, char **argv, const struct cli *cli)
         return cli_fail(&error);
     return is_get ? get(&request, &error) : is_set ? set(&request, &error) : check(&request, &error);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_WORD("config get",
+                "the configuration in force, as text; -o writes it to a file. --can LINK does as well as --serial"),
+    HELP_WORD("config set F",
+                "check F, show what it changes, send it, see that it is stored; refused from arm to done. A gain that has\n"
+                "jumped (see matrig ready --help) since the campaign of --db, else since the board's, is refused, but for\n"
+                "--changed NOTE --db DB, which keeps the note in the campaign"),
+    HELP_WORD("config check F",
+                "check F alone, without a board; --db DB holds its gains against those that the campaign knows"),
+    OPTION_TEXT("--can", "LINK", can, NULL),
+    OPTION_TEXT("--serial", "LINK", serial, NULL),
+    OPTION_TEXT("-o", "FILE", output, NULL),
+    OPTION_TEXT("--changed", "NOTE", changed, NULL),
+    OPTION_TEXT("--db", "DB", db, NULL),
+    OPTION_FLAG("--force", force, NULL),
+};
+
+/* Of matrig board. */
+const struct command command_board_config = {
+    "board", config_command, "config get|set FILE|check FILE", "the configuration", COMMAND_PARTS(parts), {2, 3, "config get|set FILE|check FILE"},
+};

@@ -1,27 +1,43 @@
 /* matrig dbc: the CAN messages as a Vector DBC file. */
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/export/dbc.h"
 #include "host/output.h"
 
-int dbc_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *path;
+    bool force;
+};
+
+static int dbc_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *path = NULL;
-    bool force = false;
-    const struct cli_option options[] = {{"-o", &path, NULL}, {"--force", NULL, &force}};
+    struct request r = {0};
     struct error error = {0};
     unsigned messages = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 2, NULL, 0, 0, "", &error);
-    if (status == MR_OK && cli->json && !path)
+    enum mr_status status = command_parse(&command_dbc, argc, argv, cli, &r, NULL, &error);
+    if (status == MR_OK && cli->json && !r.path)
         status = error_set(&error, MR_USAGE,
                            "nowhere to write: matrig --json dbc needs -o F; standard output is the JSON's");
     struct output output;
-    if (status == MR_OK && output_begin(&output, path, force, &error) == MR_OK) {
+    if (status == MR_OK && output_begin(&output, r.path, r.force, &error) == MR_OK) {
         messages = dbc_write(output.file);
         output_end(&output, &error);
     }
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (cli->json)
-        return cli_print_json(json_pack("{sssi}", "file", path, "messages", (int)messages), 0);
+        return cli_print_json(json_pack("{sssi}", "file", r.path, "messages", (int)messages), 0);
     return 0;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    OPTION_TEXT("-o", "F", path, "where to write; else standard output"),
+    OPTION_FORCE(force),
+    HELP_EXAMPLE("matrig dbc -o matrig.dbc"),
+};
+
+const struct command command_dbc = {
+    "dbc", dbc_command,
+    "[-o F] [--force]",
+    "the CAN messages as a Vector DBC file", COMMAND_PARTS(parts), {0, 0, ""},
+};

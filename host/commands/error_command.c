@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/commands/error_predictor.h"
 #include "host/output.h"
 #include "host/report/plot_error.h"
@@ -195,33 +195,36 @@ static enum mr_status write_plot(const char *path, bool force, const char *name,
     return output_end(&output, error);
 }
 
-int error_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *plot;
+    bool predictor, force;
+};
+
+static int error_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *plot = NULL, *words[1];
-    bool predictor = false, force = false;
-    const struct cli_option options[] = {{"--plot", &plot, NULL}, {"--predictor", NULL, &predictor}, {"--force", NULL, &force}};
+    const char *words[1];
+    struct request r = {0};
     struct error error = {0};
     struct sim_scene scene;
     struct error_study study;
     int code = 0;
 
-    words[0] = NULL;
-    if (cli_parse(argc, argv, options, 3, words, 0, 1, "SCENE", &error) != MR_OK)
+    if (command_parse(&command_error, argc, argv, cli, &r, words, &error) != MR_OK)
         return cli_fail(&error);
-    if (predictor && words[0])
+    if (r.predictor && words[0])
         error_set(&error, MR_USAGE, "one word too many: '%s' of error; --predictor takes no SCENE", words[0]);
-    else if (!predictor && !words[0])
+    else if (!r.predictor && !words[0])
         error_set(&error, MR_USAGE, "something is missing: matrig error needs SCENE or --predictor; see matrig error --help");
     if (error.status == MR_OK)
-        output_check(plot, force, words[0], &error); /* before a minute of computing, not after */
-    if (error.status == MR_OK && predictor)
-        return error_predictor(plot, force, cli);
+        output_check(r.plot, r.force, words[0], &error); /* before a minute of computing, not after */
+    if (error.status == MR_OK && r.predictor)
+        return error_predictor(r.plot, r.force, cli);
     if (error.status != MR_OK || sim_scene_load(&scene, words[0], &error) != MR_OK)
         return cli_fail(&error);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
-    if (error_study_run(&study, &scene, &error) == MR_OK && plot)
-        write_plot(plot, force, scene.name, &study, &error);
+    if (error_study_run(&study, &scene, &error) == MR_OK && r.plot)
+        write_plot(r.plot, r.force, scene.name, &study, &error);
     if (error.status != MR_OK)
         code = cli_fail(&error);
     else if (cli->json)
@@ -231,3 +234,23 @@ int error_command(int argc, char **argv, const struct cli *cli)
     sim_scene_free(&scene);
     return code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("SCENE", "scene file, JSON"),
+    OPTION_FLAG("--predictor", predictor,
+                "instead: the onboard predictor at each of its levels and several steps, on five landings: error against\n"
+                "the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg"),
+    OPTION_TEXT("--plot", "F.svg", plot, "draw error against run time. Errors are in ft, also with --si"),
+    OPTION_FORCE(force),
+    HELP_NOTE("\n"
+              "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
+              "methods agree on; when they do not, there is no table: exit 5."),
+    HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
+};
+
+const struct command command_error = {
+    "error", error_command,
+    "SCENE|--predictor [--plot F.svg] [--force]",
+    "every solver's error against its run time", COMMAND_PARTS(parts), {0, 1, "SCENE"},
+};

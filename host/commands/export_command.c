@@ -6,7 +6,7 @@
 #include "host/analyse/film.h"
 #include "host/analyse/measured_source.h"
 #include "host/analyse/summary.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/export/export_candump.h"
 #include "host/export/export_mdf4.h"
 #include "host/export/origin.h"
@@ -202,43 +202,69 @@ static enum mr_status write_out(struct store *store, int64_t run, const char *fo
     return error->status;
 }
 
-int export_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *format, *path;
+    bool force;
+};
+
+static int export_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[2] = {NULL, NULL}, *format = NULL, *path = NULL;
-    bool force = false;
-    const struct cli_option options[] = {{"--format", &format, NULL}, {"-o", &path, NULL}, {"--force", NULL, &force}};
+    const char *words[2];
+    struct request r = {0};
     struct error error = {0};
     struct store *store = NULL;
     int64_t run = 0;
     long rows = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 3, words, 2, 2, "DB RUN", &error);
-    if (status == MR_OK && !format)
+    enum mr_status status = command_parse(&command_export, argc, argv, cli, &r, words, &error);
+    if (status == MR_OK && !r.format)
         status = error_set(
             &error, MR_USAGE,
             "no format: matrig export needs --format csv, candump, frames or mdf4; see matrig export --help");
-    if (status == MR_OK && strcmp(format, "csv") != 0 && strcmp(format, "candump") != 0 && strcmp(format, "frames") != 0 && strcmp(format, "mdf4") != 0)
-        status = error_set(&error, MR_USAGE, "unknown format: '%s'; use csv, candump, frames or mdf4", format);
-    if (status == MR_OK && cli->json && !path)
+    if (status == MR_OK && cli->json && !r.path)
         status =
             error_set(&error, MR_USAGE,
                       "nowhere to write: matrig --json export needs -o F; standard output is the JSON's");
     if (status == MR_OK)
         status = run_parse(words[1], &run, &error);
     if (status == MR_OK)
-        status = output_check(path, force, words[0], &error);
+        status = output_check(r.path, r.force, words[0], &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &store, &error);
     struct store_landing landing;
     if (status == MR_OK)
         status = store_landing_get(store, run, &landing, &error);
     if (status == MR_OK)
-        write_out(store, run, format, path, force, cli, &rows, &error);
+        write_out(store, run, r.format, r.path, r.force, cli, &rows, &error);
     store_close(store);
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (cli->json)
-        return cli_print_json(json_pack("{sssssIsI}", "file", path, "format", format, "run", (json_int_t)run,
+        return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "format", r.format, "run", (json_int_t)run,
                                         "rows", (json_int_t)rows),
                               0);
     return 0;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
+    HELP_ITEM("--format csv", "time, gear position, displacements and tensions at 1 kHz"),
+    HELP_ITEM("--format candump",
+                "the CAN frames as `candump -L` writes them, stamped with the time of day by the board's clock;\n"
+                "where that is not known, with board time plus 1000000000 s, a date in 2001, and a note says why"),
+    HELP_ITEM("--format frames",
+                "each frame of the camera's film: time, where the gear stood and how well that is known"),
+    HELP_ITEM("--format mdf4",
+                "ASAM MDF 4.10: readings and gear at 1 kHz with units and what is not valid, CAN frames as bus logging\n"
+                "with the DBC attached"),
+    OPTION_TEXT("-o", "F", path, "where to write; else standard output"),
+    OPTION_FORCE(force),
+    HELP_EXAMPLE("matrig export campaign.db 5 --format csv -o landing5.csv"),
+    OPTION_CHOICE("--format", "F", format, "format", "csv|candump|frames|mdf4", NULL),
+};
+
+const struct command command_export = {
+    "export", export_command,
+    "DB RUN --format csv|candump|frames|mdf4 [-o F] [--force]",
+    "one landing for other tools", COMMAND_PARTS(parts), {2, 2, "DB RUN"},
+};

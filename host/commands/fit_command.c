@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/fit/campaign.h"
 #include "host/fit/print.h"
 #include "host/output.h"
@@ -20,36 +20,22 @@ struct request {
     const char *scene, *fitted, *prior, *plot, *out_scene;
     bool force;
     struct fit_options options;
+    int64_t draws, seed, threads; /* threads 0: as many as processors */
     char model_runway[500];
 };
 
-static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
 {
-    const char *draws = NULL, *seed = NULL, *threads = NULL, *most = NULL;
-    double value = 0.0;
-    const struct cli_option options[] = {
-        {"--scene", &request->scene, NULL}, {"--fit", &request->fitted, NULL},      {"--prior", &request->prior, NULL},
-        {"--draws", &draws, NULL},          {"--seed", &seed, NULL},                {"-j", &threads, NULL},
-        {"--max-time", &most, NULL},        {"--plot", &request->plot, NULL},       {"-o", &request->out_scene, NULL},
-        {"--force", NULL, &request->force},
-    };
-    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], request->words, 1, 1 + RUNS_MAX, "DB [RUN...]", error) != MR_OK)
+    if (command_parse(&command_fit, argc, argv, cli, request, request->words, error) != MR_OK)
         return error->status;
-    request->options = (struct fit_options){.draws = 300, .seed = 1};
-    if (draws && cli_number(draws, "--draws", FIT_DRAWS_LEAST, 1e5, &value, error) == MR_OK)
-        request->options.draws = (size_t)value;
-    if (seed && cli_number(seed, "--seed", 0.0, 1e9, &value, error) == MR_OK)
-        request->options.seed = (uint64_t)value;
-    if (threads && cli_number(threads, "-j", 1.0, 64.0, &value, error) == MR_OK)
-        request->options.threads = (unsigned)value;
-    request->options.max_s = 600.0;
-    if (most)
-        cli_number(most, "--max-time", 1.0, 1e6, &request->options.max_s, error);
+    request->options.draws = (size_t)request->draws;
+    request->options.seed = (uint64_t)request->seed;
+    request->options.threads = (unsigned)request->threads;
     if (!request->scene) {
         place_find(PLACE_RUNWAY, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
-    if (error->status != MR_OK || output_check(request->plot, request->force, request->scene, error) != MR_OK)
+    if (output_check(request->plot, request->force, request->scene, error) != MR_OK)
         return error->status;
     if (request->plot && request->out_scene && strcmp(request->plot, request->out_scene) == 0)
         return error_set(error, MR_USAGE, "one file for two things: --plot and -o %s; give two", request->plot);
@@ -185,14 +171,14 @@ static bool show_progress(void *context, unsigned round, size_t done, size_t of)
     return true;
 }
 
-int fit_command(int argc, char **argv, const struct cli *cli)
+static int fit_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
     struct fit_landings list = {0};
     struct fit_answer answer = {0};
     struct error error = {0};
     int exit_code = 0;
-    if (read_request(argc, argv, &request, &error) == MR_OK && load(&request, cli, &list, &error) == MR_OK) {
+    if (read_request(argc, argv, cli, &request, &error) == MR_OK && load(&request, cli, &list, &error) == MR_OK) {
         struct fit_model model = fit_landings_model(&list);
         if (cli_terminal() && !cli->quiet)
             request.options.go_on = show_progress;
@@ -210,3 +196,30 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     fit_landings_free(&list);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB [RUN...]", "campaign database and landings in it; else all whose motion is known"),
+    OPTION_TEXT("--scene", "S", scene,
+                "scene file that gives the runway (model chain) and the priors' values; else the model runway"),
+    OPTION_TEXT("--fit", "NAMES", fitted,
+                "of gap,grit,f,share,KL: these are fitted, the others stay as they are; else all"),
+    OPTION_TEXT("--prior", "NAME=V:E,...", prior,
+                "what is known beforehand: value and standard error (lb, in, lb/ft). Else grit, KL and an unsurveyed gap are\n"
+                "the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the survey's to 3 %"),
+    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_LEAST, 1e5, 300.0, "simulated data sets a round, at least {low}; else {standard}"),
+    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0, "of what is drawn; else {standard}. The same seed gives the same answer"),
+    OPTION_WHOLE("-j", "N", threads, 1.0, 64.0, 0.0, "threads; else as many as processors"),
+    OPTION_NUMBER("--max-time", "S", options.max_s, "s", 1.0, 1e6, 600.0,
+                "else {standard}; an answer that is not settled by then is given and said to be so"),
+    OPTION_TEXT("--plot", "F.svg", plot, "residual plots"),
+    OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),
+    OPTION_FORCE(force),
+    HELP_EXAMPLE("matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg"),
+};
+
+const struct command command_fit = {
+    "fit", fit_command,
+    "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F] [--force]",
+    "gaps, resistance, friction, thrust share and stiffness from landings, with their errors", COMMAND_PARTS(parts), {1, 1 + RUNS_MAX, "DB [RUN...]"},
+};

@@ -5,8 +5,8 @@
 #include <time.h>
 
 #include "common/command.h"
-#include "host/cli.h"
 #include "host/collect/collect.h"
+#include "host/commands/commands.h"
 #include "host/flash/flash.h"
 #include "host/identity.h"
 #include "host/link/tty.h"
@@ -23,7 +23,8 @@ struct session {
     const struct cli *cli;
     const char *spec;
     bool enter, boot0, all, force, stay, erase_configuration;
-    int baud, firmware_baud;
+    int64_t baud;
+    int firmware_baud;
     struct imagefile image;
     struct link *link;
     struct identity_talk talk;
@@ -190,7 +191,7 @@ static enum mr_status program(struct session *session, struct error *error)
     const struct flash_options options = {session->all, session->erase_configuration, show, session};
     if (session->entered) /* what it still says is not for the boot ROM's client */
         (void)poll(NULL, 0, RESTART_MS);
-    enum mr_status status = link_line(session->link, session->baud, true, error);
+    enum mr_status status = link_line(session->link, (int)session->baud, true, error);
     if (status == MR_OK)
         status = bootrom_begin(&session->rom, &line, error);
     if (status == MR_OK)
@@ -279,25 +280,17 @@ static int flash(struct session *session, struct error *error)
     return 0;
 }
 
-int flash_command(int argc, char **argv, const struct cli *cli)
+static int flash_command(int argc, char **argv, const struct cli *cli)
 {
     static struct session session;
-    const char *baud = NULL, *words[2] = {NULL, NULL};
-    const struct cli_option options[] = {
-        {"--enter", NULL, &session.enter}, {"--boot0", NULL, &session.boot0}, {"--baud", &baud, NULL},
-        {"--all", NULL, &session.all},     {"--force", NULL, &session.force}, {"--stay", NULL, &session.stay},
-        {"--erase-configuration", NULL, &session.erase_configuration}};
+    const char *words[2];
     struct error error = {0};
-    double rate = BOOTROM_BAUD;
     char path[TTY_PATH_MAX];
     session.cli = cli;
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 2, "LINK IMAGE", &error);
+    enum mr_status status = command_parse(&command_flash, argc, argv, cli, &session, words, &error);
     session.spec = words[0];
     if (status == MR_OK && session.enter && session.boot0)
         status = error_set(&error, MR_USAGE, "--enter and --boot0 together: the firmware runs, or the boot ROM does; give one");
-    if (status == MR_OK && baud)
-        status = cli_number(baud, "--baud", BAUD_LEAST, BAUD_MOST, &rate, &error);
-    session.baud = (int)rate;
     session.firmware_baud = TTY_BAUD_DEFAULT;
     if (status == MR_OK && strncmp(session.spec, "serial:", 7) == 0)
         status = tty_parse(session.spec + 7, "serial:TTY[:BAUD]", path, &session.firmware_baud, &error);
@@ -314,3 +307,32 @@ int flash_command(int argc, char **argv, const struct cli *cli)
         imagefile_free(&session.image);
     return exit_code;
 }
+
+#define VALUES struct session
+static const struct command_part parts[] = {
+    HELP_ITEM("LINK",
+                "the board's serial port: serial:TTY, or pty:PATH of an emulated board. Its own rate is for the firmware;\n"
+                "the boot ROM is spoken to with 8E1 at --baud. A port that does not do 2000000 baud: serial:TTY:115200,\n"
+                "with --boot0 --stay"),
+    HELP_ITEM("IMAGE", ".elf, .hex or .bin of the firmware"),
+    OPTION_FLAG("--enter", enter,
+                "the firmware runs: ask it to restart into the boot ROM (refused from arm to done)"),
+    OPTION_FLAG("--boot0", boot0,
+                "the boot ROM runs already, started with BOOT0 high. Without either: --enter when a board says hello\n"
+                "within 2.5 s, else --boot0"),
+    OPTION_WHOLE("--baud", "N", baud, BAUD_LEAST, BAUD_MOST, BOOTROM_BAUD, "{low} to {high} for the boot ROM, else {standard}"),
+    OPTION_FLAG("--all", all, "erase and write also what is there already"),
+    OPTION_FLAG("--force", force,
+                "flash although the board runs this image, or the image carries no header"),
+    OPTION_FLAG("--stay", stay, "do not start the firmware afterwards"),
+    OPTION_FLAG("--erase-configuration", erase_configuration, "erase sectors 2 and 3 too; else they are never touched"),
+    HELP_NOTE("Only sectors that differ are erased. Every byte is read back. After a pulled cable the same command goes on where it was;\n"
+              "until it is done the board starts into the boot ROM. Exit 1 when the board does not run what was flashed."),
+    HELP_EXAMPLE("matrig flash serial:/dev/ttyUSB0 build/firmware/matrig.elf"),
+};
+
+const struct command command_flash = {
+    "flash", flash_command,
+    "LINK IMAGE [--enter | --boot0] [--baud N] [--all] [--force] [--stay] [--erase-configuration]",
+    "program a board through its chip's boot ROM", COMMAND_PARTS(parts), {2, 2, "LINK IMAGE"},
+};

@@ -10,7 +10,7 @@
 #include "common/framing.h"
 #include "host/analyse/bands.h"
 #include "host/board/listen.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/link/link.h"
 
 #define ANSWER_S 10.0 /* a shunt calibration takes 0.9 s; hello comes once a second */
@@ -200,9 +200,14 @@ static int talk_to_board(const struct cli *cli, const char *serial, unsigned cod
 
 /* ---- a bridge ---- */
 
-struct bridge_option {
-    const char *name, *text, *what;
-    double *value, low, high;
+struct request {
+    const char *serial;
+    struct mr_bridge bridge; /* NaN: not given */
+};
+
+struct bridge_number {
+    const char *option, *what;
+    double *value, standard; /* NaN: it must be given */
 };
 
 static int tell_bridge(const struct cli *cli, const struct mr_bridge *bridge)
@@ -217,29 +222,38 @@ static int tell_bridge(const struct cli *cli, const struct mr_bridge *bridge)
     return 0;
 }
 
-int gages_command(int argc, char **argv, const struct cli *cli)
+/* What is not given gets its standard, or is missing; of another word than bridge nothing may be given. */
+static enum mr_status check_bridge(struct mr_bridge *bridge, const char *word, bool physics, struct error *error)
 {
-    struct mr_bridge bridge = {.arms = 1.0, .modulus_psi = 29e6, .gage_ohm = 350.0, .excitation_v = (double)NAN,
-                               .amplifier_gain = (double)NAN, .gage_factor = (double)NAN, .area_in2 = (double)NAN};
-    struct bridge_option number[] = {
-        {"--excitation", NULL, "the excitation, V", &bridge.excitation_v, 0.01, 100.0},
-        {"--gain", NULL, "the amplifier's gain", &bridge.amplifier_gain, 0.01, 1e6},
-        {"--gage-factor", NULL, "the gage factor", &bridge.gage_factor, 0.01, 1000.0},
-        {"--area", NULL, "the band's cross section, in2", &bridge.area_in2, 1e-6, 1000.0},
-        {"--arms", NULL, "the active arms", &bridge.arms, 0.1, 4.0},
-        {"--modulus", NULL, "the modulus, psi", &bridge.modulus_psi, 1e3, 1e9},
-        {"--ohm", NULL, "the gages' resistance, ohm", &bridge.gage_ohm, 1.0, 1e6},
-        {"--shunt", NULL, "the shunt, ohm", &bridge.shunt_ohm, 1.0, 1e9},
+    const struct bridge_number number[] = {
+        {"--excitation", "the excitation, V", &bridge->excitation_v, (double)NAN},
+        {"--gain", "the amplifier's gain", &bridge->amplifier_gain, (double)NAN},
+        {"--gage-factor", "the gage factor", &bridge->gage_factor, (double)NAN},
+        {"--area", "the band's cross section, in2", &bridge->area_in2, (double)NAN},
+        {"--arms", "the active arms", &bridge->arms, 1.0},
+        {"--modulus", "the modulus, psi", &bridge->modulus_psi, 29e6},
+        {"--ohm", "the gages' resistance, ohm", &bridge->gage_ohm, 350.0},
+        {"--shunt", "the shunt, ohm", &bridge->shunt_ohm, 0.0},
     };
-    enum { NUMBERS = sizeof number / sizeof number[0], NEEDED = 4 };
-    struct cli_option options[NUMBERS + 1];
-    const char *serial = NULL, *words[2] = {NULL, NULL};
+    for (size_t i = 0; i < sizeof number / sizeof number[0]; i++) {
+        if (!isnan(*number[i].value) && !physics)
+            return error_set(error, MR_USAGE, "%s is bridge's: matrig gages %s; see matrig gages --help", number[i].option, word);
+        if (!isnan(*number[i].value))
+            continue;
+        if (physics && isnan(number[i].standard))
+            return error_set(error, MR_USAGE, "%s is missing: matrig gages bridge needs %s", number[i].what, number[i].option);
+        *number[i].value = number[i].standard;
+    }
+    return MR_OK;
+}
+
+static int gages_command(int argc, char **argv, const struct cli *cli)
+{
+    struct request r = {0};
+    const char *words[2];
     struct error error = {0};
     double what = 0.0;
-    for (unsigned i = 0; i < NUMBERS; i++)
-        options[i] = (struct cli_option){number[i].name, &number[i].text, NULL};
-    options[NUMBERS] = (struct cli_option){"--serial", &serial, NULL};
-    enum mr_status status = cli_parse(argc, argv, options, NUMBERS + 1, words, 1, 2, "zero [1|2] | shunt | bridge", &error);
+    enum mr_status status = command_parse(&command_gages, argc, argv, cli, &r, words, &error);
     bool zero = status == MR_OK && strcmp(words[0], "zero") == 0, shunt = status == MR_OK && strcmp(words[0], "shunt") == 0;
     bool physics = status == MR_OK && strcmp(words[0], "bridge") == 0;
     if (status == MR_OK && !zero && !shunt && !physics)
@@ -250,18 +264,43 @@ int gages_command(int argc, char **argv, const struct cli *cli)
         status = cli_number(words[1], "what to zero", 0, 2, &what, &error);
     if (status == MR_OK && what != floor(what))
         status = error_set(&error, MR_USAGE, "what to zero: '%s'; 1 transducers, 2 gages, 0 or nothing both", words[1]);
-    if (status == MR_OK && !physics && !serial)
+    if (status == MR_OK && !physics && !r.serial)
         status = error_set(&error, MR_USAGE, "no link: matrig gages %s needs --serial LINK; see matrig gages --help", words[0]);
-    for (unsigned i = 0; i < NUMBERS && status == MR_OK; i++) {
-        if (number[i].text && !physics)
-            status = error_set(&error, MR_USAGE, "%s is bridge's: matrig gages %s; see matrig gages --help", number[i].name, words[0]);
-        else if (number[i].text)
-            status = cli_number(number[i].text, number[i].what, number[i].low, number[i].high, number[i].value, &error);
-        else if (physics && i < NEEDED)
-            status = error_set(&error, MR_USAGE, "%s is missing: matrig gages bridge needs %s", number[i].what, number[i].name);
-    }
+    if (status == MR_OK)
+        status = check_bridge(&r.bridge, words[0], physics, &error);
     if (status != MR_OK)
         return cli_fail(&error);
-    return physics ? tell_bridge(cli, &bridge)
-                   : talk_to_board(cli, serial, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, (int32_t)what);
+    return physics ? tell_bridge(cli, &r.bridge)
+                   : talk_to_board(cli, r.serial, zero ? MR_COMMAND_ZERO : MR_COMMAND_SHUNT, (int32_t)what);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_WORD("zero [1|2]",
+                "mean of a quarter of a second is the zero of all channels, of the transducers (1) or the gages (2), until\n"
+                "reset. None is taken when one moves, is not valid, or is a gage under tension: exit 1"),
+    HELP_WORD("shunt",
+                "shunt calibration of the gages, a second; exit 1 when one is not good. matrig log on the board's CAN\n"
+                "keeps it: the calibrations before and after a landing give its drift"),
+    OPTION_TEXT("--serial", "LINK", serial,
+                "the board's serial port (see matrig log --help); the board must be idle, or done with a landing"),
+    HELP_WORD("bridge", "what channel.unit_per_code and channel.shunt_lb should be, from"),
+    HELP_NOTE("    --excitation V, --gain G (of the amplifier), --gage-factor F, --area IN2 (of the band)\n"
+              "    --arms N     1 one gage along the band (the default), 2 two along it, 2.6 and two across it\n"
+              "    --modulus PSI (29e6), --ohm R of a gage (350), --shunt OHM. In pounds, as the configuration has it, also with --si"),
+    HELP_EXAMPLE("matrig gages zero 1 --serial serial:/dev/ttyUSB0; matrig gages bridge --excitation 5 --gain 200 --gage-factor 2.1 --area 0.0625"),
+    OPTION_NUMBER("--excitation", "V", bridge.excitation_v, "V", 0.01, 100.0, (double)NAN, NULL),
+    OPTION_NUMBER("--gain", "G", bridge.amplifier_gain, NULL, 0.01, 1e6, (double)NAN, NULL),
+    OPTION_NUMBER("--gage-factor", "F", bridge.gage_factor, NULL, 0.01, 1000.0, (double)NAN, NULL),
+    OPTION_NUMBER("--area", "IN2", bridge.area_in2, "in2", 1e-6, 1000.0, (double)NAN, NULL),
+    OPTION_NUMBER("--arms", "N", bridge.arms, NULL, 0.1, 4.0, (double)NAN, NULL),
+    OPTION_NUMBER("--modulus", "PSI", bridge.modulus_psi, "psi", 1e3, 1e9, (double)NAN, NULL),
+    OPTION_NUMBER("--ohm", "R", bridge.gage_ohm, "ohm", 1.0, 1e6, (double)NAN, NULL),
+    OPTION_NUMBER("--shunt", "OHM", bridge.shunt_ohm, "ohm", 1.0, 1e9, (double)NAN, NULL),
+};
+
+const struct command command_gages = {
+    "gages", gages_command,
+    "zero [1|2] --serial LINK | shunt --serial LINK | bridge --excitation V --gain G ...",
+    "zero and shunt calibration; pounds per code of a bridge", COMMAND_PARTS(parts), {1, 2, "zero [1|2] | shunt | bridge"},
+};

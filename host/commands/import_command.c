@@ -2,14 +2,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/cli.h"
 #include "host/collect/collect.h"
+#include "host/commands/commands.h"
 #include "host/export/origin.h"
 #include "host/import/csv.h"
 #include "host/import/import.h"
 #include "host/import/landing.h"
 #include "host/link/link.h"
-#include "host/run.h"
 
 void import_progress(const struct import_request *request, size_t done, size_t all, bool last)
 {
@@ -167,46 +166,85 @@ static enum mr_status describe(const struct textfile *file, const struct import_
     return MR_OK;
 }
 
-int import_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *map;
+    bool again;
+    struct import_request readings;
+};
+
+static int import_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[2] = {NULL, NULL}, *map = NULL, *like = NULL;
-    bool again = false;
-    struct import_request request = {.cli = cli};
-    const struct cli_option options[] = {
-        {"--map", &map, NULL}, {"--like", &like, NULL}, {"--interface", &request.interface, NULL}, {"--again", NULL, &again}};
+    const char *words[2];
+    struct request r = {.readings.cli = cli};
+    struct import_request *request = &r.readings;
     struct error error = {0};
     struct store *store = NULL;
     struct textfile file = {0};
     struct mapping mapping = {0};
     struct import_result result = {0};
     struct store_import row = {0};
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 2, 2, "DB FILE", &error);
-    request.path = words[1];
-    if (status == MR_OK && like)
-        status = run_parse(like, &request.like, &error);
+    enum mr_status status = command_parse(&command_import, argc, argv, cli, &r, words, &error);
+    request->path = words[1];
     if (status == MR_OK)
-        status = textfile_open(request.path, &file, &error);
+        status = textfile_open(request->path, &file, &error);
     if (status == MR_OK)
-        status = describe(&file, &request, map, &mapping, &row, &error);
+        status = describe(&file, request, r.map, &mapping, &row, &error);
     if (status == MR_OK)
-        status = read_readings(&file, &request, &mapping, &result, &error);
+        status = read_readings(&file, request, &mapping, &result, &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_CREATE, &store, &error);
     if (status == MR_OK)
-        status = refuse_twice(store, &row, &request, again, &error);
+        status = refuse_twice(store, &row, request, r.again, &error);
     if (status == MR_OK)
-        status = refuse_known(store, &mapping, &request, again, &error);
+        status = refuse_known(store, &mapping, request, r.again, &error);
     if (status == MR_OK)
-        status = import(store, &file, &request, &mapping, &row, &result, &error);
+        status = import(store, &file, request, &mapping, &row, &result, &error);
     if (status == MR_OK && !cli->json)
         status = print_result(store, &row, &result, &error);
     if (status == MR_OK && result.verdict.status != MR_OK)
-        status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept", row.verdict, request.path);
+        status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept", row.verdict, request->path);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (cli->json && result.session)
-        exit_code = cli_print_json(result_json(&request, &row, &result), exit_code);
+        exit_code = cli_print_json(result_json(request, &row, &result), exit_code);
     mapping_free(&mapping);
     textfile_close(&file);
     store_close(store);
     return exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB", "campaign database, made when it does not exist"),
+    HELP_ITEM("FILE",
+                "a log that candump -L wrote of a matrig board: its landings are taken in as if they had been logged.\n"
+                "Or a table that matrig export --format csv wrote. With --map:"),
+    OPTION_TEXT("--map", "M.json", map,
+                "a table of another instrument (CSV), or its frames in a candump log, becomes a landing. M says what is what:\n"
+                "{\"separator\": \";\", \"decimal\": \",\", \"header_lines\": 2, \"comment\": \"#\", \"missing\": [\"---\"],\n"
+                " \"time\": {\"column\": \"Zeit\", \"unit\": \"ms\", \"shift_s\": 0.25},\n"
+                " \"align\": {\"column\": \"Trigger\", \"threshold\": 2.5, \"edge\": \"falling\", \"switch\": 3},\n"
+                " \"channels\": [{\"column\": \"Weg 1\", \"channel\": \"d1\", \"unit\": \"mm\", \"scale\": 2.5, \"offset\": -1, \"station_ft\": 40,\n"
+                "               \"error\": 0.05}]}\n"
+                "header_lines: how many stand above the rows, blank lines counted, comments not. column: its name, or its number\n"
+                "from 1. channel: d1 to d8 (in, mm, cm, m, ft), t1 to t14 (lb, N, kN, kip), gear (ft, m,\n"
+                "in, mm; where it passes the switches are edges), switch1 to switch64 (with threshold and edge). value = (what stands\n"
+                "there * scale + offset) in unit; error: its standard error. Times: s, ms, us, min. Also touchdown_ft,\n"
+                "switch_error_ft, gap_s (more is missing data; else 1.5 times the usual), last_line_open (true: the last line needs\n"
+                "no newline), note. For frames, in place of column: \"signal\": \"Message.Signal\" of the file that \"dbc\" names, or\n"
+                "\"id\": \"0x321\", \"start_bit\", \"bits\", \"signed\", \"float\", \"byte_order\""),
+    OPTION_RUN("--like", "RUN", readings.like,
+                "it is of the same landing as RUN: gear, switches, survey and stations are RUN's, and time 0 is RUN's touchdown,\n"
+                "or the edge that align names is RUN's"),
+    OPTION_TEXT("--interface", "NAME", readings.interface,
+                "take the frames of this bus of the log; else those of its first frame's"),
+    OPTION_FLAG("--again", again, "though the same file was imported before"),
+    HELP_NOTE("A damaged file gives a verdict (complete, truncated at, malformed at: line and column), exit 4, and what is good of it is kept."),
+    HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"
+                 "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5"),
+};
+
+const struct command command_import = {
+    "import", import_command,
+    "DB FILE [--map M.json] [--like RUN] [--interface NAME] [--again]",
+    "logs, and other instruments' readings, into the campaign", COMMAND_PARTS(parts), {2, 2, "DB FILE"},
+};

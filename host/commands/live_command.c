@@ -11,7 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/live/hub.h"
 #include "host/live/server.h"
 #include "host/live/terminal.h"
@@ -180,29 +180,51 @@ static int print_state(struct watch *watch, struct error *error)
     return cli_print_json(state, 0);
 }
 
-int live_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *port;
+    double for_s;
+    bool terminal;
+};
+
+static int live_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *db = NULL, *port = NULL, *for_text = NULL;
-    bool terminal = false;
-    const struct cli_option options[] = {
-        {"--port", &port, NULL}, {"--terminal", NULL, &terminal}, {"--for", &for_text, NULL}};
+    const char *db = NULL;
+    struct request r = {0};
     struct error error = {0};
-    double for_s = (double)INFINITY;
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &db, 1, 1, "DB", &error);
-    if (status == MR_OK && port && terminal)
+    enum mr_status status = command_parse(&command_live, argc, argv, cli, &r, &db, &error);
+    if (status == MR_OK && r.port && r.terminal)
         status = error_set(&error, MR_USAGE, "--port is the page's, --terminal has none; give one of them; see matrig live --help");
-    if (status == MR_OK && for_text)
-        status = cli_number(for_text, "--for", 0.001, 1e7, &for_s, &error);
-    struct watch watch = {.cli = cli, .terminal = terminal};
+    struct watch watch = {.cli = cli, .terminal = r.terminal};
     if (status == MR_OK)
-        status = open_watch(&watch, db, port ? port : "8473", &error);
+        status = open_watch(&watch, db, r.port ? r.port : "8473", &error);
     int exit_code = 0;
     if (status == MR_OK && cli->json)
         exit_code = print_state(&watch, &error);
     else if (status == MR_OK)
-        status = run(&watch, for_s, &error);
+        status = run(&watch, r.for_s, &error);
     live_server_close(watch.server);
     live_hub_close(watch.hub);
     store_close(watch.store);
     return status != MR_OK ? cli_fail(&error) : exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB",
+                "campaign database that a running matrig log writes; followed, never written"),
+    OPTION_TEXT("--port", "PORT", port,
+                "serve the page there, at 127.0.0.1 or, with [::1]:PORT, at ::1; else 8473. 0: any port that is free"),
+    OPTION_FLAG("--terminal", terminal,
+                "show it in this terminal; when standard output is none, a line a second"),
+    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY, "stop after S seconds; else on Ctrl-C"),
+    HELP_NOTE("With --json: the state now, as one object, and no more. The page only watches: arm and disarm on that of matrig log --live,\n"
+              "which holds the links. From another computer: ssh -L 8473:127.0.0.1:8473 HOST, and the address that was printed."),
+    HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --live 8473\n"
+                 "         matrig live campaign.db --terminal"),
+};
+
+const struct command command_live = {
+    "live", live_command,
+    "DB [--port PORT] | DB --terminal",
+    "watch a board: a page in the browser, or this terminal", COMMAND_PARTS(parts), {1, 1, "DB"},
+};

@@ -9,6 +9,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include "host/commands/commands.h"
 #include "host/log/logger.h"
 #include "host/output.h"
 
@@ -258,34 +259,30 @@ static enum mr_status open_all(struct logger *logger, const char *can, const cha
     return status;
 }
 
-int log_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *can, *serial, *db, *elf, *live, *page;
+    double for_s, wait_s;
+    bool listen, commands, force;
+};
+
+static int log_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *can = NULL, *serial = NULL, *db = NULL, *for_text = NULL, *elf = NULL, *live = NULL, *page = NULL, *wait_text = NULL;
-    bool listen = false, commands = false, force = false;
-    const struct cli_option options[] = {
-        {"--can", &can, NULL}, {"--serial", &serial, NULL}, {"--db", &db, NULL}, {"--for", &for_text, NULL},
-        {"--listen", NULL, &listen}, {"--commands", NULL, &commands}, {"--elf", &elf, NULL}, {"--live", &live, NULL}, {"--page", &page, NULL},
-        {"--wait", &wait_text, NULL}, {"--force", NULL, &force}};
+    struct request r = {0};
     struct error error = {0};
-    double for_s = (double)INFINITY, wait_s = AWAY_S;
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], NULL, 0, 0, "", &error);
-    if (status == MR_OK && !can && !serial)
+    enum mr_status status = command_parse(&command_log, argc, argv, cli, &r, NULL, &error);
+    if (status == MR_OK && !r.can && !r.serial)
         status =
             error_set(&error, MR_USAGE,
                       "no link: matrig log needs --can LINK or --serial LINK or both; see matrig log --help");
-    if (status == MR_OK && !db)
+    if (status == MR_OK && !r.db)
         status = error_set(&error, MR_USAGE, "no database: matrig log needs --db DB; see matrig log --help");
-    if (status == MR_OK && for_text)
-        status = cli_number(for_text, "--for", 0.001, 1e7, &for_s, &error);
-    if (status == MR_OK && wait_text)
-        status = cli_number(wait_text, "--wait", 0.0, 1e7, &wait_s, &error);
-    if (status == MR_OK && listen && commands)
+    if (status == MR_OK && r.listen && r.commands)
         status = error_set(&error, MR_USAGE, "--listen and --commands: nothing is sent, or commands are; give one");
     if (status == MR_OK)
-        status = output_check(page, force, db, &error);
+        status = output_check(r.page, r.force, r.db, &error);
     struct hil_symbols symbols = {0};
     if (status == MR_OK)
-        status = crash_symbols(&symbols, elf, &error);
+        status = crash_symbols(&symbols, r.elf, &error);
     if (status != MR_OK) {
         hil_symbols_free(&symbols);
         return cli_fail(&error);
@@ -300,20 +297,20 @@ int log_command(int argc, char **argv, const struct cli *cli)
     signal(SIGPIPE, SIG_IGN); /* a reader of the summary that went away must not end the logging */
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
-    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {listen, listen}, .symbols = symbols, .wait_s = wait_s,
-                            .look = {.db = db, .page = page, .force = force, .si = cli->si}};
+    struct logger logger = {.cli = cli, .landings = json_array(), .mute = {r.listen, r.listen}, .symbols = symbols, .wait_s = r.wait_s,
+                            .look = {.db = r.db, .page = r.page, .force = r.force, .si = cli->si}};
     logger.hold.cause = WATCH_NONE;
     logger.news = -1;
     watch_open(&logger.watch, cli);
-    typed_begin(&logger.typed, commands, listen);
-    status = open_all(&logger, can, serial, db, live, &error);
+    typed_begin(&logger.typed, r.commands, r.listen);
+    status = open_all(&logger, r.can, r.serial, r.db, r.live, &error);
     if (status == MR_OK && logger.typed.on && logger.typed.terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; or disarm");
     if (status == MR_OK)
-        status = run(&logger, signals, can, serial, for_s, &error);
+        status = run(&logger, signals, r.can, r.serial, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (logger.collector && cli->json)
-        exit_code = cli_print_json(logger_json(&logger, db, &error), exit_code);
+        exit_code = cli_print_json(logger_json(&logger, r.db, &error), exit_code);
     quicklook_service(&logger.look, true);
     json_decref(logger.landings);
     live_close(&logger.live);
@@ -335,3 +332,48 @@ int log_command(int argc, char **argv, const struct cli *cli)
     hil_symbols_free(&logger.symbols);
     return exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    OPTION_TEXT("--can", "LINK", can, "the board's CAN bus"),
+    OPTION_TEXT("--serial", "LINK", serial, "the board's serial port; either link may be left out"),
+    OPTION_TEXT("--db", "DB", db, "campaign database, made when it does not exist"),
+    OPTION_NUMBER("--for", "S", for_s, "s", 0.001, 1e7, (double)INFINITY, "stop after S seconds; else at the end of the links, or on Ctrl-C"),
+    OPTION_TEXT("--live", "PORT", live,
+                "show it in a browser of this computer as it comes, arm and disarm there; see matrig live --help"),
+    OPTION_FLAG("--listen", listen, "send nothing: do not ask the board for its configuration"),
+    OPTION_FLAG("--commands", commands,
+                "take arm [N] and disarm, a line each, from standard input; it does without when that is a terminal.\n"
+                "Before it arms it asks, and sends when the next line is yes"),
+    OPTION_TEXT("--elf", "F", elf, "the image that the board runs: names the function of a processor fault"),
+    OPTION_TEXT("--page", "F", page,
+                "keep the report in F up to date: written beside the logging when a landing ends"),
+    OPTION_NUMBER("--wait", "S", wait_s, "s", 0.0, 1e7, AWAY_S, "wait so long for a device that was unplugged or is down; else an hour"),
+    OPTION_FORCE(force),
+    HELP_NOTE("When a landing ends its summary is printed; when its links fall silent in the middle, what came until then."),
+    HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page landing.html"),
+    HELP_NOTE("\n"
+              "LINK is one of"),
+    HELP_ITEM("unix:PATH", "a socket on which an emulated board listens (waited for up to 5 s)"),
+    HELP_ITEM("file:PATH",
+                "a recorded candump log (CAN) or recorded bytes (serial), as fast as it goes"),
+    HELP_ITEM("paced:PATH", "a candump log at the pace at which it was recorded"),
+    HELP_ITEM("can:IFACE[:board]",
+                "a CAN interface of this computer (SocketCAN), up, at 1 Mbit/s; with :board the board's messages alone"),
+    HELP_ITEM("slcan:TTY[:BAUD]", "a LAWICEL adapter on a serial port, for CAN"),
+    HELP_ITEM("serial:TTY[:BAUD|:find]",
+                "a serial port, 8N1, 2000000 baud unless given; find: the usual rate at which a board is understood"),
+    HELP_ITEM("pty:PATH", "the pseudo-terminal of an emulated board (waited for likewise)"),
+    HELP_NOTE("Exit 3 when no board said hello: nothing came, the rate is another one, or the bus has errors alone; the message says which.\n"
+              "Frames on CAN that are not the board's are counted and told, not obeyed.\n"
+              "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"
+              "A campaign that another program holds, a slow and a full disk are waited for: a queue keeps 60 s of full links. What it cannot keep\n"
+              "is counted and said. One that is moved, replaced, deleted or written over is saved as DB-saved-DATE.db beside, and gone on\n"
+              "with; exit 3."),
+};
+
+const struct command command_log = {
+    "log", log_command,
+    "--can LINK --serial LINK --db DB [--for S] [--live PORT] [--listen | --commands] [--elf F] [--page F] [--force] [--wait S]",
+    "collect landings from a board", COMMAND_PARTS(parts), {0, 0, ""},
+};

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/analyse/params.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/output.h"
 
 #define READINGS_MAX 1000
@@ -383,15 +383,19 @@ static int show(const struct reader *reader, const char *output_path, bool force
     return code;
 }
 
-int params_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *output_path;
+    bool force;
+};
+
+static int params_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[1], *output_path = NULL;
-    bool force = false;
-    const struct cli_option options[] = {{"-o", &output_path, NULL}, {"--force", NULL, &force}};
+    const char *words[1];
+    struct request r = {0};
     struct error error = {0};
     json_error_t where;
-    if (cli_parse(argc, argv, options, 2, words, 1, 1, "READINGS", &error) != MR_OK ||
-        output_check(output_path, force, words[0], &error) != MR_OK)
+    if (command_parse(&command_params, argc, argv, cli, &r, words, &error) != MR_OK ||
+        output_check(r.output_path, r.force, words[0], &error) != MR_OK)
         return cli_fail(&error);
     FILE *file = fopen(words[0], "rb");
     if (!file) {
@@ -409,7 +413,30 @@ int params_command(int argc, char **argv, const struct cli *cli)
         error_set(&error, MR_MALFORMED, "no JSON object: %s: it begins with [; see matrig params --help", words[0]);
     else
         read_all(&reader);
-    code = error.status != MR_OK ? cli_fail(&error) : show(&reader, output_path, force, cli);
+    code = error.status != MR_OK ? cli_fail(&error) : show(&reader, r.output_path, r.force, cli);
     json_decref(root);
     return code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("READINGS",
+                "JSON with any of these tests; a reading is a number, {\"value\": V, \"error\": E} or\n"
+                "{\"readings\": [...], \"error\": E}, with standard errors\n"
+                "inertia     weight_lb, spacing_ft and cord_ft of two cords, period_s of turning: W and I\n"
+                "tension     joint_in, slope_lb_in_in; or joint_in, strip_in, lists force_lb, stretch_in: KL\n"
+                "hinge       lists angle_deg, moment_ft_lb [, strip_in, joint_in]: KT and TAD_deg\n"
+                "            (readings within the free travel are found and left out; three or more must lie beyond)\n"
+                "pull        pull_lb, weight_lb: f\n"
+                "deflection  load_lb, deflection_in [, mats]: KV"),
+    OPTION_TEXT("-o", "F", output_path, "write the parameters as the beginning of a scene"),
+    OPTION_FORCE(force),
+    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
+    HELP_EXAMPLE("matrig params readings.json -o scene.json"),
+};
+
+const struct command command_params = {
+    "params", params_command,
+    "READINGS [-o F] [--force]",
+    "readings of simple tests to scene parameters", COMMAND_PARTS(parts), {1, 1, "READINGS"},
+};

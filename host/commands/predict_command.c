@@ -11,7 +11,7 @@
 #include "host/analyse/measured_source.h"
 #include "host/analyse/predict_again.h"
 #include "host/analyse/zones.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/run.h"
 #include "host/store/store_journal.h"
 #include "host/units.h"
@@ -382,18 +382,21 @@ static int print_results(json_t *results, int exit_code)
     return failed ? mr_status_exit_code(MR_IO) : exit_code;
 }
 
-int predict_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    bool voided;
+};
+
+static int predict_command(int argc, char **argv, const struct cli *cli)
 {
     static struct predict predict; /* some ten kilobytes */
     static const char *words[RUNS_MAX + 2];
     static int64_t runs[RUNS_MAX];
-    bool voided = false;
-    const struct cli_option options[] = {{"--void", NULL, &voided}};
+    struct request r = {0};
     struct error error = {0};
     struct store *store = NULL;
     json_t *results = cli->json ? json_array() : NULL;
     size_t count = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 1, words, 2, RUNS_MAX + 1, "DB RUN", &error);
+    enum mr_status status = command_parse(&command_predict, argc, argv, cli, &r, words, &error);
     if (status == MR_OK)
         status = parse_runs(words + 1, runs, &count, &error);
     if (status == MR_OK)
@@ -405,7 +408,7 @@ int predict_command(int argc, char **argv, const struct cli *cli)
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (count > 1 && !cli->json)
             printf("%srun %lld\n", i ? "\n" : "", (long long)runs[i]);
-        status = store_refuse_void(store, runs[i], voided, &error);
+        status = store_refuse_void(store, runs[i], r.voided, &error);
         if (status == MR_OK)
             status = predict_run(&predict, store, runs[i], results, cli, &error);
     }
@@ -416,3 +419,24 @@ int predict_command(int argc, char **argv, const struct cli *cli)
     json_decref(results);
     return status == MR_OK ? exit_code : cli_fail(&error);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB RUN",
+                "campaign database and number of the landing in it, from 1; of several, in order, each begins with\n"
+                "what the joints have become in the one before, and with the segments surveyed since:\n"
+                "matrig predict campaign.db 1 2 3 4 5"),
+    HELP_NOTE("A row for each change: longest closed zone ahead of the wheel with its 95 % intervals, longest zone that the\n"
+              "wheel will meet or push together before it stops, compression ahead, verdict. It knows at each time what the\n"
+              "board knew then: edges so far, readings so far, the survey, and, where the record has it, the runway that the board\n"
+              "was armed with (of several landings for the first). Times are seconds after touchdown by the board's clock, at the\n"
+              "beginning of the block that decided, as in log, report and make series."),
+    OPTION_FLAG("--void", voided, "also of a landing that was voided"),
+    HELP_EXAMPLE("matrig predict campaign.db 5"),
+};
+
+const struct command command_predict = {
+    "predict", predict_command,
+    "DB RUN... [--void]",
+    "the predictor of zones and warnings on recorded landings", COMMAND_PARTS(parts), {2, RUNS_MAX + 1, "DB RUN"},
+};

@@ -16,8 +16,8 @@
 #include "host/board/readytalk.h"
 #include "host/board/readywalk.h"
 #include "host/calibrate/jump.h"
+#include "host/commands/commands.h"
 #include "host/link/diagnose.h"
-#include "host/cli.h"
 #include "host/flash/imagefile.h"
 #include "host/store/store_readiness.h"
 
@@ -28,6 +28,7 @@
 #define LIVE_S 30      /* a board whose host went away is quiet again after that */
 #define RENEW_S 5.0
 #define WALK_MEET_S 10.0
+#define WALK_S 600.0
 
 enum walk_kind { WALK_SWITCHES, WALK_TRANSDUCERS, WALK_GAGES, WALK_KINDS };
 
@@ -37,7 +38,8 @@ static const char *const kind_verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"
 
 struct request {
     const struct cli *cli;
-    const char *db, *serial, *can, *image, *expected, *room, *for_text, *of, *changed;
+    const char *db, *serial, *can, *image, *expected, *of, *changed;
+    double room_mb, for_s; /* 0, NaN: not given */
     bool walk;
 };
 
@@ -449,36 +451,27 @@ static enum mr_status check_request(const struct request *r, struct error *error
 {
     if (!r->serial)
         return error_set(error, MR_USAGE, "no link: matrig ready needs --serial LINK; see matrig ready --help");
-    if (r->walk && (r->image || r->expected || r->room))
+    if (r->walk && (r->image || r->expected || r->room_mb > 0.0))
         return error_set(error, MR_USAGE, "--walk goes without --image, --expect-config and --room: walk apart; see matrig ready --help");
     if (r->walk && r->changed)
         return error_set(error, MR_USAGE, "--changed goes without --walk: matrig ready; see matrig ready --help");
-    if (!r->walk && (r->for_text || r->of))
+    if (!r->walk && (!isnan(r->for_s) || r->of))
         return error_set(error, MR_USAGE, "--for and --of are --walk's: matrig ready; see matrig ready --help");
     return MR_OK;
 }
 
-int ready_command(int argc, char **argv, const struct cli *cli)
+static int ready_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {.cli = cli};
-    const struct cli_option options[] = {
-        {"--serial", &request.serial, NULL}, {"--can", &request.can, NULL}, {"--image", &request.image, NULL},
-        {"--expect-config", &request.expected, NULL}, {"--room", &request.room, NULL}, {"--walk", NULL, &request.walk},
-        {"--for", &request.for_text, NULL}, {"--of", &request.of, NULL}, {"--changed", &request.changed, NULL}};
     struct ready_facts *facts = calloc(1, sizeof *facts);
     struct imagefile image = {0};
     struct error error = {0};
     bool wanted[WALK_KINDS] = {false, false, false};
-    double for_s = 600.0, room_mb = 0.0;
     if (!facts)
         abort();
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &request.db, 1, 1, "DB", &error);
+    enum mr_status status = command_parse(&command_ready, argc, argv, cli, &request, &request.db, &error);
     if (status == MR_OK)
         status = check_request(&request, &error);
-    if (status == MR_OK && request.for_text)
-        status = cli_number(request.for_text, "--for", 1.0, 86400.0, &for_s, &error);
-    if (status == MR_OK && request.room)
-        status = cli_number(request.room, "--room", 0.001, 1e9, &room_mb, &error);
     if (status == MR_OK)
         status = wanted_kinds(request.of, wanted, &error);
     if (status == MR_OK && request.expected)
@@ -489,12 +482,45 @@ int ready_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request.image);
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
-    facts->wanted_bytes = 1e6 * room_mb;
+    facts->wanted_bytes = 1e6 * request.room_mb;
     facts->today_day = (uint32_t)(time(NULL) / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);
-    int exit_code = status != MR_OK ? cli_fail(&error) : request.walk ? walk_along(&request, facts, wanted, for_s) : ready(&request, facts);
+    int exit_code = status != MR_OK ? cli_fail(&error) : request.walk ? walk_along(&request, facts, wanted, isnan(request.for_s) ? WALK_S : request.for_s) : ready(&request, facts);
     if (request.image)
         imagefile_free(&image);
     free(facts);
     return exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB",
+                "campaign database, made when it does not exist; what was found is kept in it, with the landings of the next 12 h"),
+    OPTION_TEXT("--serial", "LINK", serial,
+                "the board's serial port (see matrig log --help); the board must be idle, or done with a landing"),
+    OPTION_TEXT("--can", "LINK", can, "listen to its CAN bus too"),
+    OPTION_TEXT("--image", "FILE", image,
+                "(.elf, .hex, .bin) the board must run this; else what it ran in the campaign's last landing"),
+    OPTION_TEXT("--expect-config", "CRC|FILE", expected,
+                "it must be configured so (a file: but for the revision, which config set raises); else as in the\n"
+                "campaign's last landing"),
+    OPTION_NUMBER("--room", "MB", room_mb, "MB", 0.001, 1e9, 0.0, "so much of the disk must be free; else ten landings"),
+    OPTION_TEXT("--changed", "T", changed,
+                "'d3: a longer rod', 'd3,t4: ...': what was changed of these channels. Without, it is no-go when the gain of a\n"
+                "channel has jumped since the campaign's landings and checks (a tenth; half of another transducer, five times\n"
+                "of another gage, by serial number), or its zero (0.25 in, 10 lb). Kept in the campaign (table readiness)"),
+    HELP_NOTE("Takes at most 20 s: readings at rest, shunt calibration, self-test (the warning lamp lights for 0.2 s). Exit 1: no-go."),
+    OPTION_FLAG("--walk", walk,
+                "walk along the rig: trip each switch, push at each transducer, pull at each gage, in order. Nothing is recorded.\n"
+                "Names what did not answer and what answered in another's place. Exit 1 when there is any"),
+    OPTION_NUMBER("--for", "S", for_s, "s", 1.0, 86400.0, (double)NAN,
+                "the walk ends after S seconds; else after 600, when all have answered, or on Ctrl-C"),
+    OPTION_TEXT("--of", "KINDS", of, "only these, of switches,transducers,gages"),
+    HELP_EXAMPLE("matrig ready campaign.db --serial serial:/dev/ttyUSB0 --can can:can0"),
+};
+
+const struct command command_ready = {
+    "ready", ready_command,
+    "DB --serial LINK [--can LINK] [--image FILE] [--expect-config CRC|FILE] [--room MB] [--changed T] | DB --serial LINK --walk [--for S] [--of KINDS]",
+    "go or no-go before a landing, and the walk test", COMMAND_PARTS(parts), {1, 1, "DB"},
+};

@@ -10,7 +10,7 @@
 #include "host/board/configtext.h"
 #include "host/bundle/bundle.h"
 #include "host/bundle/show.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/place.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
@@ -24,6 +24,7 @@ struct replay {
     int64_t run;    /* 1 in a bundle */
     bool bundled, verify_only, force;
     const char *save; /* folder for what a bundle holds; NULL: none */
+    const char *speed;
     bool exact_asked, elf_asked;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* defaults, that came with this program */
@@ -248,39 +249,30 @@ static int print_json(const struct replay *replay, int exit_code)
     return cli_print_json(object, exit_code);
 }
 
-static enum mr_status parse(struct replay *replay, int argc, char **argv, struct error *error)
+static enum mr_status parse(struct replay *replay, int argc, char **argv, const struct cli *cli, struct error *error)
 {
-    const char *words[2] = {NULL, NULL}, *speed = NULL;
-    const struct cli_option options[] = {{"--speed", &speed, NULL},
-                                         {"--elf", &replay->board.elf, NULL},
-                                         {"--board", &replay->board.program, NULL},
-                                         {"--exact", NULL, &replay->exact_asked},
-                                         {"--verify", NULL, &replay->verify_only},
-                                         {"--save", &replay->save, NULL},
-                                         {"--force", NULL, &replay->force}};
-    enum mr_status status = cli_parse(argc, argv, options, 7, words, 1, 2, "DB RUN, or BUNDLE", error);
+    const char *words[2];
+    enum mr_status status = command_parse(&command_replay, argc, argv, cli, replay, words, error);
     replay->bundled = status == MR_OK && !words[1];
     replay->run = 1;
-    if (status == MR_OK && speed && strcmp(speed, "max") != 0 && strcmp(speed, "real") != 0)
-        status = error_set(error, MR_USAGE, "no such speed: '%s'; use max or real", speed);
     if (status == MR_OK && !replay->bundled && (replay->verify_only || replay->save))
         status = error_set(error, MR_USAGE, "%s is for a bundle, which has no RUN: '%s'; leave the RUN away", replay->save ? "--save" : "--verify", words[1]);
     if (status == MR_OK && words[1])
         status = run_parse(words[1], &replay->run, error);
     replay->elf_asked = replay->board.elf != NULL;
     replay->db = words[0];
-    replay->board.real = speed && strcmp(speed, "real") == 0;
+    replay->board.real = replay->speed && strcmp(replay->speed, "real") == 0;
     return status;
 }
 
-int replay_command(int argc, char **argv, const struct cli *cli)
+static int replay_command(int argc, char **argv, const struct cli *cli)
 {
     struct replay *replay = calloc(1, sizeof *replay);
     struct error error = {0};
     struct store *store = NULL;
     if (!replay)
         return error_set(&error, MR_FULL, "no memory: replay; close other programs"), cli_fail(&error);
-    enum mr_status status = parse(replay, argc, argv, &error);
+    enum mr_status status = parse(replay, argc, argv, cli, &error);
     default_paths(replay);
     if (status == MR_OK)
         status = replay->bundled ? open_bundle(replay, &store, cli, &error) : store_open(replay->db, STORE_READ, &store, &error);
@@ -304,3 +296,28 @@ int replay_command(int argc, char **argv, const struct cli *cli)
     free(replay);
     return exit_code;
 }
+
+#define VALUES struct replay
+static const struct command_part parts[] = {
+    HELP_ITEM("DB RUN", "campaign database and number of the landing in it, from 1"),
+    HELP_ITEM("BUNDLE",
+                "a file of matrig bundle: every part is checked, then it is replayed with the image in it"),
+    OPTION_FLAG("--verify", verify_only, "check the bundle alone; exit 4 when anything is not as it was made"),
+    OPTION_TEXT("--save", "DIR", save,
+                "write those files in the bundle that are whole into this folder, also of a damaged one"),
+    OPTION_CHOICE("--speed", "S", speed, "speed", "max|real", "max (the default), or real: by the wall clock"),
+    OPTION_TEXT("--elf", "F", board.elf, "firmware image; else the bundle's, or the one that came with matrig"),
+    OPTION_TEXT("--board", "F", board.program, "the emulated board; else matrig-board beside matrig"),
+    OPTION_FLAG("--exact", exact_asked,
+                "every field must be equal, also when another image recorded the landing; else such a landing\n"
+                "is compared within tolerances, which the output states"),
+    OPTION_FORCE(force),
+    HELP_NOTE("Exit 1 when anything differs."),
+    HELP_EXAMPLE("matrig replay landing5.bundle"),
+};
+
+const struct command command_replay = {
+    "replay", replay_command,
+    "DB RUN [--speed max|real] [--elf F] [--board F] [--exact] | BUNDLE [--verify] [--save DIR [--force]]",
+    "a recorded landing through the firmware again, and whether it says the same", COMMAND_PARTS(parts), {1, 2, "DB RUN, or BUNDLE"},
+};

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/report/page.h"
 #include "host/sweep/sweep_page.h"
@@ -62,17 +62,6 @@ static int report_sweep(const char *results, const char *path, bool force, const
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }
 
-/* 0: all landings. */
-static enum mr_status read_run(const char *text, int64_t *run, struct error *error)
-{
-    double value = 0.0;
-    enum mr_status status = text ? cli_number(text, "--run", 1.0, 1e9, &value, error) : MR_OK;
-    *run = (int64_t)value;
-    if (status == MR_OK && (double)*run < value)
-        return error_set(error, MR_USAGE, "--run %s: a RUN is a whole number; matrig landing DB lists them", text);
-    return status;
-}
-
 /* Nothing is written unless all of it could be made. */
 static enum mr_status write_page(const struct report *report, const char *path, bool force, struct error *error)
 {
@@ -85,45 +74,68 @@ static enum mr_status write_page(const struct report *report, const char *path, 
     return error->status;
 }
 
-int report_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *path, *film;
+    int64_t run; /* 0: all landings */
+    bool voided, force;
+};
+
+static int report_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *words[1] = {NULL}, *path = NULL, *film = NULL, *run_text = NULL;
-    bool voided = false, force = false;
-    const struct cli_option options[] = {{"-o", &path, NULL}, {"--run", &run_text, NULL}, {"--film", &film, NULL}, {"--void", NULL, &voided},
-                                         {"--force", NULL, &force}};
+    const char *words[1];
+    struct request r = {0};
     char made_path[1000];
     struct error error = {0};
     struct report report = {.si = cli->si};
     struct stat folder;
     int exit_code = 0;
-    enum mr_status status = cli_parse(argc, argv, options, 5, words, 1, 1, "DB", &error);
-    if (status == MR_OK)
-        status = read_run(run_text, &report.run, &error);
+    enum mr_status status = command_parse(&command_report, argc, argv, cli, &r, words, &error);
     if (status == MR_OK && is_sweep(words[0]))
-        return report_sweep(words[0], path, force, cli);
-    if (status == MR_OK && film && (stat(film, &folder) != 0 || !S_ISDIR(folder.st_mode)))
-        status = error_set(&error, MR_IO, "cannot read the film's folder: %s; --film names a folder with a folder of pictures for each RUN", film);
+        return report_sweep(words[0], r.path, r.force, cli);
+    if (status == MR_OK && r.film && (stat(r.film, &folder) != 0 || !S_ISDIR(folder.st_mode)))
+        status = error_set(&error, MR_IO, "cannot read the film's folder: %s; --film names a folder with a folder of pictures for each RUN", r.film);
     report.path = words[0];
-    report.film = film;
-    if (status == MR_OK && !path) {
+    report.film = r.film;
+    report.run = r.run;
+    if (status == MR_OK && !r.path) {
         default_path(words[0], made_path, sizeof made_path);
-        path = made_path;
+        r.path = made_path;
     }
     if (status == MR_OK)
-        status = output_check(path, force, words[0], &error);
+        status = output_check(r.path, r.force, words[0], &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &report.store, &error);
     if (status == MR_OK && report.run)
-        status = store_refuse_void(report.store, report.run, voided, &error);
+        status = store_refuse_void(report.store, report.run, r.voided, &error);
     if (status == MR_OK)
-        status = report_load(&report, voided, &error);
+        status = report_load(&report, r.voided, &error);
     if (status == MR_OK)
-        status = write_page(&report, path, force, &error);
+        status = write_page(&report, r.path, r.force, &error);
     if (status == MR_OK && cli->json)
-        exit_code = cli_print_json(report_json(path, &report), 0);
+        exit_code = cli_print_json(report_json(r.path, &report), 0);
     else if (status == MR_OK)
-        cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s", path);
+        cli_note(cli, "%zu landing%s in %s", report.landings, report.landings == 1 ? "" : "s", r.path);
     report_free(&report);
     store_close(report.store);
     return status != MR_OK ? cli_fail(&error) : exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB", "campaign database"),
+    HELP_ITEM("SWEEP.jsonl", "results of matrig sweep"),
+    OPTION_TEXT("-o", "F", path, "where to write the page; else the name of what it shows with .html"),
+    OPTION_RUN("--run", "RUN", run, "of this landing alone"),
+    OPTION_TEXT("--film", "FOLDER", film,
+                "pictures of the film (JPEG, PNG; the last number in a name is the frame's), a folder RUN for each landing"),
+    OPTION_FLAG("--void", voided, "with the landings that were voided (matrig landing)"),
+    OPTION_FORCE(force),
+    HELP_NOTE("A PDF of it is printed by the browser. "),
+    HELP_EXAMPLE("matrig report campaign.db -o report.html"),
+};
+
+const struct command command_report = {
+    "report", report_command,
+    "DB [-o F.html] [--force] [--run RUN] [--film FOLDER] [--void] | SWEEP.jsonl [-o F.html]",
+    "the campaign, or a sweep, as one page, with plots", COMMAND_PARTS(parts), {1, 1, "DB"},
+};

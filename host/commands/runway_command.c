@@ -11,7 +11,7 @@
 #include "common/runway.h"
 #include "host/board/listen.h"
 #include "host/board/runway.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/units.h"
 
@@ -285,14 +285,18 @@ static enum mr_status do_verb(struct talk *talk, const char *verb, const struct 
     return status == MR_OK && out ? write_file(out, force, &talk->state, error) : status;
 }
 
-int runway_command(int argc, char **argv, const struct cli *cli)
+struct request {
+    const char *serial, *out;
+    bool force;
+};
+
+static int runway_command(int argc, char **argv, const struct cli *cli)
 {
-    const char *serial = NULL, *out = NULL, *words[3] = {NULL, NULL, NULL};
-    bool force = false;
-    const struct cli_option options[] = {{"--serial", &serial, NULL}, {"-o", &out, NULL}, {"--force", NULL, &force}};
+    const char *words[3];
+    struct request r = {0};
     struct mr_predictor_state state;
     struct error error = {0};
-    enum mr_status status = cli_parse(argc, argv, options, 3, words, 1, 3, "runway [show|load FILE|forget]", &error);
+    enum mr_status status = command_parse(&command_board_runway, argc, argv, cli, &r, words, &error);
     const char *verb = status == MR_OK && words[1] ? words[1] : "show";
     bool load = strcmp(verb, "load") == 0;
     if (status == MR_OK && strcmp(words[0], "runway") != 0)
@@ -301,12 +305,12 @@ int runway_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help", verb);
     if (status == MR_OK && load != (words[2] != NULL))
         status = error_set(&error, MR_USAGE, load ? "which runway? matrig board runway load needs a FILE" : "a FILE is load's: '%s'", words[2]);
-    if (status == MR_OK && !serial)
+    if (status == MR_OK && !r.serial)
         status = error_set(&error, MR_USAGE, "no link: matrig board runway needs --serial LINK; see matrig board --help");
     if (status == MR_OK && load)
         status = read_file(words[2], &state, &error);
     if (status == MR_OK)
-        status = output_check(out, force, words[2], &error);
+        status = output_check(r.out, r.force, words[2], &error);
     if (status != MR_OK)
         return cli_fail(&error);
     struct talk *talk = calloc(1, sizeof *talk);
@@ -314,11 +318,27 @@ int runway_command(int argc, char **argv, const struct cli *cli)
         abort();
     mr_deframer_init(&talk->deframer);
     talk->tag = (uint16_t)(link_now_us() / 1000u);
-    status = link_open(serial, LINK_SERIAL, &talk->link, &error);
+    status = link_open(r.serial, LINK_SERIAL, &talk->link, &error);
     if (status == MR_OK)
-        status = do_verb(talk, verb, &state, out, force, &error);
+        status = do_verb(talk, verb, &state, r.out, r.force, &error);
     link_close(talk->link);
     int exit_code = status == MR_OK ? print(talk, cli) : cli_fail(&error);
     free(talk);
     return exit_code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_WORD("runway",
+                "what the board's predictor knows of the runway: landings, joints, where it comes from; -o writes it to a file.\n"
+                "load F gives the board that of a file, forget: nobody has measured it. Not from arm to done.\n"
+                "matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
+    OPTION_TEXT("--serial", "LINK", serial, NULL),
+    OPTION_TEXT("-o", "FILE", out, NULL),
+    OPTION_FLAG("--force", force, NULL),
+};
+
+/* Of matrig board. */
+const struct command command_board_runway = {
+    "board", runway_command, "runway [show|load FILE|forget]", "what the predictor knows of the runway", COMMAND_PARTS(parts), {1, 3, "runway [show|load FILE|forget]"},
+};

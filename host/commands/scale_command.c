@@ -5,33 +5,22 @@
 #include <string.h>
 #include <strings.h>
 
+#include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/scale/scale.h"
 
 #define GRAVITY_FT_S2 32.174
 
-static enum mr_status read_request(int argc, char **argv, struct scale_request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct scale_request *request, struct error *error)
 {
-    const char *to = NULL, *keep = NULL, *n = NULL, *lay = NULL;
-    const struct cli_option options[] = {
-        {"--to", &to, NULL}, {"--keep", &keep, NULL}, {"--n", &n, NULL}, {"--lay", &lay, NULL},
-        {"-o", &request->output_path, NULL}, {"--force", NULL, &request->force}};
-    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], request->words, 0, SCALE_WORDS_MAX,
-                  "NAME=VALUE... or SCENE", error) != MR_OK)
+    if (command_parse(&command_scale, argc, argv, cli, request, request->words, error) != MR_OK)
         return error->status;
     while (request->count < SCALE_WORDS_MAX && request->words[request->count])
         request->count++;
-    if (lay && cli_number(lay, "--lay", 1.0, 80.0, &request->lay_deg, error) != MR_OK)
-        return error->status;
-    request->n = lay && !to ? 1.0 : 7.0; /* to lay joints anew does not scale */
-    if (n && cli_number(n, "--n", 1e-3, 1e3, &request->n, error) != MR_OK)
-        return error->status;
-    if (to && strcmp(to, "model") != 0 && strcmp(to, "prototype") != 0)
-        return error_set(error, MR_USAGE, "unknown side: '%s' for --to; give model or prototype", to);
-    if (keep && strcmp(keep, "density") != 0 && strcmp(keep, "modulus") != 0)
-        return error_set(error, MR_USAGE, "unknown rule: '%s' for --keep; give density or modulus", keep);
-    request->to_model = to && strcmp(to, "model") == 0;
-    request->rule = keep && strcmp(keep, "modulus") == 0 ? MR_KEEP_MODULUS : MR_KEEP_DENSITY;
+    if (isnan(request->n))
+        request->n = request->lay_deg > 0.0 && !request->to ? 1.0 : 7.0; /* to lay joints anew does not scale */
+    request->to_model = request->to && strcmp(request->to, "model") == 0;
+    request->rule = request->keep && strcmp(request->keep, "modulus") == 0 ? MR_KEEP_MODULUS : MR_KEEP_DENSITY;
     return MR_OK;
 }
 
@@ -160,11 +149,11 @@ static int scale_values(const struct scale_request *request, const struct cli *c
     return 0;
 }
 
-int scale_command(int argc, char **argv, const struct cli *cli)
+static int scale_command(int argc, char **argv, const struct cli *cli)
 {
     struct scale_request request = {0};
     struct error error = {0};
-    if (read_request(argc, argv, &request, &error) != MR_OK)
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK)
         return cli_fail(&error);
     bool file = request.count == 1 && !strchr(request.words[0], '=');
     if (request.lay_deg > 0.0 && !file)
@@ -179,3 +168,33 @@ int scale_command(int argc, char **argv, const struct cli *cli)
         return print_ratios(&request, cli);
     return file ? scale_file(&request, cli) : scale_values(&request, cli);
 }
+
+#define VALUES struct scale_request
+static const struct command_part parts[] = {
+    HELP_ITEM("NAME=VALUE",
+                "a quantity, by name or symbol; without any, all ratios are listed. Dimensionless terms that the\n"
+                "given quantities make up are shown for both sides"),
+    HELP_ITEM("SCENE",
+                "scene file, JSON: every key is scaled, defaults that scale are written out"),
+    HELP_ITEM("CAMPAIGN",
+                "campaign file (it has landings): runway, aircraft, landings and what they apply, its scene inside"),
+    OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype", "prototype (the default: what is given is the model's) or model"),
+    OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, (double)NAN, "prototype length / model length; else 7"),
+    HELP_ITEM("--keep density", "the 1/7 model's rule: forces by n^3 (the default)"),
+    HELP_ITEM("--keep modulus", "the pilot model's rule: forces by n^2"),
+    OPTION_NUMBER("--lay", "DEG", lay_deg, "deg", 1.0, 80.0, 0.0,
+                "turn the joints of a standard pattern so far from straight across: the keys of a strip along the runway,\n"
+                "N so that it stays as long; scales only with --to or --n. Sliding (lay_slide, lay_mu) is yours to add"),
+    OPTION_TEXT("-o", "F", output_path, "where to write the scene; else standard output"),
+    OPTION_FORCE(force),
+    HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), also with --si."),
+    HELP_EXAMPLE("matrig scale F=108 v=35.5; matrig scale host/scenes/model_runway.json -o prototype.json\n"
+                 "  matrig scale host/campaign/series/rig.json --lay 45 -o diagonal.json"),
+    OPTION_CHOICE("--keep", "RULE", keep, "rule", "density|modulus", NULL),
+};
+
+const struct command command_scale = {
+    "scale", scale_command,
+    "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] [--lay DEG] [-o F] [--force]",
+    "quantities, scenes and campaigns between model and prototype", COMMAND_PARTS(parts), {0, SCALE_WORDS_MAX, "NAME=VALUE... or SCENE"},
+};

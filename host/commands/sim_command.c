@@ -7,8 +7,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "host/commands/commands.h"
 #include "host/output.h"
-#include "host/cli.h"
 #include "host/sim/sim.h"
 #include "host/commands/sim_json.h"
 #include "host/commands/sim_mods.h"
@@ -26,27 +26,10 @@ struct request {
     struct sim_options options;
 };
 
-static enum mr_status read_request(int argc, char **argv, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
 {
-    const char *dt = NULL, *rtol = NULL;
-    const struct cli_option options[] = {
-        {"--solver", &request->options.solver, NULL},
-        {"--rtol", &rtol, NULL},
-        {"--dt", &dt, NULL},
-        {"--csv", &request->csv_path, NULL},
-        {"--no-prune", NULL, &request->options.no_prune},
-        {"--progress", NULL, &request->progress},
-        {"--force", NULL, &request->force},
-    };
-    const char *words[1];
-    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], words, 1, 1, "SCENE", error) !=
-        MR_OK)
+    if (command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, error) != MR_OK)
         return error->status;
-    if (dt && cli_number(dt, "--dt", 1e-12, 1e6, &request->options.dt_s, error) != MR_OK)
-        return error->status;
-    if (rtol && cli_number(rtol, "--rtol", 1e-13, 1.0, &request->options.rtol, error) != MR_OK)
-        return error->status;
-    request->scene_path = words[0];
     return output_check(request->csv_path, request->force, request->scene_path, error);
 }
 
@@ -276,7 +259,7 @@ static enum mr_status ask_history(struct request *request, const struct sim_scen
     return MR_OK;
 }
 
-int sim_command(int argc, char **argv, const struct cli *cli)
+static int sim_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
     struct error error = {0};
@@ -285,7 +268,7 @@ int sim_command(int argc, char **argv, const struct cli *cli)
     double *stations = NULL;
     int code = 0;
 
-    if (read_request(argc, argv, &request, &error) != MR_OK ||
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
         sim_scene_load(&scene, request.scene_path, &error) != MR_OK)
         return cli_fail(&error);
     if (!scene.name[0])
@@ -311,3 +294,27 @@ int sim_command(int argc, char **argv, const struct cli *cli)
     free(stations);
     return code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("SCENE", "scene file, JSON"),
+    OPTION_TEXT("--solver", "S", options.solver,
+                "auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
+                "planar models, fixed for the chain. Each answer is checked by a second run"),
+    OPTION_NUMBER("--rtol", "R", options.rtol, NULL, 1e-13, 1.0, 0.0,
+                "tolerance of the solver; fixed: the error estimate allowed, of the largest movement"),
+    OPTION_NUMBER("--dt", "H", options.dt_s, "s", 1e-12, 1e6, 0.0, "step, s, of rk4 and fixed"),
+    OPTION_FLAG("--no-prune", options.no_prune, "integrate every mat all the time, also those at rest"),
+    OPTION_TEXT("--csv", "F", csv_path,
+                "write the history of the mats in u_mats (or all): displacements, heights of their left ends"),
+    OPTION_FLAG("--progress", progress, "say how far the run is"),
+    OPTION_FORCE(force),
+    HELP_NOTE("Ctrl-C ends a run and leaves what was computed (status interrupted, exit 5)."),
+    HELP_EXAMPLE("matrig sim host/scenes/consistent_fig3_11_12000.json --csv mats.csv"),
+};
+
+const struct command command_sim = {
+    "sim", sim_command,
+    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress]",
+    "run a mat scene", COMMAND_PARTS(parts), {1, 1, "SCENE"},
+};

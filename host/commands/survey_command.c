@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/link/link.h"
 #include "host/output.h"
 #include "host/run.h"
@@ -19,7 +19,7 @@
 
 struct request {
     const struct cli *cli;
-    const char *db, *pattern_text, *edges_text, *closed_text, *error_text, *who, *note, *caliper, *from, *sheet, *number_text, *load;
+    const char *db, *pattern_text, *edges_text, *who, *note, *caliper, *from, *sheet, *load;
     bool begin_new, end, show, list, can, doubtful, force;
     enum survey_pattern pattern;
     enum survey_edges edges;
@@ -417,24 +417,13 @@ static int run(const struct request *request)
 
 static enum mr_status check(struct request *r, struct error *error)
 {
-    double to_in = r->cli->si ? 1.0 / 25.4 : 1.0;
     enum mr_status status = MR_OK;
-    if (r->pattern_text && !survey_pattern_parse(r->pattern_text, &r->pattern))
-        return error_set(error, MR_USAGE, "not a pattern: '%s'; standard or diagonal", r->pattern_text);
-    if (r->edges_text && !survey_edges_parse(r->edges_text, &r->edges))
-        return error_set(error, MR_USAGE, "not edges: '%s'; left, both or none", r->edges_text);
-    if (r->closed_text)
-        status = cli_number(r->closed_text, "--closed", 20.0 / to_in, 40.0 / to_in, &r->closed_in, error);
-    if (status == MR_OK && r->error_text)
-        status = cli_number(r->error_text, "--error", 1e-4 / to_in, 0.2 / to_in, &r->error_in, error);
-    double number = 0.0;
-    if (status == MR_OK && r->number_text)
-        status = cli_number(r->number_text, "--survey", 1.0, 1e9, &number, error);
-    r->number = (int64_t)number;
+    if (r->pattern_text)
+        (void)survey_pattern_parse(r->pattern_text, &r->pattern);
+    if (r->edges_text)
+        (void)survey_edges_parse(r->edges_text, &r->edges);
     if (status == MR_OK && r->sheet && r->cli->json && strcmp(r->sheet, "-") == 0)
         status = error_set(error, MR_USAGE, "nowhere to write: matrig --json survey --sheet needs a file; standard output is the JSON's");
-    r->closed_in *= r->closed_text ? to_in : 1.0;
-    r->error_in *= r->error_text ? to_in : 1.0;
     int modes = r->show + r->list + (r->sheet != NULL) + (r->load != NULL) + (r->from != NULL) + r->end + (r->caliper != NULL);
     if (status == MR_OK && modes > 1)
         status = error_set(error, MR_USAGE, "more than one of --show, --list, --sheet, --load, --from, --caliper, --end: matrig survey; one at a time");
@@ -447,19 +436,58 @@ static enum mr_status check(struct request *r, struct error *error)
     return status;
 }
 
-int survey_command(int argc, char **argv, const struct cli *cli)
+static int survey_command(int argc, char **argv, const struct cli *cli)
 {
-    struct request r = {.cli = cli, .closed_in = SURVEY_SPACING_IN, .error_in = SURVEY_ERROR_IN};
-    const struct cli_option options[] = {
-        {"--pattern", &r.pattern_text, NULL}, {"--edges", &r.edges_text, NULL}, {"--closed", &r.closed_text, NULL},
-        {"--error", &r.error_text, NULL},     {"--who", &r.who, NULL},          {"--note", &r.note, NULL},
-        {"--caliper", &r.caliper, NULL},      {"--from", &r.from, NULL},        {"--sheet", &r.sheet, NULL},
-        {"--survey", &r.number_text, NULL},   {"--load", &r.load, NULL},        {"--new", NULL, &r.begin_new},        {"--force", NULL, &r.force},
-        {"--end", NULL, &r.end},              {"--show", NULL, &r.show},        {"--list", NULL, &r.list},
-        {"--can", NULL, &r.can},              {"--doubtful", NULL, &r.doubtful}};
+    struct request r = {.cli = cli};
     struct error error = {0};
-    enum mr_status status = cli_parse(argc, argv, options, sizeof options / sizeof options[0], &r.db, 1, 1, "DB", &error);
+    enum mr_status status = command_parse(&command_survey, argc, argv, cli, &r, &r.db, &error);
     if (status == MR_OK)
         status = check(&r, &error);
     return status == MR_OK ? run(&r) : cli_fail(&error);
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB",
+                "campaign database, made when it does not exist. A survey that was not finished goes on"),
+    HELP_ITEM("(nothing else)",
+                "readings from the keyboard, or a caliper that types like one: a number and Enter. Each is on disk before\n"
+                "the next is asked for. Words: s skip, u undo, b back, f forward, n TEXT note, q quit, ? help"),
+    OPTION_CHOICE("--pattern", "P", pattern_text, "pattern", "standard|diagonal",
+                "standard: four lines of gage points and the stations of the left edge (181 readings). diagonal: stations\n"
+                "along and across at all four lines, and seven 45 degree lines as well"),
+    OPTION_CHOICE("--edges", "E", edges_text, "edges", "left|both|none",
+                "standard pattern: stations of the left edge (the default), of both, or of none"),
+    OPTION_FLAG("--new", begin_new, "begin another survey, though one is not finished"),
+    OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 20.0, 40.0, SURVEY_SPACING_IN,
+                "distance of gage points with all ten joints closed; else {standard}: what is beyond it is slack"),
+    OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN, "standard error of a reading; else {standard}"),
+    OPTION_TEXT("--caliper", "LINK", caliper, "a caliper on a serial line beside the keyboard: serial:TTY:BAUD"),
+    OPTION_TEXT("--from", "CSV", from,
+                "readings of a sheet. What a person would be asked about is taken with --doubtful only; exit 1 without"),
+    OPTION_TEXT("--sheet", "F", sheet,
+                "write the sheet: all places in walking order, and the last readings (-: standard output)"),
+    OPTION_FLAG("--end", end, "end a partial survey as it is"),
+    OPTION_FLAG("--show", show,
+                "what survey N (else the newest) says: opening and closing per ten mats, movement, in-plane bow"),
+    OPTION_FLAG("--list", list, "all surveys"),
+    OPTION_TEXT("--load", "LINK", load,
+                "give the board the slack and read it back; serial, or CAN when it is can:, slcan: or with --can. Exit 1\n"
+                "when the board holds something else then"),
+    OPTION_FORCE(force),
+    HELP_NOTE("A reading that is further from the last one than ten joints can do (10 x 0.036 in; a station: 1 in) is asked for again.\n"
+              "With --si all lengths are millimetres. "),
+    HELP_EXAMPLE("matrig survey campaign.db --who jk; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
+    OPTION_TEXT("--who", "W", who, NULL),
+    OPTION_TEXT("--note", "T", note, NULL),
+    OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
+    OPTION_FLAG("--can", can, NULL),
+    OPTION_FLAG("--doubtful", doubtful, NULL),
+};
+
+const struct command command_survey = {
+    "survey", survey_command,
+    "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"
+    "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F [--force] | --show | --list | --load LINK [--can]] [--survey N]",
+    "gage points of the mat, read with a caliper: gaps, movement, in-plane bow, slack for the board", COMMAND_PARTS(parts), {1, 1, "DB"},
+};

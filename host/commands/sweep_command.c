@@ -9,22 +9,23 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/sweep/sweep_pool.h"
 #include "host/sweep/sweep_share.h"
 #include "host/sweep/sweep_submit.h"
 
 #define PARTS_MAX 1000
+#define JOBS_MAX 1024.0
 #define PROGRESS_S 0.5
 
 struct request {
-    const char *study, *with, *timeout;
+    const char *study, *with, *output, *shard_text;
     const char *words[2 + PARTS_MAX]; /* NULL at the end */
     size_t parts;
     char results[SWEEP_PATH_MAX];
     struct sweep_shard shard;
-    unsigned jobs, shards;
+    int64_t jobs, shards; /* while the command line is read 0: not given */
     double timeout_s; /* 0: the study's */
     bool list, gather, retry, slurm, parallel, no_wait, force;
 };
@@ -77,29 +78,16 @@ static enum mr_status results_path(struct request *r, const char *output, struct
     return MR_OK;
 }
 
-static enum mr_status read_count(const char *text, const char *what, double high, unsigned *count, struct error *error)
-{
-    double number;
-    if (!text)
-        return MR_OK;
-    if (cli_number(text, what, 1, high, &number, error) != MR_OK)
-        return error->status;
-    *count = (unsigned)number;
-    if (number != floor(number))
-        return error_set(error, MR_USAGE, "not a whole number: '%s' for %s; write digits such as 4", text, what);
-    return MR_OK;
-}
-
-static enum mr_status check_together(const struct request *r, const char *shard, const char *shards, struct error *error)
+static enum mr_status check_together(const struct request *r, struct error *error)
 {
     bool submits = r->slurm || r->parallel;
     if (r->slurm + r->parallel + r->gather + r->list > 1)
         return error_set(error, MR_USAGE, "too much at once: matrig sweep; give one of --slurm, --parallel, --gather, --list");
-    if ((submits || r->gather || r->list) && (shard || r->retry))
+    if ((submits || r->gather || r->list) && (r->shard_text || r->retry))
         return error_set(error, MR_USAGE, "do not go together: --%s with --slurm, --parallel, --gather or --list; run it on its own",
-                         shard ? "shard" : "retry");
-    if (!submits && (shards || r->with))
-        return error_set(error, MR_USAGE, "alone: --%s; it goes with --slurm or --parallel", shards ? "shards" : "with");
+                         r->shard_text ? "shard" : "retry");
+    if (!submits && (r->shards || r->with))
+        return error_set(error, MR_USAGE, "alone: --%s; it goes with --slurm or --parallel", r->shards ? "shards" : "with");
     if (r->no_wait && !r->slurm)
         return error_set(error, MR_USAGE, "alone: --no-wait; it goes with --slurm");
     if (r->parts && !r->gather)
@@ -109,34 +97,22 @@ static enum mr_status check_together(const struct request *r, const char *shard,
     return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, struct request *r, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *r, struct error *error)
 {
-    const char *output = NULL, *jobs = NULL, *shard = NULL, *shards = NULL;
-    const struct cli_option options[] = {
-        {"-o", &output, NULL},         {"-j", &jobs, NULL},
-        {"--shard", &shard, NULL},     {"--shards", &shards, NULL},
-        {"--timeout", &r->timeout, NULL}, {"--with", &r->with, NULL},
-        {"--list", NULL, &r->list},    {"--gather", NULL, &r->gather},
-        {"--retry", NULL, &r->retry},  {"--slurm", NULL, &r->slurm},
-        {"--no-wait", NULL, &r->no_wait}, {"--parallel", NULL, &r->parallel}, {"--force", NULL, &r->force},
-    };
-    if (cli_parse(argc, argv, options, sizeof options / sizeof options[0], r->words, 1, 1 + PARTS_MAX, "FILE", error) != MR_OK)
+    if (command_parse(&command_sweep, argc, argv, cli, r, r->words, error) != MR_OK)
         return error->status;
     r->study = r->words[0];
     while (r->words[1 + r->parts])
         r->parts++;
-    r->jobs = processors();
-    if (results_path(r, output, error) != MR_OK || read_count(jobs, "-j", 1024, &r->jobs, error) != MR_OK ||
-        check_together(r, shard, shards, error) != MR_OK)
+    if (results_path(r, r->output, error) != MR_OK || check_together(r, error) != MR_OK)
         return error->status;
-    r->shards = r->slurm ? 16 : 4 * r->jobs;
-    if (read_count(shards, "--shards", SWEEP_SHARDS_MAX, &r->shards, error) != MR_OK)
-        return error->status;
-    if (r->timeout && cli_number(r->timeout, "--timeout", 1e-3, 1e7, &r->timeout_s, error) != MR_OK)
-        return error->status;
+    if (!r->jobs)
+        r->jobs = processors();
+    if (!r->shards)
+        r->shards = r->slurm ? 16 : 4 * r->jobs;
     if (r->slurm || r->parallel || r->gather || r->list)
         return MR_OK; /* within a job array too these are about the whole study */
-    return sweep_shard_read(&r->shard, shard, error);
+    return sweep_shard_read(&r->shard, r->shard_text, error);
 }
 
 /* ---- the copy of the study ---- */
@@ -270,7 +246,7 @@ static enum mr_status run_cases(const struct request *r, const struct sweep_stud
                               .results = results,
                               .todo = todo,
                               .count = count,
-                              .jobs = r->jobs,
+                              .jobs = (unsigned)r->jobs,
                               .timeout_s = r->timeout_s > 0.0 ? r->timeout_s : study->timeout_s,
                               .stop = &stopped,
                               .progress = show,
@@ -342,9 +318,11 @@ static enum mr_status submit(const struct request *r, const struct sweep_study *
                              struct error *error)
 {
     char copy[SWEEP_PATH_MAX + 40];
-    unsigned shards = r->shards < study->cases ? r->shards : (unsigned)study->cases;
+    unsigned shards = (size_t)r->shards < study->cases ? (unsigned)r->shards : (unsigned)study->cases;
+    char timeout[32];
+    snprintf(timeout, sizeof timeout, "%.17g", r->timeout_s);
     struct sweep_submission s = {.engine = r->slurm ? SWEEP_SLURM : SWEEP_PARALLEL, .study = copy, .results = r->results, .shards = shards,
-                                 .jobs = r->jobs, .with = r->with, .timeout = r->timeout, .no_wait = r->no_wait,
+                                 .jobs = (unsigned)r->jobs, .with = r->with, .timeout = r->timeout_s > 0.0 ? timeout : NULL, .no_wait = r->no_wait,
                                  .force = r->force};
     double begun_s = clock_s();
     if (gather(r, study, o, error) != MR_OK)
@@ -395,13 +373,13 @@ static int list_cases(const struct sweep_study *study, const struct cli *cli)
     return 0;
 }
 
-int sweep_command(int argc, char **argv, const struct cli *cli)
+static int sweep_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
     struct sweep_study study;
     struct outcome outcome = {0};
     struct error error = {0};
-    if (read_request(argc, argv, &request, &error) != MR_OK || sweep_study_load(&study, request.study, &error) != MR_OK)
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK || sweep_study_load(&study, request.study, &error) != MR_OK)
         return cli_fail(&error);
     int code = 0;
     if (request.list) {
@@ -423,3 +401,40 @@ int sweep_command(int argc, char **argv, const struct cli *cli)
     sweep_study_free(&study);
     return code;
 }
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("FILE",
+                "the study, JSON (host/sweep/README.md): base scene or campaign, what is varied, what is wanted"),
+    OPTION_TEXT("-o", "R.jsonl", output,
+                "results, one JSON line a case; else FILE's name with .jsonl. The same command goes on where it was, after\n"
+                "any kill; R.study.json is a copy of the study"),
+    OPTION_WHOLE("-j", "N", jobs, 1.0, JOBS_MAX, 0.0,
+                "cases at a time, each a process on one core; else as many as there are cores"),
+    OPTION_TEXT("--shard", "i/n", shard_text,
+                "only every n-th case, from the i-th on, into R.i-of-n.jsonl. In a Slurm job array (SLURM_ARRAY_TASK_ID) that\n"
+                "is done by itself; --shard /n takes i from there"),
+    OPTION_NUMBER("--timeout", "S", timeout_s, "s", 1e-3, 1e7, 0.0, "give a case S seconds; else the study's timeout_s"),
+    OPTION_FLAG("--retry", retry, "do those again that failed"),
+    HELP_ITEM("--gather [PART...]",
+                "put the shards' results together in R.jsonl; exit 1 when cases are missing"),
+    OPTION_FLAG("--slurm", slurm,
+                "write and submit a job array (R.jsonl.slurm), wait for it, gather; --no-wait gathers in a job after it"),
+    OPTION_FLAG("--parallel", parallel, "the same with GNU parallel (R.jsonl.parallel), -j shards at a time"),
+    OPTION_WHOLE("--shards", "N", shards, 1.0, SWEEP_SHARDS_MAX, 0.0,
+                "of them (16; four a core); --with 'OPTIONS' adds options for sbatch or parallel"),
+    OPTION_FLAG("--list", list, "print ids and values of all cases, run nothing"),
+    OPTION_FORCE(force),
+    HELP_NOTE("Exit 1 when cases are missing (stopped); cases that failed are recorded with their reason.\n"
+              ""),
+    HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json -o t.jsonl && matrig report t.jsonl"),
+    OPTION_TEXT("--with", "'OPTIONS'", with, NULL),
+    OPTION_FLAG("--gather", gather, NULL),
+    OPTION_FLAG("--no-wait", no_wait, NULL),
+};
+
+const struct command command_sweep = {
+    "sweep", sweep_command,
+    "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] [--force] | FILE --gather | FILE --slurm|--parallel [--shards N]",
+    "studies over many scenes or campaigns: Cartesian, Latin hypercube, thresholds", COMMAND_PARTS(parts), {1, 1 + PARTS_MAX, "FILE"},
+};

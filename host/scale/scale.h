@@ -13,6 +13,7 @@ struct scale_request {
     bool to_model;
     double n;
     double lay_deg; /* 0: the pattern stays */
+    const char *to, *keep; /* as they were given; NULL: not */
     const char *output_path;
     bool force;
     const char *words[SCALE_WORDS_MAX];

@@ -86,7 +86,7 @@ silly() {
     fails_with 2 'which landing' $matrig landing "$db" --note x && fails_with 2 'one thing at a time' $matrig landing "$db" 1 --note x --void &&
         fails_with 2 'why\?' $matrig landing "$db" 1 --void && fails_with 2 'nothing to correct' $matrig landing "$db" 1 --correct speed=3 --reason x &&
         fails_with 2 'out of range' $matrig landing "$db" 1 --correct touchdown_ft=500 --reason x &&
-        fails_with 2 'not a side' $matrig landing "$db" 1 --observe wave --station 3 --side up &&
+        fails_with 2 'unknown side' $matrig landing "$db" 1 --observe wave --station 3 --side up &&
         fails_with 2 'where was it' $matrig landing "$db" 1 --observe wave && fails_with 2 'RUN 7' $matrig landing "$db" 7 --note x &&
         fails_with 2 'go with --observe' $matrig landing "$db" 1 --station 3
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# matrig's manners: help with examples, man page, completion, make install, NO_COLOR, --json. The table of commands is one; what the
-# commands really take is asked of them, or read in their sources.
+# matrig's manners: help with examples, man page, completion, make install, NO_COLOR, --json. What commands take and what is said of
+# it are the same rows (host/command.h; tests/host/test_command.c looks at them); here a user's words are asked.
 . "$(dirname "$0")/tap.sh"
 m=build/matrig
 trap 'rm -rf "$root" "$away"' EXIT
@@ -107,19 +107,6 @@ taken() {
     return 0
 }
 check "commands take what is offered" taken
-offered() { # and whatever their sources take is offered
-    local file command option
-    for file in host/commands/*_command.c; do
-        command=$(basename "$file" _command.c)
-        case $command in arm | config | runway) command=board ;; esac
-        for option in $(grep -oE '\{"--?[a-zA-Z0-9-]+", *(&|NULL)' "$file" | grep -oE -- '--?[a-zA-Z0-9-]+'); do
-            [ $command = landing ] && set -- $(options_of landing) $(options_of series) || set -- $(options_of $command)
-            [[ " $* " == *" $option "* ]] || { echo "$command: $option is not in its help"; return 1; }
-        done
-    done
-}
-check "what commands take is offered" offered
-
 # --- make install ---
 export -n MAKEFLAGS MFLAGS MAKELEVEL
 unset MAKEFLAGS MFLAGS

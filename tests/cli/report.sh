@@ -60,7 +60,7 @@ voided() {
 silly() {
     echo 'no picture' >"$tmp/film/1/x_0001.png" && rm "$tmp"/film/1/roll2_*
     seq -f "$tmp/film/1/x_%g.png" 2 260 | while read -r file; do echo 'no picture' >"$file"; done
-    fails_with 2 'not a number: .x. for --run' $matrig report "$db" --run x && fails_with 2 'whole number' $matrig report "$db" --run 1.5 &&
+    fails_with 2 'not a RUN: .x. for --run' $matrig report "$db" --run x && fails_with 2 'whole number' $matrig report "$db" --run 1.5 &&
         fails_with 2 '\-\-run' $matrig report "$db" --run 0 && fails_with 2 'RUN 9' $matrig report "$db" --run 9 &&
         fails_with 3 'cannot read the film.*none' $matrig report "$db" --film "$tmp/none" -o "$tmp/s.html" &&
         fails_with 4 'no JPEG and no PNG: .*x_' $matrig report "$db" --film "$tmp/film" -o "$tmp/s.html" && [ ! -e "$tmp/s.html" ]

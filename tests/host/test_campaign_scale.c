@@ -10,18 +10,16 @@
 #include <unistd.h>
 
 #include "host/campaign/play.h"
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "tests/cmocka_all.h"
 
 #define STANDARD "host/campaign/series/standard.json"
-
-int scale_command(int argc, char **argv, const struct cli *cli);
 
 static void scale(const char *from, const char *side, const char *n, const char *to)
 {
     const char *words[] = {"scale", from, "--to", side, "--n", n, "-o", to};
     const struct cli cli = {.quiet = true};
-    assert_int_equal(scale_command(8, (char **)words, &cli), 0);
+    assert_int_equal(command_scale.run(8, (char **)words, &cli), 0);
 }
 
 struct pair {

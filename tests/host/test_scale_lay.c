@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 #include "host/sim/sim.h"
 
 #define MATS 12
@@ -17,8 +17,6 @@
     "{\"model\":\"consistent\",\"N\":12,\"L\":0.2857142857142857,\"W\":0.466,\"I\":1.19e-4,\"KV\":13000,\"CV\":60,\"KT\":0,"  \
     "\"CT\":0,\"KL\":2.9e6,\"CL\":20,\"profile\":\"full\",\"friction\":\"none\",\"v0\":0,\"slack\":0.0025,"                    \
     "\"path\":[[0,0.1,0],[0.5,0.1,1],[0.55,0.1,1]]}"
-
-int scale_command(int argc, char **argv, const struct cli *cli);
 
 static struct error error;
 
@@ -35,7 +33,7 @@ static struct sim_scene laid(const char *deg)
     assert_true(fputs(SCENE, file) >= 0);
     assert_int_equal(fclose(file), 0);
     const char *words[] = {"scale", from, "--lay", deg, "-o", to};
-    assert_int_equal(scale_command(6, (char **)words, &cli), 0);
+    assert_int_equal(command_scale.run(6, (char **)words, &cli), 0);
     error = (struct error){0};
     if (sim_scene_load(&scene, to, &error) != MR_OK)
         fail_msg("%s", error.text);

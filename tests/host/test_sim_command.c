@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "host/cli.h"
+#include "host/commands/commands.h"
 
 #define FOLDER "build/test-tmp/"
 #define SCENE FOLDER "test_sim_command.json"
@@ -51,7 +51,7 @@ static int sim(enum form form, const char *const *words)
     int kept_out = dup(STDOUT_FILENO), kept_err = dup(STDERR_FILENO);
     assert_non_null(freopen(FOLDER "sim.out", "wb", stdout));
     assert_non_null(freopen(FOLDER "sim.err", "wb", stderr));
-    int code = sim_command(argc, argv, &cli);
+    int code = command_sim.run(argc, argv, &cli);
     fflush(stdout);
     fflush(stderr);
     dup2(kept_out, STDOUT_FILENO);

@@ -1,0 +1,108 @@
+/* matrig series: what the landings belong to. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/commands/commands.h"
+#include "host/commands/said.h"
+#include "host/link/link.h"
+#include "host/store/store_journal.h"
+#include "host/survey/show.h"
+
+static enum mr_status list_series(const struct cli *cli, struct store *store, json_t *all, struct error *error)
+{
+    struct store_series *rows = NULL;
+    struct store_landing *landings = NULL;
+    size_t count = 0, landed = 0;
+    enum mr_status status = store_series_all(store, &rows, &count, error);
+    if (status == MR_OK)
+        status = store_landings(store, &landings, &landed, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        char when[40];
+        size_t its = 0;
+        for (size_t k = 0; k < landed && status == MR_OK; k++) {
+            struct store_series of;
+            status = store_series_of(store, &landings[k], &of, error);
+            its += of.id == rows[i].id ? 1u : 0u;
+        }
+        survey_time_text(rows[i].made_us, when, sizeof when);
+        if (cli->json)
+            json_array_append_new(all, json_pack("{sssosssosososi}", "name", rows[i].name, "who", said_json(rows[i].who), "begun", when, "runway",
+                                                 said_json(rows[i].runway), "pattern", said_json(rows[i].pattern), "modification",
+                                                 said_json(rows[i].modification), "landings", (int)its));
+        else
+            printf("%s: begun %s, runway %s, pattern %s, modification %s, %zu landings%s%s\n", rows[i].name, when, said_or_dash(rows[i].runway),
+                   said_or_dash(rows[i].pattern), said_or_dash(rows[i].modification), its, rows[i].notes[0] ? ": " : "", rows[i].notes);
+    }
+    free(rows);
+    free(landings);
+    return status;
+}
+
+static enum mr_status begin_series(const char *db, struct store *store, const struct store_series *series, struct error *error)
+{
+    struct store_series *rows = NULL;
+    size_t count = 0;
+    enum mr_status status = store_series_all(store, &rows, &count, error);
+    for (size_t i = 0; i < count && status == MR_OK; i++) {
+        if (strcmp(rows[i].name, series->name) == 0)
+            status = error_set(error, MR_USAGE, "there is a series '%s' already: %s; give another name", series->name, db);
+    }
+    free(rows);
+    return status == MR_OK ? store_series_add(store, series, error) : status;
+}
+
+struct request {
+    const char *runway, *pattern, *modification, *notes, *who;
+};
+
+static int series_command(int argc, char **argv, const struct cli *cli)
+{
+    const char *words[2];
+    struct request r = {0};
+    struct error error = {0};
+    struct store *store = NULL;
+    struct store_series series = {.made_us = (int64_t)link_now_us()};
+    json_t *all = json_array();
+    enum mr_status status = command_parse(&command_series, argc, argv, cli, &r, words, &error);
+    if (status == MR_OK && !words[1] && (r.runway || r.pattern || r.modification || r.notes))
+        status = error_set(&error, MR_USAGE, "which series? matrig series DB NAME; see matrig series --help");
+    if (status == MR_OK && words[1] && (!words[1][0] || strlen(words[1]) >= sizeof series.name))
+        status = error_set(&error, MR_USAGE, "not a name: '%s'; 1 to %zu characters", words[1], sizeof series.name - 1);
+    if (status == MR_OK)
+        status = store_open(words[0], words[1] ? STORE_CREATE : STORE_READ, &store, &error);
+    said_fill(series.name, sizeof series.name, words[1]);
+    said_fill(series.who, sizeof series.who, said_by(r.who));
+    said_fill(series.runway, sizeof series.runway, r.runway);
+    said_fill(series.pattern, sizeof series.pattern, r.pattern);
+    said_fill(series.modification, sizeof series.modification, r.modification);
+    said_fill(series.notes, sizeof series.notes, r.notes);
+    if (status == MR_OK && words[1])
+        status = begin_series(words[0], store, &series, &error);
+    if (status == MR_OK)
+        status = list_series(cli, store, all, &error);
+    store_close(store);
+    if (status == MR_OK && cli->json)
+        return cli_print_json(json_pack("{so}", "series", all), 0);
+    json_decref(all);
+    return status == MR_OK ? 0 : cli_fail(&error);
+}
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    HELP_ITEM("DB", "campaign database"),
+    HELP_ITEM("NAME",
+                "begin a series of this name: landings that are armed from now on belong to it"),
+    HELP_EXAMPLE("matrig series campaign.db standard-2 --pattern standard --runway 'relaid, bands tensioned'"),
+    OPTION_TEXT("--runway", "T", runway, NULL),
+    OPTION_TEXT("--pattern", "T", pattern, NULL),
+    OPTION_TEXT("--modification", "T", modification, NULL),
+    OPTION_TEXT("--notes", "T", notes, NULL),
+    OPTION_TEXT("--who", "W", who, NULL),
+};
+
+const struct command command_series = {
+    "series", series_command,
+    "DB [NAME [--runway T] [--pattern T] [--modification T] [--notes T] [--who W]]",
+    "series of landings: begin one, or list them", COMMAND_PARTS(parts), {1, 2, "DB [NAME]"},
+};

@@ -1,0 +1,311 @@
+/* What commands take: options by a descriptor's rows (host/command.h); and the rows of every command of matrig: no text speaks of an
+ * option that the command does not take, and the command takes none that no text speaks of. */
+#include "tests/cmocka_all.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/commands/commands.h"
+#include "host/help_page.h"
+
+struct given {
+    const char *db, *format;
+    double for_s, gap_in;
+    int64_t seeds, run;
+    bool loud;
+};
+
+#define VALUES struct given
+static const struct command_part parts[] = {
+    HELP_ITEM("DB", "a file"),
+    OPTION_TEXT("--db", "DB", db, "another; of {low}"),
+    OPTION_NUMBER("--for", "S", for_s, "s", 0.5, 7200.0, 60.0, "from {low} to {high}; else {standard}"),
+    OPTION_NUMBER_SI("--gap", "IN", gap_in, "in", "mm", 0.0, 10.0, (double)NAN, "a gap"),
+    OPTION_WHOLE("-n", "N", seeds, 1.0, 9.0, 4.0, "so many"),
+    OPTION_RUN("--run", "RUN", run, "of one"),
+    OPTION_CHOICE("--format", "F", format, "format", "csv|candump|mdf4", "how"),
+    OPTION_FLAG("--loud", loud, "be so"),
+};
+static const struct command command = {"try", NULL, "DB ...", "a try", COMMAND_PARTS(parts), {1, 2, "DB [RUN]"}};
+
+static struct error error;
+
+static enum mr_status parse(struct given *given, const char *words[2], bool si, int argc, const char *const *argv)
+{
+    const struct cli cli = {.si = si};
+    memset(given, 0, sizeof *given);
+    error = (struct error){0};
+    return command_parse(&command, argc, (char **)argv, &cli, given, words, &error);
+}
+
+#define PARSE(...) parse(&given, words, false, (int)COUNT_OF(((const char *const[]){"try", __VA_ARGS__})), (const char *const[]){"try", __VA_ARGS__})
+#define PARSE_SI(...) parse(&given, words, true, (int)COUNT_OF(((const char *const[]){"try", __VA_ARGS__})), (const char *const[]){"try", __VA_ARGS__})
+#define REFUSED(why, ...)                                    \
+    do {                                                     \
+        assert_int_equal(PARSE(__VA_ARGS__), MR_USAGE);      \
+        if (!strstr(error.text, why))                        \
+            fail_msg("'%s' is not in '%s'", why, error.text); \
+    } while (0)
+
+static struct given given;
+static const char *words[2];
+
+static void every_kind_has_its_value(void **state)
+{
+    (void)state;
+    assert_int_equal(PARSE("a.db", "--db", "b.db", "--for=90", "-n4", "--run", "12", "--format", "mdf4", "--loud", "3"), MR_OK);
+    assert_string_equal(words[0], "a.db");
+    assert_string_equal(words[1], "3");
+    assert_string_equal(given.db, "b.db");
+    assert_true(given.for_s == 90.0 && given.seeds == 4 && given.run == 12 && given.loud);
+    assert_string_equal(given.format, "mdf4");
+}
+
+static void what_is_not_given_is_the_standard(void **state)
+{
+    (void)state;
+    words[1] = "left over";
+    assert_int_equal(PARSE("a.db"), MR_OK);
+    assert_null(words[1]);
+    assert_true(given.for_s == 60.0 && isnan(given.gap_in) && given.seeds == 4 && given.run == 0 && !given.loud);
+    assert_null(given.db);
+    assert_null(given.format);
+}
+
+static void a_number_is_read_with_its_unit(void **state)
+{
+    (void)state;
+    assert_int_equal(PARSE("a.db", "--for", "2min", "--gap", "5 mm"), MR_OK);
+    assert_near(given.for_s, 120.0, 1e-12);
+    assert_near(given.gap_in, 5.0 / 25.4, 1e-12);
+    assert_int_equal(PARSE("a.db", "--for", "1500ms", "--gap", "0.5"), MR_OK);
+    assert_near(given.for_s, 1.5, 1e-12);
+    assert_near(given.gap_in, 0.5, 0.0);
+    assert_int_equal(PARSE_SI("a.db", "--for", "2", "--gap", "25.4"), MR_OK); /* a bare number is in millimetres then */
+    assert_near(given.for_s, 2.0, 0.0);
+    assert_near(given.gap_in, 1.0, 1e-12);
+    assert_int_equal(PARSE_SI("a.db", "--gap", "0.25in"), MR_OK);
+    assert_near(given.gap_in, 0.25, 1e-12);
+    REFUSED("not in s: '3m' for --for", "a.db", "--for", "3m"); /* metres */
+    REFUSED("not in in: '3s' for --gap", "a.db", "--gap", "3s");
+    REFUSED("out of range: 3h for --for; allowed is 0.5 to 7200 s", "a.db", "--for", "3h");
+    assert_int_equal(PARSE_SI("a.db", "--gap", "300"), MR_USAGE);
+    assert_non_null(strstr(error.text, "allowed is 0 to 254 mm"));
+}
+
+static void nonsense_is_refused_in_a_line(void **state)
+{
+    (void)state;
+    REFUSED("unknown option: '--bd' of try; see matrig try --help", "a.db", "--bd", "b.db");
+    REFUSED("option in the wrong place: '--json' after try; put it before the command: matrig --json try", "a.db", "--json");
+    REFUSED("option given twice: --db of try", "a.db", "--db", "b", "--db", "c");
+    REFUSED("option given twice: --for of try", "a.db", "--for", "1", "--for", "2"); /* also when it is no text */
+    REFUSED("option without its value: --db of try", "a.db", "--db");
+    REFUSED("option takes no value: '--loud=1' of try", "a.db", "--loud=1");
+    REFUSED("something is missing: matrig try needs DB [RUN]", "--loud");
+    REFUSED("one word too many: 'c' of try", "a", "b", "c");
+    REFUSED("not a number: 'x' for --for", "a.db", "--for", "x");
+    REFUSED("not a number: 'inf' for --for", "a.db", "--for", "inf");
+    REFUSED("not a number: 'nan' for --gap", "a.db", "--gap", "nan");
+    REFUSED("out of range: 0 for --for", "a.db", "--for", "0");
+    REFUSED("not a whole number: '2.5' for -n", "a.db", "-n", "2.5");
+    REFUSED("out of range: 10 for -n; allowed is 1 to 9", "a.db", "-n10");
+    REFUSED("not a RUN: '1.5' for --run", "a.db", "--run", "1.5");
+    REFUSED("not a RUN: '0' for --run", "a.db", "--run", "0");
+    REFUSED("unknown format: 'cs' for --format; give csv, candump or mdf4", "a.db", "--format", "cs");
+}
+
+static void help_has_the_rows(void **state)
+{
+    (void)state;
+    char *text = help_page_text(&command);
+    assert_string_equal(text, "  DB             a file\n"
+                              "  --db DB        another; of 0\n"
+                              "  --for S        from 0.5 to 7200; else 60\n"
+                              "  --gap IN       a gap\n"
+                              "  -n N           so many\n"
+                              "  --run RUN      of one\n"
+                              "  --format F     how\n"
+                              "  --loud         be so\n");
+    free(text);
+}
+
+/* ---- every command ---- */
+
+static const char *const of_matrig[] = {"--help", "--json", "--quiet", "--si", "--man", "--bash", "--version"};
+
+/* Characters of the option that text begins with; 0: with none. */
+static size_t option_length(const char *at)
+{
+    size_t dashes = strspn(at, "-"), length = dashes;
+    if (dashes == 0 || dashes > 2 || !isalpha((unsigned char)at[dashes]))
+        return 0;
+    while (isalnum((unsigned char)at[length]) || (at[length] == '-' && isalnum((unsigned char)at[length + 1])))
+        length++;
+    return dashes == 1 && length > 2 ? 0 : length;
+}
+
+struct search {
+    const char *name;
+    size_t length;
+    bool found;
+};
+
+static void same_option(void *context, const struct command_part *part)
+{
+    struct search *search = context;
+    const char *name = part->option.name;
+    search->found |= name && strlen(name) == search->length && memcmp(name, search->name, search->length) == 0;
+}
+
+static bool takes(const struct command *c, const char *name, size_t length)
+{
+    struct search search = {name, length, false};
+    help_each_part(c, same_option, &search);
+    return search.found;
+}
+
+/* "see matrig ready --help", "the page of matrig log --live": another command's option, said with its name. */
+static bool of_another(const char *text, const char *name, size_t length)
+{
+    for (size_t i = 0; i < command_table.count; i++) {
+        char named[40];
+        snprintf(named, sizeof named, "matrig %s", command_table.commands[i]->name);
+        if (strstr(text, named) && takes(command_table.commands[i], name, length))
+            return true;
+    }
+    for (size_t i = 0; i < COUNT_OF(of_matrig); i++) {
+        if (strlen(of_matrig[i]) == length && memcmp(of_matrig[i], name, length) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* "ssh -L": another program's. */
+static bool of_a_program(const char *text, const char *at)
+{
+    static const char *const programs[] = {"ssh ", "candump "};
+    for (size_t i = 0; i < COUNT_OF(programs); i++) {
+        size_t length = strlen(programs[i]);
+        if ((size_t)(at - text) >= length && memcmp(at - length, programs[i], length) == 0)
+            return true;
+    }
+    return false;
+}
+
+static void speaks_of_its_own(const struct command *c, const char *text)
+{
+    for (const char *at = text; *at; at++) {
+        size_t length = at == text || !isalnum((unsigned char)at[-1]) ? option_length(at) : 0;
+        if (length == 0 || (at > text && at[-1] == '-') || of_a_program(text, at))
+            continue;
+        if (!takes(c, at, length) && !of_another(text, at, length))
+            fail_msg("matrig %s does not take %.*s, of which its help speaks: %s", c->name, (int)length, at, text);
+    }
+}
+
+static void no_text_speaks_of_an_option_that_is_not_taken(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < command_table.count; i++) {
+        const struct command *c = command_table.commands[i];
+        struct help_page page = help_page_make(c);
+        speaks_of_its_own(c, c->words);
+        for (size_t r = 0; r < page.rows; r++) {
+            speaks_of_its_own(c, page.row[r].text);
+            if (page.row[r].term)
+                speaks_of_its_own(c, page.row[r].term);
+        }
+        help_page_free(&page);
+    }
+}
+
+static bool speaks_of(const char *text, const char *name)
+{
+    for (const char *at = strstr(text, name); at; at = strstr(at + 1, name)) {
+        if (option_length(at) == strlen(name) && (at == text || (at[-1] != '-' && !isalnum((unsigned char)at[-1]))))
+            return true;
+    }
+    return false;
+}
+
+struct owner {
+    const struct command *command;
+    const char *page;
+};
+
+static void is_told(void *context, const struct command_part *part)
+{
+    const struct owner *owner = context;
+    const char *name = part->option.name;
+    if (name && !speaks_of(owner->page, name) && !speaks_of(owner->command->words, name))
+        fail_msg("matrig %s takes %s, of which its help does not speak", owner->command->name, name);
+}
+
+static void no_option_is_taken_that_no_text_speaks_of(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < command_table.count; i++) {
+        char *page = help_page_text(command_table.commands[i]);
+        struct owner owner = {command_table.commands[i], page};
+        help_each_part(command_table.commands[i], is_told, &owner);
+        free(page);
+    }
+}
+
+static void sound_rows(const struct command *c)
+{
+    for (size_t i = 0; i < c->count; i++) {
+        const struct command_option *o = &c->parts[i].option;
+        if (c->parts[i].with)
+            sound_rows(c->parts[i].with);
+        for (size_t k = 0; o->name && k < i; k++) {
+            if (c->parts[k].option.name && strcmp(c->parts[k].option.name, o->name) == 0)
+                fail_msg("matrig %s has %s twice", c->name, o->name);
+        }
+        bool number = o->kind == OPTION_IS_NUMBER || o->kind == OPTION_IS_WHOLE;
+        if (o->name && option_length(o->name) != strlen(o->name))
+            fail_msg("matrig %s: %s is no name of an option", c->name, o->name);
+        if (o->name && (o->argument == NULL) != (o->kind == OPTION_IS_FLAG))
+            fail_msg("matrig %s: a flag alone has no value: %s", c->name, o->name);
+        if (number && !(o->low < o->high))
+            fail_msg("matrig %s: %s has no range", c->name, o->name);
+        /* 0, NaN and infinity say that it was not given */
+        if (number && o->standard != 0.0 && isfinite(o->standard) && !(o->standard >= o->low && o->standard <= o->high))
+            fail_msg("matrig %s: the standard of %s is outside its range", c->name, o->name);
+    }
+}
+
+static void rows_are_sound(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < command_table.count; i++) {
+        const struct command *c = command_table.commands[i];
+        char example[60], *page = help_page_text(c);
+        sound_rows(c);
+        assert_true(c->operands.least <= c->operands.most);
+        snprintf(example, sizeof example, "matrig %s ", c->name);
+        const char *at = strstr(page, "Example:");
+        if (!at || !strstr(at, example))
+            fail_msg("matrig %s has no example", c->name);
+        free(page);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_kind_has_its_value),
+        cmocka_unit_test(what_is_not_given_is_the_standard),
+        cmocka_unit_test(a_number_is_read_with_its_unit),
+        cmocka_unit_test(nonsense_is_refused_in_a_line),
+        cmocka_unit_test(help_has_the_rows),
+        cmocka_unit_test(no_text_speaks_of_an_option_that_is_not_taken),
+        cmocka_unit_test(no_option_is_taken_that_no_text_speaks_of),
+        cmocka_unit_test(rows_are_sound),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
