@@ -44,14 +44,40 @@ static size_t find_option(const struct command *command, const char *word, const
     return command->count;
 }
 
+/* ---- before the command ---- */
+
+#define VALUES struct command_before
+static const struct command_part parts[] = {
+    OPTION_FLAG("--json", cli.json, "the result as one JSON object on standard output"),
+    OPTION_FLAG("--quiet", cli.quiet, "no progress and no notes"),
+    OPTION_FLAG("--si", cli.si, "metres, seconds and newtons instead of feet, inches and pounds"),
+    OPTION_FLAG("--version", version, NULL),
+    OPTION_FLAG("--help", help, NULL),
+};
+
+const struct command command_matrig = {"matrig", NULL, "COMMAND ...", "instrument for a model landing-mat runway", COMMAND_PARTS(parts), {0, 0, ""}};
+
+int command_begin(int argc, char **argv, struct command_before *before, struct error *error)
+{
+    int i = 1;
+    for (; i < argc && argv[i][0] == '-' && !before->help && !before->version; i++) {
+        const char *attached, *word = strcmp(argv[i], "-h") == 0 ? "--help" : argv[i];
+        size_t row = find_option(&command_matrig, word, &attached);
+        if (row == command_matrig.count || attached)
+            error_set(error, MR_USAGE, "unknown option: '%s'; see matrig --help", argv[i]);
+        if (error->status != MR_OK)
+            break;
+        *(bool *)((char *)before + parts[row].option.at) = true;
+    }
+    return i;
+}
+
 static enum mr_status unknown_option(const char *command, const char *word, struct error *error)
 {
-    static const char *const global[] = {"--json", "--quiet", "--si"};
-    for (size_t i = 0; i < sizeof global / sizeof global[0]; i++) {
-        if (strcmp(word, global[i]) == 0)
-            return error_set(error, MR_USAGE, "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s", word, command,
-                             word, command);
-    }
+    const char *attached;
+    if (find_option(&command_matrig, word, &attached) != command_matrig.count)
+        return error_set(error, MR_USAGE, "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s", word, command,
+                         word, command);
     return error_set(error, MR_USAGE, "unknown option: '%s' of %s; see matrig %s --help", word, command, command);
 }
 

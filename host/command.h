@@ -113,6 +113,17 @@ struct command_table {
 /* Of every command that writes a file (host/output.h). */
 #define OPTION_FORCE(member) OPTION_FLAG("--force", member, "write also over a file that is not what matrig wrote there")
 
+/* What stands before the command; its rows have the options, as those of a command. */
+struct command_before {
+    struct cli cli;
+    bool version, help;
+};
+extern const struct command command_matrig;
+
+/* Takes the options before the command; the first one that asks for help or the version ends it. Returns the index of the command's
+ * name, argc when there is none. MR_USAGE in `error`: an option that matrig does not have. */
+int command_begin(int argc, char **argv, struct command_before *before, struct error *error);
+
 /* Sorts argv into options, whose values go to `values` (a VALUES), and other words (`words` has room for operands.most; the rest is
  * NULL). Options: `--name value` or `--name=value`; of one letter also `-n4`. Numbers that are not given get their standard. MR_USAGE: an option that the command does not have, one given twice, a value that is missing or outside its limits, a word
  * too few or too many. Texts point into argv. */

@@ -7,16 +7,30 @@
 #include "firmware/version.h"
 #include "host/help_page.h"
 
+/* With the options that may stand before every command. */
+static void print_usage(const char *words)
+{
+    fputs("usage: matrig", stdout);
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        if (command_matrig.parts[i].text)
+            printf(" [%s]", command_matrig.parts[i].option.name);
+    }
+    printf(" %s\n", words);
+}
+
 void help_overview(const struct command_table *table)
 {
-    puts("usage: matrig [--json] [--quiet] [--si] COMMAND ...\n");
+    print_usage(command_matrig.words);
+    putchar('\n');
     for (size_t i = 0; i < table->count; i++)
         printf("  %-9s %s\n", table->commands[i]->name, table->commands[i]->summary);
-    puts("\n"
-         "  --json    the result as one JSON object on standard output\n"
-         "  --quiet   no progress and no notes\n"
-         "  --si      metres, seconds and newtons instead of feet, inches and pounds\n"
-         "  --version\n"
+    putchar('\n');
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        const struct command_part *part = &command_matrig.parts[i];
+        if (part->text)
+            printf("  %-9s %s\n", part->option.name, part->text);
+    }
+    puts("  --version\n"
          "\n"
          "matrig COMMAND --help tells more about a command, with an example; man matrig has it all.\n"
          "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
@@ -29,7 +43,12 @@ void help_overview(const struct command_table *table)
 void help_command(const struct command *command)
 {
     char *text = help_page_text(command);
-    printf("usage: matrig [--json] [--quiet] [--si] %s %s\n\n%s.\n\n%s", command->name, command->words, command->summary, text);
+    char *words = NULL;
+    if (asprintf(&words, "%s %s", command->name, command->words) < 0)
+        abort();
+    print_usage(words);
+    printf("\n%s.\n\n%s", command->summary, text);
+    free(words);
     free(text);
 }
 

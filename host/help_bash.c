@@ -84,7 +84,11 @@ void help_bash(const struct command_table *table)
          "        fi\n"
          "    done\n"
          "    case $command in\n"
-         "    '')\n        options='--json --quiet --si --version --help'");
+         "    '')");
+    fputs("        options='", stdout);
+    for (size_t i = 0; i < command_matrig.count; i++)
+        printf("%s%s", i > 0 ? " " : "", command_matrig.parts[i].option.name);
+    puts("'");
     fputs("        words='help", stdout);
     for (size_t i = 0; i < table->count; i++)
         printf(" %s", table->commands[i]->name);

@@ -1,4 +1,5 @@
 /* The man page. */
+#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -163,15 +164,34 @@ static void head(void)
     }
     printf(".\\\" Made by matrig help --man.\n.TH MATRIG 1 \"%s\" \"matrig %d.%d.%d\" \"User Commands\"\n", date, FIRMWARE_MAJOR, FIRMWARE_MINOR,
            FIRMWARE_PATCH);
-    puts(".nh\n.ad l\n.SH NAME\nmatrig \\- instrument for a model landing\\-mat runway\n"
-         ".SH SYNOPSIS\n\\fBmatrig\\fR [\\fB\\-\\-json\\fR] [\\fB\\-\\-quiet\\fR] [\\fB\\-\\-si\\fR] \\fICOMMAND\\fR ...\n"
+    puts(".nh\n.ad l\n.SH NAME\nmatrig \\- instrument for a model landing\\-mat runway");
+}
+
+/* The options that stand before the command; those without a text apart. */
+static void before(void)
+{
+    const struct command_part *parts = command_matrig.parts;
+    puts(".SH SYNOPSIS");
+    bold("matrig", 6);
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        if (!parts[i].text)
+            continue;
+        fputs(" [", stdout);
+        bold(parts[i].option.name, strlen(parts[i].option.name));
+        putchar(']');
+    }
+    puts(" \\fICOMMAND\\fR ...\n"
          ".SH DESCRIPTION\nLogs landings on a model landing\\-mat runway from a board's CAN bus and serial line into one campaign file, "
          "simulates the mat, compares, reports and exports.\n"
-         ".SH OPTIONS\nThey stand before the command.\n"
-         ".TP\n\\fB\\-\\-json\\fR\nThe result as one JSON object on standard output.\n"
-         ".TP\n\\fB\\-\\-quiet\\fR\nNo progress and no notes.\n"
-         ".TP\n\\fB\\-\\-si\\fR\nMetres, seconds and newtons instead of feet, inches and pounds.\n"
-         ".TP\n\\fB\\-\\-version\\fR, \\fB\\-\\-help\\fR\nWhat it is, and what it can do; after a command: about the command.\n"
+         ".SH OPTIONS\nThey stand before the command.");
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        if (!parts[i].text)
+            continue;
+        puts(".TP");
+        bold(parts[i].option.name, strlen(parts[i].option.name));
+        printf("\n%c%s.\n", toupper((unsigned char)parts[i].text[0]), parts[i].text + 1);
+    }
+    puts(".TP\n\\fB\\-\\-version\\fR, \\fB\\-\\-help\\fR\nWhat it is, and what it can do; after a command: about the command.\n"
          ".SH COMMANDS");
 }
 
@@ -194,6 +214,7 @@ static void tail(void)
 void help_man(const struct command_table *table)
 {
     head();
+    before();
     for (size_t i = 0; i < table->count; i++)
         section(table->commands[i]);
     tail();

@@ -31,25 +31,18 @@ static void tell_migration(const char *line)
 
 int main(int argc, char **argv)
 {
-    struct cli cli = {0};
-    int i = 1;
-    for (; i < argc && argv[i][0] == '-'; i++) {
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
-            help_overview(&command_table);
-            return finish_output();
-        } else if (strcmp(argv[i], "--version") == 0) {
-            help_version(&cli);
-            return finish_output();
-        } else if (strcmp(argv[i], "--json") == 0) {
-            cli.json = true;
-        } else if (strcmp(argv[i], "--quiet") == 0) {
-            cli.quiet = true;
-        } else if (strcmp(argv[i], "--si") == 0) {
-            cli.si = true;
-        } else {
-            return fail_usage("unknown option", argv[i]);
-        }
-    }
+    struct command_before before = {.help = false};
+    struct error error = {0};
+    int i = command_begin(argc, argv, &before, &error);
+    const struct cli cli = before.cli;
+    if (error.status != MR_OK)
+        return cli_fail(&error);
+    if (before.help)
+        help_overview(&command_table);
+    if (before.version)
+        help_version(&cli);
+    if (before.help || before.version)
+        return finish_output();
     if (i == argc)
         return fail_usage("no command given", "matrig");
     if (strcmp(argv[i], "help") == 0) {

@@ -118,6 +118,23 @@ static void nonsense_is_refused_in_a_line(void **state)
     REFUSED("unknown format: 'cs' for --format; give csv, candump or mdf4", "a.db", "--format", "cs");
 }
 
+static void options_stand_before_the_command(void **state)
+{
+    (void)state;
+    const char *const line[] = {"matrig", "--json", "--si", "log", "--quiet"};
+    struct command_before before = {.help = false};
+    error = (struct error){0};
+    assert_int_equal(command_begin(5, (char **)line, &before, &error), 3);
+    assert_true(before.cli.json && before.cli.si && !before.cli.quiet && !before.help);
+    const char *const help[] = {"matrig", "-h", "--no-such-option"};
+    assert_int_equal(command_begin(3, (char **)help, &before, &error), 2);
+    assert_true(before.help && error.status == MR_OK);
+    const char *const wrong[] = {"matrig", "--jsn", "log"};
+    before.help = false;
+    command_begin(3, (char **)wrong, &before, &error);
+    assert_string_equal(error.text, "unknown option: '--jsn'; see matrig --help");
+}
+
 static void help_has_the_rows(void **state)
 {
     (void)state;
@@ -134,8 +151,6 @@ static void help_has_the_rows(void **state)
 }
 
 /* ---- every command ---- */
-
-static const char *const of_matrig[] = {"--help", "--json", "--quiet", "--si", "--man", "--bash", "--version"};
 
 /* Characters of the option that text begins with; 0: with none. */
 static size_t option_length(const char *at)
@@ -177,11 +192,7 @@ static bool of_another(const char *text, const char *name, size_t length)
         if (strstr(text, named) && takes(command_table.commands[i], name, length))
             return true;
     }
-    for (size_t i = 0; i < COUNT_OF(of_matrig); i++) {
-        if (strlen(of_matrig[i]) == length && memcmp(of_matrig[i], name, length) == 0)
-            return true;
-    }
-    return false;
+    return takes(&command_matrig, name, length); /* before every command */
 }
 
 /* "ssh -L": another program's. */
@@ -302,6 +313,7 @@ int main(void)
         cmocka_unit_test(what_is_not_given_is_the_standard),
         cmocka_unit_test(a_number_is_read_with_its_unit),
         cmocka_unit_test(nonsense_is_refused_in_a_line),
+        cmocka_unit_test(options_stand_before_the_command),
         cmocka_unit_test(help_has_the_rows),
         cmocka_unit_test(no_text_speaks_of_an_option_that_is_not_taken),
         cmocka_unit_test(no_option_is_taken_that_no_text_speaks_of),
