@@ -10,16 +10,6 @@
 #include "host/import/landing.h"
 #include "host/link/link.h"
 
-void import_progress(const struct import_request *request, size_t done, size_t all, bool last)
-{
-    static uint64_t shown_us;
-    uint64_t now_us = link_now_us();
-    if (request->cli->quiet || !cli_terminal() || (!last && now_us - shown_us < 200000u))
-        return;
-    shown_us = now_us;
-    fprintf(stderr, "\r%s %3.0f %%\033[K%s", request->path, all ? 100.0 * (double)done / (double)all : 100.0, last ? "\r\033[K" : "");
-}
-
 static json_t *result_json(const struct import_request *request, const struct store_import *row, const struct import_result *result)
 {
     static const char *const states[] = {"complete", "truncated", "malformed"};

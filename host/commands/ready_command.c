@@ -380,8 +380,9 @@ static void judge_walk(const struct walk *walk, struct ready_report *report)
     }
 }
 
-static int walk_along(const struct request *request, struct ready_facts *f, const bool wanted[WALK_KINDS], double for_s)
+static int walk_along(const struct request *request, struct ready_facts *f, const bool wanted[WALK_KINDS])
 {
+    double for_s = isnan(request->for_s) ? WALK_S : request->for_s;
     struct error error = {0};
     struct store *store = NULL;
     struct link *link[LINK_KINDS] = {NULL, NULL};
@@ -485,7 +486,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     facts->wanted_bytes = 1e6 * request.room_mb;
     facts->today_day = (uint32_t)(time(NULL) / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);
-    int exit_code = status != MR_OK ? cli_fail(&error) : request.walk ? walk_along(&request, facts, wanted, isnan(request.for_s) ? WALK_S : request.for_s) : ready(&request, facts);
+    int exit_code = status != MR_OK ? cli_fail(&error) : request.walk ? walk_along(&request, facts, wanted) : ready(&request, facts);
     if (request.image)
         imagefile_free(&image);
     free(facts);

@@ -10,6 +10,17 @@
 #define COMMIT_US 200000u
 #define FRAMES_A_LOOK 4096u
 
+/* On a terminal; `last`: its line ends. */
+static void progress(const struct import_request *request, size_t done, size_t all, bool last)
+{
+    static uint64_t shown_us;
+    uint64_t now_us = link_now_us();
+    if (request->cli->quiet || !cli_terminal() || (!last && now_us - shown_us < 200000u))
+        return;
+    shown_us = now_us;
+    fprintf(stderr, "\r%s %3.0f %%\033[K%s", request->path, all ? 100.0 * (double)done / (double)all : 100.0, last ? "\r\033[K" : "");
+}
+
 /* The interface that is meant: the one asked for, else that of the first frame. */
 enum mr_status import_candump_check(const struct textfile *file, const struct import_request *request, char name[IMPORT_INTERFACE],
                                     struct error *error)
@@ -60,11 +71,11 @@ static enum mr_status take_frames(struct store *store, struct collector *collect
         if (++result->rows % FRAMES_A_LOOK != 0 || status != MR_OK)
             continue;
         take_finished(collector, result);
-        import_progress(request, (size_t)(log->at - log->text), (size_t)(log->end - log->text), false);
+        progress(request, (size_t)(log->at - log->text), (size_t)(log->end - log->text), false);
         if (link_now_us() - begun_us >= COMMIT_US)
             status = commit_and_go_on(store, collector, &begun_us, error);
     }
-    import_progress(request, 1, 1, true);
+    progress(request, 1, 1, true);
     return status;
 }
 

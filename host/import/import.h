@@ -39,7 +39,4 @@ struct mapping;
 enum mr_status import_read_signals(const struct textfile *file, const struct import_request *request, struct mapping *mapping,
                                    struct import_result *result, struct error *error);
 
-/* Progress on a terminal; `last`: its line ends. */
-void import_progress(const struct import_request *request, size_t done, size_t all, bool last);
-
 #endif

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/campaign/result_json.h"
-#include "host/commands/sim_json.h"
+#include "host/sim/sim_json.h"
 #include "host/sweep/jsonpath.h"
 
 /* ---- one simulation ---- */

@@ -1,4 +1,4 @@
-#include "host/commands/sim_mods.h"
+#include "host/sim/mods_show.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* What matrig sim says about a scene's modifications. */
-#ifndef MATRIG_HOST_SIM_COMMAND_MODS_H
-#define MATRIG_HOST_SIM_COMMAND_MODS_H
+#ifndef MATRIG_HOST_SIM_MODS_SHOW_H
+#define MATRIG_HOST_SIM_MODS_SHOW_H
 
 #include <jansson.h>
 
