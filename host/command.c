@@ -75,7 +75,8 @@ int command_begin(int argc, char **argv, struct command_before *before, struct e
 static enum mr_status unknown_option(const char *command, const char *word, struct error *error)
 {
     const char *attached;
-    if (find_option(&command_matrig, word, &attached) != command_matrig.count)
+    size_t row = find_option(&command_matrig, word, &attached);
+    if (row != command_matrig.count && !attached && parts[row].text) /* not --version */
         return error_set(error, MR_USAGE, "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s", word, command,
                          word, command);
     return error_set(error, MR_USAGE, "unknown option: '%s' of %s; see matrig %s --help", word, command, command);
@@ -114,7 +115,7 @@ static enum mr_status read_whole(const struct parsing *p, const struct command_o
     double number;
     enum mr_status status = cli_number(text, option->name, option->low, option->high, &number, error);
     if (status == MR_OK && number != floor(number))
-        status = error_set(error, MR_USAGE, "not a whole number: '%s' for %s; write digits such as 4", text, option->name);
+        status = error_set(error, MR_USAGE, "not a whole number: '%s' for %s; write digits such as %g", text, option->name, fmax(option->low, 4.0));
     if (status == MR_OK)
         *(int64_t *)place_of(p, option) = (int64_t)number;
     return status;

@@ -101,6 +101,7 @@ static void nonsense_is_refused_in_a_line(void **state)
     (void)state;
     REFUSED("unknown option: '--bd' of try; see matrig try --help", "a.db", "--bd", "b.db");
     REFUSED("option in the wrong place: '--json' after try; put it before the command: matrig --json try", "a.db", "--json");
+    REFUSED("unknown option: '--version' of try", "a.db", "--version");
     REFUSED("option given twice: --db of try", "a.db", "--db", "b", "--db", "c");
     REFUSED("option given twice: --for of try", "a.db", "--for", "1", "--for", "2"); /* also when it is no text */
     REFUSED("option without its value: --db of try", "a.db", "--db");
