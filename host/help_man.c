@@ -97,7 +97,7 @@ static void item(const struct help_row *row)
         if (line != row->text && (line[indent] == '-' || memmem(line + indent, length - indent, "  ", 2)))
             puts(".br");
         text_line(line, length);
-        line += length + 1;
+        line += length + (line[length] == '\n');
     }
 }
 
@@ -146,7 +146,7 @@ static void section(const struct command *command)
         for (const char *line = page.row[i].term ? "" : page.row[i].text; *line;) {
             size_t length = strcspn(line, "\n");
             prose_line(&in, line, length);
-            line += length + 1;
+            line += length + (line[length] == '\n');
         }
     }
     help_page_free(&page);

@@ -47,7 +47,9 @@ static char *made_text(const struct command_part *part, const char *before)
         abort();
     fputs(before, out);
     put_text(out, part);
-    if (part->text[0] == '\0' || part->text[strlen(part->text) - 1] != ' ') /* else the line goes on */
+    size_t written = strlen(part->text);
+    bool prose = !part->term && !part->option.name;
+    if (!prose || written == 0 || part->text[written - 1] != ' ') /* else the line goes on */
         fputc('\n', out);
     if (fclose(out) != 0)
         abort();
@@ -117,7 +119,7 @@ static void put_item(FILE *out, const struct help_row *row)
     for (const char *line = row->text; *line;) {
         size_t length = strcspn(line, "\n");
         fprintf(out, "%*s%.*s\n", line == row->text ? 0 : column, "", (int)length, line);
-        line += length + 1;
+        line += length + (line[length] == '\n');
     }
 }
 
