@@ -12,17 +12,17 @@ die() { echo "test-bare: $*" >&2; exit 2; }
 [ "$(id -u)" = 0 ] || die "a Debian of its own needs root; run: sudo make test-bare"
 
 # In the new root: its own mounts and processes, which end with the command.
-inside() { # NETWORK USER COMMAND...: NETWORK is none or the computer's
+inside() ( # NETWORK USER COMMAND...: NETWORK is none or the computer's
     local network=$1 user=$2
     shift 2
     # shellcheck disable=SC2016
-    timeout -k 5 "$limit_s" unshare --mount --pid --fork --kill-child $([ "$network" = none ] && echo --net) bash -c '
+    exec timeout -k 5 "$limit_s" unshare --mount --pid --fork --kill-child $([ "$network" = none ] && echo --net) bash -c '
         root=$1 user=$2 network=$3; shift 3
         mount -t proc proc "$root/proc" && mount --rbind /dev "$root/dev" && mount -t tmpfs tmpfs "$root/tmp" && chmod 1777 "$root/tmp" || exit 2
         [ "$network" != none ] || ip link set lo up || exit 2
         exec chroot --userspec="$user" "$root" env -i HOME="/home/tester" PATH=/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C TZ=Asia/Kathmandu \
             NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt "$@"' bash "$root" "$user" "$network" "$@"
-}
+)
 
 if [ ! -e "$root/.made" ]; then
     rm -rf "$root"
@@ -44,10 +44,12 @@ inside the-computer root bash -c "cd '$place' && git config --global --add safe.
     >build/bare/deps.log 2>&1 || die "the packages cannot be installed; see build/bare/deps.log"
 
 rm -f "$root/etc/resolv.conf" "$root/etc/hosts"
-loops=()
-trap '[ ${#loops[@]} = 0 ] || kill "${loops[@]}" 2>/dev/null || true' EXIT
+beside=()
+trap '[ ${#beside[@]} = 0 ] || kill "${beside[@]}" 2>/dev/null || true' EXIT
 for ((i = 0; i < busy; i++)); do
     timeout "$limit_s" sh -c 'while :; do :; done' &
-    loops+=($!)
+    beside+=($!)
 done
-inside none tester:tester bash -c "cd '$place' && exec make -j2 test"
+inside none tester:tester bash -c "cd '$place' && exec make -j2 test" & # so that it ends when this ends
+beside+=($!)
+wait $!
