@@ -34,7 +34,8 @@ LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurm
 
 common_src := $(wildcard common/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
-hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c))
+hil_rooms := core periph chips rig board link debug
+hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c $(hil_rooms:%=hil/%/*.c)))
 # The predictor and what it is made of, for the programs that have it alone.
 predictor_parts := $(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure
 # The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
@@ -313,8 +314,8 @@ $(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
 		-fno-tree-loop-distribute-patterns -T hil/rom/bootrom.ld $< -o $@
 $(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
 	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
-$(B)/host/hil/bootrom.o: HOST_FLAGS += -Wa,-I$(B)/hil
-$(B)/host/hil/bootrom.o: $(B)/hil/bootrom.bin
+$(B)/host/hil/core/bootrom.o: HOST_FLAGS += -Wa,-I$(B)/hil
+$(B)/host/hil/core/bootrom.o: $(B)/hil/bootrom.bin
 
 # --- the live page: uPlot of the version and checksum in package-lock.json, carried by matrig as bytes ---
 uplot := build/npm/node_modules/uplot/dist/uPlot.iife.min.js
@@ -485,9 +486,9 @@ $(B)/tests/link/longlanding: $(B)/tests/link/longlanding.o $(B)/host/host/link/c
 $(B)/tests/link/faults.so: tests/link/faults.c | $(B)/.test-packages
 	@mkdir -p $(@D)
 	$(CC) -std=c11 -O2 -Wall -Wextra -Werror -shared -fPIC $< -ldl -o $@
-$(B)/tests/soak_host/sender: $(B)/tests/soak_host/sender.o $(B)/host/hil/canbits.o $(B)/host/host/link/candump.o $(common_lib)
+$(B)/tests/soak_host/sender: $(B)/tests/soak_host/sender.o $(B)/host/hil/periph/canbits.o $(B)/host/host/link/candump.o $(common_lib)
 	$(CC) $^ -lm -o $@
-$(B)/tests/linux/bridge: $(B)/tests/linux/bridge.o $(B)/host/hil/canbits.o
+$(B)/tests/linux/bridge: $(B)/tests/linux/bridge.o $(B)/host/hil/periph/canbits.o
 	$(CC) $^ -o $@
 $(B)/tests/sim_reference/reference: $(B)/tests/sim_reference/reference.o $(patsubst %.c,$(B)/%.o,$(reference_src))
 	$(CC) $^ -ljansson -lm -o $@

@@ -10,18 +10,18 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "hil/board.h"
-#include "hil/cellfile.h"
-#include "hil/faults.h"
-#include "hil/gdb.h"
-#include "hil/hang.h"
-#include "hil/profile.h"
-#include "hil/registers.h"
-#include "hil/replay.h"
+#include "hil/board/board.h"
+#include "hil/board/cellfile.h"
+#include "hil/rig/faults.h"
+#include "hil/debug/gdb.h"
+#include "hil/debug/hang.h"
+#include "hil/debug/profile.h"
+#include "hil/core/registers.h"
+#include "hil/rig/replay.h"
 #include "hil/symbols.h"
-#include "hil/vcd.h"
-#include "hil/wall.h"
-#include "hil/wire_link.h"
+#include "hil/debug/vcd.h"
+#include "hil/core/wall.h"
+#include "hil/link/wire_link.h"
 
 #define CONNECT_MS 30000
 #define STALL_S 30.0

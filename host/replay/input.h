@@ -1,6 +1,6 @@
 /* What a board took in during a recorded landing, put together from what it said: its block records, the edges and film frames it reported,
  * and the commands it acknowledged. Written as a replay file for the emulated board (`matrig-replay 1`: a line for each
- * command, edge, film frame and block; hil/replayfile.h draws it).
+ * command, edge, film frame and block; hil/rig/replayfile.h draws it).
  *
  * Not recorded, and so made up: the survey is given again before arming, segment by segment, and zeros that were measured
  * (channel_zero of the landing says which, and what they were), and the predictor's runway as it was when armed; blocks before the first record

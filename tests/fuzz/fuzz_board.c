@@ -1,7 +1,7 @@
 /* What matrig-board reads: recorded runs, replays, fault files; the first byte chooses. */
-#include "hil/faults.h"
-#include "hil/replayfile.h"
-#include "hil/runfile.h"
+#include "hil/rig/faults.h"
+#include "hil/rig/replayfile.h"
+#include "hil/rig/runfile.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -3,7 +3,7 @@
  * Nothing in these files depends on the wire: no identifier, no offset, no scale, no layout number. A file that was recorded before
  * a message was repacked is still the truth afterwards. Both files are gzip.
  *
- * LANDING.vN.given.gz, what the board took in (also what hil/replayfile.h wants):
+ * LANDING.vN.given.gz, what the board took in (also what hil/rig/replayfile.h wants):
  *
  *     matrig-golden-given 1
  *     uid W W W                              identity of the board, 8 hex digits each

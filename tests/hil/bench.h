@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "hil/board.h"
+#include "hil/board/board.h"
 
 #define BENCH_IMAGES "build/tests/hil/images/"
 #define BENCH_SCRATCH "build/test-tmp/hil"

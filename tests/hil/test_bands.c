@@ -4,8 +4,8 @@
 #include <stdio.h>
 
 #include "common/bands.h"
-#include "hil/rig.h"
-#include "hil/runfile.h"
+#include "hil/rig/rig.h"
+#include "hil/rig/runfile.h"
 #include "tests/hil/ear.h"
 
 #define GAGE_COLUMN 8u

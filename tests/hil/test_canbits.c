@@ -1,5 +1,5 @@
 /* Length and CRC of CAN frames against counts done by hand. */
-#include "hil/canbits.h"
+#include "hil/periph/canbits.h"
 #include "tests/hil/bench.h"
 
 /* All zero up to the CRC, which is then zero too: 1 + 11 + 3 + 4 + 15 = 34 equal bits, so a stuff bit

@@ -2,7 +2,7 @@
  * faults below are put straight into the peripherals' state, as a disturbance would. */
 #include <math.h>
 
-#include "hil/elf.h"
+#include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 
 #define TICKS_PER_S 84e6

@@ -1,9 +1,9 @@
-/* Every kind of fault of hil/faults.h, in the words of a fault file, and the answer that the firmware promises to it
+/* Every kind of fault of hil/rig/faults.h, in the words of a fault file, and the answer that the firmware promises to it
  * (common/fault.h, catalogue.def, channels.h). The log says each fault with its time. */
 #include <math.h>
 
 #include "common/image.h"
-#include "hil/elf.h"
+#include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 
 static uint16_t invalid_displacements(const struct ear *ear)

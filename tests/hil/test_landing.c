@@ -8,8 +8,8 @@
 #include "common/catalogue.h"
 #include "common/block.h"
 #include "common/framing.h"
-#include "hil/board.h"
-#include "hil/runfile.h"
+#include "hil/board/board.h"
+#include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"
 
 #define ELF "build/firmware/matrig.elf"

@@ -3,7 +3,7 @@
 #include <ctype.h>
 #include <inttypes.h>
 
-#include "hil/machine.h"
+#include "hil/board/machine.h"
 #include "tests/hil/bench.h"
 
 /* The header casts addresses of a 32-bit chip; nothing is read through them here. */

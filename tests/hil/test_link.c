@@ -7,7 +7,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "hil/wire_link.h"
+#include "hil/link/wire_link.h"
 #include "tests/hil/bench.h"
 
 #define SOCKET BENCH_SCRATCH "/link"

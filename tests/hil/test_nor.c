@@ -2,8 +2,8 @@
  * at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
 #include "tests/hil/bench.h"
 
-#include "hil/faults.h"
-#include "hil/w25q.h"
+#include "hil/rig/faults.h"
+#include "hil/chips/w25q.h"
 
 enum { POLLED, BY_DMA, CUT_BYTE, UNREAD, MODE_FAULT };
 #define MS_20 (20u * HIL_MS_PS)
@@ -428,7 +428,7 @@ static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t c
     wait_ps(board, HIL_US_PS);
 }
 
-/* The same by fault script (hil/faults.h): so many operations fail, the chip is dead and mended, or full. */
+/* The same by fault script (hil/rig/faults.h): so many operations fail, the chip is dead and mended, or full. */
 static void test_ordered_faults(void **state)
 {
     static const uint8_t data = 0x5a, erased = 0xff, zero = 0x00;

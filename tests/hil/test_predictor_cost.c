@@ -1,6 +1,6 @@
 /* What the predictor costs on the emulated board, in instructions, by the mat updates and visits it counts itself: the figures that
  * `matrig error --predictor` states costs with (host/sim/predictor_cost.h). */
-#include "hil/profile.h"
+#include "hil/debug/profile.h"
 #include "host/sim/predictor_cost.h"
 #include "tests/hil/bench.h"
 

@@ -1,7 +1,7 @@
 /* Kinds of instructions and names of functions against binutils' objdump and nm, which share nothing with ours. */
 #include <inttypes.h>
 
-#include "hil/profile.h"
+#include "hil/debug/profile.h"
 #include "tests/hil/bench.h"
 
 #define FIRMWARE "build/firmware/matrig.elf"

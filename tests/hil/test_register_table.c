@@ -1,8 +1,8 @@
-/* The table of what is modelled (hil/registers.def) against what the peripherals do: every word of every peripheral is
+/* The table of what is modelled (hil/core/registers.def) against what the peripherals do: every word of every peripheral is
  * read after reset, and every bit of every register is written. What the table calls plain reads back, what it refuses
  * or calls reserved ends the run, what is not in it ends the run. */
-#include "hil/machine.h"
-#include "hil/registers.h"
+#include "hil/board/machine.h"
+#include "hil/core/registers.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
 
@@ -147,7 +147,7 @@ static void every_peripheral_has_a_table(void **state)
     (void)state;
     for (uint32_t base = 0x40000000u; base < 0x40080000u; base += PERIPHERAL_BYTES) {
         if (hil_bus_has(base) != (hil_registers_of(base) != NULL))
-            fail_msg("0x%08x: on the bus or in hil/registers.def, but not in both", (unsigned)base);
+            fail_msg("0x%08x: on the bus or in hil/core/registers.def, but not in both", (unsigned)base);
     }
 }
 

@@ -1,7 +1,7 @@
 /* Replay's parts: codes that have given sums and counts, and the file's parser. The whole of it: tests/cli/replay.sh. */
 #include "common/crc32.h"
-#include "hil/codes.h"
-#include "hil/replayfile.h"
+#include "hil/rig/codes.h"
+#include "hil/rig/replayfile.h"
 #include "tests/hil/bench.h"
 
 static uint32_t seed = 12345;

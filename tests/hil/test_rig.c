@@ -1,7 +1,7 @@
 /* The rig's voltages against numbers worked out by hand. */
 #include <math.h>
 
-#include "hil/machine.h"
+#include "hil/board/machine.h"
 #include "tests/hil/bench.h"
 
 static void assert_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t t_ps,

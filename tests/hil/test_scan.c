@@ -3,7 +3,7 @@
  * 84 MHz, 2 HCLK cycles a count. */
 #include <math.h>
 
-#include "hil/machine.h"
+#include "hil/board/machine.h"
 #include "tests/hil/bench.h"
 
 #define TRIGGER 4000u                              /* cycles after the start */

@@ -7,9 +7,9 @@
 
 #include "tests/hil/bench.h"
 
-#include "hil/cellfile.h"
-#include "hil/pty.h"
-#include "hil/w25q.h"
+#include "hil/board/cellfile.h"
+#include "hil/link/pty.h"
+#include "hil/chips/w25q.h"
 
 #define BIT_PS 1e6
 

@@ -1,7 +1,7 @@
 /* Snapshot, restore and fork: the copy goes on exactly as the original, byte for byte; and two runs are
  * the same. */
 #include "common/crc32.h"
-#include "hil/machine.h"
+#include "hil/board/machine.h"
 #include "tests/hil/bench.h"
 
 struct stream {

@@ -1,7 +1,7 @@
 /* The firmware's thermometer and slow log on the emulated board: readings against its truth, each fault of the bus, what it costs. */
 #include <math.h>
 
-#include "hil/elf.h"
+#include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 
 #include "common/config.h"

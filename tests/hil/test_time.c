@@ -6,9 +6,9 @@
 #include "common/catalogue.h"
 #include "common/command.h"
 #include "common/fault.h"
-#include "hil/board.h"
-#include "hil/faults.h"
-#include "hil/runfile.h"
+#include "hil/board/board.h"
+#include "hil/rig/faults.h"
+#include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
 

@@ -8,9 +8,9 @@
 #include "common/command.h"
 #include "common/gates.h"
 #include "common/switches.h"
-#include "hil/board.h"
-#include "hil/faults.h"
-#include "hil/runfile.h"
+#include "hil/board/board.h"
+#include "hil/rig/faults.h"
+#include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"
 #include "tests/common/seeded_landing.h"
 

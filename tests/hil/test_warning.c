@@ -6,7 +6,7 @@
 
 #include "firmware/app.h"
 #include "firmware/config.h"
-#include "hil/machine.h"
+#include "hil/board/machine.h"
 #include "tests/firmware/fake_board.h"
 #include "tests/firmware/fake_nor.h"
 #include "tests/hil/ear.h"

@@ -25,7 +25,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "hil/canbits.h"
+#include "hil/periph/canbits.h"
 
 #define BIT_NS 1000u
 #define CONNECT_S 60

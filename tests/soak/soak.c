@@ -14,9 +14,9 @@
 
 #include "common/command.h"
 #include "common/framing.h"
-#include "hil/board.h"
-#include "hil/cellfile.h"
-#include "hil/faults.h"
+#include "hil/board/board.h"
+#include "hil/board/cellfile.h"
+#include "hil/rig/faults.h"
 #include "host/collect/account.h"
 #include "host/collect/timebase.h"
 

@@ -21,7 +21,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "hil/canbits.h"
+#include "hil/periph/canbits.h"
 #include "tests/host/stream.h"
 
 #define FILL_ID 0x555u

@@ -1,0 +1,129 @@
+#include "hil/chips/tmp112.h"
+
+#include <math.h>
+
+#include "hil/board/machine.h"
+
+#define C_PER_COUNT 0.0625
+#define CONFIG_OS 0x80u  /* first byte */
+#define CONFIG_RESOLUTION 0x60u /* read only: 12 bits */
+#define CONFIG_SD 0x01u
+#define CONFIG_AL 0x20u  /* second byte; read only */
+#define CONFIG_EM 0x10u
+#define TYPICAL_PS (26u * HIL_MS_PS)
+#define LONGEST_PS (35u * HIL_MS_PS)
+
+static uint64_t conversion_ps(struct hil_board *board)
+{
+    switch (board->options.cell_times) {
+    case HIL_TIMES_TYPICAL:
+        return TYPICAL_PS;
+    case HIL_TIMES_MAXIMUM:
+        return LONGEST_PS;
+    default:
+        return TYPICAL_PS + hil_random(&board->state.tmp112.random) % (LONGEST_PS - TYPICAL_PS);
+    }
+}
+
+void hil_tmp112_power(struct hil_board *board)
+{
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    *chip = (struct hil_tmp112){.config = {CONFIG_RESOLUTION, 0x80}, .begun_ps = hil_board_now_ps(board), .random = board->options.seed,
+                                .limit = {{0x4b, 0x00}, {0x50, 0x00}}, .dead = chip->dead, .stuck = chip->stuck};
+    chip->took_ps = conversion_ps(board);
+}
+
+bool hil_tmp112_holds_sda(const struct hil_board *board)
+{
+    return board->state.tmp112.stuck || board->state.tmp112.hung_clocks;
+}
+
+/* What a conversion that ended at `t_ps` gave. */
+static int32_t convert(const struct hil_board *board, uint64_t t_ps)
+{
+    const struct hil_options *options = &board->options;
+    double count = (options->temperature_c + options->temperature_c_per_h * (double)t_ps * 1e-12 / 3600.0) / C_PER_COUNT;
+    double most = board->state.tmp112.config[1] & CONFIG_EM ? 4095.0 : 2047.0;
+    return (int32_t)lround(fmax(-most - 1.0, fmin(most, count)));
+}
+
+static void catch_up(struct hil_board *board)
+{
+    static const uint64_t period_ms[4] = {4000, 1000, 250, 125};
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    uint64_t now_ps = hil_board_now_ps(board);
+    if (chip->converting) {
+        if (now_ps < chip->begun_ps + chip->took_ps)
+            return;
+        chip->converting = false;
+        chip->done = true;
+        chip->code = convert(board, chip->begun_ps + chip->took_ps);
+    } else if (!(chip->config[0] & CONFIG_SD) && now_ps >= chip->begun_ps + chip->took_ps) {
+        uint64_t period_ps = period_ms[chip->config[1] >> 6] * HIL_MS_PS;
+        uint64_t n = (now_ps - chip->begun_ps - chip->took_ps) / period_ps;
+        chip->code = convert(board, chip->begun_ps + chip->took_ps + n * period_ps);
+    }
+}
+
+static void configure(struct hil_board *board, unsigned i, uint8_t byte)
+{
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    if (i == 1) {
+        chip->config[1] = byte & 0xd0;
+        return;
+    }
+    bool was_shut_down = chip->config[0] & CONFIG_SD;
+    chip->config[0] = (uint8_t)((byte & 0x1fu) | CONFIG_RESOLUTION);
+    bool single = was_shut_down && (byte & CONFIG_OS) && (byte & CONFIG_SD);
+    if (single || (was_shut_down && !(byte & CONFIG_SD))) {
+        chip->begun_ps = hil_board_now_ps(board);
+        chip->took_ps = conversion_ps(board);
+        chip->converting = single;
+        chip->done = false;
+    }
+}
+
+bool hil_tmp112_address(struct hil_board *board, uint8_t byte)
+{
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    chip->addressed = !chip->dead && !isnan(board->options.temperature_c) && byte >> 1 == HIL_TMP112_ADDRESS;
+    chip->bytes = 0;
+    return chip->addressed;
+}
+
+bool hil_tmp112_write(struct hil_board *board, uint8_t byte)
+{
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    if (!chip->addressed || chip->dead)
+        return false;
+    catch_up(board);
+    unsigned n = chip->bytes++;
+    if (n == 0)
+        chip->pointer = byte & 3u;
+    else if (chip->pointer == 1)
+        configure(board, (n - 1) % 2, byte);
+    else if (chip->pointer > 1)
+        chip->limit[chip->pointer - 2][(n - 1) % 2] = byte;
+    return true;
+}
+
+uint8_t hil_tmp112_read(struct hil_board *board)
+{
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    if (!chip->addressed || chip->dead)
+        return 0xff;
+    catch_up(board);
+    unsigned i = chip->bytes++ % 2;
+    bool wide = chip->config[1] & CONFIG_EM;
+    uint16_t value = (uint16_t)((uint32_t)chip->code << (wide ? 3 : 4) | wide);
+    if (chip->pointer == 0)
+        return (uint8_t)(i ? value : value >> 8);
+    if (chip->pointer == 1)
+        return (uint8_t)(i ? chip->config[1] | CONFIG_AL : chip->config[0] | (chip->done ? CONFIG_OS : 0u));
+    return chip->limit[chip->pointer - 2][i];
+}
+
+void hil_tmp112_stop(struct hil_board *board)
+{
+    board->state.tmp112.addressed = false;
+}

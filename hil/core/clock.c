@@ -1,0 +1,79 @@
+#include "hil/core/clock.h"
+
+#include "hil/board/machine.h"
+
+__extension__ typedef unsigned __int128 wide;
+
+static void set_hz(struct hil_clock *clock, uint32_t hclk_hz)
+{
+    uint64_t a = HIL_SECOND_PS, b = hclk_hz;
+    while (b) { /* Euclid */
+        uint64_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    clock->hclk_hz = clock->ratio_hz = hclk_hz;
+    clock->ratio_ps = HIL_SECOND_PS / a;
+    clock->ratio_cycles = hclk_hz / a;
+}
+
+void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz)
+{
+    *clock = (struct hil_clock){0};
+    set_hz(clock, hclk_hz);
+}
+
+uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
+{
+    if (cycle < clock->anchor_cycle) /* only ever a moment before: at the rate of now */
+        return clock->anchor_ps - (uint64_t)((wide)(clock->anchor_cycle - cycle)
+                                             * HIL_SECOND_PS / clock->hclk_hz);
+    uint64_t cycles = cycle - clock->anchor_cycle, product;
+    /* 64 bits are enough for days at any ordinary rate, and four times faster */
+    if (clock->ratio_hz == clock->hclk_hz && !__builtin_mul_overflow(cycles, clock->ratio_ps, &product))
+        return clock->anchor_ps + product / clock->ratio_cycles;
+    wide ps = (wide)(cycle - clock->anchor_cycle) * HIL_SECOND_PS / clock->hclk_hz;
+    return clock->anchor_ps + (uint64_t)ps;
+}
+
+uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps)
+{
+    if (t_ps == HIL_NEVER)
+        return HIL_NEVER;
+    if (t_ps <= clock->anchor_ps)
+        return clock->anchor_cycle;
+    uint64_t product;
+    if (clock->ratio_hz == clock->hclk_hz
+        && !__builtin_mul_overflow(t_ps - clock->anchor_ps, clock->ratio_cycles, &product)
+        && !__builtin_add_overflow(product, clock->ratio_ps - 1u, &product))
+        return clock->anchor_cycle + product / clock->ratio_ps;
+    wide cycles = ((wide)(t_ps - clock->anchor_ps) * clock->hclk_hz + (HIL_SECOND_PS - 1)) / HIL_SECOND_PS;
+    return clock->anchor_cycle + (uint64_t)cycles;
+}
+
+void hil_clock_change(struct hil_board *board, uint32_t hclk_hz)
+{
+    struct hil_clock *clock = &board->state.clock;
+    if (hclk_hz == clock->hclk_hz)
+        return;
+    clock->anchor_ps = hil_clock_ps(clock, clock->now_cycle);
+    clock->anchor_cycle = clock->now_cycle;
+    set_hz(clock, hclk_hz);
+    hil_event_rebase(board);
+    hil_trace(board, "HCLK %u Hz", (unsigned)hclk_hz);
+}
+
+void hil_clock_stand_still(struct hil_board *board)
+{
+    struct hil_clock *clock = &board->state.clock;
+    struct hil_events *events = &board->state.events;
+    uint64_t next_ps = HIL_NEVER; /* the end of the run is always there */
+    for (unsigned i = 0; i < HIL_EVENT_COUNT; i++) {
+        if (events->at_ps[i] < next_ps)
+            next_ps = events->at_ps[i];
+    }
+    uint64_t now_ps = hil_clock_ps(clock, clock->now_cycle);
+    clock->anchor_ps = next_ps > now_ps ? next_ps : now_ps;
+    clock->anchor_cycle = clock->now_cycle;
+    hil_event_rebase(board);
+}

@@ -1,0 +1,334 @@
+#include "hil/debug/debug.h"
+
+#include <string.h>
+#include <unicorn/unicorn.h>
+
+#include "hil/board/machine.h"
+
+#define XPSR_NUMBER 0x1ffu
+#define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR /* faults and SVCall are taken by the instruction itself */
+
+static unsigned depth(const struct hil_board *board)
+{
+    unsigned active = 0;
+    for (unsigned w = 0; w < HIL_EXCEPTION_WORDS; w++)
+        active += (unsigned)__builtin_popcount(board->state.nvic.active[w]);
+    return active;
+}
+
+void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
+{
+    *debug = (struct hil_debug){.hold = HIL_HOLD_ASKED};
+    board->debug = debug;
+}
+
+void hil_debug_detach(struct hil_board *board)
+{
+    struct hil_debug *d = board->debug;
+    for (unsigned i = 0; d && i < HIL_WATCHPOINTS; i++) {
+        if (d->watch[i].size)
+            hil_debug_watch(board, d->watch[i].kind, d->watch[i].address, d->watch[i].size, false);
+    }
+    board->debug = NULL;
+}
+
+void hil_debug_hold(struct hil_board *board, enum hil_hold why)
+{
+    board->debug->hold = why;
+    board->debug->stepping = false;
+}
+
+bool hil_debug_holds(const struct hil_board *board)
+{
+    return board->debug && board->debug->hold != HIL_HOLD_NONE;
+}
+
+static void go_on(struct hil_board *board)
+{
+    struct hil_debug *d = board->debug;
+    uint32_t pc = hil_board_register(board, 15) & ~1u;
+    if (d->hold == HIL_HOLD_BKPT) /* the instruction has said what it has to say */
+        hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
+    d->hold = HIL_HOLD_NONE;
+    d->watch_hit = false;
+    d->fresh = true;
+    d->fresh_pc = pc;
+}
+
+void hil_debug_run(struct hil_board *board)
+{
+    go_on(board);
+    board->debug->stepping = false;
+}
+
+void hil_debug_step(struct hil_board *board, uint32_t low, uint32_t high)
+{
+    struct hil_debug *d = board->debug;
+    go_on(board);
+    d->stepping = true;
+    d->stepped = false;
+    d->step_low = low;
+    d->step_high = high;
+    d->step_depth = depth(board);
+}
+
+enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool set)
+{
+    struct hil_debug *d = board->debug;
+    unsigned i = 0;
+    address &= ~1u;
+    while (i < d->breakpoints && d->breakpoint[i] != address)
+        i++;
+    if (set && i == d->breakpoints) {
+        if (i == HIL_BREAKPOINTS)
+            return MR_FULL;
+        d->breakpoint[d->breakpoints++] = address;
+    } else if (!set && i < d->breakpoints) {
+        d->breakpoint[i] = d->breakpoint[--d->breakpoints];
+    }
+    return MR_OK;
+}
+
+static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value, void *user)
+{
+    struct hil_board *board = user;
+    struct hil_debug *d = board->debug;
+    bool write = type == UC_MEM_WRITE;
+    (void)uc;
+    (void)value;
+    if (!d || d->watch_hit)
+        return;
+    for (unsigned i = 0; i < HIL_WATCHPOINTS; i++) {
+        const struct hil_watchpoint *w = &d->watch[i];
+        bool kind = w->kind == HIL_WATCH_ACCESS || (w->kind == HIL_WATCH_WRITE) == write;
+        if (w->size && kind && address < (uint64_t)w->address + w->size && address + (uint64_t)size > w->address) {
+            d->watch_hit = true;
+            d->watch_kind = w->kind;
+            d->watch_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;
+            d->watch_pc = hil_cpu_access_pc(board, (uint32_t)address, write);
+            return;
+        }
+    }
+}
+
+static struct hil_watchpoint *find_watch(struct hil_debug *d, enum hil_watch kind, uint32_t address, uint32_t size)
+{
+    for (unsigned i = 0; i < HIL_WATCHPOINTS; i++) {
+        if (d->watch[i].size == size && (!size || (d->watch[i].kind == kind && d->watch[i].address == address)))
+            return &d->watch[i];
+    }
+    return NULL;
+}
+
+enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uint32_t address, uint32_t size,
+                               bool set)
+{
+    struct hil_watchpoint *there = find_watch(board->debug, kind, address, size);
+    struct hil_watchpoint *place = find_watch(board->debug, kind, 0, 0);
+    if (!size || (set && !there && !place))
+        return MR_FULL;
+    if (set == (there != NULL))
+        return MR_OK;
+    if (set) {
+        *place = (struct hil_watchpoint){.kind = kind, .address = address, .size = size};
+        /* An access may begin before the range; the callback looks closely. */
+        int types = kind == HIL_WATCH_WRITE  ? UC_HOOK_MEM_WRITE
+                    : kind == HIL_WATCH_READ ? UC_HOOK_MEM_READ
+                                             : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
+        uint64_t low = address < 8 ? 0 : address - 8u;
+        if (uc_hook_add(board->uc, &place->hook[0], types, (void *)(uintptr_t)on_access, board, low,
+                        (uint64_t)address + size - 1u) != UC_ERR_OK) {
+            place->size = 0;
+            return MR_FULL;
+        }
+    } else {
+        uc_hook_del(board->uc, there->hook[0]);
+        there->size = 0;
+    }
+    hil_cpu_forget_code(board); /* translated code has the look-out built in, or has not */
+    return MR_OK;
+}
+
+static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size)
+{
+    for (unsigned i = 0; i < d->breakpoints; i++) {
+        if (d->breakpoint[i] - address < size)
+            return true;
+    }
+    return false;
+}
+
+/* Whether a step looks at what runs now: not at the handlers of interrupts it goes over. */
+static bool step_sees(const struct hil_board *board)
+{
+    const struct hil_debug *d = board->debug;
+    return d->step_into_interrupts || depth(board) <= d->step_depth
+           || (hil_board_register(board, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
+}
+
+bool hil_debug_wants(const struct hil_board *board, uint32_t address, uint32_t size)
+{
+    return breaks_in(board->debug, address, size) || (board->debug->stepping && step_sees(board));
+}
+
+static bool step_is_done(struct hil_board *board, uint32_t pc)
+{
+    struct hil_debug *d = board->debug;
+    if (!d->stepping || !step_sees(board))
+        return false;
+    if (!d->stepped) {
+        d->stepped = true;
+        return false;
+    }
+    return !(pc >= d->step_low && pc < d->step_high && depth(board) == d->step_depth);
+}
+
+bool hil_debug_stops_before(struct hil_board *board, uint32_t pc)
+{
+    struct hil_debug *d = board->debug;
+    if (!d)
+        return false; /* detached inside a block: to its end */
+    bool goes_on = d->fresh && d->fresh_pc == pc;
+    d->fresh = false;
+    if (d->watch_hit && !goes_on)
+        hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
+    else if (!goes_on && breaks_in(d, pc, 1))
+        hil_debug_hold(board, HIL_HOLD_BREAKPOINT);
+    else if (step_is_done(board, pc))
+        hil_debug_hold(board, HIL_HOLD_STEP);
+    return d->hold != HIL_HOLD_NONE;
+}
+
+static int unicorn_register(unsigned number)
+{
+    static const int special[] = {UC_ARM_REG_SP,      UC_ARM_REG_LR,        UC_ARM_REG_PC,
+                                  UC_ARM_REG_XPSR,    UC_ARM_REG_MSP,       UC_ARM_REG_PSP,
+                                  UC_ARM_REG_PRIMASK, UC_ARM_REG_BASEPRI,   UC_ARM_REG_FAULTMASK,
+                                  UC_ARM_REG_CONTROL};
+    if (number < 13)
+        return UC_ARM_REG_R0 + (int)number;
+    if (number < HIL_REG_D0)
+        return special[number - 13u];
+    return number < HIL_REG_FPSCR ? UC_ARM_REG_D0 + (int)(number - HIL_REG_D0) : UC_ARM_REG_FPSCR;
+}
+
+uint64_t hil_debug_read_register(const struct hil_board *board, unsigned number)
+{
+    uint64_t value = 0;
+    uc_reg_read(board->uc, unicorn_register(number), &value);
+    return number == HIL_REG_PC ? value & ~1ull : value;
+}
+
+void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t value)
+{
+    struct hil_cpu *cpu = &board->state.cpu;
+    if (number == HIL_REG_PC) {
+        if (cpu->walking)
+            hil_cpu_leave_block(board);
+        cpu->asleep = false;
+        value |= 1u;
+    }
+    if (number == HIL_REG_XPSR) {
+        /* Flags only: mode and T bit are not the debugger's, and writing more would move the stack. */
+        uint32_t flags = (uint32_t)value;
+        uc_reg_write(board->uc, UC_ARM_REG_APSR_NZCVQG, &flags);
+        return;
+    }
+    uc_reg_write(board->uc, unicorn_register(number), &value);
+}
+
+/* What a look at a peripheral register must leave as it was. */
+struct bystander {
+    struct hil_state state;
+    struct hil_callbacks callbacks;
+    FILE *trace;
+    struct hil_vcd *vcd;
+    struct hil_access access;
+    uint64_t limit_cycle;
+    bool stopped, reset_request;
+    uint32_t reset_flags;
+    char reason[sizeof ((struct hil_board *)0)->reason];
+};
+
+static void remember(const struct hil_board *board, struct bystander *b)
+{
+    b->state = board->state;
+    b->callbacks = board->callbacks;
+    b->trace = board->options.trace;
+    b->vcd = board->vcd;
+    b->access = board->access;
+    b->limit_cycle = board->limit_cycle;
+    b->stopped = board->stopped;
+    b->reset_request = board->reset_request;
+    b->reset_flags = board->reset_flags;
+    memcpy(b->reason, board->reason, sizeof b->reason);
+}
+
+static void forget(struct hil_board *board, const struct bystander *b)
+{
+    board->state = b->state;
+    board->callbacks = b->callbacks;
+    board->options.trace = b->trace;
+    board->vcd = b->vcd;
+    board->access = b->access;
+    board->limit_cycle = b->limit_cycle;
+    board->stopped = b->stopped;
+    board->reset_request = b->reset_request;
+    board->reset_flags = b->reset_flags;
+    memcpy(board->reason, b->reason, sizeof b->reason);
+}
+
+static bool is_bus(uint32_t address)
+{
+    return (address >= 0x40000000u && address < 0x60000000u) || (address >= 0xe0000000u && address < 0xe0100000u)
+           || address - 0x1fff0000u < 0x10000u;
+}
+
+static unsigned access_size(uint32_t address, size_t n)
+{
+    return !(address & 3u) && n >= 4 ? 4 : !(address & 1u) && n >= 2 ? 2 : 1;
+}
+
+enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t *out, size_t n)
+{
+    static struct bystander before; /* large; one debugger talks at a time */
+    if (hil_board_peek(board, address, out, n) == MR_OK)
+        return MR_OK;
+    if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
+        return MR_UNKNOWN;
+    remember(board, &before);
+    board->callbacks = (struct hil_callbacks){0};
+    board->options.trace = NULL;
+    board->vcd = NULL;
+    board->stopped = false;
+    for (size_t i = 0; i < n && !board->stopped;) {
+        unsigned size = access_size(address + (uint32_t)i, n - i);
+        uint32_t value = hil_bus_read(board, address + (uint32_t)i, size);
+        memcpy(out + i, &value, size);
+        i += size;
+    }
+    enum mr_status status = board->stopped ? MR_UNKNOWN : MR_OK;
+    forget(board, &before);
+    return status;
+}
+
+enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const uint8_t *bytes, size_t n)
+{
+    static struct bystander before;
+    if (hil_board_poke(board, address, bytes, n) == MR_OK)
+        return MR_OK;
+    if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
+        return MR_UNKNOWN;
+    remember(board, &before);
+    for (size_t i = 0; i < n && !board->stopped;) {
+        uint32_t value = 0;
+        unsigned size = access_size(address + (uint32_t)i, n - i);
+        memcpy(&value, bytes + i, size);
+        hil_bus_write(board, address + (uint32_t)i, size, value);
+        i += size;
+    }
+    if (!board->stopped || before.stopped)
+        return MR_OK;
+    forget(board, &before);
+    return MR_UNKNOWN;
+}

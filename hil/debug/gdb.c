@@ -1,0 +1,687 @@
+#include "hil/debug/gdb.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "hil/link/wire_link.h"
+
+#define POLL_MS 50
+#define SEND_MS 10000
+#define MEMORY_MAX (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, as hex */
+#define SIGNAL_INTERRUPT 2
+#define SIGNAL_TRAP 5
+#define SIGNAL_SEGMENT 11
+
+/* In the order of enum hil_debug_register. */
+static const char target_xml[] =
+    "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target version=\"1.0\">\n"
+    "<architecture>armv7e-m</architecture>\n<feature name=\"org.gnu.gdb.arm.m-profile\">\n"
+    "<reg name=\"r0\" bitsize=\"32\" regnum=\"0\"/><reg name=\"r1\" bitsize=\"32\"/><reg name=\"r2\" bitsize=\"32\"/>\n"
+    "<reg name=\"r3\" bitsize=\"32\"/><reg name=\"r4\" bitsize=\"32\"/><reg name=\"r5\" bitsize=\"32\"/>\n"
+    "<reg name=\"r6\" bitsize=\"32\"/><reg name=\"r7\" bitsize=\"32\"/><reg name=\"r8\" bitsize=\"32\"/>\n"
+    "<reg name=\"r9\" bitsize=\"32\"/><reg name=\"r10\" bitsize=\"32\"/><reg name=\"r11\" bitsize=\"32\"/>\n"
+    "<reg name=\"r12\" bitsize=\"32\"/><reg name=\"sp\" bitsize=\"32\" type=\"data_ptr\"/>\n"
+    "<reg name=\"lr\" bitsize=\"32\"/><reg name=\"pc\" bitsize=\"32\" type=\"code_ptr\"/>\n"
+    "<reg name=\"xpsr\" bitsize=\"32\"/></feature>\n"
+    "<feature name=\"org.gnu.gdb.arm.m-system\"><reg name=\"msp\" bitsize=\"32\" type=\"data_ptr\"/>\n"
+    "<reg name=\"psp\" bitsize=\"32\" type=\"data_ptr\"/><reg name=\"primask\" bitsize=\"32\"/>\n"
+    "<reg name=\"basepri\" bitsize=\"32\"/><reg name=\"faultmask\" bitsize=\"32\"/>\n"
+    "<reg name=\"control\" bitsize=\"32\"/></feature>\n"
+    "<feature name=\"org.gnu.gdb.arm.vfp\">\n"
+    "<reg name=\"d0\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d1\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d2\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d3\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d4\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d5\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d6\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d7\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d8\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d9\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d10\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d11\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d12\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d13\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"d14\" bitsize=\"64\" type=\"ieee_double\"/><reg name=\"d15\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+    "<reg name=\"fpscr\" bitsize=\"32\" type=\"int\" group=\"float\"/></feature>\n</target>\n";
+
+static const char monitor_help[] =
+    "time                          virtual time, cycles, instructions\n"
+    "counters                      what the board has counted\n"
+    "reset                         reset the chip; then `maintenance flush register-cache`\n"
+    "interrupts step-over|step-into  whether a step goes over interrupts (it does) or into them\n";
+
+static int64_t now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+}
+
+/* --- hexadecimal --- */
+
+static int digit(char c)
+{
+    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+/* Bytes from pairs of digits; how many there were. */
+static size_t from_hex(const char *text, uint8_t *bytes, size_t room)
+{
+    size_t n = 0;
+    while (n < room && digit(text[0]) >= 0 && digit(text[1]) >= 0) {
+        bytes[n++] = (uint8_t)(digit(text[0]) << 4 | digit(text[1]));
+        text += 2;
+    }
+    return n;
+}
+
+static char *to_hex(char *text, const void *bytes, size_t n)
+{
+    static const char digits[] = "0123456789abcdef";
+    const uint8_t *p = bytes;
+    for (size_t i = 0; i < n; i++) {
+        *text++ = digits[p[i] >> 4];
+        *text++ = digits[p[i] & 15u];
+    }
+    *text = '\0';
+    return text;
+}
+
+/* `ADDRESS,LENGTH` and what follows; false: it is not. */
+static bool two_numbers(const char *text, uint32_t *a, uint32_t *b, const char **rest)
+{
+    char *end;
+    *a = (uint32_t)strtoul(text, &end, 16);
+    if (end == text || *end != ',')
+        return false;
+    text = end + 1;
+    *b = (uint32_t)strtoul(text, &end, 16);
+    *rest = end;
+    return end != text;
+}
+
+/* --- packets --- */
+
+static void lose(struct hil_gdb *gdb)
+{
+    if (gdb->fd >= 0)
+        close(gdb->fd);
+    gdb->fd = -1;
+    gdb->in_size = 0;
+    if (gdb->attached)
+        hil_debug_detach(gdb->board);
+    gdb->attached = false;
+}
+
+static void send_all(struct hil_gdb *gdb, const char *bytes, size_t n)
+{
+    int64_t until = now_ms() + SEND_MS;
+    while (n && gdb->fd >= 0) {
+        ssize_t sent = send(gdb->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (sent > 0) {
+            bytes += sent;
+            n -= (size_t)sent;
+            continue;
+        }
+        struct pollfd wait = {.fd = gdb->fd, .events = POLLOUT};
+        if ((errno != EAGAIN && errno != EINTR) || now_ms() > until)
+            lose(gdb);
+        else
+            poll(&wait, 1, POLL_MS);
+    }
+}
+
+static void put_packet(struct hil_gdb *gdb, const char *text)
+{
+    char packet[2 * HIL_GDB_PACKET + 8];
+    uint8_t sum = 0;
+    size_t n = strlen(text);
+    for (size_t i = 0; i < n; i++)
+        sum = (uint8_t)(sum + (uint8_t)text[i]);
+    int length = snprintf(packet, sizeof packet, "$%s#%02x", text, sum);
+    send_all(gdb, packet, (size_t)length);
+}
+
+/* A line for the debugger's console; only while the debugger waits for the board or for a monitor command. */
+static void put_console(struct hil_gdb *gdb, const char *text)
+{
+    char packet[2 * HIL_GDB_PACKET] = "O";
+    size_t n = strlen(text);
+    to_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
+    put_packet(gdb, packet);
+}
+
+/* What the socket has, up to timeout_ms; false: it is closed. */
+static bool receive(struct hil_gdb *gdb, int timeout_ms)
+{
+    struct pollfd wait = {.fd = gdb->fd, .events = POLLIN};
+    if (gdb->in_size == sizeof gdb->in)
+        gdb->in_size = 0; /* longer than any packet: none */
+    if (gdb->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
+        return gdb->fd >= 0;
+    ssize_t n = recv(gdb->fd, gdb->in + gdb->in_size, sizeof gdb->in - gdb->in_size, MSG_DONTWAIT);
+    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
+        lose(gdb);
+        return false;
+    }
+    if (n > 0)
+        gdb->in_size += (size_t)n;
+    return true;
+}
+
+static void drop(struct hil_gdb *gdb, size_t n)
+{
+    memmove(gdb->in, gdb->in + n, gdb->in_size - n);
+    gdb->in_size -= n;
+}
+
+/* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none. *interrupt: Ctrl-C came
+ * instead. A packet whose sender cannot be told that it came is none: the connection is lost, and the board detached. But for kill:
+ * gdb goes as soon as it has sent it. */
+static int take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
+{
+    *interrupt = false;
+    while (gdb->in_size && gdb->in[0] != '$') {
+        *interrupt = gdb->in[0] == 3;
+        drop(gdb, 1);
+        if (*interrupt)
+            return -1;
+    }
+    const char *hash = gdb->in_size ? memchr(gdb->in, '#', gdb->in_size) : NULL;
+    if (!hash || gdb->in_size - (size_t)(hash - gdb->in) < 3)
+        return -1;
+    uint8_t sum = 0;
+    int n = 0;
+    for (const char *p = gdb->in + 1; p < hash; p++) {
+        sum = (uint8_t)(sum + (uint8_t)*p);
+        if (*p == '}' && p + 1 < hash) {
+            sum = (uint8_t)(sum + (uint8_t)p[1]);
+            packet[n++] = (char)(*++p ^ 0x20);
+        } else {
+            packet[n++] = *p;
+        }
+    }
+    packet[n] = '\0';
+    bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 && sum == (digit(hash[1]) << 4 | digit(hash[2]));
+    drop(gdb, (size_t)(hash - gdb->in) + 3);
+    if (gdb->acknowledges)
+        send_all(gdb, good ? "+" : "-", 1);
+    return good && (gdb->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
+}
+
+/* --- registers and memory --- */
+
+static size_t register_bytes(unsigned number)
+{
+    return number >= HIL_REG_D0 && number < HIL_REG_FPSCR ? 8 : 4;
+}
+
+static char *put_register(const struct hil_gdb *gdb, unsigned number, char *text)
+{
+    uint64_t value = hil_debug_read_register(gdb->board, number);
+    return to_hex(text, &value, register_bytes(number));
+}
+
+static bool set_register(struct hil_gdb *gdb, unsigned number, const char *text)
+{
+    uint64_t value = 0;
+    if (number >= HIL_REG_COUNT || from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
+        return false;
+    hil_debug_write_register(gdb->board, number, value);
+    return true;
+}
+
+/* Only what differs: writing PC leaves the block. */
+static bool set_all_registers(struct hil_gdb *gdb, const char *text)
+{
+    for (unsigned i = 0; i < HIL_REG_COUNT; i++) {
+        char now[20];
+        put_register(gdb, i, now);
+        if (strncmp(text, now, strlen(now)) != 0 && !set_register(gdb, i, text))
+            return false;
+        text += strlen(now);
+    }
+    return true;
+}
+
+static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
+{
+    uint8_t bytes[MEMORY_MAX];
+    uint32_t address, n;
+    if (!two_numbers(text, &address, &n, &text) || n > MEMORY_MAX) {
+        strcpy(answer, "E01");
+        return;
+    }
+    if (hil_debug_read(gdb->board, address, bytes, n) == MR_OK)
+        to_hex(answer, bytes, n);
+    else
+        strcpy(answer, "E0e"); /* EFAULT */
+}
+
+static void write_memory(struct hil_gdb *gdb, const char *text, const char *end, bool binary, char *answer)
+{
+    uint8_t bytes[HIL_GDB_PACKET];
+    uint32_t address, n;
+    strcpy(answer, "E01");
+    if (!two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
+        return;
+    text++;
+    if (binary ? (size_t)(end - text) != n : from_hex(text, bytes, n) != n)
+        return;
+    if (binary)
+        memcpy(bytes, text, n);
+    bool done = n == 0 || hil_debug_write(gdb->board, address, bytes, n) == MR_OK;
+    strcpy(answer, done ? "OK" : "E0e");
+}
+
+/* Z and z: kind, address, size. */
+static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *answer)
+{
+    uint32_t address, size;
+    const char *rest;
+    char kind = text[0];
+    if (kind < '0' || kind > '4' || text[1] != ',')
+        return; /* not known: the empty answer */
+    if (!two_numbers(text + 2, &address, &size, &rest)) {
+        strcpy(answer, "E01");
+        return;
+    }
+    enum mr_status status = kind < '2' ? hil_debug_break(gdb->board, address, set)
+                                       : hil_debug_watch(gdb->board, (enum hil_watch)(kind - '0'), address, size, set);
+    strcpy(answer, status == MR_OK ? "OK" : "E1c"); /* ENOSPC */
+}
+
+static void read_description(const char *text, char *answer)
+{
+    uint32_t offset, n;
+    const char *rest;
+    size_t size = sizeof target_xml - 1;
+    if (!two_numbers(text, &offset, &n, &rest)) {
+        strcpy(answer, "E01");
+        return;
+    }
+    if (n > HIL_GDB_PACKET - 8u)
+        n = HIL_GDB_PACKET - 8u;
+    if (offset > size)
+        offset = (uint32_t)size;
+    if (n > size - offset)
+        n = (uint32_t)(size - offset);
+    answer[0] = offset + n < size ? 'm' : 'l';
+    memcpy(answer + 1, target_xml + offset, n);
+    answer[1 + n] = '\0';
+}
+
+/* --- monitor --- */
+
+static void tell_time(const struct hil_board *board, char *text, size_t size)
+{
+    uint64_t now_ps = hil_board_now_ps(board);
+    snprintf(text, size, "%llu.%09llu s virtual, cycle %llu at %u Hz, %llu instructions\n",
+             (unsigned long long)(now_ps / HIL_SECOND_PS),
+             (unsigned long long)(now_ps % HIL_SECOND_PS / HIL_NS_PS),
+             (unsigned long long)hil_board_now_cycles(board), (unsigned)hil_board_hclk_hz(board),
+             (unsigned long long)hil_board_counters(board)->instructions);
+}
+
+static void tell_counters(const struct hil_board *board, char *text, size_t size)
+{
+    const struct hil_counters *c = hil_board_counters(board);
+    snprintf(text, size,
+             "instructions %llu\nasleep %llu cycles\nexceptions %llu, %llu of them tail-chained\nfaults %llu\n"
+             "resets %llu, %llu of them by the watchdog\nCAN frames %llu out, %llu in, errors %llu\n"
+             "serial bytes %llu out, %llu in\nADC scans %llu and %llu, overruns %llu\nswitches opened %llu, edges captured %llu\n",
+             (unsigned long long)c->instructions, (unsigned long long)c->asleep_cycles,
+             (unsigned long long)c->exceptions, (unsigned long long)c->tail_chains, (unsigned long long)c->faults,
+             (unsigned long long)c->resets, (unsigned long long)c->watchdog_resets,
+             (unsigned long long)c->can_frames_out, (unsigned long long)c->can_frames_in,
+             (unsigned long long)c->can_errors, (unsigned long long)c->serial_bytes_out,
+             (unsigned long long)c->serial_bytes_in, (unsigned long long)c->adc_scans[0],
+             (unsigned long long)c->adc_scans[1], (unsigned long long)c->adc_overruns,
+             (unsigned long long)c->switches_opened, (unsigned long long)c->edges_captured);
+}
+
+static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
+{
+    char command[128] = "", text[HIL_GDB_PACKET / 2 - 8];
+    from_hex(hex, (uint8_t *)command, sizeof command - 1);
+    if (strcmp(command, "time") == 0) {
+        tell_time(gdb->board, text, sizeof text);
+    } else if (strcmp(command, "counters") == 0) {
+        tell_counters(gdb->board, text, sizeof text);
+    } else if (strcmp(command, "reset") == 0) {
+        hil_debug_reset(gdb->board);
+        snprintf(text, sizeof text, "reset; PC 0x%08x\n", (unsigned)hil_board_register(gdb->board, 15));
+    } else if (strcmp(command, "interrupts step-into") == 0 || strcmp(command, "interrupts step-over") == 0) {
+        gdb->debug.step_into_interrupts = strstr(command, "into") != NULL;
+        snprintf(text, sizeof text, "a step goes %s interrupts\n", gdb->debug.step_into_interrupts ? "into" : "over");
+    } else {
+        snprintf(text, sizeof text, "%s%s%s", strcmp(command, "help") == 0 ? "" : "no such command; there are:\n",
+                 monitor_help, "");
+    }
+    to_hex(answer, text, strlen(text));
+}
+
+/* --- conversation --- */
+
+static void query(struct hil_gdb *gdb, const char *packet, char *answer)
+{
+    if (strncmp(packet, "qSupported", 10) == 0)
+        snprintf(answer, HIL_GDB_PACKET, "PacketSize=%x;qXfer:features:read+;vContSupported+;QStartNoAckMode+",
+                 (unsigned)HIL_GDB_PACKET);
+    else if (strncmp(packet, "qXfer:features:read:target.xml:", 31) == 0)
+        read_description(packet + 31, answer);
+    else if (strcmp(packet, "qAttached") == 0)
+        strcpy(answer, "1");
+    else if (strcmp(packet, "qC") == 0)
+        strcpy(answer, "QC1");
+    else if (strcmp(packet, "qfThreadInfo") == 0)
+        strcpy(answer, "m1");
+    else if (strcmp(packet, "qsThreadInfo") == 0)
+        strcpy(answer, "l");
+    else if (strncmp(packet, "qSymbol", 7) == 0)
+        strcpy(answer, "OK");
+    else if (strncmp(packet, "qRcmd,", 6) == 0)
+        monitor(gdb, packet + 6, answer);
+}
+
+static void report(struct hil_gdb *gdb, enum mr_status status)
+{
+    char packet[64];
+    const struct hil_debug *d = &gdb->debug;
+    int signal = status != MR_OK ? SIGNAL_SEGMENT : d->hold == HIL_HOLD_ASKED ? SIGNAL_INTERRUPT : SIGNAL_TRAP;
+    int n = snprintf(packet, sizeof packet, "T%02xthread:1;", (unsigned)signal);
+    if (status == MR_OK && d->hold == HIL_HOLD_WATCHPOINT)
+        snprintf(packet + n, sizeof packet - (size_t)n, "%swatch:%x;",
+                 d->watch_kind == HIL_WATCH_READ ? "r" : d->watch_kind == HIL_WATCH_ACCESS ? "a" : "",
+                 (unsigned)d->watch_address);
+    gdb->reported = true;
+    put_packet(gdb, packet);
+}
+
+/* vCont;ACTION[;ACTION...]: there is one thread, so the first counts. True: the board goes on. */
+static bool vcont(struct hil_gdb *gdb, const char *action)
+{
+    uint32_t low, high;
+    const char *rest;
+    if (*action == 'c' || *action == 'C')
+        hil_debug_run(gdb->board);
+    else if (*action == 's' || *action == 'S')
+        hil_debug_step(gdb->board, 0, 0);
+    else if (*action == 'r' && two_numbers(action + 1, &low, &high, &rest))
+        hil_debug_step(gdb->board, low, high);
+    else
+        return false;
+    return true;
+}
+
+/* Treat a packet while the board is held. True: the board goes on. */
+static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum mr_status status)
+{
+    char answer[2 * HIL_GDB_PACKET] = "";
+    unsigned number;
+    const char *equals = strchr(packet, '=');
+    switch (packet[0]) {
+    case '?':
+        report(gdb, status);
+        return false;
+    case 'g':
+        for (unsigned i = 0; i < HIL_REG_COUNT; i++)
+            put_register(gdb, i, answer + strlen(answer));
+        break;
+    case 'G':
+        strcpy(answer, set_all_registers(gdb, packet + 1) ? "OK" : "E01");
+        break;
+    case 'p':
+        number = (unsigned)strtoul(packet + 1, NULL, 16);
+        if (number < HIL_REG_COUNT)
+            put_register(gdb, number, answer);
+        else
+            strcpy(answer, "E01");
+        break;
+    case 'P':
+        number = (unsigned)strtoul(packet + 1, NULL, 16);
+        strcpy(answer, equals && set_register(gdb, number, equals + 1) ? "OK" : "E01");
+        break;
+    case 'm':
+        read_memory(gdb, packet + 1, answer);
+        break;
+    case 'M':
+    case 'X':
+        write_memory(gdb, packet + 1, end, packet[0] == 'X', answer);
+        break;
+    case 'Z':
+    case 'z':
+        set_point(gdb, packet + 1, packet[0] == 'Z', answer);
+        break;
+    case 'c':
+    case 's':
+        if (packet[1])
+            hil_debug_write_register(gdb->board, HIL_REG_PC, strtoul(packet + 1, NULL, 16));
+        return vcont(gdb, packet[0] == 'c' ? "c" : "s");
+    case 'H':
+    case 'T':
+        strcpy(answer, "OK");
+        break;
+    case 'D':
+        put_packet(gdb, "OK");
+        lose(gdb);
+        return true;
+    case 'k':
+        gdb->killed = true;
+        lose(gdb);
+        return true;
+    case 'q':
+        query(gdb, packet, answer);
+        break;
+    case 'Q':
+        if (strcmp(packet, "QStartNoAckMode") == 0) {
+            put_packet(gdb, "OK");
+            gdb->acknowledges = false;
+            return false;
+        }
+        break;
+    case 'v':
+        if (strcmp(packet, "vCont?") == 0) {
+            strcpy(answer, "vCont;c;C;s;S;r");
+        } else if (strncmp(packet, "vCont;", 6) == 0) {
+            if (vcont(gdb, packet + 6))
+                return true;
+            strcpy(answer, "E01");
+        } else if (strncmp(packet, "vKill", 5) == 0) {
+            put_packet(gdb, "OK");
+            gdb->killed = true;
+            lose(gdb);
+            return true;
+        }
+        break;
+    default:
+        break; /* the empty answer: not supported */
+    }
+    put_packet(gdb, answer);
+    return false;
+}
+
+/* Serve the debugger until it lets the board go on. */
+static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
+{
+    char packet[2 * HIL_GDB_PACKET + 1];
+    while (gdb->fd >= 0 && !*stop) {
+        bool interrupt;
+        int n = take_packet(gdb, packet, &interrupt);
+        if (n < 0) {
+            if (!interrupt && !receive(gdb, POLL_MS))
+                return;
+            continue;
+        }
+        if (treat(gdb, packet, packet + n, status)) {
+            gdb->reported = false;
+            return;
+        }
+    }
+}
+
+static void attach(struct hil_gdb *gdb)
+{
+    int one = 1;
+    gdb->fd = accept4(gdb->listener, NULL, NULL, SOCK_CLOEXEC);
+    if (gdb->fd < 0)
+        return;
+    if (!gdb->path[0])
+        setsockopt(gdb->fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
+    gdb->acknowledges = true;
+    gdb->attached = true;
+    gdb->reported = true; /* it will ask */
+    gdb->in_size = 0;
+    hil_debug_attach(gdb->board, &gdb->debug);
+}
+
+/* Why the board is held or has stopped, as far as a stop reply does not say it. */
+static void explain(struct hil_gdb *gdb, enum mr_status status)
+{
+    char text[512];
+    const struct hil_debug *d = &gdb->debug;
+    if (status != MR_OK)
+        snprintf(text, sizeof text, "the board has stopped: %s\n", hil_board_reason(gdb->board));
+    else if (d->hold == HIL_HOLD_WATCHPOINT)
+        snprintf(text, sizeof text, "access to 0x%08x by the instruction at 0x%08x\n", (unsigned)d->watch_address,
+                 (unsigned)d->watch_pc);
+    else if (d->hold == HIL_HOLD_BKPT)
+        snprintf(text, sizeof text, "the firmware's own BKPT instruction; going on steps over it\n");
+    else
+        return;
+    put_console(gdb, text);
+}
+
+bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
+{
+    struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
+    if (gdb->listener < 0)
+        return true;
+    if (gdb->fd < 0) {
+        if (status != MR_OK || poll(&wait, 1, 0) <= 0)
+            return true;
+        attach(gdb);
+    }
+    if (gdb->fd >= 0 && !hil_debug_holds(gdb->board) && receive(gdb, 0)) {
+        char packet[2 * HIL_GDB_PACKET + 1];
+        bool interrupt;
+        take_packet(gdb, packet, &interrupt); /* while it runs nothing else is to come */
+        if (interrupt)
+            hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
+    }
+    if (gdb->fd < 0 || (!hil_debug_holds(gdb->board) && status == MR_OK))
+        return true;
+    if (!gdb->reported) {
+        explain(gdb, status);
+        report(gdb, status);
+    }
+    talk(gdb, status, stop);
+    return !gdb->killed;
+}
+
+/* --- opening and closing --- */
+
+static enum mr_status listen_on_path(struct hil_gdb *gdb, const char *path, char *error, size_t size)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    struct stat st;
+    if (strlen(path) >= sizeof address.sun_path) {
+        snprintf(error, size, "--gdb: the socket path is too long (%zu characters fit); give a shorter one",
+                 sizeof address.sun_path - 1);
+        return MR_USAGE;
+    }
+    strcpy(address.sun_path, path);
+    if (lstat(path, &st) == 0 && !S_ISSOCK(st.st_mode)) {
+        snprintf(error, size, "--gdb: %s is there and no socket; remove it or give another path", path);
+        return MR_IO;
+    }
+    if (hil_socket_is_live(&address)) {
+        snprintf(error, size, "--gdb: another program listens at %s; end it or give another path", path);
+        return MR_IO;
+    }
+    unlink(path);
+    gdb->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (gdb->listener < 0 || bind(gdb->listener, (const struct sockaddr *)&address, sizeof address) != 0
+        || listen(gdb->listener, 1) != 0) {
+        snprintf(error, size, "--gdb: cannot listen at %s: %s; give a path in a folder that can be written", path,
+                 strerror(errno));
+        return MR_IO;
+    }
+    strcpy(gdb->path, path);
+    snprintf(gdb->place, sizeof gdb->place, "%s", path);
+    return MR_OK;
+}
+
+static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, char *error, size_t size)
+{
+    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons((uint16_t)port)};
+    socklen_t length = sizeof address;
+    int one = 1;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    gdb->listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (gdb->listener >= 0)
+        setsockopt(gdb->listener, SOL_SOCKET, SO_REUSEADDR, &one, sizeof one);
+    if (gdb->listener < 0 || bind(gdb->listener, (const struct sockaddr *)&address, sizeof address) != 0
+        || listen(gdb->listener, 1) != 0 || getsockname(gdb->listener, (struct sockaddr *)&address, &length) != 0) {
+        snprintf(error, size, "--gdb: cannot listen on port %lu: %s; give another, or 0 for any", port,
+                 strerror(errno));
+        return MR_IO;
+    }
+    snprintf(gdb->place, sizeof gdb->place, "127.0.0.1:%u", ntohs(address.sin_port));
+    return MR_OK;
+}
+
+enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, size_t size)
+{
+    *gdb = (struct hil_gdb){.listener = -1, .fd = -1};
+    if (strncmp(text, "unix:", 5) == 0 && text[5])
+        return listen_on_path(gdb, text + 5, error, size);
+    char *end;
+    unsigned long port = strtoul(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end || port > 65535) {
+        snprintf(error, size, "--gdb cannot be `%s`; give a port (0: any) or unix:PATH", text);
+        return MR_USAGE;
+    }
+    return listen_on_port(gdb, port, error, size);
+}
+
+enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int timeout_ms, const volatile int *stop,
+                              char *error, size_t size)
+{
+    int64_t until = now_ms() + timeout_ms;
+    gdb->board = board;
+    if (gdb->listener < 0)
+        return MR_OK;
+    while (gdb->fd < 0 && !*stop && now_ms() < until) {
+        struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
+        if (poll(&wait, 1, POLL_MS) > 0)
+            attach(gdb);
+    }
+    if (gdb->fd >= 0)
+        return MR_OK;
+    snprintf(error, size, "--gdb: no debugger came to %s within %d s; start gdb-multiarch with `target remote %s`",
+             gdb->place, timeout_ms / 1000, gdb->place);
+    return *stop ? MR_CLOSED : MR_TIMEOUT;
+}
+
+void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
+{
+    char packet[8];
+    if (gdb->fd >= 0) {
+        snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
+        put_packet(gdb, packet);
+        receive(gdb, POLL_MS); /* its acknowledgement: closing with unread input would look like an error */
+    }
+    lose(gdb);
+    if (gdb->listener >= 0)
+        close(gdb->listener);
+    if (gdb->path[0])
+        unlink(gdb->path);
+    gdb->listener = -1;
+    gdb->path[0] = '\0';
+}

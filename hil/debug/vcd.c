@@ -1,0 +1,319 @@
+#include "hil/debug/vcd.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "hil/board/machine.h"
+
+#define FUNCTIONS_MAX 64u
+#define LANES_MAX 192u
+#define MARKS_MAX 512u
+#define EXC_RETURN 0xffffffe0u
+#define FILE_BUFFER (1u << 20)
+
+enum { FIXED_LANES = 13 };
+
+/* Lanes that every trace has, in the order of `fixed_values`. */
+static const struct {
+    const char *scope, *name;
+    unsigned bits;
+} fixed[FIXED_LANES] = {
+    {"pins", "PD12_excitation_plus", 1},
+    {"pins", "PD13_excitation_minus", 1},
+    {"pins", "PA15_switch_edge", 1},
+    {"pins", "PE0_lamp_off", 1},
+    {"converters", "adc1_scan", 1},
+    {"converters", "adc3_scan", 1},
+    {"links", "can_frame", 1},
+    {"links", "usart1_tx", 1},
+    {"links", "usart1_rx", 1},
+    {"core", "sleeping", 1},
+    {"core", "exception", 8},
+    {"core", "resets", 16},
+    {"core", "hclk_hz", 32},
+};
+
+struct function {
+    uint32_t entry;
+    bool active;
+    uint32_t returns_to, sp;
+    unsigned exception; /* in which it was entered; 0: thread */
+};
+
+struct hil_vcd {
+    FILE *file;
+    char *path;
+    uint64_t t_ns;
+    bool begun;
+    unsigned lanes;
+    uint32_t value[LANES_MAX];
+    unsigned bits[LANES_MAX];
+    char code[LANES_MAX][4];
+    unsigned exceptions;            /* lanes of single exceptions, from FIXED_LANES on */
+    uint8_t exception[HIL_EXCEPTIONS];
+    unsigned functions;             /* after those */
+    struct function function[FUNCTIONS_MAX];
+    uint32_t mark[MARKS_MAX];       /* entries and return addresses met so far */
+    unsigned marks;
+};
+
+static void declare(struct hil_vcd *vcd, const char *name, unsigned bits)
+{
+    unsigned n = vcd->lanes++;
+    vcd->bits[n] = bits;
+    vcd->code[n][0] = (char)('!' + n % 94u);
+    vcd->code[n][1] = n >= 94u ? (char)('!' + n / 94u) : '\0';
+    fprintf(vcd->file, "$var %s %u %s %s $end\n", bits == 1 ? "wire" : "reg", bits, vcd->code[n], name);
+}
+
+/* An exception has a lane when its vector is its own: not empty, and not the one that most share. */
+static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board, const struct hil_symbols *symbols)
+{
+    uint32_t vector[HIL_EXCEPTIONS], shared = 0;
+    unsigned most = 2;
+    memcpy(vector, board->memory->flash, sizeof vector);
+    for (unsigned i = 2; i < HIL_EXCEPTIONS; i++) {
+        unsigned same = 0;
+        for (unsigned k = 2; k < HIL_EXCEPTIONS; k++)
+            same += vector[k] == vector[i];
+        if (same > most) {
+            most = same;
+            shared = vector[i];
+        }
+    }
+    fputs("$scope module exceptions $end\n", vcd->file);
+    for (unsigned i = 2; i < HIL_EXCEPTIONS; i++) {
+        char name[80];
+        const struct hil_symbol *symbol = hil_symbols_at(symbols, vector[i] & ~1u);
+        if (!vector[i] || vector[i] == 0xffffffffu || vector[i] == shared)
+            continue;
+        int n = i < 16 ? snprintf(name, sizeof name, "exception%u", i) : snprintf(name, sizeof name, "irq%u", i - 16);
+        if (symbol)
+            snprintf(name + n, sizeof name - (size_t)n, "_%s", symbol->name);
+        vcd->exception[vcd->exceptions++] = (uint8_t)i;
+        declare(vcd, name, 1);
+    }
+    fputs("$upscope $end\n", vcd->file);
+}
+
+static void add_mark(struct hil_vcd *vcd, uint32_t address)
+{
+    if (!hil_vcd_marks(vcd, address) && vcd->marks < MARKS_MAX)
+        vcd->mark[vcd->marks++] = address;
+}
+
+static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functions, const struct hil_symbols *symbols,
+                                        char *error, size_t size)
+{
+    const char *p = functions ? functions : HIL_VCD_FUNCTIONS;
+    fputs("$scope module functions $end\n", vcd->file);
+    while (*p) {
+        char name[128];
+        size_t n = strcspn(p, ",");
+        snprintf(name, sizeof name, "%.*s", (int)n, p);
+        p += n + (p[n] == ',');
+        const struct hil_symbol *symbol = hil_symbols_named(symbols, name);
+        if (!symbol && !functions)
+            continue;
+        if (!symbol || vcd->functions == FUNCTIONS_MAX) {
+            snprintf(error, size, symbol ? "--vcd-functions: more than %2$u; leave out %1$s and what follows"
+                                         : "--vcd-functions: the image has no function `%s`; was it inlined? nm lists those there are",
+                     name, FUNCTIONS_MAX);
+            return MR_UNKNOWN;
+        }
+        vcd->function[vcd->functions++] = (struct function){.entry = symbol->address};
+        add_mark(vcd, symbol->address);
+        declare(vcd, name, 1);
+    }
+    fputs("$upscope $end\n", vcd->file);
+    return MR_OK;
+}
+
+static enum mr_status write_header(struct hil_vcd *vcd, const struct hil_board *board, const char *functions,
+                                   const struct hil_symbols *symbols, char *error, size_t size)
+{
+    fputs("$version matrig-board $end\n$timescale 1 ns $end\n$scope module board $end\n", vcd->file);
+    for (unsigned i = 0; i < FIXED_LANES; i++) {
+        if (!i || strcmp(fixed[i].scope, fixed[i - 1].scope) != 0)
+            fprintf(vcd->file, "%s$scope module %s $end\n", i ? "$upscope $end\n" : "", fixed[i].scope);
+        declare(vcd, fixed[i].name, fixed[i].bits);
+    }
+    fputs("$upscope $end\n", vcd->file);
+    declare_exceptions(vcd, board, symbols);
+    enum mr_status status = declare_functions(vcd, functions, symbols, error, size);
+    fputs("$upscope $end\n$enddefinitions $end\n", vcd->file);
+    return status;
+}
+
+static void put_value(const struct hil_vcd *vcd, unsigned lane)
+{
+    char digits[36];
+    uint32_t value = vcd->value[lane];
+    if (vcd->bits[lane] == 1) {
+        fprintf(vcd->file, "%c%s\n", value ? '1' : '0', vcd->code[lane]);
+        return;
+    }
+    unsigned n = 0;
+    for (uint32_t rest = value; rest > 1; rest >>= 1)
+        n++;
+    digits[n + 1] = '\0';
+    for (unsigned i = 0; i <= n; i++)
+        digits[n - i] = (char)('0' + (value >> i & 1u));
+    fprintf(vcd->file, "b%s %s\n", digits, vcd->code[lane]);
+}
+
+static void set_value(struct hil_vcd *vcd, unsigned lane, uint32_t value, uint64_t t_ns)
+{
+    if (vcd->value[lane] == value && vcd->begun)
+        return;
+    vcd->value[lane] = value;
+    if (!vcd->begun)
+        return;
+    if (t_ns > vcd->t_ns) { /* time never goes back; events are treated a few instructions late */
+        vcd->t_ns = t_ns;
+        fprintf(vcd->file, "#%llu\n", (unsigned long long)t_ns);
+    }
+    put_value(vcd, lane);
+}
+
+static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LANES])
+{
+    const struct hil_state *state = &board->state;
+    value[0] = hil_gpio_level(board, 3, 12);
+    value[1] = hil_gpio_level(board, 3, 13);
+    value[2] = hil_gpio_level(board, 0, 15);
+    value[3] = hil_gpio_level(board, 4, 0);
+    value[4] = state->events.at_cycle[HIL_EVENT_ADC1] != HIL_NEVER;
+    value[5] = state->events.at_cycle[HIL_EVENT_ADC3] != HIL_NEVER;
+    value[6] = state->can.phase == HIL_CAN_FRAME;
+    value[7] = state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER;
+    value[8] = state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER;
+    value[9] = state->cpu.asleep;
+    value[10] = hil_board_register(board, 16) & 0x1ffu;
+    value[11] = (uint32_t)state->counters.resets & 0xffffu;
+    value[12] = state->clock.hclk_hz;
+}
+
+void hil_vcd_sample(struct hil_board *board, uint64_t at)
+{
+    struct hil_vcd *vcd = board->vcd;
+    uint32_t value[FIXED_LANES];
+    uint64_t t_ns = hil_clock_ps(&board->state.clock, at) / HIL_NS_PS;
+    fixed_values(board, value);
+    for (unsigned i = 0; i < FIXED_LANES; i++)
+        set_value(vcd, i, value[i], t_ns);
+    for (unsigned i = 0; i < vcd->exceptions; i++)
+        set_value(vcd, FIXED_LANES + i, hil_nvic_is_active(&board->state.nvic, vcd->exception[i]), t_ns);
+}
+
+static void set_function(struct hil_board *board, unsigned i, bool active)
+{
+    struct hil_vcd *vcd = board->vcd;
+    vcd->function[i].active = active;
+    set_value(vcd, FIXED_LANES + vcd->exceptions + i, active, hil_board_now_ps(board) / HIL_NS_PS);
+}
+
+void hil_vcd_exception(struct hil_board *board)
+{
+    struct hil_vcd *vcd = board->vcd;
+    bool reset = board->state.counters.resets != vcd->value[11];
+    hil_vcd_sample(board, hil_now(board));
+    for (unsigned i = 0; i < vcd->functions; i++) {
+        const struct function *f = &vcd->function[i];
+        if (f->active && (reset || (f->exception && !hil_nvic_is_active(&board->state.nvic, f->exception))))
+            set_function(board, i, false);
+    }
+}
+
+void hil_vcd_block(struct hil_board *board, uint32_t address)
+{
+    struct hil_vcd *vcd = board->vcd;
+    uint32_t sp = hil_board_register(board, 13);
+    for (unsigned i = 0; i < vcd->functions; i++) {
+        struct function *f = &vcd->function[i];
+        if (f->active && f->returns_to == address && sp >= f->sp)
+            set_function(board, i, false);
+        if (!f->active && f->entry == address) {
+            f->returns_to = hil_board_register(board, 14);
+            f->sp = sp;
+            f->exception = hil_board_register(board, 16) & 0x1ffu;
+            set_function(board, i, true);
+            if (f->returns_to >= EXC_RETURN)
+                continue; /* a handler: it ends with its exception */
+            f->returns_to &= ~1u;
+            add_mark(vcd, f->returns_to);
+            hil_cpu_inspect_again(board, f->returns_to);
+        }
+    }
+}
+
+bool hil_vcd_marks(const struct hil_vcd *vcd, uint32_t address)
+{
+    for (unsigned i = 0; i < vcd->marks; i++) {
+        if (vcd->mark[i] == address)
+            return true;
+    }
+    return false;
+}
+
+static void begin(struct hil_board *board)
+{
+    struct hil_vcd *vcd = board->vcd;
+    hil_vcd_sample(board, hil_now(board)); /* the values of now, not yet written */
+    vcd->begun = true;
+    vcd->t_ns = hil_board_now_ps(board) / HIL_NS_PS;
+    fprintf(vcd->file, "#%llu\n$dumpvars\n", (unsigned long long)vcd->t_ns);
+    for (unsigned i = 0; i < vcd->lanes; i++)
+        put_value(vcd, i);
+    fputs("$end\n", vcd->file);
+}
+
+enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
+                            const struct hil_symbols *symbols, char *error, size_t size)
+{
+    struct hil_vcd *vcd = calloc(1, sizeof *vcd);
+    if (!vcd)
+        abort();
+    vcd->file = fopen(path, "w");
+    vcd->path = strdup(path);
+    if (!vcd->file || !vcd->path) {
+        snprintf(error, size, "--vcd: cannot write %s: %s; give another file", path, strerror(errno));
+        free(vcd->path);
+        free(vcd);
+        return MR_IO;
+    }
+    setvbuf(vcd->file, NULL, _IOFBF, FILE_BUFFER);
+    enum mr_status status = write_header(vcd, board, functions, symbols, error, size);
+    board->vcd = vcd;
+    if (status != MR_OK) {
+        struct stat st;
+        hil_vcd_close(board, NULL, 0);
+        if (lstat(path, &st) == 0 && S_ISREG(st.st_mode)) /* never a device */
+            remove(path);
+        return status;
+    }
+    hil_cpu_forget_code(board); /* blocks already met may be marked now */
+    begin(board);
+    return MR_OK;
+}
+
+enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
+{
+    struct hil_vcd *vcd = board->vcd;
+    if (!vcd)
+        return MR_OK;
+    if (vcd->begun)
+        fprintf(vcd->file, "#%llu\n", (unsigned long long)(hil_board_now_ps(board) / HIL_NS_PS));
+    bool failed = ferror(vcd->file) != 0;
+    failed |= fclose(vcd->file) != 0;
+    if (failed)
+        snprintf(error, size, "--vcd: cannot write all of %s: %s; make room or give another file", vcd->path,
+                 strerror(errno));
+    free(vcd->path);
+    free(vcd);
+    board->vcd = NULL;
+    return failed ? MR_IO : MR_OK;
+}

@@ -1,0 +1,406 @@
+#include "hil/link/wire_link.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "hil/link/pty.h"
+
+#define FRAME_BYTES 16u
+#define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
+#define CAN_REMOTE 0x40000000u
+#define CAN_ERROR 0x20000000u
+#define BUFFER_MAX 65536u /* of a link that drops; beyond what the kernel holds */
+#define CLOSE_MS 500
+#define POLL_MS 100
+#define PTY_POLL_MS 2      /* nothing wakes us when a host opens it */
+#define PTY_BAUD 115200u   /* until a host says otherwise */
+#define LINKS_MAX 40 /* symbolic ones in a row, as the kernel has it */
+
+static int64_t now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+}
+
+static const char *noun(const struct hil_link *link)
+{
+    return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
+}
+
+/* A connection of the wrong type reaches nobody, and the refusal tells whether anybody is there. */
+bool hil_socket_is_live(const struct sockaddr_un *address)
+{
+    int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    bool live = fd >= 0 && connect(fd, (const struct sockaddr *)address, sizeof *address) != 0 && errno == EPROTOTYPE;
+    if (fd >= 0)
+        close(fd);
+    return live;
+}
+
+static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    struct stat st;
+    if (strlen(link->path) >= sizeof address.sun_path) {
+        snprintf(error, size, "%s: socket path of %zu characters, at most %zu fit; give a shorter one than %s", noun(link),
+                 strlen(link->path),
+                 sizeof address.sun_path - 1, link->path);
+        return MR_USAGE;
+    }
+    memcpy(address.sun_path, link->path, strlen(link->path));
+    if (lstat(link->path, &st) == 0) {
+        if (!S_ISSOCK(st.st_mode)) {
+            snprintf(error, size, "%s: %s is there and no socket; remove it or give another path",
+                     noun(link), link->path);
+            return MR_IO;
+        }
+        if (hil_socket_is_live(&address)) {
+            snprintf(error, size, "%s: another program listens at %s; end it or give another path", noun(link), link->path);
+            return MR_IO;
+        }
+        unlink(link->path); /* left by an earlier run */
+    }
+    link->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (link->listener < 0 || bind(link->listener, (const struct sockaddr *)&address, sizeof address) != 0
+        || listen(link->listener, 1) != 0) {
+        snprintf(error, size, "%s: cannot listen at %s: %s; give a path in a folder that can be written", noun(link),
+                 link->path, strerror(errno));
+        return MR_IO;
+    }
+    return MR_OK;
+}
+
+static bool begins_precious(const char *path)
+{
+    char begins[16] = {0};
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0)
+        return false;
+    ssize_t got = read(fd, begins, sizeof begins);
+    close(fd);
+    return got == (ssize_t)sizeof begins &&
+           (memcmp(begins, "SQLite format 3", 16) == 0 || memcmp(begins, "\177ELF", 4) == 0);
+}
+
+/* What SQLite keeps beside a database is a part of it, there or not. */
+static bool beside_database(const char *path)
+{
+    static const char *const tails[] = {"-wal", "-shm", "-journal"};
+    char database[PATH_MAX];
+    size_t length = strlen(path);
+    for (size_t i = 0; i < sizeof tails / sizeof tails[0]; i++) {
+        size_t tail = strlen(tails[i]);
+        if (length > tail && length < sizeof database && strcmp(path + length - tail, tails[i]) == 0) {
+            snprintf(database, sizeof database, "%.*s", (int)(length - tail), path);
+            return begins_precious(database);
+        }
+    }
+    return false;
+}
+
+bool hil_is_precious(const char *path)
+{
+    char at[PATH_MAX], to[PATH_MAX];
+    bool precious = begins_precious(path);
+    snprintf(at, sizeof at, "%s", path);
+    for (int i = 0; !precious && i <= LINKS_MAX; i++) { /* also where links lead to, which need not be there */
+        precious = beside_database(at);
+        ssize_t length = readlink(at, to, sizeof to - 1);
+        if (length < 0)
+            break;
+        to[length] = '\0';
+        char *name = strrchr(at, '/');
+        name = to[0] == '/' || !name ? at : name + 1;
+        if (snprintf(name, sizeof at - (size_t)(name - at), "%s", to) >= (int)(sizeof at - (size_t)(name - at)))
+            break;
+    }
+    return precious;
+}
+
+enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
+                             size_t size)
+{
+    *link = (struct hil_link){.kind = kind, .listener = -1, .fd = -1};
+    if (strcmp(text, "none") == 0)
+        return MR_OK;
+    if (strncmp(text, "unix:", 5) == 0 && text[5]) {
+        link->type = HIL_LINK_UNIX;
+        link->path = text + 5;
+        return listen_at(link, error, size);
+    }
+    if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
+        link->type = HIL_LINK_PTY;
+        link->path = text + 4;
+        link->hung_up = true;
+        return hil_pty_open(link->path, PTY_BAUD, &link->fd, error, size);
+    }
+    if (strncmp(text, "file:", 5) == 0 && text[5]) {
+        link->type = HIL_LINK_FILE;
+        link->path = text + 5;
+        if (hil_is_precious(link->path)) {
+            snprintf(error, size, "would overwrite a database or a program: %s; give another file", link->path);
+            return MR_USAGE;
+        }
+        link->fd = open(link->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+        if (link->fd >= 0)
+            return MR_OK;
+        snprintf(error, size, "%s: cannot write %s: %s; give another file", noun(link), link->path, strerror(errno));
+        return MR_IO;
+    }
+    snprintf(error, size, "%s: `%s` is no link of the emulated board; give unix:PATH, file:PATH%s or none",
+             noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
+    return MR_USAGE;
+}
+
+/* One look for a host, of at most POLL_MS. */
+static bool host_came(struct hil_link *link)
+{
+    if (link->type == HIL_LINK_PTY) {
+        bool there = hil_pty_in_use(link->fd);
+        if (!there)
+            poll(NULL, 0, PTY_POLL_MS);
+        return there;
+    }
+    struct pollfd wait = {.fd = link->listener, .events = POLLIN};
+    int bytes = 4 << 20;
+    if (poll(&wait, 1, POLL_MS) <= 0)
+        return false;
+    link->fd = accept4(link->listener, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    setsockopt(link->fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+    return link->fd >= 0;
+}
+
+enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop, char *error,
+                               size_t size)
+{
+    int64_t until = now_ms() + timeout_ms;
+    if (link->type != HIL_LINK_UNIX && link->type != HIL_LINK_PTY)
+        return MR_OK;
+    while (!*stop && now_ms() < until) {
+        if (host_came(link))
+            return MR_OK;
+    }
+    snprintf(error, size, "%s: no host connected to %s within %d s; start matrig log there, or give none", noun(link), link->path,
+             timeout_ms / 1000);
+    return *stop ? MR_CLOSED : MR_TIMEOUT;
+}
+
+static void discard(struct hil_link *link, size_t n)
+{
+    link->dropped += link->kind == HIL_LINK_CAN ? n / FRAME_BYTES : n;
+}
+
+static void put(struct hil_link *link, const uint8_t *bytes, size_t n)
+{
+    if (link->type == HIL_LINK_NONE)
+        return;
+    link->moved = true;
+    if (link->hung_up || (link->drops && link->end - link->start + n > BUFFER_MAX)) {
+        discard(link, link->kind == HIL_LINK_CAN ? FRAME_BYTES : n);
+        return;
+    }
+    if (link->start && link->end + n > link->room) {
+        memmove(link->buffer, link->buffer + link->start, link->end - link->start);
+        link->end -= link->start;
+        link->start = 0;
+    }
+    if (link->end + n > link->room) {
+        size_t room = 2 * (link->end + n) + 65536u;
+        uint8_t *grown = realloc(link->buffer, room);
+        if (!grown)
+            abort();
+        link->buffer = grown;
+        link->room = room;
+    }
+    memcpy(link->buffer + link->end, bytes, n);
+    link->end += n;
+}
+
+void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n) { put(link, bytes, n); }
+
+static void put_text(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame)
+{
+    char line[80];
+    uint64_t t_us = t_ps / HIL_US_PS;
+    int n = snprintf(line, sizeof line, "(%010llu.%06llu) can0 %0*X#", (unsigned long long)(t_us / 1000000u),
+                     (unsigned long long)(t_us % 1000000u), frame->extended ? 8 : 3, (unsigned)frame->id);
+    if (frame->remote)
+        n += snprintf(line + n, sizeof line - (size_t)n, "R%u", frame->length);
+    for (unsigned i = 0; !frame->remote && i < frame->length; i++)
+        n += snprintf(line + n, sizeof line - (size_t)n, "%02X", frame->data[i]);
+    line[n++] = '\n';
+    put(link, (const uint8_t *)line, (size_t)n);
+}
+
+void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame)
+{
+    if (link->type == HIL_LINK_FILE) {
+        put_text(link, t_ps, frame);
+        return;
+    }
+    uint8_t bytes[FRAME_BYTES] = {0};
+    uint32_t id = frame->id | (frame->extended ? CAN_EXTENDED : 0) | (frame->remote ? CAN_REMOTE : 0);
+    memcpy(bytes, &id, sizeof id); /* host byte order, as the kernel's struct has it */
+    bytes[4] = frame->length;
+    memcpy(bytes + 8, frame->data, frame->length);
+    put(link, bytes, sizeof bytes);
+}
+
+static void hang_up(struct hil_link *link)
+{
+    link->hung_up = true;
+    discard(link, link->end - link->start);
+    link->start = link->end = 0;
+}
+
+static ssize_t write_some(struct hil_link *link)
+{
+    const uint8_t *from = link->buffer + link->start;
+    size_t n = link->end - link->start;
+    if (link->type == HIL_LINK_FILE || link->type == HIL_LINK_PTY)
+        return write(link->fd, from, n);
+    return send(link->fd, from, n, MSG_NOSIGNAL);
+}
+
+enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatile int *stop, char *error,
+                              size_t size)
+{
+    int64_t moved = now_ms();
+    while (link->fd >= 0 && link->start < link->end && !link->hung_up) {
+        ssize_t n = write_some(link);
+        if (n > 0) {
+            link->start += (size_t)n;
+            moved = now_ms();
+            continue;
+        }
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (link->type == HIL_LINK_FILE) {
+            snprintf(error, size, "%s: cannot write %s: %s; make room or give another file", noun(link), link->path,
+                     strerror(errno));
+            return MR_IO;
+        }
+        if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK)
+            || (link->type == HIL_LINK_PTY && !hil_pty_in_use(link->fd))) {
+            hang_up(link);
+            return MR_OK;
+        }
+        if (!stall_ms)
+            return MR_OK;
+        if (*stop)
+            return MR_CLOSED;
+        if (now_ms() - moved > stall_ms) {
+            snprintf(error, size, "%s: the host has read nothing from %s for %.4g s; is it stopped? --stall S waits longer", noun(link),
+                     link->path, stall_ms * 1e-3);
+            return MR_TIMEOUT;
+        }
+        struct pollfd wait = {.fd = link->fd, .events = POLLOUT};
+        poll(&wait, 1, POLL_MS);
+    }
+    if (link->start == link->end)
+        link->start = link->end = 0;
+    return MR_OK;
+}
+
+static void receive_frame(struct hil_board *board, const uint8_t bytes[FRAME_BYTES])
+{
+    uint32_t id;
+    memcpy(&id, bytes, sizeof id);
+    if (id & CAN_ERROR)
+        return; /* a report of the host's controller, nothing on the bus */
+    struct hil_can_frame frame = {
+        .extended = (id & CAN_EXTENDED) != 0,
+        .remote = (id & CAN_REMOTE) != 0,
+        .id = id & ((id & CAN_EXTENDED) ? 0x1fffffffu : 0x7ffu),
+        .length = bytes[4] > 8 ? 8 : bytes[4],
+    };
+    memcpy(frame.data, bytes + 8, frame.length);
+    hil_board_can_inject(board, &frame); /* a full queue is counted there */
+}
+
+static void receive_pty(struct hil_link *link, struct hil_board *board)
+{
+    uint8_t bytes[4096];
+    size_t room = hil_board_serial_room(board);
+    uint32_t baud = hil_pty_baud(link->fd);
+    link->hung_up = !hil_pty_in_use(link->fd);
+    if (link->hung_up) {
+        hang_up(link);
+        return;
+    }
+    if (baud && baud != link->baud) {
+        link->baud = baud;
+        hil_board_set_host_baud(board, baud);
+    }
+    struct pollfd look = {.fd = link->fd, .events = POLLIN};
+    if (!link->drops && !link->moved) /* both ends wait: let the host have the processor */
+        poll(&look, 1, PTY_POLL_MS);
+    ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
+    link->moved = n > 0;
+    if (n > 0)
+        hil_board_serial_inject(board, bytes, (size_t)n);
+}
+
+void hil_link_receive(struct hil_link *link, struct hil_board *board)
+{
+    uint8_t bytes[4096];
+    if (link->type == HIL_LINK_PTY && link->fd >= 0)
+        receive_pty(link, board);
+    if (link->type != HIL_LINK_UNIX || link->fd < 0 || link->hung_up)
+        return;
+    for (;;) {
+        ssize_t n = recv(link->fd, bytes, sizeof bytes, MSG_DONTWAIT);
+        if (n == 0)
+            hang_up(link);
+        if (n <= 0)
+            return;
+        if (link->kind == HIL_LINK_SERIAL) {
+            hil_board_serial_inject(board, bytes, (size_t)n);
+            continue;
+        }
+        for (ssize_t i = 0; i < n; i++) {
+            link->partial[link->partial_size++] = bytes[i];
+            if (link->partial_size == FRAME_BYTES) {
+                link->partial_size = 0;
+                receive_frame(board, link->partial);
+            }
+        }
+    }
+}
+
+void hil_link_close(struct hil_link *link)
+{
+    if (link->type == HIL_LINK_UNIX && link->fd >= 0) {
+        uint8_t rest[4096];
+        int64_t until = now_ms() + CLOSE_MS;
+        shutdown(link->fd, SHUT_WR);
+        /* Closing with unread input would look like an error to the host. */
+        while (now_ms() < until) {
+            struct pollfd wait = {.fd = link->fd, .events = POLLIN};
+            if (poll(&wait, 1, POLL_MS) > 0 && recv(link->fd, rest, sizeof rest, MSG_DONTWAIT) == 0)
+                break;
+        }
+    }
+    if (link->type == HIL_LINK_PTY)
+        hil_pty_close(link->path, link->fd);
+    else if (link->fd >= 0)
+        close(link->fd);
+    if (link->listener >= 0) {
+        close(link->listener);
+        unlink(link->path);
+    }
+    free(link->buffer);
+    link->buffer = NULL;
+    link->fd = link->listener = -1;
+}

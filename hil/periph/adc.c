@@ -1,0 +1,426 @@
+#include "hil/periph/adc.h"
+
+#include "hil/board/machine.h"
+
+#define SR_EOC 2u
+#define SR_STRT 16u
+#define SR_OVR 32u
+#define CR1_EOCIE (1u << 5)
+#define CR1_SCAN (1u << 8)
+#define CR1_OVRIE (1u << 26)
+#define CR2_ADON 1u
+#define CR2_DMA (1u << 8)
+#define CR2_DDS (1u << 9)
+#define CR2_EOCS (1u << 10)
+#define CR2_SWSTART (1u << 30)
+#define CONVERSION_CLOCKS 12u
+#define LATENCY_CLOCKS 2u          /* trigger to first sampling window, data sheet: at most 3 */
+#define ADC_CLOCK_LIMIT_HZ 36000000u
+#define FIRST_CLOCK_BIT 8u         /* APB2ENR.ADC1EN; ADC3EN is two higher */
+
+static const uint32_t data_register[2] = {0x4001204cu, 0x4001224cu};
+static const enum hil_event_slot slot_of[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC3};
+
+struct pin {
+    int8_t port, number;
+};
+
+/* Analogue inputs (data sheet table 7): 0..15 of ADC1, and of ADC3. */
+static const struct pin pins[2][16] = {
+    {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}, {0, 6}, {0, 7},
+     {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}, {2, 3}, {2, 4}, {2, 5}},
+    {{0, 0}, {0, 1}, {0, 2}, {0, 3}, {5, 6}, {5, 7}, {5, 8}, {5, 9},
+     {5, 10}, {5, 3}, {2, 0}, {2, 1}, {2, 2}, {2, 3}, {5, 4}, {5, 5}},
+};
+
+static void update_irq(struct hil_board *board)
+{
+    bool line = false;
+    for (unsigned i = 0; i < 2; i++) {
+        const struct hil_adc *a = &board->state.adc[i];
+        line |= ((a->sr & SR_EOC) && (a->cr1 & CR1_EOCIE)) || ((a->sr & SR_OVR) && (a->cr1 & CR1_OVRIE));
+    }
+    hil_irq_line(board, HIL_IRQ_ADC, line);
+}
+
+void hil_adc_reset(struct hil_board *board)
+{
+    for (unsigned i = 0; i < 2; i++) {
+        uint64_t noise = board->state.adc[i].noise;
+        board->state.adc[i] = (struct hil_adc){.htr = 0xfff, .noise = noise};
+        hil_event_set_cycle(board, slot_of[i], HIL_NEVER);
+    }
+    board->state.adc_ccr = 0;
+    update_irq(board);
+}
+
+static unsigned ones_of(uint64_t z)
+{
+    z -= z >> 1 & 0x5555555555555555ull;
+    z = (z & 0x3333333333333333ull) + (z >> 2 & 0x3333333333333333ull);
+    z = (z + (z >> 4)) & 0x0f0f0f0f0f0f0f0full;
+    return (unsigned)(z * 0x0101010101010101ull >> 56);
+}
+
+/* Two LSB rms, cheap and the same everywhere: the number of ones among 64 random bits (binomial, sigma 4)
+ * in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 + 1/48; tails beyond four sigma are
+ * slightly thinner than Gaussian. Random bits: Steele, Lea and Flood's SplitMix64 (2014), a counter
+ * through a mixing function. */
+static double noise_lsb(struct hil_adc *a)
+{
+    uint64_t z = a->noise += 0x9e3779b97f4a7c15ull;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebull;
+    z ^= z >> 31;
+    uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
+    return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
+}
+
+static uint16_t convert(struct hil_board *board, unsigned unit, unsigned k, uint64_t at)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    struct pin pin = pins[unit][a->channel[k]];
+    double volts;
+    if (board->replay)
+        return hil_replay_code(board, (unsigned)pin.port, (unsigned)pin.number, at);
+    enum hil_pin_mode mode = hil_gpio_mode(board, (unsigned)pin.port, (unsigned)pin.number);
+    /* the pin is driven: the converter sees its level */
+    if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
+        volts = hil_gpio_level(board, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V : 0.0;
+    else
+        volts = hil_rig_channel_volts(board, a->rig_channel[k], at);
+    double code = volts / HIL_VREF_V * 4096.0 + 0.5;
+    if (board->options.adc_noise)
+        code += noise_lsb(a);
+    return code < 0.0 ? 0 : code >= 4095.0 ? 4095 : (uint16_t)code;
+}
+
+static uint64_t end_of(const struct hil_adc *a, unsigned k)
+{
+    return a->start_cycle + (uint64_t)a->end_clock[k] * a->clock_cycles;
+}
+
+static void sample_until(struct hil_board *board, unsigned unit, uint64_t at)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    while (a->running && a->sampled < a->length) {
+        uint64_t instant = end_of(a, a->sampled) - (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
+        if (instant > at)
+            break;
+        a->code[a->sampled] = convert(board, unit, a->sampled, instant);
+        a->sampled++;
+    }
+}
+
+/* The stream that is set up for this converter: two are wired to each (RM0090 table 43). */
+static struct hil_dma_request dma_request(const struct hil_board *board, unsigned unit)
+{
+    static const uint8_t streams[2][2] = {{0, 4}, {0, 1}};
+    unsigned channel = unit == HIL_ADC1 ? 0 : 2;
+    unsigned chosen = streams[unit][1];
+    const struct hil_dma_stream *first = &board->state.dma[1].stream[streams[unit][0]];
+    if ((first->cr & 1u) && (first->cr >> 25 & 7u) == channel)
+        chosen = streams[unit][0];
+    return (struct hil_dma_request){1, chosen, channel, data_register[unit], false};
+}
+
+static void overrun(struct hil_board *board, unsigned unit)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    a->sr |= SR_OVR;
+    a->running = false; /* the sequence is lost; nothing starts until OVR is cleared (13.8.1) */
+    board->state.counters.adc_overruns++;
+    hil_trace(board, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
+}
+
+/* Hand codes `delivered` to `ended` - 1 to DMA or to DR. */
+static void deliver(struct hil_board *board, unsigned unit, unsigned ended)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    while (a->running && a->delivered < ended) {
+        struct hil_dma_request request = dma_request(board, unit);
+        bool wants_dma = (a->cr2 & CR2_DMA) && !a->dma_ended;
+        if (a->dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
+            overrun(board, unit);
+            return;
+        }
+        uint32_t room = wants_dma ? hil_dma_until_flag(board, &request) : 0;
+        if (room) {
+            uint32_t n = ended - a->delivered < room ? ended - a->delivered : room;
+            uint32_t before = board->state.dma[1].stream[request.stream].ndtr;
+            hil_dma_write_items(board, &request, &a->code[a->delivered], n);
+            a->delivered = (uint8_t)(a->delivered + n);
+            a->dr = a->code[a->delivered - 1];
+            if (n == before && !(a->cr2 & CR2_DDS))
+                a->dma_ended = true; /* its last item: no further requests until DMA is switched off and on */
+        } else {
+            a->dr = a->code[a->delivered++];
+            a->dr_full = true;
+            if ((a->cr2 & CR2_EOCS) || a->delivered == a->length)
+                a->sr |= SR_EOC;
+        }
+    }
+}
+
+static void catch_up(struct hil_board *board, unsigned unit, uint64_t at)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    sample_until(board, unit, at);
+    unsigned ended = a->delivered;
+    while (a->running && ended < a->length && end_of(a, ended) <= at)
+        ended++;
+    if (ended > a->delivered)
+        deliver(board, unit, ended);
+    if (a->running && a->delivered == a->length) {
+        a->running = false;
+        board->state.counters.adc_scans[unit]++;
+    }
+    update_irq(board);
+}
+
+static void schedule(struct hil_board *board, unsigned unit)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    uint64_t next = HIL_NEVER;
+    if (a->running) {
+        struct hil_dma_request request = dma_request(board, unit);
+        uint32_t room = (a->cr2 & CR2_DMA) && !a->dma_ended ? hil_dma_until_flag(board, &request) : 0;
+        uint32_t left = (uint32_t)a->length - a->delivered;
+        /* Without DMA every conversion may matter (EOCS, overrun). */
+        uint32_t n = room ? (room < left ? room : left) : 1;
+        next = end_of(a, a->delivered + n - 1);
+    }
+    hil_event_set_cycle(board, slot_of[unit], next);
+}
+
+void hil_adc_catch_up(struct hil_board *board, uint64_t at)
+{
+    for (unsigned unit = 0; unit < 2; unit++) {
+        if (board->state.adc[unit].running) {
+            catch_up(board, unit, at);
+            schedule(board, unit);
+        }
+    }
+}
+
+void hil_adc1_event(struct hil_board *board, uint64_t at)
+{
+    catch_up(board, HIL_ADC1, at);
+    schedule(board, HIL_ADC1);
+}
+
+void hil_adc3_event(struct hil_board *board, uint64_t at)
+{
+    catch_up(board, HIL_ADC3, at);
+    schedule(board, HIL_ADC3);
+}
+
+static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
+{
+    /* SQ1..6 in SQR3, 7..12 in SQR2, 13..16 in SQR1; five bits each. */
+    return a->sqr[2u - k / 6u] >> (5u * (k % 6u)) & 31u;
+}
+
+/* The sequence as the registers say. False: it cannot be. */
+static bool plan(struct hil_board *board, unsigned unit)
+{
+    static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
+    struct hil_adc *a = &board->state.adc[unit];
+    uint32_t clocks = 0;
+    a->length = (uint8_t)((a->cr1 & CR1_SCAN) ? (a->sqr[0] >> 20 & 15u) + 1u : 1u);
+    for (unsigned k = 0; k < a->length; k++) {
+        unsigned channel = sequence_channel(a, k);
+        if (channel > 15) {
+            hil_board_stop(board, MR_UNMODELLED, "conversion of internal channel %u of ADC%u", channel,
+                           unit == HIL_ADC1 ? 1 : 3);
+            return false;
+        }
+        uint32_t smp = channel < 10 ? a->smpr[1] >> (3u * channel) : a->smpr[0] >> (3u * (channel - 10u));
+        clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
+        a->channel[k] = (uint8_t)channel;
+        a->rig_channel[k] = (int8_t)hil_rig_channel((unsigned)pins[unit][channel].port, (unsigned)pins[unit][channel].number);
+        a->end_clock[k] = (uint16_t)clocks;
+    }
+    a->planned = true;
+    return true;
+}
+
+static void start(struct hil_board *board, unsigned unit, uint64_t at)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    uint32_t prescaler = 2u * ((board->state.adc_ccr >> 16 & 3u) + 1u);
+    uint32_t clock_cycles = prescaler * hil_rcc_apb2_divider(board);
+    if (board->state.clock.hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
+        hil_board_stop(board, MR_HALTED, "ADC clock of %u Hz: silicon takes up to 36 MHz",
+                       (unsigned)(board->state.clock.hclk_hz / clock_cycles));
+        return;
+    }
+    a->clock_cycles = clock_cycles;
+    a->start_cycle = at + (uint64_t)LATENCY_CLOCKS * clock_cycles;
+    a->sampled = a->delivered = 0;
+    if (!a->planned && !plan(board, unit))
+        return;
+    a->running = true;
+    a->sr |= SR_STRT;
+    schedule(board, unit);
+}
+
+static void try_start(struct hil_board *board, unsigned unit, uint64_t at)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    if (!hil_rcc_enabled(board, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) || !(a->cr2 & CR2_ADON))
+        return;
+    catch_up(board, unit, at);
+    if (a->running || (a->sr & SR_OVR)) {
+        board->state.counters.adc_triggers_ignored++;
+        schedule(board, unit);
+        return;
+    }
+    start(board, unit, at);
+}
+
+void hil_adc_trigger(struct hil_board *board, unsigned extsel, bool rising, uint64_t at)
+{
+    for (unsigned unit = 0; unit < 2; unit++) {
+        const struct hil_adc *a = &board->state.adc[unit];
+        uint32_t exten = a->cr2 >> 28 & 3u;
+        if ((a->cr2 >> 24 & 15u) == extsel && (exten & (rising ? 1u : 2u)))
+            try_start(board, unit, at);
+    }
+}
+
+static uint32_t common_read(struct hil_board *board, uint32_t offset)
+{
+    switch (offset) {
+    case 0x300:
+        return (board->state.adc[HIL_ADC1].sr & 0x3fu) | (board->state.adc[HIL_ADC3].sr & 0x3fu) << 16;
+    case 0x304:
+        return board->state.adc_ccr;
+    default:
+        return hil_bus_no_register(board);
+    }
+}
+
+/* Which converter a register belongs to; refuses ADC2 and one whose clock is off. */
+static bool find_unit(struct hil_board *board, uint32_t offset, unsigned *unit)
+{
+    *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;
+    if (offset >= 0x100 && offset < 0x200) {
+        hil_bus_refuse(board, "ADC2");
+        return false;
+    }
+    if (!hil_rcc_enabled(board, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit)) {
+        hil_bus_refuse(board, "the clock of this converter is off");
+        return false;
+    }
+    return true;
+}
+
+uint32_t hil_adc_read(struct hil_board *board, unsigned unit, uint32_t offset)
+{
+    if (offset >= 0x300)
+        return common_read(board, offset);
+    if (!find_unit(board, offset, &unit))
+        return 0;
+    struct hil_adc *a = &board->state.adc[unit];
+    catch_up(board, unit, hil_now(board));
+    schedule(board, unit);
+    switch (offset & 0xffu) {
+    case 0x00:
+        return a->sr;
+    case 0x04:
+        return a->cr1;
+    case 0x08:
+        return a->cr2;
+    case 0x0c: case 0x10:
+        return a->smpr[((offset & 0xffu) - 0x0cu) / 4u];
+    case 0x24:
+        return a->htr;
+    case 0x28:
+        return a->ltr;
+    case 0x2c: case 0x30: case 0x34:
+        return a->sqr[((offset & 0xffu) - 0x2cu) / 4u];
+    case 0x38:
+        return a->jsqr;
+    case 0x4c:
+        a->dr_full = false;
+        a->sr &= ~SR_EOC;
+        update_irq(board);
+        return a->dr;
+    default:
+        return hil_bus_no_register(board);
+    }
+}
+
+static void cr2_write(struct hil_board *board, unsigned unit, uint32_t value)
+{
+    struct hil_adc *a = &board->state.adc[unit];
+    uint32_t before = a->cr2;
+    if (value & 2u)
+        hil_bus_refuse(board, "continuous conversion");
+    if (value & (1u << 11 | 3u << 20 | 1u << 22))
+        hil_bus_refuse(board, "left alignment and injected channels");
+    a->cr2 = value & 0x3f000f01u;
+    if ((value & CR2_DMA) && !(before & CR2_DMA)) {
+        a->dma_ended = false;
+        a->dr_full = false;
+    }
+    if (!(value & CR2_ADON))
+        a->running = false;
+    if ((value & CR2_SWSTART) && (before & CR2_ADON))
+        try_start(board, unit, hil_now(board));
+}
+
+void hil_adc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+{
+    if (offset == 0x304) {
+        if (value & ~0x00030000u)
+            hil_bus_refuse(board, "dual and triple mode, internal channels");
+        board->state.adc_ccr = value & 0x00030000u;
+        return;
+    }
+    if (offset >= 0x300) {
+        hil_bus_no_register(board);
+        return;
+    }
+    if (!find_unit(board, offset, &unit))
+        return;
+    struct hil_adc *a = &board->state.adc[unit];
+    catch_up(board, unit, hil_now(board));
+    a->planned = false; /* a sequence that runs goes on as it began */
+    switch (offset & 0xffu) {
+    case 0x00:
+        if ((a->sr & SR_OVR) && !(value & SR_OVR))
+            a->dr_full = false;
+        a->sr &= value;
+        break;
+    case 0x04:
+        if (value & ~(CR1_EOCIE | CR1_SCAN | CR1_OVRIE))
+            hil_bus_refuse(board, "watchdog, injected, discontinuous, other than 12 bits");
+        a->cr1 = value & (CR1_EOCIE | CR1_SCAN | CR1_OVRIE);
+        break;
+    case 0x08:
+        cr2_write(board, unit, value);
+        break;
+    case 0x0c: case 0x10:
+        a->smpr[((offset & 0xffu) - 0x0cu) / 4u] = value & 0x3fffffffu;
+        break;
+    case 0x24:
+        a->htr = value & 0xfffu;
+        break;
+    case 0x28:
+        a->ltr = value & 0xfffu;
+        break;
+    case 0x2c: case 0x30: case 0x34:
+        a->sqr[((offset & 0xffu) - 0x2cu) / 4u] = value & 0x3fffffffu;
+        break;
+    case 0x38:
+        a->jsqr = value & 0x3fffffu;
+        break;
+    default:
+        hil_bus_no_register(board);
+        return;
+    }
+    update_irq(board);
+    schedule(board, unit);
+}

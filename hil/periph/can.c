@@ -1,0 +1,500 @@
+#include "hil/periph/can.h"
+
+#include "hil/periph/canbits.h"
+#include "hil/board/machine.h"
+
+#define MCR_INRQ 1u
+#define MCR_SLEEP 2u
+#define MCR_TXFP 4u
+#define MCR_RFLM 8u
+#define MCR_NART 16u
+#define MCR_ABOM 64u
+#define MSR_INAK 1u
+#define MSR_SLAK 2u
+#define MSR_ERRI 4u
+#define BTR_LBKM (1u << 30)
+#define BTR_SILM (1u << 31)
+#define TIR_TXRQ 1u
+#define RFR_FULL 8u
+#define RFR_FOVR 16u
+#define LEC_STUFF 1u
+#define LEC_FORM 2u
+#define LEC_BIT_RECESSIVE 4u
+#define LEC_CRC 6u
+#define JAM_BITS 8u /* for every eight dominant bits after its error flag a node counts eight more */
+#define LEC_ACK 3u
+#define LEC_BIT_DOMINANT 5u
+#define OTHER_NODE 3
+#define ERROR_FRAME_BITS 14u /* flag of 6, delimiter of 8 */
+#define SUSPEND_BITS 8u      /* a passive transmitter waits these in addition */
+#define JOIN_BITS 11u
+#define RECOVERY_BITS (128u * 11u)
+
+static uint64_t bit_cycles(const struct hil_board *board)
+{
+    uint32_t btr = board->state.can.btr;
+    uint32_t quanta = 1u + (btr >> 16 & 15u) + 1u + (btr >> 20 & 7u) + 1u;
+    return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_apb1_divider(board);
+}
+
+uint32_t hil_can_esr(const struct hil_can *c)
+{
+    uint32_t tec = c->bus_off ? 0xffu : c->tec > 255 ? 255 : c->tec;
+    bool warning = c->tec >= 96 || c->rec >= 96, passive = c->tec > 127 || c->rec > 127;
+    uint32_t flags = (uint32_t)(warning || c->bus_off) | (uint32_t)(passive || c->bus_off) << 1;
+    return flags | (uint32_t)c->bus_off << 2 | c->esr | tec << 16 | (c->rec > 255 ? 255u : c->rec) << 24;
+}
+
+bool hil_can_mailbox_empty(const struct hil_can *c, unsigned m) { return !(c->mailbox[m].tir & TIR_TXRQ); }
+
+static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
+{
+    *frame = (struct hil_can_frame){
+        .extended = (m->tir & 4u) != 0,
+        .remote = (m->tir & 2u) != 0,
+        .id = (m->tir & 4u) ? m->tir >> 3 : m->tir >> 21,
+        .length = (uint8_t)((m->tdtr & 15u) > 8 ? 8 : m->tdtr & 15u),
+    };
+    for (unsigned i = 0; i < frame->length; i++)
+        frame->data[i] = (uint8_t)((i < 4 ? m->tdlr : m->tdhr) >> (8u * (i & 3u)));
+}
+
+/* Is mailbox a sent before mailbox b? */
+static bool before(const struct hil_can *c, unsigned a, unsigned b)
+{
+    if (c->mcr & MCR_TXFP)
+        return c->mailbox[a].order < c->mailbox[b].order;
+    struct hil_can_frame fa, fb;
+    mailbox_frame(&c->mailbox[a], &fa);
+    mailbox_frame(&c->mailbox[b], &fb);
+    return hil_can_arbitration(&fa) < hil_can_arbitration(&fb);
+}
+
+static int next_mailbox(const struct hil_can *c)
+{
+    int best = -1;
+    for (unsigned m = 0; m < 3; m++) {
+        if (!hil_can_mailbox_empty(c, m) && (best < 0 || before(c, m, (unsigned)best)))
+            best = (int)m;
+    }
+    return best;
+}
+
+uint32_t hil_can_tsr(const struct hil_can *c)
+{
+    uint32_t value = c->tsr;
+    unsigned empty = 0, code = 3, last = 0;
+    for (unsigned m = 0; m < 3; m++) {
+        if (hil_can_mailbox_empty(c, m)) {
+            value |= 1u << (26 + m);
+            empty++;
+            if (code == 3)
+                code = m;
+        } else if (hil_can_mailbox_empty(c, last) || !before(c, m, last)) {
+            last = m; /* lowest priority of the pending ones */
+        }
+    }
+    if (empty < 2) /* two or more pending: the lowest of them is marked */
+        value |= 1u << (29 + last);
+    return value | (empty ? code : last) << 24;
+}
+
+void hil_can_update_irq(struct hil_board *board)
+{
+    struct hil_can *c = &board->state.can;
+    bool tx = (c->ier & 1u) && (c->tsr & 0x010101u);
+    bool rx[2];
+    for (unsigned f = 0; f < 2; f++) {
+        uint32_t ie = c->ier >> (1u + 3u * f);
+        rx[f] = (ie & 1u) && c->fifo_count[f];
+        rx[f] |= (ie & 2u) && (c->rfr[f] & RFR_FULL);
+        rx[f] |= (ie & 4u) && (c->rfr[f] & RFR_FOVR);
+    }
+    hil_irq_line(board, HIL_IRQ_CAN1_TX, tx);
+    hil_irq_line(board, HIL_IRQ_CAN1_RX0, rx[0]);
+    hil_irq_line(board, HIL_IRQ_CAN1_RX1, rx[1]);
+    hil_irq_line(board, HIL_IRQ_CAN1_SCE, (c->ier >> 15 & 1u) && (c->msr & MSR_ERRI));
+}
+
+/* ERRI rises when an error state that is enabled in IER becomes true. */
+static void error_states(struct hil_board *board, uint32_t esr_before, bool new_lec)
+{
+    struct hil_can *c = &board->state.can;
+    uint32_t rising = hil_can_esr(c) & ~esr_before & 7u;
+    if ((rising & c->ier >> 8 & 7u) || (new_lec && (c->ier >> 11 & 1u)))
+        c->msr |= MSR_ERRI;
+    hil_can_update_irq(board);
+}
+
+static bool on_bus(const struct hil_can *c)
+{
+    return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
+}
+
+static void forget_other(struct hil_can *c)
+{
+    c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
+    c->queue_count--;
+}
+
+/* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil every
+ * frame. */
+static enum hil_can_bus bus_seen(const struct hil_board *board)
+{
+    enum hil_can_bus bus = board->options.can_bus;
+    double rate = (double)board->state.clock.hclk_hz / (double)bit_cycles(board);
+    double ratio = rate / HIL_CAN_HOST_RATE;
+    if (hil_gpio_alternate(board, 3, 0) != 9 || hil_gpio_alternate(board, 3, 1) != 9)
+        return HIL_CAN_SHORTED;
+    /* Two nodes whose rates differ by more than about 1 % lose step within the longest run without an
+     * edge. */
+    if (bus == HIL_CAN_CONNECTED && (ratio < 0.99 || ratio > 1.01))
+        return HIL_CAN_SHORTED;
+    return bus;
+}
+
+static void phase_for(struct hil_board *board, enum hil_can_phase phase, uint64_t from, uint64_t bits)
+{
+    board->state.can.phase = phase;
+    hil_event_set_cycle(board, HIL_EVENT_CAN, from + bits * bit_cycles(board));
+}
+
+/* The other node's next frame, after what befalls it before the wire. */
+static bool other_is_ready(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    if (c->other_waits_ps > now_ps)
+        return false;
+    if (c->other_waits_ps) { /* it has waited */
+        c->other_waits_ps = 0;
+        return true;
+    }
+    while (c->queue_count && hil_faults_take(board, HIL_CAN_IN, HIL_DROP, "frame", c->queue[c->queue_head].id))
+        forget_other(c);
+    if (!c->queue_count || !hil_faults_take(board, HIL_CAN_IN, HIL_DELAY, "frame", c->queue[c->queue_head].id))
+        return c->queue_count != 0;
+    c->other_waits_ps = now_ps + hil_faults_delay_ps(board, HIL_CAN_IN);
+    hil_event_set_ps(board, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
+    return false;
+}
+
+void hil_can_other_event(struct hil_board *board, uint64_t at) { hil_can_try_start(board, at); }
+
+/* The bus is free: let whoever wins start a frame. */
+void hil_can_try_start(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    if (c->phase != HIL_CAN_IDLE || !on_bus(c))
+        return;
+    bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
+    enum hil_can_bus bus = bus_seen(board);
+    int mine = silent && !loopback ? -1 : next_mailbox(c);
+    if (!loopback && board->options.can_bus == HIL_CAN_DOMINANT)
+        return;
+    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback && other_is_ready(board, at);
+    struct hil_can_frame frame;
+    if (mine >= 0)
+        mailbox_frame(&c->mailbox[mine], &frame);
+    if (other && (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
+        if (mine >= 0) { /* lost arbitration */
+            c->tsr |= 4u << (8u * (unsigned)mine);
+            if (c->mcr & MCR_NART) {
+                c->mailbox[mine].tir &= ~TIR_TXRQ;
+                c->tsr |= 1u << (8u * (unsigned)mine);
+            }
+        }
+        c->sender = OTHER_NODE;
+        c->spoiled = hil_faults_take(board, HIL_CAN_IN, HIL_CORRUPT, "frame", c->queue[c->queue_head].id);
+        phase_for(board, HIL_CAN_FRAME, at,
+                  hil_can_frame_bits(&c->queue[c->queue_head]).length
+                      - (c->spoiled ? HIL_CAN_TAIL_BITS - ERROR_FRAME_BITS : 0u));
+        hil_can_update_irq(board);
+        return;
+    }
+    if (mine < 0)
+        return;
+    struct hil_can_bits bits = hil_can_frame_bits(&frame);
+    unsigned length = bits.length;
+    if (!loopback && bus == HIL_CAN_UNPLUGGED)
+        length = bits.length - HIL_CAN_TAIL_BITS + 2u + ERROR_FRAME_BITS; /* the ACK slot stays recessive */
+    else if (!loopback && bus == HIL_CAN_SHORTED)
+        length = 1u + ERROR_FRAME_BITS; /* start of frame already reads back wrong */
+    c->sender = (int8_t)mine;
+    c->abort_current = false;
+    c->spoiled = !loopback && bus == HIL_CAN_CONNECTED
+                 && hil_faults_take(board, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
+    if (c->spoiled) /* disturbed at the end of its CRC: error flag, delimiter */
+        length = bits.length - HIL_CAN_TAIL_BITS + ERROR_FRAME_BITS;
+    phase_for(board, HIL_CAN_FRAME, at, length);
+}
+
+/* A state that so many recessive bits in a row end: not while the bus is held dominant. */
+static void wait_recessive(struct hil_board *board, enum hil_can_phase phase, uint64_t from, uint64_t bits)
+{
+    phase_for(board, phase, from, bits);
+    if (board->options.can_bus == HIL_CAN_DOMINANT)
+        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+}
+
+static void begin_recovery(struct hil_board *board, uint64_t at, bool by_itself)
+{
+    board->state.can.phase = HIL_CAN_OFF;
+    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    if (by_itself)
+        wait_recessive(board, HIL_CAN_OFF, at, RECOVERY_BITS);
+}
+
+/* Eight more dominant bits. A receiver stops counting when it is error passive. */
+static void jammed(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    uint32_t before_esr = hil_can_esr(c);
+    bool transmits = c->sender >= 0 && c->sender != OTHER_NODE;
+    c->esr = (transmits ? LEC_BIT_RECESSIVE : LEC_STUFF) << 4;
+    *(transmits ? &c->tec : &c->rec) += 8u;
+    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    if (c->tec > 255) {
+        c->bus_off = true;
+        c->tec = 0;
+        hil_trace(board, "CAN bus-off");
+        begin_recovery(board, at, (c->mcr & MCR_ABOM) != 0);
+    } else if (transmits || c->rec <= 127) {
+        phase_for(board, HIL_CAN_JAMMED, at, JAM_BITS);
+    }
+    error_states(board, before_esr, true);
+}
+
+void hil_can_mailbox_done(struct hil_board *board, unsigned m, uint32_t flags)
+{
+    struct hil_can *c = &board->state.can;
+    c->mailbox[m].tir &= ~TIR_TXRQ;
+    c->tsr = (c->tsr & ~(0xfu << (8u * m))) | (flags | 1u) << (8u * m);
+    hil_can_update_irq(board);
+}
+
+static void receive(struct hil_board *board, const struct hil_can_frame *frame)
+{
+    struct hil_can *c = &board->state.can;
+    unsigned f, match;
+    if (!hil_can_filter(c, frame, &f, &match)) {
+        board->state.counters.can_frames_filtered++;
+        return;
+    }
+    struct hil_can_received r = {
+        .rir = (frame->extended ? frame->id << 3 | 4u : frame->id << 21) | (uint32_t)frame->remote << 1,
+        .rdtr = frame->length | match << 8,
+    };
+    for (unsigned i = 0; i < frame->length; i++)
+        *(i < 4 ? &r.rdlr : &r.rdhr) |= (uint32_t)frame->data[i] << (8u * (i & 3u));
+    if (c->fifo_count[f] == 3) {
+        c->rfr[f] |= RFR_FOVR;
+        if (!(c->mcr & MCR_RFLM))
+            c->fifo[f][2] = r; /* the last one is overwritten */
+    } else {
+        c->fifo[f][c->fifo_count[f]++] = r;
+        if (c->fifo_count[f] == 3)
+            c->rfr[f] |= RFR_FULL;
+    }
+    hil_can_update_irq(board);
+}
+
+static void transmission_failed(struct hil_board *board, unsigned m, enum hil_can_bus bus, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    uint32_t before_esr = hil_can_esr(c);
+    bool passive = c->tec > 127;
+    board->state.counters.can_errors++;
+    uint32_t lec = c->spoiled                                    ? LEC_BIT_RECESSIVE
+                   : board->options.can_bus == HIL_CAN_CONNECTED ? LEC_FORM
+                                                                 : LEC_BIT_DOMINANT;
+    c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
+    if (!(bus == HIL_CAN_UNPLUGGED && passive)) /* exception 1 of fault confinement: alone on the bus */
+        c->tec += 8;
+    if ((c->mcr & MCR_NART) || c->abort_current)
+        hil_can_mailbox_done(board, m, 8u);
+    else
+        c->tsr |= 8u << (8u * m);
+    if (c->tec > 255) {
+        c->bus_off = true;
+        c->tec = 0;
+        hil_trace(board, "CAN bus-off");
+        begin_recovery(board, at, (c->mcr & MCR_ABOM) != 0);
+    } else {
+        phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
+    }
+    error_states(board, before_esr, true);
+}
+
+static void frame_ended(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    struct hil_can_frame frame;
+    uint32_t before_esr = hil_can_esr(c);
+    if (c->sender == OTHER_NODE && c->spoiled) { /* its sender tries again */
+        board->state.counters.can_errors++;
+        c->esr = LEC_CRC << 4;
+        c->rec++;
+        phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        error_states(board, before_esr, true);
+        return;
+    }
+    if (c->sender == OTHER_NODE) {
+        frame = c->queue[c->queue_head];
+        c->repeated = !c->repeated && hil_faults_take(board, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
+        if (!c->repeated)
+            forget_other(c);
+        board->state.counters.can_frames_in++;
+        c->esr = 0;
+        c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
+        phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        receive(board, &frame);
+        return;
+    }
+    unsigned m = (unsigned)c->sender;
+    bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
+    enum hil_can_bus bus = bus_seen(board);
+    if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
+        transmission_failed(board, m, bus, at);
+        return;
+    }
+    mailbox_frame(&c->mailbox[m], &frame);
+    c->esr = 0;
+    if (c->tec)
+        c->tec--;
+    hil_can_mailbox_done(board, m, 2u);
+    phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+    error_states(board, before_esr, false);
+    if (loopback)
+        receive(board, &frame);
+    if (!silent && bus == HIL_CAN_CONNECTED) {
+        hil_faults_can_sent(board, ++board->state.counters.can_frames_out);
+        hil_faults_can_out(board, hil_clock_ps(&board->state.clock, at), &frame);
+    }
+}
+
+/* MCR asks for initialisation or sleep; granted when no frame is under way. */
+void hil_can_update_mode(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    bool busy = c->phase == HIL_CAN_FRAME;
+    if (busy)
+        return;
+    if (c->mcr & MCR_SLEEP) {
+        if (!(c->msr & MSR_INAK) || !(c->mcr & MCR_INRQ)) {
+            c->msr = (c->msr & ~MSR_INAK) | MSR_SLAK;
+            c->phase = HIL_CAN_IDLE;
+            hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+        }
+        return;
+    }
+    if (c->mcr & MCR_INRQ) {
+        c->msr = (c->msr & ~MSR_SLAK) | MSR_INAK;
+        c->phase = HIL_CAN_IDLE;
+        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    } else if ((c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING) {
+        if (c->bus_off)
+            begin_recovery(board, at, true);
+        else
+            wait_recessive(board, HIL_CAN_JOINING, at, JOIN_BITS);
+    }
+}
+
+void hil_can_event(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    switch (c->phase) {
+    case HIL_CAN_FRAME:
+        frame_ended(board, at);
+        break;
+    case HIL_CAN_OFF:
+        c->bus_off = false;
+        c->tec = c->rec = 0;
+        hil_trace(board, "CAN back from bus-off");
+        /* fall through */
+    case HIL_CAN_JOINING:
+        c->msr &= ~(MSR_INAK | MSR_SLAK);
+        c->phase = HIL_CAN_IDLE;
+        break;
+    case HIL_CAN_JAMMED:
+        jammed(board, at);
+        return;
+    default:
+        c->phase = HIL_CAN_IDLE;
+        break;
+    }
+    hil_can_update_mode(board, at);
+    hil_can_try_start(board, at);
+}
+
+enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_can_frame *frame)
+{
+    struct hil_can *c = &board->state.can;
+    if (c->queue_count == HIL_CAN_QUEUE) {
+        board->state.counters.can_in_dropped++;
+        return MR_FULL;
+    }
+    c->queue[(c->queue_head + c->queue_count) % HIL_CAN_QUEUE] = *frame;
+    c->queue_count++;
+    hil_can_try_start(board, hil_now(board));
+    return MR_OK;
+}
+
+/* The bus becomes dominant: a frame under way is destroyed by its own sender, everybody else sees an error. */
+static void begin_jam(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    if (c->phase == HIL_CAN_JOINING || c->phase == HIL_CAN_OFF) {
+        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+        return;
+    }
+    if (!on_bus(c) || (c->btr & BTR_LBKM))
+        return;
+    if (c->phase == HIL_CAN_FRAME && c->sender != OTHER_NODE)
+        board->state.counters.can_errors++;
+    else
+        c->sender = -1;
+    phase_for(board, HIL_CAN_JAMMED, at, JAM_BITS);
+}
+
+static void end_jam(struct hil_board *board, uint64_t at)
+{
+    struct hil_can *c = &board->state.can;
+    if (c->phase == HIL_CAN_JOINING)
+        phase_for(board, HIL_CAN_JOINING, at, JOIN_BITS);
+    else if (c->phase == HIL_CAN_OFF && (c->mcr & MCR_ABOM))
+        phase_for(board, HIL_CAN_OFF, at, RECOVERY_BITS);
+    else if (c->phase == HIL_CAN_JAMMED) /* error delimiter and intermission */
+        phase_for(board, HIL_CAN_GAP, at, JOIN_BITS);
+}
+
+void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus)
+{
+    enum hil_can_bus before = board->options.can_bus;
+    uint64_t now = hil_now(board);
+    board->options.can_bus = can_bus;
+    if (can_bus == HIL_CAN_DOMINANT && before != HIL_CAN_DOMINANT)
+        begin_jam(board, now);
+    else if (before == HIL_CAN_DOMINANT && can_bus != HIL_CAN_DOMINANT)
+        end_jam(board, now);
+    hil_can_try_start(board, now);
+}
+
+void hil_can_reset(struct hil_board *board)
+{
+    struct hil_can *c = &board->state.can;
+    /* What the other node still wants to send is not ours to forget. */
+    uint32_t head = c->queue_head, count = c->queue_count;
+    uint64_t waits_ps = c->other_waits_ps;
+    struct hil_can_frame queue[HIL_CAN_QUEUE];
+    for (unsigned i = 0; i < HIL_CAN_QUEUE; i++)
+        queue[i] = c->queue[i];
+    *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
+    c->other_waits_ps = waits_ps;
+    c->queue_head = head;
+    c->queue_count = count;
+    for (unsigned i = 0; i < HIL_CAN_QUEUE; i++)
+        c->queue[i] = queue[i];
+    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    hil_can_update_irq(board);
+}

@@ -1,0 +1,81 @@
+/* CAN1, the bxCAN controller (RM0090 32), and its bus.
+ *
+ * A frame holds the bus for its exact number of bits, stuff bits included, at the rate that BTR gives. The
+ * other side is one node: it acknowledges, receives at the last bit of end of frame, and sends frames in
+ * the order given, arbitrating by identifier with the board's mailboxes whenever the bus becomes free.
+ * Nobody there: no acknowledge, TEC rises to 128 and sticks. Wires touching, a wrong bit rate, or pins not
+ * given to CAN: bit errors, TEC rises to bus-off. Held dominant: nothing begins, initialisation is not left, a
+ * transmitter counts to bus-off and a receiver to error passive, eight for each eight bits. CAN2 and time-triggered mode are not modelled. */
+#ifndef MATRIG_HIL_CAN_H
+#define MATRIG_HIL_CAN_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hil/board/board.h"
+
+#define HIL_CAN_QUEUE 64u
+#define HIL_CAN_BANKS 28u
+#define HIL_CAN_HOST_RATE 1000000u
+
+struct hil_can_mailbox {
+    uint32_t tir, tdtr, tdlr, tdhr;
+    uint32_t order; /* of its request */
+};
+
+struct hil_can_received {
+    uint32_t rir, rdtr, rdlr, rdhr;
+};
+
+enum hil_can_phase {
+    HIL_CAN_IDLE,
+    HIL_CAN_FRAME,   /* from start of frame to the end, good or bad */
+    HIL_CAN_GAP,     /* intermission; suspended transmission of a passive node included */
+    HIL_CAN_JOINING, /* leaving initialisation: waits for 11 recessive bits */
+    HIL_CAN_OFF,     /* bus-off, waiting */
+    HIL_CAN_JAMMED,  /* the bus is held dominant: counting errors, then waiting */
+};
+
+struct hil_can {
+    uint32_t mcr, msr, tsr, ier, btr, esr; /* esr: LEC only */
+    uint32_t tec, rec;
+    bool bus_off;
+    struct hil_can_mailbox mailbox[3];
+    uint32_t orders;                       /* requests so far */
+    struct hil_can_received fifo[2][3];
+    uint8_t fifo_count[2];
+    uint32_t rfr[2];                       /* FULL and FOVR */
+    uint32_t fmr, fm1r, fs1r, ffa1r, fa1r;
+    uint32_t filter[HIL_CAN_BANKS][2];
+
+    uint32_t phase;
+    int8_t sender;                         /* mailbox 0..2, 3: the other node */
+    bool spoiled;                          /* the frame under way will be destroyed */
+    bool repeated;                         /* the other node's frame has been sent once too often */
+    uint64_t other_waits_ps;               /* the other node does not begin before */
+    bool abort_current;
+    uint32_t queue_head, queue_count;
+    struct hil_can_frame queue[HIL_CAN_QUEUE];
+};
+
+void hil_can_reset(struct hil_board *board);
+uint32_t hil_can_read(struct hil_board *board, unsigned unit, uint32_t offset);
+void hil_can_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
+void hil_can_event(struct hil_board *board, uint64_t at);
+void hil_can_other_event(struct hil_board *board, uint64_t at);
+
+/* Between the bus (can.c) and the registers (can_registers.c): error and transmit status as software reads
+ * them, whether a mailbox is free, and what follows from a change. */
+uint32_t hil_can_esr(const struct hil_can *can);
+uint32_t hil_can_tsr(const struct hil_can *can);
+bool hil_can_mailbox_empty(const struct hil_can *can, unsigned mailbox);
+void hil_can_mailbox_done(struct hil_board *board, unsigned mailbox, uint32_t flags);
+void hil_can_update_irq(struct hil_board *board);
+void hil_can_update_mode(struct hil_board *board, uint64_t at);
+void hil_can_try_start(struct hil_board *board, uint64_t at);
+
+/* Does the frame pass the filters, into which FIFO, by which filter number? (32.7.4) */
+bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,
+                    unsigned *match);
+
+#endif

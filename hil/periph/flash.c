@@ -1,0 +1,437 @@
+#include "hil/periph/flash.h"
+
+#include <string.h>
+
+#include "hil/board/machine.h"
+
+#define ACR_LATENCY 7u
+#define ACR_RESETS 0x1800u   /* ICRST, DCRST */
+#define ACR_BITS 0x1f07u
+#define KEY1 0x45670123u
+#define KEY2 0xcdef89abu
+#define OPTKEY1 0x08192a3bu
+#define OPTKEY2 0x4c5d6e7fu
+#define SR_EOP (1u << 0)
+#define SR_OPERR (1u << 1)
+#define SR_WRPERR (1u << 4)
+#define SR_PGAERR (1u << 5)
+#define SR_PGPERR (1u << 6)
+#define SR_PGSERR (1u << 7)
+#define SR_CLEARABLE 0xf3u
+#define SR_BSY (1u << 16)
+#define CR_PG (1u << 0)
+#define CR_SER (1u << 1)
+#define CR_MER (1u << 2)
+#define CR_STRT (1u << 16)
+#define CR_EOPIE (1u << 24)
+#define CR_ERRIE (1u << 25)
+#define CR_LOCK (1u << 31)
+#define CR_BITS 0x0300037fu
+#define OPTCR_LOCK (1u << 0)
+#define OPTCR_STRT (1u << 1)
+#define OPTCR_WDG_SW (1u << 5)
+#define OPTCR_BITS 0x0fffffecu
+#define OPTIONS_ERASED 0x0fffffecu /* protection byte 0xff: level 1 */
+#define ROW_BYTES 16u
+#define NO_VPP 3u /* PSIZE x64 */
+
+/* Steps of an unlocking sequence. */
+enum { STEP_LOCKED, STEP_ONE_KEY, STEP_OPEN, STEP_DEAD };
+
+static const uint32_t sector_starts[HIL_FLASH_SECTORS + 1] = {
+    0x00000, 0x04000, 0x08000, 0x0c000, 0x10000, 0x20000, 0x40000,
+    0x60000, 0x80000, 0xa0000, 0xc0000, 0xe0000, 0x100000,
+};
+
+/* DS8626, flash memory programming: typical and maximum by parallelism x8, x16, x32. */
+struct duration { uint32_t typical_us[3], maximum_us[3]; };
+static const struct duration program_time = {{16, 16, 16}, {100, 100, 100}};
+static const struct duration erase_16k_time = {{400000, 300000, 250000}, {800000, 600000, 500000}};
+static const struct duration erase_64k_time = {{1200000, 700000, 550000}, {2400000, 1400000, 1100000}};
+static const struct duration erase_128k_time = {{2000000, 1300000, 1000000}, {4000000, 2600000, 2000000}};
+static const struct duration erase_all_time = {{16000000, 11000000, 8000000}, {32000000, 22000000, 16000000}};
+
+unsigned hil_flash_sector(uint32_t offset)
+{
+    unsigned sector = HIL_FLASH_SECTORS - 1;
+    while (offset < sector_starts[sector])
+        sector--;
+    return sector;
+}
+
+uint32_t hil_flash_sector_start(unsigned sector) { return sector_starts[sector]; }
+
+static unsigned level_of(uint32_t options)
+{
+    uint8_t rdp = (uint8_t)(options >> 8);
+    return rdp == 0xaa ? 0 : rdp == 0xcc ? 2 : 1;
+}
+
+unsigned hil_flash_protection_level(const struct hil_board *board)
+{
+    return level_of(board->state.flash.options);
+}
+
+uint32_t hil_flash_option_word(const struct hil_board *board, unsigned word)
+{
+    uint32_t options = board->state.flash.options;
+    uint32_t half = word == 0 ? options & 0xffecu : word == 2 ? options >> 16 & 0xfffu : 0xffffu;
+    return word % 2u ? 0xffffffffu : (~half & 0xffffu) << 16 | half;
+}
+
+bool hil_flash_busy(const struct hil_board *board) { return board->state.flash.operation != HIL_FLASH_IDLE; }
+
+bool hil_flash_erases(const struct hil_board *board)
+{
+    return board->state.flash.operation > HIL_FLASH_PROGRAM;
+}
+
+bool hil_flash_stalls(const struct hil_board *board, uint32_t address)
+{
+    const struct hil_flash *flash = &board->state.flash;
+    if (flash->operation == HIL_FLASH_IDLE)
+        return false;
+    return address - HIL_FLASH_BASE < HIL_FLASH_SIZE || (address < HIL_FLASH_SIZE && !flash->boot_rom);
+}
+
+static void update_irq(struct hil_board *board)
+{
+    const struct hil_flash *flash = &board->state.flash;
+    bool end = (flash->cr & CR_EOPIE) && (flash->sr & SR_EOP);
+    bool error = (flash->cr & CR_ERRIE) && (flash->sr & SR_OPERR);
+    hil_irq_line(board, HIL_IRQ_FLASH, end || error);
+}
+
+/* A request that is not carried out. */
+static void refuse(struct hil_board *board, uint32_t error, const char *why, uint32_t address)
+{
+    struct hil_flash *flash = &board->state.flash;
+    flash->sr |= error | (error && (flash->cr & CR_ERRIE) ? SR_OPERR : 0);
+    board->state.counters.flash_refused++;
+    hil_trace(board, "flash: %s at 0x%08x, SR 0x%x", why, (unsigned)address, (unsigned)flash->sr);
+    update_irq(board);
+}
+
+static void begin(struct hil_board *board, enum hil_flash_operation operation, const struct duration *duration)
+{
+    struct hil_flash *flash = &board->state.flash;
+    unsigned width = flash->cr >> 8 & 3u;
+    uint64_t now_ps = hil_board_now_ps(board);
+    if (width == NO_VPP) {
+        hil_bus_refuse(board, "PSIZE x64 needs an external supply on VPP, which this board does not have");
+        return;
+    }
+    flash->operation = operation;
+    flash->operations++;
+    flash->begin_ps = now_ps;
+    flash->end_ps = now_ps + hil_cell_time_ps(board->options.cell_times, duration->typical_us[width],
+                                              duration->maximum_us[width], &flash->random);
+    flash->sr |= SR_BSY;
+    hil_event_set_ps(board, HIL_EVENT_FLASH, flash->end_ps);
+    if (flash->operations == flash->cut_at)
+        hil_event_set_ps(board, HIL_EVENT_FLASH_CUT,
+                         now_ps + (flash->end_ps - now_ps) / 1000u * flash->cut_permille);
+    hil_faults_flash_operation(board);
+    hil_cpu_attend(board);
+}
+
+/* What the operation would make of its cells, as far as it got. */
+static void change_cells(struct hil_board *board, unsigned permille)
+{
+    struct hil_flash *flash = &board->state.flash;
+    uint8_t *cells = board->memory->flash + flash->address;
+    uint8_t wanted[4];
+    switch (flash->operation) {
+    case HIL_FLASH_PROGRAM:
+        for (unsigned i = 0; i < flash->size; i++)
+            wanted[i] = (uint8_t)(cells[i] & flash->value >> (8u * i));
+        hil_cells_tear(cells, wanted, flash->size, permille, &flash->random);
+        break;
+    case HIL_FLASH_ERASE_SECTOR:
+    case HIL_FLASH_ERASE_ALL:
+        hil_cells_tear(cells, NULL, flash->size, permille, &flash->random);
+        break;
+    case HIL_FLASH_OPTIONS:
+        if (level_of(flash->options) == 1 && level_of(flash->value) == 0) /* back to level 0: everything goes */
+            hil_cells_tear(board->memory->flash, NULL, HIL_FLASH_SIZE, permille, &flash->random);
+        flash->options = permille >= 1000 ? flash->value : OPTIONS_ERASED;
+        break;
+    case HIL_FLASH_IDLE:
+        return;
+    }
+    if (flash->operation == HIL_FLASH_PROGRAM)
+        hil_cpu_forget_range(board, HIL_FLASH_BASE + flash->address, flash->size);
+    else
+        hil_cpu_forget_code(board);
+}
+
+static void stop_operation(struct hil_board *board)
+{
+    struct hil_flash *flash = &board->state.flash;
+    flash->operation = HIL_FLASH_IDLE;
+    flash->sr &= ~SR_BSY;
+    flash->cr &= ~CR_STRT;
+    flash->optcr &= ~OPTCR_STRT;
+    hil_event_set_ps(board, HIL_EVENT_FLASH, HIL_NEVER);
+    hil_event_set_ps(board, HIL_EVENT_FLASH_CUT, HIL_NEVER);
+}
+
+void hil_flash_event(struct hil_board *board, uint64_t at)
+{
+    struct hil_flash *flash = &board->state.flash;
+    (void)at;
+    change_cells(board, 1000);
+    stop_operation(board);
+    if (flash->cr & CR_EOPIE)
+        flash->sr |= SR_EOP;
+    update_irq(board);
+    hil_dma_flash_ready(board);
+}
+
+void hil_flash_wait(struct hil_board *board)
+{
+    struct hil_clock *clock = &board->state.clock;
+    if (!hil_flash_busy(board))
+        return;
+    uint64_t end = hil_clock_cycle(clock, board->state.flash.end_ps);
+    if (end > clock->now_cycle) {
+        board->state.counters.flash_stall_cycles += end - clock->now_cycle;
+        clock->now_cycle = end;
+    }
+    hil_flash_event(board, end);
+}
+
+/* What stops part of the way leaves cells in between. */
+static void tear(struct hil_board *board, unsigned permille)
+{
+    hil_trace(board, "flash: operation %llu cut off at %u / 1000",
+              (unsigned long long)board->state.flash.operations, permille);
+    change_cells(board, permille);
+    stop_operation(board);
+}
+
+void hil_flash_power_lost(struct hil_board *board)
+{
+    const struct hil_flash *flash = &board->state.flash;
+    uint64_t now_ps = hil_board_now_ps(board);
+    if (!hil_flash_busy(board))
+        return;
+    uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps : flash->end_ps - flash->begin_ps;
+    tear(board, (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps)));
+}
+
+void hil_flash_cut_event(struct hil_board *board, uint64_t at)
+{
+    (void)at;
+    board->state.flash.cut_at = 0;
+    tear(board, board->state.flash.cut_permille);
+    hil_board_cut_power(board);
+}
+
+void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille)
+{
+    struct hil_flash *flash = &board->state.flash;
+    flash->cut_at = n ? flash->operations + n : 0;
+    flash->cut_permille = permille < 1000 ? permille : 999;
+}
+
+void hil_flash_create(struct hil_board *board)
+{
+    board->state.flash = (struct hil_flash){
+        .options = HIL_FLASH_OPTIONS_FACTORY,
+        .random = board->options.seed ^ 0xf1a50000f1a5ull,
+    };
+}
+
+/* "If a device reset occurs during an operation, the contents are not guaranteed" (RM0090 3.6). */
+void hil_flash_reset(struct hil_board *board)
+{
+    struct hil_flash *flash = &board->state.flash;
+    hil_flash_power_lost(board);
+    flash->sr = 0;
+    flash->cr = CR_LOCK;
+    flash->optcr = flash->options | OPTCR_LOCK;
+    flash->key_step = flash->option_key_step = STEP_LOCKED;
+    flash->boot_rom = board->options.boot0 && level_of(flash->options) != 2;
+    if (!(flash->options & OPTCR_WDG_SW))
+        hil_board_stop(board, MR_UNMODELLED, "unmodelled option: hardware watchdog (WDG_SW is 0)");
+    update_irq(board);
+}
+
+static bool is_write_protected(const struct hil_board *board, unsigned sector)
+{
+    return !(board->state.flash.options >> (16u + sector) & 1u);
+}
+
+static void program(struct hil_board *board, uint32_t offset, unsigned size, uint32_t value)
+{
+    struct hil_flash *flash = &board->state.flash;
+    uint32_t address = HIL_FLASH_BASE + offset;
+    hil_flash_wait(board); /* a second write holds the bus */
+    if (!(flash->cr & CR_PG)) {
+        refuse(board, SR_PGSERR, "store without CR.PG", address);
+    } else if (offset % ROW_BYTES + size > ROW_BYTES) {
+        refuse(board, SR_PGAERR, "store across a row of 128 bits", address);
+    } else if (size != 1u << (flash->cr >> 8 & 3u) || offset % size) {
+        refuse(board, SR_PGPERR, "store of another width than PSIZE", address);
+    } else if (is_write_protected(board, hil_flash_sector(offset))) {
+        refuse(board, SR_WRPERR, "store to a write-protected sector", address);
+    } else {
+        flash->address = offset;
+        flash->value = value;
+        flash->size = size;
+        begin(board, HIL_FLASH_PROGRAM, &program_time);
+    }
+}
+
+void hil_flash_store(struct hil_board *board, uint32_t address, unsigned size, uint64_t value)
+{
+    uint32_t offset = address < HIL_FLASH_SIZE ? address : address - HIL_FLASH_BASE;
+    program(board, offset, size == 8 ? 4 : size, (uint32_t)value);
+    if (size == 8) /* two words on the bus */
+        program(board, offset + 4u, 4, (uint32_t)(value >> 32));
+}
+
+static void erase(struct hil_board *board)
+{
+    struct hil_flash *flash = &board->state.flash;
+    unsigned sector = flash->cr >> 3 & 15u;
+    bool all = (flash->cr & CR_MER) != 0;
+    if (all == ((flash->cr & CR_SER) != 0)) { /* both: neither is performed (3.6.3); none: nothing to start */
+        refuse(board, 0, "STRT with not exactly one of SER and MER", HIL_FLASH_BASE);
+        flash->cr &= ~CR_STRT;
+        return;
+    }
+    if (!all && sector >= HIL_FLASH_SECTORS) {
+        hil_bus_refuse(board, "a sector number that this flash does not have");
+        return;
+    }
+    for (unsigned i = all ? 0 : sector; i < (all ? HIL_FLASH_SECTORS : sector + 1); i++) {
+        if (is_write_protected(board, i)) {
+            refuse(board, SR_WRPERR, "erase of a write-protected sector", HIL_FLASH_BASE + sector_starts[i]);
+            flash->cr &= ~CR_STRT;
+            return;
+        }
+    }
+    flash->address = all ? 0 : sector_starts[sector];
+    flash->size = all ? HIL_FLASH_SIZE : sector_starts[sector + 1] - sector_starts[sector];
+    begin(board, all ? HIL_FLASH_ERASE_ALL : HIL_FLASH_ERASE_SECTOR,
+          all ? &erase_all_time : sector < 4 ? &erase_16k_time : sector == 4 ? &erase_64k_time : &erase_128k_time);
+}
+
+static void cr_write(struct hil_board *board, uint32_t value)
+{
+    struct hil_flash *flash = &board->state.flash;
+    hil_flash_wait(board); /* a write while BSY is set holds the bus */
+    if (flash->cr & CR_LOCK) {
+        hil_trace(board, "flash: FLASH_CR is locked, 0x%08x is ignored", (unsigned)value);
+        return;
+    }
+    flash->cr = value & (CR_BITS | CR_STRT | CR_LOCK);
+    if (value & CR_LOCK)
+        flash->key_step = STEP_LOCKED;
+    if (value & CR_STRT)
+        erase(board);
+    update_irq(board);
+}
+
+static void optcr_write(struct hil_board *board, uint32_t value)
+{
+    struct hil_flash *flash = &board->state.flash;
+    hil_flash_wait(board);
+    if (flash->optcr & OPTCR_LOCK) {
+        hil_trace(board, "flash: FLASH_OPTCR is locked, 0x%08x is ignored", (unsigned)value);
+        return;
+    }
+    flash->optcr = value & (OPTCR_BITS | OPTCR_LOCK);
+    if (value & OPTCR_LOCK)
+        flash->option_key_step = STEP_LOCKED;
+    if (!(value & OPTCR_STRT))
+        return;
+    if (level_of(flash->options) == 2) { /* for ever (3.7.3) */
+        refuse(board, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
+        return;
+    }
+    bool regression = level_of(flash->options) == 1 && level_of(value) == 0;
+    flash->value = value & OPTCR_BITS;
+    flash->optcr |= OPTCR_STRT;
+    /* The data sheet gives no time for option bytes: that of a 16 KiB sector. */
+    begin(board, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
+}
+
+/* One key of a sequence; true when the register opens. A wrong key closes it until the next reset. */
+static bool unlock(struct hil_board *board, uint8_t *step, uint32_t value, uint32_t first, uint32_t second)
+{
+    if (*step == STEP_OPEN || *step == STEP_DEAD)
+        return false;
+    if (value == (*step == STEP_LOCKED ? first : second)) {
+        ++*step;
+        return *step == STEP_OPEN;
+    }
+    hil_trace(board, "flash: wrong key 0x%08x, locked until reset", (unsigned)value);
+    board->state.counters.flash_refused++;
+    *step = STEP_DEAD;
+    return false;
+}
+
+static void acr_write(struct hil_board *board, uint32_t value)
+{
+    struct hil_rcc *rcc = &board->state.rcc;
+    rcc->flash_acr = value & ACR_BITS & ~ACR_RESETS;
+    if (board->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
+        hil_board_stop(board, MR_HALTED, "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
+                       (unsigned)value, (unsigned)board->state.clock.hclk_hz,
+                       (unsigned)hil_cpu_access_pc(board, board->access.address, true));
+}
+
+uint32_t hil_flash_if_read(struct hil_board *board, unsigned unit, uint32_t offset)
+{
+    const struct hil_flash *flash = &board->state.flash;
+    (void)unit;
+    switch (offset) {
+    case 0x00:
+        return board->state.rcc.flash_acr;
+    case 0x04: /* KEYR and OPTKEYR are write-only */
+    case 0x08:
+        return 0;
+    case 0x0c:
+        return flash->sr;
+    case 0x10:
+        return flash->cr;
+    case 0x14:
+        return flash->optcr;
+    default:
+        return hil_bus_no_register(board);
+    }
+}
+
+void hil_flash_if_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+{
+    struct hil_flash *flash = &board->state.flash;
+    (void)unit;
+    switch (offset) {
+    case 0x00:
+        acr_write(board, value);
+        break;
+    case 0x04:
+        if (unlock(board, &flash->key_step, value, KEY1, KEY2))
+            flash->cr &= ~CR_LOCK;
+        break;
+    case 0x08:
+        if (unlock(board, &flash->option_key_step, value, OPTKEY1, OPTKEY2))
+            flash->optcr &= ~OPTCR_LOCK;
+        break;
+    case 0x0c:
+        flash->sr &= ~(value & SR_CLEARABLE);
+        update_irq(board);
+        break;
+    case 0x10:
+        cr_write(board, value);
+        break;
+    case 0x14:
+        optcr_write(board, value);
+        break;
+    default:
+        hil_bus_no_register(board);
+    }
+}

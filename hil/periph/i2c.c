@@ -1,0 +1,438 @@
+#include "hil/periph/i2c.h"
+
+#include "hil/board/machine.h"
+
+#define CR1_PE (1u << 0)
+#define CR1_START (1u << 8)
+#define CR1_STOP (1u << 9)
+#define CR1_ACK (1u << 10)
+#define CR1_POS (1u << 11)
+#define CR1_SWRST (1u << 15)
+#define CR1_CLEARED_BY_PE (CR1_START | CR1_STOP | CR1_ACK | CR1_POS)
+#define CR1_MODELLED (CR1_PE | 0x80u | CR1_CLEARED_BY_PE | CR1_SWRST)
+#define CR2_FREQ 0x3fu
+#define CR2_ITERREN (1u << 8)
+#define CR2_ITEVTEN (1u << 9)
+#define CR2_ITBUFEN (1u << 10)
+#define SR1_SB (1u << 0)
+#define SR1_ADDR (1u << 1)
+#define SR1_BTF (1u << 2)
+#define SR1_RXNE (1u << 6)
+#define SR1_TXE (1u << 7)
+#define SR1_BERR (1u << 8)
+#define SR1_ARLO (1u << 9)
+#define SR1_AF (1u << 10)
+#define SR1_ERRORS 0xdf00u /* cleared by writing 0 */
+#define CCR_FS (1u << 15)
+#define CCR_DUTY (1u << 14)
+#define TRISE_RESET 2u
+#define PORT_B 1u
+#define SCL 6u
+#define SDA 7u
+#define BYTE_PERIODS 9u
+
+static bool waits(const struct hil_i2c *i2c, uint32_t bit) { return (i2c->cr1 & bit) != 0; }
+
+static uint64_t period_cycles(const struct hil_board *board)
+{
+    const struct hil_i2c *i2c = &board->state.i2c;
+    uint32_t clocks = !(i2c->ccr & CCR_FS) ? 2u : i2c->ccr & CCR_DUTY ? 25u : 3u; /* 27.6.8 */
+    return (uint64_t)clocks * (i2c->ccr & 0xfffu) * hil_rcc_apb1_divider(board);
+}
+
+static bool is_connected(const struct hil_board *board)
+{
+    return hil_gpio_alternate(board, PORT_B, SCL) == 4 && hil_gpio_alternate(board, PORT_B, SDA) == 4;
+}
+
+static void update(struct hil_board *board)
+{
+    const struct hil_i2c *i2c = &board->state.i2c;
+    bool event = i2c->sr1 & (SR1_SB | SR1_ADDR | SR1_BTF);
+    bool buffer = i2c->sr1 & (SR1_RXNE | SR1_TXE);
+    hil_irq_line(board, HIL_IRQ_I2C1_EV, (i2c->cr2 & CR2_ITEVTEN) && (event || (buffer && (i2c->cr2 & CR2_ITBUFEN))));
+    hil_irq_line(board, HIL_IRQ_I2C1_ER, (i2c->cr2 & CR2_ITERREN) && (i2c->sr1 & SR1_ERRORS));
+    hil_event_set_cycle(board, HIL_EVENT_I2C, i2c->end_cycle);
+}
+
+static void enter(struct hil_board *board, enum hil_i2c_phase phase, uint64_t at, unsigned periods)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    i2c->phase = phase;
+    i2c->begin_cycle = at;
+    i2c->end_cycle = periods ? at + periods * period_cycles(board) : HIL_NEVER;
+    if (periods == BYTE_PERIODS) { /* somebody holds the clock */
+        uint64_t stretch_ps = board->state.tmp112.stretch_ps;
+        i2c->end_cycle += (uint64_t)((double)stretch_ps * 1e-12 * (double)board->state.clock.hclk_hz);
+        board->state.tmp112.stretch_ps = 0;
+    }
+}
+
+static void leave_bus(struct hil_board *board)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    i2c->master = i2c->transmits = i2c->held = false;
+    i2c->sr1 &= SR1_ERRORS | SR1_RXNE;
+    i2c->phase = HIL_I2C_IDLE;
+    i2c->end_cycle = HIL_NEVER;
+}
+
+/* The first 1 sent while SDA is held low: another master seems to be there (27.3.4). */
+static bool loses_arbitration(struct hil_board *board, uint8_t byte)
+{
+    if (byte == 0 || !hil_tmp112_holds_sda(board))
+        return false;
+    leave_bus(board);
+    board->state.i2c.sr1 |= SR1_ARLO;
+    return true;
+}
+
+/* A stop or repeated start that was asked for, now that a byte is over. */
+static bool takes_turn(struct hil_board *board, uint64_t at)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    if (!waits(i2c, CR1_STOP | CR1_START))
+        return false;
+    enter(board, waits(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
+    return true;
+}
+
+/* Where only the program can make it go on: a stop or start is made at once. */
+static void take_request(struct hil_board *board, uint64_t at)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    if (!waits(i2c, CR1_PE))
+        return;
+    switch (i2c->phase) {
+    case HIL_I2C_IDLE:
+        i2c->cr1 &= ~CR1_STOP; /* there is nothing to stop */
+        if (waits(i2c, CR1_START) && !i2c->busy && is_connected(board))
+            enter(board, HIL_I2C_STARTING, at, 1);
+        break;
+    case HIL_I2C_STARTED:
+        if (waits(i2c, CR1_STOP)) {
+            i2c->sr1 &= ~SR1_SB;
+            (void)takes_turn(board, at);
+        }
+        break;
+    case HIL_I2C_SENT:
+    case HIL_I2C_FULL:
+    case HIL_I2C_REFUSED:
+        (void)takes_turn(board, at);
+        break;
+    default:
+        break;
+    }
+}
+
+static void begin_byte(struct hil_board *board, enum hil_i2c_phase phase, uint64_t at)
+{
+    enter(board, phase, at, BYTE_PERIODS);
+}
+
+static void send_next(struct hil_board *board, uint64_t at)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    i2c->shifted = i2c->dr;
+    i2c->held = false;
+    i2c->sr1 |= SR1_TXE;
+    begin_byte(board, HIL_I2C_SENDING, at);
+}
+
+static void end_start(struct hil_board *board)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    i2c->cr1 &= ~CR1_START;
+    i2c->master = i2c->busy = true;
+    i2c->transmits = false;
+    i2c->sr1 = (i2c->sr1 & ~(SR1_BTF | SR1_TXE)) | SR1_SB;
+    enter(board, HIL_I2C_STARTED, 0, 0);
+}
+
+static void end_address(struct hil_board *board)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    if (loses_arbitration(board, i2c->shifted))
+        return;
+    bool acknowledged = hil_tmp112_address(board, i2c->shifted);
+    i2c->transmits = !(i2c->shifted & 1u);
+    i2c->sr1 |= acknowledged ? SR1_ADDR : SR1_AF;
+    enter(board, acknowledged ? HIL_I2C_ADDRESSED : HIL_I2C_REFUSED, 0, 0);
+}
+
+static void end_sent(struct hil_board *board, uint64_t at)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    if (loses_arbitration(board, i2c->shifted))
+        return;
+    if (!hil_tmp112_write(board, i2c->shifted)) {
+        i2c->sr1 |= SR1_AF;
+        enter(board, HIL_I2C_REFUSED, 0, 0);
+    } else if (!takes_turn(board, at)) {
+        if (i2c->held) {
+            send_next(board, at);
+        } else {
+            i2c->sr1 |= SR1_BTF;
+            enter(board, HIL_I2C_SENT, 0, 0);
+        }
+    }
+}
+
+static void end_received(struct hil_board *board, uint64_t at)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    uint8_t byte = hil_tmp112_holds_sda(board) ? 0 : hil_tmp112_read(board);
+    bool acknowledges = waits(i2c, CR1_POS) ? i2c->acknowledge : waits(i2c, CR1_ACK);
+    i2c->acknowledge = waits(i2c, CR1_ACK);
+    if (!acknowledges)
+        hil_tmp112_stop(board); /* it lets go of the line; what is clocked in beyond is ones */
+    if (i2c->sr1 & SR1_RXNE) {
+        i2c->shifted = byte;
+        i2c->sr1 |= SR1_BTF;
+        if (!takes_turn(board, at))
+            enter(board, HIL_I2C_FULL, 0, 0);
+        return;
+    }
+    i2c->dr = byte;
+    i2c->sr1 |= SR1_RXNE;
+    if (!takes_turn(board, at))
+        begin_byte(board, HIL_I2C_RECEIVING, at);
+}
+
+static void end_stop(struct hil_board *board, uint64_t at)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    if (hil_tmp112_holds_sda(board)) { /* SDA does not rise: STOP and BUSY stay */
+        i2c->end_cycle = HIL_NEVER;
+        return;
+    }
+    uint32_t full = i2c->sr1 & (SR1_BTF | SR1_RXNE);
+    hil_tmp112_stop(board);
+    leave_bus(board);
+    i2c->sr1 |= full == (SR1_BTF | SR1_RXNE) ? full : 0; /* both bytes can still be read */
+    i2c->busy = false;
+    i2c->cr1 &= ~CR1_STOP;
+    take_request(board, at);
+}
+
+void hil_i2c_event(struct hil_board *board, uint64_t at)
+{
+    switch (board->state.i2c.phase) {
+    case HIL_I2C_STARTING:
+        end_start(board);
+        break;
+    case HIL_I2C_ADDRESSING:
+        end_address(board);
+        break;
+    case HIL_I2C_SENDING:
+        end_sent(board, at);
+        break;
+    case HIL_I2C_RECEIVING:
+        end_received(board, at);
+        break;
+    case HIL_I2C_STOPPING:
+        end_stop(board, at);
+        break;
+    default:
+        board->state.i2c.end_cycle = HIL_NEVER;
+        break;
+    }
+    update(board);
+}
+
+void hil_i2c_lines_changed(struct hil_board *board, uint64_t at)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    bool scl = hil_gpio_level(board, PORT_B, SCL);
+    if (i2c->scl && !scl && chip->hung_clocks) /* another bit of the byte it is in */
+        chip->hung_clocks--;
+    hil_gpio_drive(board, PORT_B, SDA, !hil_tmp112_holds_sda(board), at);
+    bool sda = hil_gpio_level(board, PORT_B, SDA);
+    bool condition = sda != i2c->sda && scl && i2c->scl; /* start: SDA falls; stop: it rises */
+    bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING || i2c->phase == HIL_I2C_RECEIVING;
+    if (condition && sda && !in_byte)
+        hil_tmp112_stop(board);
+    if (is_connected(board)) {
+        if (condition && in_byte && (at - i2c->begin_cycle) % period_cycles(board) >= period_cycles(board) / 2) /* SCL is high */
+            i2c->sr1 |= SR1_BERR;
+        if (!scl || !sda)
+            i2c->busy = true;
+        else if (condition)
+            i2c->busy = i2c->master;
+    }
+    i2c->scl = scl;
+    i2c->sda = sda;
+    take_request(board, at);
+    update(board);
+}
+
+/* The program or the chip stops in the middle of a byte that is being read: the thermometer goes on holding what it sent. */
+static void abandon(struct hil_board *board)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_tmp112 *chip = &board->state.tmp112;
+    if (i2c->phase == HIL_I2C_RECEIVING && chip->addressed && !chip->dead) {
+        uint64_t bit = (hil_now(board) - i2c->begin_cycle) / period_cycles(board);
+        uint8_t byte = hil_tmp112_read(board);
+        if (bit < 8 && !(byte >> (7u - bit) & 1u))
+            chip->hung_clocks = 9u - (unsigned)bit;
+    }
+    hil_tmp112_stop(board);
+}
+
+void hil_i2c_reset(struct hil_board *board)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    bool scl = i2c->scl, sda = i2c->sda;
+    abandon(board);
+    *i2c = (struct hil_i2c){.trise = TRISE_RESET, .end_cycle = HIL_NEVER, .scl = scl, .sda = sda};
+    hil_i2c_lines_changed(board, hil_now(board));
+}
+
+uint32_t hil_i2c_read(struct hil_board *board, unsigned unit, uint32_t offset)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    uint64_t now = hil_now(board);
+    uint32_t value;
+    (void)unit;
+    switch (offset) {
+    case 0x00:
+        return i2c->cr1;
+    case 0x04:
+        return i2c->cr2;
+    case 0x08:
+        return i2c->oar1;
+    case 0x0c: /* OAR2: slave mode is refused */
+        return 0;
+    case 0x10:
+        value = i2c->dr;
+        if (i2c->sr1 & SR1_BTF && i2c->sr1 & SR1_RXNE) { /* the byte behind it moves up */
+            i2c->dr = i2c->shifted;
+            i2c->sr1 &= ~SR1_BTF;
+            if (i2c->phase == HIL_I2C_FULL)
+                begin_byte(board, HIL_I2C_RECEIVING, now);
+        } else {
+            i2c->sr1 &= ~SR1_RXNE;
+        }
+        update(board);
+        return value;
+    case 0x14:
+        i2c->sr1_was_read = true;
+        return i2c->sr1;
+    case 0x18:
+        value = (i2c->master ? 1u : 0u) | (i2c->busy ? 2u : 0u) | (i2c->transmits ? 4u : 0u);
+        if (i2c->phase == HIL_I2C_ADDRESSED && i2c->sr1_was_read) {
+            i2c->sr1 &= ~SR1_ADDR;
+            i2c->sr1_was_read = false;
+            if (i2c->transmits) {
+                i2c->sr1 |= SR1_TXE;
+                enter(board, HIL_I2C_SENT, 0, 0);
+                take_request(board, now);
+            } else {
+                i2c->acknowledge = true; /* POS: what ACK says is for the byte after this one */
+                begin_byte(board, HIL_I2C_RECEIVING, now);
+            }
+            update(board);
+        }
+        return value;
+    case 0x1c:
+        return i2c->ccr;
+    case 0x20:
+        return i2c->trise;
+    default:
+        return hil_bus_no_register(board);
+    }
+}
+
+static const char *wrong_settings(const struct hil_board *board)
+{
+    const struct hil_i2c *i2c = &board->state.i2c;
+    uint32_t pclk1_mhz = board->state.clock.hclk_hz / hil_rcc_apb1_divider(board) / 1000000u;
+    uint32_t least = i2c->ccr & CCR_FS && i2c->ccr & CCR_DUTY ? 1u : 4u;
+    if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
+        return "PE with CR2.FREQ other than PCLK1 in MHz";
+    return (i2c->ccr & 0xfffu) < least ? "PE with CCR below its least value" : NULL;
+}
+
+static void cr1_write(struct hil_board *board, uint32_t value)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    if (value & CR1_SWRST) {
+        hil_i2c_reset(board);
+        i2c->cr1 = CR1_SWRST;
+        return;
+    }
+    if (waits(i2c, CR1_START | CR1_STOP) && value != i2c->cr1)
+        hil_bus_refuse(board, "CR1 is written while START or STOP waits for the hardware to clear it");
+    if (!(value & CR1_PE) && i2c->master)
+        hil_bus_refuse(board, "PE is cleared before the end of the communication");
+    const char *wrong = value & CR1_PE ? wrong_settings(board) : NULL;
+    if (wrong)
+        hil_bus_refuse(board, wrong);
+    i2c->cr1 = value & CR1_MODELLED;
+    if (!(value & CR1_PE)) {
+        leave_bus(board);
+        i2c->sr1 = 0;
+        i2c->cr1 &= ~CR1_CLEARED_BY_PE;
+    }
+    take_request(board, hil_now(board));
+}
+
+static void dr_write(struct hil_board *board, uint32_t value)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    uint64_t now = hil_now(board);
+    i2c->dr = (uint8_t)value;
+    if (i2c->phase == HIL_I2C_STARTED && i2c->sr1_was_read) {
+        if ((value & 0xf8u) == 0xf0u)
+            hil_bus_refuse(board, "10-bit addresses");
+        i2c->sr1 &= ~SR1_SB;
+        i2c->shifted = i2c->dr;
+        begin_byte(board, HIL_I2C_ADDRESSING, now);
+    } else if (i2c->phase == HIL_I2C_SENT) {
+        i2c->sr1 &= ~SR1_BTF;
+        send_next(board, now);
+    } else if (i2c->phase == HIL_I2C_SENDING) {
+        i2c->held = true;
+        i2c->sr1 &= ~SR1_TXE;
+    }
+    i2c->sr1_was_read = false;
+}
+
+void hil_i2c_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+{
+    struct hil_i2c *i2c = &board->state.i2c;
+    (void)unit;
+    if (waits(i2c, CR1_SWRST) && offset != 0)
+        return; /* held in reset */
+    switch (offset) {
+    case 0x00:
+        cr1_write(board, value);
+        break;
+    case 0x04:
+        i2c->cr2 = value & (CR2_FREQ | CR2_ITERREN | CR2_ITEVTEN | CR2_ITBUFEN);
+        break;
+    case 0x08:
+        i2c->oar1 = value & 0x4000u;
+        break;
+    case 0x0c:
+        break;
+    case 0x10:
+        dr_write(board, value);
+        break;
+    case 0x14: /* flags of errors are cleared by 0 */
+        i2c->sr1 &= value | ~SR1_ERRORS;
+        break;
+    case 0x1c:
+    case 0x20:
+        if (waits(i2c, CR1_PE))
+            hil_bus_refuse(board, "CCR and TRISE can be written only while PE is 0");
+        *(offset == 0x1c ? &i2c->ccr : &i2c->trise) = value & (offset == 0x1c ? 0xcfffu : 0x3fu);
+        break;
+    default:
+        hil_bus_no_register(board);
+        return;
+    }
+    update(board);
+}

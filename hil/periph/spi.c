@@ -1,0 +1,289 @@
+#include "hil/periph/spi.h"
+
+#include "hil/board/machine.h"
+
+#define CR1_CPHA (1u << 0)
+#define CR1_CPOL (1u << 1)
+#define CR1_MSTR (1u << 2)
+#define CR1_SPE (1u << 6)
+#define CR1_LSBFIRST (1u << 7)
+#define CR1_SSI (1u << 8)
+#define CR1_SSM (1u << 9)
+#define CR1_REFUSED 0xfc00u /* RXONLY, DFF, CRC, one-line modes */
+#define CR1_FIXED (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | CR1_LSBFIRST | 0x38u)
+#define CR2_RXDMAEN (1u << 0)
+#define CR2_TXDMAEN (1u << 1)
+#define CR2_ERRIE (1u << 5)
+#define CR2_RXNEIE (1u << 6)
+#define CR2_TXEIE (1u << 7)
+#define CR2_MODELLED 0xe3u
+#define SR_RXNE (1u << 0)
+#define SR_TXE (1u << 1)
+#define SR_MODF (1u << 5)
+#define SR_OVR (1u << 6)
+#define SR_BSY (1u << 7)
+#define DATA_REGISTER 0x4000380cu
+#define PORT_B 1u
+#define GROUP 64u /* bytes that one event may move under DMA */
+
+/* RM0090 table 42: SPI2_RX stream 3 channel 0, SPI2_TX stream 4 channel 0. */
+static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
+static const struct hil_dma_request send_request = {0, 4, 0, DATA_REGISTER, true};
+
+static uint64_t byte_cycles(const struct hil_board *board)
+{
+    unsigned br = board->state.spi.cr1 >> 3 & 7u;
+    return 8u * (uint64_t)(2u << br) * hil_rcc_apb1_divider(board);
+}
+
+static bool is_on(const struct hil_spi *spi)
+{
+    return (spi->cr1 & (CR1_SPE | CR1_MSTR)) == (CR1_SPE | CR1_MSTR);
+}
+
+static uint32_t flags(const struct hil_spi *spi)
+{
+    return spi->sr | (spi->holding ? 0 : SR_TXE) | (spi->holding || spi->shifting ? SR_BSY : 0);
+}
+
+static void update_irq(struct hil_board *board)
+{
+    const struct hil_spi *spi = &board->state.spi;
+    uint32_t sr = flags(spi);
+    bool line = ((spi->cr2 & CR2_RXNEIE) && (sr & SR_RXNE)) || ((spi->cr2 & CR2_TXEIE) && (sr & SR_TXE))
+                || ((spi->cr2 & CR2_ERRIE) && (sr & (SR_OVR | SR_MODF)));
+    hil_irq_line(board, HIL_IRQ_SPI2, line);
+}
+
+static uint8_t reversed(uint8_t byte)
+{
+    uint8_t out = 0;
+    for (unsigned i = 0; i < 8; i++)
+        out = (uint8_t)(out | (byte >> i & 1u) << (7u - i));
+    return out;
+}
+
+static bool is_connected(const struct hil_board *board)
+{
+    for (unsigned pin = 13; pin < 16; pin++) {
+        if (hil_gpio_alternate(board, PORT_B, pin) != 5)
+            return false;
+    }
+    return true;
+}
+
+/* One byte over the wires. */
+static uint8_t exchange(struct hil_board *board, uint8_t out, uint64_t at)
+{
+    struct hil_spi *spi = &board->state.spi;
+    bool lsb_first = (spi->cr1 & CR1_LSBFIRST) != 0;
+    bool shifted_mode = ((spi->cr1 & CR1_CPOL) != 0) != ((spi->cr1 & CR1_CPHA) != 0);
+    uint8_t wire = lsb_first ? reversed(out) : out;
+    uint8_t seen = shifted_mode ? (uint8_t)(spi->last_out << 7 | wire >> 1) : wire;
+    uint8_t in = spi->selected ? hil_w25q_exchange(board, seen, at) : 0xff;
+    uint8_t got = shifted_mode ? (uint8_t)(spi->last_in << 7 | in >> 1) : in;
+    spi->last_out = wire;
+    spi->last_in = in;
+    return lsb_first ? reversed(got) : got;
+}
+
+/* Fill the transmit buffer from DMA if it may. */
+static void refill(struct hil_board *board)
+{
+    struct hil_spi *spi = &board->state.spi;
+    if (is_on(spi) && !spi->holding && (spi->cr2 & CR2_TXDMAEN) && hil_dma_until_flag(board, &send_request))
+        spi->holding = hil_dma_read_items(board, &send_request, &spi->held, 1);
+}
+
+static void shift(struct hil_board *board, uint64_t at)
+{
+    struct hil_spi *spi = &board->state.spi;
+    if (spi->shifting || !spi->holding || !is_on(spi))
+        return;
+    spi->shifted = spi->held;
+    spi->holding = false;
+    spi->shifting = true;
+    spi->shift_end_cycle = at + byte_cycles(board);
+}
+
+static void receive(struct hil_board *board, uint8_t byte)
+{
+    struct hil_spi *spi = &board->state.spi;
+    if (spi->sr & SR_RXNE) { /* the byte in the buffer stays, this one is lost (28.3.10) */
+        spi->sr |= SR_OVR;
+        spi->dr_was_read = false;
+        return;
+    }
+    if ((spi->cr2 & CR2_RXDMAEN) && hil_dma_until_flag(board, &receive_request)) {
+        uint16_t value = byte;
+        hil_dma_write_items(board, &receive_request, &value, 1);
+        return;
+    }
+    spi->received = byte;
+    spi->sr |= SR_RXNE;
+}
+
+static void begin(struct hil_board *board, uint64_t at)
+{
+    refill(board);
+    shift(board, at);
+    refill(board);
+}
+
+/* The next event is the end of the byte after which anybody can notice something: a flag of a stream, an interrupt. */
+static void schedule(struct hil_board *board)
+{
+    const struct hil_spi *spi = &board->state.spi;
+    uint64_t next = HIL_NEVER;
+    if (spi->shifting) {
+        uint32_t n = 1;
+        if (spi->holding && (spi->cr2 & CR2_TXDMAEN) && !(spi->cr2 & (CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE))) {
+            n = hil_dma_until_flag(board, &send_request);
+            if (n > GROUP)
+                n = GROUP;
+            if (spi->cr2 & CR2_RXDMAEN) {
+                uint32_t in = hil_dma_until_flag(board, &receive_request);
+                n = in < n ? in : n;
+            }
+        }
+        next = spi->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * byte_cycles(board);
+    }
+    hil_event_set_cycle(board, HIL_EVENT_SPI, next);
+}
+
+void hil_spi_catch_up(struct hil_board *board, uint64_t at)
+{
+    struct hil_spi *spi = &board->state.spi;
+    if (!spi->shifting || spi->shift_end_cycle > at)
+        return;
+    bool connected = is_connected(board);
+    while (spi->shifting && spi->shift_end_cycle <= at) {
+        uint64_t end = spi->shift_end_cycle;
+        receive(board, connected ? exchange(board, spi->shifted, end) : 0xff);
+        spi->shifting = false;
+        begin(board, end);
+    }
+    update_irq(board);
+    schedule(board);
+}
+
+void hil_spi_event(struct hil_board *board, uint64_t at) { hil_spi_catch_up(board, at); }
+
+void hil_spi_dma_enabled(struct hil_board *board)
+{
+    begin(board, hil_now(board));
+    update_irq(board);
+    schedule(board);
+}
+
+void hil_spi_pins_changed(struct hil_board *board, uint64_t at)
+{
+    struct hil_spi *spi = &board->state.spi;
+    bool selected = !hil_gpio_level(board, PORT_B, 12);
+    if (selected == spi->selected)
+        return;
+    hil_spi_catch_up(board, at);
+    bool in_byte = spi->shifting && at > spi->shift_end_cycle - byte_cycles(board);
+    spi->selected = selected;
+    if (selected)
+        hil_w25q_select(board, at);
+    else
+        hil_w25q_deselect(board, at, in_byte);
+}
+
+void hil_spi_reset(struct hil_board *board)
+{
+    bool selected = board->state.spi.selected;
+    board->state.spi = (struct hil_spi){.selected = selected};
+    hil_event_set_cycle(board, HIL_EVENT_SPI, HIL_NEVER);
+    update_irq(board);
+}
+
+uint32_t hil_spi_read(struct hil_board *board, unsigned unit, uint32_t offset)
+{
+    struct hil_spi *spi = &board->state.spi;
+    uint32_t value;
+    (void)unit;
+    hil_spi_catch_up(board, hil_now(board));
+    switch (offset) {
+    case 0x00:
+        return spi->cr1;
+    case 0x04:
+        return spi->cr2;
+    case 0x08:
+        value = flags(spi);
+        if (spi->dr_was_read)
+            spi->sr &= ~SR_OVR;
+        spi->dr_was_read = false;
+        spi->sr_was_accessed = true;
+        update_irq(board);
+        return value;
+    case 0x0c:
+        spi->sr &= ~SR_RXNE;
+        spi->dr_was_read = true;
+        update_irq(board);
+        return spi->received;
+    case 0x10: /* CRCPR */
+        return 7;
+    case 0x14: /* RXCRCR, TXCRCR, I2SCFGR: unused */
+    case 0x18:
+    case 0x1c:
+        return 0;
+    case 0x20: /* I2SPR */
+        return 2;
+    default:
+        return hil_bus_no_register(board);
+    }
+}
+
+static void cr1_write(struct hil_board *board, uint32_t value)
+{
+    struct hil_spi *spi = &board->state.spi;
+    if (value & CR1_REFUSED)
+        hil_bus_refuse(board, "receive-only, 16 bits, CRC, one-line modes");
+    if ((spi->shifting || spi->holding) && ((value ^ spi->cr1) & CR1_FIXED))
+        hil_bus_refuse(board, "a change of settings while BSY is set");
+    if ((value & CR1_SPE) && !(value & CR1_MSTR))
+        hil_bus_refuse(board, "slave mode");
+    if ((value & CR1_SPE) && !(value & CR1_SSM))
+        hil_bus_refuse(board, "NSS managed by hardware");
+    if (spi->sr_was_accessed)
+        spi->sr &= ~SR_MODF;
+    spi->sr_was_accessed = false;
+    spi->cr1 = value & 0x3ffu;
+    if ((value & CR1_MSTR) && (value & CR1_SSM) && !(value & CR1_SSI)) { /* NSS seems low: another master */
+        spi->sr |= SR_MODF;
+        spi->cr1 &= ~(CR1_SPE | CR1_MSTR);
+    }
+}
+
+void hil_spi_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+{
+    struct hil_spi *spi = &board->state.spi;
+    uint64_t now = hil_now(board);
+    (void)unit;
+    hil_spi_catch_up(board, now);
+    switch (offset) {
+    case 0x00:
+        cr1_write(board, value);
+        break;
+    case 0x04:
+        if (value & ~CR2_MODELLED)
+            hil_bus_refuse(board, "NSS output, TI mode");
+        spi->cr2 = value & CR2_MODELLED;
+        break;
+    case 0x08: /* nothing in it can be written here; CRCERR is never set */
+        spi->sr_was_accessed = true;
+        break;
+    case 0x0c: /* a byte not yet gone is overwritten, as on silicon */
+        spi->held = (uint8_t)value;
+        spi->holding = true;
+        break;
+    default:
+        hil_bus_no_register(board);
+        return;
+    }
+    begin(board, now);
+    update_irq(board);
+    schedule(board);
+}

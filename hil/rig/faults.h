@@ -1,0 +1,187 @@
+/* Faults on order: when something happens (trigger), what goes wrong (action). As text and as calls.
+ *
+ * A fault file is lines of words; # begins a comment. The first line is `matrig-faults 1`, then in any order
+ *
+ *     seed N                    of the probabilities and of corrupted bits (default 1)
+ *     TRIGGER [+ US] ACTION     US: microseconds after the trigger
+ *
+ * Triggers, each fires once:
+ *     at S                      S seconds of virtual time since power on
+ *     station FT                the gear passes a station: between the switches of the run that open in a straight line,
+                              beyond the last by the parabola through the last three
+ *     frame N                   the N-th CAN frame that the board has sent
+ *     flash N                   the N-th operation of the flash memory (a word programmed, a sector erased)
+ *     nor N                     the N-th program or erase of the NOR
+ *
+ * Actions:
+ *     power-cut MS              no supply for MS; RAM then holds noise
+ *     brown-out VOLTS MS        a dip: below the brown-out level of the option bytes the chip is in reset for MS and
+ *                               RAM stays; below 1.68 V it is a power cut; above, nothing, unless the clock or the wait
+ *                               states are not allowed at that supply: then the run ends
+ *     crystal stop|start        clock security turns to the HSI; without it what is clocked by the crystal stands still
+ *                               (silicon's PLL drifts to some low frequency instead)
+ *     flip PLACE BIT            one bit (0..31 from there) of flash or RAM; PLACE: 0xADDRESS, SYMBOL or SYMBOL+OFFSET
+ *     stick PLACE BIT 0|1       one bit of RAM that from now on reads so, whatever is written (hil/core/stuck.h)
+ *     lamp broken|shorted|mend  the warning lamp never draws current, or always
+ *     bus unplug|short|dominant|connect
+ *                               nobody there; wires touching: always recessive; held dominant; as it should be
+ *     can out|in KIND COUNT [p P] [us T]
+ *     serial out|in KIND COUNT [p P] [us T]
+ *                               the next COUNT frames or bytes (`all`: all) with probability P (default 1) suffer
+ *                               KIND: drop, repeat, corrupt, delay (by T, default 1000); serial in: framing, noise
+ *     transducer K FAIL         FAIL: stick (the quantity holds), high, low (amplifier at a rail), open (lead broken:
+ *     gage K FAIL               0 V), mend
+ *     gage K drift GAIN LB      its bridge and amplifier: gain (1: as it should be) and offset in pounds
+ *     staircase FAIL
+ *     reference FAIL
+ *     switch K skip             it does not open
+ *     switch K bounce N US      after it has opened it closes and opens N more times, US apart
+ *     camera skip N             the next N frames of the film camera give no pulse
+ *     nor fill | nor dead | nor mend | nor fail-program N | nor fail-erase N
+ *                               the module behind it reads struct hil_nor_faults
+ *     thermometer dead | stuck | hang | stretch MS | mend
+ *                               it does not answer; SDA is held low for good; it stopped within a byte and holds SDA low until
+ *                               it has been clocked nine times; SCL is held low for MS at its next byte; as it should be
+ *
+ * `can out` is from the board: drop, repeat and delay happen at the host's side of the link after the frame was
+ * acknowledged; a delayed frame is overtaken by later ones. corrupt destroys a frame on the wire, so that its sender
+ * sends it again and the error counters move. `serial` corrupt turns over one data bit; delay holds back what follows
+ * too. Same file, seed and input: same faults.
+ *
+ * Each fault and each frame or byte that suffers one is told in one line to hil_options.log with its time. */
+#ifndef MATRIG_HIL_FAULTS_H
+#define MATRIG_HIL_FAULTS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/status.h"
+
+struct hil_board;
+struct hil_can_frame;
+
+#define HIL_FAULTS_MAX 64u
+#define HIL_FAULT_HELD 16u     /* frames on their way late; more than that are not delayed */
+#define HIL_FAULT_BYTES 16384u /* bytes on their way late; likewise */
+#define HIL_FAULT_ALL UINT32_MAX
+
+enum hil_trigger { HIL_AT_TIME, HIL_AT_STATION, HIL_AT_FRAME, HIL_AT_FLASH, HIL_AT_NOR };
+
+enum hil_action {
+    HIL_FAULT_POWER_CUT,   /* duration_ps */
+    HIL_FAULT_BROWN_OUT,   /* volts, duration_ps */
+    HIL_FAULT_CRYSTAL,     /* on */
+    HIL_FAULT_FLIP,        /* address, bit */
+    HIL_FAULT_BUS,         /* choice: enum hil_can_bus */
+    HIL_FAULT_LINE,        /* line, choice: enum hil_line_fault, count, probability, duration_ps */
+    HIL_FAULT_CHANNEL,     /* index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
+                              hil_channel_fault */
+    HIL_FAULT_SKIP,        /* index: switch, from 0 */
+    HIL_FAULT_BOUNCE,      /* index, count, duration_ps between openings */
+    HIL_FAULT_CAMERA,      /* count */
+    HIL_FAULT_NOR,         /* choice: enum hil_nor_fault, count */
+    HIL_FAULT_DRIFT,       /* index: gage, from 0; gain, offset_lb */
+    HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
+    HIL_FAULT_STICK,       /* address, bit, on: to 1 */
+    HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
+};
+
+enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
+enum hil_line_fault { HIL_DROP, HIL_REPEAT, HIL_CORRUPT, HIL_DELAY, HIL_FRAMING, HIL_NOISE, HIL_LINE_FAULTS };
+enum hil_channel_fault { HIL_CHANNEL_GOOD, HIL_CHANNEL_STUCK, HIL_CHANNEL_HIGH, HIL_CHANNEL_LOW, HIL_CHANNEL_OPEN };
+enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
+enum hil_nor_fault { HIL_NOR_FILL, HIL_NOR_DEAD, HIL_NOR_MEND, HIL_NOR_FAIL_PROGRAM, HIL_NOR_FAIL_ERASE };
+enum hil_thermometer_fault {
+    HIL_THERMOMETER_DEAD, HIL_THERMOMETER_STUCK, HIL_THERMOMETER_HANG, HIL_THERMOMETER_STRETCH, HIL_THERMOMETER_MEND,
+};
+
+struct hil_fault {
+    enum hil_trigger trigger;
+    uint64_t t_ps;          /* HIL_AT_TIME */
+    uint64_t n;             /* HIL_AT_FRAME, _FLASH, _NOR: from 1, counted since power on */
+    double station_ft;      /* HIL_AT_STATION */
+    uint64_t delay_ps;      /* after the trigger */
+    enum hil_action action; /* which of the following it uses: see there */
+    enum hil_line line;
+    unsigned choice;
+    uint32_t index, count, address, bit;
+    bool on;
+    double probability;     /* 0 < p <= 1 */
+    double volts;
+    double gain, offset_lb;
+    uint64_t duration_ps;
+    unsigned file_line;     /* 0: not from a file */
+};
+
+struct hil_fault_script {
+    uint64_t seed;
+    size_t count;
+    struct hil_fault fault[HIL_FAULTS_MAX];
+};
+
+/* Read a fault file. `elf` names the image whose symbols PLACE may use, or NULL. On failure `error` says file, line, what
+ * is wrong and what is right. MR_IO; MR_MALFORMED; MR_VERSION; MR_UNKNOWN: no such symbol; MR_FULL: too many lines. */
+enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script, char *error,
+                               size_t size);
+
+/* Order one fault of a board. Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of range or a
+ * moment that has passed; MR_UNKNOWN: no gear passes that station. hil_board_reason says which. */
+enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fault *fault);
+/* All of a script, and its seed. */
+enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script);
+
+/* --- what the parts of the board ask and tell --- */
+
+struct hil_line_effect {
+    uint32_t left; /* HIL_FAULT_ALL: no end */
+    double probability;
+    uint64_t duration_ps;
+    unsigned file_line;
+};
+
+/* What the NOR module reads: it carries out `fill_requested` and clears it, decrements the counts as it fails, and
+ * calls hil_faults_nor_operation at the beginning of each program or erase. */
+struct hil_nor_faults {
+    bool dead;             /* it does not drive its output: all ones are read, commands go nowhere */
+    bool fill_requested;   /* every byte is to be programmed with zeroes */
+    uint32_t fail_program; /* so many page programs from now on change nothing */
+    uint32_t fail_erase;
+};
+
+struct hil_faults {
+    uint32_t count;
+    struct hil_fault fault[HIL_FAULTS_MAX];
+    uint64_t due_ps[HIL_FAULTS_MAX]; /* HIL_NEVER: waits for its trigger, or is over */
+    bool over[HIL_FAULTS_MAX];
+    uint64_t random;
+    uint64_t flash_operations, nor_operations;
+    struct hil_line_effect effect[HIL_LINES][HIL_LINE_FAULTS];
+    uint32_t held_count; /* CAN frames on their way to the host */
+    uint64_t held_ps[HIL_FAULT_HELD];
+    uint8_t held_frame[HIL_FAULT_HELD][24];
+    uint32_t bytes_count; /* serial bytes likewise */
+    uint64_t bytes_ps;
+    uint8_t bytes[HIL_FAULT_BYTES];
+};
+
+void hil_faults_init(struct hil_board *board);
+void hil_faults_event(struct hil_board *board, uint64_t at);
+void hil_faults_late_event(struct hil_board *board, uint64_t at);
+void hil_faults_flash_operation(struct hil_board *board);
+void hil_faults_nor_operation(struct hil_board *board);
+void hil_faults_can_sent(struct hil_board *board, uint64_t frames);
+/* At the end of a run: names each fault that did not come to happen, in a line to hil_options.log. */
+void hil_faults_tell_rest(const struct hil_board *board);
+/* Does the next unit on this line suffer this? Counts it down and tells it; `what` names the unit. */
+bool hil_faults_take(struct hil_board *board, enum hil_line line, enum hil_line_fault kind, const char *what,
+                     uint32_t number);
+/* Time by which the last unit taken for HIL_DELAY is to be late. */
+uint64_t hil_faults_delay_ps(const struct hil_board *board, enum hil_line line);
+/* 0 <= value < bound, from the faults' own sequence. */
+uint32_t hil_faults_random(struct hil_board *board, uint32_t bound);
+/* What the board sent, to the host: through the faults of the link. */
+void hil_faults_can_out(struct hil_board *board, uint64_t t_ps, const struct hil_can_frame *frame);
+void hil_faults_serial_out(struct hil_board *board, uint64_t t_ps, uint8_t *bytes, size_t n);
+
+#endif

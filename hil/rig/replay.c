@@ -1,0 +1,211 @@
+#include "hil/rig/replay.h"
+
+#include <string.h>
+
+#include "common/framing.h"
+#include "hil/rig/codes.h"
+#include "hil/board/machine.h"
+
+/* The application takes a block 0.97 ms after its first trigger: what comes half way before that finds the block before
+ * it done, and is there in time. */
+#define COMMAND_TICKS 37800u
+#define SCAN_TICKS (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
+#define PULSE_TICKS 84u /* the one-shot goes low again 1 us after the capture; edges may follow closely */
+#define FRAME_PULSE_TICKS 8400u /* 100 us */
+#define SERIAL_COMMANDS 2u /* the application takes so many from each link in a block */
+#define MARGIN_S 1.0       /* from power on to the first scan, and to send the end */
+
+static uint64_t tick_cycles(const struct hil_board *board)
+{
+    return (uint64_t)hil_rcc_apb1_timer_divider(board) * (board->state.tim[HIL_TIM2].psc_now + 1u);
+}
+
+static uint64_t cycle_of(const struct hil_board *board, uint64_t tick)
+{
+    return board->state.replay.zero_cycle + tick * tick_cycles(board);
+}
+
+static uint64_t command_tick(const struct hil_replay *replay, size_t i)
+{
+    return replay->origin_tick + (uint64_t)replay->commands[i].block * MR_TICKS_PER_BLOCK + COMMAND_TICKS;
+}
+
+/* When PA15 has to rise or fall next, HIL_NEVER: no more. */
+static uint64_t pin_cycle(const struct hil_board *board)
+{
+    const struct hil_replay *replay = board->replay;
+    const struct hil_replay_state *state = &board->state.replay;
+    if (state->pulse) {
+        uint64_t tick = replay->edge_tick[state->next_edge - 1], low = tick + PULSE_TICKS;
+        if (state->next_edge < replay->edge_count && (tick + replay->edge_tick[state->next_edge]) / 2u < low)
+            low = (tick + replay->edge_tick[state->next_edge]) / 2u;
+        return cycle_of(board, low);
+    }
+    if (state->next_edge == replay->edge_count)
+        return HIL_NEVER;
+    return cycle_of(board, replay->edge_tick[state->next_edge]) - hil_tim2_capture_delay(board);
+}
+
+/* The same of PB3. */
+static uint64_t frame_cycle(const struct hil_board *board)
+{
+    const struct hil_replay *replay = board->replay;
+    const struct hil_replay_state *state = &board->state.replay;
+    if (state->frame_pulse)
+        return cycle_of(board, replay->frame_tick[state->next_frame - 1] + FRAME_PULSE_TICKS);
+    return state->next_frame < replay->frame_count ? cycle_of(board, replay->frame_tick[state->next_frame]) : HIL_NEVER;
+}
+
+static void schedule(struct hil_board *board)
+{
+    const struct hil_replay_state *state = &board->state.replay;
+    uint64_t next = pin_cycle(board), frame = frame_cycle(board);
+    next = frame < next ? frame : next;
+    if (state->next_command < board->replay->command_count) {
+        uint64_t command = cycle_of(board, command_tick(board->replay, state->next_command));
+        next = command < next ? command : next;
+    }
+    hil_event_set_cycle(board, HIL_EVENT_REPLAY, next);
+}
+
+/* The first conversion after TIM2 has started: everything is counted from that start. */
+static void begin(struct hil_board *board)
+{
+    const struct hil_tim *tim2 = &board->state.tim[HIL_TIM2];
+    struct hil_replay_state *state = &board->state.replay;
+    *state = (struct hil_replay_state){
+        .started = true,
+        .zero_cycle = tim2->base_cycle - tim2->base_count * tick_cycles(board),
+        .resets = board->state.counters.resets,
+    };
+    schedule(board);
+}
+
+static void give(struct hil_board *board, const struct mr_command *message, bool serial)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    size_t length = mr_command_put(message, payload);
+    enum mr_status status;
+    if (serial) {
+        uint8_t bytes[MR_FRAME_MAX];
+        size_t n = mr_frame_encode(board->state.replay.sequence++, MR_ID_COMMAND, payload, length, bytes);
+        status = hil_board_serial_inject(board, bytes, n);
+    } else {
+        struct hil_can_frame frame = {.id = MR_ID_COMMAND, .length = (uint8_t)length};
+        memcpy(frame.data, payload, length);
+        status = hil_board_can_inject(board, &frame);
+    }
+    if (status == MR_OK)
+        board->state.counters.commands_scripted++;
+    else
+        hil_board_stop(board, MR_FULL, "replayed command %u: too many wait for the board", (unsigned)message->tag);
+}
+
+/* All commands of the next block at once. The application takes those from CAN first. */
+static void give_block(struct hil_board *board)
+{
+    const struct hil_replay *replay = board->replay;
+    struct hil_replay_state *state = &board->state.replay;
+    uint32_t first = state->next_command, end = first;
+    while (end < replay->command_count && replay->commands[end].block == replay->commands[first].block)
+        end++;
+    for (uint32_t i = first; i < end; i++)
+        give(board, &replay->commands[i].message, end - i <= SERIAL_COMMANDS);
+    state->next_command = end;
+}
+
+static void move_pin(struct hil_board *board, uint64_t at)
+{
+    struct hil_replay_state *state = &board->state.replay;
+    if (state->pulse) {
+        state->pulse = false;
+    } else {
+        state->pulse = true;
+        state->next_edge++;
+        board->state.counters.switches_opened++;
+    }
+    hil_gpio_drive(board, 0, 15, state->pulse, at);
+}
+
+static void move_frame_pin(struct hil_board *board, uint64_t at)
+{
+    struct hil_replay_state *state = &board->state.replay;
+    state->frame_pulse = !state->frame_pulse;
+    if (state->frame_pulse)
+        state->next_frame++;
+    hil_gpio_drive(board, 1, 3, state->frame_pulse, at);
+}
+
+void hil_replay_event(struct hil_board *board, uint64_t at)
+{
+    struct hil_replay_state *state = &board->state.replay;
+    if (!board->replay || !state->started || state->resets != board->state.counters.resets)
+        return; /* a board that was reset begins the record again with its scans */
+    if (pin_cycle(board) <= at)
+        move_pin(board, at);
+    if (frame_cycle(board) <= at)
+        move_frame_pin(board, at);
+    if (state->next_command < board->replay->command_count
+        && cycle_of(board, command_tick(board->replay, state->next_command)) <= at)
+        give_block(board);
+    schedule(board);
+}
+
+static const struct mr_block *block_at(const struct hil_replay *replay, uint64_t index)
+{
+    const struct mr_block *first = &replay->blocks[0];
+    if (index <= first->index)
+        return first;
+    uint64_t place = index - first->index;
+    return place < replay->block_count ? first + place : first + replay->block_count - 1;
+}
+
+/* Place of a pin in its converter's scan; false: nothing of the record is on it. */
+static bool channel_of(unsigned port, unsigned pin, bool *transducer, unsigned *channel)
+{
+    *transducer = port == 5 && pin >= 3 && pin <= 10;
+    *channel = *transducer ? pin - 3 : port == 0 ? pin : port == 1 ? pin + 8 : pin + 10;
+    return *transducer || (port == 0 && pin < 8) || (port == 1 && pin < 2) || (port == 2 && pin < 6);
+}
+
+uint16_t hil_replay_code(struct hil_board *board, unsigned port, unsigned pin, uint64_t at)
+{
+    const struct hil_replay *replay = board->replay;
+    struct hil_replay_state *state = &board->state.replay;
+    bool transducer;
+    unsigned channel, unused;
+    if (!(board->state.tim[HIL_TIM2].cr1 & 1u) || !channel_of(port, pin, &transducer, &channel))
+        return 0;
+    if (!state->started || state->resets != board->state.counters.resets)
+        begin(board);
+    uint64_t tick = (at - state->zero_cycle) / tick_cycles(board);
+    uint64_t since = tick < replay->origin_tick ? 0 : tick - replay->origin_tick;
+    const struct mr_block *block = block_at(replay, since / MR_TICKS_PER_BLOCK);
+    if (block != board->codes_block) {
+        hil_codes_of(block, &board->codes, &unused); /* has been tried when the file was read */
+        board->codes_block = block;
+    }
+    unsigned scan = (unsigned)(since % MR_TICKS_PER_BLOCK / SCAN_TICKS);
+    if (!transducer)
+        return board->codes.adc1[channel][scan];
+    int polarity = board->state.rig.excitation;
+    if (polarity == 0)
+        return 2048; /* an unexcited transducer rests at its middle */
+    return board->codes.transducer[polarity < 0][channel][scan / 2u];
+}
+
+void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay)
+{
+    board->replay = replay;
+    board->codes_block = NULL;
+    board->state.replay = (struct hil_replay_state){0};
+    if (replay->has_uid)
+        memcpy(board->options.uid, replay->uid, sizeof board->options.uid);
+    if (!replay->crystal)
+        board->options.hse_hz = 0;
+}
+
+double hil_replay_duration_s(const struct hil_replay *replay)
+{
+    return ((double)replay->blocks[replay->block_count - 1].index + 1.0) * 1e-3 + MARGIN_S;
+}
