@@ -1,181 +1,58 @@
 #include "hil/board/board.h"
 
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <unicorn/unicorn.h>
 
-#include "hil/debug/debug.h"
+#include "hil/board/parts.h"
 #include "hil/core/elf.h"
-#include "hil/board/machine.h"
-#include "hil/debug/profile.h"
-#include "hil/debug/vcd.h"
+#include "hil/core/exception.h"
+#include "hil/periph/cells.h"
 
-#define CSR_POWER_ON 0x0e000000u /* POR, pin, brown-out */
-#define CSR_PIN (1u << 26)       /* every reset shows on the pin too */
-#define CSR_BROWN_OUT (1u << 25)
-#define POWER_DOWN_V 1.68
-#define OWN_MEMORY offsetof(struct hil_memory, nor) /* bytes of the chip's own memories */
 
-struct hil_snapshot {
-    struct hil_state state;
-    struct hil_cpu_registers registers;
-    struct hil_memory memory;
-    struct hil_options options;
-};
-
-void hil_options_default(struct hil_options *options)
-{
-    *options = (struct hil_options){
-        .seed = 1,
-        .hse_hz = 8000000,
-        .lsi_hz = 32000,
-        .host_baud = 2000000,
-        .can_bus = HIL_CAN_CONNECTED,
-        .adc_noise = true,
-        .temperature_c = 20.0,
-        .uid = {0x00310042u, 0x5847500fu, 0x20343635u},
-    };
-}
-
-void hil_board_stop(struct hil_board *board, enum mr_status status, const char *format, ...)
-{
-    va_list arguments;
-    if (board->stopped)
-        return;
-    board->stopped = true;
-    board->stop_status = status;
-    va_start(arguments, format);
-    vsnprintf(board->reason, sizeof board->reason, format, arguments);
-    va_end(arguments);
-    hil_trace(board, "stop: %s", board->reason);
-    hil_cpu_attend(board);
-}
-
-void hil_trace_line(struct hil_board *board, const char *format, ...)
-{
-    va_list arguments;
-    uint64_t t_ns = hil_board_now_ps(board) / HIL_NS_PS;
-    fprintf(board->options.trace, "%4llu.%09llu ", (unsigned long long)(t_ns / 1000000000u),
-            (unsigned long long)(t_ns % 1000000000u));
-    va_start(arguments, format);
-    vfprintf(board->options.trace, format, arguments);
-    va_end(arguments);
-    fputc('\n', board->options.trace);
-}
-
-void hil_board_request_reset(struct hil_board *board, uint32_t flags)
-{
-    board->reset_request = true;
-    board->reset_flags |= flags | CSR_PIN;
-    hil_cpu_attend(board);
-}
-
-void hil_board_cut_power(struct hil_board *board)
-{
-    board->state.counters.power_cuts++;
-    hil_trace(board, "power cut");
-    hil_flash_power_lost(board);
-    hil_w25q_power_lost(board);
-    hil_tmp112_power(board);
-    board->power_lost = board->reset_request = true;
-    board->reset_flags = CSR_POWER_ON;
-    hil_cpu_attend(board);
-}
-
-void hil_board_power_off(struct hil_board *board, uint64_t duration_ps)
-{
-    hil_board_cut_power(board);
-    board->hold_ps = hil_board_now_ps(board) + duration_ps;
-}
-
-/* Volts at which the chip goes into reset: DS8626, embedded reset and power control block, typical, falling. */
-static double brown_out_volts(const struct hil_board *board)
-{
-    static const double level[4] = {2.83, 2.50, 2.19, POWER_DOWN_V}; /* OPTCR.BOR_LEV; 3: off */
-    return level[board->state.flash.options >> 2 & 3u];
-}
-
-void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps)
-{
-    /* RM0090 table 10: HCLK for each wait state, by supply. */
-    double hz_by_wait_state = volts >= 2.7 ? 30e6 : volts >= 2.4 ? 24e6 : volts >= 2.1 ? 22e6 : 20e6;
-    if (volts < POWER_DOWN_V) {
-        hil_board_power_off(board, duration_ps);
-    } else if (volts < brown_out_volts(board)) {
-        hil_board_request_reset(board, CSR_BROWN_OUT);
-        board->hold_ps = hil_board_now_ps(board) + duration_ps;
-    } else if (volts < 1.8 || board->state.clock.hclk_hz > hz_by_wait_state * ((board->state.rcc.flash_acr & 7u) + 1u)) {
-        hil_board_stop(board, MR_HALTED,
-                       "supply of %.2f V: silicon could not run at HCLK %u Hz with %u wait states, and the option bytes "
-                       "let it try (brown-out reset below %.2f V)",
-                       volts, (unsigned)board->state.clock.hclk_hz, (unsigned)(board->state.rcc.flash_acr & 7u),
-                       brown_out_volts(board));
-    }
-}
-
-void hil_board_power_event(struct hil_board *board, uint64_t at)
-{
-    (void)at;
-    board->state.held_in_reset = false;
-    hil_trace(board, "reset released");
-}
 
 /* RAM after a power cut: neither what was there nor zero. */
 static void forget_ram(struct hil_board *board)
 {
-    uint64_t random = board->options.seed + board->state.counters.power_cuts;
+    uint64_t random = board->options.seed + board->core.state.counters.power_cuts;
     for (size_t i = 0; i < HIL_SRAM_SIZE + HIL_CCM_SIZE; i += 8) {
         uint64_t noise = hil_random(&random);
-        memcpy(i < HIL_SRAM_SIZE ? board->memory->sram + i : board->memory->ccm + (i - HIL_SRAM_SIZE), &noise, 8);
+        memcpy(i < HIL_SRAM_SIZE ? board->core.memory->sram + i : board->core.memory->ccm + (i - HIL_SRAM_SIZE), &noise, 8);
     }
-    hil_cpu_forget_code(board);
+    hil_cpu_forget_code(&board->core);
 }
 
 /* Everything that a reset line reaches. Time, rig, script and counters go on; SRAM keeps its contents. */
 static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
-    board->reset_request = false;
-    board->reset_flags = 0;
-    hil_nvic_reset(&board->state.nvic);
-    hil_scb_reset(&board->state.scb);
-    board->state.systick = (struct hil_systick){.zero_cycle = HIL_NEVER};
-    hil_event_set_cycle(board, HIL_EVENT_SYSTICK, HIL_NEVER);
-    if (board->power_lost) {
-        board->power_lost = false;
-        board->state.rcc.csr = 0;
+    struct hil_core *core = &board->core;
+    core->reset.asked = false;
+    core->reset.flags = 0;
+    hil_nvic_reset(&core->state.nvic);
+    hil_scb_reset(&core->state.scb);
+    hil_systick_reset(core);
+    if (core->reset.power_lost) {
+        core->reset.power_lost = false;
+        board->state.mcu.rcc.csr = 0;
         forget_ram(board);
     }
-    hil_flash_reset(board);
-    hil_rcc_reset(board, csr_flags);
-    hil_adc_reset(board); /* before its DMA stops, or it would seem to overrun */
-    for (unsigned unit = 0; unit < 2; unit++) {
-        hil_dma_reset(board, unit);
-        hil_tim_reset(board, unit);
-    }
-    hil_usart_reset(board);
-    hil_spi_reset(board);
-    hil_i2c_reset(board);
-    hil_can_reset(board);
-    hil_iwdg_reset(board);
-    for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
-        hil_gpio_reset_port(board, port);
-    hil_cpu_reset(board);
+    hil_mcu_reset(&board->mcu, csr_flags);
+    hil_cpu_reset(core);
 }
 
 static void take_reset(struct hil_board *board)
 {
-    board->state.counters.resets++;
-    hil_trace(board, "reset, RCC_CSR flags 0x%08x", (unsigned)board->reset_flags);
-    reset_chip(board, board->reset_flags);
+    board->core.state.counters.resets++;
+    hil_trace(&board->core, "reset, RCC_CSR flags 0x%08x", (unsigned)board->core.reset.flags);
+    reset_chip(board, board->core.reset.flags);
 }
 
-void hil_debug_reset(struct hil_board *board)
+void hil_board_reset(struct hil_board *board)
 {
-    if (board->state.cpu.walking)
-        hil_cpu_leave_block(board);
-    hil_board_request_reset(board, 0);
+    if (board->core.state.cpu.walking)
+        hil_cpu_leave_block(&board->core);
+    hil_core_request_reset(&board->core, 0);
     take_reset(board);
 }
 
@@ -185,28 +62,22 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     if (!board)
         abort();
     /* Zero and page-aligned; what is never touched of it costs nothing. */
-    board->memory = mmap(NULL, sizeof *board->memory, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (board->memory == MAP_FAILED)
+    board->memories = mmap(NULL, sizeof *board->memories, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (board->memories == MAP_FAILED)
         abort();
-    memset(board->memory->flash, 0xff, sizeof board->memory->flash);
+    memset(board->memories->own.flash, 0xff, sizeof board->memories->own.flash);
     board->options = *options;
-    board->options.trace = board->options.log = NULL; /* an empty board has nothing to tell */
-    hil_event_init(&board->state.events);
-    hil_clock_start(&board->state.clock, 16000000);
-    board->state.rig.pulse_end_ps = HIL_NEVER;
+    board->options.log = NULL; /* an empty board has nothing to tell, nor core.trace */
+    hil_board_wire(board);
     for (unsigned i = 0; i < 2; i++)
-        board->state.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
-    hil_flash_create(board);
-    hil_w25q_create(board);
-    hil_faults_init(board);
-    hil_bus_init(board);
-    hil_cpu_create(board);
-    hil_gpio_drive(board, 0, 15, false, 0); /* the one-shot holds PA15 low */
-    hil_gpio_drive(board, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
-    hil_gpio_drive(board, 1, 6, true, 0);   /* and at the thermometer's lines */
-    hil_tmp112_power(board);
-    reset_chip(board, CSR_POWER_ON);
-    board->options.trace = options->trace;
+        board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull + i * 0x632be59bd9b4e019ull;
+    hil_cpu_create(&board->core);
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, 0); /* the one-shot holds PA15 low */
+    hil_gpio_drive(&board->mcu.gpio, 1, 12, true, 0);  /* pull-up at the NOR's chip select */
+    hil_gpio_drive(&board->mcu.gpio, 1, 6, true, 0);   /* and at the thermometer's lines */
+    hil_tmp112_power(&board->tmp112);
+    reset_chip(board, HIL_CSR_POWER_ON);
+    board->core.trace = options->trace;
     board->options.log = options->log;
     return board;
 }
@@ -215,35 +86,38 @@ void hil_board_destroy(struct hil_board *board)
 {
     if (!board)
         return;
-    hil_vcd_close(board, NULL, 0);
-    hil_profile_end(board);
-    hil_cpu_destroy(board);
-    munmap(board->memory, sizeof *board->memory);
+    const struct hil_onlookers *lookers = &board->core.onlookers;
+    if (lookers->tracer)
+        lookers->tracer->end(lookers->tracer_who);
+    if (lookers->profiler)
+        lookers->profiler->end(lookers->profiler_who);
+    hil_cpu_destroy(&board->core);
+    munmap(board->memories, sizeof *board->memories);
     free(board);
 }
 
 void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks)
 {
-    board->callbacks = *callbacks;
+    board->lines.callbacks = *callbacks;
 }
 
 void hil_board_set_pin_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks)
 {
-    board->pin_callbacks = *callbacks;
+    board->lines.pin_callbacks = *callbacks;
 }
 
 enum mr_status hil_board_restart(struct hil_board *board)
 {
-    hil_cpu_forget_code(board);
-    board->stopped = false;
-    board->reason[0] = '\0';
-    reset_chip(board, CSR_POWER_ON);
-    return board->stopped ? board->stop_status : MR_OK;
+    hil_cpu_forget_code(&board->core);
+    board->core.stopped = false;
+    board->core.reason[0] = '\0';
+    reset_chip(board, HIL_CSR_POWER_ON);
+    return board->core.stopped ? board->core.stop_status : MR_OK;
 }
 
 enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
 {
-    enum mr_status status = hil_elf_load(path, board->memory, board->reason, sizeof board->reason);
+    enum mr_status status = hil_elf_load(path, board->core.memory, board->core.reason, sizeof board->core.reason);
     if (status != MR_OK)
         return status;
     return hil_board_restart(board);
@@ -251,15 +125,25 @@ enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
 
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
 {
-    board->run = run;
-    hil_rig_start(board);
-    hil_script_start(board);
+    board->rig.run = run;
+    hil_rig_start(&board->rig);
+    hil_script_start(&board->script);
+}
+
+void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay)
+{
+    board->state.replay = (struct hil_replay_state){0};
+    hil_replay_connect(&board->replay, replay);
+    if (replay->has_uid)
+        memcpy(board->options.uid, replay->uid, sizeof board->options.uid);
+    if (!replay->crystal)
+        board->options.hse_hz = 0;
 }
 
 /* Jump to the next event, counting the cycles passed over. */
-static void pass_time(struct hil_board *board, uint64_t *counter)
+static void pass_time(struct hil_core *core, uint64_t *counter)
 {
-    struct hil_state *state = &board->state;
+    struct hil_core_state *state = &core->state;
     uint64_t next = state->events.next_cycle; /* never later than the end of the run */
     if (next > state->clock.now_cycle) {
         *counter += next - state->clock.now_cycle;
@@ -268,181 +152,183 @@ static void pass_time(struct hil_board *board, uint64_t *counter)
 }
 
 /* Does the core wait for flash: with its next instruction, or with the vector of an exception that is due? */
-static bool waits_for_flash(struct hil_board *board)
+static bool waits_for_flash(struct hil_core *core)
 {
     uint32_t pc = 0;
-    if (!hil_flash_busy(board))
+    if (!core->state.bank.busy)
         return false;
-    uc_reg_read(board->uc, UC_ARM_REG_PC, &pc);
-    return hil_flash_stalls(board, pc)
-           || (hil_exception_due(board) && hil_flash_stalls(board, board->state.scb.vtor));
+    uc_reg_read(core->uc, UC_ARM_REG_PC, &pc);
+    return hil_memory_stalls(core, pc)
+           || (hil_exception_due(core) && hil_memory_stalls(core, core->state.scb.vtor));
 }
 
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
 {
-    struct hil_state *state = &board->state;
-    if (board->stopped)
-        return board->stop_status;
-    board->target_reached = false;
-    hil_event_set_ps(board, HIL_EVENT_TARGET, t_ps);
+    struct hil_core *core = &board->core;
+    struct hil_core_state *state = &core->state;
+    const struct hil_onlookers *lookers = &core->onlookers;
+    if (core->stopped)
+        return core->stop_status;
+    core->target_reached = false;
+    hil_event_set_ps(core, HIL_EVENT_TARGET, t_ps);
     for (;;) {
-        if (hil_debug_holds(board))
+        if (lookers->debugger && lookers->debugger->holds(lookers->debugger_who))
             break;
         if (state->cpu.walking) { /* inside a block: nothing is due before its end */
-            hil_cpu_run(board);
+            hil_cpu_run(core);
             continue;
         }
-        hil_event_run(board);
-        if (board->stopped || board->target_reached)
+        hil_event_run(core);
+        if (core->stopped || core->target_reached)
             break;
-        if (board->reset_request) {
+        if (core->reset.asked) {
             take_reset(board);
-            state->held_in_reset = board->hold_ps > hil_board_now_ps(board);
-            if (state->held_in_reset)
-                hil_event_set_ps(board, HIL_EVENT_POWER, board->hold_ps);
-            board->hold_ps = 0;
+            hil_supply_hold(&board->supply);
             continue;
         }
-        if (state->held_in_reset) {
-            pass_time(board, &state->counters.asleep_cycles);
+        if (board->state.supply.held_in_reset) {
+            pass_time(core, &state->counters.asleep_cycles);
             continue;
         }
-        if (state->rcc.no_clock) {
-            hil_clock_stand_still(board);
+        if (state->clock.stopped) {
+            hil_clock_stand_still(core);
             continue;
         }
         if (state->cpu.asleep) {
-            if (hil_exception_wakes(board)) {
+            if (hil_exception_wakes(core)) {
                 state->cpu.asleep = false;
             } else {
-                if (board->vcd)
-                    hil_vcd_sample(board, hil_now(board));
-                pass_time(board, &state->counters.asleep_cycles);
+                if (lookers->tracer)
+                    lookers->tracer->sample(lookers->tracer_who, hil_now(core));
+                pass_time(core, &state->counters.asleep_cycles);
                 continue;
             }
-            if (board->vcd)
-                hil_vcd_sample(board, hil_now(board));
+            if (lookers->tracer)
+                lookers->tracer->sample(lookers->tracer_who, hil_now(core));
         }
-        if (waits_for_flash(board)) {
-            pass_time(board, &state->counters.flash_stall_cycles);
+        if (waits_for_flash(core)) {
+            pass_time(core, &state->counters.flash_stall_cycles);
             continue;
         }
-        unsigned exception = hil_exception_due(board);
+        unsigned exception = hil_exception_due(core);
         if (exception) {
             uint32_t pc = 0;
-            uc_reg_read(board->uc, UC_ARM_REG_PC, &pc);
-            hil_exception_enter(board, exception, pc);
+            uc_reg_read(core->uc, UC_ARM_REG_PC, &pc);
+            hil_exception_enter(core, exception, pc);
             continue;
         }
         const struct hil_nvic *nvic = &state->nvic;
         bool masked = nvic->best && nvic->best_group < nvic->active_group;
-        board->limit_cycle = masked || hil_flash_busy(board) ? 0 : state->events.next_cycle;
-        hil_cpu_run(board);
+        core->limit_cycle = masked || state->bank.busy ? 0 : state->events.next_cycle;
+        hil_cpu_run(core);
     }
-    hil_event_set_ps(board, HIL_EVENT_TARGET, HIL_NEVER);
-    hil_rig_count_excitation(board, hil_now(board));
-    return board->stopped ? board->stop_status : MR_OK;
+    hil_event_set_ps(core, HIL_EVENT_TARGET, HIL_NEVER);
+    hil_rig_count_excitation(&board->rig, hil_now(core));
+    return core->stopped ? core->stop_status : MR_OK;
 }
 
-const char *hil_board_reason(const struct hil_board *board) { return board->reason; }
+const char *hil_board_reason(const struct hil_board *board) { return board->core.reason; }
 
 uint64_t hil_board_now_ps(const struct hil_board *board)
 {
-    return hil_clock_ps(&board->state.clock, board->state.clock.now_cycle);
+    return hil_now_ps(&board->core);
 }
 
-uint64_t hil_board_now_cycles(const struct hil_board *board) { return board->state.clock.now_cycle; }
-uint32_t hil_board_hclk_hz(const struct hil_board *board) { return board->state.clock.hclk_hz; }
+uint64_t hil_board_now_cycles(const struct hil_board *board) { return board->core.state.clock.now_cycle; }
+uint32_t hil_board_hclk_hz(const struct hil_board *board) { return board->core.state.clock.hclk_hz; }
 
 const struct hil_counters *hil_board_counters(const struct hil_board *board)
 {
-    return &board->state.counters;
+    return &board->core.state.counters;
 }
 
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin)
 {
-    return port < HIL_GPIO_PORTS && pin < 16 && hil_gpio_level(board, port, pin);
+    return port < HIL_GPIO_PORTS && pin < 16 && hil_gpio_level(&board->mcu.gpio, port, pin);
 }
 
 void hil_board_drive_pin(struct hil_board *board, unsigned port, unsigned pin, bool level)
 {
     if (port < HIL_GPIO_PORTS && pin < 16)
-        hil_gpio_drive(board, port, pin, level, hil_now(board));
+        hil_gpio_drive(&board->mcu.gpio, port, pin, level, hil_now(&board->core));
 }
+
+enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_can_frame *frame)
+{
+    return hil_can_inject(&board->mcu.can, frame);
+}
+
+enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n)
+{
+    return hil_usart_inject(&board->mcu.usart, bytes, n);
+}
+
+size_t hil_board_serial_room(const struct hil_board *board) { return hil_usart_room(&board->mcu.usart); }
+void hil_board_set_host_baud(struct hil_board *board, uint32_t baud) { board->options.host_baud = baud; }
+
+void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus)
+{
+    hil_can_set_bus(&board->mcu.can, can_bus);
+}
+
+void hil_board_cut_power(struct hil_board *board) { hil_supply_cut(&board->supply); }
+void hil_board_power_off(struct hil_board *board, uint64_t duration_ps) { hil_supply_off(&board->supply, duration_ps); }
+
+void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps)
+{
+    hil_supply_dip(&board->supply, volts, duration_ps);
+}
+
+void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille)
+{
+    hil_flash_cut_at(&board->mcu.flash, n, permille);
+}
+
+void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults)
+{
+    hil_w25q_set_faults(&board->w25q, faults);
+}
+
+void hil_board_cut_at_nor(struct hil_board *board, uint64_t n, unsigned permille)
+{
+    hil_w25q_cut_at(&board->w25q, n, permille);
+}
+
+uint64_t hil_board_nor_operations(const struct hil_board *board) { return board->state.w25q.operations; }
+
+enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
+{
+    return hil_w25q_peek(&board->w25q, address, out, n);
+}
+
+enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
+{
+    return hil_w25q_poke(&board->w25q, address, bytes, n);
+}
+
+enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fault *fault)
+{
+    return hil_faults_add(&board->faults, fault);
+}
+
+enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script)
+{
+    return hil_faults_add_all(&board->faults, script);
+}
+
+void hil_board_tell_faults_left(const struct hil_board *board) { hil_faults_tell_rest(&board->faults); }
 
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
 {
-    const uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_board_memory(board, address, (uint32_t)n, false) : NULL;
-    if (!memory)
-        return MR_UNKNOWN;
-    memcpy(out, memory, n);
-    return MR_OK;
+    return hil_memory_peek(&board->core, address, out, n);
 }
 
 enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
 {
-    uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_board_memory(board, address, (uint32_t)n, false) : NULL;
-    if (!memory)
-        return MR_UNKNOWN;
-    memcpy(memory, bytes, n);
-    hil_cpu_forget_range(board, address, (uint32_t)n);
-    return MR_OK;
+    return hil_memory_poke(&board->core, address, bytes, n);
 }
 
 uint32_t hil_board_register(const struct hil_board *board, unsigned number)
 {
-    int id = number < 13 ? UC_ARM_REG_R0 + (int)number
-             : number == 13 ? UC_ARM_REG_SP
-             : number == 14 ? UC_ARM_REG_LR
-             : number == 15 ? UC_ARM_REG_PC
-             : number == 16 ? UC_ARM_REG_XPSR
-                            : UC_ARM_REG_PRIMASK;
-    uint32_t value = 0;
-    uc_reg_read(board->uc, id, &value);
-    return value;
-}
-
-struct hil_snapshot *hil_board_snapshot(const struct hil_board *board)
-{
-    struct hil_snapshot *snapshot = malloc(sizeof *snapshot);
-    if (!snapshot)
-        abort();
-    snapshot->state = board->state;
-    snapshot->options = board->options;
-    snapshot->options.trace = snapshot->options.log = NULL;
-    memcpy(&snapshot->memory, board->memory, OWN_MEMORY);
-    hil_w25q_copy(&snapshot->memory, NULL, board->memory, board->state.w25q.used);
-    hil_cpu_save(board, &snapshot->registers);
-    return snapshot;
-}
-
-void hil_board_restore(struct hil_board *board, const struct hil_snapshot *snapshot)
-{
-    FILE *trace = board->options.trace, *log = board->options.log;
-    board->options = snapshot->options;
-    board->options.trace = trace;
-    board->options.log = log;
-    hil_w25q_copy(board->memory, board->state.w25q.used, &snapshot->memory, snapshot->state.w25q.used);
-    board->state = snapshot->state;
-    memcpy(board->memory, &snapshot->memory, OWN_MEMORY);
-    hil_cpu_forget_code(board);
-    hil_cpu_load(board, &snapshot->registers);
-    hil_stuck_look(board);
-    board->stopped = board->reset_request = board->power_lost = false;
-    board->reset_flags = 0;
-    board->hold_ps = 0;
-    board->reason[0] = '\0';
-}
-
-struct hil_board *hil_board_fork(const struct hil_board *board)
-{
-    struct hil_options options = board->options;
-    options.trace = options.log = NULL;
-    struct hil_board *copy = hil_board_create(&options);
-    struct hil_snapshot *snapshot = hil_board_snapshot(board);
-    copy->run = board->run;
-    copy->replay = board->replay;
-    hil_board_restore(copy, snapshot);
-    free(snapshot);
-    return copy;
+    return hil_cpu_register(&board->core, number);
 }

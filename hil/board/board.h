@@ -28,105 +28,21 @@
 #include <stdio.h>
 
 #include "common/status.h"
-#include "hil/periph/cells.h"
-#include "hil/rig/runfile.h"
-#include "hil/periph/serial_line.h"
+#include "hil/core/counters.h"
+#include "hil/core/cpu.h"
+#include "hil/core/time.h"
+#include "hil/periph/can_frame.h"
+#include "hil/periph/options.h"
+#include "hil/rig/lines.h"
 
-#define HIL_SECOND_PS 1000000000000ull
-#define HIL_MS_PS 1000000000ull
-#define HIL_US_PS 1000000ull
-#define HIL_NS_PS 1000ull
+struct hil_fault;
+struct hil_fault_script;
+struct hil_replay;
+struct hil_run;
+struct hil_w25q_faults;
 
-struct hil_board;    /* opaque; hil/board/machine.h */
+struct hil_board;    /* opaque; parts.h */
 struct hil_snapshot; /* opaque */
-
-enum hil_can_bus {
-    HIL_CAN_CONNECTED, /* the other side acknowledges */
-    HIL_CAN_UNPLUGGED, /* nobody acknowledges */
-    HIL_CAN_SHORTED,   /* wires touching: every bit reads back recessive */
-    HIL_CAN_DOMINANT,  /* held dominant: no frame can begin, nobody leaves initialisation */
-};
-
-struct hil_options {
-    uint64_t seed;           /* of converter noise */
-    uint32_t hse_hz;         /* crystal; 0: it never starts */
-    int32_t hsi_error_ppm;   /* of the internal 16 MHz oscillator */
-    uint32_t lsi_hz;         /* 17000..47000, watchdog clock */
-    uint32_t host_baud;      /* rate of the serial line's other end */
-    enum hil_parity host_parity; /* and its parity; not used where it follows the board's own */
-    bool host_parity_follows;
-    enum hil_can_bus can_bus;
-    double camera_hz;        /* frames a second of the film camera; 0: there is none (hil/rig/camera.h) */
-    uint64_t camera_delay_ps;  /* from its trigger to the first frame */
-    uint64_t camera_jitter_ps; /* of each frame, either way, evenly distributed */
-    bool adc_noise;          /* false: codes are exact, for tests */
-    uint32_t uid[3];         /* unique device identifier */
-    bool boot0;              /* level of the BOOT0 pin at reset: high starts the boot ROM */
-    double temperature_c;    /* of the mat at power on; NaN: no thermometer is fitted */
-    double temperature_c_per_h;
-    enum hil_cell_times cell_times; /* how long flash and NOR operations take */
-    bool watch_alignment;    /* fault on multiple and double transfers that are not aligned to words; two to three times
-                                slower, since every instruction is looked at */
-    FILE *trace;             /* NULL, or where exceptions and unusual events are told */
-    FILE *log;               /* NULL, or where injected faults are told, a line each (hil/rig/faults.h) */
-};
-
-struct hil_can_frame {
-    uint32_t id;       /* 11 or 29 bits */
-    bool extended;
-    bool remote;
-    uint8_t length;    /* 0..8 */
-    uint8_t data[8];
-};
-
-struct hil_callbacks {
-    void *ctx;
-    /* A frame of the board whose last bit (end of frame) ended at t_ps. */
-    void (*on_can_frame)(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame);
-    /* n bytes of the board; the stop bit of the last one ended at t_ps. */
-    void (*on_serial_bytes)(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n);
-};
-
-/* All since creation; they survive resets of the chip. */
-struct hil_counters {
-    uint64_t instructions;
-    uint64_t asleep_cycles;        /* HCLK cycles spent in WFI or WFE */
-    uint64_t exceptions;           /* entries, tail-chained ones included */
-    uint64_t tail_chains;
-    uint64_t faults;               /* MemManage, BusFault, UsageFault, HardFault entries */
-    uint64_t resets;               /* all but power on */
-    uint64_t watchdog_resets;
-    uint64_t can_frames_out;
-    uint64_t can_frames_in;
-    uint64_t can_frames_filtered;  /* of those in: no filter let them pass */
-    uint64_t can_errors;           /* frames that were not acknowledged or were destroyed */
-    uint64_t can_in_dropped;       /* injected while the queue of the other side was full */
-    uint64_t serial_bytes_out;
-    uint64_t serial_bytes_in;
-    uint64_t serial_wrong_rate;    /* bytes sent at a rate or parity that is not the other end's: garbled */
-    uint64_t serial_in_dropped;    /* injected while the queue was full */
-    uint64_t adc_scans[2];         /* sequences completed: ADC1, ADC3 */
-    uint64_t adc_triggers_ignored; /* came while a sequence was running */
-    uint64_t adc_overruns;
-    uint64_t switches_opened;
-    uint64_t edges_captured;       /* TIM2 channel 1 */
-    uint64_t frames_captured;      /* TIM2 channel 2 */
-    uint64_t film_frames;          /* pulses the camera gave */
-    /* time with PD12 high and PD13 low; no direct component: plus equals minus */
-    uint64_t excitation_plus_ps;
-    uint64_t excitation_minus_ps;
-    uint64_t commands_scripted;    /* of the run file, given to the board */
-    uint64_t faults_injected;      /* lines told of hil/rig/faults.h */
-    uint64_t flash_refused;        /* stores and operations that set an error flag, wrong keys */
-    uint64_t flash_stall_cycles;   /* HCLK cycles for which the core waited for flash */
-    uint64_t power_cuts;
-    uint32_t last_fault_pc;
-    uint32_t last_fault_cfsr;
-    uint32_t last_fault_address;
-};
-
-/* Defaults: 8 MHz crystal, exact HSI, 32 kHz LSI, 2 Mbaud, bus connected, noise on, seed 1. */
-void hil_options_default(struct hil_options *options);
 
 /* Power on, with erased flash. Aborts on lack of memory. Destroy frees it; NULL is allowed. */
 struct hil_board *hil_board_create(const struct hil_options *options);
@@ -141,6 +57,9 @@ enum mr_status hil_board_load_elf(struct hil_board *board, const char *path);
 
 /* Connect a rig; `run` is not copied and must outlive the board. Its time 0 is the board's power on. */
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run);
+
+/* Connect a replay in place of a rig; it is not copied and must outlive the board. Before the first run. */
+void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay);
 
 /* Run until virtual time t_ps (since power on). MR_OK there; MR_UNMODELLED, MR_HALTED. Where the calls cut
  * time into pieces has no influence on what the board does. */
@@ -175,6 +94,22 @@ void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duratio
  * began. */
 void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille);
 
+/* The NOR: what goes wrong with it; a power cut in its n-th operation from now (as above); programs, erases and status writes
+ * begun since the board was created; the cells as they are (MR_UNKNOWN: outside). */
+void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults);
+void hil_board_cut_at_nor(struct hil_board *board, uint64_t n, unsigned permille);
+uint64_t hil_board_nor_operations(const struct hil_board *board);
+enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
+enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n);
+
+/* Order one fault of a board (hil/rig/faults.h). Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of range
+ * or a moment that has passed; MR_UNKNOWN: no gear passes that station. hil_board_reason says which. */
+enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fault *fault);
+/* All of a script, and its seed. */
+enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script);
+/* At the end of a run: names each fault that did not come to happen, in a line to hil_options.log. */
+void hil_board_tell_faults_left(const struct hil_board *board);
+
 /* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);
 /* Drive a pin from outside, for tests; it holds until changed. */
@@ -185,8 +120,7 @@ const struct hil_counters *hil_board_counters(const struct hil_board *board);
 /* Bytes of the board's memory, for tests and benches. MR_UNKNOWN when the range is not in one memory. */
 enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
 enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n);
-/* Core registers: 0..12, 13 the current SP, 14, 15 PC, 16 xPSR, 17 PRIMASK. */
-#define HIL_PRIMASK 17u
+/* Core registers by the numbers of hil_cpu_register. */
 uint32_t hil_board_register(const struct hil_board *board, unsigned number);
 
 /* The whole machine (memories, core, peripherals, counters) as one block of memory without pointers.

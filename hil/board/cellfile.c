@@ -7,14 +7,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "hil/board/machine.h"
-#include "hil/link/wire_link.h"
+#include "hil/board/parts.h"
+#include "hil/board/precious.h"
 
 #define OPTION_BYTES 16u
 
 static enum mr_status fail(struct hil_board *board, enum mr_status status, const char *path, const char *why)
 {
-    snprintf(board->reason, sizeof board->reason, "%s: %s", path, why);
+    snprintf(board->core.reason, sizeof board->core.reason, "%s: %s", path, why);
     return status;
 }
 
@@ -39,7 +39,7 @@ static enum mr_status check_place(struct hil_board *board, const char *path)
     snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path) + 1 : 1, slash ? path : ".");
     if (access(folder, W_OK | X_OK) == 0)
         return MR_OK;
-    snprintf(board->reason, sizeof board->reason, "%s: cannot write there at the end: %s; give another path", path,
+    snprintf(board->core.reason, sizeof board->core.reason, "%s: cannot write there at the end: %s; give another path", path,
              strerror(errno));
     return MR_IO;
 }
@@ -102,7 +102,7 @@ static bool take_options(struct hil_board *board, const uint8_t *bytes)
         half[i] = (uint16_t)(bytes[2 * i] | bytes[2 * i + 1] << 8);
     if ((half[0] ^ half[1]) != 0xffff || (half[4] ^ half[5]) != 0xffff)
         return false;
-    board->state.flash.options = half[0] | (uint32_t)(half[4] & 0xfffu) << 16;
+    board->state.mcu.flash.options = half[0] | (uint32_t)(half[4] & 0xfffu) << 16;
     return true;
 }
 
@@ -116,7 +116,7 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
         && (n != HIL_FLASH_SIZE + OPTION_BYTES || !take_options(board, bytes + HIL_FLASH_SIZE)))
         status = fail(board, MR_MALFORMED, path, "no flash file: what follows the first MiB is no option bytes; give another");
     if (status == MR_OK && n)
-        memcpy(board->memory->flash, bytes, HIL_FLASH_SIZE);
+        memcpy(board->core.memory->flash, bytes, HIL_FLASH_SIZE);
     if (status == MR_OK)
         status = hil_board_restart(board);
     free(bytes);
@@ -126,10 +126,10 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
 enum mr_status hil_board_save_flash(struct hil_board *board, const char *path)
 {
     uint8_t *bytes = must_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
-    bool factory = board->state.flash.options == HIL_FLASH_OPTIONS_FACTORY;
-    memcpy(bytes, board->memory->flash, HIL_FLASH_SIZE);
+    bool factory = board->state.mcu.flash.options == HIL_FLASH_OPTIONS_FACTORY;
+    memcpy(bytes, board->core.memory->flash, HIL_FLASH_SIZE);
     for (unsigned i = 0; i < OPTION_BYTES; i++)
-        bytes[HIL_FLASH_SIZE + i] = (uint8_t)(hil_flash_option_word(board, i / 4u) >> (8u * (i % 4u)));
+        bytes[HIL_FLASH_SIZE + i] = (uint8_t)(hil_flash_option_word(&board->mcu.flash, i / 4u) >> (8u * (i % 4u)));
     enum mr_status status = write_file(board, path, bytes, HIL_FLASH_SIZE + (factory ? 0 : OPTION_BYTES));
     free(bytes);
     return status;
@@ -158,7 +158,7 @@ enum mr_status hil_board_save_nor(struct hil_board *board, const char *path)
 
 enum mr_status hil_board_load_elf_sparing(struct hil_board *board, const char *path)
 {
-    uint8_t *old = must_allocate(HIL_FLASH_SIZE), *flash = board->memory->flash;
+    uint8_t *old = must_allocate(HIL_FLASH_SIZE), *flash = board->core.memory->flash;
     memcpy(old, flash, HIL_FLASH_SIZE);
     enum mr_status status = hil_board_load_elf(board, path);
     for (unsigned sector = 0; status == MR_OK && sector < HIL_FLASH_SECTORS; sector++) {

@@ -2,7 +2,11 @@
 
 #include <math.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/core/time.h"
+#include "hil/periph/cells.h"
+#include "hil/periph/options.h"
+
 
 #define C_PER_COUNT 0.0625
 #define CONFIG_OS 0x80u  /* first byte */
@@ -13,61 +17,62 @@
 #define TYPICAL_PS (26u * HIL_MS_PS)
 #define LONGEST_PS (35u * HIL_MS_PS)
 
-static uint64_t conversion_ps(struct hil_board *board)
+static uint64_t conversion_ps(struct hil_tmp112_device *dev)
 {
-    switch (board->options.cell_times) {
+    switch (dev->options->cell_times) {
     case HIL_TIMES_TYPICAL:
         return TYPICAL_PS;
     case HIL_TIMES_MAXIMUM:
         return LONGEST_PS;
     default:
-        return TYPICAL_PS + hil_random(&board->state.tmp112.random) % (LONGEST_PS - TYPICAL_PS);
+        return TYPICAL_PS + hil_random(&dev->state->random) % (LONGEST_PS - TYPICAL_PS);
     }
 }
 
-void hil_tmp112_power(struct hil_board *board)
+void hil_tmp112_power(struct hil_tmp112_device *dev)
 {
-    struct hil_tmp112 *chip = &board->state.tmp112;
-    *chip = (struct hil_tmp112){.config = {CONFIG_RESOLUTION, 0x80}, .begun_ps = hil_board_now_ps(board), .random = board->options.seed,
+    struct hil_tmp112 *chip = dev->state;
+    *chip = (struct hil_tmp112){.config = {CONFIG_RESOLUTION, 0x80}, .begun_ps = hil_now_ps(dev->core), .random = dev->options->seed,
                                 .limit = {{0x4b, 0x00}, {0x50, 0x00}}, .dead = chip->dead, .stuck = chip->stuck};
-    chip->took_ps = conversion_ps(board);
+    chip->took_ps = conversion_ps(dev);
 }
 
-bool hil_tmp112_holds_sda(const struct hil_board *board)
+static bool holds_sda(const void *device)
 {
-    return board->state.tmp112.stuck || board->state.tmp112.hung_clocks;
+    const struct hil_tmp112_device *dev = device;
+    return dev->state->stuck || dev->state->hung_clocks;
 }
 
 /* What a conversion that ended at `t_ps` gave. */
-static int32_t convert(const struct hil_board *board, uint64_t t_ps)
+static int32_t convert(const struct hil_tmp112_device *dev, uint64_t t_ps)
 {
-    const struct hil_options *options = &board->options;
+    const struct hil_options *options = dev->options;
     double count = (options->temperature_c + options->temperature_c_per_h * (double)t_ps * 1e-12 / 3600.0) / C_PER_COUNT;
-    double most = board->state.tmp112.config[1] & CONFIG_EM ? 4095.0 : 2047.0;
+    double most = dev->state->config[1] & CONFIG_EM ? 4095.0 : 2047.0;
     return (int32_t)lround(fmax(-most - 1.0, fmin(most, count)));
 }
 
-static void catch_up(struct hil_board *board)
+static void catch_up(struct hil_tmp112_device *dev)
 {
     static const uint64_t period_ms[4] = {4000, 1000, 250, 125};
-    struct hil_tmp112 *chip = &board->state.tmp112;
-    uint64_t now_ps = hil_board_now_ps(board);
+    struct hil_tmp112 *chip = dev->state;
+    uint64_t now_ps = hil_now_ps(dev->core);
     if (chip->converting) {
         if (now_ps < chip->begun_ps + chip->took_ps)
             return;
         chip->converting = false;
         chip->done = true;
-        chip->code = convert(board, chip->begun_ps + chip->took_ps);
+        chip->code = convert(dev, chip->begun_ps + chip->took_ps);
     } else if (!(chip->config[0] & CONFIG_SD) && now_ps >= chip->begun_ps + chip->took_ps) {
         uint64_t period_ps = period_ms[chip->config[1] >> 6] * HIL_MS_PS;
         uint64_t n = (now_ps - chip->begun_ps - chip->took_ps) / period_ps;
-        chip->code = convert(board, chip->begun_ps + chip->took_ps + n * period_ps);
+        chip->code = convert(dev, chip->begun_ps + chip->took_ps + n * period_ps);
     }
 }
 
-static void configure(struct hil_board *board, unsigned i, uint8_t byte)
+static void configure(struct hil_tmp112_device *dev, unsigned i, uint8_t byte)
 {
-    struct hil_tmp112 *chip = &board->state.tmp112;
+    struct hil_tmp112 *chip = dev->state;
     if (i == 1) {
         chip->config[1] = byte & 0xd0;
         return;
@@ -76,43 +81,46 @@ static void configure(struct hil_board *board, unsigned i, uint8_t byte)
     chip->config[0] = (uint8_t)((byte & 0x1fu) | CONFIG_RESOLUTION);
     bool single = was_shut_down && (byte & CONFIG_OS) && (byte & CONFIG_SD);
     if (single || (was_shut_down && !(byte & CONFIG_SD))) {
-        chip->begun_ps = hil_board_now_ps(board);
-        chip->took_ps = conversion_ps(board);
+        chip->begun_ps = hil_now_ps(dev->core);
+        chip->took_ps = conversion_ps(dev);
         chip->converting = single;
         chip->done = false;
     }
 }
 
-bool hil_tmp112_address(struct hil_board *board, uint8_t byte)
+static bool take_address(void *device, uint8_t byte)
 {
-    struct hil_tmp112 *chip = &board->state.tmp112;
-    chip->addressed = !chip->dead && !isnan(board->options.temperature_c) && byte >> 1 == HIL_TMP112_ADDRESS;
+    struct hil_tmp112_device *dev = device;
+    struct hil_tmp112 *chip = dev->state;
+    chip->addressed = !chip->dead && !isnan(dev->options->temperature_c) && byte >> 1 == HIL_TMP112_ADDRESS;
     chip->bytes = 0;
     return chip->addressed;
 }
 
-bool hil_tmp112_write(struct hil_board *board, uint8_t byte)
+static bool take_byte(void *device, uint8_t byte)
 {
-    struct hil_tmp112 *chip = &board->state.tmp112;
+    struct hil_tmp112_device *dev = device;
+    struct hil_tmp112 *chip = dev->state;
     if (!chip->addressed || chip->dead)
         return false;
-    catch_up(board);
+    catch_up(dev);
     unsigned n = chip->bytes++;
     if (n == 0)
         chip->pointer = byte & 3u;
     else if (chip->pointer == 1)
-        configure(board, (n - 1) % 2, byte);
+        configure(dev, (n - 1) % 2, byte);
     else if (chip->pointer > 1)
         chip->limit[chip->pointer - 2][(n - 1) % 2] = byte;
     return true;
 }
 
-uint8_t hil_tmp112_read(struct hil_board *board)
+static uint8_t give_byte(void *device)
 {
-    struct hil_tmp112 *chip = &board->state.tmp112;
+    struct hil_tmp112_device *dev = device;
+    struct hil_tmp112 *chip = dev->state;
     if (!chip->addressed || chip->dead)
         return 0xff;
-    catch_up(board);
+    catch_up(dev);
     unsigned i = chip->bytes++ % 2;
     bool wide = chip->config[1] & CONFIG_EM;
     uint16_t value = (uint16_t)((uint32_t)chip->code << (wide ? 3 : 4) | wide);
@@ -123,7 +131,43 @@ uint8_t hil_tmp112_read(struct hil_board *board)
     return chip->limit[chip->pointer - 2][i];
 }
 
-void hil_tmp112_stop(struct hil_board *board)
+static void stop(void *device)
 {
-    board->state.tmp112.addressed = false;
+    struct hil_tmp112_device *dev = device;
+    dev->state->addressed = false;
+}
+
+static bool speaks(const void *device)
+{
+    const struct hil_tmp112_device *dev = device;
+    return dev->state->addressed && !dev->state->dead;
+}
+
+static void hang(void *device, unsigned clocks)
+{
+    struct hil_tmp112_device *dev = device;
+    dev->state->hung_clocks = clocks;
+}
+
+static void see_clock(void *device)
+{
+    struct hil_tmp112_device *dev = device;
+    if (dev->state->hung_clocks)
+        dev->state->hung_clocks--;
+}
+
+static uint64_t take_stretch_ps(void *device)
+{
+    struct hil_tmp112_device *dev = device;
+    uint64_t stretch_ps = dev->state->stretch_ps;
+    dev->state->stretch_ps = 0;
+    return stretch_ps;
+}
+
+struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
+{
+    return (struct hil_i2c_slave){
+        .who = dev, .address = take_address, .write = take_byte, .read = give_byte, .stop = stop, .speaks = speaks,
+        .holds_sda = holds_sda, .hang = hang, .clock = see_clock, .stretch_ps = take_stretch_ps,
+    };
 }

@@ -1,4 +1,4 @@
-/* TMP112 digital thermometer (data sheet SBOS473) at address 0x48 (ADD0 at ground) on I2C1: the mat's.
+/* TMP112 digital thermometer (data sheet SBOS473) at address 0x48 (ADD0 at ground), a slave of I2C (hil/periph/i2c.h): the mat's.
  *
  * Registers by the pointer's two low bits: 0 temperature (read only), 1 configuration, 2 low limit, 3 high limit; two bytes, the upper
  * one first. Temperature: 12 bits (EM: 13), two's complement, left-justified, 0.0625 C a count; 0 after power-up until the first
@@ -13,7 +13,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+#include "hil/periph/i2c.h"
+
+struct hil_core;
+struct hil_options;
 
 #define HIL_TMP112_ADDRESS 0x48u
 
@@ -36,14 +39,14 @@ struct hil_tmp112 {
     uint64_t stretch_ps;         /* it holds SCL low for so long at the next byte */
 };
 
+struct hil_tmp112_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_tmp112 *state;
+};
+
+struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev);
 /* Power on. */
-void hil_tmp112_power(struct hil_board *board);
-bool hil_tmp112_holds_sda(const struct hil_board *board);
-/* A start condition and the byte behind it; true: acknowledged. */
-bool hil_tmp112_address(struct hil_board *board, uint8_t byte);
-bool hil_tmp112_write(struct hil_board *board, uint8_t byte);
-/* The next byte; `last`: not acknowledged by the master. 0xff when it is not it that is read. */
-uint8_t hil_tmp112_read(struct hil_board *board);
-void hil_tmp112_stop(struct hil_board *board);
+void hil_tmp112_power(struct hil_tmp112_device *dev);
 
 #endif

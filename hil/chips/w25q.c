@@ -2,7 +2,11 @@
 
 #include <string.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/core/time.h"
+#include "hil/periph/cells.h"
+#include "hil/periph/options.h"
+
 
 enum command {
     WRITE_STATUS_1 = 0x01, PAGE_PROGRAM = 0x02, READ = 0x03, WRITE_DISABLE = 0x04, READ_STATUS_1 = 0x05,
@@ -27,18 +31,18 @@ static const uint8_t writable_status[3] = {0xfc, 0x79, 0x64};
 #define STATUS_2_CMP 0x40u
 #define STATUS_3_WPS 0x04u
 
-static uint8_t *cells(const struct hil_board *board) { return board->memory->nor; }
+static uint8_t *cells(const struct hil_w25q_device *dev) { return dev->cells; }
 
 static bool has_bit(const uint8_t *bits, uint32_t n) { return bits && (bits[n / 8u] >> n % 8u & 1u); }
 
-static void put_cell(struct hil_board *board, uint32_t address, uint8_t value)
+static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t value)
 {
     uint32_t sector = address / HIL_NOR_SECTOR;
-    cells(board)[address] = (uint8_t)~value; /* kept inverted, so that an erased chip is memory never touched */
-    board->state.w25q.used[sector / 8u] |= (uint8_t)(1u << sector % 8u);
+    cells(dev)[address] = (uint8_t)~value; /* kept inverted, so that an erased chip is memory never touched */
+    dev->state->used[sector / 8u] |= (uint8_t)(1u << sector % 8u);
 }
 
-static uint8_t get_cell(const struct hil_board *board, uint32_t address) { return (uint8_t)~cells(board)[address]; }
+static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address) { return (uint8_t)~cells(dev)[address]; }
 
 /* Protected addresses [*from, *to), from BP, TB, SEC, CMP (7.1.3 to 7.1.8; status register memory protection). */
 static void protected_range(const struct hil_w25q *w, uint32_t *from, uint32_t *to)
@@ -73,9 +77,9 @@ static bool has_fault(const struct hil_w25q *w, unsigned kind, uint32_t first, u
 }
 
 /* Turn the cells concerned into what the operation wants, as far as it got. */
-static void change_cells(struct hil_board *board, unsigned permille)
+static void change_cells(struct hil_w25q_device *dev, unsigned permille)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     uint8_t plain[HIL_NOR_SECTOR], wanted[HIL_NOR_PAGE];
     bool program = w->operation == PAGE_PROGRAM;
     uint32_t step = program ? HIL_NOR_PAGE : HIL_NOR_SECTOR;
@@ -83,12 +87,12 @@ static void change_cells(struct hil_board *board, unsigned permille)
         if (!program && !has_bit(w->used, at / HIL_NOR_SECTOR))
             continue;
         for (uint32_t i = 0; i < step; i++)
-            plain[i] = get_cell(board, at + i);
+            plain[i] = get_cell(dev, at + i);
         for (uint32_t i = 0; program && i < step; i++)
             wanted[i] = has_bit(w->in_page, i) ? plain[i] & w->page[i] : plain[i];
         hil_cells_tear(plain, program ? wanted : NULL, step, permille, &w->random);
         for (uint32_t i = 0; i < step; i++)
-            put_cell(board, at + i, plain[i]);
+            put_cell(dev, at + i, plain[i]);
         if (!program && permille >= 1000)
             w->used[at / HIL_NOR_SECTOR / 8u] &= (uint8_t)~(1u << at / HIL_NOR_SECTOR % 8u);
     }
@@ -103,9 +107,9 @@ static void set_status(struct hil_w25q *w, const uint8_t from[3], bool lasting)
 }
 
 /* The operation ends: in time, or cut off after permille of its time. */
-static void end_operation(struct hil_board *board, unsigned permille)
+static void end_operation(struct hil_w25q_device *dev, unsigned permille)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     bool program = w->operation == PAGE_PROGRAM;
     if (w->bytes == 0) {
         if (permille >= 1000 || (hil_random(&w->random) & 1023u) < permille)
@@ -113,27 +117,31 @@ static void end_operation(struct hil_board *board, unsigned permille)
     } else if (!w->fails_silently
                && !has_fault(w, program ? HIL_W25Q_PROGRAM_SILENT : HIL_W25Q_ERASE_SILENT, w->first, w->bytes)) {
         bool fails = has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, w->first, w->bytes);
-        change_cells(board, fails ? permille / 2u : permille);
+        change_cells(dev, fails ? permille / 2u : permille);
     }
     w->operation = 0;
     w->status[0] &= (uint8_t)~(BUSY | WEL);
-    hil_event_set_ps(board, HIL_EVENT_NOR, HIL_NEVER);
-    hil_event_set_ps(board, HIL_EVENT_NOR_CUT, HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_NOR, HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_NOR_CUT, HIL_NEVER);
 }
 
-static void settle(struct hil_board *board, uint64_t t_ps)
+static void settle(struct hil_w25q_device *dev, uint64_t t_ps)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     if (w->operation && t_ps >= w->end_ps)
-        end_operation(board, 1000);
+        end_operation(dev, 1000);
 }
 
-void hil_w25q_event(struct hil_board *board, uint64_t at) { settle(board, hil_clock_ps(&board->state.clock, at)); }
+static void on_end(void *device, uint64_t at)
+{
+    struct hil_w25q_device *dev = device;
+    settle(dev, hil_clock_ps(&dev->core->state.clock, at));
+}
 
 /* Is this program or erase one of those that the script wants to fail? */
-static bool is_ordered_to_fail(struct hil_board *board, bool program)
+static bool is_ordered_to_fail(struct hil_w25q_device *dev, bool program)
 {
-    struct hil_nor_faults *orders = &board->state.nor_faults;
+    struct hil_nor_orders *orders = dev->orders;
     uint32_t *left = program ? &orders->fail_program : &orders->fail_erase;
     if (*left == 0)
         return false;
@@ -141,13 +149,13 @@ static bool is_ordered_to_fail(struct hil_board *board, bool program)
     return true;
 }
 
-static void start(struct hil_board *board, uint64_t t_ps, uint32_t first, uint32_t bytes, uint32_t typical_us,
+static void start(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t first, uint32_t bytes, uint32_t typical_us,
                   uint32_t maximum_us)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     bool program = w->command == PAGE_PROGRAM;
     if (!(w->status[0] & WEL) || (bytes && is_protected(w, first, bytes))) {
-        hil_trace(board, "NOR: command 0x%02x at 0x%06x ignored: %s", w->command, (unsigned)first,
+        hil_trace(dev->core, "NOR: command 0x%02x at 0x%06x ignored: %s", w->command, (unsigned)first,
                   (w->status[0] & WEL) ? "protected" : "not write-enabled");
         return;
     }
@@ -156,26 +164,26 @@ static void start(struct hil_board *board, uint64_t t_ps, uint32_t first, uint32
     w->first = first;
     w->bytes = bytes;
     w->begin_ps = t_ps;
-    w->end_ps = t_ps + hil_cell_time_ps(board->options.cell_times, typical_us, maximum_us, &w->random);
+    w->end_ps = t_ps + hil_cell_time_ps(dev->options->cell_times, typical_us, maximum_us, &w->random);
     if (bytes && has_fault(w, program ? HIL_W25Q_PROGRAM_ERROR : HIL_W25Q_ERASE_ERROR, first, bytes))
         w->end_ps = t_ps + HUNG * (uint64_t)maximum_us * HIL_US_PS;
-    w->fails_silently = bytes && is_ordered_to_fail(board, program);
+    w->fails_silently = bytes && is_ordered_to_fail(dev, program);
     w->status[0] |= BUSY;
-    hil_event_set_ps(board, HIL_EVENT_NOR, w->end_ps);
+    hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->end_ps);
     if (w->operations == w->cut_at)
-        hil_event_set_ps(board, HIL_EVENT_NOR_CUT, t_ps + (w->end_ps - t_ps) / 1000u * w->cut_permille);
+        hil_event_set_ps(dev->core, HIL_EVENT_NOR_CUT, t_ps + (w->end_ps - t_ps) / 1000u * w->cut_permille);
     if (bytes)
-        hil_faults_nor_operation(board);
+        hil_call(&dev->began);
 }
 
-static void write_status(struct hil_board *board, uint64_t t_ps, unsigned which)
+static void write_status(struct hil_w25q_device *dev, uint64_t t_ps, unsigned which)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     bool lasting = !w->volatile_enabled;
     uint32_t given = w->count - 1u;
     w->volatile_enabled = false;
     if (given == 0 || given > (which == 0 ? 2u : 1u) || (w->status[1] & STATUS_2_SRL)) {
-        hil_trace(board, "NOR: status write ignored: %u bytes, SRL %u", (unsigned)given, w->status[1] & STATUS_2_SRL);
+        hil_trace(dev->core, "NOR: status write ignored: %u bytes, SRL %u", (unsigned)given, w->status[1] & STATUS_2_SRL);
         return;
     }
     memcpy(w->written_status, w->status, 3);
@@ -185,28 +193,28 @@ static void write_status(struct hil_board *board, uint64_t t_ps, unsigned which)
     }
     w->written_status[1] |= w->status[1] & STATUS_2_LB; /* one time only */
     if (w->written_status[2] & STATUS_3_WPS) {
-        hil_board_stop(board, MR_UNMODELLED, "unmodelled: individual block locks of the NOR (WPS)");
+        hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: individual block locks of the NOR (WPS)");
         return;
     }
     if (lasting)
-        start(board, t_ps, 0, 0, 10000, 15000);
+        start(dev, t_ps, 0, 0, 10000, 15000);
     else
         set_status(w, w->written_status, false);
 }
 
-static void reset_chip(struct hil_board *board, uint64_t t_ps)
+static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     if (w->operation) /* "data corruption may happen" (8.2.36) */
-        end_operation(board, (unsigned)((t_ps - w->begin_ps) * 1000u / (w->end_ps - w->begin_ps)));
+        end_operation(dev, (unsigned)((t_ps - w->begin_ps) * 1000u / (w->end_ps - w->begin_ps)));
     memcpy(w->status, w->lasting_status, 3);
     w->powered_down = w->reset_enabled = w->volatile_enabled = false;
 }
 
 /* Chip select rises: what was shifted in is carried out. */
-static void act(struct hil_board *board, uint64_t t_ps)
+static void act(struct hil_w25q_device *dev, uint64_t t_ps)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     uint32_t block = w->command == ERASE_4K ? HIL_NOR_SECTOR : w->command == ERASE_32K ? 0x8000u : 0x10000u;
     bool reset_enabled = w->reset_enabled;
     w->reset_enabled = false;
@@ -221,29 +229,29 @@ static void act(struct hil_board *board, uint64_t t_ps)
         w->volatile_enabled = true;
         break;
     case WRITE_STATUS_1:
-        write_status(board, t_ps, 0);
+        write_status(dev, t_ps, 0);
         break;
     case WRITE_STATUS_2:
-        write_status(board, t_ps, 1);
+        write_status(dev, t_ps, 1);
         break;
     case WRITE_STATUS_3:
-        write_status(board, t_ps, 2);
+        write_status(dev, t_ps, 2);
         break;
     case PAGE_PROGRAM:
         if (w->page_count)
-            start(board, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
+            start(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
         break;
     case ERASE_4K:
     case ERASE_32K:
     case ERASE_64K:
         if (w->count == 4)
-            start(board, t_ps, w->address & ~(block - 1u), block,
+            start(dev, t_ps, w->address & ~(block - 1u), block,
                   w->command == ERASE_4K ? 45000 : w->command == ERASE_32K ? 120000 : 150000,
                   w->command == ERASE_4K ? 400000 : w->command == ERASE_32K ? 1600000 : 2000000);
         break;
     case ERASE_ALL:
     case ERASE_ALL_60:
-        start(board, t_ps, 0, HIL_NOR_SIZE, 40000000, 200000000);
+        start(dev, t_ps, 0, HIL_NOR_SIZE, 40000000, 200000000);
         break;
     case POWER_DOWN:
         w->powered_down = true;
@@ -256,7 +264,7 @@ static void act(struct hil_board *board, uint64_t t_ps)
         break;
     case RESET:
         if (reset_enabled)
-            reset_chip(board, t_ps);
+            reset_chip(dev, t_ps);
         break;
     default:
         break;
@@ -278,11 +286,11 @@ static bool hears(const struct hil_w25q *w)
     return !w->powered_down || w->command == RELEASE;
 }
 
-static uint8_t read_cell(struct hil_board *board)
+static uint8_t read_cell(struct hil_w25q_device *dev)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     uint32_t address = w->address;
-    uint8_t value = get_cell(board, address);
+    uint8_t value = get_cell(dev, address);
     w->address = (address + 1u) % HIL_NOR_SIZE;
     if (has_fault(w, HIL_W25Q_READ_ERROR, address, 1)) {
         uint64_t random = hil_random(&w->random);
@@ -293,22 +301,22 @@ static uint8_t read_cell(struct hil_board *board)
 }
 
 /* 64 bits that differ from board to board. */
-static uint8_t unique_byte(const struct hil_board *board, uint32_t i)
+static uint8_t unique_byte(const struct hil_w25q_device *dev, uint32_t i)
 {
-    uint64_t seed = (uint64_t)board->options.uid[0] << 32 | board->options.uid[1];
+    uint64_t seed = (uint64_t)dev->options->uid[0] << 32 | dev->options->uid[1];
     return (uint8_t)(hil_random(&seed) >> (56u - 8u * (i % 8u)));
 }
 
 /* Byte n (1: the first after the command) of a command with a three-byte address. */
-static uint8_t addressed(struct hil_board *board, uint32_t n, uint8_t in)
+static uint8_t addressed(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     if (n <= 3) {
         w->address = (w->address << 8 | in) & 0xffffffu;
         return 0xff;
     }
     if (w->command == READ || (w->command == FAST_READ && n > 4))
-        return read_cell(board);
+        return read_cell(dev);
     if (w->command == PAGE_PROGRAM) {
         uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE; /* wraps; what comes last counts */
         w->page[at] = in;
@@ -319,9 +327,9 @@ static uint8_t addressed(struct hil_board *board, uint32_t n, uint8_t in)
     return 0xff;
 }
 
-static uint8_t answer(struct hil_board *board, uint32_t n, uint8_t in)
+static uint8_t answer(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     static const uint8_t jedec[3] = {MANUFACTURER, 0x40, 0x18};
     switch (w->command) {
     case READ_STATUS_1:
@@ -341,7 +349,7 @@ static uint8_t answer(struct hil_board *board, uint32_t n, uint8_t in)
     case RELEASE:
         return n > 3 ? DEVICE : 0xff;
     case UNIQUE_ID:
-        return n > 4 ? unique_byte(board, n - 5u) : 0xff;
+        return n > 4 ? unique_byte(dev, n - 5u) : 0xff;
     case READ:
     case FAST_READ:
     case PAGE_PROGRAM:
@@ -349,7 +357,7 @@ static uint8_t answer(struct hil_board *board, uint32_t n, uint8_t in)
     case ERASE_32K:
     case ERASE_64K:
     case MANUFACTURER_ID:
-        return addressed(board, n, in);
+        return addressed(dev, n, in);
     default:
         return 0xff;
     }
@@ -366,32 +374,34 @@ static bool is_known(uint8_t command)
 }
 
 /* What the fault script wants of the whole chip (hil/rig/faults.h). */
-static void take_orders(struct hil_board *board)
+static void take_orders(struct hil_w25q_device *dev)
 {
-    struct hil_w25q *w = &board->state.w25q;
-    struct hil_nor_faults *orders = &board->state.nor_faults;
+    struct hil_w25q *w = dev->state;
+    struct hil_nor_orders *orders = dev->orders;
     w->dead = orders->dead;
     if (orders->fill_requested) {
-        memset(cells(board), 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
+        memset(cells(dev), 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
         memset(w->used, 0xff, sizeof w->used);
         orders->fill_requested = false;
     }
 }
 
-void hil_w25q_select(struct hil_board *board, uint64_t at)
+static void begin_command(void *device, uint64_t at)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q_device *dev = device;
+    struct hil_w25q *w = dev->state;
     (void)at;
     w->selected = true;
     w->count = 0;
-    take_orders(board);
+    take_orders(dev);
 }
 
-uint8_t hil_w25q_exchange(struct hil_board *board, uint8_t in, uint64_t at)
+static uint8_t exchange(void *device, uint8_t in, uint64_t at)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q_device *dev = device;
+    struct hil_w25q *w = dev->state;
     if (w->operation)
-        settle(board, hil_clock_ps(&board->state.clock, at));
+        settle(dev, hil_clock_ps(&dev->core->state.clock, at));
     uint32_t n = w->count++;
     if (n == 0) {
         w->command = in;
@@ -399,91 +409,98 @@ uint8_t hil_w25q_exchange(struct hil_board *board, uint8_t in, uint64_t at)
         if (w->operation != PAGE_PROGRAM)
             memset(w->in_page, 0, sizeof w->in_page);
         if (!is_known(in))
-            hil_board_stop(board, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);
+            hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);
         return 0xff;
     }
-    return hears(w) ? answer(board, n, in) : 0xff;
+    return hears(w) ? answer(dev, n, in) : 0xff;
 }
 
-void hil_w25q_deselect(struct hil_board *board, uint64_t at, bool in_byte)
+static void end_command(void *device, uint64_t at, bool in_byte)
 {
-    struct hil_w25q *w = &board->state.w25q;
-    uint64_t t_ps = hil_clock_ps(&board->state.clock, at);
-    settle(board, t_ps);
+    struct hil_w25q_device *dev = device;
+    struct hil_w25q *w = dev->state;
+    uint64_t t_ps = hil_clock_ps(&dev->core->state.clock, at);
+    settle(dev, t_ps);
     if (w->selected && w->count && !in_byte && hears(w))
-        act(board, t_ps);
+        act(dev, t_ps);
     w->selected = false;
 }
 
-void hil_w25q_power_lost(struct hil_board *board)
+struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev)
 {
-    struct hil_w25q *w = &board->state.w25q;
-    uint64_t now_ps = hil_board_now_ps(board);
-    settle(board, now_ps);
+    return (struct hil_spi_slave){dev, begin_command, end_command, exchange};
+}
+
+void hil_w25q_power_lost(struct hil_w25q_device *dev)
+{
+    struct hil_w25q *w = dev->state;
+    uint64_t now_ps = hil_now_ps(dev->core);
+    settle(dev, now_ps);
     w->lasting_status[1] &= (uint8_t)~STATUS_2_SRL; /* locked until the next power-up (7.1.5) */
-    reset_chip(board, now_ps);
+    reset_chip(dev, now_ps);
     w->selected = false;
 }
 
-void hil_w25q_cut_event(struct hil_board *board, uint64_t at)
+static void on_cut(void *device, uint64_t at)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q_device *dev = device;
+    struct hil_w25q *w = dev->state;
     (void)at;
     w->cut_at = 0;
-    end_operation(board, w->cut_permille);
-    hil_board_cut_power(board);
+    end_operation(dev, w->cut_permille);
+    hil_call(&dev->cut);
 }
 
-void hil_w25q_create(struct hil_board *board)
+void hil_w25q_create(struct hil_w25q_device *dev)
 {
-    struct hil_w25q *w = &board->state.w25q;
-    *w = (struct hil_w25q){.random = board->options.seed ^ 0x25c128000025c128ull};
+    struct hil_w25q *w = dev->state;
+    *w = (struct hil_w25q){.random = dev->options->seed ^ 0x25c128000025c128ull};
+    hil_event_wire(dev->core, HIL_EVENT_NOR, on_end, dev);
+    hil_event_wire(dev->core, HIL_EVENT_NOR_CUT, on_cut, dev);
     set_status(w, factory_status, true);
 }
 
-void hil_w25q_copy(struct hil_memory *to, const uint8_t *stale, const struct hil_memory *from, const uint8_t *used)
+void hil_w25q_copy(uint8_t *to, const uint8_t *stale, const uint8_t *from, const uint8_t *used)
 {
     for (uint32_t sector = 0; sector < HIL_NOR_SIZE / HIL_NOR_SECTOR; sector++) {
         size_t at = (size_t)sector * HIL_NOR_SECTOR;
         if (has_bit(used, sector))
-            memcpy(to->nor + at, from->nor + at, HIL_NOR_SECTOR);
+            memcpy(to + at, from + at, HIL_NOR_SECTOR);
         else if (has_bit(stale, sector))
-            memset(to->nor + at, 0, HIL_NOR_SECTOR);
+            memset(to + at, 0, HIL_NOR_SECTOR);
     }
 }
 
-void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults)
+void hil_w25q_set_faults(struct hil_w25q_device *dev, const struct hil_w25q_faults *faults)
 {
-    board->state.w25q.faults = *faults;
+    dev->state->faults = *faults;
 }
 
-void hil_board_cut_at_nor(struct hil_board *board, uint64_t n, unsigned permille)
+void hil_w25q_cut_at(struct hil_w25q_device *dev, uint64_t n, unsigned permille)
 {
-    struct hil_w25q *w = &board->state.w25q;
+    struct hil_w25q *w = dev->state;
     w->cut_at = n ? w->operations + n : 0;
     w->cut_permille = permille < 1000 ? permille : 999;
 }
 
-uint64_t hil_board_nor_operations(const struct hil_board *board) { return board->state.w25q.operations; }
-
-enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
+enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out, size_t n)
 {
     uint8_t *to = out;
     if (address >= HIL_NOR_SIZE || n > HIL_NOR_SIZE - address)
         return MR_UNKNOWN;
     for (size_t i = 0; i < n; i++)
-        to[i] = get_cell(board, address + (uint32_t)i);
+        to[i] = get_cell(dev, address + (uint32_t)i);
     return MR_OK;
 }
 
-enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
+enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes, size_t n)
 {
     const uint8_t *from = bytes;
     if (address >= HIL_NOR_SIZE || n > HIL_NOR_SIZE - address)
         return MR_UNKNOWN;
     for (size_t i = 0; i < n; i++) {
-        if (from[i] != get_cell(board, address + (uint32_t)i))
-            put_cell(board, address + (uint32_t)i, from[i]);
+        if (from[i] != get_cell(dev, address + (uint32_t)i))
+            put_cell(dev, address + (uint32_t)i, from[i]);
     }
     return MR_OK;
 }

@@ -1,4 +1,4 @@
-/* W25Q128JV serial NOR memory (Winbond data sheet rev. F): 16 MiB, on SPI2 (hil/periph/spi.h).
+/* W25Q128JV serial NOR memory (Winbond data sheet rev. F): 16 MiB, a slave of SPI (hil/periph/spi.h).
  *
  * Commands: write enable (06, 50, 04), status registers 1 to 3 (05 35 15, 01 31 11), page program (02), erase of 4,
  * 32, 64 KiB and all (20 52 D8 C7 60), read (03), fast read (0B), power-down and release (B9 AB), identification
@@ -17,9 +17,11 @@
 #include <stdint.h>
 
 #include "common/status.h"
+#include "hil/core/call.h"
+#include "hil/periph/spi.h"
 
-struct hil_board;
-struct hil_memory;
+struct hil_core;
+struct hil_options;
 
 #define HIL_NOR_SIZE 0x01000000u
 #define HIL_NOR_SECTOR 4096u
@@ -69,26 +71,38 @@ struct hil_w25q {
     uint8_t used[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u]; /* sectors that are not all erased (or were not) */
 };
 
-void hil_w25q_create(struct hil_board *board);
-void hil_w25q_power_lost(struct hil_board *board);
-void hil_w25q_event(struct hil_board *board, uint64_t at);
-void hil_w25q_cut_event(struct hil_board *board, uint64_t at);
-/* Chip select falls, rises (in_byte: not on a byte boundary); one byte in and out meanwhile. */
-void hil_w25q_select(struct hil_board *board, uint64_t at);
-void hil_w25q_deselect(struct hil_board *board, uint64_t at, bool in_byte);
-uint8_t hil_w25q_exchange(struct hil_board *board, uint8_t in, uint64_t at);
-/* Copy the cells; `stale`: sectors that `to` has in use (bits as in `used`), or NULL. */
-void hil_w25q_copy(struct hil_memory *to, const uint8_t *stale, const struct hil_memory *from, const uint8_t *used);
+/* What a fault script orders of the chip: it carries out `fill_requested` and clears it, and decrements the counts as it
+ * fails. */
+struct hil_nor_orders {
+    bool dead;             /* it does not drive its output: all ones are read, commands go nowhere */
+    bool fill_requested;   /* every byte is to be programmed with zeroes */
+    uint32_t fail_program; /* so many page programs from now on change nothing */
+    uint32_t fail_erase;
+};
 
-/* --- for those who use a board --- */
-void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults);
+struct hil_w25q_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_w25q *state;
+    struct hil_nor_orders *orders;
+    uint8_t *cells;        /* HIL_NOR_SIZE, inverted: an erased chip is memory never touched */
+    struct hil_call began; /* a program or erase has begun */
+    struct hil_call cut;   /* the supply goes: what hil_w25q_cut_at ordered */
+};
+
+/* Its events and its state; to be connected: what hil_w25q_slave gives. */
+void hil_w25q_create(struct hil_w25q_device *dev);
+struct hil_spi_slave hil_w25q_slave(struct hil_w25q_device *dev);
+void hil_w25q_power_lost(struct hil_w25q_device *dev);
+/* Copy the cells; `stale`: sectors that `to` has in use (bits as in `used`), or NULL. */
+void hil_w25q_copy(uint8_t *to, const uint8_t *stale, const uint8_t *from, const uint8_t *used);
+
+void hil_w25q_set_faults(struct hil_w25q_device *dev, const struct hil_w25q_faults *faults);
 /* Cut the power in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
  * began. */
-void hil_board_cut_at_nor(struct hil_board *board, uint64_t n, unsigned permille);
-/* Programs, erases and status writes begun since the board was created. */
-uint64_t hil_board_nor_operations(const struct hil_board *board);
+void hil_w25q_cut_at(struct hil_w25q_device *dev, uint64_t n, unsigned permille);
 /* The cells as they are. MR_UNKNOWN: outside. */
-enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
-enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n);
+enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out, size_t n);
+enum mr_status hil_w25q_poke(struct hil_w25q_device *dev, uint32_t address, const void *bytes, size_t n);
 
 #endif

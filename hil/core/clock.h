@@ -2,9 +2,10 @@
 #ifndef MATRIG_HIL_CLOCK_H
 #define MATRIG_HIL_CLOCK_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 struct hil_clock {
     uint64_t now_cycle;    /* start of the basic block that runs */
@@ -13,16 +14,17 @@ struct hil_clock {
     uint32_t hclk_hz;
     uint32_t ratio_hz;     /* HCLK that this is of: a cycle takes ratio_ps / ratio_cycles picoseconds, in lowest terms */
     uint64_t ratio_ps, ratio_cycles;
+    bool stopped;          /* no clock at all: cycles stand still */
 };
 
 /* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
 /* No clock: physical time goes to the next event that is in physical time, while cycles stand still. */
-void hil_clock_stand_still(struct hil_board *board);
+void hil_clock_stand_still(struct hil_core *core);
 /* HCLK of a clock that starts. */
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
 /* HCLK becomes hclk_hz now. */
-void hil_clock_change(struct hil_board *board, uint32_t hclk_hz);
+void hil_clock_change(struct hil_core *core, uint32_t hclk_hz);
 
 #endif

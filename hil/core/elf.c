@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/memory.h"
 
 #define HEADER_BYTES 52u
 #define PROGRAM_HEADER_BYTES 32u

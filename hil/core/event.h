@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 #define HIL_NEVER UINT64_MAX
 
@@ -53,13 +53,21 @@ struct hil_events {
     unsigned next_slot;              /* the first of the slots that are due then */
 };
 
-void hil_event_init(struct hil_events *events);
+/* Who treats a slot: `at` is the moment it was set to. */
+struct hil_event_wire {
+    void (*handler)(void *device, uint64_t at);
+    void *device;
+};
+
+/* An empty queue. */
+void hil_event_create(struct hil_core *core);
+void hil_event_wire(struct hil_core *core, enum hil_event_slot slot, void (*handler)(void *device, uint64_t at), void *device);
 /* Set, move or (HIL_NEVER) clear a slot. A past moment is due at once. */
-void hil_event_set_cycle(struct hil_board *board, enum hil_event_slot slot, uint64_t cycle);
-void hil_event_set_ps(struct hil_board *board, enum hil_event_slot slot, uint64_t t_ps);
+void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle);
+void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps);
 /* Convert the slots that are in picoseconds again, after a change of HCLK. */
-void hil_event_rebase(struct hil_board *board);
+void hil_event_rebase(struct hil_core *core);
 /* Treat everything due up to the present cycle, in order of time. */
-void hil_event_run(struct hil_board *board);
+void hil_event_run(struct hil_core *core);
 
 #endif

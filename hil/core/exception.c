@@ -2,9 +2,7 @@
 
 #include <unicorn/unicorn.h>
 
-#include "hil/board/machine.h"
-#include "hil/debug/profile.h"
-#include "hil/debug/vcd.h"
+#include "hil/core/core.h"
 
 #define ENTRY_CYCLES 12u /* Cortex-M4 TRM: entry 12, return 10, tail-chain 6 */
 #define RETURN_CYCLES 10u
@@ -33,22 +31,22 @@ static void put_u32(uint8_t *p, uint32_t v)
         p[i] = (uint8_t)(v >> (8u * i));
 }
 
-static void read_masks(struct hil_board *board, uint32_t *primask, uint32_t *basepri, uint32_t *faultmask)
+static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basepri, uint32_t *faultmask)
 {
     int ids[3] = {UC_ARM_REG_PRIMASK, UC_ARM_REG_BASEPRI, UC_ARM_REG_FAULTMASK};
     void *values[3] = {primask, basepri, faultmask};
     *primask = *basepri = *faultmask = 0;
-    uc_reg_read_batch(board->uc, ids, values, 3);
+    uc_reg_read_batch(core->uc, ids, values, 3);
     *basepri &= 0xf0u; /* the STM32 has four bits; Unicorn keeps eight */
 }
 
-static bool beats(struct hil_board *board, bool use_primask)
+static bool beats(struct hil_core *core, bool use_primask)
 {
-    const struct hil_nvic *nvic = &board->state.nvic;
+    const struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
     if (!nvic->best || nvic->best_group >= nvic->active_group)
         return false;
-    read_masks(board, &primask, &basepri, &faultmask);
+    read_masks(core, &primask, &basepri, &faultmask);
     if (basepri && nvic->best_group >= hil_nvic_group(nvic, (int)basepri))
         return false;
     if (use_primask && (primask & 1u) && nvic->best_group >= 0)
@@ -56,66 +54,67 @@ static bool beats(struct hil_board *board, bool use_primask)
     return !((faultmask & 1u) && nvic->best_group >= -1);
 }
 
-unsigned hil_exception_due(struct hil_board *board)
+unsigned hil_exception_due(struct hil_core *core)
 {
-    return beats(board, true) ? board->state.nvic.best : 0;
+    return beats(core, true) ? core->state.nvic.best : 0;
 }
 
-bool hil_exception_wakes(struct hil_board *board) { return beats(board, false); }
+bool hil_exception_wakes(struct hil_core *core) { return beats(core, false); }
 
 /* Unicorn keeps flags of the translator's view of the core (handler mode among them) and renews them only
  * when the condition flags are written as a register. */
-static void renew_core_flags(struct hil_board *board)
+static void renew_core_flags(struct hil_core *core)
 {
     uint32_t apsr = 0;
-    uc_reg_read(board->uc, UC_ARM_REG_APSR_NZCV, &apsr);
-    uc_reg_write(board->uc, UC_ARM_REG_APSR_NZCV, &apsr);
+    uc_reg_read(core->uc, UC_ARM_REG_APSR_NZCV, &apsr);
+    uc_reg_write(core->uc, UC_ARM_REG_APSR_NZCV, &apsr);
 }
 
-void hil_exception_seen(struct hil_board *board, unsigned exception)
+void hil_exception_seen(struct hil_core *core, unsigned exception)
 {
-    if (board->profile)
-        hil_profile_exception(board, exception);
-    if (board->vcd)
-        hil_vcd_exception(board);
+    const struct hil_onlookers *lookers = &core->onlookers;
+    if (lookers->profiler)
+        lookers->profiler->exception(lookers->profiler_who, exception);
+    if (lookers->tracer)
+        lookers->tracer->exception(lookers->tracer_who);
 }
 
 /* Go to the handler: mode, stack and PC. SP is already below the frame. */
-static void jump_to_handler(struct hil_board *board, unsigned exception, uint32_t exc_return)
+static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t exc_return)
 {
     uint32_t vector = 0;
-    if (hil_board_peek(board, board->state.scb.vtor + 4u * exception, &vector, 4) != MR_OK) {
-        board->state.scb.hfsr |= HFSR_VECTTBL;
-        hil_board_stop(board, MR_HALTED, "vector table at 0x%08x is not in memory (exception %u)",
-                       (unsigned)board->state.scb.vtor, exception);
+    if (hil_memory_peek(core, core->state.scb.vtor + 4u * exception, &vector, 4) != MR_OK) {
+        core->state.scb.hfsr |= HFSR_VECTTBL;
+        hil_core_stop(core, MR_HALTED, "vector table at 0x%08x is not in memory (exception %u)",
+                       (unsigned)core->state.scb.vtor, exception);
         return;
     }
     if (!vector) {
-        hil_board_stop(board, MR_HALTED,
+        hil_core_stop(core, MR_HALTED,
                        "exception %u has no handler: its vector is 0x%08x (CFSR 0x%08x, PC 0x%08x)",
-                       exception, (unsigned)vector, (unsigned)board->state.scb.cfsr,
-                       (unsigned)board->state.counters.last_fault_pc);
+                       exception, (unsigned)vector, (unsigned)core->state.scb.cfsr,
+                       (unsigned)core->state.counters.last_fault_pc);
         return;
     }
     uint32_t xpsr = XPSR_T | exception;
     uint32_t control = 0;
     uint32_t pc = vector;
-    uc_reg_write(board->uc, UC_ARM_REG_XPSR_NZCVQG, &xpsr);
-    uc_reg_read(board->uc, UC_ARM_REG_CONTROL, &control);
+    uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &xpsr);
+    uc_reg_read(core->uc, UC_ARM_REG_CONTROL, &control);
     control &= ~CONTROL_FPCA;
-    uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &control);
-    uc_reg_write(board->uc, UC_ARM_REG_LR, &exc_return);
-    uc_reg_write(board->uc, UC_ARM_REG_PC, &pc);
-    renew_core_flags(board);
-    board->state.counters.exceptions++;
-    board->state.cpu.event = true;
-    hil_trace(board, "enter %u at 0x%08x", exception, (unsigned)vector);
-    hil_exception_seen(board, exception);
+    uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &control);
+    uc_reg_write(core->uc, UC_ARM_REG_LR, &exc_return);
+    uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
+    renew_core_flags(core);
+    core->state.counters.exceptions++;
+    core->state.cpu.event = true;
+    hil_trace(core, "enter %u at 0x%08x", exception, (unsigned)vector);
+    hil_exception_seen(core, exception);
     if (!(vector & 1u)) /* no Thumb state: the handler's first instruction faults */
-        hil_exception_fault(board, HIL_CFSR_INVSTATE, vector, 0);
+        hil_exception_fault(core, HIL_CFSR_INVSTATE, vector, 0);
 }
 
-static void save_fp(struct hil_board *board, uint8_t *frame)
+static void save_fp(struct hil_core *core, uint8_t *frame)
 {
     uint64_t d[8] = {0};
     uint32_t fpscr = 0;
@@ -127,7 +126,7 @@ static void save_fp(struct hil_board *board, uint8_t *frame)
     }
     ids[8] = UC_ARM_REG_FPSCR;
     values[8] = &fpscr;
-    uc_reg_read_batch(board->uc, ids, values, 9);
+    uc_reg_read_batch(core->uc, ids, values, 9);
     for (unsigned i = 0; i < 8; i++) {
         put_u32(frame + FRAME_BASIC + 8u * i, (uint32_t)d[i]);
         put_u32(frame + FRAME_BASIC + 8u * i + 4u, (uint32_t)(d[i] >> 32));
@@ -136,7 +135,7 @@ static void save_fp(struct hil_board *board, uint8_t *frame)
     put_u32(frame + FRAME_BASIC + 68u, 0);
 }
 
-static void restore_fp(struct hil_board *board, const uint8_t *frame)
+static void restore_fp(struct hil_core *core, const uint8_t *frame)
 {
     uint64_t d[8];
     uint32_t fpscr = get_u32(frame + FRAME_BASIC + 64u);
@@ -150,27 +149,27 @@ static void restore_fp(struct hil_board *board, const uint8_t *frame)
     }
     ids[8] = UC_ARM_REG_FPSCR;
     values[8] = &fpscr;
-    uc_reg_write_batch(board->uc, ids, values, 9);
+    uc_reg_write_batch(core->uc, ids, values, 9);
 }
 
-void hil_exception_enter(struct hil_board *board, unsigned exception, uint32_t pc)
+void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     uint32_t r[6] = {0};
     uint32_t xpsr = 0, sp = 0, control = 0;
     int ids[9] = {UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR,
                   UC_ARM_REG_XPSR, UC_ARM_REG_SP, UC_ARM_REG_CONTROL};
     void *values[9] = {&r[0], &r[1], &r[2], &r[3], &r[4], &r[5], &xpsr, &sp, &control};
-    uc_reg_read_batch(board->uc, ids, values, 9);
+    uc_reg_read_batch(core->uc, ids, values, 9);
 
-    bool fp = (control & CONTROL_FPCA) && (board->state.scb.fpccr & FPCCR_ASPEN);
+    bool fp = (control & CONTROL_FPCA) && (core->state.scb.fpccr & FPCCR_ASPEN);
     bool align = (sp & 4u) != 0;
     uint32_t frame_at = (sp - (fp ? FRAME_FP : FRAME_BASIC)) & ~7u;
-    uint8_t *frame = hil_board_memory(board, frame_at, fp ? FRAME_FP : FRAME_BASIC, true);
+    uint8_t *frame = hil_memory_at(core, frame_at, fp ? FRAME_FP : FRAME_BASIC, true);
     if (!frame) {
-        board->state.scb.cfsr |= HIL_CFSR_STKERR;
-        hil_board_stop(board, MR_HALTED,
+        core->state.scb.cfsr |= HIL_CFSR_STKERR;
+        hil_core_stop(core, MR_HALTED,
                        "no memory at 0x%08x for the frame of exception %u, PC 0x%08x, CFSR 0x%08x",
-                       (unsigned)frame_at, exception, (unsigned)pc, (unsigned)board->state.scb.cfsr);
+                       (unsigned)frame_at, exception, (unsigned)pc, (unsigned)core->state.scb.cfsr);
         return;
     }
     for (unsigned i = 0; i < 6; i++)
@@ -178,20 +177,20 @@ void hil_exception_enter(struct hil_board *board, unsigned exception, uint32_t p
     put_u32(frame + 24, pc & ~1u);
     put_u32(frame + 28, (xpsr & ~XPSR_ALIGN) | (align ? XPSR_ALIGN : 0));
     if (fp)
-        save_fp(board, frame);
+        save_fp(core, frame);
 
     bool handler = (xpsr & XPSR_NUMBER) != 0;
     uint32_t exc_return = handler ? 0xfffffff1u : (control & CONTROL_SPSEL) ? 0xfffffffdu : 0xfffffff9u;
     if (fp)
         exc_return &= ~0x10u;
-    uc_reg_write(board->uc, UC_ARM_REG_SP, &frame_at);
-    hil_nvic_activate(board, exception);
-    board->state.clock.now_cycle += ENTRY_CYCLES;
-    jump_to_handler(board, exception, exc_return);
+    uc_reg_write(core->uc, UC_ARM_REG_SP, &frame_at);
+    hil_nvic_activate(core, exception);
+    core->state.clock.now_cycle += ENTRY_CYCLES;
+    jump_to_handler(core, exception, exc_return);
 }
 
 /* Undo the frame that `exc_return` points to. */
-static void unstack(struct hil_board *board, uint32_t exc_return)
+static void unstack(struct hil_core *core, uint32_t exc_return)
 {
     bool psp = (exc_return & 4u) != 0;
     bool handler = (exc_return & 8u) == 0;
@@ -199,13 +198,13 @@ static void unstack(struct hil_board *board, uint32_t exc_return)
     uint32_t msp = 0, psp_value = 0, control = 0;
     int sp_ids[3] = {UC_ARM_REG_MSP, UC_ARM_REG_PSP, UC_ARM_REG_CONTROL};
     void *sp_values[3] = {&msp, &psp_value, &control};
-    uc_reg_read_batch(board->uc, sp_ids, sp_values, 3);
+    uc_reg_read_batch(core->uc, sp_ids, sp_values, 3);
 
     uint32_t frame_at = psp ? psp_value : msp;
     uint32_t size = fp ? FRAME_FP : FRAME_BASIC;
-    const uint8_t *frame = hil_board_memory(board, frame_at, size, false);
+    const uint8_t *frame = hil_memory_at(core, frame_at, size, false);
     if (!frame) {
-        hil_board_stop(board, MR_HALTED, "exception return 0x%08x: no frame in memory at 0x%08x",
+        hil_core_stop(core, MR_HALTED, "exception return 0x%08x: no frame in memory at 0x%08x",
                        (unsigned)exc_return, (unsigned)frame_at);
         return;
     }
@@ -215,13 +214,13 @@ static void unstack(struct hil_board *board, uint32_t exc_return)
     uint32_t pc = get_u32(frame + 24);
     uint32_t xpsr = get_u32(frame + 28);
     if (((xpsr & XPSR_NUMBER) != 0) != handler || !(xpsr & XPSR_T)) {
-        hil_board_stop(board, MR_HALTED,
+        hil_core_stop(core, MR_HALTED,
                        "exception return 0x%08x does not fit the stacked xPSR 0x%08x (PC 0x%08x)",
                        (unsigned)exc_return, (unsigned)xpsr, (unsigned)pc);
         return;
     }
     if (fp)
-        restore_fp(board, frame);
+        restore_fp(core, frame);
     uint32_t sp = frame_at + size;
     if (xpsr & XPSR_ALIGN)
         sp |= 4u;
@@ -231,60 +230,60 @@ static void unstack(struct hil_board *board, uint32_t exc_return)
     uint32_t new_control = (control & CONTROL_NPRIV) | (psp ? CONTROL_SPSEL : 0) | (fp ? CONTROL_FPCA : 0);
     uint32_t new_xpsr = xpsr & ~XPSR_ALIGN;
     uint32_t privileged = new_control & ~CONTROL_NPRIV;
-    uc_reg_write(board->uc, UC_ARM_REG_XPSR_NZCVQG, &new_xpsr);
-    uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &privileged);
-    uc_reg_write(board->uc, UC_ARM_REG_MSP, &msp);
-    uc_reg_write(board->uc, UC_ARM_REG_PSP, &psp_value);
+    uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &new_xpsr);
+    uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &privileged);
+    uc_reg_write(core->uc, UC_ARM_REG_MSP, &msp);
+    uc_reg_write(core->uc, UC_ARM_REG_PSP, &psp_value);
     pc |= 1u;
     int ids[7] = {UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR,
                   UC_ARM_REG_PC};
     void *values[7] = {&r[0], &r[1], &r[2], &r[3], &r[4], &r[5], &pc};
-    uc_reg_write_batch(board->uc, ids, values, 7);
+    uc_reg_write_batch(core->uc, ids, values, 7);
     if (new_control & CONTROL_NPRIV)
-        uc_reg_write(board->uc, UC_ARM_REG_CONTROL, &new_control);
-    renew_core_flags(board);
-    hil_exception_seen(board, xpsr & XPSR_NUMBER);
+        uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &new_control);
+    renew_core_flags(core);
+    hil_exception_seen(core, xpsr & XPSR_NUMBER);
 }
 
-void hil_exception_return(struct hil_board *board, uint32_t exc_return)
+void hil_exception_return(struct hil_core *core, uint32_t exc_return)
 {
     uint32_t xpsr = 0;
-    uc_reg_read(board->uc, UC_ARM_REG_XPSR, &xpsr);
+    uc_reg_read(core->uc, UC_ARM_REG_XPSR, &xpsr);
     unsigned number = xpsr & XPSR_NUMBER;
     uint32_t form = exc_return | 0x10u;
     if ((form != 0xfffffff1u && form != 0xfffffff9u && form != 0xfffffffdu)
-        || !hil_nvic_is_active(&board->state.nvic, number)) {
-        hil_board_stop(board, MR_HALTED, "branch to 0x%08x in exception %u is no exception return",
+        || !hil_nvic_is_active(&core->state.nvic, number)) {
+        hil_core_stop(core, MR_HALTED, "branch to 0x%08x in exception %u is no exception return",
                        (unsigned)exc_return, number);
         return;
     }
     if (number != HIL_EXC_NMI) {
         uint32_t zero = 0;
-        uc_reg_write(board->uc, UC_ARM_REG_FAULTMASK, &zero);
+        uc_reg_write(core->uc, UC_ARM_REG_FAULTMASK, &zero);
     }
-    board->state.cpu.event = true;
-    hil_nvic_deactivate(board, number);
-    unsigned next = hil_exception_due(board);
+    core->state.cpu.event = true;
+    hil_nvic_deactivate(core, number);
+    unsigned next = hil_exception_due(core);
     if (next) {
-        board->state.counters.tail_chains++;
-        board->state.clock.now_cycle += TAIL_CYCLES;
-        hil_nvic_activate(board, next);
-        jump_to_handler(board, next, exc_return);
+        core->state.counters.tail_chains++;
+        core->state.clock.now_cycle += TAIL_CYCLES;
+        hil_nvic_activate(core, next);
+        jump_to_handler(core, next, exc_return);
         return;
     }
-    board->state.clock.now_cycle += RETURN_CYCLES;
-    unstack(board, exc_return);
-    hil_trace(board, "return from %u", number);
-    if ((board->state.scb.scr & 2u) && form != 0xfffffff1u)
-        board->state.cpu.asleep = true; /* SLEEPONEXIT */
+    core->state.clock.now_cycle += RETURN_CYCLES;
+    unstack(core, exc_return);
+    hil_trace(core, "return from %u", number);
+    if ((core->state.scb.scr & 2u) && form != 0xfffffff1u)
+        core->state.cpu.asleep = true; /* SLEEPONEXIT */
 }
 
 /* Take a synchronous exception, or HardFault in its place when it is disabled or not above what runs. */
-static void take_or_escalate(struct hil_board *board, unsigned exception, uint32_t pc)
+static void take_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
-    struct hil_nvic *nvic = &board->state.nvic;
+    struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
-    read_masks(board, &primask, &basepri, &faultmask);
+    read_masks(core, &primask, &basepri, &faultmask);
     int running = nvic->active_group;
     if (basepri && hil_nvic_group(nvic, (int)basepri) < running)
         running = hil_nvic_group(nvic, (int)basepri);
@@ -295,42 +294,42 @@ static void take_or_escalate(struct hil_board *board, unsigned exception, uint32
     bool enabled = (nvic->enabled[0] >> exception & 1u) != 0;
     if (exception != HIL_EXC_HARD_FAULT
         && (!enabled || hil_nvic_group(nvic, nvic->priority[exception]) >= running)) {
-        board->state.scb.hfsr |= HFSR_FORCED;
+        core->state.scb.hfsr |= HFSR_FORCED;
         exception = HIL_EXC_HARD_FAULT;
     }
     if (exception == HIL_EXC_HARD_FAULT && running <= -1) {
-        hil_board_stop(board, MR_HALTED,
+        hil_core_stop(core, MR_HALTED,
                        "lockup: fault at PC 0x%08x while a fault is handled (CFSR 0x%08x, HFSR 0x%08x)",
-                       (unsigned)pc, (unsigned)board->state.scb.cfsr, (unsigned)board->state.scb.hfsr);
+                       (unsigned)pc, (unsigned)core->state.scb.cfsr, (unsigned)core->state.scb.hfsr);
         return;
     }
-    hil_exception_enter(board, exception, pc);
+    hil_exception_enter(core, exception, pc);
 }
 
-void hil_exception_fault(struct hil_board *board, uint32_t cfsr, uint32_t pc, uint32_t address)
+void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
-    struct hil_counters *counters = &board->state.counters;
-    board->state.scb.cfsr |= cfsr;
+    struct hil_counters *counters = &core->state.counters;
+    core->state.scb.cfsr |= cfsr;
     if (cfsr & HIL_CFSR_BFARVALID)
-        board->state.scb.bfar = address;
+        core->state.scb.bfar = address;
     counters->faults++;
     counters->last_fault_pc = pc;
-    counters->last_fault_cfsr = board->state.scb.cfsr;
+    counters->last_fault_cfsr = core->state.scb.cfsr;
     counters->last_fault_address = address;
-    hil_trace(board, "fault at PC 0x%08x, address 0x%08x, CFSR 0x%08x", (unsigned)pc, (unsigned)address,
-              (unsigned)board->state.scb.cfsr);
+    hil_trace(core, "fault at PC 0x%08x, address 0x%08x, CFSR 0x%08x", (unsigned)pc, (unsigned)address,
+              (unsigned)core->state.scb.cfsr);
     unsigned exception = HIL_EXC_USAGE_FAULT;
     if (cfsr & 0xffffu)
         exception = (cfsr & 0xffu) ? HIL_EXC_MEM_MANAGE : HIL_EXC_BUS_FAULT;
-    take_or_escalate(board, exception, pc);
+    take_or_escalate(core, exception, pc);
 }
 
-void hil_exception_svc(struct hil_board *board, uint32_t pc) { take_or_escalate(board, HIL_EXC_SVCALL, pc); }
+void hil_exception_svc(struct hil_core *core, uint32_t pc) { take_or_escalate(core, HIL_EXC_SVCALL, pc); }
 
-void hil_exception_bkpt(struct hil_board *board, uint32_t pc)
+void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
 {
-    board->state.scb.hfsr |= HFSR_DEBUGEVT;
-    board->state.counters.faults++;
-    board->state.counters.last_fault_pc = pc;
-    take_or_escalate(board, HIL_EXC_HARD_FAULT, pc);
+    core->state.scb.hfsr |= HFSR_DEBUGEVT;
+    core->state.counters.faults++;
+    core->state.counters.last_fault_pc = pc;
+    take_or_escalate(core, HIL_EXC_HARD_FAULT, pc);
 }

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 /* CFSR bits used (ARMv7-M B3.2.15). */
 enum {
@@ -22,21 +22,21 @@ enum {
 };
 
 /* Number of the exception to take now, 0 for none: pending, of higher priority than what runs, not masked. */
-unsigned hil_exception_due(struct hil_board *board);
+unsigned hil_exception_due(struct hil_core *core);
 /* True when WFI ends: as hil_exception_due, but PRIMASK does not count. */
-bool hil_exception_wakes(struct hil_board *board);
+bool hil_exception_wakes(struct hil_core *core);
 /* Take it; the core is stopped before instruction `pc`. */
-void hil_exception_enter(struct hil_board *board, unsigned exception, uint32_t pc);
+void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc);
 /* Tell the trace and the profile that the core now runs in this exception (0: thread). */
-void hil_exception_seen(struct hil_board *board, unsigned exception);
+void hil_exception_seen(struct hil_core *core, unsigned exception);
 /* The core branched to EXC_RETURN. */
-void hil_exception_return(struct hil_board *board, uint32_t exc_return);
+void hil_exception_return(struct hil_core *core, uint32_t exc_return);
 /* A synchronous fault of the instruction at `pc`: escalates to HardFault, and to a halt, as the
  * architecture says. `address`: what it accessed, for BFAR. */
-void hil_exception_fault(struct hil_board *board, uint32_t cfsr, uint32_t pc, uint32_t address);
+void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address);
 /* SVC: pc is the instruction after it. */
-void hil_exception_svc(struct hil_board *board, uint32_t pc);
+void hil_exception_svc(struct hil_core *core, uint32_t pc);
 /* BKPT without debugger: HardFault with DEBUGEVT. */
-void hil_exception_bkpt(struct hil_board *board, uint32_t pc);
+void hil_exception_bkpt(struct hil_core *core, uint32_t pc);
 
 #endif

@@ -4,7 +4,7 @@
  * the one whose effective address is the reported one is it. Encodings: ARMv7-M A5.2 and A5.3. */
 #include <unicorn/unicorn.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
 
 struct access {
     uint32_t low;  /* first byte touched */
@@ -13,9 +13,9 @@ struct access {
     bool any;      /* the instruction accesses memory at all */
 };
 
-static uint32_t reg(const struct hil_board *board, unsigned n)
+static uint32_t reg(const struct hil_core *core, unsigned n)
 {
-    return hil_board_register(board, n);
+    return hil_cpu_register(core, n);
 }
 
 static struct access one(uint32_t address, uint32_t bytes, bool write)
@@ -23,7 +23,7 @@ static struct access one(uint32_t address, uint32_t bytes, bool write)
     return (struct access){address, address + bytes - 1u, write, true};
 }
 
-static struct access decode16(const struct hil_board *board, uint32_t pc, uint16_t op)
+static struct access decode16(const struct hil_core *core, uint32_t pc, uint16_t op)
 {
     const struct access none = {0};
     unsigned rn = op >> 3 & 7u;
@@ -32,34 +32,34 @@ static struct access decode16(const struct hil_board *board, uint32_t pc, uint16
     if ((op & 0xf000u) == 0x5000u) { /* register offset */
         static const uint8_t bytes[8] = {4, 2, 1, 1, 4, 2, 1, 2};
         unsigned kind = op >> 9 & 7u;
-        return one(reg(board, rn) + reg(board, op >> 6 & 7u), bytes[kind], kind < 3);
+        return one(reg(core, rn) + reg(core, op >> 6 & 7u), bytes[kind], kind < 3);
     }
     if ((op & 0xe000u) == 0x6000u) { /* word or byte, immediate */
         uint32_t bytes = (op & 0x1000u) ? 1 : 4;
-        return one(reg(board, rn) + bytes * (op >> 6 & 31u), bytes, !(op & 0x0800u));
+        return one(reg(core, rn) + bytes * (op >> 6 & 31u), bytes, !(op & 0x0800u));
     }
     if ((op & 0xf000u) == 0x8000u) /* halfword, immediate */
-        return one(reg(board, rn) + 2u * (op >> 6 & 31u), 2, !(op & 0x0800u));
+        return one(reg(core, rn) + 2u * (op >> 6 & 31u), 2, !(op & 0x0800u));
     if ((op & 0xf000u) == 0x9000u) /* SP relative */
-        return one(reg(board, 13) + 4u * (op & 0xffu), 4, !(op & 0x0800u));
+        return one(reg(core, 13) + 4u * (op & 0xffu), 4, !(op & 0x0800u));
     if ((op & 0xfe00u) == 0xb400u) { /* PUSH */
         uint32_t bytes = 4u * (uint32_t)__builtin_popcount(op & 0x1ffu);
-        return one(reg(board, 13) - bytes, bytes ? bytes : 4, true);
+        return one(reg(core, 13) - bytes, bytes ? bytes : 4, true);
     }
     if ((op & 0xfe00u) == 0xbc00u) /* POP */
-        return one(reg(board, 13), 4u * (uint32_t)__builtin_popcount(op & 0x1ffu) + 4u, false);
+        return one(reg(core, 13), 4u * (uint32_t)__builtin_popcount(op & 0x1ffu) + 4u, false);
     if ((op & 0xf000u) == 0xc000u) /* STM, LDM */
-        return one(reg(board, op >> 8 & 7u), 4u * (uint32_t)__builtin_popcount(op & 0xffu) + 4u,
+        return one(reg(core, op >> 8 & 7u), 4u * (uint32_t)__builtin_popcount(op & 0xffu) + 4u,
                    !(op & 0x0800u));
     return none;
 }
 
-static struct access decode32(const struct hil_board *board, uint32_t pc, uint16_t a, uint16_t b)
+static struct access decode32(const struct hil_core *core, uint32_t pc, uint16_t a, uint16_t b)
 {
     const struct access none = {0};
     unsigned rn = a & 15u;
     bool load = (a & 0x10u) != 0;
-    uint32_t base = rn == 15 ? (pc + 4u) & ~3u : reg(board, rn);
+    uint32_t base = rn == 15 ? (pc + 4u) & ~3u : reg(core, rn);
     if ((a & 0xfe00u) == 0xf800u) { /* single */
         uint32_t bytes = 1u << (a >> 5 & 3u);
         if (bytes > 4)
@@ -74,7 +74,7 @@ static struct access decode32(const struct hil_board *board, uint32_t pc, uint16
                 offset = 0;
             return one((b & 0x0200u) ? base + offset : base - offset, bytes, !load);
         }
-        return one(base + (reg(board, b & 15u) << (b >> 4 & 3u)), bytes, !load);
+        return one(base + (reg(core, b & 15u) << (b >> 4 & 3u)), bytes, !load);
     }
     if ((a & 0xfe40u) == 0xe840u) { /* double, exclusive */
         uint32_t offset = 4u * (b & 0xffu);
@@ -97,16 +97,16 @@ static struct access decode32(const struct hil_board *board, uint32_t pc, uint16
     return none;
 }
 
-uint32_t hil_cpu_access_pc(const struct hil_board *board, uint32_t address, bool write)
+uint32_t hil_cpu_access_pc(const struct hil_core *core, uint32_t address, bool write)
 {
-    uint32_t start = board->state.cpu.block_address;
-    const uint8_t *code = hil_board_memory(board, start, board->state.cpu.block_size, false);
-    for (uint32_t i = 0; code && i + 2 <= board->state.cpu.block_size;) {
+    uint32_t start = core->state.cpu.block_address;
+    const uint8_t *code = hil_memory_at(core, start, core->state.cpu.block_size, false);
+    for (uint32_t i = 0; code && i + 2 <= core->state.cpu.block_size;) {
         uint16_t first = (uint16_t)(code[i] | code[i + 1] << 8);
-        bool wide = first >= 0xe800u && i + 4 <= board->state.cpu.block_size;
+        bool wide = first >= 0xe800u && i + 4 <= core->state.cpu.block_size;
         uint16_t second = wide ? (uint16_t)(code[i + 2] | code[i + 3] << 8) : 0;
-        struct access access = wide ? decode32(board, start + i, first, second)
-                                    : decode16(board, start + i, first);
+        struct access access = wide ? decode32(core, start + i, first, second)
+                                    : decode16(core, start + i, first);
         if (access.any && access.write == write && address >= access.low && address <= access.high)
             return start + i;
         i += wide ? 4 : 2;
@@ -114,26 +114,26 @@ uint32_t hil_cpu_access_pc(const struct hil_board *board, uint32_t address, bool
     return start;
 }
 
-bool hil_cpu_transfer_address(const struct hil_board *board, uint32_t pc, uint32_t *address)
+bool hil_cpu_transfer_address(const struct hil_core *core, uint32_t pc, uint32_t *address)
 {
-    const uint8_t *code = hil_board_memory(board, pc, 4, false);
+    const uint8_t *code = hil_memory_at(core, pc, 4, false);
     if (!code)
         return false;
     uint16_t first = (uint16_t)(code[0] | code[1] << 8), second = (uint16_t)(code[2] | code[3] << 8);
     unsigned base = first & 15u;
     struct access access;
     if ((first & 0xf000u) == 0xc000u) { /* STM, LDM */
-        access = decode16(board, pc, first);
+        access = decode16(core, pc, first);
     } else if (base == 13 || base == 15) {
         return false;
     } else if ((first & 0xfe40u) == 0xe800u) { /* LDM, STM */
-        access = decode32(board, pc, first, second);
+        access = decode32(core, pc, first, second);
     } else if ((first & 0xfe40u) == 0xe840u && ((first & 0x0120u) || !(first & 0x0080u))) {
-        access = decode32(board, pc, first, second); /* double; word exclusives */
+        access = decode32(core, pc, first, second); /* double; word exclusives */
     } else if ((first & 0xfe00u) == 0xec00u && (second >> 8 & 0xeu) == 0xau && (first & 0x01e0u) != 0x0040u) {
-        access = decode32(board, pc, first, second); /* of the floating-point unit */
+        access = decode32(core, pc, first, second); /* of the floating-point unit */
     } else if ((first & 0xff20u) == 0xed00u && (second >> 8 & 0xeu) == 0xau) {
-        access = decode32(board, pc, first, second);
+        access = decode32(core, pc, first, second);
     } else {
         return false;
     }

@@ -1,6 +1,6 @@
 #include "hil/core/nvic.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
 
 #define THREAD_GROUP 256
 
@@ -32,9 +32,9 @@ int hil_nvic_group(const struct hil_nvic *nvic, int priority)
     return priority < 0 ? priority : priority & ~((2 << nvic->prigroup) - 1) & 0xff;
 }
 
-void hil_nvic_update(struct hil_board *board)
+void hil_nvic_update(struct hil_core *core)
 {
-    struct hil_nvic *nvic = &board->state.nvic;
+    struct hil_nvic *nvic = &core->state.nvic;
     int best_priority = THREAD_GROUP;
     int active_group = THREAD_GROUP;
     nvic->best = 0;
@@ -58,51 +58,51 @@ void hil_nvic_update(struct hil_board *board)
         nvic->best_group = (int16_t)hil_nvic_group(nvic, best_priority);
     nvic->active_group = (int16_t)active_group;
     if (nvic->best && nvic->best_group < nvic->active_group)
-        hil_cpu_attend(board);
+        hil_core_attend(core);
 }
 
-void hil_nvic_pend(struct hil_board *board, unsigned exception)
+void hil_nvic_pend(struct hil_core *core, unsigned exception)
 {
-    put(board->state.nvic.pending, exception, true);
-    hil_nvic_update(board);
+    put(core->state.nvic.pending, exception, true);
+    hil_nvic_update(core);
 }
 
-void hil_nvic_unpend(struct hil_board *board, unsigned exception)
+void hil_nvic_unpend(struct hil_core *core, unsigned exception)
 {
-    put(board->state.nvic.pending, exception, false);
-    hil_nvic_update(board);
+    put(core->state.nvic.pending, exception, false);
+    hil_nvic_update(core);
 }
 
-void hil_irq_line(struct hil_board *board, unsigned irq, bool level)
+void hil_irq_line(struct hil_core *core, unsigned irq, bool level)
 {
-    hil_nvic_line(board, 16u + irq, level);
+    hil_nvic_line(core, 16u + irq, level);
 }
 
-void hil_nvic_line(struct hil_board *board, unsigned exception, bool level)
+void hil_nvic_line(struct hil_core *core, unsigned exception, bool level)
 {
-    struct hil_nvic *nvic = &board->state.nvic;
+    struct hil_nvic *nvic = &core->state.nvic;
     bool before = get(nvic->line, exception);
     if (level == before)
         return;
     put(nvic->line, exception, level);
     if (level)
-        hil_nvic_pend(board, exception);
+        hil_nvic_pend(core, exception);
 }
 
-void hil_nvic_activate(struct hil_board *board, unsigned exception)
+void hil_nvic_activate(struct hil_core *core, unsigned exception)
 {
-    put(board->state.nvic.active, exception, true);
-    put(board->state.nvic.pending, exception, false);
-    hil_nvic_update(board);
+    put(core->state.nvic.active, exception, true);
+    put(core->state.nvic.pending, exception, false);
+    hil_nvic_update(core);
 }
 
-void hil_nvic_deactivate(struct hil_board *board, unsigned exception)
+void hil_nvic_deactivate(struct hil_core *core, unsigned exception)
 {
-    struct hil_nvic *nvic = &board->state.nvic;
+    struct hil_nvic *nvic = &core->state.nvic;
     put(nvic->active, exception, false);
     if (get(nvic->line, exception))
         put(nvic->pending, exception, true);
-    hil_nvic_update(board);
+    hil_nvic_update(core);
 }
 
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception)
@@ -127,9 +127,9 @@ static void window_put(uint32_t *set, unsigned n, uint32_t bits, bool on)
     }
 }
 
-bool hil_nvic_read(struct hil_board *board, uint32_t offset, unsigned size, uint32_t *value)
+bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
 {
-    struct hil_nvic *nvic = &board->state.nvic;
+    struct hil_nvic *nvic = &core->state.nvic;
     if (offset >= 0x400u && offset + size <= 0x400u + 4u * ((HIL_INTERRUPTS + 3u) / 4u)) {
         *value = 0;
         for (unsigned i = 0; i < size; i++) {
@@ -159,16 +159,16 @@ bool hil_nvic_read(struct hil_board *board, uint32_t offset, unsigned size, uint
     }
 }
 
-bool hil_nvic_write(struct hil_board *board, uint32_t offset, unsigned size, uint32_t value)
+bool hil_nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
 {
-    struct hil_nvic *nvic = &board->state.nvic;
+    struct hil_nvic *nvic = &core->state.nvic;
     if (offset >= 0x400u && offset + size <= 0x400u + 4u * ((HIL_INTERRUPTS + 3u) / 4u)) {
         for (unsigned i = 0; i < size; i++) {
             unsigned irq = offset - 0x400u + i;
             if (irq < HIL_INTERRUPTS)
                 nvic->priority[16u + irq] = (int16_t)(value >> (8u * i) & 0xf0u);
         }
-        hil_nvic_update(board);
+        hil_nvic_update(core);
         return true;
     }
     unsigned n = (offset & 0x7fu) / 4u;
@@ -196,6 +196,6 @@ bool hil_nvic_write(struct hil_board *board, uint32_t offset, unsigned size, uin
     default:
         return false;
     }
-    hil_nvic_update(board);
+    hil_nvic_update(core);
     return true;
 }

@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 #define HIL_INTERRUPTS 82u /* STM32F40x */
 #define HIL_EXCEPTIONS (16u + HIL_INTERRUPTS)
@@ -64,23 +64,23 @@ struct hil_nvic {
 
 void hil_nvic_reset(struct hil_nvic *nvic);
 /* Recompute what is best and what runs; to be called after any change of the sets or priorities. */
-void hil_nvic_update(struct hil_board *board);
-void hil_nvic_pend(struct hil_board *board, unsigned exception);
-void hil_nvic_unpend(struct hil_board *board, unsigned exception);
+void hil_nvic_update(struct hil_core *core);
+void hil_nvic_pend(struct hil_core *core, unsigned exception);
+void hil_nvic_unpend(struct hil_core *core, unsigned exception);
 /* A peripheral drives its interrupt line; a line that is high when its handler returns pends again. */
-void hil_irq_line(struct hil_board *board, unsigned irq, bool level);
+void hil_irq_line(struct hil_core *core, unsigned irq, bool level);
 /* The same for an exception by its number (clock security holds NMI). */
-void hil_nvic_line(struct hil_board *board, unsigned exception, bool level);
+void hil_nvic_line(struct hil_core *core, unsigned exception, bool level);
 /* Mark taken / finished. */
-void hil_nvic_activate(struct hil_board *board, unsigned exception);
-void hil_nvic_deactivate(struct hil_board *board, unsigned exception);
+void hil_nvic_activate(struct hil_core *core, unsigned exception);
+void hil_nvic_deactivate(struct hil_core *core, unsigned exception);
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 /* Group priority of a priority value under PRIGROUP. */
 int hil_nvic_group(const struct hil_nvic *nvic, int priority);
 
 /* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no such
  * register. */
-bool hil_nvic_read(struct hil_board *board, uint32_t offset, unsigned size, uint32_t *value);
-bool hil_nvic_write(struct hil_board *board, uint32_t offset, unsigned size, uint32_t value);
+bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value);
+bool hil_nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value);
 
 #endif

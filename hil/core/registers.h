@@ -41,7 +41,7 @@ const struct hil_register_set *hil_registers_all(size_t *count);
 const struct hil_register *hil_register_at(const struct hil_register_set *set, uint32_t offset);
 /* Why silicon would not do what this write asks, as text in static storage; NULL: it may go on. */
 const char *hil_register_objection(const struct hil_register *r, uint32_t value);
-/* The whole of what is not modelled, as text. */
-void hil_registers_print(FILE *file);
+/* The whole of what is not modelled, as text; `is_modelled` says whether there is a peripheral at a base address at all. */
+void hil_registers_print(FILE *file, bool (*is_modelled)(uint32_t base));
 
 #endif

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 struct hil_scb {
     uint32_t vtor, scr, ccr, cfsr, hfsr, mmfar, bfar, cpacr;
@@ -16,7 +16,7 @@ struct hil_scb {
 
 void hil_scb_reset(struct hil_scb *scb);
 /* Anything from 0xE0000000 to 0xE00FFFFF; hands on to NVIC and SysTick. */
-uint32_t hil_scb_read(struct hil_board *board, uint32_t address, unsigned size);
-void hil_scb_write(struct hil_board *board, uint32_t address, unsigned size, uint32_t value);
+uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size);
+void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 
 #endif

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 #define HIL_STUCK_MAX 8u
 
@@ -20,8 +20,8 @@ struct hil_stuck {
 };
 
 /* From now on. False: no more room. */
-bool hil_stuck_add(struct hil_board *board, uint32_t address, unsigned bit, bool level);
+bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
 /* After a snapshot was restored: look at loads, if there is something to see. */
-void hil_stuck_look(struct hil_board *board);
+void hil_stuck_look(struct hil_core *core);
 
 #endif

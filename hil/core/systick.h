@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 struct hil_systick {
     uint32_t ctrl;       /* ENABLE, TICKINT, CLKSOURCE, COUNTFLAG (bit 16) */
@@ -14,8 +14,9 @@ struct hil_systick {
     uint64_t zero_cycle; /* while running: when the counter next becomes 0 */
 };
 
-uint32_t hil_systick_read(struct hil_board *board, uint32_t offset);
-void hil_systick_write(struct hil_board *board, uint32_t offset, uint32_t value);
-void hil_systick_event(struct hil_board *board, uint64_t at);
+void hil_systick_create(struct hil_core *core);
+void hil_systick_reset(struct hil_core *core);
+uint32_t hil_systick_read(struct hil_core *core, uint32_t offset);
+void hil_systick_write(struct hil_core *core, uint32_t offset, uint32_t value);
 
 #endif

@@ -3,49 +3,50 @@
 #include <string.h>
 #include <unicorn/unicorn.h>
 
-#include "hil/board/machine.h"
+#include "hil/board/board.h"
+#include "hil/board/parts.h"
 
 #define XPSR_NUMBER 0x1ffu
 #define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR /* faults and SVCall are taken by the instruction itself */
+
+/* The debugger that is attached, or NULL. */
+static struct hil_debug *debugger_of(const struct hil_board *board) { return board->core.onlookers.debugger_who; }
 
 static unsigned depth(const struct hil_board *board)
 {
     unsigned active = 0;
     for (unsigned w = 0; w < HIL_EXCEPTION_WORDS; w++)
-        active += (unsigned)__builtin_popcount(board->state.nvic.active[w]);
+        active += (unsigned)__builtin_popcount(board->core.state.nvic.active[w]);
     return active;
-}
-
-void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
-{
-    *debug = (struct hil_debug){.hold = HIL_HOLD_ASKED};
-    board->debug = debug;
 }
 
 void hil_debug_detach(struct hil_board *board)
 {
-    struct hil_debug *d = board->debug;
+    struct hil_debug *d = debugger_of(board);
     for (unsigned i = 0; d && i < HIL_WATCHPOINTS; i++) {
         if (d->watch[i].size)
             hil_debug_watch(board, d->watch[i].kind, d->watch[i].address, d->watch[i].size, false);
     }
-    board->debug = NULL;
+    board->core.onlookers.debugger = NULL;
+    board->core.onlookers.debugger_who = NULL;
 }
 
 void hil_debug_hold(struct hil_board *board, enum hil_hold why)
 {
-    board->debug->hold = why;
-    board->debug->stepping = false;
+    struct hil_debug *d = debugger_of(board);
+    d->hold = why;
+    d->stepping = false;
 }
 
 bool hil_debug_holds(const struct hil_board *board)
 {
-    return board->debug && board->debug->hold != HIL_HOLD_NONE;
+    const struct hil_debug *d = debugger_of(board);
+    return d && d->hold != HIL_HOLD_NONE;
 }
 
 static void go_on(struct hil_board *board)
 {
-    struct hil_debug *d = board->debug;
+    struct hil_debug *d = debugger_of(board);
     uint32_t pc = hil_board_register(board, 15) & ~1u;
     if (d->hold == HIL_HOLD_BKPT) /* the instruction has said what it has to say */
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
@@ -55,15 +56,17 @@ static void go_on(struct hil_board *board)
     d->fresh_pc = pc;
 }
 
+void hil_debug_reset(struct hil_board *board) { hil_board_reset(board); }
+
 void hil_debug_run(struct hil_board *board)
 {
     go_on(board);
-    board->debug->stepping = false;
+    debugger_of(board)->stepping = false;
 }
 
 void hil_debug_step(struct hil_board *board, uint32_t low, uint32_t high)
 {
-    struct hil_debug *d = board->debug;
+    struct hil_debug *d = debugger_of(board);
     go_on(board);
     d->stepping = true;
     d->stepped = false;
@@ -74,7 +77,7 @@ void hil_debug_step(struct hil_board *board, uint32_t low, uint32_t high)
 
 enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool set)
 {
-    struct hil_debug *d = board->debug;
+    struct hil_debug *d = debugger_of(board);
     unsigned i = 0;
     address &= ~1u;
     while (i < d->breakpoints && d->breakpoint[i] != address)
@@ -92,7 +95,7 @@ enum mr_status hil_debug_break(struct hil_board *board, uint32_t address, bool s
 static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value, void *user)
 {
     struct hil_board *board = user;
-    struct hil_debug *d = board->debug;
+    struct hil_debug *d = debugger_of(board);
     bool write = type == UC_MEM_WRITE;
     (void)uc;
     (void)value;
@@ -105,7 +108,7 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
             d->watch_hit = true;
             d->watch_kind = w->kind;
             d->watch_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;
-            d->watch_pc = hil_cpu_access_pc(board, (uint32_t)address, write);
+            d->watch_pc = hil_cpu_access_pc(&board->core, (uint32_t)address, write);
             return;
         }
     }
@@ -123,8 +126,8 @@ static struct hil_watchpoint *find_watch(struct hil_debug *d, enum hil_watch kin
 enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uint32_t address, uint32_t size,
                                bool set)
 {
-    struct hil_watchpoint *there = find_watch(board->debug, kind, address, size);
-    struct hil_watchpoint *place = find_watch(board->debug, kind, 0, 0);
+    struct hil_watchpoint *there = find_watch(debugger_of(board), kind, address, size);
+    struct hil_watchpoint *place = find_watch(debugger_of(board), kind, 0, 0);
     if (!size || (set && !there && !place))
         return MR_FULL;
     if (set == (there != NULL))
@@ -136,16 +139,16 @@ enum mr_status hil_debug_watch(struct hil_board *board, enum hil_watch kind, uin
                     : kind == HIL_WATCH_READ ? UC_HOOK_MEM_READ
                                              : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
         uint64_t low = address < 8 ? 0 : address - 8u;
-        if (uc_hook_add(board->uc, &place->hook[0], types, (void *)(uintptr_t)on_access, board, low,
+        if (uc_hook_add(board->core.uc, &place->hook[0], types, (void *)(uintptr_t)on_access, board, low,
                         (uint64_t)address + size - 1u) != UC_ERR_OK) {
             place->size = 0;
             return MR_FULL;
         }
     } else {
-        uc_hook_del(board->uc, there->hook[0]);
+        uc_hook_del(board->core.uc, there->hook[0]);
         there->size = 0;
     }
-    hil_cpu_forget_code(board); /* translated code has the look-out built in, or has not */
+    hil_cpu_forget_code(&board->core); /* translated code has the look-out built in, or has not */
     return MR_OK;
 }
 
@@ -161,19 +164,20 @@ static bool breaks_in(const struct hil_debug *d, uint32_t address, uint32_t size
 /* Whether a step looks at what runs now: not at the handlers of interrupts it goes over. */
 static bool step_sees(const struct hil_board *board)
 {
-    const struct hil_debug *d = board->debug;
+    const struct hil_debug *d = debugger_of(board);
     return d->step_into_interrupts || depth(board) <= d->step_depth
            || (hil_board_register(board, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 
-bool hil_debug_wants(const struct hil_board *board, uint32_t address, uint32_t size)
+static bool wants(const void *who, uint32_t address, uint32_t size)
 {
-    return breaks_in(board->debug, address, size) || (board->debug->stepping && step_sees(board));
+    const struct hil_debug *d = who;
+    return breaks_in(d, address, size) || (d->stepping && step_sees(d->board));
 }
 
 static bool step_is_done(struct hil_board *board, uint32_t pc)
 {
-    struct hil_debug *d = board->debug;
+    struct hil_debug *d = debugger_of(board);
     if (!d->stepping || !step_sees(board))
         return false;
     if (!d->stepped) {
@@ -183,11 +187,10 @@ static bool step_is_done(struct hil_board *board, uint32_t pc)
     return !(pc >= d->step_low && pc < d->step_high && depth(board) == d->step_depth);
 }
 
-bool hil_debug_stops_before(struct hil_board *board, uint32_t pc)
+static bool stops_before(void *who, uint32_t pc)
 {
-    struct hil_debug *d = board->debug;
-    if (!d)
-        return false; /* detached inside a block: to its end */
+    struct hil_debug *d = who;
+    struct hil_board *board = d->board;
     bool goes_on = d->fresh && d->fresh_pc == pc;
     d->fresh = false;
     if (d->watch_hit && !goes_on)
@@ -197,6 +200,41 @@ bool hil_debug_stops_before(struct hil_board *board, uint32_t pc)
     else if (step_is_done(board, pc))
         hil_debug_hold(board, HIL_HOLD_STEP);
     return d->hold != HIL_HOLD_NONE;
+}
+
+static bool holds(const void *who)
+{
+    const struct hil_debug *d = who;
+    return d->hold != HIL_HOLD_NONE;
+}
+
+static bool is_hit(const void *who)
+{
+    const struct hil_debug *d = who;
+    return d->watch_hit;
+}
+
+static void hold_hit(void *who)
+{
+    const struct hil_debug *d = who;
+    hil_debug_hold(d->board, HIL_HOLD_WATCHPOINT);
+}
+
+static void hold_bkpt(void *who)
+{
+    const struct hil_debug *d = who;
+    hil_debug_hold(d->board, HIL_HOLD_BKPT);
+}
+
+static const struct hil_debugger_calls calls = {
+    .holds = holds, .hit = is_hit, .hold_hit = hold_hit, .hold_bkpt = hold_bkpt, .wants = wants, .stops_before = stops_before,
+};
+
+void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
+{
+    *debug = (struct hil_debug){.board = board, .hold = HIL_HOLD_ASKED};
+    board->core.onlookers.debugger_who = debug;
+    board->core.onlookers.debugger = &calls;
 }
 
 static int unicorn_register(unsigned number)
@@ -215,67 +253,70 @@ static int unicorn_register(unsigned number)
 uint64_t hil_debug_read_register(const struct hil_board *board, unsigned number)
 {
     uint64_t value = 0;
-    uc_reg_read(board->uc, unicorn_register(number), &value);
+    uc_reg_read(board->core.uc, unicorn_register(number), &value);
     return number == HIL_REG_PC ? value & ~1ull : value;
 }
 
 void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t value)
 {
-    struct hil_cpu *cpu = &board->state.cpu;
+    struct hil_cpu *cpu = &board->core.state.cpu;
     if (number == HIL_REG_PC) {
         if (cpu->walking)
-            hil_cpu_leave_block(board);
+            hil_cpu_leave_block(&board->core);
         cpu->asleep = false;
         value |= 1u;
     }
     if (number == HIL_REG_XPSR) {
         /* Flags only: mode and T bit are not the debugger's, and writing more would move the stack. */
         uint32_t flags = (uint32_t)value;
-        uc_reg_write(board->uc, UC_ARM_REG_APSR_NZCVQG, &flags);
+        uc_reg_write(board->core.uc, UC_ARM_REG_APSR_NZCVQG, &flags);
         return;
     }
-    uc_reg_write(board->uc, unicorn_register(number), &value);
+    uc_reg_write(board->core.uc, unicorn_register(number), &value);
 }
 
 /* What a look at a peripheral register must leave as it was. */
 struct bystander {
+    struct hil_core_state core;
     struct hil_state state;
     struct hil_callbacks callbacks;
     FILE *trace;
-    struct hil_vcd *vcd;
+    const struct hil_tracer_calls *tracer;
     struct hil_access access;
     uint64_t limit_cycle;
-    bool stopped, reset_request;
-    uint32_t reset_flags;
-    char reason[sizeof ((struct hil_board *)0)->reason];
+    bool stopped;
+    struct hil_reset reset;
+    char reason[sizeof ((struct hil_core *)0)->reason];
 };
 
 static void remember(const struct hil_board *board, struct bystander *b)
 {
+    const struct hil_core *core = &board->core;
+    b->core = core->state;
     b->state = board->state;
-    b->callbacks = board->callbacks;
-    b->trace = board->options.trace;
-    b->vcd = board->vcd;
-    b->access = board->access;
-    b->limit_cycle = board->limit_cycle;
-    b->stopped = board->stopped;
-    b->reset_request = board->reset_request;
-    b->reset_flags = board->reset_flags;
-    memcpy(b->reason, board->reason, sizeof b->reason);
+    b->callbacks = board->lines.callbacks;
+    b->trace = core->trace;
+    b->tracer = core->onlookers.tracer;
+    b->access = core->bus.access;
+    b->limit_cycle = core->limit_cycle;
+    b->stopped = core->stopped;
+    b->reset = core->reset;
+    memcpy(b->reason, core->reason, sizeof b->reason);
 }
 
 static void forget(struct hil_board *board, const struct bystander *b)
 {
+    struct hil_core *core = &board->core;
+    core->state = b->core;
     board->state = b->state;
-    board->callbacks = b->callbacks;
-    board->options.trace = b->trace;
-    board->vcd = b->vcd;
-    board->access = b->access;
-    board->limit_cycle = b->limit_cycle;
-    board->stopped = b->stopped;
-    board->reset_request = b->reset_request;
-    board->reset_flags = b->reset_flags;
-    memcpy(board->reason, b->reason, sizeof b->reason);
+    board->lines.callbacks = b->callbacks;
+    core->trace = b->trace;
+    core->onlookers.tracer = b->tracer;
+    core->bus.access = b->access;
+    core->limit_cycle = b->limit_cycle;
+    core->stopped = b->stopped;
+    core->reset = b->reset;
+    memcpy(core->reason, b->reason, sizeof b->reason);
 }
 
 static bool is_bus(uint32_t address)
@@ -297,17 +338,17 @@ enum mr_status hil_debug_read(struct hil_board *board, uint32_t address, uint8_t
     if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
         return MR_UNKNOWN;
     remember(board, &before);
-    board->callbacks = (struct hil_callbacks){0};
-    board->options.trace = NULL;
-    board->vcd = NULL;
-    board->stopped = false;
-    for (size_t i = 0; i < n && !board->stopped;) {
+    board->lines.callbacks = (struct hil_callbacks){0};
+    board->core.trace = NULL;
+    board->core.onlookers.tracer = NULL;
+    board->core.stopped = false;
+    for (size_t i = 0; i < n && !board->core.stopped;) {
         unsigned size = access_size(address + (uint32_t)i, n - i);
-        uint32_t value = hil_bus_read(board, address + (uint32_t)i, size);
+        uint32_t value = hil_bus_read(&board->core, address + (uint32_t)i, size);
         memcpy(out + i, &value, size);
         i += size;
     }
-    enum mr_status status = board->stopped ? MR_UNKNOWN : MR_OK;
+    enum mr_status status = board->core.stopped ? MR_UNKNOWN : MR_OK;
     forget(board, &before);
     return status;
 }
@@ -320,14 +361,14 @@ enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const 
     if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
         return MR_UNKNOWN;
     remember(board, &before);
-    for (size_t i = 0; i < n && !board->stopped;) {
+    for (size_t i = 0; i < n && !board->core.stopped;) {
         uint32_t value = 0;
         unsigned size = access_size(address + (uint32_t)i, n - i);
         memcpy(&value, bytes + i, size);
-        hil_bus_write(board, address + (uint32_t)i, size, value);
+        hil_bus_write(&board->core, address + (uint32_t)i, size, value);
         i += size;
     }
-    if (!board->stopped || before.stopped)
+    if (!board->core.stopped || before.stopped)
         return MR_OK;
     forget(board, &before);
     return MR_UNKNOWN;

@@ -39,6 +39,7 @@ struct hil_watchpoint {
 };
 
 struct hil_debug {
+    struct hil_board *board;             /* that it is attached to */
     enum hil_hold hold;
     uint32_t breakpoint[HIL_BREAKPOINTS];
     unsigned breakpoints;
@@ -95,9 +96,5 @@ enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const 
 
 /* The probe's reset line: at once, while the board is held. */
 void hil_debug_reset(struct hil_board *board);
-
-/* Of the core: must this block be walked through; is the instruction at pc not to be run now? */
-bool hil_debug_wants(const struct hil_board *board, uint32_t address, uint32_t size);
-bool hil_debug_stops_before(struct hil_board *board, uint32_t pc);
 
 #endif

@@ -51,6 +51,7 @@ struct hil_pin_time {
 };
 
 struct hil_pin_times {
+    struct hil_board *board;
     const struct hil_pin_rule *rules;
     unsigned count;
     struct hil_pin_time of[HIL_PIN_RULES]; /* in the order of the rules */
@@ -64,8 +65,5 @@ struct hil_pin_times {
 /* Watch a board from now on, until it is destroyed; `rules` and `times` outlive it. Before its first hil_board_run_until.
  * `times` is zero, or what an earlier board with the same image has left. At most HIL_PIN_RULES rules. */
 void hil_pin_times_watch(struct hil_board *board, struct hil_pin_times *times, const struct hil_pin_rule *rules, unsigned count);
-/* Of the core: must this block be walked through; a store has changed this port. */
-bool hil_pin_times_wants(const struct hil_pin_times *times, uint32_t address, uint32_t size);
-void hil_pin_times_stored(struct hil_board *board, unsigned port);
 
 #endif

@@ -3,7 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "hil/board/machine.h"
+#include "hil/board/board.h"
+#include "hil/board/parts.h"
 
 #define HASH_BITS 15u
 #define BLOCKS_MAX (1u << (HASH_BITS - 1))
@@ -15,6 +16,7 @@ struct block {
 };
 
 struct hil_profile {
+    const struct hil_core *core;
     struct block block[BLOCKS_MAX]; /* 0: all that found no room */
     uint32_t blocks;
     uint16_t hash[1u << HASH_BITS]; /* numbers; 0: free */
@@ -106,10 +108,10 @@ enum hil_kind hil_profile_kind(uint16_t first, uint16_t second)
 
 static uint16_t halfword(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
 
-static struct block look_at(const struct hil_board *board, uint32_t address, uint32_t size)
+static struct block look_at(const struct hil_core *core, uint32_t address, uint32_t size)
 {
     struct block block = {.address = address, .size = size};
-    const uint8_t *code = hil_board_memory(board, address, size, false);
+    const uint8_t *code = hil_memory_at(core, address, size, false);
     for (uint32_t i = 0; code && i + 2 <= size; block.instructions++) {
         uint16_t first = halfword(code + i);
         bool wide = first >= 0xe800u;
@@ -122,27 +124,9 @@ static struct block look_at(const struct hil_board *board, uint32_t address, uin
     return block;
 }
 
-void hil_profile_begin(struct hil_board *board)
+static uint32_t number_of(void *who, uint32_t address, uint32_t size)
 {
-    board->profile = calloc(1, sizeof *board->profile);
-    if (!board->profile)
-        abort();
-    board->profile->blocks = 1;
-    hil_profile_exception(board, hil_board_register(board, 16) & 0x1ffu);
-    hil_cpu_forget_code(board); /* blocks have no numbers yet */
-}
-
-void hil_profile_end(struct hil_board *board)
-{
-    for (unsigned i = 0; board->profile && i < HIL_EXCEPTIONS; i++)
-        free(board->profile->runs[i]);
-    free(board->profile);
-    board->profile = NULL;
-}
-
-uint32_t hil_profile_block(struct hil_board *board, uint32_t address, uint32_t size)
-{
-    struct hil_profile *profile = board->profile;
+    struct hil_profile *profile = who;
     uint32_t slot = ((address >> 1) * 0x9e3779b1u ^ size * 0x85ebca6bu) >> (32u - HASH_BITS);
     for (; profile->hash[slot]; slot = (slot + 1u) & ((1u << HASH_BITS) - 1u)) {
         const struct block *block = &profile->block[profile->hash[slot]];
@@ -152,29 +136,62 @@ uint32_t hil_profile_block(struct hil_board *board, uint32_t address, uint32_t s
     if (profile->blocks == BLOCKS_MAX)
         return 0;
     uint32_t number = profile->blocks++;
-    profile->block[number] = look_at(board, address, size);
+    profile->block[number] = look_at(profile->core, address, size);
     profile->hash[slot] = (uint16_t)number;
     return number;
 }
 
-void hil_profile_count(struct hil_board *board, uint32_t number, uint32_t instructions)
+static void count(void *who, uint32_t number, uint32_t instructions)
 {
-    struct hil_profile *profile = board->profile;
+    struct hil_profile *profile = who;
     if (number && instructions == (profile->block[number].instructions & 0xffu))
         profile->runs[profile->exception][number]++;
     else
         profile->part[profile->exception] += instructions;
 }
 
-void hil_profile_exception(struct hil_board *board, unsigned exception)
+static void enter(void *who, unsigned exception)
 {
-    struct hil_profile *profile = board->profile;
+    struct hil_profile *profile = who;
     profile->exception = exception < HIL_EXCEPTIONS ? exception : 0;
     if (profile->runs[profile->exception])
         return;
     profile->runs[profile->exception] = calloc(BLOCKS_MAX, sizeof(uint64_t));
     if (!profile->runs[profile->exception])
         abort();
+}
+
+static void end(void *who)
+{
+    struct hil_profile *profile = who;
+    for (unsigned i = 0; i < HIL_EXCEPTIONS; i++)
+        free(profile->runs[i]);
+    free(profile);
+}
+
+static const struct hil_profiler_calls calls = {.block = number_of, .count = count, .exception = enter, .end = end};
+
+static struct hil_profile *profile_of(const struct hil_board *board) { return board->core.onlookers.profiler_who; }
+
+void hil_profile_begin(struct hil_board *board)
+{
+    struct hil_profile *profile = calloc(1, sizeof *profile);
+    if (!profile)
+        abort();
+    profile->core = &board->core;
+    profile->blocks = 1;
+    board->core.onlookers.profiler_who = profile;
+    board->core.onlookers.profiler = &calls;
+    enter(profile, hil_board_register(board, 16) & 0x1ffu);
+    hil_cpu_forget_code(&board->core); /* blocks have no numbers yet */
+}
+
+void hil_profile_end(struct hil_board *board)
+{
+    if (profile_of(board))
+        end(profile_of(board));
+    board->core.onlookers.profiler = NULL;
+    board->core.onlookers.profiler_who = NULL;
 }
 
 /* --- the report --- */
@@ -218,7 +235,7 @@ static void level_name(const struct hil_board *board, const struct hil_symbols *
         snprintf(text, size, "thread");
         return;
     }
-    hil_board_peek(board, board->state.scb.vtor + 4u * exception, &vector, 4);
+    hil_board_peek(board, board->core.state.scb.vtor + 4u * exception, &vector, 4);
     const struct hil_symbol *symbol = hil_symbols_at(symbols, vector & ~1u);
     snprintf(text, size, "exception %u %s", exception, symbol ? symbol->name : "");
 }
@@ -228,7 +245,7 @@ static void print_levels(const struct hil_board *board, const struct hil_symbols
     fputs("\nby level\n   instructions       %  level\n", file);
     for (unsigned i = 0; i < HIL_EXCEPTIONS; i++) {
         char name[96];
-        uint64_t n = total_of(board->profile, i);
+        uint64_t n = total_of(profile_of(board), i);
         if (!n)
             continue;
         level_name(board, symbols, i, name, sizeof name);
@@ -288,7 +305,7 @@ static struct row *collect(const struct hil_profile *profile, const struct hil_s
 
 enum mr_status hil_profile_print(const struct hil_board *board, const struct hil_symbols *symbols, FILE *file)
 {
-    const struct hil_profile *profile = board->profile;
+    const struct hil_profile *profile = profile_of(board);
     const struct hil_counters *c = hil_board_counters(board);
     uint64_t total = 0;
     size_t count;

@@ -13,7 +13,6 @@
 #include "hil/symbols.h"
 
 struct hil_board;
-struct hil_profile;
 
 enum hil_kind {
     HIL_KIND_ALU,      /* moves, arithmetic, logic, shifts, bit fields, comparisons, IT */
@@ -39,11 +38,5 @@ void hil_profile_begin(struct hil_board *board);
 void hil_profile_end(struct hil_board *board);
 /* The counts so far as text. MR_IO when not all could be written. */
 enum mr_status hil_profile_print(const struct hil_board *board, const struct hil_symbols *symbols, FILE *file);
-
-/* For the core. The number of a block; `instructions` of block `number` have run, `whole`: all of it; the core goes
- * to another exception (0: thread). */
-uint32_t hil_profile_block(struct hil_board *board, uint32_t address, uint32_t size);
-void hil_profile_count(struct hil_board *board, uint32_t number, uint32_t instructions);
-void hil_profile_exception(struct hil_board *board, unsigned exception);
 
 #endif

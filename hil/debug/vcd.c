@@ -6,7 +6,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "hil/board/machine.h"
+#include "hil/board/board.h"
+#include "hil/board/parts.h"
 
 #define FUNCTIONS_MAX 64u
 #define LANES_MAX 192u
@@ -44,6 +45,7 @@ struct function {
 };
 
 struct hil_vcd {
+    struct hil_board *board;
     FILE *file;
     char *path;
     uint64_t t_ns;
@@ -74,7 +76,7 @@ static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *boar
 {
     uint32_t vector[HIL_EXCEPTIONS], shared = 0;
     unsigned most = 2;
-    memcpy(vector, board->memory->flash, sizeof vector);
+    memcpy(vector, board->core.memory->flash, sizeof vector);
     for (unsigned i = 2; i < HIL_EXCEPTIONS; i++) {
         unsigned same = 0;
         for (unsigned k = 2; k < HIL_EXCEPTIONS; k++)
@@ -99,9 +101,19 @@ static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *boar
     fputs("$upscope $end\n", vcd->file);
 }
 
+static bool marks(const void *who, uint32_t address)
+{
+    const struct hil_vcd *vcd = who;
+    for (unsigned i = 0; i < vcd->marks; i++) {
+        if (vcd->mark[i] == address)
+            return true;
+    }
+    return false;
+}
+
 static void add_mark(struct hil_vcd *vcd, uint32_t address)
 {
-    if (!hil_vcd_marks(vcd, address) && vcd->marks < MARKS_MAX)
+    if (!marks(vcd, address) && vcd->marks < MARKS_MAX)
         vcd->mark[vcd->marks++] = address;
 }
 
@@ -181,14 +193,14 @@ static void set_value(struct hil_vcd *vcd, unsigned lane, uint32_t value, uint64
 
 static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LANES])
 {
-    const struct hil_state *state = &board->state;
-    value[0] = hil_gpio_level(board, 3, 12);
-    value[1] = hil_gpio_level(board, 3, 13);
-    value[2] = hil_gpio_level(board, 0, 15);
-    value[3] = hil_gpio_level(board, 4, 0);
+    const struct hil_core_state *state = &board->core.state;
+    value[0] = hil_board_pin(board, 3, 12);
+    value[1] = hil_board_pin(board, 3, 13);
+    value[2] = hil_board_pin(board, 0, 15);
+    value[3] = hil_board_pin(board, 4, 0);
     value[4] = state->events.at_cycle[HIL_EVENT_ADC1] != HIL_NEVER;
     value[5] = state->events.at_cycle[HIL_EVENT_ADC3] != HIL_NEVER;
-    value[6] = state->can.phase == HIL_CAN_FRAME;
+    value[6] = board->state.mcu.can.phase == HIL_CAN_FRAME;
     value[7] = state->events.at_cycle[HIL_EVENT_USART_TX] != HIL_NEVER;
     value[8] = state->events.at_cycle[HIL_EVENT_USART_RX] != HIL_NEVER;
     value[9] = state->cpu.asleep;
@@ -197,72 +209,65 @@ static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LAN
     value[12] = state->clock.hclk_hz;
 }
 
-void hil_vcd_sample(struct hil_board *board, uint64_t at)
+static void sample(void *who, uint64_t at)
 {
-    struct hil_vcd *vcd = board->vcd;
+    struct hil_vcd *vcd = who;
+    const struct hil_board *board = vcd->board;
     uint32_t value[FIXED_LANES];
-    uint64_t t_ns = hil_clock_ps(&board->state.clock, at) / HIL_NS_PS;
+    uint64_t t_ns = hil_clock_ps(&board->core.state.clock, at) / HIL_NS_PS;
     fixed_values(board, value);
     for (unsigned i = 0; i < FIXED_LANES; i++)
         set_value(vcd, i, value[i], t_ns);
     for (unsigned i = 0; i < vcd->exceptions; i++)
-        set_value(vcd, FIXED_LANES + i, hil_nvic_is_active(&board->state.nvic, vcd->exception[i]), t_ns);
+        set_value(vcd, FIXED_LANES + i, hil_nvic_is_active(&board->core.state.nvic, vcd->exception[i]), t_ns);
 }
 
-static void set_function(struct hil_board *board, unsigned i, bool active)
+static void set_function(struct hil_vcd *vcd, unsigned i, bool active)
 {
-    struct hil_vcd *vcd = board->vcd;
     vcd->function[i].active = active;
-    set_value(vcd, FIXED_LANES + vcd->exceptions + i, active, hil_board_now_ps(board) / HIL_NS_PS);
+    set_value(vcd, FIXED_LANES + vcd->exceptions + i, active, hil_board_now_ps(vcd->board) / HIL_NS_PS);
 }
 
-void hil_vcd_exception(struct hil_board *board)
+static void on_exception(void *who)
 {
-    struct hil_vcd *vcd = board->vcd;
-    bool reset = board->state.counters.resets != vcd->value[11];
-    hil_vcd_sample(board, hil_now(board));
+    struct hil_vcd *vcd = who;
+    const struct hil_board *board = vcd->board;
+    bool reset = board->core.state.counters.resets != vcd->value[11];
+    sample(vcd, hil_now(&board->core));
     for (unsigned i = 0; i < vcd->functions; i++) {
         const struct function *f = &vcd->function[i];
-        if (f->active && (reset || (f->exception && !hil_nvic_is_active(&board->state.nvic, f->exception))))
-            set_function(board, i, false);
+        if (f->active && (reset || (f->exception && !hil_nvic_is_active(&board->core.state.nvic, f->exception))))
+            set_function(vcd, i, false);
     }
 }
 
-void hil_vcd_block(struct hil_board *board, uint32_t address)
+static void on_block(void *who, uint32_t address)
 {
-    struct hil_vcd *vcd = board->vcd;
+    struct hil_vcd *vcd = who;
+    struct hil_board *board = vcd->board;
     uint32_t sp = hil_board_register(board, 13);
     for (unsigned i = 0; i < vcd->functions; i++) {
         struct function *f = &vcd->function[i];
         if (f->active && f->returns_to == address && sp >= f->sp)
-            set_function(board, i, false);
+            set_function(vcd, i, false);
         if (!f->active && f->entry == address) {
             f->returns_to = hil_board_register(board, 14);
             f->sp = sp;
             f->exception = hil_board_register(board, 16) & 0x1ffu;
-            set_function(board, i, true);
+            set_function(vcd, i, true);
             if (f->returns_to >= EXC_RETURN)
                 continue; /* a handler: it ends with its exception */
             f->returns_to &= ~1u;
             add_mark(vcd, f->returns_to);
-            hil_cpu_inspect_again(board, f->returns_to);
+            hil_cpu_inspect_again(&board->core, f->returns_to);
         }
     }
 }
 
-bool hil_vcd_marks(const struct hil_vcd *vcd, uint32_t address)
+static void begin(struct hil_vcd *vcd)
 {
-    for (unsigned i = 0; i < vcd->marks; i++) {
-        if (vcd->mark[i] == address)
-            return true;
-    }
-    return false;
-}
-
-static void begin(struct hil_board *board)
-{
-    struct hil_vcd *vcd = board->vcd;
-    hil_vcd_sample(board, hil_now(board)); /* the values of now, not yet written */
+    const struct hil_board *board = vcd->board;
+    sample(vcd, hil_now(&board->core)); /* the values of now, not yet written */
     vcd->begun = true;
     vcd->t_ns = hil_board_now_ps(board) / HIL_NS_PS;
     fprintf(vcd->file, "#%llu\n$dumpvars\n", (unsigned long long)vcd->t_ns);
@@ -270,6 +275,16 @@ static void begin(struct hil_board *board)
         put_value(vcd, i);
     fputs("$end\n", vcd->file);
 }
+
+static void on_end(void *who)
+{
+    const struct hil_vcd *vcd = who;
+    (void)hil_vcd_close(vcd->board, NULL, 0);
+}
+
+static const struct hil_tracer_calls calls = {
+    .sample = sample, .exception = on_exception, .marks = marks, .block = on_block, .end = on_end,
+};
 
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
                             const struct hil_symbols *symbols, char *error, size_t size)
@@ -287,7 +302,9 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const cha
     }
     setvbuf(vcd->file, NULL, _IOFBF, FILE_BUFFER);
     enum mr_status status = write_header(vcd, board, functions, symbols, error, size);
-    board->vcd = vcd;
+    vcd->board = board;
+    board->core.onlookers.tracer_who = vcd;
+    board->core.onlookers.tracer = &calls;
     if (status != MR_OK) {
         struct stat st;
         hil_vcd_close(board, NULL, 0);
@@ -295,14 +312,14 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const cha
             remove(path);
         return status;
     }
-    hil_cpu_forget_code(board); /* blocks already met may be marked now */
-    begin(board);
+    hil_cpu_forget_code(&board->core); /* blocks already met may be marked now */
+    begin(vcd);
     return MR_OK;
 }
 
 enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
 {
-    struct hil_vcd *vcd = board->vcd;
+    struct hil_vcd *vcd = board->core.onlookers.tracer_who;
     if (!vcd)
         return MR_OK;
     if (vcd->begun)
@@ -314,6 +331,7 @@ enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size)
                  strerror(errno));
     free(vcd->path);
     free(vcd);
-    board->vcd = NULL;
+    board->core.onlookers.tracer = NULL;
+    board->core.onlookers.tracer_who = NULL;
     return failed ? MR_IO : MR_OK;
 }

@@ -15,7 +15,6 @@
 #include "hil/symbols.h"
 
 struct hil_board;
-struct hil_vcd;
 
 /* Functions traced when none are named, as far as the image has them. */
 #define HIL_VCD_FUNCTIONS "app_poll,app_supervise,board_sleep,landing_block,mr_block_from_scans,mr_closure_find,telemetry_regular"
@@ -26,12 +25,5 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const cha
                             const struct hil_symbols *symbols, char *error, size_t size);
 /* End it; MR_IO when not all of it could be written. Without a trace: MR_OK. */
 enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size);
-
-/* For the parts of the board: something may have changed at this cycle; the core goes to another exception;
- * it enters a block that hil_vcd_marks. */
-void hil_vcd_sample(struct hil_board *board, uint64_t at);
-void hil_vcd_exception(struct hil_board *board);
-void hil_vcd_block(struct hil_board *board, uint32_t address);
-bool hil_vcd_marks(const struct hil_vcd *vcd, uint32_t address);
 
 #endif

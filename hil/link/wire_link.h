@@ -36,8 +36,6 @@ struct hil_link {
     size_t partial_size;
 };
 
-/* Is it a file that must not be overwritten by mistake: a campaign (SQLite), what SQLite keeps beside one, or a program (ELF)? */
-bool hil_is_precious(const char *path);
 /* Does a program listen at this socket? It does not notice. */
 bool hil_socket_is_live(const struct sockaddr_un *address);
 /* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` says why. */

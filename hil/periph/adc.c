@@ -1,6 +1,11 @@
 #include "hil/periph/adc.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/dma.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/options.h"
+#include "hil/periph/rcc.h"
+
 
 #define SR_EOC 2u
 #define SR_STRT 16u
@@ -33,25 +38,27 @@ static const struct pin pins[2][16] = {
      {5, 10}, {5, 3}, {2, 0}, {2, 1}, {2, 2}, {2, 3}, {5, 4}, {5, 5}},
 };
 
-static void update_irq(struct hil_board *board)
+static void update_irq(struct hil_adc_device *dev)
 {
     bool line = false;
     for (unsigned i = 0; i < 2; i++) {
-        const struct hil_adc *a = &board->state.adc[i];
+        const struct hil_adc *a = &dev->state[i];
         line |= ((a->sr & SR_EOC) && (a->cr1 & CR1_EOCIE)) || ((a->sr & SR_OVR) && (a->cr1 & CR1_OVRIE));
     }
-    hil_irq_line(board, HIL_IRQ_ADC, line);
+    hil_irq_line(dev->core, HIL_IRQ_ADC, line);
 }
 
-void hil_adc_reset(struct hil_board *board)
+void hil_adc_reset(void *device, unsigned unit)
 {
+    struct hil_adc_device *dev = device;
+    (void)unit;
     for (unsigned i = 0; i < 2; i++) {
-        uint64_t noise = board->state.adc[i].noise;
-        board->state.adc[i] = (struct hil_adc){.htr = 0xfff, .noise = noise};
-        hil_event_set_cycle(board, slot_of[i], HIL_NEVER);
+        uint64_t noise = dev->state[i].noise;
+        dev->state[i] = (struct hil_adc){.htr = 0xfff, .noise = noise};
+        hil_event_set_cycle(dev->core, slot_of[i], HIL_NEVER);
     }
-    board->state.adc_ccr = 0;
-    update_irq(board);
+    *dev->ccr = 0;
+    update_irq(dev);
 }
 
 static unsigned ones_of(uint64_t z)
@@ -76,21 +83,21 @@ static double noise_lsb(struct hil_adc *a)
     return 0.5 * ((double)ones_of(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
 
-static uint16_t convert(struct hil_board *board, unsigned unit, unsigned k, uint64_t at)
+static uint16_t convert(struct hil_adc_device *dev, unsigned unit, unsigned k, uint64_t at)
 {
-    struct hil_adc *a = &board->state.adc[unit];
+    struct hil_adc *a = &dev->state[unit];
     struct pin pin = pins[unit][a->channel[k]];
     double volts;
-    if (board->replay)
-        return hil_replay_code(board, (unsigned)pin.port, (unsigned)pin.number, at);
-    enum hil_pin_mode mode = hil_gpio_mode(board, (unsigned)pin.port, (unsigned)pin.number);
+    if (dev->record.code)
+        return dev->record.code(dev->record.who, (unsigned)pin.port, (unsigned)pin.number, at);
+    enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, (unsigned)pin.port, (unsigned)pin.number);
     /* the pin is driven: the converter sees its level */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
-        volts = hil_gpio_level(board, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V : 0.0;
+        volts = hil_gpio_level(dev->gpio, (unsigned)pin.port, (unsigned)pin.number) ? HIL_VREF_V : 0.0;
     else
-        volts = hil_rig_channel_volts(board, a->rig_channel[k], at);
+        volts = dev->outside.volts(dev->outside.who, a->source[k], at);
     double code = volts / HIL_VREF_V * 4096.0 + 0.5;
-    if (board->options.adc_noise)
+    if (dev->options->adc_noise)
         code += noise_lsb(a);
     return code < 0.0 ? 0 : code >= 4095.0 ? 4095 : (uint16_t)code;
 }
@@ -100,55 +107,55 @@ static uint64_t end_of(const struct hil_adc *a, unsigned k)
     return a->start_cycle + (uint64_t)a->end_clock[k] * a->clock_cycles;
 }
 
-static void sample_until(struct hil_board *board, unsigned unit, uint64_t at)
+static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
-    struct hil_adc *a = &board->state.adc[unit];
+    struct hil_adc *a = &dev->state[unit];
     while (a->running && a->sampled < a->length) {
         uint64_t instant = end_of(a, a->sampled) - (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
         if (instant > at)
             break;
-        a->code[a->sampled] = convert(board, unit, a->sampled, instant);
+        a->code[a->sampled] = convert(dev, unit, a->sampled, instant);
         a->sampled++;
     }
 }
 
 /* The stream that is set up for this converter: two are wired to each (RM0090 table 43). */
-static struct hil_dma_request dma_request(const struct hil_board *board, unsigned unit)
+static struct hil_dma_request dma_request(const struct hil_adc_device *dev, unsigned unit)
 {
     static const uint8_t streams[2][2] = {{0, 4}, {0, 1}};
     unsigned channel = unit == HIL_ADC1 ? 0 : 2;
     unsigned chosen = streams[unit][1];
-    const struct hil_dma_stream *first = &board->state.dma[1].stream[streams[unit][0]];
+    const struct hil_dma_stream *first = &dev->dma->state[1].stream[streams[unit][0]];
     if ((first->cr & 1u) && (first->cr >> 25 & 7u) == channel)
         chosen = streams[unit][0];
     return (struct hil_dma_request){1, chosen, channel, data_register[unit], false};
 }
 
-static void overrun(struct hil_board *board, unsigned unit)
+static void overrun(struct hil_adc_device *dev, unsigned unit)
 {
-    struct hil_adc *a = &board->state.adc[unit];
+    struct hil_adc *a = &dev->state[unit];
     a->sr |= SR_OVR;
     a->running = false; /* the sequence is lost; nothing starts until OVR is cleared (13.8.1) */
-    board->state.counters.adc_overruns++;
-    hil_trace(board, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
+    dev->core->state.counters.adc_overruns++;
+    hil_trace(dev->core, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
 }
 
 /* Hand codes `delivered` to `ended` - 1 to DMA or to DR. */
-static void deliver(struct hil_board *board, unsigned unit, unsigned ended)
+static void deliver(struct hil_adc_device *dev, unsigned unit, unsigned ended)
 {
-    struct hil_adc *a = &board->state.adc[unit];
+    struct hil_adc *a = &dev->state[unit];
     while (a->running && a->delivered < ended) {
-        struct hil_dma_request request = dma_request(board, unit);
+        struct hil_dma_request request = dma_request(dev, unit);
         bool wants_dma = (a->cr2 & CR2_DMA) && !a->dma_ended;
         if (a->dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
-            overrun(board, unit);
+            overrun(dev, unit);
             return;
         }
-        uint32_t room = wants_dma ? hil_dma_until_flag(board, &request) : 0;
+        uint32_t room = wants_dma ? hil_dma_until_flag(dev->dma, &request) : 0;
         if (room) {
             uint32_t n = ended - a->delivered < room ? ended - a->delivered : room;
-            uint32_t before = board->state.dma[1].stream[request.stream].ndtr;
-            hil_dma_write_items(board, &request, &a->code[a->delivered], n);
+            uint32_t before = dev->dma->state[1].stream[request.stream].ndtr;
+            hil_dma_write_items(dev->dma, &request, &a->code[a->delivered], n);
             a->delivered = (uint8_t)(a->delivered + n);
             a->dr = a->code[a->delivered - 1];
             if (n == before && !(a->cr2 & CR2_DDS))
@@ -162,57 +169,59 @@ static void deliver(struct hil_board *board, unsigned unit, unsigned ended)
     }
 }
 
-static void catch_up(struct hil_board *board, unsigned unit, uint64_t at)
+static void catch_up(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
-    struct hil_adc *a = &board->state.adc[unit];
-    sample_until(board, unit, at);
+    struct hil_adc *a = &dev->state[unit];
+    sample_until(dev, unit, at);
     unsigned ended = a->delivered;
     while (a->running && ended < a->length && end_of(a, ended) <= at)
         ended++;
     if (ended > a->delivered)
-        deliver(board, unit, ended);
+        deliver(dev, unit, ended);
     if (a->running && a->delivered == a->length) {
         a->running = false;
-        board->state.counters.adc_scans[unit]++;
+        dev->core->state.counters.adc_scans[unit]++;
     }
-    update_irq(board);
+    update_irq(dev);
 }
 
-static void schedule(struct hil_board *board, unsigned unit)
+static void schedule(struct hil_adc_device *dev, unsigned unit)
 {
-    struct hil_adc *a = &board->state.adc[unit];
+    struct hil_adc *a = &dev->state[unit];
     uint64_t next = HIL_NEVER;
     if (a->running) {
-        struct hil_dma_request request = dma_request(board, unit);
-        uint32_t room = (a->cr2 & CR2_DMA) && !a->dma_ended ? hil_dma_until_flag(board, &request) : 0;
+        struct hil_dma_request request = dma_request(dev, unit);
+        uint32_t room = (a->cr2 & CR2_DMA) && !a->dma_ended ? hil_dma_until_flag(dev->dma, &request) : 0;
         uint32_t left = (uint32_t)a->length - a->delivered;
         /* Without DMA every conversion may matter (EOCS, overrun). */
         uint32_t n = room ? (room < left ? room : left) : 1;
         next = end_of(a, a->delivered + n - 1);
     }
-    hil_event_set_cycle(board, slot_of[unit], next);
+    hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
 
-void hil_adc_catch_up(struct hil_board *board, uint64_t at)
+void hil_adc_catch_up(struct hil_adc_device *dev, uint64_t at)
 {
     for (unsigned unit = 0; unit < 2; unit++) {
-        if (board->state.adc[unit].running) {
-            catch_up(board, unit, at);
-            schedule(board, unit);
+        if (dev->state[unit].running) {
+            catch_up(dev, unit, at);
+            schedule(dev, unit);
         }
     }
 }
 
-void hil_adc1_event(struct hil_board *board, uint64_t at)
+void hil_adc1_event(void *device, uint64_t at)
 {
-    catch_up(board, HIL_ADC1, at);
-    schedule(board, HIL_ADC1);
+    struct hil_adc_device *dev = device;
+    catch_up(dev, HIL_ADC1, at);
+    schedule(dev, HIL_ADC1);
 }
 
-void hil_adc3_event(struct hil_board *board, uint64_t at)
+void hil_adc3_event(void *device, uint64_t at)
 {
-    catch_up(board, HIL_ADC3, at);
-    schedule(board, HIL_ADC3);
+    struct hil_adc_device *dev = device;
+    catch_up(dev, HIL_ADC3, at);
+    schedule(dev, HIL_ADC3);
 }
 
 static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
@@ -222,109 +231,110 @@ static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
 }
 
 /* The sequence as the registers say. False: it cannot be. */
-static bool plan(struct hil_board *board, unsigned unit)
+static bool plan(struct hil_adc_device *dev, unsigned unit)
 {
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
-    struct hil_adc *a = &board->state.adc[unit];
+    struct hil_adc *a = &dev->state[unit];
     uint32_t clocks = 0;
     a->length = (uint8_t)((a->cr1 & CR1_SCAN) ? (a->sqr[0] >> 20 & 15u) + 1u : 1u);
     for (unsigned k = 0; k < a->length; k++) {
         unsigned channel = sequence_channel(a, k);
         if (channel > 15) {
-            hil_board_stop(board, MR_UNMODELLED, "conversion of internal channel %u of ADC%u", channel,
+            hil_core_stop(dev->core, MR_UNMODELLED, "conversion of internal channel %u of ADC%u", channel,
                            unit == HIL_ADC1 ? 1 : 3);
             return false;
         }
         uint32_t smp = channel < 10 ? a->smpr[1] >> (3u * channel) : a->smpr[0] >> (3u * (channel - 10u));
         clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
         a->channel[k] = (uint8_t)channel;
-        a->rig_channel[k] = (int8_t)hil_rig_channel((unsigned)pins[unit][channel].port, (unsigned)pins[unit][channel].number);
+        a->source[k] = (int8_t)dev->outside.source((unsigned)pins[unit][channel].port, (unsigned)pins[unit][channel].number);
         a->end_clock[k] = (uint16_t)clocks;
     }
     a->planned = true;
     return true;
 }
 
-static void start(struct hil_board *board, unsigned unit, uint64_t at)
+static void start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
-    struct hil_adc *a = &board->state.adc[unit];
-    uint32_t prescaler = 2u * ((board->state.adc_ccr >> 16 & 3u) + 1u);
-    uint32_t clock_cycles = prescaler * hil_rcc_apb2_divider(board);
-    if (board->state.clock.hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
-        hil_board_stop(board, MR_HALTED, "ADC clock of %u Hz: silicon takes up to 36 MHz",
-                       (unsigned)(board->state.clock.hclk_hz / clock_cycles));
+    struct hil_adc *a = &dev->state[unit];
+    uint32_t prescaler = 2u * ((*dev->ccr >> 16 & 3u) + 1u);
+    uint32_t clock_cycles = prescaler * hil_rcc_apb2_divider(dev->rcc);
+    if (dev->core->state.clock.hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
+        hil_core_stop(dev->core, MR_HALTED, "ADC clock of %u Hz: silicon takes up to 36 MHz",
+                       (unsigned)(dev->core->state.clock.hclk_hz / clock_cycles));
         return;
     }
     a->clock_cycles = clock_cycles;
     a->start_cycle = at + (uint64_t)LATENCY_CLOCKS * clock_cycles;
     a->sampled = a->delivered = 0;
-    if (!a->planned && !plan(board, unit))
+    if (!a->planned && !plan(dev, unit))
         return;
     a->running = true;
     a->sr |= SR_STRT;
-    schedule(board, unit);
+    schedule(dev, unit);
 }
 
-static void try_start(struct hil_board *board, unsigned unit, uint64_t at)
+static void try_start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
-    struct hil_adc *a = &board->state.adc[unit];
-    if (!hil_rcc_enabled(board, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) || !(a->cr2 & CR2_ADON))
+    struct hil_adc *a = &dev->state[unit];
+    if (!hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) || !(a->cr2 & CR2_ADON))
         return;
-    catch_up(board, unit, at);
+    catch_up(dev, unit, at);
     if (a->running || (a->sr & SR_OVR)) {
-        board->state.counters.adc_triggers_ignored++;
-        schedule(board, unit);
+        dev->core->state.counters.adc_triggers_ignored++;
+        schedule(dev, unit);
         return;
     }
-    start(board, unit, at);
+    start(dev, unit, at);
 }
 
-void hil_adc_trigger(struct hil_board *board, unsigned extsel, bool rising, uint64_t at)
+void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at)
 {
     for (unsigned unit = 0; unit < 2; unit++) {
-        const struct hil_adc *a = &board->state.adc[unit];
+        const struct hil_adc *a = &dev->state[unit];
         uint32_t exten = a->cr2 >> 28 & 3u;
         if ((a->cr2 >> 24 & 15u) == extsel && (exten & (rising ? 1u : 2u)))
-            try_start(board, unit, at);
+            try_start(dev, unit, at);
     }
 }
 
-static uint32_t common_read(struct hil_board *board, uint32_t offset)
+static uint32_t common_read(struct hil_adc_device *dev, uint32_t offset)
 {
     switch (offset) {
     case 0x300:
-        return (board->state.adc[HIL_ADC1].sr & 0x3fu) | (board->state.adc[HIL_ADC3].sr & 0x3fu) << 16;
+        return (dev->state[HIL_ADC1].sr & 0x3fu) | (dev->state[HIL_ADC3].sr & 0x3fu) << 16;
     case 0x304:
-        return board->state.adc_ccr;
+        return *dev->ccr;
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
 /* Which converter a register belongs to; refuses ADC2 and one whose clock is off. */
-static bool find_unit(struct hil_board *board, uint32_t offset, unsigned *unit)
+static bool find_unit(struct hil_adc_device *dev, uint32_t offset, unsigned *unit)
 {
     *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;
     if (offset >= 0x100 && offset < 0x200) {
-        hil_bus_refuse(board, "ADC2");
+        hil_bus_refuse(dev->core, "ADC2");
         return false;
     }
-    if (!hil_rcc_enabled(board, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit)) {
-        hil_bus_refuse(board, "the clock of this converter is off");
+    if (!hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit)) {
+        hil_bus_refuse(dev->core, "the clock of this converter is off");
         return false;
     }
     return true;
 }
 
-uint32_t hil_adc_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset)
 {
+    struct hil_adc_device *dev = device;
     if (offset >= 0x300)
-        return common_read(board, offset);
-    if (!find_unit(board, offset, &unit))
+        return common_read(dev, offset);
+    if (!find_unit(dev, offset, &unit))
         return 0;
-    struct hil_adc *a = &board->state.adc[unit];
-    catch_up(board, unit, hil_now(board));
-    schedule(board, unit);
+    struct hil_adc *a = &dev->state[unit];
+    catch_up(dev, unit, hil_now(dev->core));
+    schedule(dev, unit);
     switch (offset & 0xffu) {
     case 0x00:
         return a->sr;
@@ -345,21 +355,21 @@ uint32_t hil_adc_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x4c:
         a->dr_full = false;
         a->sr &= ~SR_EOC;
-        update_irq(board);
+        update_irq(dev);
         return a->dr;
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-static void cr2_write(struct hil_board *board, unsigned unit, uint32_t value)
+static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
 {
-    struct hil_adc *a = &board->state.adc[unit];
+    struct hil_adc *a = &dev->state[unit];
     uint32_t before = a->cr2;
     if (value & 2u)
-        hil_bus_refuse(board, "continuous conversion");
+        hil_bus_refuse(dev->core, "continuous conversion");
     if (value & (1u << 11 | 3u << 20 | 1u << 22))
-        hil_bus_refuse(board, "left alignment and injected channels");
+        hil_bus_refuse(dev->core, "left alignment and injected channels");
     a->cr2 = value & 0x3f000f01u;
     if ((value & CR2_DMA) && !(before & CR2_DMA)) {
         a->dma_ended = false;
@@ -368,25 +378,26 @@ static void cr2_write(struct hil_board *board, unsigned unit, uint32_t value)
     if (!(value & CR2_ADON))
         a->running = false;
     if ((value & CR2_SWSTART) && (before & CR2_ADON))
-        try_start(board, unit, hil_now(board));
+        try_start(dev, unit, hil_now(dev->core));
 }
 
-void hil_adc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
+    struct hil_adc_device *dev = device;
     if (offset == 0x304) {
         if (value & ~0x00030000u)
-            hil_bus_refuse(board, "dual and triple mode, internal channels");
-        board->state.adc_ccr = value & 0x00030000u;
+            hil_bus_refuse(dev->core, "dual and triple mode, internal channels");
+        *dev->ccr = value & 0x00030000u;
         return;
     }
     if (offset >= 0x300) {
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
-    if (!find_unit(board, offset, &unit))
+    if (!find_unit(dev, offset, &unit))
         return;
-    struct hil_adc *a = &board->state.adc[unit];
-    catch_up(board, unit, hil_now(board));
+    struct hil_adc *a = &dev->state[unit];
+    catch_up(dev, unit, hil_now(dev->core));
     a->planned = false; /* a sequence that runs goes on as it began */
     switch (offset & 0xffu) {
     case 0x00:
@@ -396,11 +407,11 @@ void hil_adc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         break;
     case 0x04:
         if (value & ~(CR1_EOCIE | CR1_SCAN | CR1_OVRIE))
-            hil_bus_refuse(board, "watchdog, injected, discontinuous, other than 12 bits");
+            hil_bus_refuse(dev->core, "watchdog, injected, discontinuous, other than 12 bits");
         a->cr1 = value & (CR1_EOCIE | CR1_SCAN | CR1_OVRIE);
         break;
     case 0x08:
-        cr2_write(board, unit, value);
+        cr2_write(dev, unit, value);
         break;
     case 0x0c: case 0x10:
         a->smpr[((offset & 0xffu) - 0x0cu) / 4u] = value & 0x3fffffffu;
@@ -418,9 +429,9 @@ void hil_adc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         a->jsqr = value & 0x3fffffu;
         break;
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
-    update_irq(board);
-    schedule(board, unit);
+    update_irq(dev);
+    schedule(dev, unit);
 }

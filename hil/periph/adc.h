@@ -11,7 +11,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
+struct hil_dma_device;
+struct hil_gpio_device;
+struct hil_options;
+struct hil_rcc_device;
+
+#define HIL_VREF_V 3.3
 
 enum { HIL_ADC1, HIL_ADC3 };
 
@@ -27,20 +33,47 @@ struct hil_adc {
     bool planned;           /* length, channels and end_clock are those of the registers */
     uint8_t length, sampled, delivered;
     uint8_t channel[16];
-    int8_t rig_channel[16]; /* of the rig, on the pin of channel[k] */
+    int8_t source[16];      /* what is outside on the pin of channel[k]: hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
     uint64_t noise;         /* of the generator */
 };
 
-void hil_adc_reset(struct hil_board *board);
-uint32_t hil_adc_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_adc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
+/* What is outside on the analogue pins. */
+struct hil_analogue {
+    void *who;
+    int (*source)(unsigned port, unsigned pin);               /* number of what is on a pin; -1: nothing */
+    double (*volts)(void *who, int source, uint64_t at);      /* not clipped; nothing: 0 V */
+};
+
+/* A record in place of volts: the code of a pin sampled at a cycle. */
+struct hil_recorded_codes {
+    void *who;
+    uint16_t (*code)(void *who, unsigned port, unsigned pin, uint64_t at); /* NULL: no record */
+};
+
+struct hil_adc_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_adc *state; /* of both */
+    uint32_t *ccr;         /* the register that they share */
+    struct hil_rcc_device *rcc;
+    struct hil_dma_device *dma;
+    struct hil_gpio_device *gpio;
+    struct hil_analogue outside;
+    struct hil_recorded_codes record;
+};
+
+/* Of both converters: they have one reset line. `unit` is not used. For the bus and the event queue, `device` is a struct
+ * hil_adc_device. */
+void hil_adc_reset(void *device, unsigned unit);
+uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset);
+void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
 /* An edge of an external trigger, by its EXTSEL code. */
-void hil_adc_trigger(struct hil_board *board, unsigned extsel, bool rising, uint64_t at);
+void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at);
 /* Work out everything that was sampled or finished up to `at`. */
-void hil_adc_catch_up(struct hil_board *board, uint64_t at);
-void hil_adc1_event(struct hil_board *board, uint64_t at);
-void hil_adc3_event(struct hil_board *board, uint64_t at);
+void hil_adc_catch_up(struct hil_adc_device *dev, uint64_t at);
+void hil_adc1_event(void *device, uint64_t at);
+void hil_adc3_event(void *device, uint64_t at);
 
 #endif

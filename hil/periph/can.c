@@ -1,7 +1,10 @@
 #include "hil/periph/can.h"
 
+#include "hil/core/core.h"
 #include "hil/periph/canbits.h"
-#include "hil/board/machine.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/options.h"
+#include "hil/periph/rcc.h"
 
 #define MCR_INRQ 1u
 #define MCR_SLEEP 2u
@@ -30,11 +33,11 @@
 #define JOIN_BITS 11u
 #define RECOVERY_BITS (128u * 11u)
 
-static uint64_t bit_cycles(const struct hil_board *board)
+static uint64_t bit_cycles(const struct hil_can_device *dev)
 {
-    uint32_t btr = board->state.can.btr;
+    uint32_t btr = dev->state->btr;
     uint32_t quanta = 1u + (btr >> 16 & 15u) + 1u + (btr >> 20 & 7u) + 1u;
-    return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_apb1_divider(board);
+    return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_apb1_divider(dev->rcc);
 }
 
 uint32_t hil_can_esr(const struct hil_can *c)
@@ -99,9 +102,9 @@ uint32_t hil_can_tsr(const struct hil_can *c)
     return value | (empty ? code : last) << 24;
 }
 
-void hil_can_update_irq(struct hil_board *board)
+void hil_can_update_irq(struct hil_can_device *dev)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     bool tx = (c->ier & 1u) && (c->tsr & 0x010101u);
     bool rx[2];
     for (unsigned f = 0; f < 2; f++) {
@@ -110,20 +113,20 @@ void hil_can_update_irq(struct hil_board *board)
         rx[f] |= (ie & 2u) && (c->rfr[f] & RFR_FULL);
         rx[f] |= (ie & 4u) && (c->rfr[f] & RFR_FOVR);
     }
-    hil_irq_line(board, HIL_IRQ_CAN1_TX, tx);
-    hil_irq_line(board, HIL_IRQ_CAN1_RX0, rx[0]);
-    hil_irq_line(board, HIL_IRQ_CAN1_RX1, rx[1]);
-    hil_irq_line(board, HIL_IRQ_CAN1_SCE, (c->ier >> 15 & 1u) && (c->msr & MSR_ERRI));
+    hil_irq_line(dev->core, HIL_IRQ_CAN1_TX, tx);
+    hil_irq_line(dev->core, HIL_IRQ_CAN1_RX0, rx[0]);
+    hil_irq_line(dev->core, HIL_IRQ_CAN1_RX1, rx[1]);
+    hil_irq_line(dev->core, HIL_IRQ_CAN1_SCE, (c->ier >> 15 & 1u) && (c->msr & MSR_ERRI));
 }
 
 /* ERRI rises when an error state that is enabled in IER becomes true. */
-static void error_states(struct hil_board *board, uint32_t esr_before, bool new_lec)
+static void error_states(struct hil_can_device *dev, uint32_t esr_before, bool new_lec)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     uint32_t rising = hil_can_esr(c) & ~esr_before & 7u;
     if ((rising & c->ier >> 8 & 7u) || (new_lec && (c->ier >> 11 & 1u)))
         c->msr |= MSR_ERRI;
-    hil_can_update_irq(board);
+    hil_can_update_irq(dev);
 }
 
 static bool on_bus(const struct hil_can *c)
@@ -139,12 +142,12 @@ static void forget_other(struct hil_can *c)
 
 /* What the board's transmitter sees of the bus: a wrong bit rate or pins not given to CAN spoil every
  * frame. */
-static enum hil_can_bus bus_seen(const struct hil_board *board)
+static enum hil_can_bus bus_seen(const struct hil_can_device *dev)
 {
-    enum hil_can_bus bus = board->options.can_bus;
-    double rate = (double)board->state.clock.hclk_hz / (double)bit_cycles(board);
+    enum hil_can_bus bus = dev->options->can_bus;
+    double rate = (double)dev->core->state.clock.hclk_hz / (double)bit_cycles(dev);
     double ratio = rate / HIL_CAN_HOST_RATE;
-    if (hil_gpio_alternate(board, 3, 0) != 9 || hil_gpio_alternate(board, 3, 1) != 9)
+    if (hil_gpio_alternate(dev->gpio, 3, 0) != 9 || hil_gpio_alternate(dev->gpio, 3, 1) != 9)
         return HIL_CAN_SHORTED;
     /* Two nodes whose rates differ by more than about 1 % lose step within the longest run without an
      * edge. */
@@ -153,46 +156,46 @@ static enum hil_can_bus bus_seen(const struct hil_board *board)
     return bus;
 }
 
-static void phase_for(struct hil_board *board, enum hil_can_phase phase, uint64_t from, uint64_t bits)
+static void phase_for(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from, uint64_t bits)
 {
-    board->state.can.phase = phase;
-    hil_event_set_cycle(board, HIL_EVENT_CAN, from + bits * bit_cycles(board));
+    dev->state->phase = phase;
+    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
 }
 
 /* The other node's next frame, after what befalls it before the wire. */
-static bool other_is_ready(struct hil_board *board, uint64_t at)
+static bool other_is_ready(struct hil_can_device *dev, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
-    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    struct hil_can *c = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (c->other_waits_ps > now_ps)
         return false;
     if (c->other_waits_ps) { /* it has waited */
         c->other_waits_ps = 0;
         return true;
     }
-    while (c->queue_count && hil_faults_take(board, HIL_CAN_IN, HIL_DROP, "frame", c->queue[c->queue_head].id))
+    while (c->queue_count && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DROP, "frame", c->queue[c->queue_head].id))
         forget_other(c);
-    if (!c->queue_count || !hil_faults_take(board, HIL_CAN_IN, HIL_DELAY, "frame", c->queue[c->queue_head].id))
+    if (!c->queue_count || !dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_DELAY, "frame", c->queue[c->queue_head].id))
         return c->queue_count != 0;
-    c->other_waits_ps = now_ps + hil_faults_delay_ps(board, HIL_CAN_IN);
-    hil_event_set_ps(board, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
+    c->other_waits_ps = now_ps + dev->wire.delay_ps(dev->wire.who, HIL_CAN_IN);
+    hil_event_set_ps(dev->core, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
     return false;
 }
 
-void hil_can_other_event(struct hil_board *board, uint64_t at) { hil_can_try_start(board, at); }
+void hil_can_other_event(void *device, uint64_t at) { hil_can_try_start(device, at); }
 
 /* The bus is free: let whoever wins start a frame. */
-void hil_can_try_start(struct hil_board *board, uint64_t at)
+void hil_can_try_start(struct hil_can_device *dev, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     if (c->phase != HIL_CAN_IDLE || !on_bus(c))
         return;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = bus_seen(board);
+    enum hil_can_bus bus = bus_seen(dev);
     int mine = silent && !loopback ? -1 : next_mailbox(c);
-    if (!loopback && board->options.can_bus == HIL_CAN_DOMINANT)
+    if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
-    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback && other_is_ready(board, at);
+    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback && other_is_ready(dev, at);
     struct hil_can_frame frame;
     if (mine >= 0)
         mailbox_frame(&c->mailbox[mine], &frame);
@@ -205,11 +208,11 @@ void hil_can_try_start(struct hil_board *board, uint64_t at)
             }
         }
         c->sender = OTHER_NODE;
-        c->spoiled = hil_faults_take(board, HIL_CAN_IN, HIL_CORRUPT, "frame", c->queue[c->queue_head].id);
-        phase_for(board, HIL_CAN_FRAME, at,
+        c->spoiled = dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_CORRUPT, "frame", c->queue[c->queue_head].id);
+        phase_for(dev, HIL_CAN_FRAME, at,
                   hil_can_frame_bits(&c->queue[c->queue_head]).length
                       - (c->spoiled ? HIL_CAN_TAIL_BITS - ERROR_FRAME_BITS : 0u));
-        hil_can_update_irq(board);
+        hil_can_update_irq(dev);
         return;
     }
     if (mine < 0)
@@ -223,62 +226,62 @@ void hil_can_try_start(struct hil_board *board, uint64_t at)
     c->sender = (int8_t)mine;
     c->abort_current = false;
     c->spoiled = !loopback && bus == HIL_CAN_CONNECTED
-                 && hil_faults_take(board, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
+                 && dev->wire.suffers(dev->wire.who, HIL_CAN_OUT, HIL_CORRUPT, "frame", frame.id);
     if (c->spoiled) /* disturbed at the end of its CRC: error flag, delimiter */
         length = bits.length - HIL_CAN_TAIL_BITS + ERROR_FRAME_BITS;
-    phase_for(board, HIL_CAN_FRAME, at, length);
+    phase_for(dev, HIL_CAN_FRAME, at, length);
 }
 
 /* A state that so many recessive bits in a row end: not while the bus is held dominant. */
-static void wait_recessive(struct hil_board *board, enum hil_can_phase phase, uint64_t from, uint64_t bits)
+static void wait_recessive(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from, uint64_t bits)
 {
-    phase_for(board, phase, from, bits);
-    if (board->options.can_bus == HIL_CAN_DOMINANT)
-        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    phase_for(dev, phase, from, bits);
+    if (dev->options->can_bus == HIL_CAN_DOMINANT)
+        hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
 }
 
-static void begin_recovery(struct hil_board *board, uint64_t at, bool by_itself)
+static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itself)
 {
-    board->state.can.phase = HIL_CAN_OFF;
-    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    dev->state->phase = HIL_CAN_OFF;
+    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     if (by_itself)
-        wait_recessive(board, HIL_CAN_OFF, at, RECOVERY_BITS);
+        wait_recessive(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
 }
 
 /* Eight more dominant bits. A receiver stops counting when it is error passive. */
-static void jammed(struct hil_board *board, uint64_t at)
+static void jammed(struct hil_can_device *dev, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     uint32_t before_esr = hil_can_esr(c);
     bool transmits = c->sender >= 0 && c->sender != OTHER_NODE;
     c->esr = (transmits ? LEC_BIT_RECESSIVE : LEC_STUFF) << 4;
     *(transmits ? &c->tec : &c->rec) += 8u;
-    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     if (c->tec > 255) {
         c->bus_off = true;
         c->tec = 0;
-        hil_trace(board, "CAN bus-off");
-        begin_recovery(board, at, (c->mcr & MCR_ABOM) != 0);
+        hil_trace(dev->core, "CAN bus-off");
+        begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
     } else if (transmits || c->rec <= 127) {
-        phase_for(board, HIL_CAN_JAMMED, at, JAM_BITS);
+        phase_for(dev, HIL_CAN_JAMMED, at, JAM_BITS);
     }
-    error_states(board, before_esr, true);
+    error_states(dev, before_esr, true);
 }
 
-void hil_can_mailbox_done(struct hil_board *board, unsigned m, uint32_t flags)
+void hil_can_mailbox_done(struct hil_can_device *dev, unsigned m, uint32_t flags)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     c->mailbox[m].tir &= ~TIR_TXRQ;
     c->tsr = (c->tsr & ~(0xfu << (8u * m))) | (flags | 1u) << (8u * m);
-    hil_can_update_irq(board);
+    hil_can_update_irq(dev);
 }
 
-static void receive(struct hil_board *board, const struct hil_can_frame *frame)
+static void receive(struct hil_can_device *dev, const struct hil_can_frame *frame)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     unsigned f, match;
     if (!hil_can_filter(c, frame, &f, &match)) {
-        board->state.counters.can_frames_filtered++;
+        dev->core->state.counters.can_frames_filtered++;
         return;
     }
     struct hil_can_received r = {
@@ -296,87 +299,87 @@ static void receive(struct hil_board *board, const struct hil_can_frame *frame)
         if (c->fifo_count[f] == 3)
             c->rfr[f] |= RFR_FULL;
     }
-    hil_can_update_irq(board);
+    hil_can_update_irq(dev);
 }
 
-static void transmission_failed(struct hil_board *board, unsigned m, enum hil_can_bus bus, uint64_t at)
+static void transmission_failed(struct hil_can_device *dev, unsigned m, enum hil_can_bus bus, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     uint32_t before_esr = hil_can_esr(c);
     bool passive = c->tec > 127;
-    board->state.counters.can_errors++;
+    dev->core->state.counters.can_errors++;
     uint32_t lec = c->spoiled                                    ? LEC_BIT_RECESSIVE
-                   : board->options.can_bus == HIL_CAN_CONNECTED ? LEC_FORM
+                   : dev->options->can_bus == HIL_CAN_CONNECTED ? LEC_FORM
                                                                  : LEC_BIT_DOMINANT;
     c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
     if (!(bus == HIL_CAN_UNPLUGGED && passive)) /* exception 1 of fault confinement: alone on the bus */
         c->tec += 8;
     if ((c->mcr & MCR_NART) || c->abort_current)
-        hil_can_mailbox_done(board, m, 8u);
+        hil_can_mailbox_done(dev, m, 8u);
     else
         c->tsr |= 8u << (8u * m);
     if (c->tec > 255) {
         c->bus_off = true;
         c->tec = 0;
-        hil_trace(board, "CAN bus-off");
-        begin_recovery(board, at, (c->mcr & MCR_ABOM) != 0);
+        hil_trace(dev->core, "CAN bus-off");
+        begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
     } else {
-        phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
+        phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS + (c->tec > 127 ? SUSPEND_BITS : 0));
     }
-    error_states(board, before_esr, true);
+    error_states(dev, before_esr, true);
 }
 
-static void frame_ended(struct hil_board *board, uint64_t at)
+static void frame_ended(struct hil_can_device *dev, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     struct hil_can_frame frame;
     uint32_t before_esr = hil_can_esr(c);
     if (c->sender == OTHER_NODE && c->spoiled) { /* its sender tries again */
-        board->state.counters.can_errors++;
+        dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
-        phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
-        error_states(board, before_esr, true);
+        phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        error_states(dev, before_esr, true);
         return;
     }
     if (c->sender == OTHER_NODE) {
         frame = c->queue[c->queue_head];
-        c->repeated = !c->repeated && hil_faults_take(board, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
+        c->repeated = !c->repeated && dev->wire.suffers(dev->wire.who, HIL_CAN_IN, HIL_REPEAT, "frame", frame.id);
         if (!c->repeated)
             forget_other(c);
-        board->state.counters.can_frames_in++;
+        dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
-        phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
-        receive(board, &frame);
+        phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+        receive(dev, &frame);
         return;
     }
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = bus_seen(board);
+    enum hil_can_bus bus = bus_seen(dev);
     if (!loopback && (bus != HIL_CAN_CONNECTED || c->spoiled)) {
-        transmission_failed(board, m, bus, at);
+        transmission_failed(dev, m, bus, at);
         return;
     }
     mailbox_frame(&c->mailbox[m], &frame);
     c->esr = 0;
     if (c->tec)
         c->tec--;
-    hil_can_mailbox_done(board, m, 2u);
-    phase_for(board, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
-    error_states(board, before_esr, false);
+    hil_can_mailbox_done(dev, m, 2u);
+    phase_for(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
+    error_states(dev, before_esr, false);
     if (loopback)
-        receive(board, &frame);
+        receive(dev, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
-        hil_faults_can_sent(board, ++board->state.counters.can_frames_out);
-        hil_faults_can_out(board, hil_clock_ps(&board->state.clock, at), &frame);
+        dev->core->state.counters.can_frames_out++;
+        dev->wire.can_out(dev->wire.who, hil_clock_ps(&dev->core->state.clock, at), &frame);
     }
 }
 
 /* MCR asks for initialisation or sleep; granted when no frame is under way. */
-void hil_can_update_mode(struct hil_board *board, uint64_t at)
+void hil_can_update_mode(struct hil_can_device *dev, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     bool busy = c->phase == HIL_CAN_FRAME;
     if (busy)
         return;
@@ -384,105 +387,108 @@ void hil_can_update_mode(struct hil_board *board, uint64_t at)
         if (!(c->msr & MSR_INAK) || !(c->mcr & MCR_INRQ)) {
             c->msr = (c->msr & ~MSR_INAK) | MSR_SLAK;
             c->phase = HIL_CAN_IDLE;
-            hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+            hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
         }
         return;
     }
     if (c->mcr & MCR_INRQ) {
         c->msr = (c->msr & ~MSR_SLAK) | MSR_INAK;
         c->phase = HIL_CAN_IDLE;
-        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+        hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     } else if ((c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING) {
         if (c->bus_off)
-            begin_recovery(board, at, true);
+            begin_recovery(dev, at, true);
         else
-            wait_recessive(board, HIL_CAN_JOINING, at, JOIN_BITS);
+            wait_recessive(dev, HIL_CAN_JOINING, at, JOIN_BITS);
     }
 }
 
-void hil_can_event(struct hil_board *board, uint64_t at)
+void hil_can_event(void *device, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can_device *dev = device;
+    struct hil_can *c = dev->state;
     switch (c->phase) {
     case HIL_CAN_FRAME:
-        frame_ended(board, at);
+        frame_ended(dev, at);
         break;
     case HIL_CAN_OFF:
         c->bus_off = false;
         c->tec = c->rec = 0;
-        hil_trace(board, "CAN back from bus-off");
+        hil_trace(dev->core, "CAN back from bus-off");
         /* fall through */
     case HIL_CAN_JOINING:
         c->msr &= ~(MSR_INAK | MSR_SLAK);
         c->phase = HIL_CAN_IDLE;
         break;
     case HIL_CAN_JAMMED:
-        jammed(board, at);
+        jammed(dev, at);
         return;
     default:
         c->phase = HIL_CAN_IDLE;
         break;
     }
-    hil_can_update_mode(board, at);
-    hil_can_try_start(board, at);
+    hil_can_update_mode(dev, at);
+    hil_can_try_start(dev, at);
 }
 
-enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_can_frame *frame)
+enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     if (c->queue_count == HIL_CAN_QUEUE) {
-        board->state.counters.can_in_dropped++;
+        dev->core->state.counters.can_in_dropped++;
         return MR_FULL;
     }
     c->queue[(c->queue_head + c->queue_count) % HIL_CAN_QUEUE] = *frame;
     c->queue_count++;
-    hil_can_try_start(board, hil_now(board));
+    hil_can_try_start(dev, hil_now(dev->core));
     return MR_OK;
 }
 
 /* The bus becomes dominant: a frame under way is destroyed by its own sender, everybody else sees an error. */
-static void begin_jam(struct hil_board *board, uint64_t at)
+static void begin_jam(struct hil_can_device *dev, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     if (c->phase == HIL_CAN_JOINING || c->phase == HIL_CAN_OFF) {
-        hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
+        hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
         return;
     }
     if (!on_bus(c) || (c->btr & BTR_LBKM))
         return;
     if (c->phase == HIL_CAN_FRAME && c->sender != OTHER_NODE)
-        board->state.counters.can_errors++;
+        dev->core->state.counters.can_errors++;
     else
         c->sender = -1;
-    phase_for(board, HIL_CAN_JAMMED, at, JAM_BITS);
+    phase_for(dev, HIL_CAN_JAMMED, at, JAM_BITS);
 }
 
-static void end_jam(struct hil_board *board, uint64_t at)
+static void end_jam(struct hil_can_device *dev, uint64_t at)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can *c = dev->state;
     if (c->phase == HIL_CAN_JOINING)
-        phase_for(board, HIL_CAN_JOINING, at, JOIN_BITS);
+        phase_for(dev, HIL_CAN_JOINING, at, JOIN_BITS);
     else if (c->phase == HIL_CAN_OFF && (c->mcr & MCR_ABOM))
-        phase_for(board, HIL_CAN_OFF, at, RECOVERY_BITS);
+        phase_for(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
     else if (c->phase == HIL_CAN_JAMMED) /* error delimiter and intermission */
-        phase_for(board, HIL_CAN_GAP, at, JOIN_BITS);
+        phase_for(dev, HIL_CAN_GAP, at, JOIN_BITS);
 }
 
-void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus)
+void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus)
 {
-    enum hil_can_bus before = board->options.can_bus;
-    uint64_t now = hil_now(board);
-    board->options.can_bus = can_bus;
+    enum hil_can_bus before = dev->options->can_bus;
+    uint64_t now = hil_now(dev->core);
+    dev->options->can_bus = can_bus;
     if (can_bus == HIL_CAN_DOMINANT && before != HIL_CAN_DOMINANT)
-        begin_jam(board, now);
+        begin_jam(dev, now);
     else if (before == HIL_CAN_DOMINANT && can_bus != HIL_CAN_DOMINANT)
-        end_jam(board, now);
-    hil_can_try_start(board, now);
+        end_jam(dev, now);
+    hil_can_try_start(dev, now);
 }
 
-void hil_can_reset(struct hil_board *board)
+void hil_can_reset(void *device, unsigned unit)
 {
-    struct hil_can *c = &board->state.can;
+    struct hil_can_device *dev = device;
+    (void)unit;
+    struct hil_can *c = dev->state;
     /* What the other node still wants to send is not ours to forget. */
     uint32_t head = c->queue_head, count = c->queue_count;
     uint64_t waits_ps = c->other_waits_ps;
@@ -495,6 +501,6 @@ void hil_can_reset(struct hil_board *board)
     c->queue_count = count;
     for (unsigned i = 0; i < HIL_CAN_QUEUE; i++)
         c->queue[i] = queue[i];
-    hil_event_set_cycle(board, HIL_EVENT_CAN, HIL_NEVER);
-    hil_can_update_irq(board);
+    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
+    hil_can_update_irq(dev);
 }

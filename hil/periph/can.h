@@ -12,7 +12,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/board/board.h"
+#include "common/status.h"
+#include "hil/periph/can_frame.h"
+#include "hil/periph/wire.h"
+
+struct hil_core;
+struct hil_gpio_device;
+struct hil_options;
+struct hil_rcc_device;
 
 #define HIL_CAN_QUEUE 64u
 #define HIL_CAN_BANKS 28u
@@ -58,21 +65,35 @@ struct hil_can {
     struct hil_can_frame queue[HIL_CAN_QUEUE];
 };
 
-void hil_can_reset(struct hil_board *board);
-uint32_t hil_can_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_can_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_can_event(struct hil_board *board, uint64_t at);
-void hil_can_other_event(struct hil_board *board, uint64_t at);
+struct hil_can_device {
+    struct hil_core *core;
+    struct hil_options *options; /* can_bus changes */
+    struct hil_can *state;
+    struct hil_rcc_device *rcc;
+    struct hil_gpio_device *gpio;
+    struct hil_wire wire;
+};
+
+/* A frame of the other node; it waits for the bus and arbitrates. MR_FULL when HIL_CAN_QUEUE wait. */
+enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame);
+void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);
+
+/* For the bus and the event queue; `device` is a struct hil_can_device. */
+void hil_can_reset(void *device, unsigned unit);
+uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset);
+void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_can_event(void *device, uint64_t at);
+void hil_can_other_event(void *device, uint64_t at);
 
 /* Between the bus (can.c) and the registers (can_registers.c): error and transmit status as software reads
  * them, whether a mailbox is free, and what follows from a change. */
 uint32_t hil_can_esr(const struct hil_can *can);
 uint32_t hil_can_tsr(const struct hil_can *can);
 bool hil_can_mailbox_empty(const struct hil_can *can, unsigned mailbox);
-void hil_can_mailbox_done(struct hil_board *board, unsigned mailbox, uint32_t flags);
-void hil_can_update_irq(struct hil_board *board);
-void hil_can_update_mode(struct hil_board *board, uint64_t at);
-void hil_can_try_start(struct hil_board *board, uint64_t at);
+void hil_can_mailbox_done(struct hil_can_device *dev, unsigned mailbox, uint32_t flags);
+void hil_can_update_irq(struct hil_can_device *dev);
+void hil_can_update_mode(struct hil_can_device *dev, uint64_t at);
+void hil_can_try_start(struct hil_can_device *dev, uint64_t at);
 
 /* Does the frame pass the filters, into which FIFO, by which filter number? (32.7.4) */
 bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,

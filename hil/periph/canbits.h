@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "hil/board/board.h"
+#include "hil/periph/can_frame.h"
 
 /* Bits after the stuffed part: CRC delimiter, ACK slot, ACK delimiter, seven of end of frame. */
 #define HIL_CAN_TAIL_BITS 10u

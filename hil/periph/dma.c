@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+
 
 #define CR_EN 1u
 #define CR_PFCTRL 0x20u
@@ -30,101 +31,101 @@ static uint32_t flags(const struct hil_dma *dma, unsigned stream)
     return dma->isr[stream / 4u] >> flag_shift(stream) & FLAG_ALL;
 }
 
-static void update_irq(struct hil_board *board, unsigned unit, unsigned stream)
+static void update_irq(struct hil_dma_device *dev, unsigned unit, unsigned stream)
 {
     static const uint8_t irq[2][8] = {{11, 12, 13, 14, 15, 16, 17, 47}, {56, 57, 58, 59, 60, 68, 69, 70}};
-    const struct hil_dma *dma = &board->state.dma[unit];
+    const struct hil_dma *dma = &dev->state[unit];
     uint32_t cr = dma->stream[stream].cr;
     uint32_t enabled = (cr & 2u ? 4u : 0) | (cr & 4u ? FLAG_TE : 0) | (cr & 8u ? FLAG_HT : 0);
     enabled |= (cr & 16u ? FLAG_TC : 0) | (dma->stream[stream].fcr & 0x80u ? 1u : 0);
-    hil_irq_line(board, irq[unit][stream], (flags(dma, stream) & enabled) != 0);
+    hil_irq_line(dev->core, irq[unit][stream], (flags(dma, stream) & enabled) != 0);
 }
 
-static void raise(struct hil_board *board, unsigned unit, unsigned stream, uint32_t flag)
+static void raise(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t flag)
 {
-    board->state.dma[unit].isr[stream / 4u] |= flag << flag_shift(stream);
-    update_irq(board, unit, stream);
+    dev->state[unit].isr[stream / 4u] |= flag << flag_shift(stream);
+    update_irq(dev, unit, stream);
 }
 
-static void transfer_error(struct hil_board *board, unsigned unit, unsigned stream, uint32_t address)
+static void transfer_error(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t address)
 {
-    board->state.dma[unit].stream[stream].cr &= ~CR_EN;
-    hil_trace(board, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream, (unsigned)address);
-    raise(board, unit, stream, FLAG_TE);
+    dev->state[unit].stream[stream].cr &= ~CR_EN;
+    hil_trace(dev->core, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream, (unsigned)address);
+    raise(dev, unit, stream, FLAG_TE);
 }
 
 /* Memory that DMA reaches: SRAM, and flash for reading. Not the CCM. */
-static uint8_t *reach(struct hil_board *board, uint32_t address, uint32_t n, bool write)
+static uint8_t *reach(struct hil_dma_device *dev, uint32_t address, uint32_t n, bool write)
 {
     if (address - HIL_CCM_BASE < HIL_CCM_SIZE || address < HIL_FLASH_SIZE)
         return NULL;
-    return hil_board_memory(board, address, n, write);
+    return hil_memory_at(dev->core, address, n, write);
 }
 
 static uint32_t item_bytes(const struct hil_dma_stream *s) { return 1u << (s->cr >> 11 & 3u); }
 
-static void account(struct hil_board *board, unsigned unit, unsigned stream, uint32_t n)
+static void account(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t n)
 {
-    struct hil_dma_stream *s = &board->state.dma[unit].stream[stream];
+    struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     uint32_t half = s->reload / 2u;
     uint32_t before = s->ndtr;
     s->ndtr -= n;
     if (before > s->reload - half && s->ndtr <= s->reload - half)
-        raise(board, unit, stream, FLAG_HT);
+        raise(dev, unit, stream, FLAG_HT);
     if (s->ndtr == 0) {
         if (s->cr & CR_CIRC)
             s->ndtr = s->reload;
         else
             s->cr &= ~CR_EN;
-        raise(board, unit, stream, FLAG_TC);
+        raise(dev, unit, stream, FLAG_TC);
     }
 }
 
-static struct hil_dma_stream *stream_of(struct hil_board *board, const struct hil_dma_request *r)
+static struct hil_dma_stream *stream_of(struct hil_dma_device *dev, const struct hil_dma_request *r)
 {
-    return &board->state.dma[r->controller].stream[r->stream];
+    return &dev->state[r->controller].stream[r->stream];
 }
 
-uint32_t hil_dma_until_flag(struct hil_board *board, const struct hil_dma_request *r)
+uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *r)
 {
-    const struct hil_dma_stream *s = stream_of(board, r);
+    const struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t direction = s->cr >> 6 & 3u;
     if (!(s->cr & CR_EN) || (s->cr >> 25 & 7u) != r->channel || direction != (r->from_memory ? 1u : 0u))
         return 0;
     if (s->par != r->peripheral) {
-        hil_board_stop(board, MR_UNMODELLED,
+        hil_core_stop(dev->core, MR_UNMODELLED,
                        "DMA%u stream %u serves a request of the register at 0x%08x, but PAR is 0x%08x",
                        r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
         return 0;
     }
-    if (r->from_memory && hil_flash_stalls(board, s->m0ar))
-        board->state.dma[r->controller].waits_for_flash = true;
-    if (board->state.dma[r->controller].waits_for_flash)
+    if (r->from_memory && hil_memory_stalls(dev->core, s->m0ar))
+        dev->state[r->controller].waits_for_flash = true;
+    if (dev->state[r->controller].waits_for_flash)
         return 0;
     uint32_t to_half = s->reload - s->reload / 2u;
     return s->ndtr > to_half ? s->ndtr - to_half : s->ndtr;
 }
 
 /* Host memory of the next n items, or NULL after a transfer error. */
-static uint8_t *next_items(struct hil_board *board, const struct hil_dma_request *r, uint32_t n)
+static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_request *r, uint32_t n)
 {
-    struct hil_dma_stream *s = stream_of(board, r);
+    struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t bytes = item_bytes(s);
     uint32_t done = (s->cr & CR_MINC) ? s->reload - s->ndtr : 0;
     uint32_t span = (s->cr & CR_MINC) ? n * bytes : bytes;
     uint32_t address = (s->m0ar & ~(bytes - 1u)) + done * bytes;
-    uint8_t *memory = reach(board, address, span, !r->from_memory);
+    uint8_t *memory = reach(dev, address, span, !r->from_memory);
     if (!memory)
-        transfer_error(board, r->controller, r->stream, address);
+        transfer_error(dev, r->controller, r->stream, address);
     return memory;
 }
 
-void hil_dma_write_items(struct hil_board *board, const struct hil_dma_request *r, const uint16_t *values,
+void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *r, const uint16_t *values,
                          uint32_t n)
 {
-    const struct hil_dma_stream *s = stream_of(board, r);
+    const struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t bytes = item_bytes(s);
-    uint8_t *memory = next_items(board, r, n);
+    uint8_t *memory = next_items(dev, r, n);
     if (!memory)
         return;
     bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC); /* what nearly all are */
@@ -136,120 +137,132 @@ void hil_dma_write_items(struct hil_board *board, const struct hil_dma_request *
         for (uint32_t b = 0; b < bytes; b++)
             p[b] = (uint8_t)(value >> (8u * b));
     }
-    account(board, r->controller, r->stream, n);
+    account(dev, r->controller, r->stream, n);
 }
 
-bool hil_dma_read_items(struct hil_board *board, const struct hil_dma_request *r, uint8_t *values, uint32_t n)
+bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *r, uint8_t *values, uint32_t n)
 {
-    const struct hil_dma_stream *s = stream_of(board, r);
+    const struct hil_dma_stream *s = stream_of(dev, r);
     uint32_t bytes = item_bytes(s);
-    const uint8_t *memory = next_items(board, r, n);
+    const uint8_t *memory = next_items(dev, r, n);
     if (!memory)
         return false;
     for (uint32_t i = 0; i < n; i++)
         values[i] = memory[(s->cr & CR_MINC) ? i * bytes : 0];
-    account(board, r->controller, r->stream, n);
+    account(dev, r->controller, r->stream, n);
     return true;
 }
 
-void hil_dma_request(struct hil_board *board, unsigned controller, unsigned stream, unsigned channel)
+void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream, unsigned channel)
 {
-    struct hil_dma_stream *s = &board->state.dma[controller].stream[stream];
+    struct hil_dma_stream *s = &dev->state[controller].stream[stream];
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
-    if (!hil_dma_until_flag(board, &r))
+    if (!hil_dma_until_flag(dev, &r))
         return; /* nobody serves it: the flag stays and the next capture is an overrun */
-    uint32_t value = hil_bus_read(board, s->par, item_bytes(s));
-    uint8_t *memory = next_items(board, &r, 1);
+    uint32_t value = hil_bus_read(dev->core, s->par, item_bytes(s));
+    uint8_t *memory = next_items(dev, &r, 1);
     if (!memory)
         return;
     for (uint32_t b = 0; b < item_bytes(s); b++)
         memory[b] = (uint8_t)(value >> (8u * b));
-    account(board, controller, stream, 1);
+    account(dev, controller, stream, 1);
 }
 
 /* Memory to memory takes its time, then happens at once. */
-static void memory_start(struct hil_board *board, const struct hil_dma_stream *s)
+static void memory_start(struct hil_dma_device *dev, const struct hil_dma_stream *s)
 {
-    hil_event_set_cycle(board, HIL_EVENT_DMA_MEMORY, hil_now(board) + (uint64_t)s->ndtr * MEMORY_ITEM_CYCLES);
+    hil_event_set_cycle(dev->core, HIL_EVENT_DMA_MEMORY, hil_now(dev->core) + (uint64_t)s->ndtr * MEMORY_ITEM_CYCLES);
 }
 
-void hil_dma_memory_event(struct hil_board *board, uint64_t at)
+void hil_dma_memory_event(void *device, uint64_t at)
 {
-    struct hil_dma *dma = &board->state.dma[1];
+    struct hil_dma_device *dev = device;
+    struct hil_dma *dma = &dev->state[1];
     (void)at;
     for (unsigned i = 0; i < 8; i++) {
         struct hil_dma_stream *s = &dma->stream[i];
         if (!(s->cr & CR_EN) || (s->cr >> 6 & 3u) != 2u)
             continue;
-        if (hil_flash_stalls(board, s->par))
+        if (hil_memory_stalls(dev->core, s->par))
             dma->waits_for_flash = true;
         if (dma->waits_for_flash)
             return; /* hil_dma_flash_ready starts it again */
         uint32_t n = s->ndtr * item_bytes(s);
-        const uint8_t *from = reach(board, s->par, (s->cr & CR_PINC) ? n : item_bytes(s), false);
-        uint8_t *to = reach(board, s->m0ar, (s->cr & CR_MINC) ? n : item_bytes(s), true);
+        const uint8_t *from = reach(dev, s->par, (s->cr & CR_PINC) ? n : item_bytes(s), false);
+        uint8_t *to = reach(dev, s->m0ar, (s->cr & CR_MINC) ? n : item_bytes(s), true);
         if (!from || !to) {
-            transfer_error(board, 1, i, from ? s->m0ar : s->par);
+            transfer_error(dev, 1, i, from ? s->m0ar : s->par);
             continue;
         }
         for (uint32_t item = 0; item < s->ndtr; item++)
             memmove(to + ((s->cr & CR_MINC) ? item * item_bytes(s) : 0),
                     from + ((s->cr & CR_PINC) ? item * item_bytes(s) : 0), item_bytes(s));
-        account(board, 1, i, s->ndtr);
+        account(dev, 1, i, s->ndtr);
     }
 }
 
-void hil_dma_flash_ready(struct hil_board *board)
+static void tell_enabled(const struct hil_dma_device *dev, unsigned unit)
 {
-    struct hil_dma *dma = board->state.dma;
+    for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
+        const struct hil_dma_client *client = &dev->client[unit][i];
+        if (client->enabled)
+            client->enabled(client->who);
+    }
+}
+
+void hil_dma_flash_ready(void *device)
+{
+    struct hil_dma_device *dev = device;
+    struct hil_dma *dma = dev->state;
     if (dma[1].waits_for_flash) {
         dma[1].waits_for_flash = false;
         for (unsigned i = 0; i < 8; i++) {
             if ((dma[1].stream[i].cr & CR_EN) && (dma[1].stream[i].cr >> 6 & 3u) == 2u)
-                memory_start(board, &dma[1].stream[i]);
+                memory_start(dev, &dma[1].stream[i]);
         }
-        hil_usart_dma_enabled(board);
+        tell_enabled(dev, 1);
     }
     if (dma[0].waits_for_flash) {
         dma[0].waits_for_flash = false;
-        hil_spi_dma_enabled(board);
+        tell_enabled(dev, 0);
     }
 }
 
-void hil_dma_reset(struct hil_board *board, unsigned unit)
+void hil_dma_reset(void *device, unsigned unit)
 {
-    struct hil_dma *dma = &board->state.dma[unit];
+    struct hil_dma_device *dev = device;
+    struct hil_dma *dma = &dev->state[unit];
     *dma = (struct hil_dma){0};
     for (unsigned i = 0; i < 8; i++) {
         dma->stream[i].fcr = FCR_RESET;
-        update_irq(board, unit, i);
+        update_irq(dev, unit, i);
     }
     if (unit == 1)
-        hil_event_set_cycle(board, HIL_EVENT_DMA_MEMORY, HIL_NEVER);
+        hil_event_set_cycle(dev->core, HIL_EVENT_DMA_MEMORY, HIL_NEVER);
 }
 
 /* What the emulator knows of the streams' data is as of the last event; bring it up to now before anybody
  * looks. */
-static void catch_up(struct hil_board *board, unsigned unit)
+static void catch_up(struct hil_dma_device *dev, unsigned unit)
 {
-    if (unit == 1) {
-        hil_adc_catch_up(board, hil_now(board));
-        hil_usart_catch_up(board, hil_now(board));
-    } else {
-        hil_spi_catch_up(board, hil_now(board));
+    for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
+        const struct hil_dma_client *client = &dev->client[unit][i];
+        if (client->catch_up)
+            client->catch_up(client->who, hil_now(dev->core));
     }
 }
 
-uint32_t hil_dma_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_dma *dma = &board->state.dma[unit];
-    catch_up(board, unit);
+    struct hil_dma_device *dev = device;
+    struct hil_dma *dma = &dev->state[unit];
+    catch_up(dev, unit);
     if (offset < 8)
         return dma->isr[offset / 4u];
     if (offset < 0x10) /* LIFCR, HIFCR: write only */
         return 0;
     if (offset >= 0x10u + 8u * 0x18u)
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     const struct hil_dma_stream *s = &dma->stream[(offset - 0x10u) / 0x18u];
     switch ((offset - 0x10u) % 0x18u) {
     case 0x00:
@@ -267,65 +280,64 @@ uint32_t hil_dma_read(struct hil_board *board, unsigned unit, uint32_t offset)
     }
 }
 
-static void enable(struct hil_board *board, unsigned unit, unsigned stream)
+static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
 {
-    struct hil_dma *dma = &board->state.dma[unit];
+    struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
     uint32_t direction = s->cr >> 6 & 3u;
     if (s->cr & (CR_PFCTRL | CR_DBM | (1u << 15) | (0xfu << 21)))
-        hil_bus_refuse(board, "peripheral flow control, double buffers, bursts");
+        hil_bus_refuse(dev->core, "peripheral flow control, double buffers, bursts");
     if (direction == 3 || (direction == 2 && unit == 0))
-        hil_bus_refuse(board, "a direction that this controller does not have");
+        hil_bus_refuse(dev->core, "a direction that this controller does not have");
     if (direction != 2 && (s->fcr & FCR_DMDIS))
-        hil_bus_refuse(board, "FIFO mode between peripheral and memory");
+        hil_bus_refuse(dev->core, "FIFO mode between peripheral and memory");
     if (direction != 2 && (s->cr & CR_PINC))
-        hil_bus_refuse(board, "peripheral address increment");
+        hil_bus_refuse(dev->core, "peripheral address increment");
     if (flags(dma, stream) || s->ndtr == 0) { /* as silicon: it does not start (10.3.17) */
-        hil_trace(board, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
+        hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
                   (unsigned)flags(dma, stream), (unsigned)s->ndtr);
         return;
     }
     s->cr |= CR_EN;
     s->reload = s->ndtr;
     if (direction == 2)
-        memory_start(board, s);
-    else if (unit == 1)
-        hil_usart_dma_enabled(board);
+        memory_start(dev, s);
     else
-        hil_spi_dma_enabled(board);
+        tell_enabled(dev, unit);
 }
 
-static void cr_write(struct hil_board *board, unsigned unit, unsigned stream, uint32_t value)
+static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t value)
 {
-    struct hil_dma_stream *s = &board->state.dma[unit].stream[stream];
+    struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     bool was_on = (s->cr & CR_EN) != 0;
     value &= 0x0fefffffu;
     if (was_on) { /* only the enables can change while it runs */
         s->cr = (s->cr & ~0x1fu) | (value & 0x1fu);
         if (!(value & CR_EN))
             /* suspended: the end of the last item is signalled (10.3.14) */
-            raise(board, unit, stream, FLAG_TC);
+            raise(dev, unit, stream, FLAG_TC);
     } else {
         s->cr = value & ~CR_EN;
         if (value & CR_EN)
-            enable(board, unit, stream);
+            enable(dev, unit, stream);
     }
-    update_irq(board, unit, stream);
+    update_irq(dev, unit, stream);
 }
 
-void hil_dma_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_dma *dma = &board->state.dma[unit];
-    catch_up(board, unit);
+    struct hil_dma_device *dev = device;
+    struct hil_dma *dma = &dev->state[unit];
+    catch_up(dev, unit);
     if (offset == 8 || offset == 0xc) {
         unsigned high = offset == 0xc;
         dma->isr[high] &= ~value;
         for (unsigned i = 0; i < 4; i++)
-            update_irq(board, unit, 4u * high + i);
+            update_irq(dev, unit, 4u * high + i);
         return;
     }
     if (offset < 0x10 || offset >= 0x10u + 8u * 0x18u) {
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
     unsigned stream = (offset - 0x10u) / 0x18u;
@@ -333,11 +345,11 @@ void hil_dma_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
     bool on = (s->cr & CR_EN) != 0;
     switch ((offset - 0x10u) % 0x18u) {
     case 0x00:
-        cr_write(board, unit, stream, value);
+        cr_write(dev, unit, stream, value);
         return;
     case 0x10:
         if (value)
-            hil_bus_refuse(board, "a second memory address");
+            hil_bus_refuse(dev->core, "a second memory address");
         return;
     case 0x14:
         s->fcr = (s->fcr & 0x38u) | (value & 0x87u);
@@ -346,7 +358,7 @@ void hil_dma_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         break;
     }
     if (on) {
-        hil_trace(board, "DMA%u stream %u is on: write to offset 0x%x ignored", unit + 1, stream,
+        hil_trace(dev->core, "DMA%u stream %u is on: write to offset 0x%x ignored", unit + 1, stream,
                   (unsigned)offset);
         return;
     }

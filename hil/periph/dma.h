@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 struct hil_dma_stream {
     uint32_t cr, ndtr, par, m0ar, fcr;
@@ -31,25 +31,42 @@ struct hil_dma_request {
     bool from_memory;
 };
 
-void hil_dma_reset(struct hil_board *board, unsigned unit);
-uint32_t hil_dma_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_dma_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_dma_memory_event(struct hil_board *board, uint64_t at);
+/* A peripheral behind a controller. `catch_up`: bring what it has moved up to this cycle; `enabled`: a stream was enabled, it may
+ * be the one that waited. NULL: it has no use for it. */
+struct hil_dma_client {
+    void *who;
+    void (*catch_up)(void *who, uint64_t at);
+    void (*enabled)(void *who);
+};
 
-/* Flash can be read again. */
-void hil_dma_flash_ready(struct hil_board *board);
+#define HIL_DMA_CLIENTS 2u
+
+struct hil_dma_device {
+    struct hil_core *core;
+    struct hil_dma *state; /* of both */
+    struct hil_dma_client client[2][HIL_DMA_CLIENTS]; /* of each controller, in the order in which they catch up */
+};
+
+/* For the bus and the event queue; `device` is a struct hil_dma_device. */
+void hil_dma_reset(void *device, unsigned unit);
+uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset);
+void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_dma_memory_event(void *device, uint64_t at);
+
+/* Flash can be read again; `device` is a struct hil_dma_device. */
+void hil_dma_flash_ready(void *device);
 
 /* Items the stream would move now without stopping or raising a flag before the last of them; 0 while it
  * does not serve this request (off, other channel or direction). A wrong PAR stops the run. */
-uint32_t hil_dma_until_flag(struct hil_board *board, const struct hil_dma_request *request);
+uint32_t hil_dma_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *request);
 /* Move n items, 1 <= n <= hil_dma_until_flag. Values are in the low bits of 16-bit words; a stream of
  * bytes takes the low byte. Reading returns false when the memory is out of reach: transfer error, nothing
  * moved. */
-void hil_dma_write_items(struct hil_board *board, const struct hil_dma_request *request,
+void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *request,
                          const uint16_t *values, uint32_t n);
-bool hil_dma_read_items(struct hil_board *board, const struct hil_dma_request *request, uint8_t *values,
+bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *request, uint8_t *values,
                         uint32_t n);
 /* One item of a 32-bit peripheral register (capture), read through the bus with its side effects. */
-void hil_dma_request(struct hil_board *board, unsigned controller, unsigned stream, unsigned channel);
+void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream, unsigned channel);
 
 #endif

@@ -2,7 +2,10 @@
 
 #include <string.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/options.h"
+#include "hil/periph/rcc.h"
+
 
 #define ACR_LATENCY 7u
 #define ACR_RESETS 0x1800u   /* ICRST, DCRST */
@@ -67,79 +70,66 @@ static unsigned level_of(uint32_t options)
     return rdp == 0xaa ? 0 : rdp == 0xcc ? 2 : 1;
 }
 
-unsigned hil_flash_protection_level(const struct hil_board *board)
+unsigned hil_flash_protection_level(const struct hil_flash_device *dev)
 {
-    return level_of(board->state.flash.options);
+    return level_of(dev->state->options);
 }
 
-uint32_t hil_flash_option_word(const struct hil_board *board, unsigned word)
+uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word)
 {
-    uint32_t options = board->state.flash.options;
+    uint32_t options = dev->state->options;
     uint32_t half = word == 0 ? options & 0xffecu : word == 2 ? options >> 16 & 0xfffu : 0xffffu;
     return word % 2u ? 0xffffffffu : (~half & 0xffffu) << 16 | half;
 }
 
-bool hil_flash_busy(const struct hil_board *board) { return board->state.flash.operation != HIL_FLASH_IDLE; }
-
-bool hil_flash_erases(const struct hil_board *board)
+static void update_irq(struct hil_flash_device *dev)
 {
-    return board->state.flash.operation > HIL_FLASH_PROGRAM;
-}
-
-bool hil_flash_stalls(const struct hil_board *board, uint32_t address)
-{
-    const struct hil_flash *flash = &board->state.flash;
-    if (flash->operation == HIL_FLASH_IDLE)
-        return false;
-    return address - HIL_FLASH_BASE < HIL_FLASH_SIZE || (address < HIL_FLASH_SIZE && !flash->boot_rom);
-}
-
-static void update_irq(struct hil_board *board)
-{
-    const struct hil_flash *flash = &board->state.flash;
+    const struct hil_flash *flash = dev->state;
     bool end = (flash->cr & CR_EOPIE) && (flash->sr & SR_EOP);
     bool error = (flash->cr & CR_ERRIE) && (flash->sr & SR_OPERR);
-    hil_irq_line(board, HIL_IRQ_FLASH, end || error);
+    hil_irq_line(dev->core, HIL_IRQ_FLASH, end || error);
 }
 
 /* A request that is not carried out. */
-static void refuse(struct hil_board *board, uint32_t error, const char *why, uint32_t address)
+static void refuse(struct hil_flash_device *dev, uint32_t error, const char *why, uint32_t address)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash *flash = dev->state;
     flash->sr |= error | (error && (flash->cr & CR_ERRIE) ? SR_OPERR : 0);
-    board->state.counters.flash_refused++;
-    hil_trace(board, "flash: %s at 0x%08x, SR 0x%x", why, (unsigned)address, (unsigned)flash->sr);
-    update_irq(board);
+    dev->core->state.counters.flash_refused++;
+    hil_trace(dev->core, "flash: %s at 0x%08x, SR 0x%x", why, (unsigned)address, (unsigned)flash->sr);
+    update_irq(dev);
 }
 
-static void begin(struct hil_board *board, enum hil_flash_operation operation, const struct duration *duration)
+static void begin(struct hil_flash_device *dev, enum hil_flash_operation operation, const struct duration *duration)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash *flash = dev->state;
     unsigned width = flash->cr >> 8 & 3u;
-    uint64_t now_ps = hil_board_now_ps(board);
+    uint64_t now_ps = hil_now_ps(dev->core);
     if (width == NO_VPP) {
-        hil_bus_refuse(board, "PSIZE x64 needs an external supply on VPP, which this board does not have");
+        hil_bus_refuse(dev->core, "PSIZE x64 needs an external supply on VPP, which this board does not have");
         return;
     }
     flash->operation = operation;
+    dev->core->state.bank.busy = true;
+    dev->core->state.bank.erases = operation > HIL_FLASH_PROGRAM;
     flash->operations++;
     flash->begin_ps = now_ps;
-    flash->end_ps = now_ps + hil_cell_time_ps(board->options.cell_times, duration->typical_us[width],
+    flash->end_ps = now_ps + hil_cell_time_ps(dev->options->cell_times, duration->typical_us[width],
                                               duration->maximum_us[width], &flash->random);
     flash->sr |= SR_BSY;
-    hil_event_set_ps(board, HIL_EVENT_FLASH, flash->end_ps);
+    hil_event_set_ps(dev->core, HIL_EVENT_FLASH, flash->end_ps);
     if (flash->operations == flash->cut_at)
-        hil_event_set_ps(board, HIL_EVENT_FLASH_CUT,
+        hil_event_set_ps(dev->core, HIL_EVENT_FLASH_CUT,
                          now_ps + (flash->end_ps - now_ps) / 1000u * flash->cut_permille);
-    hil_faults_flash_operation(board);
-    hil_cpu_attend(board);
+    hil_call(&dev->began);
+    hil_core_attend(dev->core);
 }
 
 /* What the operation would make of its cells, as far as it got. */
-static void change_cells(struct hil_board *board, unsigned permille)
+static void change_cells(struct hil_flash_device *dev, unsigned permille)
 {
-    struct hil_flash *flash = &board->state.flash;
-    uint8_t *cells = board->memory->flash + flash->address;
+    struct hil_flash *flash = dev->state;
+    uint8_t *cells = dev->core->memory->flash + flash->address;
     uint8_t wanted[4];
     switch (flash->operation) {
     case HIL_FLASH_PROGRAM:
@@ -153,194 +143,199 @@ static void change_cells(struct hil_board *board, unsigned permille)
         break;
     case HIL_FLASH_OPTIONS:
         if (level_of(flash->options) == 1 && level_of(flash->value) == 0) /* back to level 0: everything goes */
-            hil_cells_tear(board->memory->flash, NULL, HIL_FLASH_SIZE, permille, &flash->random);
+            hil_cells_tear(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille, &flash->random);
         flash->options = permille >= 1000 ? flash->value : OPTIONS_ERASED;
         break;
     case HIL_FLASH_IDLE:
         return;
     }
     if (flash->operation == HIL_FLASH_PROGRAM)
-        hil_cpu_forget_range(board, HIL_FLASH_BASE + flash->address, flash->size);
+        hil_cpu_forget_range(dev->core, HIL_FLASH_BASE + flash->address, flash->size);
     else
-        hil_cpu_forget_code(board);
+        hil_cpu_forget_code(dev->core);
 }
 
-static void stop_operation(struct hil_board *board)
+static void stop_operation(struct hil_flash_device *dev)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash *flash = dev->state;
     flash->operation = HIL_FLASH_IDLE;
+    dev->core->state.bank.busy = dev->core->state.bank.erases = false;
     flash->sr &= ~SR_BSY;
     flash->cr &= ~CR_STRT;
     flash->optcr &= ~OPTCR_STRT;
-    hil_event_set_ps(board, HIL_EVENT_FLASH, HIL_NEVER);
-    hil_event_set_ps(board, HIL_EVENT_FLASH_CUT, HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_FLASH, HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_FLASH_CUT, HIL_NEVER);
 }
 
-void hil_flash_event(struct hil_board *board, uint64_t at)
+void hil_flash_event(void *device, uint64_t at)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash_device *dev = device;
+    struct hil_flash *flash = dev->state;
     (void)at;
-    change_cells(board, 1000);
-    stop_operation(board);
+    change_cells(dev, 1000);
+    stop_operation(dev);
     if (flash->cr & CR_EOPIE)
         flash->sr |= SR_EOP;
-    update_irq(board);
-    hil_dma_flash_ready(board);
+    update_irq(dev);
+    hil_call(&dev->ready);
 }
 
-void hil_flash_wait(struct hil_board *board)
+void hil_flash_wait(void *device)
 {
-    struct hil_clock *clock = &board->state.clock;
-    if (!hil_flash_busy(board))
+    struct hil_flash_device *dev = device;
+    struct hil_clock *clock = &dev->core->state.clock;
+    if (!dev->core->state.bank.busy)
         return;
-    uint64_t end = hil_clock_cycle(clock, board->state.flash.end_ps);
+    uint64_t end = hil_clock_cycle(clock, dev->state->end_ps);
     if (end > clock->now_cycle) {
-        board->state.counters.flash_stall_cycles += end - clock->now_cycle;
+        dev->core->state.counters.flash_stall_cycles += end - clock->now_cycle;
         clock->now_cycle = end;
     }
-    hil_flash_event(board, end);
+    hil_flash_event(dev, end);
 }
 
 /* What stops part of the way leaves cells in between. */
-static void tear(struct hil_board *board, unsigned permille)
+static void tear(struct hil_flash_device *dev, unsigned permille)
 {
-    hil_trace(board, "flash: operation %llu cut off at %u / 1000",
-              (unsigned long long)board->state.flash.operations, permille);
-    change_cells(board, permille);
-    stop_operation(board);
+    hil_trace(dev->core, "flash: operation %llu cut off at %u / 1000",
+              (unsigned long long)dev->state->operations, permille);
+    change_cells(dev, permille);
+    stop_operation(dev);
 }
 
-void hil_flash_power_lost(struct hil_board *board)
+void hil_flash_power_lost(struct hil_flash_device *dev)
 {
-    const struct hil_flash *flash = &board->state.flash;
-    uint64_t now_ps = hil_board_now_ps(board);
-    if (!hil_flash_busy(board))
+    const struct hil_flash *flash = dev->state;
+    uint64_t now_ps = hil_now_ps(dev->core);
+    if (!dev->core->state.bank.busy)
         return;
     uint64_t done_ps = now_ps < flash->end_ps ? now_ps - flash->begin_ps : flash->end_ps - flash->begin_ps;
-    tear(board, (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps)));
+    tear(dev, (unsigned)(done_ps * 1000u / (flash->end_ps - flash->begin_ps)));
 }
 
-void hil_flash_cut_event(struct hil_board *board, uint64_t at)
+void hil_flash_cut_event(void *device, uint64_t at)
 {
+    struct hil_flash_device *dev = device;
     (void)at;
-    board->state.flash.cut_at = 0;
-    tear(board, board->state.flash.cut_permille);
-    hil_board_cut_power(board);
+    dev->state->cut_at = 0;
+    tear(dev, dev->state->cut_permille);
+    hil_call(&dev->cut);
 }
 
-void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille)
+void hil_flash_cut_at(struct hil_flash_device *dev, uint64_t n, unsigned permille)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash *flash = dev->state;
     flash->cut_at = n ? flash->operations + n : 0;
     flash->cut_permille = permille < 1000 ? permille : 999;
 }
 
-void hil_flash_create(struct hil_board *board)
+void hil_flash_create(struct hil_flash_device *dev)
 {
-    board->state.flash = (struct hil_flash){
+    *dev->state = (struct hil_flash){
         .options = HIL_FLASH_OPTIONS_FACTORY,
-        .random = board->options.seed ^ 0xf1a50000f1a5ull,
+        .random = dev->options->seed ^ 0xf1a50000f1a5ull,
     };
 }
 
 /* "If a device reset occurs during an operation, the contents are not guaranteed" (RM0090 3.6). */
-void hil_flash_reset(struct hil_board *board)
+void hil_flash_reset(struct hil_flash_device *dev)
 {
-    struct hil_flash *flash = &board->state.flash;
-    hil_flash_power_lost(board);
+    struct hil_flash *flash = dev->state;
+    hil_flash_power_lost(dev);
     flash->sr = 0;
     flash->cr = CR_LOCK;
     flash->optcr = flash->options | OPTCR_LOCK;
     flash->key_step = flash->option_key_step = STEP_LOCKED;
-    flash->boot_rom = board->options.boot0 && level_of(flash->options) != 2;
+    dev->core->state.bank.boot_rom = dev->options->boot0 && level_of(flash->options) != 2;
     if (!(flash->options & OPTCR_WDG_SW))
-        hil_board_stop(board, MR_UNMODELLED, "unmodelled option: hardware watchdog (WDG_SW is 0)");
-    update_irq(board);
+        hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled option: hardware watchdog (WDG_SW is 0)");
+    update_irq(dev);
 }
 
-static bool is_write_protected(const struct hil_board *board, unsigned sector)
+static bool is_write_protected(const struct hil_flash_device *dev, unsigned sector)
 {
-    return !(board->state.flash.options >> (16u + sector) & 1u);
+    return !(dev->state->options >> (16u + sector) & 1u);
 }
 
-static void program(struct hil_board *board, uint32_t offset, unsigned size, uint32_t value)
+static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size, uint32_t value)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash *flash = dev->state;
     uint32_t address = HIL_FLASH_BASE + offset;
-    hil_flash_wait(board); /* a second write holds the bus */
+    hil_flash_wait(dev); /* a second write holds the bus */
     if (!(flash->cr & CR_PG)) {
-        refuse(board, SR_PGSERR, "store without CR.PG", address);
+        refuse(dev, SR_PGSERR, "store without CR.PG", address);
     } else if (offset % ROW_BYTES + size > ROW_BYTES) {
-        refuse(board, SR_PGAERR, "store across a row of 128 bits", address);
+        refuse(dev, SR_PGAERR, "store across a row of 128 bits", address);
     } else if (size != 1u << (flash->cr >> 8 & 3u) || offset % size) {
-        refuse(board, SR_PGPERR, "store of another width than PSIZE", address);
-    } else if (is_write_protected(board, hil_flash_sector(offset))) {
-        refuse(board, SR_WRPERR, "store to a write-protected sector", address);
+        refuse(dev, SR_PGPERR, "store of another width than PSIZE", address);
+    } else if (is_write_protected(dev, hil_flash_sector(offset))) {
+        refuse(dev, SR_WRPERR, "store to a write-protected sector", address);
     } else {
         flash->address = offset;
         flash->value = value;
         flash->size = size;
-        begin(board, HIL_FLASH_PROGRAM, &program_time);
+        begin(dev, HIL_FLASH_PROGRAM, &program_time);
     }
 }
 
-void hil_flash_store(struct hil_board *board, uint32_t address, unsigned size, uint64_t value)
+void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t value)
 {
+    struct hil_flash_device *dev = device;
     uint32_t offset = address < HIL_FLASH_SIZE ? address : address - HIL_FLASH_BASE;
-    program(board, offset, size == 8 ? 4 : size, (uint32_t)value);
+    program(dev, offset, size == 8 ? 4 : size, (uint32_t)value);
     if (size == 8) /* two words on the bus */
-        program(board, offset + 4u, 4, (uint32_t)(value >> 32));
+        program(dev, offset + 4u, 4, (uint32_t)(value >> 32));
 }
 
-static void erase(struct hil_board *board)
+static void erase(struct hil_flash_device *dev)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash *flash = dev->state;
     unsigned sector = flash->cr >> 3 & 15u;
     bool all = (flash->cr & CR_MER) != 0;
     if (all == ((flash->cr & CR_SER) != 0)) { /* both: neither is performed (3.6.3); none: nothing to start */
-        refuse(board, 0, "STRT with not exactly one of SER and MER", HIL_FLASH_BASE);
+        refuse(dev, 0, "STRT with not exactly one of SER and MER", HIL_FLASH_BASE);
         flash->cr &= ~CR_STRT;
         return;
     }
     if (!all && sector >= HIL_FLASH_SECTORS) {
-        hil_bus_refuse(board, "a sector number that this flash does not have");
+        hil_bus_refuse(dev->core, "a sector number that this flash does not have");
         return;
     }
     for (unsigned i = all ? 0 : sector; i < (all ? HIL_FLASH_SECTORS : sector + 1); i++) {
-        if (is_write_protected(board, i)) {
-            refuse(board, SR_WRPERR, "erase of a write-protected sector", HIL_FLASH_BASE + sector_starts[i]);
+        if (is_write_protected(dev, i)) {
+            refuse(dev, SR_WRPERR, "erase of a write-protected sector", HIL_FLASH_BASE + sector_starts[i]);
             flash->cr &= ~CR_STRT;
             return;
         }
     }
     flash->address = all ? 0 : sector_starts[sector];
     flash->size = all ? HIL_FLASH_SIZE : sector_starts[sector + 1] - sector_starts[sector];
-    begin(board, all ? HIL_FLASH_ERASE_ALL : HIL_FLASH_ERASE_SECTOR,
+    begin(dev, all ? HIL_FLASH_ERASE_ALL : HIL_FLASH_ERASE_SECTOR,
           all ? &erase_all_time : sector < 4 ? &erase_16k_time : sector == 4 ? &erase_64k_time : &erase_128k_time);
 }
 
-static void cr_write(struct hil_board *board, uint32_t value)
+static void cr_write(struct hil_flash_device *dev, uint32_t value)
 {
-    struct hil_flash *flash = &board->state.flash;
-    hil_flash_wait(board); /* a write while BSY is set holds the bus */
+    struct hil_flash *flash = dev->state;
+    hil_flash_wait(dev); /* a write while BSY is set holds the bus */
     if (flash->cr & CR_LOCK) {
-        hil_trace(board, "flash: FLASH_CR is locked, 0x%08x is ignored", (unsigned)value);
+        hil_trace(dev->core, "flash: FLASH_CR is locked, 0x%08x is ignored", (unsigned)value);
         return;
     }
     flash->cr = value & (CR_BITS | CR_STRT | CR_LOCK);
     if (value & CR_LOCK)
         flash->key_step = STEP_LOCKED;
     if (value & CR_STRT)
-        erase(board);
-    update_irq(board);
+        erase(dev);
+    update_irq(dev);
 }
 
-static void optcr_write(struct hil_board *board, uint32_t value)
+static void optcr_write(struct hil_flash_device *dev, uint32_t value)
 {
-    struct hil_flash *flash = &board->state.flash;
-    hil_flash_wait(board);
+    struct hil_flash *flash = dev->state;
+    hil_flash_wait(dev);
     if (flash->optcr & OPTCR_LOCK) {
-        hil_trace(board, "flash: FLASH_OPTCR is locked, 0x%08x is ignored", (unsigned)value);
+        hil_trace(dev->core, "flash: FLASH_OPTCR is locked, 0x%08x is ignored", (unsigned)value);
         return;
     }
     flash->optcr = value & (OPTCR_BITS | OPTCR_LOCK);
@@ -349,18 +344,18 @@ static void optcr_write(struct hil_board *board, uint32_t value)
     if (!(value & OPTCR_STRT))
         return;
     if (level_of(flash->options) == 2) { /* for ever (3.7.3) */
-        refuse(board, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
+        refuse(dev, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
         return;
     }
     bool regression = level_of(flash->options) == 1 && level_of(value) == 0;
     flash->value = value & OPTCR_BITS;
     flash->optcr |= OPTCR_STRT;
     /* The data sheet gives no time for option bytes: that of a 16 KiB sector. */
-    begin(board, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
+    begin(dev, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
 }
 
 /* One key of a sequence; true when the register opens. A wrong key closes it until the next reset. */
-static bool unlock(struct hil_board *board, uint8_t *step, uint32_t value, uint32_t first, uint32_t second)
+static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, uint32_t first, uint32_t second)
 {
     if (*step == STEP_OPEN || *step == STEP_DEAD)
         return false;
@@ -368,29 +363,30 @@ static bool unlock(struct hil_board *board, uint8_t *step, uint32_t value, uint3
         ++*step;
         return *step == STEP_OPEN;
     }
-    hil_trace(board, "flash: wrong key 0x%08x, locked until reset", (unsigned)value);
-    board->state.counters.flash_refused++;
+    hil_trace(dev->core, "flash: wrong key 0x%08x, locked until reset", (unsigned)value);
+    dev->core->state.counters.flash_refused++;
     *step = STEP_DEAD;
     return false;
 }
 
-static void acr_write(struct hil_board *board, uint32_t value)
+static void acr_write(struct hil_flash_device *dev, uint32_t value)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc *rcc = dev->rcc->state;
     rcc->flash_acr = value & ACR_BITS & ~ACR_RESETS;
-    if (board->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
-        hil_board_stop(board, MR_HALTED, "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
-                       (unsigned)value, (unsigned)board->state.clock.hclk_hz,
-                       (unsigned)hil_cpu_access_pc(board, board->access.address, true));
+    if (dev->core->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
+        hil_core_stop(dev->core, MR_HALTED, "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
+                       (unsigned)value, (unsigned)dev->core->state.clock.hclk_hz,
+                       (unsigned)hil_cpu_access_pc(dev->core, dev->core->bus.access.address, true));
 }
 
-uint32_t hil_flash_if_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset)
 {
-    const struct hil_flash *flash = &board->state.flash;
+    struct hil_flash_device *dev = device;
+    const struct hil_flash *flash = dev->state;
     (void)unit;
     switch (offset) {
     case 0x00:
-        return board->state.rcc.flash_acr;
+        return dev->rcc->state->flash_acr;
     case 0x04: /* KEYR and OPTKEYR are write-only */
     case 0x08:
         return 0;
@@ -401,37 +397,38 @@ uint32_t hil_flash_if_read(struct hil_board *board, unsigned unit, uint32_t offs
     case 0x14:
         return flash->optcr;
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-void hil_flash_if_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_flash *flash = &board->state.flash;
+    struct hil_flash_device *dev = device;
+    struct hil_flash *flash = dev->state;
     (void)unit;
     switch (offset) {
     case 0x00:
-        acr_write(board, value);
+        acr_write(dev, value);
         break;
     case 0x04:
-        if (unlock(board, &flash->key_step, value, KEY1, KEY2))
+        if (unlock(dev, &flash->key_step, value, KEY1, KEY2))
             flash->cr &= ~CR_LOCK;
         break;
     case 0x08:
-        if (unlock(board, &flash->option_key_step, value, OPTKEY1, OPTKEY2))
+        if (unlock(dev, &flash->option_key_step, value, OPTKEY1, OPTKEY2))
             flash->optcr &= ~OPTCR_LOCK;
         break;
     case 0x0c:
         flash->sr &= ~(value & SR_CLEARABLE);
-        update_irq(board);
+        update_irq(dev);
         break;
     case 0x10:
-        cr_write(board, value);
+        cr_write(dev, value);
         break;
     case 0x14:
-        optcr_write(board, value);
+        optcr_write(dev, value);
         break;
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
     }
 }

@@ -21,7 +21,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-struct hil_board;
+#include "hil/core/call.h"
+
+struct hil_core;
+struct hil_options;
+struct hil_rcc_device;
 
 #define HIL_FLASH_SECTORS 12u
 #define HIL_FLASH_OPTIONS_FACTORY 0x0fffaaecu /* layout of FLASH_OPTCR: level 0, no sector protected */
@@ -46,35 +50,42 @@ struct hil_flash {
     uint64_t cut_at;                   /* the operation that a power cut ends; 0: none */
     unsigned cut_permille;
     uint64_t random;
-    bool boot_rom;                     /* system memory, not flash, is at address 0 */
 };
 
-void hil_flash_create(struct hil_board *board);
-/* System reset. */
-void hil_flash_reset(struct hil_board *board);
-uint32_t hil_flash_if_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_flash_if_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_flash_event(struct hil_board *board, uint64_t at);
-void hil_flash_cut_event(struct hil_board *board, uint64_t at);
+struct hil_flash_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_flash *state;
+    struct hil_rcc_device *rcc;
+    struct hil_call began; /* an operation has begun */
+    struct hil_call ready; /* the bank can be read again */
+    struct hil_call cut;   /* the supply goes: what hil_flash_cut_at ordered */
+};
 
+void hil_flash_create(struct hil_flash_device *dev);
+/* System reset. */
+void hil_flash_reset(struct hil_flash_device *dev);
+/* For the bus, the event queue and the core (hil_bank_calls); `device` is a struct hil_flash_device. */
+uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset);
+void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_flash_event(void *device, uint64_t at);
+void hil_flash_cut_event(void *device, uint64_t at);
 /* The core stores `size` bytes (1, 2, 4, 8) to a flash address. */
-void hil_flash_store(struct hil_board *board, uint32_t address, unsigned size, uint64_t value);
-bool hil_flash_busy(const struct hil_board *board);
-/* An erase, of a sector, of all or of option bytes, is in progress. */
-bool hil_flash_erases(const struct hil_board *board);
-/* Is this address one that cannot be read before the operation in progress ends? */
-bool hil_flash_stalls(const struct hil_board *board, uint32_t address);
+void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t value);
 /* Hold the bus until the operation in progress has ended: virtual time jumps. */
-void hil_flash_wait(struct hil_board *board);
+void hil_flash_wait(void *device);
 /* The supply went: an operation in progress stays where it is. */
-void hil_flash_power_lost(struct hil_board *board);
+void hil_flash_power_lost(struct hil_flash_device *dev);
+/* Cut the supply in the n-th operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
+ * began. */
+void hil_flash_cut_at(struct hil_flash_device *dev, uint64_t n, unsigned permille);
 
 /* Sector at an offset in flash, and where a sector begins (12: the end). */
 unsigned hil_flash_sector(uint32_t offset);
 uint32_t hil_flash_sector_start(unsigned sector);
 /* 0, 1 or 2, from the programmed option bytes. */
-unsigned hil_flash_protection_level(const struct hil_board *board);
+unsigned hil_flash_protection_level(const struct hil_flash_device *dev);
 /* Option bytes as memory shows them from 0x1FFFC000, word 0 to 3. */
-uint32_t hil_flash_option_word(const struct hil_board *board, unsigned word);
+uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word);
 
 #endif

@@ -1,15 +1,33 @@
 #include "hil/periph/gpio.h"
 
-#include "hil/board/machine.h"
+#include <stdlib.h>
 
-#define PORT_A 0u
+#include "hil/core/core.h"
+
+
 #define PORT_B 1u
 #define PORT_D 3u
 #define PORT_E 4u
 
-void hil_gpio_reset_port(struct hil_board *board, unsigned port)
+void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at), void *who)
 {
-    struct hil_gpio_port *p = &board->state.gpio.port[port];
+    if (dev->listeners == HIL_PIN_LISTENERS)
+        abort();
+    dev->listener[dev->listeners++] = (struct hil_pin_listener){who, changed};
+}
+
+bool hil_gpio_rests_high(const void *who, unsigned channel, bool *drives)
+{
+    (void)who;
+    (void)channel;
+    *drives = true;
+    return true;
+}
+
+void hil_gpio_reset_port(void *device, unsigned port)
+{
+    struct hil_gpio_device *dev = device;
+    struct hil_gpio_port *p = &dev->state->port[port];
     uint16_t driven = p->driven, outside = p->outside;
     *p = (struct hil_gpio_port){.driven = driven, .outside = outside};
     if (port == 0) { /* SWD and JTAG pins come up in alternate mode (8.4.1) */
@@ -21,91 +39,88 @@ void hil_gpio_reset_port(struct hil_board *board, unsigned port)
         p->ospeedr = 0x000000c0;
         p->pupdr = 0x00000100;
     }
-    hil_gpio_changed(board, hil_now(board));
+    hil_gpio_changed(dev, hil_now(dev->core));
 }
 
-enum hil_pin_mode hil_gpio_mode(const struct hil_board *board, unsigned port, unsigned pin)
+enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
-    return (enum hil_pin_mode)(board->state.gpio.port[port].moder >> (2u * pin) & 3u);
+    return (enum hil_pin_mode)(dev->state->port[port].moder >> (2u * pin) & 3u);
 }
 
-int hil_gpio_alternate(const struct hil_board *board, unsigned port, unsigned pin)
+int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
-    if (hil_gpio_mode(board, port, pin) != HIL_PIN_ALTERNATE)
+    if (hil_gpio_mode(dev, port, pin) != HIL_PIN_ALTERNATE)
         return -1;
-    return (int)(board->state.gpio.port[port].afr[pin / 8u] >> (4u * (pin % 8u)) & 15u);
+    return (int)(dev->state->port[port].afr[pin / 8u] >> (4u * (pin % 8u)) & 15u);
 }
 
-/* What a peripheral puts on a pin that is given to it; *drives false: it only listens there. */
-static bool alternate_output(const struct hil_board *board, unsigned port, unsigned pin, bool *drives)
+/* The peripheral that a pin is given to, or NULL. */
+static const struct hil_pin *user_of(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
-    int function = hil_gpio_alternate(board, port, pin);
-    *drives = true;
-    if (port == PORT_D && (pin == 12 || pin == 13) && function == 2)
-        return hil_tim4_output(board, pin - 12u, drives);
-    if (port == PORT_A && pin == 9 && function == 7)
-        return true; /* USART1_TX; between bytes it idles high, bytes are not modelled as edges */
-    if (port == PORT_D && pin == 1 && function == 9)
-        return true; /* CAN1_TX, recessive; likewise */
-    *drives = false;
-    return false;
+    const struct hil_pin *user = dev->alternate[port][pin];
+    return user && hil_gpio_alternate(dev, port, pin) == user->function ? user : NULL;
 }
 
-bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin)
+bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
-    const struct hil_gpio_port *p = &board->state.gpio.port[port];
-    enum hil_pin_mode mode = hil_gpio_mode(board, port, pin);
+    const struct hil_gpio_port *p = &dev->state->port[port];
+    enum hil_pin_mode mode = hil_gpio_mode(dev, port, pin);
     if (mode == HIL_PIN_OUTPUT) {
         bool high = (p->odr >> pin & 1u) != 0;
         if (!high || !(p->otyper >> pin & 1u))
             return high;
     } else if (mode == HIL_PIN_ALTERNATE) {
-        bool drives;
-        bool level = alternate_output(board, port, pin, &drives);
+        const struct hil_pin *user = user_of(dev, port, pin);
+        bool drives = false;
+        bool level = user && user->level && user->level(user->who, user->channel, &drives);
         if (drives)
             return level;
     }
     if (p->driven >> pin & 1u)
         return (p->outside >> pin & 1u) != 0;
-    if (port == PORT_A && pin == 10)
-        return hil_usart_line_in(board);
-    if (port == PORT_E && pin == 3)
-        return !hil_rig_lamp_draws(board);
+    const struct hil_pin *outside = dev->outside[port][pin];
+    if (outside) {
+        bool drives;
+        return outside->level(outside->who, outside->channel, &drives);
+    }
     return (p->pupdr >> (2u * pin) & 3u) == 1u;
 }
 
-void hil_gpio_excitation_changed(struct hil_board *board, uint64_t at)
+void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at)
 {
-    hil_rig_excitation(board, hil_gpio_level(board, PORT_D, 12), hil_gpio_level(board, PORT_D, 13), at);
+    if (dev->timer_listener.changed)
+        dev->timer_listener.changed(dev->timer_listener.who, at);
 }
 
-void hil_gpio_changed(struct hil_board *board, uint64_t at)
+void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at)
 {
-    hil_gpio_excitation_changed(board, at);
-    hil_rig_shunt(board, hil_gpio_level(board, PORT_E, 1), at);
-    hil_spi_pins_changed(board, at);
-    hil_i2c_lines_changed(board, at);
-    hil_camera_trigger(board, hil_gpio_level(board, PORT_E, 2), at);
+    for (unsigned i = 0; i < dev->listeners; i++)
+        dev->listener[i].changed(dev->listener[i].who, at);
 }
 
-void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool level, uint64_t at)
+void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level, uint64_t at)
 {
-    struct hil_gpio_port *p = &board->state.gpio.port[port];
+    struct hil_gpio_port *p = &dev->state->port[port];
     uint16_t bit = (uint16_t)(1u << pin);
-    bool before = hil_gpio_level(board, port, pin);
+    bool before = hil_gpio_level(dev, port, pin);
     p->driven |= bit;
     p->outside = (uint16_t)(level ? p->outside | bit : p->outside & ~bit);
-    bool after = hil_gpio_level(board, port, pin);
-    /* PA15 with function 1 is TIM2_CH1; without it no edge ever reaches the timer. */
-    if (after != before && port == PORT_A && pin == 15 && hil_gpio_alternate(board, port, pin) == 1)
-        hil_tim2_input_edge(board, 0, after, at);
-    if (after != before && port == PORT_B && pin == 3 && hil_gpio_alternate(board, port, pin) == 1) /* TIM2_CH2 */
-        hil_tim2_input_edge(board, 1, after, at);
+    bool after = hil_gpio_level(dev, port, pin);
+    /* Without the alternate function no edge ever reaches the peripheral. */
+    const struct hil_pin *user = after != before ? user_of(dev, port, pin) : NULL;
+    if (user && user->edge)
+        user->edge(user->who, user->channel, after, at);
 }
 
-uint32_t hil_gpio_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_gpio_rest(void *device, unsigned unit, uint32_t offset)
 {
-    const struct hil_gpio_port *p = &board->state.gpio.port[unit];
+    return offset == HIL_GPIO_BSRR ? 0 : hil_gpio_read(device, unit, offset);
+}
+
+uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
+{
+    struct hil_gpio_device *dev = device;
+    const struct hil_gpio_port *p = &dev->state->port[unit];
     uint32_t value = 0;
     switch (offset) {
     case 0x00:
@@ -118,8 +133,8 @@ uint32_t hil_gpio_read(struct hil_board *board, unsigned unit, uint32_t offset)
         return p->pupdr;
     case 0x10:
         for (unsigned pin = 0; pin < 16; pin++) {
-            if (hil_gpio_mode(board, unit, pin) != HIL_PIN_ANALOGUE)
-                value |= (uint32_t)hil_gpio_level(board, unit, pin) << pin;
+            if (hil_gpio_mode(dev, unit, pin) != HIL_PIN_ANALOGUE)
+                value |= (uint32_t)hil_gpio_level(dev, unit, pin) << pin;
         }
         return value;
     case 0x14:
@@ -131,13 +146,14 @@ uint32_t hil_gpio_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x24:
         return p->afr[1];
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_gpio_port *p = &board->state.gpio.port[unit];
+    struct hil_gpio_device *dev = device;
+    struct hil_gpio_port *p = &dev->state->port[unit];
     switch (offset) {
     case 0x00:
         p->moder = value;
@@ -164,11 +180,11 @@ void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uin
         p->afr[1] = value;
         break;
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
-    if (board->pin_times)
-        hil_pin_times_stored(board, unit);
+    if (dev->stored)
+        dev->stored(dev->stored_who, unit);
     if (unit == PORT_D || unit == PORT_B || unit == PORT_E)
-        hil_gpio_changed(board, hil_now(board));
+        hil_gpio_changed(dev, hil_now(dev->core));
 }

@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
 
 #define HIL_GPIO_PORTS 9u
 #define HIL_GPIO_BSRR 0x18u
@@ -26,19 +26,56 @@ struct hil_gpio {
 
 enum hil_pin_mode { HIL_PIN_INPUT, HIL_PIN_OUTPUT, HIL_PIN_ALTERNATE, HIL_PIN_ANALOGUE };
 
-void hil_gpio_reset_port(struct hil_board *board, unsigned port);
-enum hil_pin_mode hil_gpio_mode(const struct hil_board *board, unsigned port, unsigned pin);
-/* Alternate function number of a pin in alternate mode, -1 in any other. */
-int hil_gpio_alternate(const struct hil_board *board, unsigned port, unsigned pin);
-bool hil_gpio_level(const struct hil_board *board, unsigned port, unsigned pin);
-/* A driver outside changes its level. */
-void hil_gpio_drive(struct hil_board *board, unsigned port, unsigned pin, bool level, uint64_t at);
-/* Something that pins depend on changed at cycle `at` (ODR, mode, a timer's output): tell those who watch. */
-void hil_gpio_changed(struct hil_board *board, uint64_t at);
-/* The same of the pins that TIM4 can drive, which are those of the excitation. */
-void hil_gpio_excitation_changed(struct hil_board *board, uint64_t at);
+/* A peripheral on a pin as its alternate function `function`, or what is outside on it. `channel` is handed to its calls. */
+struct hil_pin {
+    void *who;
+    int function;
+    unsigned channel;
+    bool (*level)(const void *who, unsigned channel, bool *drives); /* NULL: it only listens */
+    void (*edge)(void *who, unsigned channel, bool level, uint64_t at); /* a driver outside changed the level; NULL: it does not look */
+};
 
-uint32_t hil_gpio_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_gpio_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
+/* Told that a pin may have changed. */
+struct hil_pin_listener {
+    void *who;
+    void (*changed)(void *who, uint64_t at);
+};
+
+#define HIL_PIN_LISTENERS 8u
+
+struct hil_gpio_device {
+    struct hil_core *core;
+    struct hil_gpio *state;
+    const struct hil_pin *alternate[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
+    const struct hil_pin *outside[HIL_GPIO_PORTS][16];   /* NULL: nothing, or what hil_gpio_drive says */
+    struct hil_pin_listener listener[HIL_PIN_LISTENERS]; /* of ports B, D and E; told in this order */
+    unsigned listeners;
+    struct hil_pin_listener timer_listener;              /* of the pins that TIM4 can drive */
+    void (*stored)(void *who, unsigned port);            /* the core has stored to a port; NULL: nobody looks */
+    void *stored_who;
+};
+
+/* Up to HIL_PIN_LISTENERS; aborts beyond. */
+void hil_gpio_listen(struct hil_gpio_device *dev, void (*changed)(void *who, uint64_t at), void *who);
+/* For a peripheral whose pin rests high and whose edges are not modelled. */
+bool hil_gpio_rests_high(const void *who, unsigned channel, bool *drives);
+
+/* For the bus; `device` is a struct hil_gpio_device, `unit` a port. */
+void hil_gpio_reset_port(void *device, unsigned unit);
+enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
+/* Alternate function number of a pin in alternate mode, -1 in any other. */
+int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
+bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
+/* A driver outside changes its level. */
+void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level, uint64_t at);
+/* Something that pins depend on changed at cycle `at` (ODR, mode, a timer's output): tell those who watch. */
+void hil_gpio_changed(struct hil_gpio_device *dev, uint64_t at);
+/* The same of the pins that TIM4 can drive. */
+void hil_gpio_timer_changed(struct hil_gpio_device *dev, uint64_t at);
+
+uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset);
+void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+/* What a narrow write leaves in the rest of a register (hil_peripheral.rest). */
+uint32_t hil_gpio_rest(void *device, unsigned unit, uint32_t offset);
 
 #endif

@@ -1,6 +1,9 @@
 #include "hil/periph/i2c.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/rcc.h"
+
 
 #define CR1_PE (1u << 0)
 #define CR1_START (1u << 8)
@@ -33,44 +36,43 @@
 
 static bool waits(const struct hil_i2c *i2c, uint32_t bit) { return (i2c->cr1 & bit) != 0; }
 
-static uint64_t period_cycles(const struct hil_board *board)
+static uint64_t period_cycles(const struct hil_i2c_device *dev)
 {
-    const struct hil_i2c *i2c = &board->state.i2c;
+    const struct hil_i2c *i2c = dev->state;
     uint32_t clocks = !(i2c->ccr & CCR_FS) ? 2u : i2c->ccr & CCR_DUTY ? 25u : 3u; /* 27.6.8 */
-    return (uint64_t)clocks * (i2c->ccr & 0xfffu) * hil_rcc_apb1_divider(board);
+    return (uint64_t)clocks * (i2c->ccr & 0xfffu) * hil_rcc_apb1_divider(dev->rcc);
 }
 
-static bool is_connected(const struct hil_board *board)
+static bool is_connected(const struct hil_i2c_device *dev)
 {
-    return hil_gpio_alternate(board, PORT_B, SCL) == 4 && hil_gpio_alternate(board, PORT_B, SDA) == 4;
+    return hil_gpio_alternate(dev->gpio, PORT_B, SCL) == 4 && hil_gpio_alternate(dev->gpio, PORT_B, SDA) == 4;
 }
 
-static void update(struct hil_board *board)
+static void update(struct hil_i2c_device *dev)
 {
-    const struct hil_i2c *i2c = &board->state.i2c;
+    const struct hil_i2c *i2c = dev->state;
     bool event = i2c->sr1 & (SR1_SB | SR1_ADDR | SR1_BTF);
     bool buffer = i2c->sr1 & (SR1_RXNE | SR1_TXE);
-    hil_irq_line(board, HIL_IRQ_I2C1_EV, (i2c->cr2 & CR2_ITEVTEN) && (event || (buffer && (i2c->cr2 & CR2_ITBUFEN))));
-    hil_irq_line(board, HIL_IRQ_I2C1_ER, (i2c->cr2 & CR2_ITERREN) && (i2c->sr1 & SR1_ERRORS));
-    hil_event_set_cycle(board, HIL_EVENT_I2C, i2c->end_cycle);
+    hil_irq_line(dev->core, HIL_IRQ_I2C1_EV, (i2c->cr2 & CR2_ITEVTEN) && (event || (buffer && (i2c->cr2 & CR2_ITBUFEN))));
+    hil_irq_line(dev->core, HIL_IRQ_I2C1_ER, (i2c->cr2 & CR2_ITERREN) && (i2c->sr1 & SR1_ERRORS));
+    hil_event_set_cycle(dev->core, HIL_EVENT_I2C, i2c->end_cycle);
 }
 
-static void enter(struct hil_board *board, enum hil_i2c_phase phase, uint64_t at, unsigned periods)
+static void enter(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at, unsigned periods)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c *i2c = dev->state;
     i2c->phase = phase;
     i2c->begin_cycle = at;
-    i2c->end_cycle = periods ? at + periods * period_cycles(board) : HIL_NEVER;
+    i2c->end_cycle = periods ? at + periods * period_cycles(dev) : HIL_NEVER;
     if (periods == BYTE_PERIODS) { /* somebody holds the clock */
-        uint64_t stretch_ps = board->state.tmp112.stretch_ps;
-        i2c->end_cycle += (uint64_t)((double)stretch_ps * 1e-12 * (double)board->state.clock.hclk_hz);
-        board->state.tmp112.stretch_ps = 0;
+        uint64_t stretch_ps = dev->slave.stretch_ps(dev->slave.who);
+        i2c->end_cycle += (uint64_t)((double)stretch_ps * 1e-12 * (double)dev->core->state.clock.hclk_hz);
     }
 }
 
-static void leave_bus(struct hil_board *board)
+static void leave_bus(struct hil_i2c_device *dev)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c *i2c = dev->state;
     i2c->master = i2c->transmits = i2c->held = false;
     i2c->sr1 &= SR1_ERRORS | SR1_RXNE;
     i2c->phase = HIL_I2C_IDLE;
@@ -78,183 +80,184 @@ static void leave_bus(struct hil_board *board)
 }
 
 /* The first 1 sent while SDA is held low: another master seems to be there (27.3.4). */
-static bool loses_arbitration(struct hil_board *board, uint8_t byte)
+static bool loses_arbitration(struct hil_i2c_device *dev, uint8_t byte)
 {
-    if (byte == 0 || !hil_tmp112_holds_sda(board))
+    if (byte == 0 || !dev->slave.holds_sda(dev->slave.who))
         return false;
-    leave_bus(board);
-    board->state.i2c.sr1 |= SR1_ARLO;
+    leave_bus(dev);
+    dev->state->sr1 |= SR1_ARLO;
     return true;
 }
 
 /* A stop or repeated start that was asked for, now that a byte is over. */
-static bool takes_turn(struct hil_board *board, uint64_t at)
+static bool takes_turn(struct hil_i2c_device *dev, uint64_t at)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c *i2c = dev->state;
     if (!waits(i2c, CR1_STOP | CR1_START))
         return false;
-    enter(board, waits(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
+    enter(dev, waits(i2c, CR1_STOP) ? HIL_I2C_STOPPING : HIL_I2C_STARTING, at, 1);
     return true;
 }
 
 /* Where only the program can make it go on: a stop or start is made at once. */
-static void take_request(struct hil_board *board, uint64_t at)
+static void take_request(struct hil_i2c_device *dev, uint64_t at)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c *i2c = dev->state;
     if (!waits(i2c, CR1_PE))
         return;
     switch (i2c->phase) {
     case HIL_I2C_IDLE:
         i2c->cr1 &= ~CR1_STOP; /* there is nothing to stop */
-        if (waits(i2c, CR1_START) && !i2c->busy && is_connected(board))
-            enter(board, HIL_I2C_STARTING, at, 1);
+        if (waits(i2c, CR1_START) && !i2c->busy && is_connected(dev))
+            enter(dev, HIL_I2C_STARTING, at, 1);
         break;
     case HIL_I2C_STARTED:
         if (waits(i2c, CR1_STOP)) {
             i2c->sr1 &= ~SR1_SB;
-            (void)takes_turn(board, at);
+            (void)takes_turn(dev, at);
         }
         break;
     case HIL_I2C_SENT:
     case HIL_I2C_FULL:
     case HIL_I2C_REFUSED:
-        (void)takes_turn(board, at);
+        (void)takes_turn(dev, at);
         break;
     default:
         break;
     }
 }
 
-static void begin_byte(struct hil_board *board, enum hil_i2c_phase phase, uint64_t at)
+static void begin_byte(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint64_t at)
 {
-    enter(board, phase, at, BYTE_PERIODS);
+    enter(dev, phase, at, BYTE_PERIODS);
 }
 
-static void send_next(struct hil_board *board, uint64_t at)
+static void send_next(struct hil_i2c_device *dev, uint64_t at)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c *i2c = dev->state;
     i2c->shifted = i2c->dr;
     i2c->held = false;
     i2c->sr1 |= SR1_TXE;
-    begin_byte(board, HIL_I2C_SENDING, at);
+    begin_byte(dev, HIL_I2C_SENDING, at);
 }
 
-static void end_start(struct hil_board *board)
+static void end_start(struct hil_i2c_device *dev)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c *i2c = dev->state;
     i2c->cr1 &= ~CR1_START;
     i2c->master = i2c->busy = true;
     i2c->transmits = false;
     i2c->sr1 = (i2c->sr1 & ~(SR1_BTF | SR1_TXE)) | SR1_SB;
-    enter(board, HIL_I2C_STARTED, 0, 0);
+    enter(dev, HIL_I2C_STARTED, 0, 0);
 }
 
-static void end_address(struct hil_board *board)
+static void end_address(struct hil_i2c_device *dev)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    if (loses_arbitration(board, i2c->shifted))
+    struct hil_i2c *i2c = dev->state;
+    if (loses_arbitration(dev, i2c->shifted))
         return;
-    bool acknowledged = hil_tmp112_address(board, i2c->shifted);
+    bool acknowledged = dev->slave.address(dev->slave.who, i2c->shifted);
     i2c->transmits = !(i2c->shifted & 1u);
     i2c->sr1 |= acknowledged ? SR1_ADDR : SR1_AF;
-    enter(board, acknowledged ? HIL_I2C_ADDRESSED : HIL_I2C_REFUSED, 0, 0);
+    enter(dev, acknowledged ? HIL_I2C_ADDRESSED : HIL_I2C_REFUSED, 0, 0);
 }
 
-static void end_sent(struct hil_board *board, uint64_t at)
+static void end_sent(struct hil_i2c_device *dev, uint64_t at)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    if (loses_arbitration(board, i2c->shifted))
+    struct hil_i2c *i2c = dev->state;
+    if (loses_arbitration(dev, i2c->shifted))
         return;
-    if (!hil_tmp112_write(board, i2c->shifted)) {
+    if (!dev->slave.write(dev->slave.who, i2c->shifted)) {
         i2c->sr1 |= SR1_AF;
-        enter(board, HIL_I2C_REFUSED, 0, 0);
-    } else if (!takes_turn(board, at)) {
+        enter(dev, HIL_I2C_REFUSED, 0, 0);
+    } else if (!takes_turn(dev, at)) {
         if (i2c->held) {
-            send_next(board, at);
+            send_next(dev, at);
         } else {
             i2c->sr1 |= SR1_BTF;
-            enter(board, HIL_I2C_SENT, 0, 0);
+            enter(dev, HIL_I2C_SENT, 0, 0);
         }
     }
 }
 
-static void end_received(struct hil_board *board, uint64_t at)
+static void end_received(struct hil_i2c_device *dev, uint64_t at)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    uint8_t byte = hil_tmp112_holds_sda(board) ? 0 : hil_tmp112_read(board);
+    struct hil_i2c *i2c = dev->state;
+    uint8_t byte = dev->slave.holds_sda(dev->slave.who) ? 0 : dev->slave.read(dev->slave.who);
     bool acknowledges = waits(i2c, CR1_POS) ? i2c->acknowledge : waits(i2c, CR1_ACK);
     i2c->acknowledge = waits(i2c, CR1_ACK);
     if (!acknowledges)
-        hil_tmp112_stop(board); /* it lets go of the line; what is clocked in beyond is ones */
+        dev->slave.stop(dev->slave.who); /* it lets go of the line; what is clocked in beyond is ones */
     if (i2c->sr1 & SR1_RXNE) {
         i2c->shifted = byte;
         i2c->sr1 |= SR1_BTF;
-        if (!takes_turn(board, at))
-            enter(board, HIL_I2C_FULL, 0, 0);
+        if (!takes_turn(dev, at))
+            enter(dev, HIL_I2C_FULL, 0, 0);
         return;
     }
     i2c->dr = byte;
     i2c->sr1 |= SR1_RXNE;
-    if (!takes_turn(board, at))
-        begin_byte(board, HIL_I2C_RECEIVING, at);
+    if (!takes_turn(dev, at))
+        begin_byte(dev, HIL_I2C_RECEIVING, at);
 }
 
-static void end_stop(struct hil_board *board, uint64_t at)
+static void end_stop(struct hil_i2c_device *dev, uint64_t at)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    if (hil_tmp112_holds_sda(board)) { /* SDA does not rise: STOP and BUSY stay */
+    struct hil_i2c *i2c = dev->state;
+    if (dev->slave.holds_sda(dev->slave.who)) { /* SDA does not rise: STOP and BUSY stay */
         i2c->end_cycle = HIL_NEVER;
         return;
     }
     uint32_t full = i2c->sr1 & (SR1_BTF | SR1_RXNE);
-    hil_tmp112_stop(board);
-    leave_bus(board);
+    dev->slave.stop(dev->slave.who);
+    leave_bus(dev);
     i2c->sr1 |= full == (SR1_BTF | SR1_RXNE) ? full : 0; /* both bytes can still be read */
     i2c->busy = false;
     i2c->cr1 &= ~CR1_STOP;
-    take_request(board, at);
+    take_request(dev, at);
 }
 
-void hil_i2c_event(struct hil_board *board, uint64_t at)
+void hil_i2c_event(void *device, uint64_t at)
 {
-    switch (board->state.i2c.phase) {
+    struct hil_i2c_device *dev = device;
+    switch (dev->state->phase) {
     case HIL_I2C_STARTING:
-        end_start(board);
+        end_start(dev);
         break;
     case HIL_I2C_ADDRESSING:
-        end_address(board);
+        end_address(dev);
         break;
     case HIL_I2C_SENDING:
-        end_sent(board, at);
+        end_sent(dev, at);
         break;
     case HIL_I2C_RECEIVING:
-        end_received(board, at);
+        end_received(dev, at);
         break;
     case HIL_I2C_STOPPING:
-        end_stop(board, at);
+        end_stop(dev, at);
         break;
     default:
-        board->state.i2c.end_cycle = HIL_NEVER;
+        dev->state->end_cycle = HIL_NEVER;
         break;
     }
-    update(board);
+    update(dev);
 }
 
-void hil_i2c_lines_changed(struct hil_board *board, uint64_t at)
+void hil_i2c_lines_changed(void *device, uint64_t at)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    struct hil_tmp112 *chip = &board->state.tmp112;
-    bool scl = hil_gpio_level(board, PORT_B, SCL);
-    if (i2c->scl && !scl && chip->hung_clocks) /* another bit of the byte it is in */
-        chip->hung_clocks--;
-    hil_gpio_drive(board, PORT_B, SDA, !hil_tmp112_holds_sda(board), at);
-    bool sda = hil_gpio_level(board, PORT_B, SDA);
+    struct hil_i2c_device *dev = device;
+    struct hil_i2c *i2c = dev->state;
+    bool scl = hil_gpio_level(dev->gpio, PORT_B, SCL);
+    if (i2c->scl && !scl) /* another bit of the byte that the slave is in */
+        dev->slave.clock(dev->slave.who);
+    hil_gpio_drive(dev->gpio, PORT_B, SDA, !dev->slave.holds_sda(dev->slave.who), at);
+    bool sda = hil_gpio_level(dev->gpio, PORT_B, SDA);
     bool condition = sda != i2c->sda && scl && i2c->scl; /* start: SDA falls; stop: it rises */
     bool in_byte = i2c->phase == HIL_I2C_ADDRESSING || i2c->phase == HIL_I2C_SENDING || i2c->phase == HIL_I2C_RECEIVING;
     if (condition && sda && !in_byte)
-        hil_tmp112_stop(board);
-    if (is_connected(board)) {
-        if (condition && in_byte && (at - i2c->begin_cycle) % period_cycles(board) >= period_cycles(board) / 2) /* SCL is high */
+        dev->slave.stop(dev->slave.who);
+    if (is_connected(dev)) {
+        if (condition && in_byte && (at - i2c->begin_cycle) % period_cycles(dev) >= period_cycles(dev) / 2) /* SCL is high */
             i2c->sr1 |= SR1_BERR;
         if (!scl || !sda)
             i2c->busy = true;
@@ -263,37 +266,39 @@ void hil_i2c_lines_changed(struct hil_board *board, uint64_t at)
     }
     i2c->scl = scl;
     i2c->sda = sda;
-    take_request(board, at);
-    update(board);
+    take_request(dev, at);
+    update(dev);
 }
 
-/* The program or the chip stops in the middle of a byte that is being read: the thermometer goes on holding what it sent. */
-static void abandon(struct hil_board *board)
+/* The program or the chip stops in the middle of a byte that is being read: the slave goes on holding what it sent. */
+static void abandon(struct hil_i2c_device *dev)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    struct hil_tmp112 *chip = &board->state.tmp112;
-    if (i2c->phase == HIL_I2C_RECEIVING && chip->addressed && !chip->dead) {
-        uint64_t bit = (hil_now(board) - i2c->begin_cycle) / period_cycles(board);
-        uint8_t byte = hil_tmp112_read(board);
+    struct hil_i2c *i2c = dev->state;
+    if (i2c->phase == HIL_I2C_RECEIVING && dev->slave.speaks(dev->slave.who)) {
+        uint64_t bit = (hil_now(dev->core) - i2c->begin_cycle) / period_cycles(dev);
+        uint8_t byte = dev->slave.read(dev->slave.who);
         if (bit < 8 && !(byte >> (7u - bit) & 1u))
-            chip->hung_clocks = 9u - (unsigned)bit;
+            dev->slave.hang(dev->slave.who, 9u - (unsigned)bit);
     }
-    hil_tmp112_stop(board);
+    dev->slave.stop(dev->slave.who);
 }
 
-void hil_i2c_reset(struct hil_board *board)
+void hil_i2c_reset(void *device, unsigned unit)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c_device *dev = device;
+    struct hil_i2c *i2c = dev->state;
     bool scl = i2c->scl, sda = i2c->sda;
-    abandon(board);
+    (void)unit;
+    abandon(dev);
     *i2c = (struct hil_i2c){.trise = TRISE_RESET, .end_cycle = HIL_NEVER, .scl = scl, .sda = sda};
-    hil_i2c_lines_changed(board, hil_now(board));
+    hil_i2c_lines_changed(dev, hil_now(dev->core));
 }
 
-uint32_t hil_i2c_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    uint64_t now = hil_now(board);
+    struct hil_i2c_device *dev = device;
+    struct hil_i2c *i2c = dev->state;
+    uint64_t now = hil_now(dev->core);
     uint32_t value;
     (void)unit;
     switch (offset) {
@@ -311,11 +316,11 @@ uint32_t hil_i2c_read(struct hil_board *board, unsigned unit, uint32_t offset)
             i2c->dr = i2c->shifted;
             i2c->sr1 &= ~SR1_BTF;
             if (i2c->phase == HIL_I2C_FULL)
-                begin_byte(board, HIL_I2C_RECEIVING, now);
+                begin_byte(dev, HIL_I2C_RECEIVING, now);
         } else {
             i2c->sr1 &= ~SR1_RXNE;
         }
-        update(board);
+        update(dev);
         return value;
     case 0x14:
         i2c->sr1_was_read = true;
@@ -327,13 +332,13 @@ uint32_t hil_i2c_read(struct hil_board *board, unsigned unit, uint32_t offset)
             i2c->sr1_was_read = false;
             if (i2c->transmits) {
                 i2c->sr1 |= SR1_TXE;
-                enter(board, HIL_I2C_SENT, 0, 0);
-                take_request(board, now);
+                enter(dev, HIL_I2C_SENT, 0, 0);
+                take_request(dev, now);
             } else {
                 i2c->acknowledge = true; /* POS: what ACK says is for the byte after this one */
-                begin_byte(board, HIL_I2C_RECEIVING, now);
+                begin_byte(dev, HIL_I2C_RECEIVING, now);
             }
-            update(board);
+            update(dev);
         }
         return value;
     case 0x1c:
@@ -341,58 +346,58 @@ uint32_t hil_i2c_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x20:
         return i2c->trise;
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-static const char *wrong_settings(const struct hil_board *board)
+static const char *wrong_settings(const struct hil_i2c_device *dev)
 {
-    const struct hil_i2c *i2c = &board->state.i2c;
-    uint32_t pclk1_mhz = board->state.clock.hclk_hz / hil_rcc_apb1_divider(board) / 1000000u;
+    const struct hil_i2c *i2c = dev->state;
+    uint32_t pclk1_mhz = dev->core->state.clock.hclk_hz / hil_rcc_apb1_divider(dev->rcc) / 1000000u;
     uint32_t least = i2c->ccr & CCR_FS && i2c->ccr & CCR_DUTY ? 1u : 4u;
     if ((i2c->cr2 & CR2_FREQ) != pclk1_mhz)
         return "PE with CR2.FREQ other than PCLK1 in MHz";
     return (i2c->ccr & 0xfffu) < least ? "PE with CCR below its least value" : NULL;
 }
 
-static void cr1_write(struct hil_board *board, uint32_t value)
+static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c *i2c = dev->state;
     if (value & CR1_SWRST) {
-        hil_i2c_reset(board);
+        hil_i2c_reset(dev, 0);
         i2c->cr1 = CR1_SWRST;
         return;
     }
     if (waits(i2c, CR1_START | CR1_STOP) && value != i2c->cr1)
-        hil_bus_refuse(board, "CR1 is written while START or STOP waits for the hardware to clear it");
+        hil_bus_refuse(dev->core, "CR1 is written while START or STOP waits for the hardware to clear it");
     if (!(value & CR1_PE) && i2c->master)
-        hil_bus_refuse(board, "PE is cleared before the end of the communication");
-    const char *wrong = value & CR1_PE ? wrong_settings(board) : NULL;
+        hil_bus_refuse(dev->core, "PE is cleared before the end of the communication");
+    const char *wrong = value & CR1_PE ? wrong_settings(dev) : NULL;
     if (wrong)
-        hil_bus_refuse(board, wrong);
+        hil_bus_refuse(dev->core, wrong);
     i2c->cr1 = value & CR1_MODELLED;
     if (!(value & CR1_PE)) {
-        leave_bus(board);
+        leave_bus(dev);
         i2c->sr1 = 0;
         i2c->cr1 &= ~CR1_CLEARED_BY_PE;
     }
-    take_request(board, hil_now(board));
+    take_request(dev, hil_now(dev->core));
 }
 
-static void dr_write(struct hil_board *board, uint32_t value)
+static void dr_write(struct hil_i2c_device *dev, uint32_t value)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
-    uint64_t now = hil_now(board);
+    struct hil_i2c *i2c = dev->state;
+    uint64_t now = hil_now(dev->core);
     i2c->dr = (uint8_t)value;
     if (i2c->phase == HIL_I2C_STARTED && i2c->sr1_was_read) {
         if ((value & 0xf8u) == 0xf0u)
-            hil_bus_refuse(board, "10-bit addresses");
+            hil_bus_refuse(dev->core, "10-bit addresses");
         i2c->sr1 &= ~SR1_SB;
         i2c->shifted = i2c->dr;
-        begin_byte(board, HIL_I2C_ADDRESSING, now);
+        begin_byte(dev, HIL_I2C_ADDRESSING, now);
     } else if (i2c->phase == HIL_I2C_SENT) {
         i2c->sr1 &= ~SR1_BTF;
-        send_next(board, now);
+        send_next(dev, now);
     } else if (i2c->phase == HIL_I2C_SENDING) {
         i2c->held = true;
         i2c->sr1 &= ~SR1_TXE;
@@ -400,15 +405,16 @@ static void dr_write(struct hil_board *board, uint32_t value)
     i2c->sr1_was_read = false;
 }
 
-void hil_i2c_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_i2c *i2c = &board->state.i2c;
+    struct hil_i2c_device *dev = device;
+    struct hil_i2c *i2c = dev->state;
     (void)unit;
     if (waits(i2c, CR1_SWRST) && offset != 0)
         return; /* held in reset */
     switch (offset) {
     case 0x00:
-        cr1_write(board, value);
+        cr1_write(dev, value);
         break;
     case 0x04:
         i2c->cr2 = value & (CR2_FREQ | CR2_ITERREN | CR2_ITEVTEN | CR2_ITBUFEN);
@@ -419,7 +425,7 @@ void hil_i2c_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
     case 0x0c:
         break;
     case 0x10:
-        dr_write(board, value);
+        dr_write(dev, value);
         break;
     case 0x14: /* flags of errors are cleared by 0 */
         i2c->sr1 &= value | ~SR1_ERRORS;
@@ -427,12 +433,12 @@ void hil_i2c_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
     case 0x1c:
     case 0x20:
         if (waits(i2c, CR1_PE))
-            hil_bus_refuse(board, "CCR and TRISE can be written only while PE is 0");
+            hil_bus_refuse(dev->core, "CCR and TRISE can be written only while PE is 0");
         *(offset == 0x1c ? &i2c->ccr : &i2c->trise) = value & (offset == 0x1c ? 0xcfffu : 0x3fu);
         break;
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
-    update(board);
+    update(dev);
 }

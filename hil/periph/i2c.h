@@ -1,4 +1,4 @@
-/* I2C1 (RM0090 27) as a 7-bit master on PB6 SCL, PB7 SDA (alternate function 4), with the thermometer (hil/chips/tmp112.h) behind it and a
+/* I2C1 (RM0090 27) as a 7-bit master on PB6 SCL, PB7 SDA (alternate function 4), with one slave behind it and a
  * pull-up on each line.
  *
  * Bytes take nine periods of SCL: 2 CCR of PCLK1 in standard mode, 3 CCR or 25 CCR in fast mode. The master holds SCL low while SB, ADDR
@@ -15,7 +15,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
+struct hil_gpio_device;
+struct hil_rcc_device;
 
 enum hil_i2c_phase {
     HIL_I2C_IDLE,
@@ -43,12 +45,34 @@ struct hil_i2c {
     bool scl, sda;             /* as last seen */
 };
 
-/* Reset of the chip, of the peripheral, or SWRST. */
-void hil_i2c_reset(struct hil_board *board);
-uint32_t hil_i2c_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_i2c_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_i2c_event(struct hil_board *board, uint64_t at);
-/* A pin of port B, or what the thermometer does to it, may have changed. */
-void hil_i2c_lines_changed(struct hil_board *board, uint64_t at);
+/* The slave on the bus. */
+struct hil_i2c_slave {
+    void *who;
+    bool (*address)(void *who, uint8_t byte); /* a start condition and the byte behind it; true: acknowledged */
+    bool (*write)(void *who, uint8_t byte);   /* true: acknowledged */
+    uint8_t (*read)(void *who);               /* the next byte; 0xff when it is not the slave that is read */
+    void (*stop)(void *who);
+    bool (*speaks)(const void *who);          /* it is addressed, and answers */
+    bool (*holds_sda)(const void *who);
+    void (*hang)(void *who, unsigned clocks); /* it is left within a byte: SDA stays low until so many clocks */
+    void (*clock)(void *who);                 /* SCL fell */
+    uint64_t (*stretch_ps)(void *who);        /* it holds SCL low for so long now */
+};
+
+struct hil_i2c_device {
+    struct hil_core *core;
+    struct hil_i2c *state;
+    struct hil_rcc_device *rcc;
+    struct hil_gpio_device *gpio;
+    struct hil_i2c_slave slave;
+};
+
+/* Reset of the chip, of the peripheral, or SWRST. For the bus and the event queue, `device` is a struct hil_i2c_device. */
+void hil_i2c_reset(void *device, unsigned unit);
+uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset);
+void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_i2c_event(void *device, uint64_t at);
+/* A pin of port B, or what the slave does to it, may have changed; `device` is a struct hil_i2c_device. */
+void hil_i2c_lines_changed(void *device, uint64_t at);
 
 #endif

@@ -5,7 +5,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
+struct hil_options;
+struct hil_rcc_device;
 
 struct hil_iwdg {
     uint32_t pr, rlr;
@@ -14,9 +16,17 @@ struct hil_iwdg {
     uint64_t rlr_until_ps;
 };
 
-void hil_iwdg_reset(struct hil_board *board);
-uint32_t hil_iwdg_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_iwdg_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_iwdg_event(struct hil_board *board, uint64_t at);
+struct hil_iwdg_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_iwdg *state;
+    struct hil_rcc_device *rcc;
+};
+
+void hil_iwdg_reset(struct hil_iwdg_device *dev);
+/* For the bus and the event queue; `device` is a struct hil_iwdg_device. */
+uint32_t hil_iwdg_read(void *device, unsigned unit, uint32_t offset);
+void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_iwdg_event(void *device, uint64_t at);
 
 #endif

@@ -1,5 +1,6 @@
 /* Power control, and what it and the wait states of flash allow as clock. */
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/rcc.h"
 
 #define ACR_LATENCY 7u
 #define PWR_VOS (1u << 14)
@@ -14,28 +15,30 @@ uint32_t hil_power_limit_hz(const struct hil_rcc *rcc)
     return flash_hz < core_hz ? flash_hz : core_hz;
 }
 
-uint32_t hil_pwr_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_pwr_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc_device *dev = device;
+    struct hil_rcc *rcc = dev->state;
     (void)unit;
     if (offset == 0)
         return rcc->pwr_cr;
     if (offset == 4)
-        return (uint32_t)(hil_now(board) >= rcc->scale_ready_cycle) << 14;
-    return hil_bus_no_register(board);
+        return (uint32_t)(hil_now(dev->core) >= rcc->scale_ready_cycle) << 14;
+    return hil_bus_no_register(dev->core);
 }
 
-void hil_pwr_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc_device *dev = device;
+    struct hil_rcc *rcc = dev->state;
     (void)unit;
     if (offset == 4)
         return; /* only status bits are left by registers.def */
     if (value & ~(PWR_VOS | PWR_DBP)) {
-        hil_bus_refuse(board, "low-power modes and voltage detector");
+        hil_bus_refuse(dev->core, "low-power modes and voltage detector");
         return;
     }
     if ((value ^ rcc->pwr_cr) & PWR_VOS)
-        rcc->scale_ready_cycle = hil_now(board) + (uint64_t)board->state.clock.hclk_hz / 1000000u * SCALE_US;
+        rcc->scale_ready_cycle = hil_now(dev->core) + (uint64_t)dev->core->state.clock.hclk_hz / 1000000u * SCALE_US;
     rcc->pwr_cr = value;
 }

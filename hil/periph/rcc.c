@@ -1,6 +1,9 @@
 #include "hil/periph/rcc.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/core/time.h"
+#include "hil/periph/options.h"
+
 
 #define HSE_START_PS (2ull * HIL_MS_PS)
 #define PLL_LOCK_PS (200ull * HIL_US_PS)
@@ -27,53 +30,48 @@
 enum { SOURCE_HSI, SOURCE_HSE, SOURCE_PLL };
 enum { READY_LSI = 0, READY_HSI = 2, READY_HSE = 3, READY_PLL = 4 }; /* bits of RCC_CIR */
 
-void hil_rcc_reset(struct hil_board *board, uint32_t csr_flags)
+void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc *rcc = dev->state;
+    dev->core->state.clock.stopped = false;
     uint32_t flags = (rcc->csr & CSR_FLAGS) | csr_flags;
     *rcc = (struct hil_rcc){
         .cr = 0x83, .pllcfgr = 0x24003010, .ahb1enr = 0x00100000, .csr = flags, .pwr_cr = 1u << 14,
         .crystal_failed = rcc->crystal_failed,
     };
-    hil_nvic_line(board, HIL_EXC_NMI, false);
-    hil_event_set_ps(board, HIL_EVENT_HSE, HIL_NEVER);
-    hil_event_set_ps(board, HIL_EVENT_PLL, HIL_NEVER);
-    hil_event_set_ps(board, HIL_EVENT_LSI, HIL_NEVER);
-    hil_clock_change(board, (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * board->options.hsi_error_ppm / 1000000));
+    hil_nvic_line(dev->core, HIL_EXC_NMI, false);
+    hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
+    hil_clock_change(dev->core, (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
 }
 
-bool hil_rcc_enabled(const struct hil_board *board, unsigned bus, unsigned bit)
+const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
-    const struct hil_rcc *rcc = &board->state.rcc;
-    switch (bus) {
-    case HIL_RCC_AHB1:
-        return (rcc->ahb1enr >> bit & 1u) != 0;
-    case HIL_RCC_APB1:
-        return (rcc->apb1enr >> bit & 1u) != 0;
-    case HIL_RCC_APB2:
-        return (rcc->apb2enr >> bit & 1u) != 0;
-    case HIL_RCC_ANY_ADC:
-        return (rcc->apb2enr & 0x700u) != 0;
-    default:
-        return true;
-    }
+    const struct hil_rcc *rcc = dev->state;
+    return bus == HIL_RCC_AHB1 ? &rcc->ahb1enr : bus == HIL_RCC_APB1 ? &rcc->apb1enr : &rcc->apb2enr;
+}
+
+bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit)
+{
+    return (*hil_rcc_clocks(dev, bus) >> bit & 1u) != 0;
 }
 
 static uint32_t apb_divider(uint32_t ppre) { return (ppre & 4u) ? 2u << (ppre & 3u) : 1u; }
 
-uint32_t hil_rcc_apb1_divider(const struct hil_board *board)
+uint32_t hil_rcc_apb1_divider(const struct hil_rcc_device *dev)
 {
-    return apb_divider(board->state.rcc.cfgr >> 10 & 7u);
+    return apb_divider(dev->state->cfgr >> 10 & 7u);
 }
 
-uint32_t hil_rcc_apb2_divider(const struct hil_board *board)
+uint32_t hil_rcc_apb2_divider(const struct hil_rcc_device *dev)
 {
-    return apb_divider(board->state.rcc.cfgr >> 13 & 7u);
+    return apb_divider(dev->state->cfgr >> 13 & 7u);
 }
 
-uint32_t hil_rcc_apb1_timer_divider(const struct hil_board *board)
+uint32_t hil_rcc_apb1_timer_divider(const struct hil_rcc_device *dev)
 {
-    uint32_t divider = hil_rcc_apb1_divider(board);
+    uint32_t divider = hil_rcc_apb1_divider(dev);
     return divider == 1 ? 1 : divider / 2; /* timers run at twice a divided PCLK */
 }
 
@@ -83,44 +81,44 @@ static uint32_t hpre_divider(uint32_t hpre)
     return (hpre & 8u) ? by[hpre & 7u] : 1u;
 }
 
-static void halt(struct hil_board *board, const char *what)
+static void halt(struct hil_rcc_device *dev, const char *what)
 {
-    hil_board_stop(board, MR_HALTED,
+    hil_core_stop(dev->core, MR_HALTED,
                    "clock setting silicon would not run at: %s (RCC_CR 0x%08x, PLLCFGR 0x%08x, CFGR 0x%08x)",
-                   what, (unsigned)board->state.rcc.cr, (unsigned)board->state.rcc.pllcfgr,
-                   (unsigned)board->state.rcc.cfgr);
+                   what, (unsigned)dev->state->cr, (unsigned)dev->state->pllcfgr,
+                   (unsigned)dev->state->cfgr);
 }
 
 /* Output of the PLL for a source frequency; halts when a limit of the data sheet is broken. */
-static uint32_t pll_hz(struct hil_board *board, uint32_t source_hz)
+static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
 {
-    uint32_t cfg = board->state.rcc.pllcfgr;
+    uint32_t cfg = dev->state->pllcfgr;
     uint32_t m = cfg & 0x3fu, n = cfg >> 6 & 0x1ffu, p = 2u * ((cfg >> 16 & 3u) + 1u);
     if (m < 2 || n < 50 || n > 432) {
-        halt(board, "PLL factor M or N not allowed");
+        halt(dev, "PLL factor M or N not allowed");
         return HSI_HZ;
     }
     uint64_t vco = (uint64_t)source_hz * n / m;
     if (source_hz / m < 950000u || source_hz / m > 2100000u)
-        halt(board, "PLL input must be 1 to 2 MHz");
+        halt(dev, "PLL input must be 1 to 2 MHz");
     if (vco < 100000000u || vco > 436000000u)
-        halt(board, "VCO must be 100 to 432 MHz");
+        halt(dev, "VCO must be 100 to 432 MHz");
     return (uint32_t)(vco / p);
 }
 
 /* Frequency of HCLK, true and nominal (without the error of the HSI), as CR, PLLCFGR and CFGR.SWS say. */
-static uint32_t hclk_hz(struct hil_board *board, bool nominal)
+static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
-    int64_t error = nominal ? 0 : (int64_t)HSI_HZ * board->options.hsi_error_ppm / 1000000;
+    struct hil_rcc *rcc = dev->state;
+    int64_t error = nominal ? 0 : (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000;
     uint32_t hsi = (uint32_t)(HSI_HZ + error);
     uint32_t hz = hsi;
     switch (rcc->cfgr >> 2 & 3u) {
     case SOURCE_HSE:
-        hz = board->options.hse_hz;
+        hz = dev->options->hse_hz;
         break;
     case SOURCE_PLL:
-        hz = pll_hz(board, (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? board->options.hse_hz : hsi);
+        hz = pll_hz(dev, (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? dev->options->hse_hz : hsi);
         break;
     default:
         break;
@@ -128,27 +126,27 @@ static uint32_t hclk_hz(struct hil_board *board, bool nominal)
     return hz / hpre_divider(rcc->cfgr >> 4 & 15u);
 }
 
-static void clocks_changed(struct hil_board *board)
+static void clocks_changed(struct hil_rcc_device *dev)
 {
-    uint32_t nominal = hclk_hz(board, true);
-    if (nominal > hil_power_limit_hz(&board->state.rcc))
-        halt(board, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
-    if (nominal / hil_rcc_apb1_divider(board) > 42000000u)
-        halt(board, "PCLK1 above 42 MHz");
-    if (nominal / hil_rcc_apb2_divider(board) > 84000000u)
-        halt(board, "PCLK2 above 84 MHz");
-    hil_clock_change(board, hclk_hz(board, false));
+    uint32_t nominal = hclk_hz(dev, true);
+    if (nominal > hil_power_limit_hz(dev->state))
+        halt(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
+    if (nominal / hil_rcc_apb1_divider(dev) > 42000000u)
+        halt(dev, "PCLK1 above 42 MHz");
+    if (nominal / hil_rcc_apb2_divider(dev) > 84000000u)
+        halt(dev, "PCLK2 above 84 MHz");
+    hil_clock_change(dev->core, hclk_hz(dev, false));
 }
 
 /* SW asks, SWS follows once the source is ready. */
-static void switch_source(struct hil_board *board)
+static void switch_source(struct hil_rcc_device *dev)
 {
     static const uint32_t ready[3] = {CR_HSIRDY, CR_HSERDY, CR_PLLRDY};
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc *rcc = dev->state;
     uint32_t wanted = rcc->cfgr & 3u;
     if (wanted < 3 && (rcc->cr & ready[wanted]))
         rcc->cfgr = (rcc->cfgr & ~CFGR_SWS) | wanted << 2;
-    clocks_changed(board);
+    clocks_changed(dev);
 }
 
 static bool crystal_feeds_hclk(const struct hil_rcc *rcc)
@@ -158,92 +156,101 @@ static bool crystal_feeds_hclk(const struct hil_rcc *rcc)
 }
 
 /* Clock security: HSI takes over before the core sees a missing edge. */
-static void secure_clock(struct hil_board *board)
+static void secure_clock(struct hil_rcc_device *dev)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc *rcc = dev->state;
     bool feeds = crystal_feeds_hclk(rcc);
     rcc->cr &= ~(CR_HSEON | CR_CSSON);
     rcc->cir |= CIR_CSSF;
     if (feeds) {
         rcc->cr = (rcc->cr | CR_HSION | CR_HSIRDY) & ~(CR_PLLON | CR_PLLRDY);
         rcc->cfgr &= ~(CFGR_SWS | 3u);
-        hil_event_set_ps(board, HIL_EVENT_PLL, HIL_NEVER);
-        clocks_changed(board);
+        hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
+        clocks_changed(dev);
     }
-    hil_nvic_line(board, HIL_EXC_NMI, true);
+    hil_nvic_line(dev->core, HIL_EXC_NMI, true);
 }
 
-void hil_rcc_crystal(struct hil_board *board, bool on)
+void hil_rcc_crystal(struct hil_rcc_device *dev, bool on)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc *rcc = dev->state;
     rcc->crystal_failed = !on;
     if (on) {
-        if ((rcc->cr & CR_HSEON) && !(rcc->cr & CR_HSERDY) && board->options.hse_hz)
-            hil_event_set_ps(board, HIL_EVENT_HSE, hil_board_now_ps(board) + HSE_START_PS);
+        if ((rcc->cr & CR_HSEON) && !(rcc->cr & CR_HSERDY) && dev->options->hse_hz)
+            hil_event_set_ps(dev->core, HIL_EVENT_HSE, hil_now_ps(dev->core) + HSE_START_PS);
         return;
     }
-    hil_event_set_ps(board, HIL_EVENT_HSE, HIL_NEVER);
+    hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     if (!(rcc->cr & CR_HSERDY))
         return;
     rcc->cr &= ~CR_HSERDY;
     if (rcc->cr & CR_CSSON) {
-        secure_clock(board);
+        secure_clock(dev);
     } else if (crystal_feeds_hclk(rcc)) {
-        rcc->no_clock = true;
-        hil_trace(board, "no clock");
-        hil_cpu_attend(board);
+        dev->core->state.clock.stopped = true;
+        hil_trace(dev->core, "no clock");
+        hil_core_attend(dev->core);
     }
 }
 
-static void ready_flag(struct hil_board *board, unsigned bit)
+static void ready_flag(struct hil_rcc_device *dev, unsigned bit)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc *rcc = dev->state;
     if (rcc->cir >> (8u + bit) & 1u)
         rcc->cir |= 1u << bit;
-    hil_irq_line(board, HIL_IRQ_RCC, (rcc->cir & 0x3fu) != 0);
+    hil_irq_line(dev->core, HIL_IRQ_RCC, (rcc->cir & 0x3fu) != 0);
 }
 
-void hil_rcc_hse_event(struct hil_board *board, uint64_t at)
+void hil_rcc_hse_event(void *device, uint64_t at)
 {
+    struct hil_rcc_device *dev = device;
     (void)at;
-    board->state.rcc.cr |= CR_HSERDY;
-    board->state.rcc.no_clock = false;
-    ready_flag(board, READY_HSE);
-    switch_source(board);
+    dev->state->cr |= CR_HSERDY;
+    dev->core->state.clock.stopped = false;
+    ready_flag(dev, READY_HSE);
+    switch_source(dev);
 }
 
-void hil_rcc_pll_event(struct hil_board *board, uint64_t at)
+void hil_rcc_pll_event(void *device, uint64_t at)
 {
+    struct hil_rcc_device *dev = device;
     (void)at;
-    board->state.rcc.cr |= CR_PLLRDY;
-    ready_flag(board, READY_PLL);
-    switch_source(board);
+    dev->state->cr |= CR_PLLRDY;
+    ready_flag(dev, READY_PLL);
+    switch_source(dev);
 }
 
-void hil_rcc_lsi_event(struct hil_board *board, uint64_t at)
+void hil_rcc_lsi_event(void *device, uint64_t at)
 {
+    struct hil_rcc_device *dev = device;
     (void)at;
-    board->state.rcc.csr |= CSR_LSIRDY;
-    ready_flag(board, READY_LSI);
+    dev->state->csr |= CSR_LSIRDY;
+    ready_flag(dev, READY_LSI);
 }
 
-void hil_rcc_start_lsi(struct hil_board *board)
+static void start_lsi(struct hil_rcc_device *dev)
 {
-    board->state.rcc.csr |= CSR_LSION;
-    if (!(board->state.rcc.csr & CSR_LSIRDY))
-        hil_event_set_ps(board, HIL_EVENT_LSI, hil_board_now_ps(board) + LSI_START_PS);
+    dev->state->csr |= CSR_LSION;
+    if (!(dev->state->csr & CSR_LSIRDY))
+        hil_event_set_ps(dev->core, HIL_EVENT_LSI, hil_now_ps(dev->core) + LSI_START_PS);
 }
 
-static void cr_write(struct hil_board *board, uint32_t value)
+void hil_rcc_watchdog_starts(struct hil_rcc_device *dev)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
-    uint64_t now_ps = hil_board_now_ps(board);
+    dev->state->watchdog_runs = true;
+    start_lsi(dev);
+}
+
+static void cr_write(struct hil_rcc_device *dev, uint32_t value)
+{
+    struct hil_rcc *rcc = dev->state;
+    uint64_t now_ps = hil_now_ps(dev->core);
     uint32_t source = rcc->cfgr >> 2 & 3u;
     uint32_t keep = source == SOURCE_HSI ? CR_HSION : source == SOURCE_HSE ? CR_HSEON : CR_PLLON;
     if (source == SOURCE_PLL)
         keep |= (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? CR_HSEON : CR_HSION;
     if (value & CR_PLLI2SON)
-        hil_bus_refuse(board, "the I2S PLL");
+        hil_bus_refuse(dev->core, "the I2S PLL");
     uint32_t before = rcc->cr;
     /* a clock in use cannot be switched off */
     uint32_t after = (before & ~CR_WRITABLE) | (value & CR_WRITABLE) | keep;
@@ -253,30 +260,30 @@ static void cr_write(struct hil_board *board, uint32_t value)
     if (!(after & CR_HSION))
         after &= ~CR_HSIRDY;
     rcc->cr = after;
-    if ((rising & CR_HSEON) && board->options.hse_hz && !rcc->crystal_failed)
-        hil_event_set_ps(board, HIL_EVENT_HSE, now_ps + HSE_START_PS);
+    if ((rising & CR_HSEON) && dev->options->hse_hz && !rcc->crystal_failed)
+        hil_event_set_ps(dev->core, HIL_EVENT_HSE, now_ps + HSE_START_PS);
     if (!(after & CR_HSEON)) {
         rcc->cr &= ~CR_HSERDY;
-        hil_event_set_ps(board, HIL_EVENT_HSE, HIL_NEVER);
+        hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     }
     if (rising & CR_PLLON) {
         bool fed = (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? (rcc->cr & CR_HSERDY) != 0 : (rcc->cr & CR_HSIRDY) != 0;
         if (fed)
-            hil_event_set_ps(board, HIL_EVENT_PLL, now_ps + PLL_LOCK_PS);
+            hil_event_set_ps(dev->core, HIL_EVENT_PLL, now_ps + PLL_LOCK_PS);
     }
     if (!(after & CR_PLLON)) {
         rcc->cr &= ~CR_PLLRDY;
-        hil_event_set_ps(board, HIL_EVENT_PLL, HIL_NEVER);
+        hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
     }
 }
 
-static void cir_write(struct hil_board *board, uint32_t value)
+static void cir_write(struct hil_rcc_device *dev, uint32_t value)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc *rcc = dev->state;
     rcc->cir &= ~(value >> 16 & 0xbfu);
     rcc->cir = (rcc->cir & 0xffu) | (value & 0x3f00u);
-    hil_irq_line(board, HIL_IRQ_RCC, (rcc->cir & 0x3fu) != 0);
-    hil_nvic_line(board, HIL_EXC_NMI, (rcc->cir & CIR_CSSF) != 0);
+    hil_irq_line(dev->core, HIL_IRQ_RCC, (rcc->cir & 0x3fu) != 0);
+    hil_nvic_line(dev->core, HIL_EXC_NMI, (rcc->cir & CIR_CSSF) != 0);
 }
 
 /* Low-power enables keep their reset value: every clock runs on in sleep. */
@@ -286,9 +293,10 @@ static uint32_t lpenr(uint32_t offset)
     return value[(offset - 0x50u) / 4u];
 }
 
-uint32_t hil_rcc_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    struct hil_rcc_device *dev = device;
+    struct hil_rcc *rcc = dev->state;
     (void)unit;
     switch (offset) {
     case 0x00:
@@ -314,57 +322,48 @@ uint32_t hil_rcc_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x74:
         return rcc->csr;
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-void hil_rcc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+static void reset_lines(struct hil_rcc_device *dev, enum hil_rcc_bus bus, uint32_t bits)
 {
-    struct hil_rcc *rcc = &board->state.rcc;
+    for (unsigned bit = 0; bit < 32; bit++) {
+        const struct hil_reset_line *line = &dev->line[bus][bit];
+        if ((bits >> bit & 1u) && line->reset)
+            line->reset(line->device, line->unit);
+    }
+}
+
+void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
+{
+    struct hil_rcc_device *dev = device;
+    struct hil_rcc *rcc = dev->state;
     (void)unit;
     switch (offset) {
     case 0x00:
-        cr_write(board, value);
+        cr_write(dev, value);
         break;
     case 0x04:
         if (rcc->cr & CR_PLLON)
-            hil_bus_refuse(board, "PLLCFGR while the PLL is on: silicon ignores it");
+            hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: silicon ignores it");
         rcc->pllcfgr = value & 0x0f437fffu;
         break;
     case 0x08:
         rcc->cfgr = (rcc->cfgr & CFGR_SWS) | (value & ~CFGR_SWS);
-        switch_source(board);
+        switch_source(dev);
         break;
     case 0x0c:
-        cir_write(board, value);
+        cir_write(dev, value);
         break;
     case 0x10: /* AHB1RSTR */
-        for (unsigned port = 0; port < HIL_GPIO_PORTS; port++) {
-            if (value >> port & 1u)
-                hil_gpio_reset_port(board, port);
-        }
-        for (unsigned n = 0; n < 2; n++) {
-            if (value >> (21u + n) & 1u)
-                hil_dma_reset(board, n);
-        }
+        reset_lines(dev, HIL_RCC_AHB1, value);
         break;
     case 0x20: /* APB1RSTR */
-        if (value & 1u)
-            hil_tim_reset(board, 0);
-        if (value >> 2 & 1u)
-            hil_tim_reset(board, 1);
-        if (value >> 14 & 1u)
-            hil_spi_reset(board);
-        if (value >> 21 & 1u)
-            hil_i2c_reset(board);
-        if (value >> 25 & 1u)
-            hil_can_reset(board);
+        reset_lines(dev, HIL_RCC_APB1, value);
         break;
     case 0x24: /* APB2RSTR */
-        if (value >> 4 & 1u)
-            hil_usart_reset(board);
-        if (value >> 8 & 1u)
-            hil_adc_reset(board);
+        reset_lines(dev, HIL_RCC_APB2, value);
         break;
     case 0x30:
         rcc->ahb1enr = value & 0x7e7411ffu;
@@ -377,23 +376,23 @@ void hil_rcc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         break;
     case 0x14: case 0x18: case 0x34: case 0x38: case 0x80:
         if (value)
-            hil_bus_refuse(board, "AHB2, AHB3 and spread spectrum");
+            hil_bus_refuse(dev->core, "AHB2, AHB3 and spread spectrum");
         break;
     case 0x50: case 0x54: case 0x58: case 0x60: case 0x64:
         if (value != lpenr(offset))
-            hil_bus_refuse(board, "clocks that stop in sleep");
+            hil_bus_refuse(dev->core, "clocks that stop in sleep");
         break;
     case 0x74:
         if (value & CSR_RMVF)
             rcc->csr &= ~CSR_FLAGS;
         if (value & CSR_LSION) {
-            hil_rcc_start_lsi(board);
-        } else if (!board->state.iwdg.running) {
+            start_lsi(dev);
+        } else if (!rcc->watchdog_runs) {
             rcc->csr &= ~(CSR_LSION | CSR_LSIRDY);
-            hil_event_set_ps(board, HIL_EVENT_LSI, HIL_NEVER);
+            hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
         }
         break;
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
     }
 }

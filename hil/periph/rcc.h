@@ -9,9 +9,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
+struct hil_options;
 
-enum hil_rcc_bus { HIL_RCC_ALWAYS, HIL_RCC_AHB1, HIL_RCC_APB1, HIL_RCC_APB2, HIL_RCC_ANY_ADC };
+enum hil_rcc_bus { HIL_RCC_AHB1, HIL_RCC_APB1, HIL_RCC_APB2, HIL_RCC_BUSES };
 
 struct hil_rcc {
     uint32_t cr, pllcfgr, cfgr, cir, csr;
@@ -20,29 +21,46 @@ struct hil_rcc {
     uint32_t pwr_cr;
     uint64_t scale_ready_cycle; /* PWR_CSR.VOSRDY */
     bool crystal_failed;        /* it stopped; survives resets */
-    bool no_clock;              /* it was behind the system clock, and nothing watched it */
+    bool watchdog_runs;         /* and keeps the LSI on */
+};
+
+/* What a bit of a reset register resets. */
+struct hil_reset_line {
+    void (*reset)(void *device, unsigned unit); /* NULL: nothing */
+    void *device;
+    unsigned unit;
+};
+
+struct hil_rcc_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_rcc *state;
+    struct hil_reset_line line[HIL_RCC_BUSES][32];
 };
 
 /* After a reset; `csr_flags` are the reset flags that RCC_CSR will show. */
-void hil_rcc_reset(struct hil_board *board, uint32_t csr_flags);
-bool hil_rcc_enabled(const struct hil_board *board, unsigned bus, unsigned bit);
+void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags);
+/* The register that switches the clocks of a bus. */
+const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus);
+bool hil_rcc_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit);
 /* HCLK cycles to one cycle of PCLK1, PCLK2, and of the timers on APB1. */
-uint32_t hil_rcc_apb1_divider(const struct hil_board *board);
-uint32_t hil_rcc_apb2_divider(const struct hil_board *board);
-uint32_t hil_rcc_apb1_timer_divider(const struct hil_board *board);
+uint32_t hil_rcc_apb1_divider(const struct hil_rcc_device *dev);
+uint32_t hil_rcc_apb2_divider(const struct hil_rcc_device *dev);
+uint32_t hil_rcc_apb1_timer_divider(const struct hil_rcc_device *dev);
 /* The crystal stops, or can oscillate again. With CSSON: NMI, HSI in its place, PLL off (7.2.7). */
-void hil_rcc_crystal(struct hil_board *board, bool on);
-/* The watchdog starts the LSI by itself. */
-void hil_rcc_start_lsi(struct hil_board *board);
+void hil_rcc_crystal(struct hil_rcc_device *dev, bool on);
+/* The watchdog runs from now on; it starts the LSI by itself. */
+void hil_rcc_watchdog_starts(struct hil_rcc_device *dev);
 
-uint32_t hil_rcc_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_rcc_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_rcc_hse_event(struct hil_board *board, uint64_t at);
-void hil_rcc_pll_event(struct hil_board *board, uint64_t at);
-void hil_rcc_lsi_event(struct hil_board *board, uint64_t at);
+/* For the bus and the event queue; `device` is a struct hil_rcc_device. */
+uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset);
+void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_rcc_hse_event(void *device, uint64_t at);
+void hil_rcc_pll_event(void *device, uint64_t at);
+void hil_rcc_lsi_event(void *device, uint64_t at);
 
-uint32_t hil_pwr_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_pwr_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
+uint32_t hil_pwr_read(void *device, unsigned unit, uint32_t offset);
+void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
 /* HCLK that flash wait states and voltage scale allow, Hz. */
 uint32_t hil_power_limit_hz(const struct hil_rcc *rcc);
 

@@ -1,6 +1,10 @@
 #include "hil/periph/spi.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/dma.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/rcc.h"
+
 
 #define CR1_CPHA (1u << 0)
 #define CR1_CPOL (1u << 1)
@@ -30,10 +34,10 @@
 static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
 static const struct hil_dma_request send_request = {0, 4, 0, DATA_REGISTER, true};
 
-static uint64_t byte_cycles(const struct hil_board *board)
+static uint64_t byte_cycles(const struct hil_spi_device *dev)
 {
-    unsigned br = board->state.spi.cr1 >> 3 & 7u;
-    return 8u * (uint64_t)(2u << br) * hil_rcc_apb1_divider(board);
+    unsigned br = dev->state->cr1 >> 3 & 7u;
+    return 8u * (uint64_t)(2u << br) * hil_rcc_apb1_divider(dev->rcc);
 }
 
 static bool is_on(const struct hil_spi *spi)
@@ -46,13 +50,13 @@ static uint32_t flags(const struct hil_spi *spi)
     return spi->sr | (spi->holding ? 0 : SR_TXE) | (spi->holding || spi->shifting ? SR_BSY : 0);
 }
 
-static void update_irq(struct hil_board *board)
+static void update_irq(struct hil_spi_device *dev)
 {
-    const struct hil_spi *spi = &board->state.spi;
+    const struct hil_spi *spi = dev->state;
     uint32_t sr = flags(spi);
     bool line = ((spi->cr2 & CR2_RXNEIE) && (sr & SR_RXNE)) || ((spi->cr2 & CR2_TXEIE) && (sr & SR_TXE))
                 || ((spi->cr2 & CR2_ERRIE) && (sr & (SR_OVR | SR_MODF)));
-    hil_irq_line(board, HIL_IRQ_SPI2, line);
+    hil_irq_line(dev->core, HIL_IRQ_SPI2, line);
 }
 
 static uint8_t reversed(uint8_t byte)
@@ -63,24 +67,24 @@ static uint8_t reversed(uint8_t byte)
     return out;
 }
 
-static bool is_connected(const struct hil_board *board)
+static bool is_connected(const struct hil_spi_device *dev)
 {
     for (unsigned pin = 13; pin < 16; pin++) {
-        if (hil_gpio_alternate(board, PORT_B, pin) != 5)
+        if (hil_gpio_alternate(dev->gpio, PORT_B, pin) != 5)
             return false;
     }
     return true;
 }
 
 /* One byte over the wires. */
-static uint8_t exchange(struct hil_board *board, uint8_t out, uint64_t at)
+static uint8_t exchange(struct hil_spi_device *dev, uint8_t out, uint64_t at)
 {
-    struct hil_spi *spi = &board->state.spi;
+    struct hil_spi *spi = dev->state;
     bool lsb_first = (spi->cr1 & CR1_LSBFIRST) != 0;
     bool shifted_mode = ((spi->cr1 & CR1_CPOL) != 0) != ((spi->cr1 & CR1_CPHA) != 0);
     uint8_t wire = lsb_first ? reversed(out) : out;
     uint8_t seen = shifted_mode ? (uint8_t)(spi->last_out << 7 | wire >> 1) : wire;
-    uint8_t in = spi->selected ? hil_w25q_exchange(board, seen, at) : 0xff;
+    uint8_t in = spi->selected ? dev->slave.exchange(dev->slave.who, seen, at) : 0xff;
     uint8_t got = shifted_mode ? (uint8_t)(spi->last_in << 7 | in >> 1) : in;
     spi->last_out = wire;
     spi->last_in = in;
@@ -88,123 +92,129 @@ static uint8_t exchange(struct hil_board *board, uint8_t out, uint64_t at)
 }
 
 /* Fill the transmit buffer from DMA if it may. */
-static void refill(struct hil_board *board)
+static void refill(struct hil_spi_device *dev)
 {
-    struct hil_spi *spi = &board->state.spi;
-    if (is_on(spi) && !spi->holding && (spi->cr2 & CR2_TXDMAEN) && hil_dma_until_flag(board, &send_request))
-        spi->holding = hil_dma_read_items(board, &send_request, &spi->held, 1);
+    struct hil_spi *spi = dev->state;
+    if (is_on(spi) && !spi->holding && (spi->cr2 & CR2_TXDMAEN) && hil_dma_until_flag(dev->dma, &send_request))
+        spi->holding = hil_dma_read_items(dev->dma, &send_request, &spi->held, 1);
 }
 
-static void shift(struct hil_board *board, uint64_t at)
+static void shift(struct hil_spi_device *dev, uint64_t at)
 {
-    struct hil_spi *spi = &board->state.spi;
+    struct hil_spi *spi = dev->state;
     if (spi->shifting || !spi->holding || !is_on(spi))
         return;
     spi->shifted = spi->held;
     spi->holding = false;
     spi->shifting = true;
-    spi->shift_end_cycle = at + byte_cycles(board);
+    spi->shift_end_cycle = at + byte_cycles(dev);
 }
 
-static void receive(struct hil_board *board, uint8_t byte)
+static void receive(struct hil_spi_device *dev, uint8_t byte)
 {
-    struct hil_spi *spi = &board->state.spi;
+    struct hil_spi *spi = dev->state;
     if (spi->sr & SR_RXNE) { /* the byte in the buffer stays, this one is lost (28.3.10) */
         spi->sr |= SR_OVR;
         spi->dr_was_read = false;
         return;
     }
-    if ((spi->cr2 & CR2_RXDMAEN) && hil_dma_until_flag(board, &receive_request)) {
+    if ((spi->cr2 & CR2_RXDMAEN) && hil_dma_until_flag(dev->dma, &receive_request)) {
         uint16_t value = byte;
-        hil_dma_write_items(board, &receive_request, &value, 1);
+        hil_dma_write_items(dev->dma, &receive_request, &value, 1);
         return;
     }
     spi->received = byte;
     spi->sr |= SR_RXNE;
 }
 
-static void begin(struct hil_board *board, uint64_t at)
+static void begin(struct hil_spi_device *dev, uint64_t at)
 {
-    refill(board);
-    shift(board, at);
-    refill(board);
+    refill(dev);
+    shift(dev, at);
+    refill(dev);
 }
 
 /* The next event is the end of the byte after which anybody can notice something: a flag of a stream, an interrupt. */
-static void schedule(struct hil_board *board)
+static void schedule(struct hil_spi_device *dev)
 {
-    const struct hil_spi *spi = &board->state.spi;
+    const struct hil_spi *spi = dev->state;
     uint64_t next = HIL_NEVER;
     if (spi->shifting) {
         uint32_t n = 1;
         if (spi->holding && (spi->cr2 & CR2_TXDMAEN) && !(spi->cr2 & (CR2_ERRIE | CR2_RXNEIE | CR2_TXEIE))) {
-            n = hil_dma_until_flag(board, &send_request);
+            n = hil_dma_until_flag(dev->dma, &send_request);
             if (n > GROUP)
                 n = GROUP;
             if (spi->cr2 & CR2_RXDMAEN) {
-                uint32_t in = hil_dma_until_flag(board, &receive_request);
+                uint32_t in = hil_dma_until_flag(dev->dma, &receive_request);
                 n = in < n ? in : n;
             }
         }
-        next = spi->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * byte_cycles(board);
+        next = spi->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * byte_cycles(dev);
     }
-    hil_event_set_cycle(board, HIL_EVENT_SPI, next);
+    hil_event_set_cycle(dev->core, HIL_EVENT_SPI, next);
 }
 
-void hil_spi_catch_up(struct hil_board *board, uint64_t at)
+void hil_spi_catch_up(void *device, uint64_t at)
 {
-    struct hil_spi *spi = &board->state.spi;
+    struct hil_spi_device *dev = device;
+    struct hil_spi *spi = dev->state;
     if (!spi->shifting || spi->shift_end_cycle > at)
         return;
-    bool connected = is_connected(board);
+    bool connected = is_connected(dev);
     while (spi->shifting && spi->shift_end_cycle <= at) {
         uint64_t end = spi->shift_end_cycle;
-        receive(board, connected ? exchange(board, spi->shifted, end) : 0xff);
+        receive(dev, connected ? exchange(dev, spi->shifted, end) : 0xff);
         spi->shifting = false;
-        begin(board, end);
+        begin(dev, end);
     }
-    update_irq(board);
-    schedule(board);
+    update_irq(dev);
+    schedule(dev);
 }
 
-void hil_spi_event(struct hil_board *board, uint64_t at) { hil_spi_catch_up(board, at); }
+void hil_spi_event(void *device, uint64_t at) { hil_spi_catch_up(device, at); }
 
-void hil_spi_dma_enabled(struct hil_board *board)
+void hil_spi_dma_enabled(void *device)
 {
-    begin(board, hil_now(board));
-    update_irq(board);
-    schedule(board);
+    struct hil_spi_device *dev = device;
+    begin(dev, hil_now(dev->core));
+    update_irq(dev);
+    schedule(dev);
 }
 
-void hil_spi_pins_changed(struct hil_board *board, uint64_t at)
+void hil_spi_pins_changed(void *device, uint64_t at)
 {
-    struct hil_spi *spi = &board->state.spi;
-    bool selected = !hil_gpio_level(board, PORT_B, 12);
+    struct hil_spi_device *dev = device;
+    struct hil_spi *spi = dev->state;
+    bool selected = !hil_gpio_level(dev->gpio, PORT_B, 12);
     if (selected == spi->selected)
         return;
-    hil_spi_catch_up(board, at);
-    bool in_byte = spi->shifting && at > spi->shift_end_cycle - byte_cycles(board);
+    hil_spi_catch_up(dev, at);
+    bool in_byte = spi->shifting && at > spi->shift_end_cycle - byte_cycles(dev);
     spi->selected = selected;
     if (selected)
-        hil_w25q_select(board, at);
+        dev->slave.select(dev->slave.who, at);
     else
-        hil_w25q_deselect(board, at, in_byte);
+        dev->slave.deselect(dev->slave.who, at, in_byte);
 }
 
-void hil_spi_reset(struct hil_board *board)
+void hil_spi_reset(void *device, unsigned unit)
 {
-    bool selected = board->state.spi.selected;
-    board->state.spi = (struct hil_spi){.selected = selected};
-    hil_event_set_cycle(board, HIL_EVENT_SPI, HIL_NEVER);
-    update_irq(board);
+    struct hil_spi_device *dev = device;
+    (void)unit;
+    bool selected = dev->state->selected;
+    *dev->state = (struct hil_spi){.selected = selected};
+    hil_event_set_cycle(dev->core, HIL_EVENT_SPI, HIL_NEVER);
+    update_irq(dev);
 }
 
-uint32_t hil_spi_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_spi *spi = &board->state.spi;
+    struct hil_spi_device *dev = device;
+    struct hil_spi *spi = dev->state;
     uint32_t value;
     (void)unit;
-    hil_spi_catch_up(board, hil_now(board));
+    hil_spi_catch_up(dev, hil_now(dev->core));
     switch (offset) {
     case 0x00:
         return spi->cr1;
@@ -216,12 +226,12 @@ uint32_t hil_spi_read(struct hil_board *board, unsigned unit, uint32_t offset)
             spi->sr &= ~SR_OVR;
         spi->dr_was_read = false;
         spi->sr_was_accessed = true;
-        update_irq(board);
+        update_irq(dev);
         return value;
     case 0x0c:
         spi->sr &= ~SR_RXNE;
         spi->dr_was_read = true;
-        update_irq(board);
+        update_irq(dev);
         return spi->received;
     case 0x10: /* CRCPR */
         return 7;
@@ -232,21 +242,21 @@ uint32_t hil_spi_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x20: /* I2SPR */
         return 2;
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-static void cr1_write(struct hil_board *board, uint32_t value)
+static void cr1_write(struct hil_spi_device *dev, uint32_t value)
 {
-    struct hil_spi *spi = &board->state.spi;
+    struct hil_spi *spi = dev->state;
     if (value & CR1_REFUSED)
-        hil_bus_refuse(board, "receive-only, 16 bits, CRC, one-line modes");
+        hil_bus_refuse(dev->core, "receive-only, 16 bits, CRC, one-line modes");
     if ((spi->shifting || spi->holding) && ((value ^ spi->cr1) & CR1_FIXED))
-        hil_bus_refuse(board, "a change of settings while BSY is set");
+        hil_bus_refuse(dev->core, "a change of settings while BSY is set");
     if ((value & CR1_SPE) && !(value & CR1_MSTR))
-        hil_bus_refuse(board, "slave mode");
+        hil_bus_refuse(dev->core, "slave mode");
     if ((value & CR1_SPE) && !(value & CR1_SSM))
-        hil_bus_refuse(board, "NSS managed by hardware");
+        hil_bus_refuse(dev->core, "NSS managed by hardware");
     if (spi->sr_was_accessed)
         spi->sr &= ~SR_MODF;
     spi->sr_was_accessed = false;
@@ -257,19 +267,20 @@ static void cr1_write(struct hil_board *board, uint32_t value)
     }
 }
 
-void hil_spi_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_spi *spi = &board->state.spi;
-    uint64_t now = hil_now(board);
+    struct hil_spi_device *dev = device;
+    struct hil_spi *spi = dev->state;
+    uint64_t now = hil_now(dev->core);
     (void)unit;
-    hil_spi_catch_up(board, now);
+    hil_spi_catch_up(dev, now);
     switch (offset) {
     case 0x00:
-        cr1_write(board, value);
+        cr1_write(dev, value);
         break;
     case 0x04:
         if (value & ~CR2_MODELLED)
-            hil_bus_refuse(board, "NSS output, TI mode");
+            hil_bus_refuse(dev->core, "NSS output, TI mode");
         spi->cr2 = value & CR2_MODELLED;
         break;
     case 0x08: /* nothing in it can be written here; CRCERR is never set */
@@ -280,10 +291,10 @@ void hil_spi_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         spi->holding = true;
         break;
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
-    begin(board, now);
-    update_irq(board);
-    schedule(board);
+    begin(dev, now);
+    update_irq(dev);
+    schedule(dev);
 }

@@ -1,4 +1,4 @@
-/* SPI2 (RM0090 28) as an 8-bit master with the NOR memory (hil/chips/w25q.h) on PB13 SCK, PB14 MISO, PB15 MOSI, chip select
+/* SPI2 (RM0090 28) as an 8-bit master with a memory on PB13 SCK, PB14 MISO, PB15 MOSI, chip select
  * PB12 driven by software, DMA1 streams 3 (receive) and 4 (send).
  *
  * A byte takes eight periods of PCLK1 / 2^(BR+1). While the three pins are not SPI2's, the memory sees no clock and
@@ -10,7 +10,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
+struct hil_dma_device;
+struct hil_gpio_device;
+struct hil_rcc_device;
 
 struct hil_spi {
     uint32_t cr1, cr2, sr;      /* of SR only RXNE, MODF, OVR; the rest follows from the state */
@@ -23,15 +26,34 @@ struct hil_spi {
     bool selected;              /* PB12 low as last seen */
 };
 
-void hil_spi_reset(struct hil_board *board);
-uint32_t hil_spi_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_spi_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_spi_event(struct hil_board *board, uint64_t at);
+/* The chip behind the wires. */
+struct hil_spi_slave {
+    void *who;
+    /* Chip select falls, rises (in_byte: not on a byte boundary); one byte in and out meanwhile. */
+    void (*select)(void *who, uint64_t at);
+    void (*deselect)(void *who, uint64_t at, bool in_byte);
+    uint8_t (*exchange)(void *who, uint8_t in, uint64_t at);
+};
+
+struct hil_spi_device {
+    struct hil_core *core;
+    struct hil_spi *state;
+    struct hil_rcc_device *rcc;
+    struct hil_dma_device *dma;
+    struct hil_gpio_device *gpio;
+    struct hil_spi_slave slave;
+};
+
+/* For the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */
+void hil_spi_reset(void *device, unsigned unit);
+uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset);
+void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_spi_event(void *device, uint64_t at);
 /* Bring what has been shifted up to `at`. */
-void hil_spi_catch_up(struct hil_board *board, uint64_t at);
+void hil_spi_catch_up(void *device, uint64_t at);
 /* A stream of DMA1 was enabled: it may be the one that waited. */
-void hil_spi_dma_enabled(struct hil_board *board);
+void hil_spi_dma_enabled(void *device);
 /* A pin of port B may have changed. */
-void hil_spi_pins_changed(struct hil_board *board, uint64_t at);
+void hil_spi_pins_changed(void *device, uint64_t at);
 
 #endif

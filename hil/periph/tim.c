@@ -1,6 +1,11 @@
 #include "hil/periph/tim.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/adc.h"
+#include "hil/periph/dma.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/rcc.h"
+
 
 #define CR1_CEN 1u
 #define CR1_UDIS 2u
@@ -20,16 +25,16 @@ static const unsigned irq_of[HIL_TIMERS] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
 
 static uint32_t counter_mask(unsigned unit) { return unit == HIL_TIM2 ? 0xffffffffu : 0xffffu; }
 
-static uint64_t tick_cycles(const struct hil_board *board, const struct hil_tim *t)
+static uint64_t tick_cycles(const struct hil_tim_device *dev, const struct hil_tim *t)
 {
-    return (uint64_t)hil_rcc_apb1_timer_divider(board) * (t->psc_now + 1ull);
+    return (uint64_t)hil_rcc_apb1_timer_divider(dev->rcc) * (t->psc_now + 1ull);
 }
 
-static uint32_t count_at(const struct hil_board *board, const struct hil_tim *t, uint64_t at)
+static uint32_t count_at(const struct hil_tim_device *dev, const struct hil_tim *t, uint64_t at)
 {
     if (!(t->cr1 & CR1_CEN) || at <= t->base_cycle)
         return t->base_count;
-    return t->base_count + (uint32_t)((at - t->base_cycle) / tick_cycles(board, t));
+    return t->base_count + (uint32_t)((at - t->base_cycle) / tick_cycles(dev, t));
 }
 
 static uint32_t channel_mode(const struct hil_tim *t, unsigned channel)
@@ -53,27 +58,28 @@ static bool output_level(const struct hil_tim *t, unsigned channel)
     return is_output(t, channel) && is_enabled(t, channel) && t->reference[channel] != inverted;
 }
 
-bool hil_tim4_output(const struct hil_board *board, unsigned channel, bool *drives)
+bool hil_tim4_output(const void *device, unsigned channel, bool *drives)
 {
-    const struct hil_tim *t = &board->state.tim[HIL_TIM4];
+    const struct hil_tim_device *dev = device;
+    const struct hil_tim *t = &dev->state[HIL_TIM4];
     *drives = is_output(t, channel) && is_enabled(t, channel);
     return output_level(t, channel);
 }
 
-static void update_irq(struct hil_board *board, unsigned unit)
+static void update_irq(struct hil_tim_device *dev, unsigned unit)
 {
-    const struct hil_tim *t = &board->state.tim[unit];
-    hil_irq_line(board, irq_of[unit], (t->sr & t->dier & 0x5fu) != 0);
+    const struct hil_tim *t = &dev->state[unit];
+    hil_irq_line(dev->core, irq_of[unit], (t->sr & t->dier & 0x5fu) != 0);
 }
 
 /* The next moment after `at` at which something happens by itself. */
-static void schedule(struct hil_board *board, unsigned unit, uint64_t at)
+static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
-    const struct hil_tim *t = &board->state.tim[unit];
+    const struct hil_tim *t = &dev->state[unit];
     uint64_t next = t->capture_cycle[0] < t->capture_cycle[1] ? t->capture_cycle[0] : t->capture_cycle[1];
     if (t->cr1 & CR1_CEN) {
-        uint64_t tick = tick_cycles(board, t);
-        uint32_t count = count_at(board, t, at);
+        uint64_t tick = tick_cycles(dev, t);
+        uint32_t count = count_at(dev, t, at);
         uint64_t wrap = count > t->arr_now ? (uint64_t)counter_mask(unit) + 1u : (uint64_t)t->arr_now + 1u;
         uint64_t ticks = wrap - t->base_count;
         for (unsigned i = 0; i < 4; i++) {
@@ -84,7 +90,7 @@ static void schedule(struct hil_board *board, unsigned unit, uint64_t at)
         if (t->base_cycle + ticks * tick < next)
             next = t->base_cycle + ticks * tick;
     }
-    hil_event_set_cycle(board, slot_of[unit], next);
+    hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
 
 /* Reference level of a channel for the present count; the modes that act on a match do so when `match`. */
@@ -112,12 +118,12 @@ static bool next_reference(const struct hil_tim *t, unsigned channel, uint32_t c
 }
 
 /* External triggers of the converters that these timers make (RM0090 table 69). */
-static void trigger_converters(struct hil_board *board, unsigned unit, unsigned channel, bool rising,
+static void trigger_converters(struct hil_tim_device *dev, unsigned unit, unsigned channel, bool rising,
                                uint64_t at)
 {
     static const int8_t extsel[HIL_TIMERS][4] = {{-1, 3, 4, 5}, {-1, -1, -1, 9}};
     if (extsel[unit][channel] >= 0)
-        hil_adc_trigger(board, (unsigned)extsel[unit][channel], rising, at);
+        hil_adc_trigger(dev->adc, (unsigned)extsel[unit][channel], rising, at);
 }
 
 struct levels {
@@ -134,21 +140,21 @@ static struct levels output_levels(const struct hil_tim *t)
 }
 
 /* Outputs may have changed since `before`: pins and converters see it, all channels at once. */
-static void tell_outputs(struct hil_board *board, unsigned unit, struct levels before, uint64_t at)
+static void tell_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before, uint64_t at)
 {
-    struct levels after = output_levels(&board->state.tim[unit]);
+    struct levels after = output_levels(&dev->state[unit]);
     if (unit == HIL_TIM4 && (after.of[0] != before.of[0] || after.of[1] != before.of[1]))
-        hil_gpio_excitation_changed(board, at);
+        hil_gpio_timer_changed(dev->gpio, at);
     for (unsigned i = 0; i < 4; i++) {
         if (after.of[i] != before.of[i])
-            trigger_converters(board, unit, i, after.of[i], at);
+            trigger_converters(dev, unit, i, after.of[i], at);
     }
 }
 
-static void refresh_references(struct hil_board *board, unsigned unit, uint64_t at)
+static void refresh_references(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
-    struct hil_tim *t = &board->state.tim[unit];
-    uint32_t count = count_at(board, t, at);
+    struct hil_tim *t = &dev->state[unit];
+    uint32_t count = count_at(dev, t, at);
     for (unsigned i = 0; i < 4; i++) {
         if (is_output(t, i))
             t->reference[i] = next_reference(t, i, count, false);
@@ -166,23 +172,23 @@ static void load_preloads(struct hil_tim *t)
 }
 
 /* TIM4's trigger output starts TIM2, if it waits for it (trigger mode, ITR3). */
-static void trigger_output(struct hil_board *board, unsigned unit, uint64_t at)
+static void trigger_output(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
-    struct hil_tim *slave = &board->state.tim[HIL_TIM2];
+    struct hil_tim *slave = &dev->state[HIL_TIM2];
     if (unit != HIL_TIM4 || (slave->smcr & 0x77u) != 0x36u)
         return;
     slave->sr |= SR_TIF;
     if (!(slave->cr1 & CR1_CEN)) {
         slave->cr1 |= CR1_CEN;
         slave->base_cycle = at;
-        schedule(board, HIL_TIM2, at);
+        schedule(dev, HIL_TIM2, at);
     }
-    update_irq(board, HIL_TIM2);
+    update_irq(dev, HIL_TIM2);
 }
 
-static void update_event(struct hil_board *board, unsigned unit, uint64_t at, bool by_software)
+static void update_event(struct hil_tim_device *dev, unsigned unit, uint64_t at, bool by_software)
 {
-    struct hil_tim *t = &board->state.tim[unit];
+    struct hil_tim *t = &dev->state[unit];
     t->base_cycle = at;
     t->base_count = 0;
     if (t->cr1 & CR1_UDIS)
@@ -191,12 +197,12 @@ static void update_event(struct hil_board *board, unsigned unit, uint64_t at, bo
     if (!(by_software && (t->cr1 & CR1_URS)))
         t->sr |= SR_UIF;
     if ((t->cr2 >> 4 & 7u) == 2u)
-        trigger_output(board, unit, at);
+        trigger_output(dev, unit, at);
     if ((t->cr1 & CR1_OPM) && !by_software)
         t->cr1 &= ~CR1_CEN;
 }
 
-static void capture(struct hil_board *board, struct hil_tim *t, unsigned channel, uint64_t at)
+static void capture(struct hil_tim_device *dev, struct hil_tim *t, unsigned channel, uint64_t at)
 {
     static const uint8_t stream[HIL_CAPTURES] = {5, 6}; /* of DMA1, request channel 3 (RM0090 table 42) */
     unsigned every = 1u << (channel_mode(t, channel) >> 2 & 3u);
@@ -204,32 +210,32 @@ static void capture(struct hil_board *board, struct hil_tim *t, unsigned channel
     if (++t->capture_skipped[channel] < every)
         return;
     t->capture_skipped[channel] = 0;
-    t->ccr[channel] = t->ccr_now[channel] = count_at(board, t, at);
+    t->ccr[channel] = t->ccr_now[channel] = count_at(dev, t, at);
     if (t->sr & SR_CC1IF << channel)
         t->sr |= SR_CC1OF << channel;
     t->sr |= SR_CC1IF << channel;
     if (channel == 0)
-        board->state.counters.edges_captured++;
+        dev->core->state.counters.edges_captured++;
     else
-        board->state.counters.frames_captured++;
+        dev->core->state.counters.frames_captured++;
     if (t->dier & DIER_CC1DE << channel)
-        hil_dma_request(board, 0, stream[channel], 3);
+        hil_dma_request(dev->dma, 0, stream[channel], 3);
 }
 
-static void event(struct hil_board *board, unsigned unit, uint64_t at)
+static void event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
-    struct hil_tim *t = &board->state.tim[unit];
+    struct hil_tim *t = &dev->state[unit];
     for (unsigned i = 0; i < HIL_CAPTURES; i++) {
         if (t->capture_cycle[i] <= at)
-            capture(board, t, i, at);
+            capture(dev, t, i, at);
     }
     if (t->cr1 & CR1_CEN) {
         struct levels before = output_levels(t);
-        uint64_t tick = tick_cycles(board, t), ticks = (at - t->base_cycle) / tick;
+        uint64_t tick = tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
         bool on_tick = ticks * tick == at - t->base_cycle;
         uint64_t count = t->base_count + ticks;
         if (on_tick && ticks && (count == (uint64_t)t->arr_now + 1u || count > counter_mask(unit))) {
-            update_event(board, unit, at, false);
+            update_event(dev, unit, at, false);
             count = 0;
         }
         for (unsigned i = 0; on_tick && i < 4; i++) {
@@ -240,14 +246,14 @@ static void event(struct hil_board *board, unsigned unit, uint64_t at)
                 t->sr |= 2u << i;
             t->reference[i] = next_reference(t, i, (uint32_t)count, match);
         }
-        tell_outputs(board, unit, before, at);
+        tell_outputs(dev, unit, before, at);
     }
-    update_irq(board, unit);
-    schedule(board, unit, at);
+    update_irq(dev, unit);
+    schedule(dev, unit, at);
 }
 
-void hil_tim2_event(struct hil_board *board, uint64_t at) { event(board, HIL_TIM2, at); }
-void hil_tim4_event(struct hil_board *board, uint64_t at) { event(board, HIL_TIM4, at); }
+void hil_tim2_event(void *device, uint64_t at) { event(device, HIL_TIM2, at); }
+void hil_tim4_event(void *device, uint64_t at) { event(device, HIL_TIM4, at); }
 
 /* Delay of a channel's input filter in timer clocks (CCMR1.ICxF, CR1.CKD). */
 static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
@@ -258,19 +264,20 @@ static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
     return f < 4 ? of_dts[f] : of_dts[f] * dts;
 }
 
-static uint64_t capture_delay(const struct hil_board *board, unsigned channel)
+static uint64_t capture_delay(const struct hil_tim_device *dev, unsigned channel)
 {
-    return (uint64_t)filter_clocks(&board->state.tim[HIL_TIM2], channel) * hil_rcc_apb1_timer_divider(board);
+    return (uint64_t)filter_clocks(&dev->state[HIL_TIM2], channel) * hil_rcc_apb1_timer_divider(dev->rcc);
 }
 
-uint64_t hil_tim2_capture_delay(const struct hil_board *board)
+uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev)
 {
-    return capture_delay(board, 0);
+    return capture_delay(dev, 0);
 }
 
-void hil_tim2_input_edge(struct hil_board *board, unsigned channel, bool level, uint64_t at)
+void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at)
 {
-    struct hil_tim *t = &board->state.tim[HIL_TIM2];
+    struct hil_tim_device *dev = device;
+    struct hil_tim *t = &dev->state[HIL_TIM2];
     uint64_t *cycle = &t->capture_cycle[channel];
     uint32_t enables = t->ccer >> (4u * channel);
     if (*cycle != HIL_NEVER && *cycle > at && level != t->capture_level[channel])
@@ -278,27 +285,29 @@ void hil_tim2_input_edge(struct hil_board *board, unsigned channel, bool level, 
     if ((channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
         bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {
-            *cycle = at + capture_delay(board, channel);
+            *cycle = at + capture_delay(dev, channel);
             t->capture_level[channel] = level;
         }
     }
-    schedule(board, HIL_TIM2, at);
+    schedule(dev, HIL_TIM2, at);
 }
 
-void hil_tim_reset(struct hil_board *board, unsigned unit)
+void hil_tim_reset(void *device, unsigned unit)
 {
-    struct hil_tim *t = &board->state.tim[unit];
+    struct hil_tim_device *dev = device;
+    struct hil_tim *t = &dev->state[unit];
     struct levels before = output_levels(t);
     *t = (struct hil_tim){.capture_cycle = {HIL_NEVER, HIL_NEVER}};
     t->arr = t->arr_now = counter_mask(unit);
-    hil_event_set_cycle(board, slot_of[unit], HIL_NEVER);
-    update_irq(board, unit);
-    tell_outputs(board, unit, before, hil_now(board));
+    hil_event_set_cycle(dev->core, slot_of[unit], HIL_NEVER);
+    update_irq(dev, unit);
+    tell_outputs(dev, unit, before, hil_now(dev->core));
 }
 
-uint32_t hil_tim_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_tim *t = &board->state.tim[unit];
+    struct hil_tim_device *dev = device;
+    struct hil_tim *t = &dev->state[unit];
     switch (offset) {
     case 0x00:
         return t->cr1;
@@ -319,7 +328,7 @@ uint32_t hil_tim_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x20:
         return t->ccer;
     case 0x24:
-        return count_at(board, t, hil_now(board));
+        return count_at(dev, t, hil_now(dev->core));
     case 0x28:
         return t->psc;
     case 0x2c:
@@ -328,37 +337,37 @@ uint32_t hil_tim_read(struct hil_board *board, unsigned unit, uint32_t offset)
         unsigned channel = (offset - OFFSET_CCR1) / 4u;
         if (!is_output(t, channel)) {
             t->sr &= ~(2u << channel);
-            update_irq(board, unit);
+            update_irq(dev, unit);
         }
         return t->ccr[channel];
     }
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-static void cr1_write(struct hil_board *board, unsigned unit, uint32_t value)
+static void cr1_write(struct hil_tim_device *dev, unsigned unit, uint32_t value)
 {
-    struct hil_tim *t = &board->state.tim[unit];
-    uint64_t now = hil_now(board);
+    struct hil_tim *t = &dev->state[unit];
+    uint64_t now = hil_now(dev->core);
     if (value & 0x70u)
-        hil_bus_refuse(board, "counting down or centre-aligned");
-    uint32_t count = count_at(board, t, now);
+        hil_bus_refuse(dev->core, "counting down or centre-aligned");
+    uint32_t count = count_at(dev, t, now);
     bool was_on = (t->cr1 & CR1_CEN) != 0;
     t->cr1 = value & 0x38fu;
     if (was_on && !(value & CR1_CEN)) {
         t->base_count = count;
     } else if (!was_on && (value & CR1_CEN)) {
         t->base_cycle = now;
-        refresh_references(board, unit, now);
+        refresh_references(dev, unit, now);
         if ((t->cr2 >> 4 & 7u) == 1u)
-            trigger_output(board, unit, now);
+            trigger_output(dev, unit, now);
     }
 }
 
-static void channel_registers_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+static void channel_registers_write(struct hil_tim_device *dev, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_tim *t = &board->state.tim[unit];
+    struct hil_tim *t = &dev->state[unit];
     if (offset == 0x20) {
         t->ccer = value & 0xbbbbu;
         return;
@@ -367,34 +376,35 @@ static void channel_registers_write(struct hil_board *board, unsigned unit, uint
     for (unsigned i = 0; i < 4; i++) {
         uint32_t select = channel_mode(t, i) & 3u;
         if (select && !(unit == HIL_TIM2 && i < HIL_CAPTURES && select == 1))
-            hil_bus_refuse(board, "input capture other than TIM2 channels 1 and 2 from their own pins");
+            hil_bus_refuse(dev->core, "input capture other than TIM2 channels 1 and 2 from their own pins");
         if (!select && (channel_mode(t, i) & 0x84u))
-            hil_bus_refuse(board, "fast or cleared output compare");
+            hil_bus_refuse(dev->core, "fast or cleared output compare");
     }
 }
 
-void hil_tim_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_tim *t = &board->state.tim[unit];
-    uint64_t now = hil_now(board);
+    struct hil_tim_device *dev = device;
+    struct hil_tim *t = &dev->state[unit];
+    uint64_t now = hil_now(dev->core);
     struct levels before = output_levels(t);
     switch (offset) {
     case 0x00:
-        cr1_write(board, unit, value);
+        cr1_write(dev, unit, value);
         break;
     case 0x04:
         if ((value & ~0x70u) || (value >> 4 & 7u) > 2u)
-            hil_bus_refuse(board, "master mode other than reset, enable, update");
+            hil_bus_refuse(dev->core, "master mode other than reset, enable, update");
         t->cr2 = value;
         break;
     case 0x08:
         if ((value & 7u) && !(unit == HIL_TIM2 && (value & 0xff7fu) == 0x36u))
-            hil_bus_refuse(board, "slave mode other than TIM2 triggered by TIM4");
+            hil_bus_refuse(dev->core, "slave mode other than TIM2 triggered by TIM4");
         t->smcr = value & 0xffffu;
         break;
     case 0x0c:
         if (value & ~(0x5fu | (unit == HIL_TIM2 ? DIER_CC1DE | DIER_CC2DE : 0u)))
-            hil_bus_refuse(board, "DMA requests other than TIM2 channels 1 and 2");
+            hil_bus_refuse(dev->core, "DMA requests other than TIM2 channels 1 and 2");
         t->dier = value;
         break;
     case 0x10: /* flags are cleared by writing 0 */
@@ -402,13 +412,13 @@ void hil_tim_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         break;
     case 0x14:
         if (value & ~1u)
-            hil_bus_refuse(board, "generated events other than update");
+            hil_bus_refuse(dev->core, "generated events other than update");
         if (value & 1u)
-            update_event(board, unit, now, true);
+            update_event(dev, unit, now, true);
         break;
     case 0x18: case 0x1c: case 0x20:
-        channel_registers_write(board, unit, offset, value);
-        refresh_references(board, unit, now);
+        channel_registers_write(dev, unit, offset, value);
+        refresh_references(dev, unit, now);
         break;
     case 0x24:
         t->base_count = value & counter_mask(unit);
@@ -429,14 +439,14 @@ void hil_tim_write(struct hil_board *board, unsigned unit, uint32_t offset, uint
         t->ccr[channel] = value & counter_mask(unit);
         if (!(channel_mode(t, channel) & 8u))
             t->ccr_now[channel] = t->ccr[channel];
-        refresh_references(board, unit, now);
+        refresh_references(dev, unit, now);
         break;
     }
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
-    tell_outputs(board, unit, before, now);
-    update_irq(board, unit);
-    schedule(board, unit, now);
+    tell_outputs(dev, unit, before, now);
+    update_irq(dev, unit);
+    schedule(dev, unit, now);
 }

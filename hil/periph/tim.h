@@ -10,7 +10,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_adc_device;
+struct hil_core;
+struct hil_dma_device;
+struct hil_gpio_device;
+struct hil_rcc_device;
 
 #define HIL_TIMERS 2u
 #define HIL_CAPTURES 2u
@@ -29,17 +33,27 @@ struct hil_tim {
     uint8_t capture_skipped[HIL_CAPTURES]; /* edges since the last capture, for the prescaler */
 };
 
-void hil_tim_reset(struct hil_board *board, unsigned unit);
-uint32_t hil_tim_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_tim_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_tim2_event(struct hil_board *board, uint64_t at);
-void hil_tim4_event(struct hil_board *board, uint64_t at);
+struct hil_tim_device {
+    struct hil_core *core;
+    struct hil_tim *state; /* of all */
+    struct hil_rcc_device *rcc;
+    struct hil_dma_device *dma;
+    struct hil_gpio_device *gpio;
+    struct hil_adc_device *adc;
+};
 
-/* Level of TIM4's output on channel 0..3; *drives false while the channel is off. */
-bool hil_tim4_output(const struct hil_board *board, unsigned channel, bool *drives);
+/* For the bus and the event queue; `device` is a struct hil_tim_device. */
+void hil_tim_reset(void *device, unsigned unit);
+uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset);
+void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_tim2_event(void *device, uint64_t at);
+void hil_tim4_event(void *device, uint64_t at);
+
+/* For the pins. Level of TIM4's output on channel 0..3; *drives false while the channel is off. */
+bool hil_tim4_output(const void *device, unsigned channel, bool *drives);
 /* TI1 or TI2 of TIM2 (channel 0 or 1) changed to `level`. */
-void hil_tim2_input_edge(struct hil_board *board, unsigned channel, bool level, uint64_t at);
+void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at);
 /* HCLK cycles from an edge of TI1 to its capture, as the input is set up now. */
-uint64_t hil_tim2_capture_delay(const struct hil_board *board);
+uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev);
 
 #endif

@@ -1,6 +1,13 @@
 #include "hil/periph/usart.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/core/time.h"
+#include "hil/periph/dma.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/options.h"
+#include "hil/periph/rcc.h"
+#include "hil/periph/serial_line.h"
+
 
 #define SR_PE 1u
 #define SR_FE 2u
@@ -27,20 +34,20 @@
 
 static const struct hil_dma_request send_request = {1, 7, 4, DATA_REGISTER, true};
 
-static struct hil_dma_request receive_request(const struct hil_board *board)
+static struct hil_dma_request receive_request(const struct hil_usart_device *dev)
 {
     /* Streams 2 and 5 are wired to USART1_RX (RM0090 table 43). */
-    const struct hil_dma_stream *five = &board->state.dma[1].stream[5];
+    const struct hil_dma_stream *five = &dev->dma->state[1].stream[5];
     unsigned stream = (five->cr & 1u) && (five->cr >> 25 & 7u) == 4u ? 5 : 2;
     return (struct hil_dma_request){1, stream, 4, DATA_REGISTER, false};
 }
 
 /* HCLK cycles of one bit; 0 while no rate is set. */
-static uint64_t bit_cycles(const struct hil_board *board)
+static uint64_t bit_cycles(const struct hil_usart_device *dev)
 {
-    const struct hil_usart *u = &board->state.usart;
+    const struct hil_usart *u = dev->state;
     uint32_t clocks = (u->cr1 & CR1_OVER8) ? (u->brr >> 4) * 8u + (u->brr & 7u) : u->brr;
-    return (uint64_t)clocks * hil_rcc_apb2_divider(board);
+    return (uint64_t)clocks * hil_rcc_apb2_divider(dev->rcc);
 }
 
 static enum hil_parity parity(const struct hil_usart *u)
@@ -48,34 +55,34 @@ static enum hil_parity parity(const struct hil_usart *u)
     return !(u->cr1 & CR1_PCE) ? HIL_PARITY_NONE : (u->cr1 & CR1_PS) ? HIL_PARITY_ODD : HIL_PARITY_EVEN;
 }
 
-static enum hil_parity host_parity(const struct hil_board *board)
+static enum hil_parity host_parity(const struct hil_usart_device *dev)
 {
-    return board->options.host_parity_follows ? parity(&board->state.usart) : board->options.host_parity;
+    return dev->options->host_parity_follows ? parity(dev->state) : dev->options->host_parity;
 }
 
-static uint64_t frame_bits(const struct hil_board *board) { return hil_frame_bits(parity(&board->state.usart)); }
+static uint64_t frame_bits(const struct hil_usart_device *dev) { return hil_frame_bits(parity(dev->state)); }
 
 /* Does the other end speak as is programmed: the parity, and a rate near enough (3 %, the tolerance of 8N1 with both
  * ends off)? */
-static bool line_fits(const struct hil_board *board)
+static bool line_fits(const struct hil_usart_device *dev)
 {
-    uint64_t bit = bit_cycles(board);
+    uint64_t bit = bit_cycles(dev);
     if (!bit)
         return false;
-    double rate = (double)board->state.clock.hclk_hz / (double)bit;
-    double ratio = rate / board->options.host_baud;
-    return ratio > 0.97 && ratio < 1.03 && host_parity(board) == parity(&board->state.usart);
+    double rate = (double)dev->core->state.clock.hclk_hz / (double)bit;
+    double ratio = rate / dev->options->host_baud;
+    return ratio > 0.97 && ratio < 1.03 && host_parity(dev) == parity(dev->state);
 }
 
-static struct hil_serial_format own_format(const struct hil_board *board)
+static struct hil_serial_format own_format(const struct hil_usart_device *dev)
 {
-    return (struct hil_serial_format){(double)bit_cycles(board) / board->state.clock.hclk_hz * 1e12,
-                                      parity(&board->state.usart)};
+    return (struct hil_serial_format){(double)bit_cycles(dev) / dev->core->state.clock.hclk_hz * 1e12,
+                                      parity(dev->state)};
 }
 
-static struct hil_serial_format host_format(const struct hil_board *board)
+static struct hil_serial_format host_format(const struct hil_usart_device *dev)
 {
-    return (struct hil_serial_format){1e12 / board->options.host_baud, host_parity(board)};
+    return (struct hil_serial_format){1e12 / dev->options->host_baud, host_parity(dev)};
 }
 
 static bool sends(const struct hil_usart *u)
@@ -85,255 +92,262 @@ static bool sends(const struct hil_usart *u)
 
 static uint32_t flags(const struct hil_usart *u) { return u->sr | (u->holding ? 0 : SR_TXE); }
 
-static void update_irq(struct hil_board *board)
+static void update_irq(struct hil_usart_device *dev)
 {
-    const struct hil_usart *u = &board->state.usart;
+    const struct hil_usart *u = dev->state;
     uint32_t sr = flags(u);
     /* TXEIE, TCIE, RXNEIE, IDLEIE sit at the places of their flags. */
     uint32_t line = sr & u->cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE);
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
     line |= (u->cr1 & CR1_PEIE) ? sr & SR_PE : 0;
     line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE | SR_NF) : 0;
-    hil_irq_line(board, HIL_IRQ_USART1, (u->cr1 & CR1_UE) && line != 0);
+    hil_irq_line(dev->core, HIL_IRQ_USART1, (u->cr1 & CR1_UE) && line != 0);
 }
 
-static void flush(struct hil_board *board, uint64_t at)
+static void flush(struct hil_usart_device *dev, uint64_t at)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart *u = dev->state;
     if (!u->out_count)
         return;
-    bool connected = hil_gpio_alternate(board, 0, 9) == 7;
-    uint64_t at_ps = hil_clock_ps(&board->state.clock, at);
-    if (connected && line_fits(board)) {
-        board->state.counters.serial_bytes_out += u->out_count;
-        hil_faults_serial_out(board, at_ps, u->out, u->out_count);
+    bool connected = hil_gpio_alternate(dev->gpio, 0, 9) == 7;
+    uint64_t at_ps = hil_clock_ps(&dev->core->state.clock, at);
+    if (connected && line_fits(dev)) {
+        dev->core->state.counters.serial_bytes_out += u->out_count;
+        dev->wire.serial_out(dev->wire.who, at_ps, u->out, u->out_count);
     } else {
-        struct hil_serial_format own = own_format(board), host = host_format(board);
+        struct hil_serial_format own = own_format(dev), host = host_format(dev);
         struct hil_heard_byte heard[HIL_HEARD_MAX];
-        board->state.counters.serial_wrong_rate += u->out_count;
+        dev->core->state.counters.serial_wrong_rate += u->out_count;
         for (uint32_t i = 0; connected && i < u->out_count; i++) {
             unsigned n = hil_serial_hear(u->out[i], i + 1 < u->out_count ? u->out[i + 1] : -1, &own, &host, heard);
             for (unsigned k = 0; k < n; k++)
-                hil_faults_serial_out(board, at_ps, &heard[k].value, 1);
+                dev->wire.serial_out(dev->wire.who, at_ps, &heard[k].value, 1);
         }
     }
     u->out_count = 0;
 }
 
 /* Fill DR from DMA if it may. */
-static void refill(struct hil_board *board)
+static void refill(struct hil_usart_device *dev)
 {
-    struct hil_usart *u = &board->state.usart;
-    if (!u->holding && (u->cr3 & CR3_DMAT) && hil_dma_until_flag(board, &send_request))
-        u->holding = hil_dma_read_items(board, &send_request, &u->held, 1);
+    struct hil_usart *u = dev->state;
+    if (!u->holding && (u->cr3 & CR3_DMAT) && hil_dma_until_flag(dev->dma, &send_request))
+        u->holding = hil_dma_read_items(dev->dma, &send_request, &u->held, 1);
 }
 
 /* DR to shift register at cycle `at`, if it is free. */
-static void shift(struct hil_board *board, uint64_t at)
+static void shift(struct hil_usart_device *dev, uint64_t at)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart *u = dev->state;
     if (u->shifting || !u->holding)
         return;
     u->shifted = u->held;
     u->holding = false;
     u->shifting = true;
-    u->shift_end_cycle = at + frame_bits(board) * bit_cycles(board);
+    u->shift_end_cycle = at + frame_bits(dev) * bit_cycles(dev);
 }
 
-static void begin(struct hil_board *board, uint64_t at)
+static void begin(struct hil_usart_device *dev, uint64_t at)
 {
-    if (!sends(&board->state.usart))
+    if (!sends(dev->state))
         return;
-    refill(board);
-    shift(board, at);
-    refill(board);
+    refill(dev);
+    shift(dev, at);
+    refill(dev);
 }
 
-static void schedule(struct hil_board *board)
+static void schedule(struct hil_usart_device *dev)
 {
-    const struct hil_usart *u = &board->state.usart;
+    const struct hil_usart *u = dev->state;
     uint64_t next = HIL_NEVER;
     if (u->shifting) {
         uint32_t n = 0;
         if (u->holding && (u->cr3 & CR3_DMAT))
-            n = hil_dma_until_flag(board, &send_request);
+            n = hil_dma_until_flag(dev->dma, &send_request);
         if (n > HIL_USART_GROUP)
             n = HIL_USART_GROUP;
         /* Item n from now reaches DR when n - 1 more bytes have been shifted out after the present one. */
-        next = u->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * frame_bits(board) * bit_cycles(board);
+        next = u->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * frame_bits(dev) * bit_cycles(dev);
     }
-    hil_event_set_cycle(board, HIL_EVENT_USART_TX, next);
+    hil_event_set_cycle(dev->core, HIL_EVENT_USART_TX, next);
 }
 
-void hil_usart_catch_up(struct hil_board *board, uint64_t at)
+void hil_usart_catch_up(void *device, uint64_t at)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart_device *dev = device;
+    struct hil_usart *u = dev->state;
     uint64_t last = at;
     bool moved = false;
     while (u->shifting && u->shift_end_cycle <= at) {
         last = u->shift_end_cycle;
         u->out[u->out_count++] = u->shifted;
         if (u->out_count == sizeof u->out)
-            flush(board, last);
+            flush(dev, last);
         u->shifting = false;
         moved = true;
-        shift(board, last);
-        refill(board);
+        shift(dev, last);
+        refill(dev);
         if (!u->shifting)
             u->sr |= SR_TC;
     }
     if (!moved)
         return;
-    flush(board, last);
-    update_irq(board);
-    schedule(board);
+    flush(dev, last);
+    update_irq(dev);
+    schedule(dev);
 }
 
-void hil_usart_tx_event(struct hil_board *board, uint64_t at) { hil_usart_catch_up(board, at); }
+void hil_usart_tx_event(void *device, uint64_t at) { hil_usart_catch_up(device, at); }
 
-void hil_usart_dma_enabled(struct hil_board *board)
+void hil_usart_dma_enabled(void *device)
 {
-    begin(board, hil_now(board));
-    update_irq(board);
-    schedule(board);
+    struct hil_usart_device *dev = device;
+    begin(dev, hil_now(dev->core));
+    update_irq(dev);
+    schedule(dev);
 }
 
-static uint64_t host_frame_ps(const struct hil_board *board)
+static uint64_t host_frame_ps(const struct hil_usart_device *dev)
 {
-    return hil_frame_bits(host_parity(board)) * HIL_SECOND_PS / board->options.host_baud;
+    return hil_frame_bits(host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
 }
 
-static void receive_frame(struct hil_board *board, uint16_t value, uint32_t errors)
+static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t errors)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart *u = dev->state;
     if (u->sr & SR_RXNE) {
         u->sr |= SR_ORE;
         return;
     }
     u->received = value;
     u->sr |= SR_RXNE | errors;
-    board->state.counters.serial_bytes_in++;
-    struct hil_dma_request request = receive_request(board);
-    if ((u->cr3 & CR3_DMAR) && hil_dma_until_flag(board, &request)) {
+    dev->core->state.counters.serial_bytes_in++;
+    struct hil_dma_request request = receive_request(dev);
+    if ((u->cr3 & CR3_DMAR) && hil_dma_until_flag(dev->dma, &request)) {
         u->sr &= ~SR_RXNE;
-        hil_dma_write_items(board, &request, &value, 1);
+        hil_dma_write_items(dev->dma, &request, &value, 1);
     }
 }
 
 /* A byte with an error is received all the same, its flags with it (30.6.1). */
-static void receive(struct hil_board *board, uint8_t byte, uint32_t errors)
+static void receive(struct hil_usart_device *dev, uint8_t byte, uint32_t errors)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart *u = dev->state;
     struct hil_heard_byte heard[HIL_HEARD_MAX];
-    if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) || hil_gpio_alternate(board, 0, 10) != 7 || !u->brr)
+    if ((u->cr1 & (CR1_UE | CR1_RE)) != (CR1_UE | CR1_RE) || hil_gpio_alternate(dev->gpio, 0, 10) != 7 || !u->brr)
         return;
-    if (line_fits(board)) {
+    if (line_fits(dev)) {
         uint32_t levels = parity(u) == HIL_PARITY_NONE ? 0 : hil_frame_levels(byte, parity(u)) >> 1 & 0x100u;
-        receive_frame(board, (uint16_t)(levels | byte), errors);
+        receive_frame(dev, (uint16_t)(levels | byte), errors);
         return;
     }
-    struct hil_serial_format own = own_format(board), host = host_format(board);
+    struct hil_serial_format own = own_format(dev), host = host_format(dev);
     unsigned n = hil_serial_hear(byte, u->queue_count ? u->queue[u->queue_head] : -1, &host, &own, heard);
     for (unsigned i = 0; i < n; i++)
-        receive_frame(board, (uint16_t)((heard[i].parity_bit ? 0x100u : 0) | heard[i].value),
+        receive_frame(dev, (uint16_t)((heard[i].parity_bit ? 0x100u : 0) | heard[i].value),
                       errors | (heard[i].framing_error ? SR_FE : 0) | (heard[i].parity_error ? SR_PE : 0));
 }
 
-bool hil_usart_line_in(const struct hil_board *board)
+bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
 {
-    const struct hil_usart *u = &board->state.usart;
-    uint64_t end_ps = board->state.events.at_ps[HIL_EVENT_USART_RX], now_ps = hil_board_now_ps(board);
-    uint64_t frame_ps = host_frame_ps(board);
+    const struct hil_usart_device *dev = device;
+    const struct hil_usart *u = dev->state;
+    uint64_t end_ps = dev->core->state.events.at_ps[HIL_EVENT_USART_RX], now_ps = hil_now_ps(dev->core);
+    uint64_t frame_ps = host_frame_ps(dev);
+    (void)channel;
+    *drives = true;
     if (!u->queue_count || end_ps == HIL_NEVER || now_ps >= end_ps || now_ps + frame_ps < end_ps)
         return true;
-    uint64_t bit = (now_ps + frame_ps - end_ps) * board->options.host_baud / HIL_SECOND_PS;
-    return (hil_frame_levels(u->queue[u->queue_head], host_parity(board)) >> bit & 1u) != 0;
+    uint64_t bit = (now_ps + frame_ps - end_ps) * dev->options->host_baud / HIL_SECOND_PS;
+    return (hil_frame_levels(u->queue[u->queue_head], host_parity(dev)) >> bit & 1u) != 0;
 }
 
 /* A byte comes to the end of the line, as the faults of the line leave it. */
-static void arrive(struct hil_board *board, uint8_t byte)
+static void arrive(struct hil_usart_device *dev, uint8_t byte)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart *u = dev->state;
     uint32_t errors = 0;
-    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_DROP, "byte", byte))
+    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_DROP, "byte", byte))
         return;
-    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_CORRUPT, "byte", byte))
-        byte = (uint8_t)(byte ^ 1u << hil_faults_random(board, 8));
-    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
+    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_CORRUPT, "byte", byte))
+        byte = (uint8_t)(byte ^ 1u << dev->wire.random(dev->wire.who, 8));
+    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
         errors |= SR_FE;
-    if (hil_faults_take(board, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) && !(u->cr3 & CR3_ONEBIT))
+    if (dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) && !(u->cr3 & CR3_ONEBIT))
         errors |= SR_NF;
-    receive(board, byte, errors);
+    receive(dev, byte, errors);
 }
 
-void hil_usart_rx_event(struct hil_board *board, uint64_t at)
+void hil_usart_rx_event(void *device, uint64_t at)
 {
-    struct hil_usart *u = &board->state.usart;
-    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    struct hil_usart_device *dev = device;
+    struct hil_usart *u = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (u->queue_count) {
         uint8_t byte = u->queue[u->queue_head];
-        if (!u->delayed && hil_faults_take(board, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
+        if (!u->delayed && dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
             u->delayed = true;
-            hil_event_set_ps(board, HIL_EVENT_USART_RX, now_ps + hil_faults_delay_ps(board, HIL_SERIAL_IN));
+            hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + dev->wire.delay_ps(dev->wire.who, HIL_SERIAL_IN));
             return;
         }
         u->delayed = false;
-        if (!hil_faults_take(board, HIL_SERIAL_IN, HIL_REPEAT, "byte", byte)) {
+        if (!dev->wire.suffers(dev->wire.who, HIL_SERIAL_IN, HIL_REPEAT, "byte", byte)) {
             u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
             u->queue_count--;
         }
-        if (now_ps >= u->listens_since_ps + host_frame_ps(board))
-            arrive(board, byte);
+        if (now_ps >= u->listens_since_ps + host_frame_ps(dev))
+            arrive(dev, byte);
         u->idle_follows = u->queue_count == 0;
-        hil_event_set_ps(board, HIL_EVENT_USART_RX, now_ps + host_frame_ps(board));
+        hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + host_frame_ps(dev));
     } else if (u->idle_follows) {
         u->idle_follows = false;
         if ((u->cr1 & (CR1_UE | CR1_RE)) == (CR1_UE | CR1_RE))
             u->sr |= SR_IDLE;
     }
-    update_irq(board);
+    update_irq(dev);
 }
 
-enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *bytes, size_t n)
+enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *bytes, size_t n)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart *u = dev->state;
     bool quiet = u->queue_count == 0;
     size_t taken = 0;
     for (; taken < n && u->queue_count < HIL_USART_QUEUE; taken++) {
         u->queue[(u->queue_head + u->queue_count) % HIL_USART_QUEUE] = bytes[taken];
         u->queue_count++;
     }
-    board->state.counters.serial_in_dropped += n - taken;
+    dev->core->state.counters.serial_in_dropped += n - taken;
     if (quiet && taken) {
         u->idle_follows = false;
-        hil_event_set_ps(board, HIL_EVENT_USART_RX, hil_board_now_ps(board) + host_frame_ps(board));
+        hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, hil_now_ps(dev->core) + host_frame_ps(dev));
     }
     return taken == n ? MR_OK : MR_FULL;
 }
 
-size_t hil_board_serial_room(const struct hil_board *board)
+size_t hil_usart_room(const struct hil_usart_device *dev)
 {
-    return HIL_USART_QUEUE - board->state.usart.queue_count;
+    return HIL_USART_QUEUE - dev->state->queue_count;
 }
 
-void hil_board_set_host_baud(struct hil_board *board, uint32_t baud) { board->options.host_baud = baud; }
-
-void hil_usart_reset(struct hil_board *board)
+void hil_usart_reset(void *device, unsigned unit)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart_device *dev = device;
+    (void)unit;
+    struct hil_usart *u = dev->state;
     u->sr = SR_TC;
     u->brr = u->cr1 = u->cr2 = u->cr3 = 0;
     u->sr_was_read = u->holding = u->shifting = false;
     u->out_count = 0;
-    hil_event_set_cycle(board, HIL_EVENT_USART_TX, HIL_NEVER);
-    update_irq(board);
+    hil_event_set_cycle(dev->core, HIL_EVENT_USART_TX, HIL_NEVER);
+    update_irq(dev);
 }
 
-uint32_t hil_usart_read(struct hil_board *board, unsigned unit, uint32_t offset)
+uint32_t hil_usart_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_usart *u = &board->state.usart;
+    struct hil_usart_device *dev = device;
+    struct hil_usart *u = dev->state;
     (void)unit;
-    hil_usart_catch_up(board, hil_now(board));
+    hil_usart_catch_up(dev, hil_now(dev->core));
     switch (offset) {
     case 0x00:
         u->sr_was_read = true;
@@ -343,7 +357,7 @@ uint32_t hil_usart_read(struct hil_board *board, unsigned unit, uint32_t offset)
         if (u->sr_was_read)
             u->sr &= ~(SR_IDLE | SR_ORE | SR_NF | SR_FE | SR_PE);
         u->sr_was_read = false;
-        update_irq(board);
+        update_irq(dev);
         return u->received;
     case 0x08:
         return u->brr;
@@ -354,16 +368,17 @@ uint32_t hil_usart_read(struct hil_board *board, unsigned unit, uint32_t offset)
     case 0x14:
         return u->cr3;
     default:
-        return hil_bus_no_register(board);
+        return hil_bus_no_register(dev->core);
     }
 }
 
-void hil_usart_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value)
+void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
-    struct hil_usart *u = &board->state.usart;
-    uint64_t now = hil_now(board);
+    struct hil_usart_device *dev = device;
+    struct hil_usart *u = dev->state;
+    uint64_t now = hil_now(dev->core);
     (void)unit;
-    hil_usart_catch_up(board, now);
+    hil_usart_catch_up(dev, now);
     switch (offset) {
     case 0x00: /* RXNE and TC are cleared by writing 0 */
         u->sr &= value | ~(SR_RXNE | SR_TC);
@@ -382,25 +397,25 @@ void hil_usart_write(struct hil_board *board, unsigned unit, uint32_t offset, ui
         break;
     case 0x0c:
         if ((value & CR1_REFUSED) || !(value & CR1_PCE) != !(value & CR1_M))
-            hil_bus_refuse(board, "frames other than 8N1, 8E1, 8O1, break, mute");
+            hil_bus_refuse(dev->core, "frames other than 8N1, 8E1, 8O1, break, mute");
         if ((value & ~u->cr1) & (CR1_UE | CR1_RE))
-            u->listens_since_ps = hil_board_now_ps(board);
+            u->listens_since_ps = hil_now_ps(dev->core);
         u->cr1 = value & 0xb7fcu;
         break;
     case 0x10:
         if (value)
-            hil_bus_refuse(board, "stop bits other than 1, clock output, LIN");
+            hil_bus_refuse(dev->core, "stop bits other than 1, clock output, LIN");
         break;
     case 0x14:
         if (value & ~(CR3_EIE | CR3_DMAR | CR3_DMAT | CR3_ONEBIT))
-            hil_bus_refuse(board, "flow control, half duplex, smartcard, IrDA");
+            hil_bus_refuse(dev->core, "flow control, half duplex, smartcard, IrDA");
         u->cr3 = value;
         break;
     default:
-        hil_bus_no_register(board);
+        hil_bus_no_register(dev->core);
         return;
     }
-    begin(board, now);
-    update_irq(board);
-    schedule(board);
+    begin(dev, now);
+    update_irq(dev);
+    schedule(dev);
 }

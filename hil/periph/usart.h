@@ -8,9 +8,17 @@
 #define MATRIG_HIL_USART_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
-struct hil_board;
+#include "common/status.h"
+#include "hil/periph/wire.h"
+
+struct hil_core;
+struct hil_dma_device;
+struct hil_gpio_device;
+struct hil_options;
+struct hil_rcc_device;
 
 #define HIL_USART_QUEUE 4096u
 #define HIL_USART_GROUP 32u /* bytes that one event may send under DMA */
@@ -33,16 +41,33 @@ struct hil_usart {
     uint8_t queue[HIL_USART_QUEUE];
 };
 
-void hil_usart_reset(struct hil_board *board);
-uint32_t hil_usart_read(struct hil_board *board, unsigned unit, uint32_t offset);
-void hil_usart_write(struct hil_board *board, unsigned unit, uint32_t offset, uint32_t value);
-void hil_usart_tx_event(struct hil_board *board, uint64_t at);
-void hil_usart_rx_event(struct hil_board *board, uint64_t at);
+struct hil_usart_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_usart *state;
+    struct hil_rcc_device *rcc;
+    struct hil_dma_device *dma;
+    struct hil_gpio_device *gpio;
+    struct hil_wire wire;
+};
+
+/* Bytes from the other end, back to back at its rate after those given before. MR_FULL: room for HIL_USART_QUEUE, rest
+ * dropped. */
+enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *bytes, size_t n);
+/* Bytes that hil_usart_inject takes now. */
+size_t hil_usart_room(const struct hil_usart_device *dev);
+
+/* For the bus, the event queue, DMA and the pins; `device` is a struct hil_usart_device. */
+void hil_usart_reset(void *device, unsigned unit);
+uint32_t hil_usart_read(void *device, unsigned unit, uint32_t offset);
+void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
+void hil_usart_tx_event(void *device, uint64_t at);
+void hil_usart_rx_event(void *device, uint64_t at);
 /* Bring what has been sent up to `at`. */
-void hil_usart_catch_up(struct hil_board *board, uint64_t at);
+void hil_usart_catch_up(void *device, uint64_t at);
 /* Level of the line into PA10 now. */
-bool hil_usart_line_in(const struct hil_board *board);
+bool hil_usart_line_in(const void *device, unsigned channel, bool *drives);
 /* A stream of DMA2 was enabled: it may be the one that waited. */
-void hil_usart_dma_enabled(struct hil_board *board);
+void hil_usart_dma_enabled(void *device);
 
 #endif

@@ -1,9 +1,14 @@
 #include "hil/rig/camera.h"
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/gpio.h"
+#include "hil/periph/options.h"
+
 
 #define PORT_B 1u
 #define FRAME_PIN 3u
+#define PORT_E 4u
+#define TRIGGER_PIN 2u
 
 /* SplitMix64: -1 to 1. */
 static double draw(uint64_t *state)
@@ -14,46 +19,49 @@ static double draw(uint64_t *state)
     return (double)((z ^ z >> 31) >> 11) / 4503599627370496.0 - 1.0;
 }
 
-static void plan_frame(struct hil_board *board)
+static void plan_frame(struct hil_camera_device *dev)
 {
-    struct hil_camera *camera = &board->state.camera;
-    const struct hil_options *options = &board->options;
+    struct hil_camera *camera = dev->state;
+    const struct hil_options *options = dev->options;
     double even_ps = (double)camera->next_frame * 1e12 / options->camera_hz;
     double jitter_ps = draw(&camera->random) * (double)options->camera_jitter_ps;
     double since_ps = (double)options->camera_delay_ps + even_ps + jitter_ps;
     camera->frame_ps = camera->start_ps + (since_ps > 0.0 ? (uint64_t)(since_ps + 0.5) : 0u);
 }
 
-static void schedule(struct hil_board *board)
+static void schedule(struct hil_camera_device *dev)
 {
-    const struct hil_camera *camera = &board->state.camera;
+    const struct hil_camera *camera = dev->state;
     uint64_t next = camera->running ? camera->frame_ps : HIL_NEVER;
     if (camera->pulse && camera->low_ps < next)
         next = camera->low_ps;
-    hil_event_set_ps(board, HIL_EVENT_CAMERA, next);
+    hil_event_set_ps(dev->core, HIL_EVENT_CAMERA, next);
 }
 
-void hil_camera_trigger(struct hil_board *board, bool level, uint64_t at)
+static void look_at_trigger(void *device, uint64_t at)
 {
-    struct hil_camera *camera = &board->state.camera;
+    struct hil_camera_device *dev = device;
+    struct hil_camera *camera = dev->state;
+    bool level = hil_gpio_level(dev->gpio, PORT_E, TRIGGER_PIN);
     bool rises = level && !camera->trigger;
     camera->trigger = level;
-    if (!rises || camera->running || !(board->options.camera_hz > 0.0))
+    if (!rises || camera->running || !(dev->options->camera_hz > 0.0))
         return;
     *camera = (struct hil_camera){.trigger = true, .running = true, .skip = camera->skip,
-                                  .start_ps = hil_clock_ps(&board->state.clock, at), .random = board->options.seed};
-    hil_trace(board, "the camera starts");
-    plan_frame(board);
-    schedule(board);
+                                  .start_ps = hil_clock_ps(&dev->core->state.clock, at), .random = dev->options->seed};
+    hil_trace(dev->core, "the camera starts");
+    plan_frame(dev);
+    schedule(dev);
 }
 
-void hil_camera_event(struct hil_board *board, uint64_t at)
+static void on_event(void *device, uint64_t at)
 {
-    struct hil_camera *camera = &board->state.camera;
-    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    struct hil_camera_device *dev = device;
+    struct hil_camera *camera = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (camera->pulse && camera->low_ps <= now_ps) {
         camera->pulse = false;
-        hil_gpio_drive(board, PORT_B, FRAME_PIN, false, at);
+        hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, false, at);
     }
     if (camera->running && camera->frame_ps <= now_ps) {
         if (camera->skip) {
@@ -61,16 +69,22 @@ void hil_camera_event(struct hil_board *board, uint64_t at)
         } else {
             camera->pulse = true;
             camera->low_ps = camera->frame_ps + HIL_CAMERA_PULSE_PS;
-            board->state.counters.film_frames++;
-            hil_gpio_drive(board, PORT_B, FRAME_PIN, true, at);
+            dev->core->state.counters.film_frames++;
+            hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, true, at);
         }
         camera->next_frame++;
-        plan_frame(board);
+        plan_frame(dev);
     }
-    schedule(board);
+    schedule(dev);
 }
 
-void hil_camera_skip(struct hil_board *board, uint32_t frames)
+void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames)
 {
-    board->state.camera.skip = frames;
+    dev->state->skip = frames;
+}
+
+void hil_camera_create(struct hil_camera_device *dev)
+{
+    hil_gpio_listen(dev->gpio, look_at_trigger, dev);
+    hil_event_wire(dev->core, HIL_EVENT_CAMERA, on_event, dev);
 }

@@ -6,7 +6,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_board;
+struct hil_core;
+struct hil_gpio_device;
+struct hil_options;
 
 #define HIL_CAMERA_PULSE_PS 100000000ull
 
@@ -22,9 +24,16 @@ struct hil_camera {
     uint32_t skip;       /* so many frames from now on give no pulse */
 };
 
-/* Level of PE2 from cycle `at` on. */
-void hil_camera_trigger(struct hil_board *board, bool level, uint64_t at);
-void hil_camera_event(struct hil_board *board, uint64_t at);
-void hil_camera_skip(struct hil_board *board, uint32_t frames);
+struct hil_camera_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_camera *state;
+    struct hil_gpio_device *gpio;
+};
+
+/* Connect it to its pins and the event queue. */
+void hil_camera_create(struct hil_camera_device *dev);
+/* So many frames from now on give no pulse. */
+void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames);
 
 #endif

@@ -38,7 +38,7 @@
  *     switch K bounce N US      after it has opened it closes and opens N more times, US apart
  *     camera skip N             the next N frames of the film camera give no pulse
  *     nor fill | nor dead | nor mend | nor fail-program N | nor fail-erase N
- *                               the module behind it reads struct hil_nor_faults
+ *                               the module behind it reads struct hil_nor_orders
  *     thermometer dead | stuck | hang | stretch MS | mend
  *                               it does not answer; SDA is held low for good; it stopped within a byte and holds SDA low until
  *                               it has been clocked nine times; SCL is held low for MS at its next byte; as it should be
@@ -57,14 +57,20 @@
 #include <stdint.h>
 
 #include "common/status.h"
+#include "hil/rig/lines.h"
+#include "hil/rig/rig.h"
 
-struct hil_board;
-struct hil_can_frame;
+struct hil_camera_device;
+struct hil_can_device;
+struct hil_core;
+struct hil_i2c_device;
+struct hil_nor_orders;
+struct hil_options;
+struct hil_rcc_device;
+struct hil_supply_device;
+struct hil_tmp112;
 
 #define HIL_FAULTS_MAX 64u
-#define HIL_FAULT_HELD 16u     /* frames on their way late; more than that are not delayed */
-#define HIL_FAULT_BYTES 16384u /* bytes on their way late; likewise */
-#define HIL_FAULT_ALL UINT32_MAX
 
 enum hil_trigger { HIL_AT_TIME, HIL_AT_STATION, HIL_AT_FRAME, HIL_AT_FLASH, HIL_AT_NOR };
 
@@ -87,10 +93,6 @@ enum hil_action {
     HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
 };
 
-enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
-enum hil_line_fault { HIL_DROP, HIL_REPEAT, HIL_CORRUPT, HIL_DELAY, HIL_FRAMING, HIL_NOISE, HIL_LINE_FAULTS };
-enum hil_channel_fault { HIL_CHANNEL_GOOD, HIL_CHANNEL_STUCK, HIL_CHANNEL_HIGH, HIL_CHANNEL_LOW, HIL_CHANNEL_OPEN };
-enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 enum hil_nor_fault { HIL_NOR_FILL, HIL_NOR_DEAD, HIL_NOR_MEND, HIL_NOR_FAIL_PROGRAM, HIL_NOR_FAIL_ERASE };
 enum hil_thermometer_fault {
     HIL_THERMOMETER_DEAD, HIL_THERMOMETER_STUCK, HIL_THERMOMETER_HANG, HIL_THERMOMETER_STRETCH, HIL_THERMOMETER_MEND,
@@ -125,63 +127,41 @@ struct hil_fault_script {
 enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script, char *error,
                                size_t size);
 
-/* Order one fault of a board. Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of range or a
- * moment that has passed; MR_UNKNOWN: no gear passes that station. hil_board_reason says which. */
-enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fault *fault);
-/* All of a script, and its seed. */
-enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script);
-
-/* --- what the parts of the board ask and tell --- */
-
-struct hil_line_effect {
-    uint32_t left; /* HIL_FAULT_ALL: no end */
-    double probability;
-    uint64_t duration_ps;
-    unsigned file_line;
-};
-
-/* What the NOR module reads: it carries out `fill_requested` and clears it, decrements the counts as it fails, and
- * calls hil_faults_nor_operation at the beginning of each program or erase. */
-struct hil_nor_faults {
-    bool dead;             /* it does not drive its output: all ones are read, commands go nowhere */
-    bool fill_requested;   /* every byte is to be programmed with zeroes */
-    uint32_t fail_program; /* so many page programs from now on change nothing */
-    uint32_t fail_erase;
-};
-
 struct hil_faults {
     uint32_t count;
     struct hil_fault fault[HIL_FAULTS_MAX];
     uint64_t due_ps[HIL_FAULTS_MAX]; /* HIL_NEVER: waits for its trigger, or is over */
     bool over[HIL_FAULTS_MAX];
-    uint64_t random;
     uint64_t flash_operations, nor_operations;
-    struct hil_line_effect effect[HIL_LINES][HIL_LINE_FAULTS];
-    uint32_t held_count; /* CAN frames on their way to the host */
-    uint64_t held_ps[HIL_FAULT_HELD];
-    uint8_t held_frame[HIL_FAULT_HELD][24];
-    uint32_t bytes_count; /* serial bytes likewise */
-    uint64_t bytes_ps;
-    uint8_t bytes[HIL_FAULT_BYTES];
 };
 
-void hil_faults_init(struct hil_board *board);
-void hil_faults_event(struct hil_board *board, uint64_t at);
-void hil_faults_late_event(struct hil_board *board, uint64_t at);
-void hil_faults_flash_operation(struct hil_board *board);
-void hil_faults_nor_operation(struct hil_board *board);
-void hil_faults_can_sent(struct hil_board *board, uint64_t frames);
+struct hil_faults_device {
+    struct hil_core *core;
+    const struct hil_options *options;
+    struct hil_faults *state;
+    struct hil_lines_device *lines;
+    struct hil_rig_device *rig;
+    struct hil_camera_device *camera;
+    struct hil_supply_device *supply;
+    struct hil_rcc_device *rcc;
+    struct hil_can_device *can;
+    struct hil_i2c_device *i2c;
+    struct hil_nor_orders *nor;
+    struct hil_tmp112 *thermometer;
+};
+
+/* Nothing is ordered. */
+void hil_faults_create(struct hil_faults_device *dev);
+/* Order one fault; what it means and returns is told at hil_board_add_fault. */
+enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault);
+/* All of a script, and its seed. */
+enum mr_status hil_faults_add_all(struct hil_faults_device *dev, const struct hil_fault_script *script);
 /* At the end of a run: names each fault that did not come to happen, in a line to hil_options.log. */
-void hil_faults_tell_rest(const struct hil_board *board);
-/* Does the next unit on this line suffer this? Counts it down and tells it; `what` names the unit. */
-bool hil_faults_take(struct hil_board *board, enum hil_line line, enum hil_line_fault kind, const char *what,
-                     uint32_t number);
-/* Time by which the last unit taken for HIL_DELAY is to be late. */
-uint64_t hil_faults_delay_ps(const struct hil_board *board, enum hil_line line);
-/* 0 <= value < bound, from the faults' own sequence. */
-uint32_t hil_faults_random(struct hil_board *board, uint32_t bound);
-/* What the board sent, to the host: through the faults of the link. */
-void hil_faults_can_out(struct hil_board *board, uint64_t t_ps, const struct hil_can_frame *frame);
-void hil_faults_serial_out(struct hil_board *board, uint64_t t_ps, uint8_t *bytes, size_t n);
+void hil_faults_tell_rest(const struct hil_faults_device *dev);
+
+/* Counted things have happened; `device` is a struct hil_faults_device. */
+void hil_faults_flash_operation(void *device);
+void hil_faults_nor_operation(void *device);
+void hil_faults_can_sent(void *device);
 
 #endif

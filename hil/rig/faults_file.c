@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "hil/board/board.h"
 #include "hil/core/elf.h"
+#include "hil/core/time.h"
 #include "hil/rig/faults.h"
 
 #define LINE_MAX_BYTES 256

@@ -11,9 +11,18 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/block.h"
+#include "hil/rig/codes.h"
 #include "hil/rig/replayfile.h"
 
-struct hil_board;
+struct hil_adc_device;
+struct hil_can_device;
+struct hil_core;
+struct hil_gpio_device;
+struct hil_rcc_device;
+struct hil_rig_device;
+struct hil_tim_device;
+struct hil_usart_device;
 
 struct hil_replay_state {
     bool started;        /* TIM2 runs */
@@ -25,13 +34,26 @@ struct hil_replay_state {
     uint16_t sequence;   /* of serial frames */
 };
 
-/* Connect a replay in place of a rig; it is not copied and must outlive the board. Before the first run. */
-void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay);
+struct hil_replay_device {
+    struct hil_core *core;
+    struct hil_replay_state *state;
+    struct hil_gpio_device *gpio;
+    struct hil_adc_device *adc;
+    struct hil_rcc_device *rcc;
+    struct hil_tim_device *tim;
+    struct hil_can_device *can;
+    struct hil_usart_device *usart;
+    const struct hil_rig_device *rig; /* for the polarity of the excitation */
+    const struct hil_replay *replay;  /* NULL: none */
+    /* Derived; worked out again when needed. */
+    const struct mr_block *codes_block; /* whose codes these are; NULL: of none */
+    struct hil_codes codes;
+};
+
+void hil_replay_create(struct hil_replay_device *dev);
+/* Begin a record; it is not copied. NULL: none. The state stays as it is. */
+void hil_replay_connect(struct hil_replay_device *dev, const struct hil_replay *replay);
 /* Seconds from power on by which the record is over and everything about it has been sent. */
 double hil_replay_duration_s(const struct hil_replay *replay);
-
-/* Code of a pin sampled at cycle `at`. */
-uint16_t hil_replay_code(struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
-void hil_replay_event(struct hil_board *board, uint64_t at);
 
 #endif

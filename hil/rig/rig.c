@@ -2,8 +2,11 @@
 
 #include <math.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
 
+
+#define PORT_D 3u
+#define PORT_E 4u
 #define STAIRCASE_ZERO_V 0.050
 #define STAIRCASE_TAU_S 20e-6
 #define GAGE_ZERO_V 0.400
@@ -19,12 +22,12 @@
 
 unsigned hil_rig_step_codes(unsigned position) { return 64u + 8u * (7u * (position - 1u) % 24u); }
 
-static void schedule(struct hil_board *board)
+static void schedule(struct hil_rig_device *dev)
 {
-    const struct hil_rig *rig = &board->state.rig;
+    const struct hil_rig *rig = dev->state;
     uint64_t next = rig->pulse_end_ps;
-    if (board->run && rig->opened < rig->order_count) {
-        uint64_t opens = board->run->switch_open_ps[rig->order[rig->opened]];
+    if (dev->run && rig->opened < rig->order_count) {
+        uint64_t opens = dev->run->switch_open_ps[rig->order[rig->opened]];
         if (opens < next)
             next = opens;
     }
@@ -32,24 +35,24 @@ static void schedule(struct hil_board *board)
         if (rig->contact[i].bounces && rig->contact[i].next_ps < next)
             next = rig->contact[i].next_ps;
     }
-    hil_event_set_ps(board, HIL_EVENT_RIG, next);
+    hil_event_set_ps(dev->core, HIL_EVENT_RIG, next);
 }
 
-void hil_rig_start(struct hil_board *board)
+void hil_rig_start(struct hil_rig_device *dev)
 {
-    struct hil_rig *rig = &board->state.rig;
+    struct hil_rig *rig = dev->state;
     *rig = (struct hil_rig){.pulse_end_ps = HIL_NEVER};
-    for (unsigned i = 0; board->run && i < HIL_RUN_SWITCHES; i++) {
-        uint64_t t_ps = board->run->switch_open_ps[i];
+    for (unsigned i = 0; dev->run && i < HIL_RUN_SWITCHES; i++) {
+        uint64_t t_ps = dev->run->switch_open_ps[i];
         rig->contact[i].next_ps = HIL_NEVER;
         if (t_ps == HIL_RUN_NEVER)
             continue;
         unsigned place = rig->order_count++;
-        for (; place && board->run->switch_open_ps[rig->order[place - 1]] > t_ps; place--)
+        for (; place && dev->run->switch_open_ps[rig->order[place - 1]] > t_ps; place--)
             rig->order[place] = rig->order[place - 1];
         rig->order[place] = (uint8_t)i;
     }
-    schedule(board);
+    schedule(dev);
 }
 
 /* Where the staircase's part of a contact stands, 0 to 1. */
@@ -62,139 +65,140 @@ static double contact_level(const struct hil_contact *contact, double t_s)
     return taus > 0.0 ? target + (contact->level - target) * exp(-taus) : contact->level;
 }
 
-static void move_contact(struct hil_board *board, unsigned i, bool open, uint64_t t_ps, uint64_t at)
+static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint64_t t_ps, uint64_t at)
 {
-    struct hil_rig *rig = &board->state.rig;
+    struct hil_rig *rig = dev->state;
     struct hil_contact *contact = &rig->contact[i];
-    hil_adc_catch_up(board, at); /* what was sampled before saw the old state */
+    hil_adc_catch_up(dev->adc, at); /* what was sampled before saw the old state */
     contact->level = contact->moved ? contact_level(contact, (double)t_ps * 1e-12) : 0.0;
     contact->moved = true;
     contact->open = open;
     contact->since_ps = t_ps;
-    hil_trace(board, "switch %u %s", i + 1u, open ? "opens" : "closes");
+    hil_trace(dev->core, "switch %u %s", i + 1u, open ? "opens" : "closes");
     if (!open)
         return;
     rig->pulse_end_ps = t_ps + HIL_RIG_PULSE_PS;
-    board->state.counters.switches_opened++;
-    hil_gpio_drive(board, 0, 15, true, at);
+    dev->core->state.counters.switches_opened++;
+    hil_gpio_drive(dev->gpio, 0, 15, true, at);
 }
 
-static void bounce(struct hil_board *board, unsigned i, uint64_t at)
+static void bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
-    struct hil_contact *contact = &board->state.rig.contact[i];
+    struct hil_contact *contact = &dev->state->contact[i];
     uint64_t t_ps = contact->next_ps;
     bool opens = !contact->open;
-    move_contact(board, i, opens, t_ps, at);
+    move_contact(dev, i, opens, t_ps, at);
     if (opens)
         contact->bounces--;
     contact->next_ps = contact->bounces ? t_ps + contact->period_ps / 2u : HIL_NEVER;
 }
 
-void hil_rig_event(struct hil_board *board, uint64_t at)
+static void on_event(void *device, uint64_t at)
 {
-    struct hil_rig *rig = &board->state.rig;
-    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    struct hil_rig_device *dev = device;
+    struct hil_rig *rig = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (rig->pulse_end_ps <= now_ps) {
         rig->pulse_end_ps = HIL_NEVER;
-        hil_gpio_drive(board, 0, 15, false, at);
+        hil_gpio_drive(dev->gpio, 0, 15, false, at);
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
-            bounce(board, i, at);
+            bounce(dev, i, at);
     }
-    while (board->run && rig->opened < rig->order_count
-           && board->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {
+    while (dev->run && rig->opened < rig->order_count
+           && dev->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {
         unsigned i = rig->order[rig->opened++];
         struct hil_contact *contact = &rig->contact[i];
-        uint64_t opens = board->run->switch_open_ps[i];
+        uint64_t opens = dev->run->switch_open_ps[i];
         if (contact->skipped)
             continue;
-        move_contact(board, i, true, opens, at);
+        move_contact(dev, i, true, opens, at);
         contact->next_ps = contact->bounces ? opens + contact->period_ps / 2u : HIL_NEVER;
     }
-    schedule(board);
+    schedule(dev);
 }
 
-bool hil_rig_lamp_draws(const struct hil_board *board)
+bool hil_rig_lamp_draws(const struct hil_rig_device *dev)
 {
-    enum hil_lamp lamp = (enum hil_lamp)board->state.rig.lamp;
-    return lamp == HIL_LAMP_SHORTED || (lamp == HIL_LAMP_GOOD && !hil_gpio_level(board, 4, 0));
+    enum hil_lamp lamp = (enum hil_lamp)dev->state->lamp;
+    return lamp == HIL_LAMP_SHORTED || (lamp == HIL_LAMP_GOOD && !hil_gpio_level(dev->gpio, 4, 0));
 }
 
-void hil_rig_skip(struct hil_board *board, unsigned position)
+void hil_rig_skip(struct hil_rig_device *dev, unsigned position)
 {
-    board->state.rig.contact[position].skipped = true;
+    dev->state->contact[position].skipped = true;
 }
 
-void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps)
+void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times, uint64_t period_ps)
 {
-    struct hil_contact *contact = &board->state.rig.contact[position];
+    struct hil_contact *contact = &dev->state->contact[position];
     contact->bounces = (uint8_t)times;
     contact->period_ps = period_ps;
     contact->next_ps = HIL_NEVER;
 }
 
 /* What is left of a step after `taus`. The converters look after the same few times in every scan: those are remembered. */
-static double rest_after(struct hil_board *board, uint64_t cycles, double taus)
+static double rest_after(struct hil_rig_device *dev, uint64_t cycles, double taus)
 {
-    struct hil_settling *known = &board->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
+    struct hil_settling *known = &dev->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
     if (known->rest <= 0.0 || known->taus != taus)
         *known = (struct hil_settling){taus, exp(-taus)};
     return known->rest;
 }
 
 /* Amplitude of the excitation at the transducers, -1 to 1. */
-static double amplitude(struct hil_board *board, uint64_t at)
+static double amplitude(struct hil_rig_device *dev, uint64_t at)
 {
-    const struct hil_rig *rig = &board->state.rig;
-    double taus = (double)(at - rig->since_cycle) / board->state.clock.hclk_hz / TRANSDUCER_TAU_S;
+    const struct hil_rig *rig = dev->state;
+    double taus = (double)(at - rig->since_cycle) / dev->core->state.clock.hclk_hz / TRANSDUCER_TAU_S;
     if (at < rig->since_cycle || taus > SETTLED_TAUS)
         return rig->excitation;
-    return rig->excitation + (rig->from - rig->excitation) * rest_after(board, at - rig->since_cycle, taus);
+    return rig->excitation + (rig->from - rig->excitation) * rest_after(dev, at - rig->since_cycle, taus);
 }
 
-void hil_rig_count_excitation(struct hil_board *board, uint64_t at)
+void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at)
 {
-    struct hil_rig *rig = &board->state.rig;
-    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
+    struct hil_rig *rig = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (now_ps <= rig->since_ps)
         return;
     if (rig->excitation > 0)
-        board->state.counters.excitation_plus_ps += now_ps - rig->since_ps;
+        dev->core->state.counters.excitation_plus_ps += now_ps - rig->since_ps;
     else if (rig->excitation < 0)
-        board->state.counters.excitation_minus_ps += now_ps - rig->since_ps;
+        dev->core->state.counters.excitation_minus_ps += now_ps - rig->since_ps;
     rig->since_ps = now_ps;
 }
 
-void hil_rig_excitation(struct hil_board *board, bool pd12, bool pd13, uint64_t at)
+void hil_rig_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at)
 {
-    struct hil_rig *rig = &board->state.rig;
+    struct hil_rig *rig = dev->state;
     int8_t wanted = (int8_t)(pd12 - pd13);
     if (wanted == rig->excitation)
         return;
-    hil_adc_catch_up(board, at); /* what was sampled before saw the old polarity */
-    hil_rig_count_excitation(board, at);
-    rig->from = amplitude(board, at);
+    hil_adc_catch_up(dev->adc, at); /* what was sampled before saw the old polarity */
+    hil_rig_count_excitation(dev, at);
+    rig->from = amplitude(dev, at);
     rig->excitation = wanted;
     rig->since_cycle = at;
-    rig->since_ps = hil_clock_ps(&board->state.clock, at);
+    rig->since_ps = hil_clock_ps(&dev->core->state.clock, at);
 }
 
-void hil_rig_shunt(struct hil_board *board, bool on, uint64_t at)
+static void switch_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
 {
-    struct hil_rig *rig = &board->state.rig;
+    struct hil_rig *rig = dev->state;
     if (on == rig->shunted)
         return;
-    hil_adc_catch_up(board, at);
+    hil_adc_catch_up(dev->adc, at);
     rig->shunted = on;
-    hil_trace(board, "shunts %s", on ? "on" : "off");
+    hil_trace(dev->core, "shunts %s", on ? "on" : "off");
 }
 
-void hil_rig_drift(struct hil_board *board, unsigned gage, double gain, double offset_lb)
+void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb)
 {
-    hil_adc_catch_up(board, hil_now(board));
-    board->state.rig.gain_drift[gage] = gain - 1.0;
-    board->state.rig.offset_lb[gage] = offset_lb;
+    hil_adc_catch_up(dev->adc, hil_now(dev->core));
+    dev->state->gain_drift[gage] = gain - 1.0;
+    dev->state->offset_lb[gage] = offset_lb;
 }
 
 static double gage_volts(const struct hil_rig *rig, unsigned gage, double tension_lb)
@@ -203,9 +207,9 @@ static double gage_volts(const struct hil_rig *rig, unsigned gage, double tensio
     return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
 }
 
-static double staircase_volts(const struct hil_board *board, double t_s)
+static double staircase_volts(const struct hil_rig_device *dev, double t_s)
 {
-    const struct hil_rig *rig = &board->state.rig;
+    const struct hil_rig *rig = dev->state;
     double codes = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         if (rig->contact[i].moved)
@@ -235,45 +239,81 @@ int hil_rig_channel(unsigned port, unsigned pin)
 }
 
 /* What a channel's sensor is exposed to: inches, pounds; volts of staircase and reference. */
-static double quantity(const struct hil_board *board, unsigned channel, double t_s)
+static double quantity(const struct hil_rig_device *dev, unsigned channel, double t_s)
 {
     if (channel == CHANNEL_STAIRCASE)
-        return staircase_volts(board, t_s);
+        return staircase_volts(dev, t_s);
     if (channel == CHANNEL_REFERENCE)
         return REFERENCE_V;
-    return board->run ? hil_run_truth(board->run, channel, t_s) : 0.0;
+    return dev->run ? hil_run_truth(dev->run, channel, t_s) : 0.0;
 }
 
 /* Nothing moves where there is no run: the time of each conversion costs more than the rest of it. */
-static double quantity_at(const struct hil_board *board, unsigned channel, uint64_t at)
+static double quantity_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
-    if (board->run)
-        return quantity(board, channel, (double)hil_clock_ps(&board->state.clock, at) * 1e-12);
+    if (dev->run)
+        return quantity(dev, channel, (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12);
     return channel == CHANNEL_STAIRCASE ? STAIRCASE_ZERO_V : channel == CHANNEL_REFERENCE ? REFERENCE_V : 0.0;
 }
 
-void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fault fault)
+void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault)
 {
-    hil_adc_catch_up(board, hil_now(board));
-    board->state.rig.channel_fault[channel] = (uint8_t)fault;
-    board->state.rig.held[channel] = quantity(board, channel, (double)hil_board_now_ps(board) * 1e-12);
+    hil_adc_catch_up(dev->adc, hil_now(dev->core));
+    dev->state->channel_fault[channel] = (uint8_t)fault;
+    dev->state->held[channel] = quantity(dev, channel, (double)hil_now_ps(dev->core) * 1e-12);
 }
 
-double hil_rig_channel_volts(struct hil_board *board, int channel, uint64_t at)
+double hil_rig_channel_volts(void *device, int channel, uint64_t at)
 {
+    struct hil_rig_device *dev = device;
     if (channel < 0)
         return 0.0;
-    enum hil_channel_fault fault = (enum hil_channel_fault)board->state.rig.channel_fault[channel];
+    enum hil_channel_fault fault = (enum hil_channel_fault)dev->state->channel_fault[channel];
     if (fault > HIL_CHANNEL_STUCK)
         return fault == HIL_CHANNEL_HIGH ? HIL_VREF_V : 0.0;
-    double value = fault == HIL_CHANNEL_STUCK ? board->state.rig.held[channel]
-                                              : quantity_at(board, (unsigned)channel, at);
+    double value = fault == HIL_CHANNEL_STUCK ? dev->state->held[channel]
+                                              : quantity_at(dev, (unsigned)channel, at);
     if (channel < (int)HIL_RUN_TRANSDUCERS)
-        return TRANSDUCER_MID_V + amplitude(board, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
-    return channel < (int)HIL_RUN_COLUMNS ? gage_volts(&board->state.rig, (unsigned)channel - HIL_RUN_TRANSDUCERS, value) : value;
+        return TRANSDUCER_MID_V + amplitude(dev, at) * (TRANSDUCER_ZERO_V + TRANSDUCER_V_PER_IN * value);
+    return channel < (int)HIL_RUN_COLUMNS ? gage_volts(dev->state, (unsigned)channel - HIL_RUN_TRANSDUCERS, value) : value;
 }
 
-double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at)
+double hil_rig_volts(struct hil_rig_device *dev, unsigned port, unsigned pin, uint64_t at)
 {
-    return hil_rig_channel_volts(board, hil_rig_channel(port, pin), at);
+    return hil_rig_channel_volts(dev, hil_rig_channel(port, pin), at);
+}
+
+/* --- what it is connected to --- */
+
+static void look_at_excitation(void *device, uint64_t at)
+{
+    struct hil_rig_device *dev = device;
+    hil_rig_excitation(dev, hil_gpio_level(dev->gpio, PORT_D, 12), hil_gpio_level(dev->gpio, PORT_D, 13), at);
+}
+
+static void look_at_shunts(void *device, uint64_t at)
+{
+    struct hil_rig_device *dev = device;
+    switch_shunts(dev, hil_gpio_level(dev->gpio, PORT_E, 1), at);
+}
+
+/* PE3 is low while the lamp draws current. */
+static bool lamp_sense(const void *device, unsigned channel, bool *drives)
+{
+    (void)channel;
+    *drives = true;
+    return !hil_rig_lamp_draws(device);
+}
+
+void hil_rig_create(struct hil_rig_device *dev)
+{
+    struct hil_gpio_device *gpio = dev->gpio;
+    dev->state->pulse_end_ps = HIL_NEVER;
+    dev->lamp = (struct hil_pin){.who = dev, .function = -1, .level = lamp_sense};
+    gpio->outside[PORT_E][3] = &dev->lamp;
+    gpio->timer_listener = (struct hil_pin_listener){dev, look_at_excitation};
+    hil_gpio_listen(gpio, look_at_excitation, dev);
+    hil_gpio_listen(gpio, look_at_shunts, dev);
+    dev->adc->outside = (struct hil_analogue){dev, hil_rig_channel, hil_rig_channel_volts};
+    hil_event_wire(dev->core, HIL_EVENT_RIG, on_event, dev);
 }

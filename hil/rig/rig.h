@@ -18,12 +18,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "hil/rig/faults.h"
+#include "hil/periph/adc.h"
+#include "hil/periph/gpio.h"
 #include "hil/rig/runfile.h"
 
-struct hil_board;
+struct hil_core;
 
-#define HIL_VREF_V 3.3
 #define HIL_RIG_PULSE_PS 20000000ull /* 20 us */
 
 #define HIL_RIG_SHUNT_LB 40.0
@@ -47,6 +47,9 @@ struct hil_settling {
     double taus, rest;
 };
 
+enum hil_channel_fault { HIL_CHANNEL_GOOD, HIL_CHANNEL_STUCK, HIL_CHANNEL_HIGH, HIL_CHANNEL_LOW, HIL_CHANNEL_OPEN };
+enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
+
 struct hil_rig {
     struct hil_contact contact[24];
     uint8_t channel_fault[HIL_RIG_CHANNELS]; /* enum hil_channel_fault */
@@ -65,28 +68,37 @@ struct hil_rig {
     uint64_t since_ps;
 };
 
-/* Take the order of the switches from the board's run and schedule the first. */
-void hil_rig_start(struct hil_board *board);
-void hil_rig_event(struct hil_board *board, uint64_t at);
+struct hil_rig_device {
+    struct hil_core *core;
+    struct hil_rig *state;
+    struct hil_gpio_device *gpio;
+    struct hil_adc_device *adc;
+    const struct hil_run *run; /* may be NULL: nothing moves */
+    struct hil_pin lamp;
+    struct hil_settling settling[HIL_SETTLINGS]; /* derived; worked out again when needed */
+};
+
+/* Connect it to the pins, the converters and the event queue; its device is filled in but for `lamp` and `settling`. */
+void hil_rig_create(struct hil_rig_device *dev);
+/* Take the order of the switches from the run and schedule the first. */
+void hil_rig_start(struct hil_rig_device *dev);
 /* The excitation pins have these levels from cycle `at` on. */
-void hil_rig_excitation(struct hil_board *board, bool pd12, bool pd13, uint64_t at);
-/* The relay of the shunts is on or off from cycle `at` on. */
-void hil_rig_shunt(struct hil_board *board, bool on, uint64_t at);
+void hil_rig_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at);
 /* Add the time since the last change to the counters of the excitation. */
-void hil_rig_count_excitation(struct hil_board *board, uint64_t at);
+void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at);
 /* Faults (hil/rig/faults.h): of a channel, of a switch that has not opened yet. */
-void hil_rig_fail(struct hil_board *board, unsigned channel, enum hil_channel_fault fault);
+void hil_rig_fail(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault);
 /* A bridge or its amplifier drifts: gage from 0, gain 1 and offset 0 as it should be. */
-void hil_rig_drift(struct hil_board *board, unsigned gage, double gain, double offset_lb);
-void hil_rig_skip(struct hil_board *board, unsigned position);
-void hil_rig_bounce(struct hil_board *board, unsigned position, uint32_t times, uint64_t period_ps);
+void hil_rig_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb);
+void hil_rig_skip(struct hil_rig_device *dev, unsigned position);
+void hil_rig_bounce(struct hil_rig_device *dev, unsigned position, uint32_t times, uint64_t period_ps);
 /* Channel that the rig has on a pin, 0..23, or -1. */
 int hil_rig_channel(unsigned port, unsigned pin);
-/* Voltage of a channel at cycle `at`, not clipped (none, -1: 0 V), and of a pin. */
-double hil_rig_channel_volts(struct hil_board *board, int channel, uint64_t at);
-double hil_rig_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t at);
+/* Voltage of a channel at cycle `at`, not clipped (none, -1: 0 V); `device` is a struct hil_rig_device. Of a pin. */
+double hil_rig_channel_volts(void *device, int channel, uint64_t at);
+double hil_rig_volts(struct hil_rig_device *dev, unsigned port, unsigned pin, uint64_t at);
 /* The warning lamp draws current: PE0 low, or not driven (a pull on the rig), turns it on. PE3 is low while it does. */
-bool hil_rig_lamp_draws(const struct hil_board *board);
+bool hil_rig_lamp_draws(const struct hil_rig_device *dev);
 /* Step of a switch, position 1..24, in codes. */
 unsigned hil_rig_step_codes(unsigned position);
 

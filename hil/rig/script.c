@@ -3,48 +3,54 @@
 #include <string.h>
 
 #include "common/framing.h"
-#include "hil/board/machine.h"
+#include "hil/core/core.h"
+#include "hil/periph/can.h"
+#include "hil/periph/usart.h"
+#include "hil/rig/rig.h"
 
-static void schedule(struct hil_board *board)
+static void schedule(struct hil_script_device *dev)
 {
-    const struct hil_script *script = &board->state.script;
-    bool more = board->run && script->next < board->run->command_count;
-    hil_event_set_ps(board, HIL_EVENT_SCRIPT, more ? board->run->commands[script->next].t_ps : HIL_NEVER);
+    const struct hil_script *script = dev->state;
+    bool more = dev->rig->run && script->next < dev->rig->run->command_count;
+    hil_event_set_ps(dev->core, HIL_EVENT_SCRIPT, more ? dev->rig->run->commands[script->next].t_ps : HIL_NEVER);
 }
 
-void hil_script_start(struct hil_board *board)
+void hil_script_start(struct hil_script_device *dev)
 {
-    board->state.script = (struct hil_script){0};
-    schedule(board);
+    *dev->state = (struct hil_script){0};
+    schedule(dev);
 }
 
-static void give(struct hil_board *board, const struct hil_run_command *command)
+static void give(struct hil_script_device *dev, const struct hil_run_command *command)
 {
     uint8_t payload[MR_MESSAGE_MAX];
     size_t length = mr_command_put(&command->message, payload);
     enum mr_status status;
     if (command->serial) {
         uint8_t bytes[MR_FRAME_MAX];
-        size_t n = mr_frame_encode(board->state.script.sequence++, MR_ID_COMMAND, payload, length, bytes);
-        status = hil_board_serial_inject(board, bytes, n);
+        size_t n = mr_frame_encode(dev->state->sequence++, MR_ID_COMMAND, payload, length, bytes);
+        status = hil_usart_inject(dev->usart, bytes, n);
     } else {
         struct hil_can_frame frame = {.id = MR_ID_COMMAND, .length = (uint8_t)length};
         memcpy(frame.data, payload, length);
-        status = hil_board_can_inject(board, &frame);
+        status = hil_can_inject(dev->can, &frame);
     }
     if (status == MR_OK)
-        board->state.counters.commands_scripted++;
+        dev->core->state.counters.commands_scripted++;
     else
-        hil_board_stop(board, MR_FULL, "scripted command %u of the run file: too many wait for the %s",
+        hil_core_stop(dev->core, MR_FULL, "scripted command %u of the run file: too many wait for the %s",
                        (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
 }
 
-void hil_script_event(struct hil_board *board, uint64_t at)
+static void on_event(void *device, uint64_t at)
 {
-    struct hil_script *script = &board->state.script;
-    uint64_t now_ps = hil_clock_ps(&board->state.clock, at);
-    while (board->run && script->next < board->run->command_count
-           && board->run->commands[script->next].t_ps <= now_ps)
-        give(board, &board->run->commands[script->next++]);
-    schedule(board);
+    struct hil_script_device *dev = device;
+    struct hil_script *script = dev->state;
+    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
+    while (dev->rig->run && script->next < dev->rig->run->command_count
+           && dev->rig->run->commands[script->next].t_ps <= now_ps)
+        give(dev, &dev->rig->run->commands[script->next++]);
+    schedule(dev);
 }
+
+void hil_script_create(struct hil_script_device *dev) { hil_event_wire(dev->core, HIL_EVENT_SCRIPT, on_event, dev); }

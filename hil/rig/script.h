@@ -5,14 +5,26 @@
 
 #include <stdint.h>
 
-struct hil_board;
+struct hil_can_device;
+struct hil_core;
+struct hil_rig_device;
+struct hil_usart_device;
 
 struct hil_script {
     uint32_t next;     /* command of the run */
     uint16_t sequence; /* of serial frames sent */
 };
 
-void hil_script_start(struct hil_board *board);
-void hil_script_event(struct hil_board *board, uint64_t at);
+struct hil_script_device {
+    struct hil_core *core;
+    struct hil_script *state;
+    const struct hil_rig_device *rig; /* whose run it is */
+    struct hil_can_device *can;
+    struct hil_usart_device *usart;
+};
+
+void hil_script_create(struct hil_script_device *dev);
+/* Begin the rig's run. */
+void hil_script_start(struct hil_script_device *dev);
 
 #endif

@@ -10,7 +10,7 @@
 #include "common/fault.h"
 #include "common/framing.h"
 #include "hil/rig/faults.h"
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
 

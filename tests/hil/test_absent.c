@@ -117,7 +117,7 @@ static uint32_t faults(const struct heard *heard)
 
 static unsigned sequence_length(const struct heard *heard, unsigned unit)
 {
-    return (heard->board->state.adc[unit].sqr[0] >> 20 & 15u) + 1u;
+    return (heard->board->state.mcu.adc[unit].sqr[0] >> 20 & 15u) + 1u;
 }
 
 /* ---- the same landing on the rig ---- */
@@ -164,8 +164,8 @@ static void switches_alone_time_the_landing(void **state)
     struct heard *full = fly(FULL), *bare = fly(VARIANT("switches"));
     assert_same_landing(full, bare);
     assert_int_equal(sequence_length(bare, HIL_ADC1), 2);
-    assert_int_equal(bare->board->state.adc[HIL_ADC3].cr2, 0);
-    assert_int_equal(bare->board->state.counters.adc_scans[HIL_ADC3], 0);
+    assert_int_equal(bare->board->state.mcu.adc[HIL_ADC3].cr2, 0);
+    assert_int_equal(bare->board->core.state.counters.adc_scans[HIL_ADC3], 0);
     assert_int_equal(bare->block_bytes, 18);
     for (uint16_t id = MR_ID_DISPLACEMENT_1_3; id <= MR_ID_DISPLACEMENT_7_8; id++)
         assert_int_equal(count(bare, id), 0);

@@ -2,7 +2,7 @@
  * time and tears. */
 #include "common/config.h"
 #include "common/wire.h"
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/hil/ear.h"
 
 #define COPY(n) (0x08008000u + 0x4000u * (n))

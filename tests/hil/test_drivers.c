@@ -17,10 +17,10 @@ static void a_missed_reversal_is_told(void **state)
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.5);
     assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
-    struct hil_tim *tim4 = &ear->board->state.tim[HIL_TIM4];
+    struct hil_tim *tim4 = &ear->board->state.mcu.tim[HIL_TIM4];
     tim4->reference[0] = !tim4->reference[0];
     tim4->reference[1] = !tim4->reference[1];
-    hil_gpio_changed(ear->board, hil_now(ear->board));
+    hil_gpio_changed(&ear->board->mcu.gpio, hil_now(&ear->board->core));
     ear_until(ear, 0.8);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(POLARITY));
     assert_true(ear->fault[MR_FAULT_POLARITY].count > 100); /* every block since */
@@ -40,7 +40,7 @@ static void a_lost_code_shifts_no_channel(void **state)
     struct mr_block good = ear->block;
     unsigned before = ear->blocks;
     assert_true(before > 150);
-    struct hil_dma_stream *stream = &ear->board->state.dma[1].stream[1];
+    struct hil_dma_stream *stream = &ear->board->state.mcu.dma[1].stream[1];
     assert_int_equal(stream->cr >> 25, 2); /* ADC3's */
     stream->ndtr = stream->ndtr > 1 ? stream->ndtr - 1 : 64;
     for (double t_s = 0.5; t_s < 1.2; t_s += BLOCK_S) {
@@ -150,7 +150,7 @@ static void a_dominant_bus_does_not_hold_the_start(void **state)
     assert_true(ear->heard[EAR_SERIAL][MR_ID_HELLO] > 0);
     ear_until(ear, 0.4);
     assert_int_equal(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_MISSING), 0);
-    assert_true(ear->board->state.can.msr & 1u); /* INAK is still set */
+    assert_true(ear->board->state.mcu.can.msr & 1u); /* INAK is still set */
     assert_int_equal(ear->can_frames, 0);
     hil_board_set_can_bus(ear->board, HIL_CAN_CONNECTED);
     ear_until(ear, 0.41);
@@ -223,8 +223,8 @@ static void a_hang_ends_in_a_reset(void **state)
 /* Physical time of scan 0's trigger, from the timer that everything runs by. */
 static double scan_zero_s(const struct hil_board *board)
 {
-    const struct hil_tim *tim2 = &board->state.tim[HIL_TIM2];
-    return (double)hil_clock_ps(&board->state.clock, tim2->base_cycle) * 1e-12 - tim2->base_count / TICKS_PER_S
+    const struct hil_tim *tim2 = &board->state.mcu.tim[HIL_TIM2];
+    return (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 - tim2->base_count / TICKS_PER_S
            + TRIGGER_TICK / TICKS_PER_S;
 }
 
@@ -240,8 +240,8 @@ static void assert_in_place(struct ear *ear, double zero_s)
     assert_true(now_s - block_s < 0.104 && now_s - block_s > BLOCK_S);
     /* and the scans of a block lie within it: just before its first trigger the DMA stands at a half */
     ear_until(ear, zero_s + (floor((now_s - zero_s) / BLOCK_S) + 2.0) * BLOCK_S - 5e-6);
-    assert_int_equal(ear->board->state.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
-    assert_false(ear->board->state.adc[HIL_ADC1].running);
+    assert_int_equal(ear->board->state.mcu.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
+    assert_false(ear->board->state.mcu.adc[HIL_ADC1].running);
 }
 
 /* A converter overruns and stops: blocks come again within 0.1 s, in their old places, also after TIM2 has wrapped. */
@@ -249,7 +249,7 @@ static void stall(struct ear *ear, double at_s, double zero_s)
 {
     ear_until(ear, at_s);
     uint16_t stalls = ear->fault[MR_FAULT_SCAN_STALL].count;
-    struct hil_adc *adc = &ear->board->state.adc[HIL_ADC1];
+    struct hil_adc *adc = &ear->board->state.mcu.adc[HIL_ADC1];
     adc->sr |= 0x20u; /* OVR */
     adc->running = false;
     ear_until(ear, at_s + 0.35);

@@ -51,7 +51,7 @@ static void a_brown_out_is_named(void **state)
 {
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
-    ear->board->state.flash.options &= ~0xcu; /* level 3: 2.83 V */
+    ear->board->state.mcu.flash.options &= ~0xcu; /* level 3: 2.83 V */
     ear_order(ear, "at 0.5 brown-out 2.6 5");
     ear_until(ear, 1.1);
     assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause, 2 | 32);
@@ -138,7 +138,7 @@ static void the_watchdog_outlives_the_clock(void **state)
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.3);
-    ear->board->state.rcc.cr &= ~(1u << 19); /* CSSON */
+    ear->board->state.mcu.rcc.cr &= ~(1u << 19); /* CSSON */
     ear_order(ear, "at 0.3005 crystal stop");
     ear_until(ear, 0.3005 + 501.0 * 32.0 / 32000.0 - 0.011);
     assert_int_equal(hil_board_counters(ear->board)->resets, 0);
@@ -268,7 +268,7 @@ static void many_corrupted_frames_make_it_passive(void **state)
     while (hil_board_counters(ear->board)->can_errors < 17)
         ear_until(ear, (double)hil_board_now_ps(ear->board) * 1e-12 + 1e-5);
     assert_int_equal(ear->can_frames, frames);
-    assert_int_equal(ear->board->state.can.tec, 136);
+    assert_int_equal(ear->board->state.mcu.can.tec, 136);
     ear_until(ear, 0.7);
     assert_true(can_health(ear, EAR_CAN).tec > 0 && can_health(ear, EAR_CAN).tec < 136);
     assert_int_equal(ear->can_sent, ear->can_at_health);
@@ -323,7 +323,7 @@ static void commands_by_can(void **state)
         ear_until(ear, 0.6);
         assert_int_equal(ear->heard[EAR_CAN][MR_ID_ACK], cases[i].acks);
         if (i == 2)
-            assert_int_equal(ear->board->state.can.rec, 2); /* three errors, one good frame */
+            assert_int_equal(ear->board->state.mcu.can.rec, 2); /* three errors, one good frame */
         ear_close(ear);
     }
 }
@@ -550,22 +550,22 @@ static void counted_operations_trigger(void **state)
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "flash 3 bus unplug\nnor 2 + 500 nor fill\nnor 3 nor fail-program 4\nnor 4 nor dead");
     ear_until(ear, 1.1);
-    hil_faults_flash_operation(ear->board);
-    hil_faults_flash_operation(ear->board);
+    hil_faults_flash_operation(&ear->board->faults);
+    hil_faults_flash_operation(&ear->board->faults);
     ear_until(ear, 1.101);
     assert_int_equal(ear->board->options.can_bus, HIL_CAN_CONNECTED);
-    hil_faults_flash_operation(ear->board);
+    hil_faults_flash_operation(&ear->board->faults);
     ear_until(ear, 1.102);
     assert_int_equal(ear->board->options.can_bus, HIL_CAN_UNPLUGGED);
-    const struct hil_nor_faults *nor = &ear->board->state.nor_faults;
-    hil_faults_nor_operation(ear->board);
-    hil_faults_nor_operation(ear->board);
+    const struct hil_nor_orders *nor = &ear->board->state.nor_orders;
+    hil_faults_nor_operation(&ear->board->faults);
+    hil_faults_nor_operation(&ear->board->faults);
     ear_until(ear, 1.1024);
     assert_false(nor->fill_requested);
     ear_until(ear, 1.1026);
     assert_true(nor->fill_requested);
-    hil_faults_nor_operation(ear->board);
-    hil_faults_nor_operation(ear->board);
+    hil_faults_nor_operation(&ear->board->faults);
+    hil_faults_nor_operation(&ear->board->faults);
     ear_until(ear, 1.11);
     assert_int_equal(nor->fail_program, 4);
     assert_true(nor->dead);

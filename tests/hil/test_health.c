@@ -4,7 +4,7 @@
 
 #include "common/crash.h"
 #include "hil/core/elf.h"
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/hil/ear.h"
 
 #define HANG 0xe7feu      /* b . */
@@ -481,7 +481,7 @@ static void a_dead_board_warns(void **state)
     (void)state;
     struct ear *ear = ear_open(NULL, 0);
     double boots_s = 0.0;
-    while (hil_rig_lamp_draws(ear->board) && boots_s < 0.1) { /* from power on until it is known to be well */
+    while (hil_rig_lamp_draws(&ear->board->rig) && boots_s < 0.1) { /* from power on until it is known to be well */
         boots_s += 1e-3;
         ear_until(ear, boots_s);
     }
@@ -489,15 +489,15 @@ static void a_dead_board_warns(void **state)
     assert_in_range((unsigned)(1e6 * boots_s), 5000, 20000);
     ear_order(ear, "at 0.5 power-cut 30\nat 1.0 crystal stop");
     ear_until(ear, 0.499);
-    assert_false(hil_rig_lamp_draws(ear->board));
+    assert_false(hil_rig_lamp_draws(&ear->board->rig));
     ear_until(ear, 0.501);
-    assert_true(hil_rig_lamp_draws(ear->board)); /* no supply */
+    assert_true(hil_rig_lamp_draws(&ear->board->rig)); /* no supply */
     ear_until(ear, 0.56);
-    assert_false(hil_rig_lamp_draws(ear->board));
+    assert_false(hil_rig_lamp_draws(&ear->board->rig));
     ear_until(ear, 1.01);
-    assert_true(hil_rig_lamp_draws(ear->board)); /* reset, and starting */
+    assert_true(hil_rig_lamp_draws(&ear->board->rig)); /* reset, and starting */
     ear_until(ear, 1.1);
-    assert_false(hil_rig_lamp_draws(ear->board));
+    assert_false(hil_rig_lamp_draws(&ear->board->rig));
     ear_close(ear);
 }
 
@@ -635,7 +635,7 @@ static void the_brown_out_level_is_told(void **state)
     static const struct { uint32_t bits; unsigned level; } cases[] = {{3, 0}, {2, 1}, {1, 2}, {0, 3}}; /* RM0090 3.9.10 */
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
-        ear->board->state.flash.options = (ear->board->state.flash.options & ~0xcu) | cases[i].bits << 2;
+        ear->board->state.mcu.flash.options = (ear->board->state.mcu.flash.options & ~0xcu) | cases[i].bits << 2;
         hil_board_cut_power(ear->board); /* the options are loaded when power comes */
         ear_until(ear, 0.6);
         assert_int_equal(GET(ear, EAR_CAN, restarts, RESTARTS).brown_out, cases[i].level);

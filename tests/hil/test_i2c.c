@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "hil/rig/faults.h"
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #define CR1 0x40005400u
@@ -22,8 +22,8 @@ enum { MSL = 1, BUSY = 2, TRA = 4 };
 
 static struct hil_board *board;
 
-static uint32_t get(uint32_t address) { return hil_bus_read(board, address, 4); }
-static void put(uint32_t address, uint32_t value) { hil_bus_write(board, address, 4, value); }
+static uint32_t get(uint32_t address) { return hil_bus_read(&board->core, address, 4); }
+static void put(uint32_t address, uint32_t value) { hil_bus_write(&board->core, address, 4, value); }
 static void pass_us(uint64_t us) { (void)hil_board_run_until(board, hil_board_now_ps(board) + us * HIL_US_PS); }
 
 /* Open-drain pins that are I2C1's, PCLK1 16 MHz (HSI), 100 kHz: CCR 80. */
@@ -49,7 +49,7 @@ static struct hil_board *sleeping(double temperature_c)
     board = bench_board("wild", &options);
     assert_int_equal(hil_board_poke(board, 0x08000000u, vectors, sizeof vectors), MR_OK);
     assert_int_equal(hil_board_poke(board, 0x08000100u, loop, sizeof loop), MR_OK);
-    hil_cpu_reset(board);
+    hil_cpu_reset(&board->core);
     put(0x40023830u, get(0x40023830u) | 2u);
     put(0x40023840u, get(0x40023840u) | 1u << 21);
     configure_i2c();
@@ -341,7 +341,7 @@ static void a_clock_that_is_held(void **state)
 
 static void interrupts_follow_the_flags(void **state)
 {
-    const struct hil_nvic *nvic = &board->state.nvic;
+    const struct hil_nvic *nvic = &board->core.state.nvic;
     (void)state;
     put(CR2, 16 | 1 << 9 | 1 << 8);
     put(CR1, PE | START);
@@ -358,8 +358,8 @@ static void ends_the_run(const char *why)
 {
     if (!strstr(hil_board_reason(board), why))
         fail_msg("`%s`, not: %s", hil_board_reason(board), why);
-    board->stopped = false;
-    board->reason[0] = '\0';
+    board->core.stopped = false;
+    board->core.reason[0] = '\0';
 }
 
 static void what_the_manual_forbids_ends_the_run(void **state)

@@ -3,7 +3,7 @@
 #include <ctype.h>
 #include <inttypes.h>
 
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 /* The header casts addresses of a 32-bit chip; nothing is read through them here. */
@@ -142,14 +142,14 @@ static uint32_t at(const char *peripheral, const char *kind, const char *name)
 
 static uint32_t get(uint32_t address)
 {
-    uint32_t value = hil_bus_read(board, address, 4);
+    uint32_t value = hil_bus_read(&board->core, address, 4);
     hil_board_run_until(board, hil_board_now_ps(board) + HIL_US_PS);
     return value;
 }
 
 static void set(uint32_t address, uint32_t value)
 {
-    hil_bus_write(board, address, 4, value);
+    hil_bus_write(&board->core, address, 4, value);
     hil_board_run_until(board, hil_board_now_ps(board) + HIL_US_PS);
 }
 
@@ -162,7 +162,7 @@ static int wake(void **state)
     board = bench_board("wild", NULL); /* any image: the loop takes its place */
     assert_int_equal(hil_board_poke(board, 0x08000000u, vectors, sizeof vectors), MR_OK);
     assert_int_equal(hil_board_poke(board, 0x08000100u, loop, sizeof loop), MR_OK);
-    hil_cpu_reset(board);
+    hil_cpu_reset(&board->core);
     set(at("RCC", "RCC", "AHB1ENR"), value_of("bits", "RCC_AHB1ENR_GPIO_A_TO_F") | value_of("bits", "RCC_AHB1ENR_DMA1") |
                                          value_of("bits", "RCC_AHB1ENR_DMA2"));
     set(at("RCC", "RCC", "APB1ENR"), value_of("bits", "RCC_APB1ENR_TIM2") | value_of("bits", "RCC_APB1ENR_TIM4") |

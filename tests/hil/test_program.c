@@ -8,6 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "hil/rig/runfile.h"
 #include "tests/hil/bench.h"
 
 #define PROGRAM "build/matrig-board"

@@ -1,13 +1,13 @@
 /* The rig's voltages against numbers worked out by hand. */
 #include <math.h>
 
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 static void assert_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t t_ps,
                          double volts)
 {
-    double got = hil_rig_volts(board, port, pin, hil_clock_cycle(&board->state.clock, t_ps));
+    double got = hil_rig_volts(&board->rig, port, pin, hil_clock_cycle(&board->core.state.clock, t_ps));
     if (fabs(got - volts) > 2e-5) /* a step settles by 15 uV in the cycle that times are rounded to */
         fail_msg("pin %c%u: %.9f V, expected %.9f", 'A' + (int)port, pin, got, volts);
 }
@@ -111,18 +111,18 @@ static void test_excitation(void **state)
     bench_run(board, 10 * HIL_MS_PS);
     uint64_t at = hil_board_now_cycles(board);
     double tau_cycles = 4e-6 * 168e6; /* 672 */
-    hil_rig_excitation(board, true, false, at);
-    assert_true(fabs(hil_rig_volts(board, 5, 3, at) - 1.65) < 1e-9);
+    hil_rig_excitation(&board->rig, true, false, at);
+    assert_true(fabs(hil_rig_volts(&board->rig, 5, 3, at) - 1.65) < 1e-9);
     double one_tau = 1.65 + 0.3 * 0.6321205588;
-    assert_true(fabs(hil_rig_volts(board, 5, 3, at + (uint64_t)tau_cycles) - one_tau) < 1e-9);
+    assert_true(fabs(hil_rig_volts(&board->rig, 5, 3, at + (uint64_t)tau_cycles) - one_tau) < 1e-9);
     at += 168000;
-    hil_rig_excitation(board, false, true, at);
-    assert_true(fabs(hil_rig_volts(board, 5, 3, at) - 1.95) < 1e-9);
+    hil_rig_excitation(&board->rig, false, true, at);
+    assert_true(fabs(hil_rig_volts(&board->rig, 5, 3, at) - 1.95) < 1e-9);
     one_tau = 1.65 - 0.3 * (1.0 - 2.0 * 0.3678794412);
-    assert_true(fabs(hil_rig_volts(board, 5, 3, at + (uint64_t)tau_cycles) - one_tau) < 1e-9);
-    assert_true(fabs(hil_rig_volts(board, 5, 3, at + 168000) - 1.35) < 1e-9);
-    hil_rig_excitation(board, true, true, at + 168000);
-    assert_true(fabs(hil_rig_volts(board, 5, 3, at + 336000) - 1.65) < 1e-9);
+    assert_true(fabs(hil_rig_volts(&board->rig, 5, 3, at + (uint64_t)tau_cycles) - one_tau) < 1e-9);
+    assert_true(fabs(hil_rig_volts(&board->rig, 5, 3, at + 168000) - 1.35) < 1e-9);
+    hil_rig_excitation(&board->rig, true, true, at + 168000);
+    assert_true(fabs(hil_rig_volts(&board->rig, 5, 3, at + 336000) - 1.65) < 1e-9);
     hil_board_destroy(board);
 }
 

@@ -1,6 +1,7 @@
 /* The run file's parser: reads what the format says, refuses the rest with line and reason. */
 #include "common/command.h"
 #include "common/crc32.h"
+#include "hil/rig/runfile.h"
 #include "tests/hil/bench.h"
 
 static char text[65536];

@@ -3,7 +3,7 @@
  * 84 MHz, 2 HCLK cycles a count. */
 #include <math.h>
 
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #define TRIGGER 4000u                              /* cycles after the start */
@@ -32,8 +32,8 @@ static struct hil_board *scanning(uint32_t control, uint64_t *start)
     for (uint64_t t_us = 2000; !*start; t_us += 5) { /* until TIM2 runs; the clock takes 2.2 ms */
         assert_true(t_us < 4000);
         bench_run(board, t_us * HIL_US_PS);
-        if (board->state.tim[HIL_TIM2].cr1 & 1u)
-            *start = board->state.tim[HIL_TIM2].base_cycle;
+        if (board->state.mcu.tim[HIL_TIM2].cr1 & 1u)
+            *start = board->state.mcu.tim[HIL_TIM2].base_cycle;
     }
     assert_int_equal(bench_result(board, 0), 0x100);
     assert_int_equal(hil_board_hclk_hz(board), 168000000);
@@ -42,7 +42,7 @@ static struct hil_board *scanning(uint32_t control, uint64_t *start)
 
 static void run_to_cycle(struct hil_board *board, uint64_t cycle)
 {
-    bench_run(board, hil_clock_ps(&board->state.clock, cycle));
+    bench_run(board, hil_clock_ps(&board->core.state.clock, cycle));
 }
 
 static uint16_t code_at(const struct hil_board *board, uint32_t table, unsigned i)
@@ -162,7 +162,7 @@ static void test_captures(void **state)
     hil_board_attach_rig(board, &run);
     bench_run(board, 30 * HIL_MS_PS);
     uint32_t edges = bench_result(board, 6);
-    uint64_t start_ps = hil_clock_ps(&board->state.clock, start);
+    uint64_t start_ps = hil_clock_ps(&board->core.state.clock, start);
     double expected = floor((double)(10 * HIL_MS_PS - start_ps) * 84e6 / 1e12);
     uint32_t first = bench_word(board, edges);
     assert_true(fabs(first - expected) <= 1.0);
@@ -196,7 +196,7 @@ static void test_capture_filter(void **state)
     uint64_t start;
     struct hil_board *board = scanning(0, &start);
     (void)state;
-    struct hil_tim *t = &board->state.tim[HIL_TIM2];
+    struct hil_tim *t = &board->state.mcu.tim[HIL_TIM2];
     run_to_cycle(board, start + 100000);
     t->ccmr[0] = 0x31;
     hil_board_drive_pin(board, 0, 15, true); /* 12 cycles: 6 clocks, too short */

@@ -88,10 +88,10 @@ static void a_reset_while_it_is_read(void **state)
     ear_until(ear, 1.0);
     for (unsigned n = 0; n < 1000000 && !seen; n++) {
         bench_run(ear->board, hil_board_now_ps(ear->board) + 20 * HIL_US_PS);
-        seen = ear->board->state.i2c.phase == HIL_I2C_RECEIVING && ear->board->state.tmp112.pointer == 0;
+        seen = ear->board->state.mcu.i2c.phase == HIL_I2C_RECEIVING && ear->board->state.tmp112.pointer == 0;
     }
     assert_true(seen);
-    hil_board_request_reset(ear->board, 0);
+    hil_core_request_reset(&ear->board->core, 0);
     double t_s = (double)hil_board_now_ps(ear->board) * 1e-12;
     ear_until(ear, t_s + 0.001);
     assert_true(ear->board->state.tmp112.hung_clocks > 0);
@@ -126,8 +126,8 @@ static void not_fitted_costs_nothing(void **state)
         ear_until(ear, 11.0);
         instructions[with] = hil_board_counters(ear->board)->instructions - before;
         frames[with] = ear->can_frames - ear->heard[EAR_CAN][MR_ID_FAULT] - said;
-        assert_int_equal(hil_bus_read(ear->board, APB1ENR, 4) >> 21 & 1u, with);
-        assert_int_equal(hil_bus_read(ear->board, MODER_B, 4) >> 12 & 15u, with ? 0xau : 0u);
+        assert_int_equal(hil_bus_read(&ear->board->core, APB1ENR, 4) >> 21 & 1u, with);
+        assert_int_equal(hil_bus_read(&ear->board->core, MODER_B, 4) >> 12 & 15u, with ? 0xau : 0u);
         assert_int_equal(ear->heard[EAR_CAN][MR_ID_TEMPERATURE], with ? 11 : 0);
         assert_int_equal(ear_faults(ear, EAR_SERIAL) & ~(with ? 0u : EAR_BIT(SELFTEST)), 0); /* the poke shows: another image */
         ear_close(ear);

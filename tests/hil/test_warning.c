@@ -6,7 +6,7 @@
 
 #include "firmware/app.h"
 #include "firmware/config.h"
-#include "hil/board/machine.h"
+#include "hil/board/parts.h"
 #include "tests/firmware/fake_board.h"
 #include "tests/firmware/fake_nor.h"
 #include "tests/hil/ear.h"
@@ -110,8 +110,8 @@ static uint32_t decisive_block(void)
 /* Physical time of a block's last scan. */
 static double sampled_s(const struct hil_board *board, uint32_t index)
 {
-    const struct hil_tim *tim2 = &board->state.tim[HIL_TIM2];
-    double zero_s = (double)hil_clock_ps(&board->state.clock, tim2->base_cycle) * 1e-12 - (double)tim2->base_count / 84e6;
+    const struct hil_tim *tim2 = &board->state.mcu.tim[HIL_TIM2];
+    double zero_s = (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 - (double)tim2->base_count / 84e6;
     return zero_s + 2352.0 / 84e6 + (double)index * 1e-3 + LAST_SCAN_S;
 }
 

@@ -12,7 +12,8 @@
 #include <dlfcn.h>
 #include <stdint.h>
 
-#include "hil/board/machine.h"
+#include "hil/core/memory.h"
+#include "hil/core/stores.h"
 
 struct CPUState;
 struct page_collection;

@@ -1,0 +1,220 @@
+#include "hil/periph/mcu.h"
+
+#include <stddef.h>
+
+#include "hil/core/core.h"
+#include "hil/periph/options.h"
+
+#define ALWAYS HIL_RCC_BUSES
+#define ANY_ADC 0x700u
+
+/* Boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
+static const struct part {
+    uint32_t base;
+    const char *name;
+    unsigned unit;
+    size_t device; /* offset in struct hil_mcu */
+    uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
+    void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);
+    void (*reset)(void *device, unsigned unit);
+    enum hil_rcc_bus bus;
+    uint8_t bit;
+    bool narrow;
+} parts[] = {
+#define PART(base, name, unit, device, access, reset, bus, bit, narrow) \
+    {base, name, unit, offsetof(struct hil_mcu, device), access##_read, access##_write, reset, bus, bit, narrow}
+    PART(0x40000000u, "TIM2", 0, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 0, false),
+    PART(0x40000800u, "TIM4", 1, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 2, false),
+    PART(0x40003000u, "IWDG", 0, iwdg, hil_iwdg, NULL, ALWAYS, 0, false),
+    PART(0x40003800u, "SPI2", 0, spi, hil_spi, hil_spi_reset, HIL_RCC_APB1, 14, true),
+    PART(0x40005400u, "I2C1", 0, i2c, hil_i2c, hil_i2c_reset, HIL_RCC_APB1, 21, false),
+    PART(0x40006400u, "CAN1", 0, can, hil_can, hil_can_reset, HIL_RCC_APB1, 25, false),
+    PART(0x40007000u, "PWR", 0, rcc, hil_pwr, NULL, HIL_RCC_APB1, 28, false),
+    PART(0x40011000u, "USART1", 0, usart, hil_usart, hil_usart_reset, HIL_RCC_APB2, 4, true),
+    PART(0x40012000u, "ADC", 0, adc, hil_adc, hil_adc_reset, HIL_RCC_APB2, 8, false),
+    PART(0x40020000u, "GPIOA", 0, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 0, true),
+    PART(0x40020400u, "GPIOB", 1, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 1, true),
+    PART(0x40020800u, "GPIOC", 2, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 2, true),
+    PART(0x40020c00u, "GPIOD", 3, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 3, true),
+    PART(0x40021000u, "GPIOE", 4, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 4, true),
+    PART(0x40021400u, "GPIOF", 5, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 5, true),
+    PART(0x40021800u, "GPIOG", 6, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 6, true),
+    PART(0x40021c00u, "GPIOH", 7, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 7, true),
+    PART(0x40022000u, "GPIOI", 8, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 8, true),
+    PART(0x40023800u, "RCC", 0, rcc, hil_rcc, NULL, ALWAYS, 0, false),
+    PART(0x40023c00u, "FLASH", 0, flash, hil_flash_if, NULL, ALWAYS, 0, false),
+    PART(0x40026000u, "DMA1", 0, dma, hil_dma, hil_dma_reset, HIL_RCC_AHB1, 21, false),
+    PART(0x40026400u, "DMA2", 1, dma, hil_dma, hil_dma_reset, HIL_RCC_AHB1, 22, false),
+#undef PART
+};
+
+#define PARTS (sizeof parts / sizeof parts[0])
+
+bool hil_mcu_has(uint32_t base)
+{
+    for (unsigned i = 0; i < PARTS; i++) {
+        if (parts[i].base == base)
+            return true;
+    }
+    return false;
+}
+
+/* Device id, unique id and flash size of system memory; option bytes. */
+static uint32_t read_system_memory(void *device, uint32_t address)
+{
+    const struct hil_mcu *mcu = device;
+    switch (address & ~3u) {
+    case 0x1fff77dcu: /* boot loader identification is the byte at ...de (AN2606) */
+        return HIL_ROM_VERSION << 16 | 0xff00ffffu;
+    case 0x1fff7a10u:
+        return mcu->options->uid[0];
+    case 0x1fff7a14u:
+        return mcu->options->uid[1];
+    case 0x1fff7a18u:
+        return mcu->options->uid[2];
+    case 0x1fff7a20u: /* flash size in KiB is the upper half: address ...22 */
+        return (HIL_FLASH_SIZE / 1024u) << 16 | 0xffffu;
+    case 0x1fffc000u:
+    case 0x1fffc004u:
+    case 0x1fffc008u:
+    case 0x1fffc00cu:
+        return hil_flash_option_word(&mcu->flash, (address & 0xcu) / 4u);
+    default:
+        if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: factory new */
+            return 0xffffffffu;
+        return hil_bus_no_register(mcu->core);
+    }
+}
+
+static void attach_to_bus(struct hil_mcu *mcu)
+{
+    for (unsigned i = 0; i < PARTS; i++) {
+        const struct part *part = &parts[i];
+        void *device = (char *)mcu + part->device;
+        struct hil_peripheral peripheral = {
+            .base = part->base, .name = part->name, .unit = part->unit, .read = part->read, .write = part->write,
+            .narrow = part->narrow, .rest = part->write == hil_gpio_write ? hil_gpio_rest : NULL, .device = device,
+        };
+        if (part->bus != ALWAYS) {
+            peripheral.clocks = hil_rcc_clocks(&mcu->rcc, part->bus);
+            peripheral.clock_mask = device == &mcu->adc ? ANY_ADC : 1u << part->bit;
+            mcu->rcc.line[part->bus][part->bit] = (struct hil_reset_line){part->reset, device, part->unit};
+        }
+        hil_bus_attach(mcu->core, &peripheral);
+    }
+    mcu->core->bus.system_memory = (struct hil_system_memory){read_system_memory, mcu};
+}
+
+static void attach_to_events(struct hil_mcu *mcu)
+{
+    const struct {
+        enum hil_event_slot slot;
+        void (*handler)(void *device, uint64_t at);
+        void *device;
+    } wires[] = {
+        {HIL_EVENT_HSE, hil_rcc_hse_event, &mcu->rcc},
+        {HIL_EVENT_PLL, hil_rcc_pll_event, &mcu->rcc},
+        {HIL_EVENT_LSI, hil_rcc_lsi_event, &mcu->rcc},
+        {HIL_EVENT_FLASH_CUT, hil_flash_cut_event, &mcu->flash},
+        {HIL_EVENT_FLASH, hil_flash_event, &mcu->flash},
+        {HIL_EVENT_ADC1, hil_adc1_event, &mcu->adc},
+        {HIL_EVENT_ADC3, hil_adc3_event, &mcu->adc},
+        {HIL_EVENT_TIM4, hil_tim4_event, &mcu->tim},
+        {HIL_EVENT_TIM2, hil_tim2_event, &mcu->tim},
+        {HIL_EVENT_SPI, hil_spi_event, &mcu->spi},
+        {HIL_EVENT_I2C, hil_i2c_event, &mcu->i2c},
+        {HIL_EVENT_DMA_MEMORY, hil_dma_memory_event, &mcu->dma},
+        {HIL_EVENT_CAN, hil_can_event, &mcu->can},
+        {HIL_EVENT_CAN_OTHER, hil_can_other_event, &mcu->can},
+        {HIL_EVENT_USART_TX, hil_usart_tx_event, &mcu->usart},
+        {HIL_EVENT_USART_RX, hil_usart_rx_event, &mcu->usart},
+        {HIL_EVENT_IWDG, hil_iwdg_event, &mcu->iwdg},
+    };
+    for (unsigned i = 0; i < sizeof wires / sizeof wires[0]; i++)
+        hil_event_wire(mcu->core, wires[i].slot, wires[i].handler, wires[i].device);
+}
+
+static void catch_up_adc(void *who, uint64_t at) { hil_adc_catch_up(who, at); }
+
+/* Alternate functions (data sheet table 9) of the pins whose levels are modelled, and who listens to pins. */
+static void attach_to_pins(struct hil_mcu *mcu)
+{
+    struct hil_gpio_device *gpio = &mcu->gpio;
+    mcu->pin[0] = (struct hil_pin){&mcu->tim, 2, 0, hil_tim4_output, NULL};      /* PD12, TIM4_CH1 */
+    mcu->pin[1] = (struct hil_pin){&mcu->tim, 2, 1, hil_tim4_output, NULL};      /* PD13, TIM4_CH2 */
+    mcu->pin[2] = (struct hil_pin){NULL, 7, 0, hil_gpio_rests_high, NULL};       /* PA9, USART1_TX */
+    mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_rests_high, NULL};       /* PD1, CAN1_TX: recessive */
+    mcu->pin[4] = (struct hil_pin){&mcu->tim, 1, 0, NULL, hil_tim2_input_edge};  /* PA15, TIM2_CH1 */
+    mcu->pin[5] = (struct hil_pin){&mcu->tim, 1, 1, NULL, hil_tim2_input_edge};  /* PB3, TIM2_CH2 */
+    gpio->alternate[3][12] = &mcu->pin[0];
+    gpio->alternate[3][13] = &mcu->pin[1];
+    gpio->alternate[0][9] = &mcu->pin[2];
+    gpio->alternate[3][1] = &mcu->pin[3];
+    gpio->alternate[0][15] = &mcu->pin[4];
+    gpio->alternate[1][3] = &mcu->pin[5];
+    mcu->line_in = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
+    gpio->outside[0][10] = &mcu->line_in; /* PA10: the serial line itself */
+    hil_gpio_listen(gpio, hil_spi_pins_changed, &mcu->spi);
+    hil_gpio_listen(gpio, hil_i2c_lines_changed, &mcu->i2c);
+}
+
+/* Streams of DMA1 serve SPI2, those of DMA2 the converters and USART1 (RM0090 tables 42, 43). */
+static void attach_to_dma(struct hil_mcu *mcu)
+{
+    mcu->dma.client[0][0] = (struct hil_dma_client){&mcu->spi, hil_spi_catch_up, hil_spi_dma_enabled};
+    mcu->dma.client[1][0] = (struct hil_dma_client){&mcu->adc, catch_up_adc, NULL};
+    mcu->dma.client[1][1] = (struct hil_dma_client){&mcu->usart, hil_usart_catch_up, hil_usart_dma_enabled};
+}
+
+void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options, struct hil_mcu_state *state)
+{
+    struct hil_rcc_device *rcc = &mcu->rcc;
+    struct hil_dma_device *dma = &mcu->dma;
+    struct hil_gpio_device *gpio = &mcu->gpio;
+    mcu->core = rcc->core = dma->core = gpio->core = core;
+    mcu->options = rcc->options = options;
+    rcc->state = &state->rcc;
+    dma->state = state->dma;
+    gpio->state = &state->gpio;
+    mcu->flash.core = mcu->iwdg.core = mcu->tim.core = mcu->adc.core = mcu->usart.core = mcu->spi.core = core;
+    mcu->i2c.core = mcu->can.core = core;
+    mcu->flash.options = mcu->iwdg.options = mcu->adc.options = mcu->usart.options = mcu->can.options = options;
+    mcu->flash.rcc = mcu->iwdg.rcc = mcu->tim.rcc = mcu->adc.rcc = mcu->usart.rcc = mcu->spi.rcc = rcc;
+    mcu->i2c.rcc = mcu->can.rcc = rcc;
+    mcu->tim.gpio = mcu->adc.gpio = mcu->usart.gpio = mcu->spi.gpio = mcu->i2c.gpio = mcu->can.gpio = gpio;
+    mcu->tim.dma = mcu->adc.dma = mcu->usart.dma = mcu->spi.dma = dma;
+    mcu->tim.adc = &mcu->adc;
+    mcu->flash.state = &state->flash;
+    mcu->tim.state = state->tim;
+    mcu->adc.state = state->adc;
+    mcu->adc.ccr = &state->adc_ccr;
+    mcu->usart.state = &state->usart;
+    mcu->spi.state = &state->spi;
+    mcu->i2c.state = &state->i2c;
+    mcu->can.state = &state->can;
+    mcu->iwdg.state = &state->iwdg;
+    mcu->flash.ready = (struct hil_call){hil_dma_flash_ready, dma};
+    core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_wait};
+    attach_to_bus(mcu);
+    attach_to_events(mcu);
+    attach_to_pins(mcu);
+    attach_to_dma(mcu);
+}
+
+void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags)
+{
+    hil_flash_reset(&mcu->flash);
+    hil_rcc_reset(&mcu->rcc, csr_flags);
+    hil_adc_reset(&mcu->adc, 0); /* before its DMA stops, or it would seem to overrun */
+    for (unsigned unit = 0; unit < 2; unit++) {
+        hil_dma_reset(&mcu->dma, unit);
+        hil_tim_reset(&mcu->tim, unit);
+    }
+    hil_usart_reset(&mcu->usart, 0);
+    hil_spi_reset(&mcu->spi, 0);
+    hil_i2c_reset(&mcu->i2c, 0);
+    hil_can_reset(&mcu->can, 0);
+    hil_iwdg_reset(&mcu->iwdg);
+    for (unsigned port = 0; port < HIL_GPIO_PORTS; port++)
+        hil_gpio_reset_port(&mcu->gpio, port);
+}

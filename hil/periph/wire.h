@@ -1,0 +1,28 @@
+/* What lies between a link's pins and its other end, as a peripheral sees it: it takes what is sent, and says what befalls each
+ * frame or byte on the way. The peripheral asks; who answers is the rig (hil/rig/lines.h). */
+#ifndef MATRIG_HIL_WIRE_H
+#define MATRIG_HIL_WIRE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct hil_can_frame;
+
+enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
+enum hil_line_fault { HIL_DROP, HIL_REPEAT, HIL_CORRUPT, HIL_DELAY, HIL_FRAMING, HIL_NOISE, HIL_LINE_FAULTS };
+
+struct hil_wire {
+    void *who;
+    /* Does the next unit on this line suffer this? Counts it down and tells it; `what` names the unit. */
+    bool (*suffers)(void *who, enum hil_line line, enum hil_line_fault kind, const char *what, uint32_t number);
+    /* Time by which the last unit that suffered HIL_DELAY is to be late. */
+    uint64_t (*delay_ps)(const void *who, enum hil_line line);
+    /* 0 <= value < bound, from the faults' own sequence. */
+    uint32_t (*random)(void *who, uint32_t bound);
+    /* What the board sent; the last bit ended at t_ps. The bytes may be changed. */
+    void (*can_out)(void *who, uint64_t t_ps, const struct hil_can_frame *frame);
+    void (*serial_out)(void *who, uint64_t t_ps, uint8_t *bytes, size_t n);
+};
+
+#endif
