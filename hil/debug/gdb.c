@@ -11,13 +11,12 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "hil/debug/gdb_packet.h"
 #include "hil/link/wire_link.h"
 
 #define POLL_MS 50
-#define SEND_MS 10000
 #define MEMORY_MAX (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, as hex */
 #define SIGNAL_INTERRUPT 2
 #define SIGNAL_TRAP 5
@@ -55,43 +54,6 @@ static const char monitor_help[] =
     "reset                         reset the chip; then `maintenance flush register-cache`\n"
     "interrupts step-over|step-into  whether a step goes over interrupts (it does) or into them\n";
 
-static int64_t now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
-}
-
-/* --- hexadecimal --- */
-
-static int digit(char c)
-{
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-}
-
-/* Bytes from pairs of digits; how many there were. */
-static size_t from_hex(const char *text, uint8_t *bytes, size_t room)
-{
-    size_t n = 0;
-    while (n < room && digit(text[0]) >= 0 && digit(text[1]) >= 0) {
-        bytes[n++] = (uint8_t)(digit(text[0]) << 4 | digit(text[1]));
-        text += 2;
-    }
-    return n;
-}
-
-static char *to_hex(char *text, const void *bytes, size_t n)
-{
-    static const char digits[] = "0123456789abcdef";
-    const uint8_t *p = bytes;
-    for (size_t i = 0; i < n; i++) {
-        *text++ = digits[p[i] >> 4];
-        *text++ = digits[p[i] & 15u];
-    }
-    *text = '\0';
-    return text;
-}
-
 /* `ADDRESS,LENGTH` and what follows; false: it is not. */
 static bool two_numbers(const char *text, uint32_t *a, uint32_t *b, const char **rest)
 {
@@ -105,115 +67,6 @@ static bool two_numbers(const char *text, uint32_t *a, uint32_t *b, const char *
     return end != text;
 }
 
-/* --- packets --- */
-
-static void lose(struct hil_gdb *gdb)
-{
-    if (gdb->fd >= 0)
-        close(gdb->fd);
-    gdb->fd = -1;
-    gdb->in_size = 0;
-    if (gdb->attached)
-        hil_debug_detach(gdb->board);
-    gdb->attached = false;
-}
-
-static void send_all(struct hil_gdb *gdb, const char *bytes, size_t n)
-{
-    int64_t until = now_ms() + SEND_MS;
-    while (n && gdb->fd >= 0) {
-        ssize_t sent = send(gdb->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
-        if (sent > 0) {
-            bytes += sent;
-            n -= (size_t)sent;
-            continue;
-        }
-        struct pollfd wait = {.fd = gdb->fd, .events = POLLOUT};
-        if ((errno != EAGAIN && errno != EINTR) || now_ms() > until)
-            lose(gdb);
-        else
-            poll(&wait, 1, POLL_MS);
-    }
-}
-
-static void put_packet(struct hil_gdb *gdb, const char *text)
-{
-    char packet[2 * HIL_GDB_PACKET + 8];
-    uint8_t sum = 0;
-    size_t n = strlen(text);
-    for (size_t i = 0; i < n; i++)
-        sum = (uint8_t)(sum + (uint8_t)text[i]);
-    int length = snprintf(packet, sizeof packet, "$%s#%02x", text, sum);
-    send_all(gdb, packet, (size_t)length);
-}
-
-/* A line for the debugger's console; only while the debugger waits for the board or for a monitor command. */
-static void put_console(struct hil_gdb *gdb, const char *text)
-{
-    char packet[2 * HIL_GDB_PACKET] = "O";
-    size_t n = strlen(text);
-    to_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
-    put_packet(gdb, packet);
-}
-
-/* What the socket has, up to timeout_ms; false: it is closed. */
-static bool receive(struct hil_gdb *gdb, int timeout_ms)
-{
-    struct pollfd wait = {.fd = gdb->fd, .events = POLLIN};
-    if (gdb->in_size == sizeof gdb->in)
-        gdb->in_size = 0; /* longer than any packet: none */
-    if (gdb->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
-        return gdb->fd >= 0;
-    ssize_t n = recv(gdb->fd, gdb->in + gdb->in_size, sizeof gdb->in - gdb->in_size, MSG_DONTWAIT);
-    if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
-        lose(gdb);
-        return false;
-    }
-    if (n > 0)
-        gdb->in_size += (size_t)n;
-    return true;
-}
-
-static void drop(struct hil_gdb *gdb, size_t n)
-{
-    memmove(gdb->in, gdb->in + n, gdb->in_size - n);
-    gdb->in_size -= n;
-}
-
-/* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none. *interrupt: Ctrl-C came
- * instead. A packet whose sender cannot be told that it came is none: the connection is lost, and the board detached. But for kill:
- * gdb goes as soon as it has sent it. */
-static int take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
-{
-    *interrupt = false;
-    while (gdb->in_size && gdb->in[0] != '$') {
-        *interrupt = gdb->in[0] == 3;
-        drop(gdb, 1);
-        if (*interrupt)
-            return -1;
-    }
-    const char *hash = gdb->in_size ? memchr(gdb->in, '#', gdb->in_size) : NULL;
-    if (!hash || gdb->in_size - (size_t)(hash - gdb->in) < 3)
-        return -1;
-    uint8_t sum = 0;
-    int n = 0;
-    for (const char *p = gdb->in + 1; p < hash; p++) {
-        sum = (uint8_t)(sum + (uint8_t)*p);
-        if (*p == '}' && p + 1 < hash) {
-            sum = (uint8_t)(sum + (uint8_t)p[1]);
-            packet[n++] = (char)(*++p ^ 0x20);
-        } else {
-            packet[n++] = *p;
-        }
-    }
-    packet[n] = '\0';
-    bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 && sum == (digit(hash[1]) << 4 | digit(hash[2]));
-    drop(gdb, (size_t)(hash - gdb->in) + 3);
-    if (gdb->acknowledges)
-        send_all(gdb, good ? "+" : "-", 1);
-    return good && (gdb->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
-}
-
 /* --- registers and memory --- */
 
 static size_t register_bytes(unsigned number)
@@ -224,13 +77,13 @@ static size_t register_bytes(unsigned number)
 static char *put_register(const struct hil_gdb *gdb, unsigned number, char *text)
 {
     uint64_t value = hil_debug_read_register(gdb->board, number);
-    return to_hex(text, &value, register_bytes(number));
+    return hil_gdb_to_hex(text, &value, register_bytes(number));
 }
 
 static bool set_register(struct hil_gdb *gdb, unsigned number, const char *text)
 {
     uint64_t value = 0;
-    if (number >= HIL_REG_COUNT || from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
+    if (number >= HIL_REG_COUNT || hil_gdb_from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
         return false;
     hil_debug_write_register(gdb->board, number, value);
     return true;
@@ -258,7 +111,7 @@ static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
         return;
     }
     if (hil_debug_read(gdb->board, address, bytes, n) == MR_OK)
-        to_hex(answer, bytes, n);
+        hil_gdb_to_hex(answer, bytes, n);
     else
         strcpy(answer, "E0e"); /* EFAULT */
 }
@@ -271,7 +124,7 @@ static void write_memory(struct hil_gdb *gdb, const char *text, const char *end,
     if (!two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
         return;
     text++;
-    if (binary ? (size_t)(end - text) != n : from_hex(text, bytes, n) != n)
+    if (binary ? (size_t)(end - text) != n : hil_gdb_from_hex(text, bytes, n) != n)
         return;
     if (binary)
         memcpy(bytes, text, n);
@@ -348,7 +201,7 @@ static void tell_counters(const struct hil_board *board, char *text, size_t size
 static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
 {
     char command[128] = "", text[HIL_GDB_PACKET / 2 - 8];
-    from_hex(hex, (uint8_t *)command, sizeof command - 1);
+    hil_gdb_from_hex(hex, (uint8_t *)command, sizeof command - 1);
     if (strcmp(command, "time") == 0) {
         tell_time(gdb->board, text, sizeof text);
     } else if (strcmp(command, "counters") == 0) {
@@ -363,7 +216,7 @@ static void monitor(struct hil_gdb *gdb, const char *hex, char *answer)
         snprintf(text, sizeof text, "%s%s%s", strcmp(command, "help") == 0 ? "" : "no such command; there are:\n",
                  monitor_help, "");
     }
-    to_hex(answer, text, strlen(text));
+    hil_gdb_to_hex(answer, text, strlen(text));
 }
 
 /* --- conversation --- */
@@ -400,7 +253,7 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
                  d->watch_kind == HIL_WATCH_READ ? "r" : d->watch_kind == HIL_WATCH_ACCESS ? "a" : "",
                  (unsigned)d->watch_address);
     gdb->reported = true;
-    put_packet(gdb, packet);
+    hil_gdb_put_packet(gdb, packet);
 }
 
 /* vCont;ACTION[;ACTION...]: there is one thread, so the first counts. True: the board goes on. */
@@ -468,19 +321,19 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
         strcpy(answer, "OK");
         break;
     case 'D':
-        put_packet(gdb, "OK");
-        lose(gdb);
+        hil_gdb_put_packet(gdb, "OK");
+        hil_gdb_lose(gdb);
         return true;
     case 'k':
         gdb->killed = true;
-        lose(gdb);
+        hil_gdb_lose(gdb);
         return true;
     case 'q':
         query(gdb, packet, answer);
         break;
     case 'Q':
         if (strcmp(packet, "QStartNoAckMode") == 0) {
-            put_packet(gdb, "OK");
+            hil_gdb_put_packet(gdb, "OK");
             gdb->acknowledges = false;
             return false;
         }
@@ -493,16 +346,16 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
                 return true;
             strcpy(answer, "E01");
         } else if (strncmp(packet, "vKill", 5) == 0) {
-            put_packet(gdb, "OK");
+            hil_gdb_put_packet(gdb, "OK");
             gdb->killed = true;
-            lose(gdb);
+            hil_gdb_lose(gdb);
             return true;
         }
         break;
     default:
         break; /* the empty answer: not supported */
     }
-    put_packet(gdb, answer);
+    hil_gdb_put_packet(gdb, answer);
     return false;
 }
 
@@ -512,9 +365,9 @@ static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int 
     char packet[2 * HIL_GDB_PACKET + 1];
     while (gdb->fd >= 0 && !*stop) {
         bool interrupt;
-        int n = take_packet(gdb, packet, &interrupt);
+        int n = hil_gdb_take_packet(gdb, packet, &interrupt);
         if (n < 0) {
-            if (!interrupt && !receive(gdb, POLL_MS))
+            if (!interrupt && !hil_gdb_receive(gdb, POLL_MS))
                 return;
             continue;
         }
@@ -554,7 +407,7 @@ static void explain(struct hil_gdb *gdb, enum mr_status status)
         snprintf(text, sizeof text, "the firmware's own BKPT instruction; going on steps over it\n");
     else
         return;
-    put_console(gdb, text);
+    hil_gdb_put_console(gdb, text);
 }
 
 bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
@@ -567,10 +420,10 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
             return true;
         attach(gdb);
     }
-    if (gdb->fd >= 0 && !hil_debug_holds(gdb->board) && receive(gdb, 0)) {
+    if (gdb->fd >= 0 && !hil_debug_holds(gdb->board) && hil_gdb_receive(gdb, 0)) {
         char packet[2 * HIL_GDB_PACKET + 1];
         bool interrupt;
-        take_packet(gdb, packet, &interrupt); /* while it runs nothing else is to come */
+        hil_gdb_take_packet(gdb, packet, &interrupt); /* while it runs nothing else is to come */
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
     }
@@ -653,11 +506,11 @@ enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, 
 enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int timeout_ms, const volatile int *stop,
                               char *error, size_t size)
 {
-    int64_t until = now_ms() + timeout_ms;
+    int64_t until = hil_gdb_now_ms() + timeout_ms;
     gdb->board = board;
     if (gdb->listener < 0)
         return MR_OK;
-    while (gdb->fd < 0 && !*stop && now_ms() < until) {
+    while (gdb->fd < 0 && !*stop && hil_gdb_now_ms() < until) {
         struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
         if (poll(&wait, 1, POLL_MS) > 0)
             attach(gdb);
@@ -674,10 +527,10 @@ void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
     char packet[8];
     if (gdb->fd >= 0) {
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
-        put_packet(gdb, packet);
-        receive(gdb, POLL_MS); /* its acknowledgement: closing with unread input would look like an error */
+        hil_gdb_put_packet(gdb, packet);
+        hil_gdb_receive(gdb, POLL_MS); /* its acknowledgement: closing with unread input would look like an error */
     }
-    lose(gdb);
+    hil_gdb_lose(gdb);
     if (gdb->listener >= 0)
         close(gdb->listener);
     if (gdb->path[0])
