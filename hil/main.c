@@ -348,7 +348,7 @@ int main(int argc, char **argv)
 {
     struct hil_arguments a;
     struct session session = {.can = {.listener = -1, .fd = -1}, .serial = {.listener = -1, .fd = -1},
-                              .gdb = {.listener = -1, .fd = -1}};
+                              .gdb = {.listener = -1, .line = {.fd = -1}}};
     struct hil_run rig = {0};
     struct hil_replay replay = {0};
     char error[512];

@@ -6,11 +6,17 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/board/parts.h"
+#include "hil/core/context.h"
+#include "hil/core/cpu.h"
+#include "hil/core/cpu_registers.h"
 #include "hil/core/elf.h"
+#include "hil/core/event.h"
 #include "hil/core/exception.h"
+#include "hil/core/hclk.h"
+#include "hil/core/nvic.h"
+#include "hil/core/scb.h"
+#include "hil/core/systick.h"
 #include "hil/periph/cells.h"
-
-
 
 /* RAM after a power cut: neither what was there nor zero. */
 static void forget_ram(struct hil_board *board)
@@ -191,7 +197,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             continue;
         }
         if (state->clock.stopped) {
-            hil_clock_stand_still(core);
+            hil_hclk_stand_still(core);
             continue;
         }
         if (state->cpu.asleep) {
@@ -325,7 +331,7 @@ enum mr_status hil_board_peek(const struct hil_board *board, uint32_t address, v
 
 enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
 {
-    return hil_memory_poke(&board->core, address, bytes, n);
+    return hil_cpu_poke(&board->core, address, bytes, n);
 }
 
 uint32_t hil_board_register(const struct hil_board *board, unsigned number)

@@ -29,7 +29,7 @@
 
 #include "common/status.h"
 #include "hil/core/counters.h"
-#include "hil/core/cpu.h"
+#include "hil/core/cpu_registers.h"
 #include "hil/core/time.h"
 #include "hil/periph/can_frame.h"
 #include "hil/periph/options.h"

@@ -4,6 +4,8 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
+#include "hil/core/context.h"
+#include "hil/core/cpu.h"
 #include "hil/core/stuck.h"
 
 struct hil_snapshot {

@@ -1,6 +1,9 @@
 /* How the parts of a board are joined: the chip's pins to the rig, its wires to the links, the memory and the thermometer to their
  * buses. */
 #include "hil/board/parts.h"
+#include "hil/core/bus.h"
+#include "hil/core/event.h"
+#include "hil/core/systick.h"
 
 static void cut_supply(void *device) { hil_supply_cut(device); }
 

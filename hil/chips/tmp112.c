@@ -7,7 +7,6 @@
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
 
-
 #define C_PER_COUNT 0.0625
 #define CONFIG_OS 0x80u  /* first byte */
 #define CONFIG_RESOLUTION 0x60u /* read only: 12 bits */

@@ -3,10 +3,10 @@
 #include <string.h>
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
 #include "hil/core/time.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
-
 
 enum command {
     WRITE_STATUS_1 = 0x01, PAGE_PROGRAM = 0x02, READ = 0x03, WRITE_DISABLE = 0x04, READ_STATUS_1 = 0x05,

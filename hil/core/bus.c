@@ -4,14 +4,13 @@
 #include <string.h>
 
 #include "hil/core/core.h"
+#include "hil/core/refuse.h"
 #include "hil/core/registers.h"
 #include "hil/core/scb.h"
 
-#define NO_PERIPHERAL 0xffu
-
 void hil_bus_create(struct hil_core *core)
 {
-    memset(core->bus.peripheral_of, NO_PERIPHERAL, sizeof core->bus.peripheral_of);
+    memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
 }
 
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral)
@@ -54,38 +53,6 @@ static bool is_core_modelled(struct hil_core *core, uint32_t offset, bool write,
     return may_go_on(core, hil_register_at(hil_registers_of(0xe000e000u), offset), write, value);
 }
 
-static const struct hil_peripheral *find(const struct hil_core *core, uint32_t address)
-{
-    uint32_t page = (address - 0x40000000u) >> 10;
-    uint8_t i = page < HIL_BUS_PAGES ? core->bus.peripheral_of[page] : NO_PERIPHERAL;
-    return i == NO_PERIPHERAL ? NULL : &core->bus.peripheral[i];
-}
-
-static void stop(struct hil_core *core, const char *why, const char *what)
-{
-    struct hil_access current = core->bus.access;
-    const struct hil_peripheral *p = find(core, current.address);
-    unsigned pc = (unsigned)hil_cpu_access_pc(core, current.address, current.write);
-    char place[32] = "";
-    if (p)
-        snprintf(place, sizeof place, " (%s + 0x%x)", p->name, (unsigned)(current.address - p->base));
-    hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
-                   current.write ? "write" : "read", current.size, (unsigned)current.address, place, pc,
-                   what ? ": " : "", what ? what : "");
-}
-
-uint32_t hil_bus_refuse(struct hil_core *core, const char *what)
-{
-    stop(core, "unmodelled", what);
-    return 0;
-}
-
-uint32_t hil_bus_no_register(struct hil_core *core)
-{
-    stop(core, "unmodelled", NULL);
-    return 0;
-}
-
 static uint32_t lane(uint32_t value, uint32_t address, unsigned size)
 {
     value >>= 8u * (address & 3u);
@@ -96,7 +63,7 @@ static bool clock_is_on(struct hil_core *core, const struct hil_peripheral *p)
 {
     if (!p->clocks || (*p->clocks & p->clock_mask))
         return true;
-    stop(core, "clock of the peripheral is off:", NULL);
+    hil_bus_stop(core, "clock of the peripheral is off:", NULL);
     return false;
 }
 
@@ -145,7 +112,7 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
         return bit_band_read(core, address);
     core->bus.access = (struct hil_access){address, size, false};
     if (address - 0x40000000u < 0x00080000u) {
-        const struct hil_peripheral *p = find(core, address);
+        const struct hil_peripheral *p = hil_peripheral_at(&core->bus, address);
         if (!p)
             return hil_bus_no_register(core);
         if (!clock_is_on(core, p) || !is_modelled(core, p, (address - p->base) & ~3u, false, 0))
@@ -172,7 +139,7 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
     }
     core->bus.access = (struct hil_access){address, size, true};
     if (address - 0x40000000u < 0x00080000u) {
-        const struct hil_peripheral *p = find(core, address);
+        const struct hil_peripheral *p = hil_peripheral_at(&core->bus, address);
         if (!p) {
             hil_bus_no_register(core);
             return;

@@ -6,57 +6,10 @@
 #ifndef MATRIG_HIL_BUS_H
 #define MATRIG_HIL_BUS_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 struct hil_core;
-struct hil_register;
-struct hil_register_set;
-
-/* The access in progress, for refusals. */
-struct hil_access {
-    uint32_t address;
-    unsigned size;
-    bool write;
-};
-
-/* A peripheral as the bus knows it; it has a kilobyte of addresses. `device` is handed to each call, with `unit`. */
-struct hil_peripheral {
-    uint32_t base;
-    const char *name;
-    unsigned unit; /* of several alike behind one device */
-    uint32_t (*read)(void *device, unsigned unit, uint32_t offset);
-    void (*write)(void *device, unsigned unit, uint32_t offset, uint32_t value);
-    bool narrow;   /* byte and halfword writes are modelled */
-    /* What a narrow write leaves in the rest of the word: the register's own bits. NULL: nothing, where a written 0 means nothing
-     * or the register is no wider. */
-    uint32_t (*rest)(void *device, unsigned unit, uint32_t offset);
-    void *device;
-    const uint32_t *clocks; /* its clock is on while one of these bits is; NULL: always */
-    uint32_t clock_mask;
-};
-
-/* Memory of the chip that no store changes, from 0x1fff7000: unique id, option bytes and the like. */
-struct hil_system_memory {
-    uint32_t (*read)(void *device, uint32_t address); /* the word at `address` & ~3 */
-    void *device;
-};
-
-#define HIL_PERIPHERALS_MAX 64u
-#define HIL_REGISTER_WORDS 256u /* a kilobyte */
-#define HIL_BUS_PAGES 512u      /* kilobytes from 0x40000000 */
-
-struct hil_bus {
-    struct hil_access access;
-    struct hil_system_memory system_memory;
-    unsigned count;
-    struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
-    uint8_t peripheral_of[HIL_BUS_PAGES];
-    /* of each; NULL: without a table */
-    const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX];
-    /* by word of a peripheral; NULL: not yet looked for, or none */
-    const struct hil_register *register_at[HIL_PERIPHERALS_MAX][HIL_REGISTER_WORDS];
-};
+struct hil_peripheral;
 
 /* Nobody answers at any address. */
 void hil_bus_create(struct hil_core *core);
@@ -65,11 +18,5 @@ void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripher
 /* Access by the core. */
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size);
 void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
-
-/* Called by a peripheral that is asked for something it does not model, with what it is: "TIM4:
- * centre-aligned mode". Returns 0, so that a read can return it; the run stops. */
-uint32_t hil_bus_refuse(struct hil_core *core, const char *what);
-/* The same for a register that is not modelled. */
-uint32_t hil_bus_no_register(struct hil_core *core);
 
 #endif

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_core;
+#define HIL_NEVER UINT64_MAX /* of a cycle, of a physical time */
 
 struct hil_clock {
     uint64_t now_cycle;    /* start of the basic block that runs */
@@ -20,11 +20,9 @@ struct hil_clock {
 /* Physical time of a cycle, rounded down; and the first cycle that is not before a time. */
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
-/* No clock: physical time goes to the next event that is in physical time, while cycles stand still. */
-void hil_clock_stand_still(struct hil_core *core);
 /* HCLK of a clock that starts. */
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
-/* HCLK becomes hclk_hz now. */
-void hil_clock_change(struct hil_core *core, uint32_t hclk_hz);
+/* HCLK becomes hclk_hz at the present cycle. Whoever waits for a physical time has to be told: hil_hclk_change does both. */
+void hil_clock_turn(struct hil_clock *clock, uint32_t hclk_hz);
 
 #endif

@@ -48,13 +48,3 @@ enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, vo
     memcpy(out, memory, n);
     return MR_OK;
 }
-
-enum mr_status hil_memory_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n)
-{
-    uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_memory_at(core, address, (uint32_t)n, false) : NULL;
-    if (!memory)
-        return MR_UNKNOWN;
-    memcpy(memory, bytes, n);
-    hil_cpu_forget_range(core, address, (uint32_t)n);
-    return MR_OK;
-}

@@ -4,38 +4,28 @@
  * processor, and a copy of it is a snapshot. What the core is connected to is beside it.
  *
  * Arrows point down: peripherals, chips, rig and board include this; nothing of hil/core/ includes them. What the core has
- * to tell them goes over wires that they connect (call.h, onlooker.h, bus.h, event.h). */
+ * to tell them goes over wires that they connect (call.h, onlooker.h, peripheral.h, event.h). */
 #ifndef MATRIG_HIL_CORE_H
 #define MATRIG_HIL_CORE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
 #include "common/status.h"
 #include "hil/core/bootrom.h"
-#include "hil/core/bus.h"
 #include "hil/core/clock.h"
-#include "hil/core/counters.h"
-#include "hil/core/cpu.h"
-#include "hil/core/event.h"
+#include "hil/core/engine.h"
 #include "hil/core/memory.h"
-#include "hil/core/nvic.h"
 #include "hil/core/onlooker.h"
-#include "hil/core/scb.h"
-#include "hil/core/stuck.h"
-#include "hil/core/systick.h"
+#include "hil/core/peripheral.h"
+#include "hil/core/state.h"
 
-struct hil_core_state {
-    struct hil_clock clock;
-    struct hil_events events;
-    struct hil_counters counters;
-    struct hil_cpu cpu;
-    struct hil_nvic nvic;
-    struct hil_scb scb;
-    struct hil_systick systick;
-    struct hil_bank bank;
-    struct hil_stuck stuck;
+/* Who treats a slot: `at` is the moment it was set to. */
+struct hil_event_wire {
+    void (*handler)(void *device, uint64_t at);
+    void *device;
 };
 
 /* A reset of the chip that was asked for, and not yet made. */
@@ -123,5 +113,8 @@ static inline bool hil_memory_stalls(const struct hil_core *core, uint32_t addre
     return bank->busy
            && (address - HIL_FLASH_BASE < HIL_FLASH_SIZE || (address < HIL_FLASH_SIZE && !bank->boot_rom));
 }
+
+/* Bytes of flash, SRAM, CCM and ROM. MR_UNKNOWN when the range is not in one memory. */
+enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, void *out, size_t n);
 
 #endif

@@ -5,7 +5,9 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
 #include "hil/core/exception.h"
+#include "hil/core/locate.h"
 #include "hil/core/map.h"
 #include "hil/core/must.h"
 #include "hil/core/stores.h"
@@ -450,4 +452,14 @@ void hil_cpu_run(struct hil_core *core)
         return; /* at the block's start */
     /* Nobody asked it to stop and it is at no block's start: WFI. */
     treat_return(core, err, core->state.cpu.block_instructions != 0);
+}
+
+enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n)
+{
+    uint8_t *memory = n <= HIL_FLASH_SIZE ? hil_memory_at(core, address, (uint32_t)n, false) : NULL;
+    if (!memory)
+        return MR_UNKNOWN;
+    memcpy(memory, bytes, n);
+    hil_cpu_forget_range(core, address, (uint32_t)n);
+    return MR_OK;
 }

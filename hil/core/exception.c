@@ -3,6 +3,7 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/core/core.h"
+#include "hil/core/nvic.h"
 
 #define ENTRY_CYCLES 12u /* Cortex-M4 TRM: entry 12, return 10, tail-chain 6 */
 #define RETURN_CYCLES 10u

@@ -4,7 +4,9 @@
  * the one whose effective address is the reported one is it. Encodings: ARMv7-M A5.2 and A5.3. */
 #include <unicorn/unicorn.h>
 
+#include "hil/core/locate.h"
 #include "hil/core/core.h"
+#include "hil/core/cpu_registers.h"
 
 struct access {
     uint32_t low;  /* first byte touched */

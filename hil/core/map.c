@@ -2,6 +2,7 @@
 
 #include <unicorn/unicorn.h>
 
+#include "hil/core/bus.h"
 #include "hil/core/core.h"
 #include "hil/core/must.h"
 

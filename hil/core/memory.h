@@ -3,12 +3,7 @@
 #define MATRIG_HIL_MEMORY_H
 
 #include <stdbool.h>
-#include <stddef.h>
 #include <stdint.h>
-
-#include "common/status.h"
-
-struct hil_core;
 
 #define HIL_FLASH_BASE 0x08000000u
 #define HIL_FLASH_SIZE 0x00100000u
@@ -36,10 +31,5 @@ struct hil_bank_calls {
     void (*store)(void *who, uint32_t address, unsigned size, uint64_t value); /* 1, 2, 4, 8 bytes */
     void (*wait)(void *who);
 };
-
-/* Bytes of flash, SRAM and CCM, for tests, faults and debuggers. MR_UNKNOWN when the range is not in one memory. A poke makes the core forget
- * the code that was there. */
-enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, void *out, size_t n);
-enum mr_status hil_memory_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n);
 
 #endif

@@ -9,11 +9,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-struct hil_core;
+#include "hil/core/state.h"
 
-#define HIL_INTERRUPTS 82u /* STM32F40x */
-#define HIL_EXCEPTIONS (16u + HIL_INTERRUPTS)
-#define HIL_EXCEPTION_WORDS ((HIL_EXCEPTIONS + 31u) / 32u)
+struct hil_core;
 
 enum hil_exception {
     HIL_EXC_NONE = 0,
@@ -48,18 +46,6 @@ enum hil_irq {
     HIL_IRQ_DMA1_STREAM7 = 47,
     HIL_IRQ_DMA2_STREAM0 = 56, /* to stream 4: 60 */
     HIL_IRQ_DMA2_STREAM5 = 68, /* to stream 7: 70 */
-};
-
-struct hil_nvic {
-    uint32_t enabled[HIL_EXCEPTION_WORDS];
-    uint32_t pending[HIL_EXCEPTION_WORDS];
-    uint32_t active[HIL_EXCEPTION_WORDS];
-    uint32_t line[HIL_EXCEPTION_WORDS];   /* level a peripheral holds */
-    int16_t priority[HIL_EXCEPTIONS];     /* -3..-1 fixed, else 0..240 in steps of 16 */
-    uint16_t best;                        /* pending exception of highest priority, 0: none */
-    int16_t best_group;                   /* its group priority */
-    int16_t active_group;                 /* group priority of what runs; 256: thread */
-    uint8_t prigroup;                     /* AIRCR.PRIGROUP */
 };
 
 void hil_nvic_reset(struct hil_nvic *nvic);

@@ -1,6 +1,10 @@
 #include "hil/core/scb.h"
 
 #include "hil/core/core.h"
+#include "hil/core/cpu_registers.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
+#include "hil/core/systick.h"
 
 #define DEMCR_TRCENA (1u << 24)
 #define DWT_CYCCNTENA 1u

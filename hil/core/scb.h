@@ -5,14 +5,9 @@
 
 #include <stdint.h>
 
-struct hil_core;
+#include "hil/core/state.h"
 
-struct hil_scb {
-    uint32_t vtor, scr, ccr, cfsr, hfsr, mmfar, bfar, cpacr;
-    uint32_t fpccr, fpcar, fpdscr, demcr;
-    uint32_t dwt_ctrl, dwt_offset; /* CYCCNT = cycles + offset while enabled, offset alone while not */
-    uint32_t dbgmcu_cr, dbgmcu_apb1_fz, dbgmcu_apb2_fz;
-};
+struct hil_core;
 
 void hil_scb_reset(struct hil_scb *scb);
 /* Anything from 0xE0000000 to 0xE00FFFFF; hands on to NVIC and SysTick. */

@@ -12,8 +12,8 @@
 #include <dlfcn.h>
 #include <stdint.h>
 
-#include "hil/core/memory.h"
 #include "hil/core/stores.h"
+#include "hil/core/memory.h"
 
 struct CPUState;
 struct page_collection;

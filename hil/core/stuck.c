@@ -3,6 +3,7 @@
 #include <unicorn/unicorn.h>
 
 #include "hil/core/core.h"
+#include "hil/core/cpu.h"
 
 static void hold(struct hil_core *core, unsigned i)
 {

@@ -8,17 +8,6 @@
 
 struct hil_core;
 
-#define HIL_STUCK_MAX 8u
-
-struct hil_stuck {
-    uint32_t count;
-    struct {
-        uint32_t address; /* of its byte */
-        uint8_t mask;
-        bool level;
-    } bit[HIL_STUCK_MAX];
-};
-
 /* From now on. False: no more room. */
 bool hil_stuck_add(struct hil_core *core, uint32_t address, unsigned bit, bool level);
 /* After a snapshot was restored: look at loads, if there is something to see. */

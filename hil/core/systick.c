@@ -1,6 +1,9 @@
 #include "hil/core/systick.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 
 #define ENABLE 1u
 #define TICKINT 2u

@@ -7,13 +7,6 @@
 
 struct hil_core;
 
-struct hil_systick {
-    uint32_t ctrl;       /* ENABLE, TICKINT, CLKSOURCE, COUNTFLAG (bit 16) */
-    uint32_t load;
-    uint32_t value;      /* while stopped */
-    uint64_t zero_cycle; /* while running: when the counter next becomes 0 */
-};
-
 void hil_systick_create(struct hil_core *core);
 void hil_systick_reset(struct hil_core *core);
 uint32_t hil_systick_read(struct hil_core *core, uint32_t offset);

@@ -5,6 +5,10 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
+#include "hil/core/bus.h"
+#include "hil/core/cpu.h"
+#include "hil/core/locate.h"
+#include "hil/core/nvic.h"
 
 #define XPSR_NUMBER 0x1ffu
 #define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR /* faults and SVCall are taken by the instruction itself */

@@ -13,7 +13,6 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "hil/debug/gdb_packet.h"
 #include "hil/link/wire_link.h"
 
 #define POLL_MS 50
@@ -253,7 +252,7 @@ static void report(struct hil_gdb *gdb, enum mr_status status)
                  d->watch_kind == HIL_WATCH_READ ? "r" : d->watch_kind == HIL_WATCH_ACCESS ? "a" : "",
                  (unsigned)d->watch_address);
     gdb->reported = true;
-    hil_gdb_put_packet(gdb, packet);
+    hil_gdb_put_packet(&gdb->line, packet);
 }
 
 /* vCont;ACTION[;ACTION...]: there is one thread, so the first counts. True: the board goes on. */
@@ -321,20 +320,20 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
         strcpy(answer, "OK");
         break;
     case 'D':
-        hil_gdb_put_packet(gdb, "OK");
-        hil_gdb_lose(gdb);
+        hil_gdb_put_packet(&gdb->line, "OK");
+        hil_gdb_lose(&gdb->line);
         return true;
     case 'k':
         gdb->killed = true;
-        hil_gdb_lose(gdb);
+        hil_gdb_lose(&gdb->line);
         return true;
     case 'q':
         query(gdb, packet, answer);
         break;
     case 'Q':
         if (strcmp(packet, "QStartNoAckMode") == 0) {
-            hil_gdb_put_packet(gdb, "OK");
-            gdb->acknowledges = false;
+            hil_gdb_put_packet(&gdb->line, "OK");
+            gdb->line.acknowledges = false;
             return false;
         }
         break;
@@ -346,16 +345,16 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
                 return true;
             strcpy(answer, "E01");
         } else if (strncmp(packet, "vKill", 5) == 0) {
-            hil_gdb_put_packet(gdb, "OK");
+            hil_gdb_put_packet(&gdb->line, "OK");
             gdb->killed = true;
-            hil_gdb_lose(gdb);
+            hil_gdb_lose(&gdb->line);
             return true;
         }
         break;
     default:
         break; /* the empty answer: not supported */
     }
-    hil_gdb_put_packet(gdb, answer);
+    hil_gdb_put_packet(&gdb->line, answer);
     return false;
 }
 
@@ -363,11 +362,11 @@ static bool treat(struct hil_gdb *gdb, const char *packet, const char *end, enum
 static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
 {
     char packet[2 * HIL_GDB_PACKET + 1];
-    while (gdb->fd >= 0 && !*stop) {
+    while (gdb->line.fd >= 0 && !*stop) {
         bool interrupt;
-        int n = hil_gdb_take_packet(gdb, packet, &interrupt);
+        int n = hil_gdb_take_packet(&gdb->line, packet, &interrupt);
         if (n < 0) {
-            if (!interrupt && !hil_gdb_receive(gdb, POLL_MS))
+            if (!interrupt && !hil_gdb_receive(&gdb->line, POLL_MS))
                 return;
             continue;
         }
@@ -378,18 +377,27 @@ static void talk(struct hil_gdb *gdb, enum mr_status status, const volatile int 
     }
 }
 
+static void detach(void *who)
+{
+    struct hil_gdb *gdb = who;
+    if (gdb->attached)
+        hil_debug_detach(gdb->board);
+    gdb->attached = false;
+}
+
 static void attach(struct hil_gdb *gdb)
 {
     int one = 1;
-    gdb->fd = accept4(gdb->listener, NULL, NULL, SOCK_CLOEXEC);
-    if (gdb->fd < 0)
+    gdb->line.fd = accept4(gdb->listener, NULL, NULL, SOCK_CLOEXEC);
+    if (gdb->line.fd < 0)
         return;
     if (!gdb->path[0])
-        setsockopt(gdb->fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
-    gdb->acknowledges = true;
+        setsockopt(gdb->line.fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
+    gdb->line.acknowledges = true;
+    gdb->line.lost = (struct hil_call){detach, gdb};
     gdb->attached = true;
     gdb->reported = true; /* it will ask */
-    gdb->in_size = 0;
+    gdb->line.in_size = 0;
     hil_debug_attach(gdb->board, &gdb->debug);
 }
 
@@ -407,7 +415,7 @@ static void explain(struct hil_gdb *gdb, enum mr_status status)
         snprintf(text, sizeof text, "the firmware's own BKPT instruction; going on steps over it\n");
     else
         return;
-    hil_gdb_put_console(gdb, text);
+    hil_gdb_put_console(&gdb->line, text);
 }
 
 bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
@@ -415,19 +423,19 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
     struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
     if (gdb->listener < 0)
         return true;
-    if (gdb->fd < 0) {
+    if (gdb->line.fd < 0) {
         if (status != MR_OK || poll(&wait, 1, 0) <= 0)
             return true;
         attach(gdb);
     }
-    if (gdb->fd >= 0 && !hil_debug_holds(gdb->board) && hil_gdb_receive(gdb, 0)) {
+    if (gdb->line.fd >= 0 && !hil_debug_holds(gdb->board) && hil_gdb_receive(&gdb->line, 0)) {
         char packet[2 * HIL_GDB_PACKET + 1];
         bool interrupt;
-        hil_gdb_take_packet(gdb, packet, &interrupt); /* while it runs nothing else is to come */
+        hil_gdb_take_packet(&gdb->line, packet, &interrupt); /* while it runs nothing else is to come */
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_ASKED);
     }
-    if (gdb->fd < 0 || (!hil_debug_holds(gdb->board) && status == MR_OK))
+    if (gdb->line.fd < 0 || (!hil_debug_holds(gdb->board) && status == MR_OK))
         return true;
     if (!gdb->reported) {
         explain(gdb, status);
@@ -491,7 +499,7 @@ static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, ch
 
 enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, size_t size)
 {
-    *gdb = (struct hil_gdb){.listener = -1, .fd = -1};
+    *gdb = (struct hil_gdb){.listener = -1, .line = {.fd = -1}};
     if (strncmp(text, "unix:", 5) == 0 && text[5])
         return listen_on_path(gdb, text + 5, error, size);
     char *end;
@@ -510,12 +518,12 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
     gdb->board = board;
     if (gdb->listener < 0)
         return MR_OK;
-    while (gdb->fd < 0 && !*stop && hil_gdb_now_ms() < until) {
+    while (gdb->line.fd < 0 && !*stop && hil_gdb_now_ms() < until) {
         struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
         if (poll(&wait, 1, POLL_MS) > 0)
             attach(gdb);
     }
-    if (gdb->fd >= 0)
+    if (gdb->line.fd >= 0)
         return MR_OK;
     snprintf(error, size, "--gdb: no debugger came to %s within %d s; start gdb-multiarch with `target remote %s`",
              gdb->place, timeout_ms / 1000, gdb->place);
@@ -525,12 +533,12 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
 void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
 {
     char packet[8];
-    if (gdb->fd >= 0) {
+    if (gdb->line.fd >= 0) {
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
-        hil_gdb_put_packet(gdb, packet);
-        hil_gdb_receive(gdb, POLL_MS); /* its acknowledgement: closing with unread input would look like an error */
+        hil_gdb_put_packet(&gdb->line, packet);
+        hil_gdb_receive(&gdb->line, POLL_MS); /* its acknowledgement: closing with unread input would look like an error */
     }
-    hil_gdb_lose(gdb);
+    hil_gdb_lose(&gdb->line);
     if (gdb->listener >= 0)
         close(gdb->listener);
     if (gdb->path[0])

@@ -14,21 +14,18 @@
 #include "common/status.h"
 #include "hil/board/board.h"
 #include "hil/debug/debug.h"
-
-#define HIL_GDB_PACKET 4096u
+#include "hil/debug/gdb_packet.h"
 
 struct hil_gdb {
-    int listener, fd;          /* -1: none */
+    int listener;              /* -1: none */
+    struct hil_gdb_line line;
     char place[160];           /* where it listens, to tell */
     char path[108];            /* of the socket; empty: a port */
     struct hil_board *board;
     struct hil_debug debug;
-    bool acknowledges;
     bool attached;
     bool reported;             /* the debugger knows that the board is held */
     bool killed, ended;
-    char in[2 * HIL_GDB_PACKET];
-    size_t in_size;
 };
 
 /* Listen. MR_USAGE, MR_IO, with the reason in `error`. */

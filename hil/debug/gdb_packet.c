@@ -50,36 +50,34 @@ char *hil_gdb_to_hex(char *text, const void *bytes, size_t n)
 
 /* --- the connection --- */
 
-void hil_gdb_lose(struct hil_gdb *gdb)
+void hil_gdb_lose(struct hil_gdb_line *line)
 {
-    if (gdb->fd >= 0)
-        close(gdb->fd);
-    gdb->fd = -1;
-    gdb->in_size = 0;
-    if (gdb->attached)
-        hil_debug_detach(gdb->board);
-    gdb->attached = false;
+    if (line->fd >= 0)
+        close(line->fd);
+    line->fd = -1;
+    line->in_size = 0;
+    hil_call(&line->lost);
 }
 
-static void send_all(struct hil_gdb *gdb, const char *bytes, size_t n)
+static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
 {
     int64_t until = hil_gdb_now_ms() + SEND_MS;
-    while (n && gdb->fd >= 0) {
-        ssize_t sent = send(gdb->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
+    while (n && line->fd >= 0) {
+        ssize_t sent = send(line->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (sent > 0) {
             bytes += sent;
             n -= (size_t)sent;
             continue;
         }
-        struct pollfd wait = {.fd = gdb->fd, .events = POLLOUT};
+        struct pollfd wait = {.fd = line->fd, .events = POLLOUT};
         if ((errno != EAGAIN && errno != EINTR) || hil_gdb_now_ms() > until)
-            hil_gdb_lose(gdb);
+            hil_gdb_lose(line);
         else
             poll(&wait, 1, POLL_MS);
     }
 }
 
-void hil_gdb_put_packet(struct hil_gdb *gdb, const char *text)
+void hil_gdb_put_packet(struct hil_gdb_line *line, const char *text)
 {
     char packet[2 * HIL_GDB_PACKET + 8];
     uint8_t sum = 0;
@@ -87,55 +85,55 @@ void hil_gdb_put_packet(struct hil_gdb *gdb, const char *text)
     for (size_t i = 0; i < n; i++)
         sum = (uint8_t)(sum + (uint8_t)text[i]);
     int length = snprintf(packet, sizeof packet, "$%s#%02x", text, sum);
-    send_all(gdb, packet, (size_t)length);
+    send_all(line, packet, (size_t)length);
 }
 
-void hil_gdb_put_console(struct hil_gdb *gdb, const char *text)
+void hil_gdb_put_console(struct hil_gdb_line *line, const char *text)
 {
     char packet[2 * HIL_GDB_PACKET] = "O";
     size_t n = strlen(text);
     hil_gdb_to_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
-    hil_gdb_put_packet(gdb, packet);
+    hil_gdb_put_packet(line, packet);
 }
 
-bool hil_gdb_receive(struct hil_gdb *gdb, int timeout_ms)
+bool hil_gdb_receive(struct hil_gdb_line *line, int timeout_ms)
 {
-    struct pollfd wait = {.fd = gdb->fd, .events = POLLIN};
-    if (gdb->in_size == sizeof gdb->in)
-        gdb->in_size = 0; /* longer than any packet: none */
-    if (gdb->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
-        return gdb->fd >= 0;
-    ssize_t n = recv(gdb->fd, gdb->in + gdb->in_size, sizeof gdb->in - gdb->in_size, MSG_DONTWAIT);
+    struct pollfd wait = {.fd = line->fd, .events = POLLIN};
+    if (line->in_size == sizeof line->in)
+        line->in_size = 0; /* longer than any packet: none */
+    if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
+        return line->fd >= 0;
+    ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size, MSG_DONTWAIT);
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
-        hil_gdb_lose(gdb);
+        hil_gdb_lose(line);
         return false;
     }
     if (n > 0)
-        gdb->in_size += (size_t)n;
+        line->in_size += (size_t)n;
     return true;
 }
 
-static void drop(struct hil_gdb *gdb, size_t n)
+static void drop(struct hil_gdb_line *line, size_t n)
 {
-    memmove(gdb->in, gdb->in + n, gdb->in_size - n);
-    gdb->in_size -= n;
+    memmove(line->in, line->in + n, line->in_size - n);
+    line->in_size -= n;
 }
 
-int hil_gdb_take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
+int hil_gdb_take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
 {
     *interrupt = false;
-    while (gdb->in_size && gdb->in[0] != '$') {
-        *interrupt = gdb->in[0] == 3;
-        drop(gdb, 1);
+    while (line->in_size && line->in[0] != '$') {
+        *interrupt = line->in[0] == 3;
+        drop(line, 1);
         if (*interrupt)
             return -1;
     }
-    const char *hash = gdb->in_size ? memchr(gdb->in, '#', gdb->in_size) : NULL;
-    if (!hash || gdb->in_size - (size_t)(hash - gdb->in) < 3)
+    const char *hash = line->in_size ? memchr(line->in, '#', line->in_size) : NULL;
+    if (!hash || line->in_size - (size_t)(hash - line->in) < 3)
         return -1;
     uint8_t sum = 0;
     int n = 0;
-    for (const char *p = gdb->in + 1; p < hash; p++) {
+    for (const char *p = line->in + 1; p < hash; p++) {
         sum = (uint8_t)(sum + (uint8_t)*p);
         if (*p == '}' && p + 1 < hash) {
             sum = (uint8_t)(sum + (uint8_t)p[1]);
@@ -146,8 +144,8 @@ int hil_gdb_take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt)
     }
     packet[n] = '\0';
     bool good = digit(hash[1]) >= 0 && digit(hash[2]) >= 0 && sum == (digit(hash[1]) << 4 | digit(hash[2]));
-    drop(gdb, (size_t)(hash - gdb->in) + 3);
-    if (gdb->acknowledges)
-        send_all(gdb, good ? "+" : "-", 1);
-    return good && (gdb->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
+    drop(line, (size_t)(hash - line->in) + 3);
+    if (line->acknowledges)
+        send_all(line, good ? "+" : "-", 1);
+    return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
 }

@@ -6,7 +6,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "hil/debug/gdb.h"
+#include "hil/core/call.h"
+
+#define HIL_GDB_PACKET 4096u
+
+struct hil_gdb_line {
+    int fd;               /* -1: none */
+    bool acknowledges;
+    char in[2 * HIL_GDB_PACKET];
+    size_t in_size;
+    struct hil_call lost; /* the connection is over */
+};
 
 /* Milliseconds of a clock that never jumps. */
 int64_t hil_gdb_now_ms(void);
@@ -14,17 +24,17 @@ int64_t hil_gdb_now_ms(void);
 size_t hil_gdb_from_hex(const char *text, uint8_t *bytes, size_t room);
 char *hil_gdb_to_hex(char *text, const void *bytes, size_t n);
 
-/* The connection is over: the board runs on. */
-void hil_gdb_lose(struct hil_gdb *gdb);
+/* End the connection; whoever `lost` names is told. */
+void hil_gdb_lose(struct hil_gdb_line *line);
 /* Send; waits ten seconds at most, then the connection is lost. */
-void hil_gdb_put_packet(struct hil_gdb *gdb, const char *text);
+void hil_gdb_put_packet(struct hil_gdb_line *line, const char *text);
 /* A line for the debugger's console; only while the debugger waits for the board or for a monitor command. */
-void hil_gdb_put_console(struct hil_gdb *gdb, const char *text);
+void hil_gdb_put_console(struct hil_gdb_line *line, const char *text);
 /* What the socket has, up to timeout_ms; false: it is closed. */
-bool hil_gdb_receive(struct hil_gdb *gdb, int timeout_ms);
+bool hil_gdb_receive(struct hil_gdb_line *line, int timeout_ms);
 /* The next whole packet in the buffer, unescaped, with a 0 after it; its length, or -1: none. *interrupt: Ctrl-C came
  * instead. A packet whose sender cannot be told that it came is none: the connection is lost, and the board detached. But for kill:
  * gdb goes as soon as it has sent it. */
-int hil_gdb_take_packet(struct hil_gdb *gdb, char *packet, bool *interrupt);
+int hil_gdb_take_packet(struct hil_gdb_line *line, char *packet, bool *interrupt);
 
 #endif

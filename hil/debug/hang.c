@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "hil/core/bootrom.h"
+#include "hil/core/cpu_registers.h"
 
 void hil_hang_start(struct hil_hang *hang, double limit_s)
 {

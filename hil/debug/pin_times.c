@@ -4,6 +4,7 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
+#include "hil/core/cpu.h"
 
 #define NS_PS 1000.0
 

@@ -5,6 +5,7 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
+#include "hil/core/cpu.h"
 
 #define HASH_BITS 15u
 #define BLOCKS_MAX (1u << (HASH_BITS - 1))

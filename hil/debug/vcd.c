@@ -8,6 +8,8 @@
 
 #include "hil/board/board.h"
 #include "hil/board/parts.h"
+#include "hil/core/cpu.h"
+#include "hil/core/nvic.h"
 
 #define FUNCTIONS_MAX 64u
 #define LANES_MAX 192u

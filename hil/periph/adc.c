@@ -1,11 +1,13 @@
 #include "hil/periph/adc.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
-
 
 #define SR_EOC 2u
 #define SR_STRT 16u

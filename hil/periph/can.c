@@ -1,6 +1,8 @@
 #include "hil/periph/can.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
 #include "hil/periph/canbits.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"

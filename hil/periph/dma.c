@@ -2,8 +2,11 @@
 
 #include <string.h>
 
+#include "hil/core/bus.h"
 #include "hil/core/core.h"
-
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 
 #define CR_EN 1u
 #define CR_PFCTRL 0x20u

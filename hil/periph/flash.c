@@ -3,9 +3,13 @@
 #include <string.h>
 
 #include "hil/core/core.h"
+#include "hil/core/cpu.h"
+#include "hil/core/event.h"
+#include "hil/core/locate.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
-
 
 #define ACR_LATENCY 7u
 #define ACR_RESETS 0x1800u   /* ICRST, DCRST */

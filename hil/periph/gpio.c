@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "hil/core/core.h"
-
+#include "hil/core/refuse.h"
 
 #define PORT_B 1u
 #define PORT_D 3u

@@ -1,9 +1,11 @@
 #include "hil/periph/i2c.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
-
 
 #define CR1_PE (1u << 0)
 #define CR1_START (1u << 8)

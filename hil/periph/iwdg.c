@@ -1,10 +1,11 @@
 #include "hil/periph/iwdg.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/refuse.h"
 #include "hil/core/time.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
-
 
 #define KEY_RELOAD 0xaaaau
 #define KEY_UNLOCK 0x5555u

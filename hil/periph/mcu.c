@@ -2,7 +2,10 @@
 
 #include <stddef.h>
 
+#include "hil/core/bus.h"
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/refuse.h"
 #include "hil/periph/options.h"
 
 #define ALWAYS HIL_RCC_BUSES

@@ -1,5 +1,6 @@
 /* Power control, and what it and the wait states of flash allow as clock. */
 #include "hil/core/core.h"
+#include "hil/core/refuse.h"
 #include "hil/periph/rcc.h"
 
 #define ACR_LATENCY 7u

@@ -1,9 +1,12 @@
 #include "hil/periph/rcc.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/hclk.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 #include "hil/core/time.h"
 #include "hil/periph/options.h"
-
 
 #define HSE_START_PS (2ull * HIL_MS_PS)
 #define PLL_LOCK_PS (200ull * HIL_US_PS)
@@ -43,7 +46,7 @@ void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
     hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
-    hil_clock_change(dev->core, (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
+    hil_hclk_change(dev->core, (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
 }
 
 const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
@@ -135,7 +138,7 @@ static void clocks_changed(struct hil_rcc_device *dev)
         halt(dev, "PCLK1 above 42 MHz");
     if (nominal / hil_rcc_apb2_divider(dev) > 84000000u)
         halt(dev, "PCLK2 above 84 MHz");
-    hil_clock_change(dev->core, hclk_hz(dev, false));
+    hil_hclk_change(dev->core, hclk_hz(dev, false));
 }
 
 /* SW asks, SWS follows once the source is ready. */

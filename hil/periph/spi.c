@@ -1,10 +1,12 @@
 #include "hil/periph/spi.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
-
 
 #define CR1_CPHA (1u << 0)
 #define CR1_CPOL (1u << 1)

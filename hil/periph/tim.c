@@ -1,11 +1,13 @@
 #include "hil/periph/tim.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
-
 
 #define CR1_CEN 1u
 #define CR1_UDIS 2u

@@ -1,13 +1,15 @@
 #include "hil/periph/usart.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
+#include "hil/core/nvic.h"
+#include "hil/core/refuse.h"
 #include "hil/core/time.h"
 #include "hil/periph/dma.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 #include "hil/periph/serial_line.h"
-
 
 #define SR_PE 1u
 #define SR_FE 2u

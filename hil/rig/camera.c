@@ -1,9 +1,9 @@
 #include "hil/rig/camera.h"
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
-
 
 #define PORT_B 1u
 #define FRAME_PIN 3u

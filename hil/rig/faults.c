@@ -6,6 +6,9 @@
 #include "hil/chips/tmp112.h"
 #include "hil/chips/w25q.h"
 #include "hil/core/core.h"
+#include "hil/core/cpu.h"
+#include "hil/core/event.h"
+#include "hil/core/stuck.h"
 #include "hil/core/time.h"
 #include "hil/periph/can.h"
 #include "hil/periph/i2c.h"
@@ -114,7 +117,7 @@ static void flip(struct hil_faults_device *dev, const struct hil_fault *fault)
     if (hil_memory_peek(dev->core, address, &byte, 1) != MR_OK)
         return; /* checked when it was ordered */
     uint8_t after = (uint8_t)(byte ^ 1u << (fault->bit % 8u));
-    (void)hil_memory_poke(dev->core, address, &after, 1);
+    (void)hil_cpu_poke(dev->core, address, &after, 1);
     hil_fault_tell(dev->core, dev->options->log, fault->file_line, "bit %u at 0x%08x turned over: 0x%02x to 0x%02x", (unsigned)fault->bit,
          (unsigned)fault->address, byte, after);
 }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "hil/core/core.h"
+#include "hil/core/event.h"
 #include "hil/periph/cells.h"
 #include "hil/periph/options.h"
 #include "hil/rig/fault_log.h"

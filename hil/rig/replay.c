@@ -4,6 +4,7 @@
 
 #include "common/framing.h"
 #include "hil/core/core.h"
+#include "hil/core/event.h"
 #include "hil/periph/adc.h"
 #include "hil/periph/can.h"
 #include "hil/periph/gpio.h"

@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "hil/core/core.h"
-
+#include "hil/core/event.h"
 
 #define PORT_D 3u
 #define PORT_E 4u

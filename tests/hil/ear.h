@@ -9,8 +9,8 @@
 #include "common/command.h"
 #include "common/fault.h"
 #include "common/framing.h"
-#include "hil/rig/faults.h"
 #include "hil/board/parts.h"
+#include "hil/rig/faults.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"
 

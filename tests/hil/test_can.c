@@ -1,6 +1,6 @@
 /* bxCAN and its bus on a test image (images/canbus.c): lengths in time, order, FIFO, error states. */
-#include "hil/periph/canbits.h"
 #include "hil/board/parts.h"
+#include "hil/periph/canbits.h"
 #include "tests/hil/bench.h"
 
 #define FRAMES 64

@@ -1,7 +1,7 @@
 /* The core under a debugger: it does the same as without, holds where asked, shows and takes registers and
  * memory. */
-#include "hil/debug/debug.h"
 #include "hil/core/elf.h"
+#include "hil/debug/debug.h"
 #include "hil/symbols.h"
 #include "tests/hil/bench.h"
 

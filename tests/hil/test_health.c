@@ -3,8 +3,8 @@
 #include <math.h>
 
 #include "common/crash.h"
-#include "hil/core/elf.h"
 #include "hil/board/parts.h"
+#include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 
 #define HANG 0xe7feu      /* b . */

@@ -2,8 +2,10 @@
  * reception of one, two and more bytes), times from CCR (27.6.8), and the TMP112's own table of readings (SBOS473, 12-bit format). */
 #include <math.h>
 
-#include "hil/rig/faults.h"
 #include "hil/board/parts.h"
+#include "hil/core/bus.h"
+#include "hil/core/context.h"
+#include "hil/rig/faults.h"
 #include "tests/hil/bench.h"
 
 #define CR1 0x40005400u

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/catalogue.h"
 #include "common/block.h"
+#include "common/catalogue.h"
 #include "common/framing.h"
 #include "hil/board/board.h"
 #include "hil/rig/runfile.h"

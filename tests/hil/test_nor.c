@@ -2,8 +2,8 @@
  * at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
 #include "tests/hil/bench.h"
 
-#include "hil/rig/faults.h"
 #include "hil/chips/w25q.h"
+#include "hil/rig/faults.h"
 
 enum { POLLED, BY_DMA, CUT_BYTE, UNREAD, MODE_FAULT };
 #define MS_20 (20u * HIL_MS_PS)

@@ -2,6 +2,7 @@
  * read after reset, and every bit of every register is written. What the table calls plain reads back, what it refuses
  * or calls reserved ends the run, what is not in it ends the run. */
 #include "hil/board/parts.h"
+#include "hil/core/bus.h"
 #include "hil/core/registers.h"
 #include "tests/cmocka_all.h"
 #include "tests/hil/bench.h"

@@ -8,8 +8,8 @@
 #include "tests/hil/bench.h"
 
 #include "hil/board/cellfile.h"
-#include "hil/link/pty.h"
 #include "hil/chips/w25q.h"
+#include "hil/link/pty.h"
 
 #define BIT_PS 1e6
 

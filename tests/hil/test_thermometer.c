@@ -1,6 +1,7 @@
 /* The firmware's thermometer and slow log on the emulated board: readings against its truth, each fault of the bus, what it costs. */
 #include <math.h>
 
+#include "hil/core/bus.h"
 #include "hil/core/elf.h"
 #include "tests/hil/ear.h"
 

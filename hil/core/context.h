@@ -1,0 +1,23 @@
+/* The registers of the core as a whole: for a snapshot, for a reset. */
+#ifndef MATRIG_HIL_CONTEXT_H
+#define MATRIG_HIL_CONTEXT_H
+
+#include <stdint.h>
+
+struct hil_core;
+
+/* All of the core that software can see. Valid while the core is stopped; see hil_cpu_save. */
+struct hil_cpu_registers {
+    uint32_t r[13];
+    uint32_t msp, psp, lr, pc, xpsr;
+    uint32_t control, primask, basepri, faultmask, fpscr;
+    uint64_t d[16];
+};
+
+/* Vector table's SP and PC, everything else at its reset value. */
+void hil_cpu_reset(struct hil_core *core);
+/* Copy the registers out of, and into, the core. */
+void hil_cpu_save(const struct hil_core *core, struct hil_cpu_registers *registers);
+void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers);
+
+#endif
