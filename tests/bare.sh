@@ -45,6 +45,7 @@ inside the-computer root bash -c "cd '$place' && git config --global --add safe.
 
 rm -f "$root/etc/resolv.conf" "$root/etc/hosts"
 beside=()
+trap 'exit 143' INT TERM # bash runs the next one only when it ends by itself
 trap '[ ${#beside[@]} = 0 ] || kill "${beside[@]}" 2>/dev/null || true' EXIT
 for ((i = 0; i < busy; i++)); do
     timeout "$limit_s" sh -c 'while :; do :; done' &
