@@ -12,7 +12,7 @@ die() { echo "test-bare: $*" >&2; exit 2; }
 [ "$(id -u)" = 0 ] || die "a Debian of its own needs root; run: sudo make test-bare"
 
 # In the new root: its own mounts and processes, which end with the command.
-inside() ( # NETWORK USER COMMAND...: NETWORK is none or the computer's
+inside() { # NETWORK USER COMMAND...: NETWORK is none or the computer's; the shell becomes it
     local network=$1 user=$2
     shift 2
     # shellcheck disable=SC2016
@@ -22,7 +22,7 @@ inside() ( # NETWORK USER COMMAND...: NETWORK is none or the computer's
         [ "$network" != none ] || ip link set lo up || exit 2
         exec chroot --userspec="$user" "$root" env -i HOME="/home/tester" PATH=/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb LANG=C TZ=Asia/Kathmandu \
             NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt "$@"' bash "$root" "$user" "$network" "$@"
-)
+}
 
 if [ ! -e "$root/.made" ]; then
     rm -rf "$root"
@@ -40,12 +40,12 @@ cp -L /etc/hosts "$root/etc/hosts"
 rm -rf "$root$place"
 git clone -q . "$root$place"
 echo "# packages, and what npm brings"
-inside the-computer root bash -c "cd '$place' && git config --global --add safe.directory '*' && make deps && make \$(make -s npm-files) && chown -R tester: ." \
+(inside the-computer root bash -c "cd '$place' && git config --global --add safe.directory '*' && make deps && make \$(make -s npm-files) && chown -R tester: .") \
     >build/bare/deps.log 2>&1 || die "the packages cannot be installed; see build/bare/deps.log"
 
 rm -f "$root/etc/resolv.conf" "$root/etc/hosts"
 beside=()
-trap 'exit 143' INT TERM # bash runs the next one only when it ends by itself
+trap 'exit 143' INT TERM
 trap '[ ${#beside[@]} = 0 ] || kill "${beside[@]}" 2>/dev/null || true' EXIT
 for ((i = 0; i < busy; i++)); do
     timeout "$limit_s" sh -c 'while :; do :; done' &
