@@ -80,12 +80,6 @@ const struct mr_ack *collector_take_answer(struct collector *collector)
     return news ? &collector->answer : NULL;
 }
 
-const char *collector_state_text(unsigned state)
-{
-    static const char *const texts[] = {"idle", "armed", "landing", "settling", "done"};
-    return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
-}
-
 /* One event for each trouble, with how often it happened since the last one. */
 static enum mr_status record_troubles(struct collector *collector, struct side *side, struct error *error)
 {

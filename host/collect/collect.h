@@ -110,7 +110,4 @@ void collector_watch(struct collector *collector, const struct collector_watcher
 int64_t collector_block(const struct collector *collector, enum link_kind kind);
 int64_t collector_session(const struct collector *collector);
 
-/* Text of a landing state of the catalogue. */
-const char *collector_state_text(unsigned state);
-
 #endif

@@ -70,7 +70,7 @@ static enum mr_status understand_again(struct collector *collector, struct side 
 enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error)
 {
     const struct slot *phantom = side->current;
-    bool goes_on = side->story.said.state >= STATE_ARMED && side->story.said.state <= STATE_SETTLING;
+    bool goes_on = side->story.said.state >= MR_LANDING_ARMED && side->story.said.state <= MR_LANDING_SETTLING;
     enum mr_status status = MR_OK;
     if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on)) {
         status = collect_doubt(collector, side, DOUBT_PHANTOM, MR_ID_LANDING, 1, error);

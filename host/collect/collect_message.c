@@ -39,7 +39,7 @@ static enum mr_status landing(struct collector *collector, struct side *side,
     struct slot *before = side->current;
     bool believed;
     enum mr_status status = collect_landing(collector, side, message, host_us, &believed, error);
-    if (status != MR_OK || !believed || message->cause == 0)
+    if (status != MR_OK || !believed || message->cause == MR_LANDING_BY_NOTHING)
         return status;
     struct slot *after = side->current;
     side->current = after ? after : before; /* the message that ends a landing belongs to it */
@@ -89,7 +89,13 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
 {
     struct account *account = &side->account;
     int64_t block = side->time.known ? side->time.block : -1;
+    unsigned pack = mr_series_pack_find(id);
     enum mr_status status = MR_OK;
+    if (pack < MR_SERIES_PACKS) {
+        if (side->current) /* the newest block has just been brought up to that of the readings */
+            account_step(account, pack, timebase_unwrap(&side->time, (uint16_t)(payload[length - 2] | payload[length - 1] << 8)));
+        return MR_OK;
+    }
     switch (id) {
     case MR_ID_LANDING: {
         GET(landing);
@@ -155,20 +161,6 @@ enum mr_status collect_message(struct collector *collector, struct side *side, u
             serial_dropped(collector, side, &m, block);
         break;
     }
-    case MR_ID_DISPLACEMENT_1_3:
-    case MR_ID_DISPLACEMENT_4_6:
-    case MR_ID_DISPLACEMENT_7_8:
-    case MR_ID_TENSION_1_3:
-    case MR_ID_TENSION_4_6:
-    case MR_ID_TENSION_7_9:
-    case MR_ID_TENSION_10_12:
-    case MR_ID_TENSION_13_14:
-        /* All of these end with block16, and the newest block has just been brought up to it. */
-        if (side->current)
-            account_step(
-                account, id,
-                timebase_unwrap(&side->time, (uint16_t)(payload[length - 2] | payload[length - 1] << 8)));
-        break;
     default: status = by_topic(collector, side, id, payload, length, host_us, error); break;
     }
     return status;

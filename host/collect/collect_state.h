@@ -17,8 +17,6 @@
 #include "host/collect/timemap.h"
 #include "host/collect/witness.h"
 
-enum landing_state { STATE_IDLE, STATE_ARMED, STATE_LANDING, STATE_SETTLING, STATE_DONE };
-
 /* One landing that is open, or was lately. */
 struct slot {
     struct store_landing row; /* row.id 0: free */

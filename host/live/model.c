@@ -9,8 +9,8 @@
 #include "common/command.h"
 #include "common/crash.h"
 #include "common/predictor.h"
+#include "common/series.h"
 #include "common/switches.h"
-#include "host/board/runway.h"
 #include "host/collect/collect.h"
 
 #define MISSING ((float)NAN)
@@ -97,7 +97,7 @@ double live_model_gear_ft(const struct live_model *model)
 
 bool live_model_recording(const struct live_model *model)
 {
-    return !model->state_known || (model->state >= LIVE_ARMED && model->state <= LIVE_SETTLING);
+    return !model->state_known || (model->state >= MR_LANDING_ARMED && model->state <= MR_LANDING_SETTLING);
 }
 
 bool live_model_advised(const struct live_model *model)
@@ -269,14 +269,14 @@ static void take_state(struct live_model *model, const struct mr_landing *m, int
     bool newer = !model->state_known || (int64_t)m->block >= model->state_block;
     if (!newer || (model->state_known && m->state == model->state && m->landing == model->landing))
         return;
-    bool armed = m->state == LIVE_ARMED;
+    bool armed = m->state == MR_LANDING_ARMED;
     if (armed)
         forget_landing(model);
     model->state_known = true;
     model->state = m->state;
     model->landing = m->landing;
     model->state_block = m->block;
-    live_model_notice(model, armed ? LIVE_NOTE : LIVE_SAY, host_us, "%s, landing %u", collector_state_text(m->state), m->landing);
+    live_model_notice(model, armed ? LIVE_NOTE : LIVE_SAY, host_us, "%s, landing %u", mr_landing_state_text(m->state), m->landing);
 }
 
 static void take_edge(struct live_model *model, const struct mr_edge *m)
@@ -355,7 +355,7 @@ static void take_verdict(struct live_model *model, const struct mr_verdict *m, i
     if (!live_model_advised(model) || verdict->told >> (m->reason & 7u) & 1u)
         return;
     verdict->told |= (uint8_t)(1u << (m->reason & 7u)); /* once in a landing: it may come and go 20 times a second */
-    live_model_notice(model, LIVE_NOTE, host_us, "advisory: %s", runway_reason_text(m->reason));
+    live_model_notice(model, LIVE_NOTE, host_us, "advisory: %s", mr_predictor_reason_text(m->reason));
 }
 
 static void take_fault(struct live_model *model, const struct mr_fault *m, int64_t host_us)
@@ -409,20 +409,17 @@ static void take_ack(struct live_model *model, const struct mr_ack *m, int64_t h
 }
 
 /* Readings on CAN. True: it was one of these. */
-static bool reading_message(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+static bool reading_message(struct live_model *model, uint16_t id, const uint8_t *payload, int64_t block)
 {
-    const unsigned t = MR_TRANSDUCERS;
-    switch (id) {
-    case MR_ID_DISPLACEMENT_1_3: { GET(displacement_1_3); take_values(model, 0, 3, (float[]){m.d1_in, m.d2_in, m.d3_in}, block); return true; }
-    case MR_ID_DISPLACEMENT_4_6: { GET(displacement_4_6); take_values(model, 3, 3, (float[]){m.d4_in, m.d5_in, m.d6_in}, block); return true; }
-    case MR_ID_DISPLACEMENT_7_8: { GET(displacement_7_8); take_values(model, 6, 2, (float[]){m.d7_in, m.d8_in}, block); return true; }
-    case MR_ID_TENSION_1_3: { GET(tension_1_3); take_values(model, t, 3, (float[]){m.t1_lb, m.t2_lb, m.t3_lb}, block); return true; }
-    case MR_ID_TENSION_4_6: { GET(tension_4_6); take_values(model, t + 3, 3, (float[]){m.t4_lb, m.t5_lb, m.t6_lb}, block); return true; }
-    case MR_ID_TENSION_7_9: { GET(tension_7_9); take_values(model, t + 6, 3, (float[]){m.t7_lb, m.t8_lb, m.t9_lb}, block); return true; }
-    case MR_ID_TENSION_10_12: { GET(tension_10_12); take_values(model, t + 9, 3, (float[]){m.t10_lb, m.t11_lb, m.t12_lb}, block); return true; }
-    case MR_ID_TENSION_13_14: { GET(tension_13_14); take_values(model, t + 12, 2, (float[]){m.t13_lb, m.t14_lb}, block); return true; }
-    default: return false;
-    }
+    unsigned number = mr_series_pack_find(id);
+    if (number >= MR_SERIES_PACKS)
+        return false;
+    const struct mr_series_pack *pack = mr_series_pack_at(number);
+    float values[MR_PACK_READINGS];
+    unsigned count = mr_series_pack_get(pack, payload, values);
+    unsigned first = mr_series_at(pack->series)->kind == MR_KIND_TENSION ? MR_TRANSDUCERS : 0;
+    take_values(model, first + pack->first - 1, count, values, block);
+    return true;
 }
 
 /* Health. True: it was one of these. */
@@ -516,7 +513,7 @@ void live_model_message(struct live_model *model, enum link_kind kind, uint16_t 
     heard(model, kind, host_us, block);
     if (id != MR_ID_HELLO && model->board.layout != 0 && !model->hello)
         return; /* of another layout: it means something else */
-    (void)(live_model_take_configuration(model, id, payload, length) || reading_message(model, id, payload, length, block) ||
+    (void)(live_model_take_configuration(model, id, payload, length) || reading_message(model, id, payload, block) ||
            landing_message(model, link, id, payload, length, host_us, block) || health_message(model, id, payload, length, host_us) ||
            notice_message(model, kind, id, payload, length, host_us));
 }

@@ -4,10 +4,6 @@
 
 #include "host/live/model.h"
 
-/* States of a landing, as the message `landing` numbers them. */
-#define LIVE_ARMED 1u
-#define LIVE_SETTLING 3u
-
 /* Declares `m`, the message got from its payload, or returns true: it is none. */
 #define GET(name)                                      \
     struct mr_##name m;                                \

@@ -132,9 +132,9 @@ static void steps_are_believed_only_with_a_loss(void **state)
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
     account_can_frame(&account);
-    account_step(&account, MR_ID_TENSION_4_6, 101);
+    account_step(&account, MR_PACK_TENSION_4_6, 101);
     account_can_frame(&account);
-    account_step(&account, MR_ID_TENSION_4_6, 113); /* 105 and 109 are missing, perhaps */
+    account_step(&account, MR_PACK_TENSION_4_6, 113); /* 105 and 109 are missing, perhaps */
     can_interval(&account, 0, 5, 0, 143);           /* 1..4 were sent, two came */
     assert_int_equal(account.counts.lost, 2);
     assert_int_equal(account.gaps, 2);
@@ -147,9 +147,9 @@ static void steps_are_believed_only_with_a_loss(void **state)
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
     account_can_frame(&account);
-    account_step(&account, MR_ID_DISPLACEMENT_1_3, 100);
+    account_step(&account, MR_PACK_DISPLACEMENT_1_3, 100);
     account_can_frame(&account);
-    account_step(&account, MR_ID_DISPLACEMENT_1_3,
+    account_step(&account, MR_PACK_DISPLACEMENT_1_3,
                  200); /* the board was idle in between: all it sent has come */
     can_interval(&account, 0, 3, 0, 243);
     assert_int_equal(account.counts.lost, 0);
@@ -162,8 +162,8 @@ static void steps_count_when_no_health_comes_any_more(void **state)
     (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
-    account_step(&account, MR_ID_DISPLACEMENT_7_8, 100);
-    account_step(&account, MR_ID_DISPLACEMENT_7_8, 110);
+    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 100);
+    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 110);
     account_end(&account);
     assert_int_equal(account.counts.lost, 4);
     assert_string_equal(account.gap[0].channels, "d7-d8");
