@@ -41,9 +41,8 @@ void account_restart(struct account *account, bool whole)
     account_break(account);
 }
 
-void account_message(struct account *account, uint16_t id)
+void account_message(struct account *account, unsigned place)
 {
-    unsigned place = mr_message_place(id);
     if (place < MR_PLACES)
         account->received_of[place]++;
 }

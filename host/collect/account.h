@@ -83,7 +83,7 @@ void account_break(struct account *account);
 /* A message came, counted already as a frame; a message_count says what the board has sent of one. False: nothing was taken from it,
  * for it may be of a board that has begun again, which nobody has noticed yet: its count went back, or frames were lost before it
  * and no time has come since. Counts only grow, so the next one makes up for it. */
-void account_message(struct account *account, uint16_t id);
+void account_message(struct account *account, unsigned place); /* enum mr_message_place */
 bool account_message_count(struct account *account, const struct mr_message_count *count);
 /* A time of the board came that goes on from those before: it has not begun again. */
 void account_goes_on(struct account *account);

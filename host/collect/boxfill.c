@@ -108,9 +108,13 @@ static enum mr_status take_state(struct messages *m, const struct mr_record *rec
 
 static enum mr_status take_message(struct messages *m, const struct mr_record *record, bool made, struct error *error)
 {
+    struct mr_message message;
     if (record->id == MR_ID_LANDING)
         return take_state(m, record, made, error);
-    return collect_message(&m->collector, &m->side, record->id, record->payload, record->length, link_now_us(), error);
+    if (mr_message_read(&message, record->id, record->payload, record->length) != MR_OK)
+        return MR_OK;
+    const struct collector_event event = {.link = m->side.kind, .message = &message, .host_us = link_now_us(), .board_us = STORE_NONE};
+    return collect_message(&m->collector, &m->side, &event, error);
 }
 
 static enum mr_status fill_edge(struct store *store, int64_t run, const struct mr_record *record, const struct mr_block *block,

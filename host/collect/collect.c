@@ -54,9 +54,9 @@ int64_t collector_session(const struct collector *collector)
     return collector->session;
 }
 
-void collector_watch(struct collector *collector, const struct collector_watcher *watcher)
+void collector_listen(struct collector *collector, const struct collector_listener *listener)
 {
-    collector->watcher = watcher;
+    collector->listener = listener;
 }
 
 const struct crash_report *collector_take_crash(struct collector *collector)

@@ -74,13 +74,18 @@ bool collect_witnessed(const struct collector *collector, const struct side *sid
     return side->kind == LINK_CAN && !collector->side[LINK_SERIAL].ended;
 }
 
-static void watch(const struct collector *collector, const struct side *side, const struct witness_message *message)
+static struct collector_event event_of(const struct side *side, const struct witness_message *heard)
 {
-    const struct collector_watcher *watcher = collector->watcher;
-    const struct mr_message_info *info = mr_message_find(message->id);
-    if (watcher)
-        watcher->message(watcher->context, side->kind, message->id, message->payload, message->length, message->host_us,
-                         collect_board_time(side, info, message->payload));
+    return (struct collector_event){.link = side->kind, .message = &heard->message, .host_us = heard->host_us,
+                                    .board_us = collect_board_time(side, &heard->message)};
+}
+
+/* Tells who listens beside the campaign. */
+static void publish(const struct collector *collector, const struct side *side, const struct witness_message *heard)
+{
+    const struct collector_event event = event_of(side, heard);
+    if (collector->listener)
+        collector->listener->message(collector->listener->context, &event);
 }
 
 /* The raw frames that came while a message of the landing's state waited were taken for those of the landing before. */
@@ -97,8 +102,8 @@ static enum mr_status move_frames(struct collector *collector, const struct side
 static enum mr_status obey(struct collector *collector, struct side *side, const struct witness_message *message, struct error *error)
 {
     struct slot *before = side->current;
-    enum mr_status status =
-        collect_message(collector, side, message->id, message->payload, message->length, message->host_us, error);
+    const struct collector_event event = event_of(side, message);
+    enum mr_status status = collect_message(collector, side, &event, error);
     return status == MR_OK ? move_frames(collector, side, before, message->mark, error) : status;
 }
 
@@ -112,11 +117,11 @@ enum mr_status collect_settle(struct collector *collector, bool over, struct err
         if (verdict == WITNESS_WAIT)
             break;
         if (verdict == WITNESS_STRANGER) {
-            status = collect_doubt(collector, side, DOUBT_UNSAID, message.id, 1, error);
+            status = collect_doubt(collector, side, DOUBT_UNSAID, message.message.info->id, 1, error);
             continue;
         }
         if (!message.shown)
-            watch(collector, side, &message);
+            publish(collector, side, &message);
         side->unheard = verdict == WITNESS_UNHEARD;
         if (side->unheard)
             status = collect_doubt(collector, side, DOUBT_ALONE, 0, 1, error);
@@ -132,35 +137,33 @@ static enum mr_status wait_for_serial(struct collector *collector, struct side *
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
-    if (message->id == MR_ID_LANDING)
+    if (message->message.place == MR_PLACE_LANDING)
         status = store_frames_mark(collector->store, &message->mark, error);
     message->shown = collect_newest_block(side) > collect_newest_block(&collector->side[LINK_SERIAL]) + ALIVE_BLOCKS;
     if (message->shown)
-        watch(collector, side, message);
+        publish(collector, side, message);
     if (status == MR_OK && collector->witness.count == WITNESS_WAITING)
         status = collect_settle(collector, false, error);
     witness_can(&collector->witness, message);
     return status;
 }
 
-enum mr_status collect_hear(struct collector *collector, struct side *side, const struct mr_message_info *info, const uint8_t *payload,
-                            uint64_t host_us, struct error *error)
+enum mr_status collect_hear(struct collector *collector, struct side *side, const struct mr_message *message, uint64_t host_us,
+                            struct error *error)
 {
-    struct witness_message message = {
-        .id = info->id, .length = info->length, .host_us = host_us, .block = collect_newest_block(side), .mark = -1};
-    bool understood = collector->hello || info->id == MR_ID_HELLO;
+    struct witness_message heard = {.message = *message, .host_us = host_us, .block = collect_newest_block(side), .mark = -1};
+    bool understood = collector->hello || message->place == MR_PLACE_HELLO;
     enum mr_status status = MR_OK;
-    memcpy(message.payload, payload, info->length);
     if (side->kind == LINK_SERIAL)
-        witness_serial(&collector->witness, info->id, payload, info->length, message.block);
+        witness_serial(&collector->witness, message, heard.block);
     /* The first hello is obeyed whoever says it: nobody is known yet. */
-    if (collector->hello && collect_witnessed(collector, side) && witness_covers(info->id, info->direction)) {
-        status = wait_for_serial(collector, side, &message, error);
+    if (collector->hello && collect_witnessed(collector, side) && witness_covers(message)) {
+        status = wait_for_serial(collector, side, &heard, error);
     } else {
-        watch(collector, side, &message);
+        publish(collector, side, &heard);
         side->unheard = side->kind == LINK_CAN;
         if (understood)
-            status = obey(collector, side, &message, error);
+            status = obey(collector, side, &heard, error);
         side->unheard = false;
     }
     return status == MR_OK ? collect_settle(collector, false, error) : status;

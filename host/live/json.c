@@ -178,7 +178,6 @@ static json_t *links_json(const struct live_model *model)
 
 static json_t *health_json(const struct live_model *model)
 {
-    static const char *const box_text[] = {"no memory", "being looked through", "ready", "recording", "closing a record", "failed"};
     json_t *health = json_object(), *faults = json_array();
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         if (model->health_known && model->health.faults >> i & 1u)
@@ -191,7 +190,7 @@ static json_t *health_json(const struct live_model *model)
     json_object_set_new(health, "restarts", json_integer((json_int_t)model->restarts));
     json_object_set_new(health, "can", json_string(model->alarm_known ? mr_can_state_text(model->alarm.state) : ""));
     json_object_set_new(health, "can_good", json_boolean(!model->alarm_known || model->alarm.state == MR_CAN_GOOD));
-    json_object_set_new(health, "black_box", json_string(model->box_known && model->box.state < 6 ? box_text[model->box.state] : ""));
+    json_object_set_new(health, "black_box", json_string(model->box_known && model->box.state <= MR_BOX_FAILED ? mr_box_condition_text(model->box.state) : ""));
     json_object_set_new(health, "black_box_good", json_boolean(!model->box_known || (model->box.state >= MR_BOX_READY && model->box.state <= MR_BOX_CLOSING)));
     json_object_set_new(health, "black_box_wait_s", number(model->box_known ? (double)model->box.wait_s : (double)NAN));
     json_object_set_new(health, "black_box_records", json_integer(model->box.records));

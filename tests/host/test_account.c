@@ -184,7 +184,7 @@ static void restart_begins_afresh(void **state)
 
 static bool count(struct account *account, uint16_t id, uint32_t sent)
 {
-    account_message(account, MR_ID_MESSAGE_COUNT);
+    account_message(account, MR_PLACE_MESSAGE_COUNT);
     return account_message_count(account, &(struct mr_message_count){.id = id, .count = sent});
 }
 
@@ -197,11 +197,11 @@ static void counts_of_a_board_that_begins_again(void **state)
     account_start(&account, LINK_SERIAL);
     account_serial_frame(&account, 0, 1);
     for (unsigned i = 0; i < 122; i++)
-        account_message(&account, MR_ID_ZONE);
+        account_message(&account, MR_PLACE_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 122));
     assert_true(count(&account, MR_ID_MOTION, 0));
     account_serial_frame(&account, 7, 1); /* 1 to 6 are lost: the hello of a board that begins again may be among them */
-    account_message(&account, MR_ID_MOTION);
+    account_message(&account, MR_PLACE_MOTION);
     assert_false(count(&account, MR_ID_ZONE, 0));
     assert_false(count(&account, MR_ID_MOTION, 3));
     account_goes_on(&account); /* it was none */
@@ -212,7 +212,7 @@ static void counts_of_a_board_that_begins_again(void **state)
     assert_int_equal(account.repeated_of[zone], 0);
     account_restart(&account, false);
     assert_true(count(&account, MR_ID_ZONE, 1)); /* of what came before that nothing is known */
-    account_message(&account, MR_ID_ZONE);
+    account_message(&account, MR_PLACE_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 4));
     assert_int_equal(account.missing_of[zone], 2);
 }
