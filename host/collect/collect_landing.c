@@ -10,11 +10,6 @@
  * that came off. Links are read in step, so nothing of it waits unread. */
 #define GONE_BLOCKS 5000
 
-int64_t collect_newest_block(const struct side *side)
-{
-    return side->time.known ? side->time.block : -1;
-}
-
 /* Gives up what a link should have brought of a landing and did not. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
                                   const struct side *side, const struct side *other, struct error *error)

@@ -59,18 +59,6 @@ static enum timebase_verdict take_time(struct side *side, const struct mr_messag
     return TIMEBASE_GOES_ON;
 }
 
-int64_t collect_board_time(const struct side *side, const struct mr_message *message)
-{
-    struct timebase copy = side->time;
-    if (!copy.known)
-        return STORE_NONE;
-    if (message && message->block16 >= 0) {
-        int64_t block = timebase_unwrap(&copy, (uint16_t)message->block16);
-        return block < 0 ? STORE_NONE : 1000 * block;
-    }
-    return timebase_now_us(&side->time);
-}
-
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -148,8 +136,10 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
         account_goes_on(&side->account);
     account_message(&side->account, message->place);
 
+    const struct collector_event event = {.link = side->kind, .message = message, .host_us = host_us,
+                                          .board_us = collect_board_time(side, message)};
     struct store_frame frame = {.seq = seq,
-                                .board_us = collect_board_time(side, message),
+                                .board_us = event.board_us,
                                 .host_us = (int64_t)host_us,
                                 .id = info->id,
                                 .length = info->length,
@@ -157,7 +147,7 @@ static enum mr_status take_message(struct collector *collector, struct side *sid
     struct slot *before = side->current;
     enum mr_status meaning = MR_OK;
     if (status == MR_OK && time != TIMEBASE_DOUBTED)
-        meaning = collect_hear(collector, side, message, host_us, error);
+        meaning = collect_hear(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw(collector, side, lost_in_time ? NULL : side->current ? side->current : before, &frame, error);
     if (status == MR_OK)
@@ -172,14 +162,13 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
 {
     struct side *side = &collector->side[LINK_CAN];
     struct mr_message message;
-    const struct mr_message_info *info = NULL;
-    if (!(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)))
-        info = mr_message_find((uint16_t)frame->id);
-    int64_t seq = side->account.counts.received;
-    if (info && info->direction != MR_DIRECTION_HOST && mr_message_read(&message, info->id, frame->data, frame->length) == MR_OK)
-        return take_message(collector, side, &message, seq, frame->host_us, error);
+    bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
+    if (standard && mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) == MR_OK &&
+        message.info->direction != MR_DIRECTION_HOST)
+        return take_message(collector, side, &message, side->account.counts.received, frame->host_us, error);
 
     /* Somebody else on the bus: kept, not understood. */
+    const struct mr_message_info *info = standard ? mr_message_find((uint16_t)frame->id) : NULL;
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
         side->account.counts.foreign++;

@@ -3,30 +3,6 @@
 #include "common/command.h"
 #include "host/collect/collect_state.h"
 
-int64_t collect_link_bit(const struct side *side)
-{
-    return 1 << side->kind;
-}
-
-enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind,
-                                int64_t block, int64_t code, int64_t detail, int64_t value, uint64_t host_us,
-                                struct error *error)
-{
-    struct store_event event = {
-        .session = collector->session,
-        .boot = side->boot,
-        .run = side->current ? side->current->row.id : STORE_NONE,
-        .board_us = 1000 * block,
-        .host_us = (int64_t)host_us,
-        .kind = kind,
-        .code = code,
-        .detail = detail,
-        .value = value,
-        .links = collect_link_bit(side),
-    };
-    return store_event_put(collector->store, &event, error);
-}
-
 enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
                                    uint64_t host_us, struct error *error)
 {

@@ -1,4 +1,4 @@
-/* Insides of the collector, shared by collect.c (links), collect_landing.c (landings) and collect_message.c with its topics (what each
+/* Insides of the collector: collect_links.c (what comes), collect_landing.c (landings) and collect_message.c with its topics (what each
  * message does). */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
@@ -130,18 +130,27 @@ struct collector {
     struct witness witness; /* serial, of what CAN says; the last member: collect_writing.c copies it in its own way */
 };
 
-/* ---- collect_links.c ---- */
+/* ---- collect_side.c ---- */
 
+/* Newest block known on a link; -1: none. */
+int64_t collect_newest_block(const struct side *side);
 /* Board time of a message: that of its own block where it has one, else the newest known; NULL: of what is no message. */
 int64_t collect_board_time(const struct side *side, const struct mr_message *message);
+/* The side's, among those that brought a row. */
+int64_t collect_link_bit(const struct side *side);
+/* An event, of the landing that the side is in, if any. */
+enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind, int64_t block, int64_t code,
+                                 int64_t detail, int64_t value, uint64_t host_us, struct error *error);
+
+/* ---- collect_links.c ---- */
+
 /* Stores the gaps the account has found, with the landing they fall in. */
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error);
 
 /* ---- collect_witness.c ---- */
 
 /* A message: what it says is done, at once or when serial has said the same. */
-enum mr_status collect_hear(struct collector *collector, struct side *side, const struct mr_message *message, uint64_t host_us,
-                            struct error *error);
+enum mr_status collect_hear(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error);
 /* Messages of CAN that need not wait any more; `over`: nothing more comes over serial of what they say. */
 enum mr_status collect_settle(struct collector *collector, bool over, struct error *error);
 /* The side is CAN, and serial is there to say the same. */
@@ -166,11 +175,6 @@ enum mr_status collect_state_event(struct collector *collector, const struct sid
 /* A word of the board's configuration; the last one writes it. */
 enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
                                    struct error *error);
-/* An event, of the landing that the side is in, if any. */
-enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind, int64_t block, int64_t code,
-                                 int64_t detail, int64_t value, uint64_t host_us, struct error *error);
-/* The side's, among those that brought a row. */
-int64_t collect_link_bit(const struct side *side);
 /* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
 enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot, struct error *error);
 /* Writes all that is known of the configuration for a landing that begins. */
@@ -201,7 +205,5 @@ void collect_leave(struct side *side);
 enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error);
 /* The same for each landing that every link has left, has ended in, or is known to have missed. */
 enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error);
-/* Newest block known on a link; -1: none. */
-int64_t collect_newest_block(const struct side *side);
 
 #endif
