@@ -63,5 +63,5 @@ int main(void)
         cmocka_unit_test(packs_put_the_bytes_worked_out_by_hand),
         cmocka_unit_test(a_pack_is_the_message_of_the_catalogue),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests_name("common/series", tests, NULL, NULL);
 }
