@@ -313,6 +313,15 @@ static void a_value_has_a_text(void **state)
     assert_string_equal(mr_validity_text(MR_INVALID_NOT_FITTED), "not fitted");
     assert_string_equal(mr_runway_copy_text(254), "no memory");
     assert_string_equal(mr_landing_state_text(5), "unknown");
+#define ENUM(values)                                          \
+    {                                                         \
+        const char *(*const text)(unsigned) = mr_##values##_text;
+#define VALUE(values, NAME, number, word) assert_string_equal(text(NAME), word);
+#define WORDED(values, NAME, number, word, said) assert_string_equal(text(NAME), said);
+#define END_ENUM(values)                          \
+        assert_string_equal(text(4711), "unknown"); \
+    }
+#include "common/catalogue.def"
 }
 
 int main(void)
