@@ -431,17 +431,3 @@ unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension
     *mean_lb = count ? sum_lb / (float)count : MR_NAN;
     return count;
 }
-
-const char *mr_band_reason_text(unsigned reason)
-{
-    switch (reason) {
-    case MR_BAND_SLACK: return "slack ahead of the wheel";
-    case MR_BAND_LOOSE: return "no tension, and no wheel behind it";
-    case MR_BAND_SLIP: return "connection slip";
-    case MR_BAND_PULLOUT: return "rivet pull-out";
-    case MR_BAND_UNEQUAL: return "unequal tension along the band";
-    case MR_BAND_OVERLOAD: return "overload";
-    case MR_BAND_STEP: return "sudden drop at one gage: a connection beside it slipped or pulled out";
-    default: return "unknown";
-    }
-}

@@ -47,6 +47,7 @@
 #include <stdint.h>
 
 #include "common/block.h"
+#include "common/catalogue.h"
 #include "common/config.h"
 
 #define MR_BANDS_STEP_BLOCKS 4u
@@ -60,16 +61,6 @@
 #define MR_BANDS_SHARE 0.15f   /* of the largest sudden change: less is none */
 #define MR_BANDS_SPREAD 0.20f  /* of the mean */
 #define MR_BANDS_EVENTS 16u    /* of one step */
-
-enum mr_band_reason {
-    MR_BAND_SLACK = 1,
-    MR_BAND_LOOSE = 2,
-    MR_BAND_SLIP = 3,
-    MR_BAND_PULLOUT = 4,
-    MR_BAND_UNEQUAL = 5,
-    MR_BAND_OVERLOAD = 6,
-    MR_BAND_STEP = 7,
-};
 
 struct mr_band_finding {
     uint8_t band, gage; /* from 1 */
@@ -151,8 +142,5 @@ unsigned mr_bands_now(const struct mr_channel_config *gages, const float tension
 
 /* Standard error of a tension by its calibration, without noise. */
 float mr_bands_error(const struct mr_channel_config *gage, float tension_lb);
-
-/* "slack ahead of the wheel". Static storage. */
-const char *mr_band_reason_text(unsigned reason);
 
 #endif

@@ -1,5 +1,7 @@
 #include "common/catalogue.h"
 
+#include <stdbool.h>
+
 #include "common/wire.h"
 
 /* put: field by field, in the order of the table. */
@@ -14,11 +16,6 @@
         return (size_t)(p - out); \
     }
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#undef END
 
 /* Wire image of a message: only its size and offsets are used, so a struct of byte arrays needs no packing. */
 #define SIZE_u8 1
@@ -35,11 +32,6 @@
     };                                                                                        \
     _Static_assert(sizeof(struct name##_wire) <= MR_MESSAGE_MAX, "message " #name " is longer than a CAN frame");
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#undef END
 
 #define MESSAGE(name, NAME, id, direction, text)                                                    \
     enum mr_status mr_##name##_get(struct mr_##name *message, const uint8_t *bytes, size_t length)  \
@@ -54,41 +46,48 @@
         return MR_OK;   \
     }
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#undef END
+
+#define ENUM(values) static const struct mr_value values##_values[] = {
+#define VALUE(values, NAME, number, word) {number, word},
+#define UNSAID(values, NAME, number, text) {number, ""},
+#define END_ENUM(values) {0, NULL}};
+#include "common/catalogue.def"
+
+#define ENUM(values)                              \
+    const char *mr_##values##_text(unsigned value) \
+    {                                             \
+        switch (value) {
+#define VALUE(values, NAME, number, word) case number: return word;
+#define WORDED(values, NAME, number, word, text) case number: return text;
+#define END_ENUM(values)           \
+        default: return "unknown"; \
+        }                          \
+    }
+#include "common/catalogue.def"
 
 #define MESSAGE(name, NAME, id, direction, text) static const struct mr_field_info name##_fields[] = {
+#define CODED(name, type, field, values, coding, text) \
+    {#field, "", text, values, coding, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, 0.0f},
+#define CODE(name, type, field, values, text) CODED(name, type, field, values##_values, MR_CODING_CODE, text)
+#define BITS(name, type, field, values, text) CODED(name, type, field, values##_values, MR_CODING_BITS, text)
+#define PAIRS(name, type, field, values, text) CODED(name, type, field, values##_values, MR_CODING_PAIRS, text)
 #define INTEGER(name, type, field, unit, text) \
-    {#field, unit, text, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, 0.0f},
+    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, 0.0f},
 #define REAL(name, type, field, per_unit, unit, text) \
-    {#field, unit, text, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, per_unit},
+    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, field), SIZE_##type, per_unit},
 #define FLOAT(name, field, unit, text) \
-    {#field, unit, text, MR_WIRE_f32, offsetof(struct name##_wire, field), 4, 0.0f},
+    {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_f32, offsetof(struct name##_wire, field), 4, 0.0f},
 #define END(name, NAME) };
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#undef END
 
 static const struct mr_message_info messages[] = {
-#define MESSAGE(name, NAME, id, direction, text)                                                 \
-    {#name, text, id, MR_DIRECTION_##direction, sizeof(struct name##_wire),                      \
-     sizeof name##_fields / sizeof name##_fields[0], name##_fields},
-#define INTEGER(name, type, field, unit, text)
-#define REAL(name, type, field, per_unit, unit, text)
-#define FLOAT(name, field, unit, text)
-#define END(name, NAME)
+#define MESSAGE(this, NAME, number, way, words)                                                 \
+    [MR_PLACE_##NAME] = {.name = #this, .text = words, .id = number,                            \
+                         .direction = MR_DIRECTION_##way, .length = sizeof(struct this##_wire), \
+                         .field_count = sizeof this##_fields / sizeof this##_fields[0], .fields = this##_fields,
+#define EVERY(name, NAME, ms) .every_ms = ms,
+#define END(name, NAME) },
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#undef END
 };
 
 const struct mr_message_info *mr_catalogue(size_t *count)
@@ -99,27 +98,15 @@ const struct mr_message_info *mr_catalogue(size_t *count)
 
 const struct mr_message_info *mr_message_find(uint16_t id)
 {
-    for (size_t i = 0; i < sizeof messages / sizeof messages[0]; i++) {
-        if (messages[i].id == id)
-            return &messages[i];
-    }
-    return NULL;
+    unsigned place = mr_message_place(id);
+    return place < sizeof messages / sizeof messages[0] ? &messages[place] : NULL;
 }
 
 unsigned mr_message_place(uint16_t id)
 {
     switch (id) {
 #define MESSAGE(name, NAME, id, direction, text) case id: return MR_PLACE_##NAME;
-#define INTEGER(name, type, field, unit, text)
-#define REAL(name, type, field, per_unit, unit, text)
-#define FLOAT(name, field, unit, text)
-#define END(name, NAME)
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#undef END
     case MR_ID_BLOCK: return MR_PLACE_BLOCK;
     case MR_ID_BOX_PART: return MR_PLACE_BOX_PART;
     default: return MR_PLACES;
@@ -131,16 +118,7 @@ uint16_t mr_message_at(unsigned place)
 {
     static const uint16_t ids[] = {
 #define MESSAGE(name, NAME, id, direction, text) id,
-#define INTEGER(name, type, field, unit, text)
-#define REAL(name, type, field, per_unit, unit, text)
-#define FLOAT(name, field, unit, text)
-#define END(name, NAME)
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#undef END
         MR_ID_BLOCK, MR_ID_BOX_PART,
     };
     return place < MR_PLACES ? ids[place] : 0;
@@ -151,6 +129,53 @@ const char *mr_message_text(unsigned place)
     if (place < sizeof messages / sizeof messages[0])
         return messages[place].name;
     return place == MR_PLACE_BLOCK ? "block" : "box_part";
+}
+
+static void add(char **out, const char *end, const char *text)
+{
+    while (*text && *out < end)
+        *(*out)++ = *text++;
+}
+
+static void add_number(char **out, const char *end, long number)
+{
+    char digits[3 * sizeof number + 1], *at = digits + sizeof digits;
+    *--at = '\0';
+    do {
+        *--at = (char)('0' + number % 10);
+        number /= 10;
+    } while (number > 0);
+    add(out, end, at);
+}
+
+/* "0 idle, 1 armed, 2 landing"; of bits their places. */
+static void add_values(char **out, const char *end, const struct mr_field_info *field)
+{
+    bool first = true;
+    for (const struct mr_value *value = field->values; value->word; value++) {
+        long number = value->number;
+        if (!value->word[0])
+            continue;
+        for (number = field->coding == MR_CODING_BITS ? 0 : number; field->coding == MR_CODING_BITS && value->number >> number > 1;)
+            number++;
+        add(out, end, first ? "" : ", ");
+        add_number(out, end, number);
+        add(out, end, " ");
+        add(out, end, value->word);
+        first = false;
+    }
+}
+
+void mr_field_text(const struct mr_field_info *field, char *out, size_t size)
+{
+    const char *end = out + size - 1;
+    for (const char *text = field->text; *text; text++) {
+        if (*text == '*' && field->values)
+            add_values(&out, end, field);
+        else
+            add(&out, end, (const char[]){*text, '\0'});
+    }
+    *out = '\0';
 }
 
 double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)

@@ -128,11 +128,3 @@ void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float 
     else if (item == MR_CALIBRATION_POINTS && value >= 0.0f && value <= (float)MR_CONFIG_POINTS)
         config->points = (uint8_t)value;
 }
-
-const char *mr_validity_text(unsigned validity)
-{
-    static const char *const text[MR_VALIDITIES] = {
-        "valid", "not fitted", "saturated", "signal lead open", "reference", "shorted to a supply", "faster than it can move",
-        "stuck", "out of its range", "not excited"};
-    return validity < MR_VALIDITIES ? text[validity] : "unknown";
-}

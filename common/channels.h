@@ -47,27 +47,8 @@
 #define MR_UNEXCITED_CODES 4.0f
 #define MR_ZERO_OFF_CODES 20.0f
 
-enum mr_channel_kind {
-    MR_KIND_NONE = 0,
-    MR_KIND_DISPLACEMENT = 1,
-    MR_KIND_TENSION = 2,
-    MR_KIND_STAIRCASE = 3,
-    MR_KIND_REFERENCE = 4,
-};
-
-enum mr_validity {
-    MR_VALID = 0,
-    MR_INVALID_NOT_FITTED = 1,
-    MR_INVALID_SATURATED = 2,  /* at least one code of the block at an end of the converter */
-    MR_INVALID_OPEN = 3,       /* the signal lead is off */
-    MR_INVALID_REFERENCE = 4,  /* the reference channel is out of range */
-    MR_INVALID_SHORT = 5,      /* the signal lies at a supply, or leaks to one */
-    MR_INVALID_RATE = 6,       /* it changed faster than anything moves */
-    MR_INVALID_STUCK = 7,      /* it stands still while the channels on both sides move */
-    MR_INVALID_RANGE = 8,      /* outside what the sensor can measure */
-    MR_INVALID_EXCITATION = 9, /* no amplitude: the transducer is not excited */
-    MR_VALIDITIES
-};
+/* Kinds of channels and validities of readings: enum mr_channel_kind and enum mr_validity (common/catalogue_values.def). */
+#define MR_VALIDITIES (MR_INVALID_EXCITATION + 1u)
 
 struct mr_reading {
     float value; /* in or lb; NaN unless valid */
@@ -92,19 +73,14 @@ static inline _Bool mr_channel_measures(const struct mr_channel_config *channel)
     return channel->kind == MR_KIND_DISPLACEMENT || channel->kind == MR_KIND_TENSION;
 }
 
-/* Values of a channel's calibration as the message `calibration` numbers them: MR_CALIBRATION_POINTS first, then point_reading
- * and point_value in turn. */
-enum mr_calibration_item {
-    MR_CALIBRATION_GAIN_ERROR, MR_CALIBRATION_ZERO_ERROR, MR_CALIBRATION_LINEARITY_ERROR, MR_CALIBRATION_DRIFT_ERROR,
-    MR_CALIBRATION_LOW, MR_CALIBRATION_HIGH, MR_CALIBRATION_RATE_LIMIT, MR_CALIBRATION_POINTS,
-    MR_CALIBRATION_TABLE,
+/* Values of a channel's calibration as the message `calibration` numbers them: enum mr_calibration_item, then point_reading and
+ * point_value in turn. */
+enum {
+    MR_CALIBRATION_TABLE = MR_CALIBRATION_POINTS + 1,
     MR_CALIBRATION_ITEMS = MR_CALIBRATION_TABLE + 2 * MR_CONFIG_POINTS
 };
 float mr_channel_item(const struct mr_channel_config *config, unsigned item);
 /* Items beyond the last, and more points than there is room for, are left alone. */
 void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float value);
-
-/* Short text of a validity. Static storage. */
-const char *mr_validity_text(unsigned validity);
 
 #endif

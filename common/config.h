@@ -19,13 +19,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/catalogue.h"
 #include "common/status.h"
 
 #define MR_CONFIG_SWITCHES 24u
 #define MR_CONFIG_BANDS 4u
 #define MR_CONFIG_POINTS 8u
 
-enum mr_config_wheel { MR_WHEEL_MAIN = 0, MR_WHEEL_NOSE = 1, MR_WHEEL_OTHER = 2 };
 
 /* struct mr_site_config, mr_channel_config, mr_gate_config, mr_band_config. */
 #define MR_CONFIG_u8 uint8_t

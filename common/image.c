@@ -98,14 +98,3 @@ enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text)
     image->changed = text[DIGITS] != '\0';
     return MR_OK;
 }
-
-const char *mr_image_state_text(unsigned state)
-{
-    switch (state) {
-    case MR_IMAGE_NONE: return "no header";
-    case MR_IMAGE_GOOD: return "whole";
-    case MR_IMAGE_PROGRAM: return "its program is not what its header says";
-    case MR_IMAGE_HEADER: return "its vectors or header are damaged";
-    default: return "unknown state";
-    }
-}

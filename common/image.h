@@ -18,6 +18,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "common/catalogue.h"
 #include "common/status.h"
 
 #define MR_IMAGE_MAGIC 0x4749524du
@@ -28,14 +29,6 @@
 #define MR_IMAGE_BYTES 36u
 #define MR_IMAGE_HEAD (MR_IMAGE_PLACE + MR_IMAGE_BYTES) /* vectors and header */
 #define MR_IMAGE_COMMIT_TEXT 24u
-
-/* What a board says of the image it runs (message image_commit). */
-enum mr_image_state {
-    MR_IMAGE_NONE = 0,    /* no header */
-    MR_IMAGE_GOOD = 1,
-    MR_IMAGE_PROGRAM = 2, /* the program is not what the header says */
-    MR_IMAGE_HEADER = 3,  /* vectors or header are damaged */
-};
 
 struct mr_image {
     uint8_t major, minor, patch;
@@ -57,7 +50,5 @@ void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD]);
 void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed, char text[MR_IMAGE_COMMIT_TEXT]);
 /* And back. MR_MALFORMED: not 12 hexadecimal digits, "-dirty" or not behind them, nor "unknown". */
 enum mr_status mr_image_commit_parse(struct mr_image *image, const char *text);
-/* Static storage. */
-const char *mr_image_state_text(unsigned state);
 
 #endif

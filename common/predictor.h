@@ -32,6 +32,7 @@
 #include <stdint.h>
 
 #include "common/block.h"
+#include "common/catalogue.h"
 #include "common/closure.h"
 #include "common/matchain.h"
 #include "common/zonescan.h"
@@ -43,34 +44,6 @@
 #define MR_PREDICTOR_VISITS_PER_BLOCK 128u /* joints looked at in a block, of the search for zones (common/zonescan.h) */
 #define MR_PREDICTOR_VISITS_PER_UPDATE 2u  /* so many of them cost one mat update on the board (host/sim/predictor_cost.h) */
 #define MR_PREDICTOR_UPDATES_PER_BLOCK 900u /* budget: 60 % of 168 MHz, the rest of a block's work taken off (the same) */
-
-enum mr_predictor_level {
-    MR_PREDICTOR_FULL,      /* every mat */
-    MR_PREDICTOR_TWO,       /* two mats in one */
-    MR_PREDICTOR_FOUR,
-    MR_PREDICTOR_PLOUGH,    /* quasi-static: the wheel closes joints until the resistance ahead equals the thrust */
-    MR_PREDICTOR_KINEMATIC, /* no motion known: zones from transducers and survey alone (common/closure.h) */
-};
-
-enum mr_predictor_verdict { MR_PREDICTOR_QUIET, MR_PREDICTOR_ADVISORY, MR_PREDICTOR_WARNING };
-
-/* Why a verdict is not quiet. */
-enum mr_predictor_reason {
-    MR_PREDICTOR_NO_REASON,
-    MR_PREDICTOR_LONG_ZONE,     /* a closed zone lies ahead now */
-    MR_PREDICTOR_GROWING_ZONE,  /* at the present deceleration one will before the gear stops */
-    MR_PREDICTOR_COMPRESSION,   /* the compression ahead is beyond the critical one */
-};
-
-/* What the statement rests on, as bits. */
-enum mr_predictor_basis {
-    MR_PREDICTOR_SURVEY = 1,      /* most segments around the zone were surveyed */
-    MR_PREDICTOR_BRACKETED = 2,   /* the zone lies between valid transducers; else it is inferred */
-    MR_PREDICTOR_BLIND = 4,       /* no valid transducer at all */
-    MR_PREDICTOR_NO_MOTION = 8,   /* no switches: kinematic */
-    MR_PREDICTOR_DEGRADED = 16,   /* the budget keeps the level below the one asked for */
-    MR_PREDICTOR_FELL_BACK = 32,  /* a guard tripped: the model was started again from what is measured */
-};
 
 struct mr_predictor_config {
     struct mr_chain_params chain;
@@ -116,14 +89,6 @@ struct mr_predictor_zone {
 
 #define MR_PREDICTOR_START_CLASSES 8u
 #define MR_PREDICTOR_END_CLASSES 8u
-
-/* Why a transducer is left out. */
-enum mr_predictor_doubt {
-    MR_PREDICTOR_TRUSTED,
-    MR_PREDICTOR_MISSING,  /* no valid reading */
-    MR_PREDICTOR_DRIFTS,   /* it moves where nothing can have moved */
-    MR_PREDICTOR_DISAGREES /* the model cannot be drawn to it: stuck, or of another scale */
-};
 
 struct mr_predictor {
     struct mr_predictor_config config;

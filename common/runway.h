@@ -20,9 +20,6 @@
 #define MR_RUNWAY_IMAGE (8u + MR_RUNWAY_BODY + 4u)
 #define MR_RUNWAY_PER_MESSAGE 3u
 
-/* Where the one in force comes from: the message runway_store. */
-enum mr_runway_source { MR_RUNWAY_UNKNOWN, MR_RUNWAY_COPY_A, MR_RUNWAY_COPY_B, MR_RUNWAY_HOST, MR_RUNWAY_MEASURED };
-
 /* Writes MR_RUNWAY_IMAGE bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
 /* MR_OK; MR_MALFORMED: no such image; MR_CRC: damaged. Whether the state fits a runway, mr_predictor_load says. */

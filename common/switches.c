@@ -4,16 +4,6 @@
 
 #include "common/wire.h"
 
-const char *mr_switch_reason_text(unsigned reason)
-{
-    switch (reason) {
-#define MR_SWITCH_REASON_CASE(NAME, number, text) case number: return text;
-        MR_SWITCH_REASON_TABLE(MR_SWITCH_REASON_CASE)
-#undef MR_SWITCH_REASON_CASE
-    default: return "unknown reason";
-    }
-}
-
 void mr_switches_start(struct mr_switches *switches)
 {
     memset(switches, 0, sizeof *switches);

@@ -12,37 +12,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "common/catalogue.h"
 #include "common/staircase.h"
 
 #define MR_SWITCHES_WAITING 32u          /* edges not yet answered */
 #define MR_SWITCH_BOUNCE_TICKS 840000u   /* 10 ms: edges nearer than that can be one contact's; 5 ft take 109 ms at 46 ft/s */
 #define MR_SWITCH_REOPEN_TICKS 4200000u  /* 50 ms: the same switch once more within it is still its bounce */
-
-/* What was wrong with a switch or an edge; the message switch_event tells it by number. */
-#define MR_SWITCH_REASON_TABLE(X)                                                                          \
-    X(GOOD,          0, "good")                                                                            \
-    X(BOUNCE,        1, "bounced: the first edge counts")                                                  \
-    X(NO_STEP,       2, "edge without a step: no switch of the table")                                     \
-    X(OTHER_STEP,    3, "step of no switch of the table")                                                  \
-    X(TOO_NEAR,      4, "edges too near to each other to be named")                                        \
-    X(DOUBLE,        5, "opened twice")                                                                    \
-    X(OUT_OF_ORDER,  6, "opened out of order")                                                             \
-    X(LATE,          7, "opened late: left out of the motion")                                             \
-    X(EARLY,         8, "opened early: left out of the motion")                                            \
-    X(MISSING,       9, "did not open though the gear passed it")                                          \
-    X(REVERSE,      10, "passed backward: pushed")                                                         \
-    X(SLOW,         11, "passed slower than 2 ft/s: pushed")                                               \
-    X(ALONE,        12, "opened alone: nothing rolled")
-
-enum mr_switch_reason {
-#define MR_SWITCH_REASON_ENUM(NAME, number, text) MR_SWITCH_##NAME = (number),
-    MR_SWITCH_REASON_TABLE(MR_SWITCH_REASON_ENUM)
-#undef MR_SWITCH_REASON_ENUM
-    MR_SWITCH_REASON_COUNT
-};
-
-/* Text of a reason, "unknown reason" beyond the table. Static storage. */
-const char *mr_switch_reason_text(unsigned reason);
 
 struct mr_switch_edge {
     uint32_t tick;

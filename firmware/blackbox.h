@@ -21,6 +21,7 @@
 
 #include "common/blockpack.h"
 #include "common/boxpage.h"
+#include "common/catalogue.h"
 #include "firmware/nor.h"
 
 #define BLACKBOX_RING 128u    /* pages, 32 KiB: the worst erase of 0.4 s takes 24 KiB, the worst page program 3 ms */
@@ -31,12 +32,12 @@
 #define BLACKBOX_PART 128u    /* bytes of a page that travel in one frame */
 
 enum blackbox_state {
-    BLACKBOX_MISSING,   /* no memory, or not configured: landings are taken without it */
-    BLACKBOX_SCANNING,
-    BLACKBOX_ROLLING,   /* idle or armed */
-    BLACKBOX_RECORDING,
-    BLACKBOX_CLOSING,   /* a landing is over, its last pages are on their way */
-    BLACKBOX_FAILED,    /* page after page does not hold: given up until the next start */
+    BLACKBOX_MISSING = MR_BOX_MISSING, /* no memory, or not configured: landings are taken without it */
+    BLACKBOX_SCANNING = MR_BOX_LOOKING,
+    BLACKBOX_ROLLING = MR_BOX_READY,   /* idle or armed */
+    BLACKBOX_RECORDING = MR_BOX_RECORDING,
+    BLACKBOX_CLOSING = MR_BOX_CLOSING, /* a landing is over, its last pages are on their way */
+    BLACKBOX_FAILED = MR_BOX_FAILED,   /* page after page does not hold: given up until the next start */
 };
 
 struct blackbox_record {

@@ -14,9 +14,9 @@
 #include "common/image.h"
 
 enum board_clock_source {
-    BOARD_CLOCK_CRYSTAL = 0,   /* HSE and PLL, 168 MHz */
-    BOARD_CLOCK_INTERNAL = 1,  /* HSI and PLL, 168 MHz within 1 %: CAN stays silent */
-    BOARD_CLOCK_RAW = 2,       /* HSI alone, 16 MHz: nothing is measured */
+    BOARD_CLOCK_CRYSTAL = MR_CLOCK_CRYSTAL, /* HSE and PLL, 168 MHz */
+    BOARD_CLOCK_INTERNAL = MR_CLOCK_INTERNAL_PLL, /* HSI and PLL, 168 MHz within 1 %: CAN stays silent */
+    BOARD_CLOCK_RAW = MR_CLOCK_INTERNAL, /* HSI alone, 16 MHz: nothing is measured */
 };
 
 struct board_identity {

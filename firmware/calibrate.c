@@ -15,7 +15,9 @@
 #define HALF (CALIBRATE_BLOCKS / 2u)
 
 enum { PHASE_REST, PHASE_ON, PHASE_REST_AGAIN, PHASE_TELL };
-enum verdict { GOOD, NOT_VALID, MOVES, WRONG };
+enum verdict { GOOD = MR_ZERO_GOOD, NOT_VALID = MR_ZERO_NOT_VALID, MOVES = MR_ZERO_MOVES, WRONG = MR_ZERO_TOO_FAR };
+_Static_assert(GOOD == (int)MR_SHUNT_GOOD && NOT_VALID == (int)MR_SHUNT_NOT_VALID && MOVES == (int)MR_SHUNT_MOVED && WRONG == (int)MR_SHUNT_WRONG,
+               "zero and shunt calibration share their verdicts");
 
 bool calibrate_busy(const struct calibrate *calibrate)
 {

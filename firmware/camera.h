@@ -15,7 +15,10 @@
 #define CAMERA_PULSE_BLOCKS 10u
 #define CAMERA_FRAMES 8u /* taken of one block; a thousand a second may stand in 2 ms of blocks that wait */
 
-enum camera_cause { CAMERA_BY_NOTHING, CAMERA_BY_ARMING, CAMERA_BY_STATION, CAMERA_BY_COMMAND };
+enum camera_cause {
+    CAMERA_BY_NOTHING, CAMERA_BY_ARMING = MR_CAMERA_BY_ARMING, CAMERA_BY_STATION = MR_CAMERA_BY_STATION,
+    CAMERA_BY_COMMAND = MR_CAMERA_BY_COMMAND,
+};
 
 struct camera {
     bool fitted;     /* frame pulses are captured */

@@ -37,9 +37,14 @@
 #define LANDING_FIT_BLOCKS 16u        /* between two steps of the final fit: blocks that waited meanwhile are taken */
 #define LANDING_NO_EDGE_BLOCKS 3000u  /* without one the gear is at rest, whatever was predicted */
 
-enum landing_state { LANDING_IDLE, LANDING_ARMED, LANDING_LANDING, LANDING_SETTLING, LANDING_DONE };
+/* Their numbers are those of the catalogue. */
+enum landing_state {
+    LANDING_IDLE = MR_LANDING_IDLE, LANDING_ARMED = MR_LANDING_ARMED, LANDING_LANDING = MR_LANDING_LANDING,
+    LANDING_SETTLING = MR_LANDING_SETTLING, LANDING_DONE = MR_LANDING_DONE,
+};
 enum landing_cause {
-    LANDING_BY_NOTHING, LANDING_BY_COMMAND, LANDING_BY_EDGE, LANDING_BY_STOP, LANDING_BY_SETTLED, LANDING_BY_LIMIT,
+    LANDING_BY_NOTHING = MR_LANDING_BY_NOTHING, LANDING_BY_COMMAND = MR_LANDING_BY_COMMAND, LANDING_BY_EDGE = MR_LANDING_BY_EDGE,
+    LANDING_BY_STOP = MR_LANDING_BY_STOP, LANDING_BY_SETTLED = MR_LANDING_BY_SETTLED, LANDING_BY_LIMIT = MR_LANDING_BY_LIMIT,
 };
 
 /* What a block changed, for telemetry. */

@@ -5,6 +5,7 @@
 #include "common/channels.h"
 #include "common/runway.h"
 #include "common/framing.h"
+#include "common/series.h"
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
@@ -327,47 +328,30 @@ void telemetry_block(struct telemetry *telemetry, const struct mr_block *block)
     send_serial(telemetry, MR_ID_BLOCK, record, mr_block_put(block, record));
 }
 
-/* Bit n for each value that is missing. */
-static uint16_t missing_mask(const float *values, unsigned count)
-{
-    uint16_t mask = 0;
-    for (unsigned i = 0; i < count; i++) {
-        if (__builtin_isnan(values[i]))
-            mask = (uint16_t)(mask | 1u << i);
-    }
-    return mask;
-}
-
 /* Some of `count` from `first` on is fitted. */
 static bool any_of(uint32_t fitted, unsigned first, unsigned count)
 {
     return (fitted >> first & ((1u << count) - 1u)) != 0;
 }
 
+static void send_series(struct telemetry *telemetry, enum mr_series_number series, const float *readings, uint32_t fitted, uint32_t index)
+{
+    uint8_t payload[MR_MESSAGE_MAX];
+    for (unsigned i = 0; i < MR_SERIES_PACKS; i++) {
+        const struct mr_series_pack *pack = mr_series_pack_at(i);
+        if (pack->series == series && any_of(fitted, pack->first - 1u, pack->count))
+            send_can(telemetry, pack->id, payload, mr_series_pack_put(pack, readings, index, payload));
+    }
+}
+
 void telemetry_displacements(struct telemetry *telemetry, const float v[MR_TRANSDUCERS], uint32_t fitted, uint32_t index)
 {
-    uint16_t block16 = (uint16_t)index;
-    if (any_of(fitted, 0, 3))
-        SEND(can, telemetry, displacement_1_3, DISPLACEMENT_1_3, v[0], v[1], v[2], block16);
-    if (any_of(fitted, 3, 3))
-        SEND(can, telemetry, displacement_4_6, DISPLACEMENT_4_6, v[3], v[4], v[5], block16);
-    if (any_of(fitted, 6, 2))
-        SEND(can, telemetry, displacement_7_8, DISPLACEMENT_7_8, v[6], v[7], missing_mask(v, MR_TRANSDUCERS), block16);
+    send_series(telemetry, MR_SERIES_DISPLACEMENT, v, fitted, index);
 }
 
 void telemetry_tensions(struct telemetry *telemetry, const float v[MR_GAGES], uint32_t fitted, uint32_t index)
 {
-    uint16_t block16 = (uint16_t)index;
-    if (any_of(fitted, 0, 3))
-        SEND(can, telemetry, tension_1_3, TENSION_1_3, v[0], v[1], v[2], block16);
-    if (any_of(fitted, 3, 3))
-        SEND(can, telemetry, tension_4_6, TENSION_4_6, v[3], v[4], v[5], block16);
-    if (any_of(fitted, 6, 3))
-        SEND(can, telemetry, tension_7_9, TENSION_7_9, v[6], v[7], v[8], block16);
-    if (any_of(fitted, 9, 3))
-        SEND(can, telemetry, tension_10_12, TENSION_10_12, v[9], v[10], v[11], block16);
-    if (any_of(fitted, 12, 2))
-        SEND(can, telemetry, tension_13_14, TENSION_13_14, v[12], v[13], missing_mask(v, MR_GAGES), block16);
+    send_series(telemetry, MR_SERIES_TENSION, v, fitted, index);
 }
 
 void telemetry_state(struct telemetry *telemetry, const struct landing *landing)

@@ -8,11 +8,9 @@
 #include "host/cli.h"
 #include "host/units.h"
 
-static const char *const verdicts[] = {"good", "not valid", "moved meanwhile", "wrong"};
-
 const char *bands_verdict_text(int64_t verdict)
 {
-    return verdict >= 0 && verdict < 4 ? verdicts[verdict] : "not calibrated";
+    return verdict >= MR_SHUNT_GOOD && verdict <= MR_SHUNT_WRONG ? mr_shunt_verdict_text((unsigned)verdict) : "not calibrated";
 }
 
 /* Block in which the board was armed for the next landing of the session; INT64_MAX: it was not. */
@@ -66,7 +64,7 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
             struct bands_shunt *shunt = side && row->block >= next ? NULL : shunt_of(bands, row->gage);
             if (!shunt)
                 continue;
-            bool measured = row->verdict == 0 || row->verdict == 3;
+            bool measured = row->verdict == MR_SHUNT_GOOD || row->verdict == MR_SHUNT_WRONG;
             shunt->expected_lb = row->expected_lb;
             *(side ? &shunt->after_verdict : &shunt->before_verdict) = row->verdict;
             *(side ? &shunt->after_lb : &shunt->before_lb) = measured ? row->span_lb : (double)NAN;

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include "common/predictor.h"
-#include "host/board/runway.h"
 #include "host/store/store_predict.h"
 #include "host/units.h"
 
@@ -93,7 +92,7 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
 static bool begin_line(const struct foresight *foresight, char *out, size_t size)
 {
     int length = snprintf(out, size, "the runway it began with: %s",
-                          foresight->source == STORE_NONE ? "not told" : runway_source_text((unsigned)foresight->source));
+                          foresight->source == STORE_NONE ? "not told" : mr_runway_source_text((unsigned)foresight->source));
     if (length > 0 && (size_t)length < size && foresight->landings)
         length += snprintf(out + length, size - (size_t)length, ", after %u landings", foresight->landings);
     if (length > 0 && (size_t)length < size && !isnan(foresight->resistance))
@@ -113,7 +112,7 @@ static bool lack_line(const struct foresight *foresight, enum foresight_lack lac
         return false;
     if (lack == FORESIGHT_DEGRADED)
         snprintf(out, size, "%s instead of every mat, from %.3f to %.3f s: the budget (predict.updates_per_block) or a backlog; ends of zones are less certain",
-                 runway_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
+                 mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
     else
         snprintf(out, size, "%s; from %.3f to %.3f s", words[lack], span->from_s, span->to_s);
     return true;
@@ -129,7 +128,7 @@ static bool doubt_line(const struct foresight *foresight, const struct measured 
     if (!foresight->doubted_still[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
     snprintf(out, size, "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones around it rest on its neighbours and the model", i + 1u,
-             (double)measured->channel[i].config.station_ft * station->factor, station->text, runway_doubt_text(foresight->doubt[i]),
+             (double)measured->channel[i].config.station_ft * station->factor, station->text, mr_predictor_doubt_text(foresight->doubt[i]),
              span->from_s, until);
     return true;
 }

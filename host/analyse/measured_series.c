@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/catalogue.h"
+#include "common/series.h"
 #include "common/watch.h"
 #include "common/wire.h"
 #include "host/analyse/measured_blocks.h"
@@ -130,33 +130,11 @@ static enum mr_status take_stuck_from_events(struct store *store, struct measure
 
 /* ---- CAN messages of decimated channels ---- */
 
-struct decimated {
-    uint16_t id;
-    enum mr_channel_kind kind;
-    unsigned first; /* number of the first channel in it */
-    unsigned count;
-    unsigned blocks; /* it is the mean of as many */
-    float per_unit;
-};
-
-static const struct decimated decimated[] = {
-    {MR_ID_DISPLACEMENT_1_3, MR_KIND_DISPLACEMENT, 1, 3, 2, 10000.0f},
-    {MR_ID_DISPLACEMENT_4_6, MR_KIND_DISPLACEMENT, 4, 3, 2, 10000.0f},
-    {MR_ID_DISPLACEMENT_7_8, MR_KIND_DISPLACEMENT, 7, 2, 2, 10000.0f},
-    {MR_ID_TENSION_1_3, MR_KIND_TENSION, 1, 3, 4, 50.0f},
-    {MR_ID_TENSION_4_6, MR_KIND_TENSION, 4, 3, 4, 50.0f},
-    {MR_ID_TENSION_7_9, MR_KIND_TENSION, 7, 3, 4, 50.0f},
-    {MR_ID_TENSION_10_12, MR_KIND_TENSION, 10, 3, 4, 50.0f},
-    {MR_ID_TENSION_13_14, MR_KIND_TENSION, 13, 2, 4, 50.0f},
-};
-
-static const struct decimated *find_decimated(const struct store_frame *frame)
+static const struct mr_series_pack *find_pack(const struct store_frame *frame)
 {
-    for (size_t i = 0; i < sizeof decimated / sizeof decimated[0]; i++) {
-        if (decimated[i].id == frame->id && frame->length == MR_MESSAGE_MAX && frame->board_us != STORE_NONE)
-            return &decimated[i];
-    }
-    return NULL;
+    unsigned number = frame->id <= UINT16_MAX ? mr_series_pack_find((uint16_t)frame->id) : MR_SERIES_PACKS;
+    bool whole = frame->length == MR_MESSAGE_MAX && frame->board_us != STORE_NONE;
+    return number < MR_SERIES_PACKS && whole ? mr_series_pack_at(number) : NULL;
 }
 
 struct spans {
@@ -169,7 +147,7 @@ struct spans {
 /* Times of the messages that measure. */
 static enum mr_status add_moment(void *context, const struct store_frame *frame)
 {
-    if (find_decimated(frame))
+    if (find_pack(frame))
         moments_add(context, frame->board_us / 1000);
     return MR_OK;
 }
@@ -178,10 +156,10 @@ static enum mr_status add_moment(void *context, const struct store_frame *frame)
 static enum mr_status find_span(void *context, const struct store_frame *frame)
 {
     struct spans *spans = context;
-    const struct decimated *message = find_decimated(frame);
-    if (!message)
+    const struct mr_series_pack *pack = find_pack(frame);
+    if (!pack)
         return MR_OK;
-    int64_t last = frame->board_us / 1000, first = last - (int64_t)message->blocks + 1;
+    int64_t last = frame->board_us / 1000, first = last - mr_series_at(pack->series)->blocks + 1;
     if (!moments_hold(spans->moments, last)) {
         measured_set_aside(spans->aside, &spans->aside->messages, last);
         return MR_OK;
@@ -208,18 +186,18 @@ static void fill_sample(struct measured_channel *channel, size_t i, float value,
 static enum mr_status fill_from_message(void *context, const struct store_frame *frame)
 {
     struct measured *measured = context;
-    const struct decimated *message = find_decimated(frame);
-    if (!message)
+    const struct mr_series_pack *pack = find_pack(frame);
+    if (!pack)
         return MR_OK;
+    const struct mr_series *series = mr_series_at(pack->series);
+    float values[MR_PACK_READINGS];
     int64_t newest = frame->board_us / 1000 - measured->first_block;
-    const uint8_t *p = frame->data;
-    for (unsigned k = 0; k < message->count; k++) {
-        float value = mr_get_real_i16(&p, message->per_unit);
-        int c = measured_find(measured, message->kind, message->first + k);
-        for (unsigned age = 0; c >= 0 && age < message->blocks; age++) {
+    for (unsigned k = 0, count = mr_series_pack_get(pack, frame->data, values); k < count; k++) {
+        int c = measured_find(measured, series->kind, pack->first + k);
+        for (unsigned age = 0; c >= 0 && age < series->blocks; age++) {
             int64_t i = newest - (int64_t)age;
             if (i >= 0 && i < (int64_t)measured->samples)
-                fill_sample(&measured->channel[c], (size_t)i, value, message->blocks, (size_t)(newest + 1));
+                fill_sample(&measured->channel[c], (size_t)i, values[k], series->blocks, (size_t)(newest + 1));
         }
     }
     return MR_OK;
@@ -228,27 +206,28 @@ static enum mr_status fill_from_message(void *context, const struct store_frame 
 static enum mr_status check_against_message(void *context, const struct store_frame *frame)
 {
     struct measured *measured = context;
-    const struct decimated *message = find_decimated(frame);
-    if (!message)
+    const struct mr_series_pack *pack = find_pack(frame);
+    if (!pack)
         return MR_OK;
+    const struct mr_series *series = mr_series_at(pack->series);
+    float values[MR_PACK_READINGS];
     int64_t newest = frame->board_us / 1000 - measured->first_block;
-    const uint8_t *p = frame->data;
-    for (unsigned k = 0; k < message->count; k++) {
-        float can = mr_get_real_i16(&p, message->per_unit);
-        int c = measured_find(measured, message->kind, message->first + k);
-        if (c < 0 || newest - (int64_t)message->blocks + 1 < 0 || newest >= (int64_t)measured->samples)
+    for (unsigned k = 0, count = mr_series_pack_get(pack, frame->data, values); k < count; k++) {
+        float can = values[k];
+        int c = measured_find(measured, series->kind, pack->first + k);
+        if (c < 0 || newest - series->blocks + 1 < 0 || newest >= (int64_t)measured->samples)
             continue;
         float sum = 0.0f;
         bool all = true;
-        for (unsigned age = 0; age < message->blocks; age++) {
+        for (unsigned age = 0; age < series->blocks; age++) {
             size_t i = (size_t)newest - age;
             sum += measured->channel[c].raw[i];
             all = all && measured->channel[c].validity[i] != MEASURED_LOST;
         }
         if (!all)
             continue;
-        float mean = sum / (float)message->blocks;
-        double digits = fabs((double)(can - mean) * (double)message->per_unit);
+        float mean = sum / (float)series->blocks;
+        double digits = fabs((double)(can - mean) * (double)series->per_unit);
         measured->check.compared++;
         if (isnan(can) != isnan(mean) || digits > 1.0)
             measured->check.different++;

@@ -10,7 +10,6 @@
 #include "host/analyse/summary_held.h"
 #include "host/analyse/summary_links.h"
 #include "host/analyse/summary_time.h"
-#include "host/board/runway.h"
 #include "host/cli.h"
 #include "host/collect/collect.h"
 #include "host/units.h"
@@ -236,7 +235,7 @@ static void print_zone(const struct zone_warning *w, bool since_touchdown, bool 
     else
         fprintf(out, "; the wheel did not come there in the record\n");
     if (w->reason != STORE_NONE) {
-        fprintf(out, "  %-13s %s", "reason", runway_reason_text((unsigned)w->reason));
+        fprintf(out, "  %-13s %s", "reason", mr_predictor_reason_text((unsigned)w->reason));
         if (w->coming_mats > 0)
             fprintf(out, ": %lld mats before the wheel at station %.1f %s", (long long)w->coming_mats, w->coming_wheel_ft * station->factor,
                     station->text);
@@ -245,7 +244,7 @@ static void print_zone(const struct zone_warning *w, bool since_touchdown, bool 
         if (!isnan(w->start_error_ft))
             fprintf(out, "; ends good to %.1f and %.1f %s (one standard error)", w->start_error_ft * station->factor,
                     w->end_error_ft * station->factor, station->text);
-        fprintf(out, "; model: %s\n", runway_level_text((unsigned)w->level));
+        fprintf(out, "; model: %s\n", mr_predictor_level_text((unsigned)w->level));
     }
     if (!isnan(w->lead_s)) {
         fprintf(out, "  %-13s %.3f s to station %.1f %s, given at %.3f s", "lead time", w->lead_s,
@@ -290,7 +289,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     char source[MEASURED_SOURCE_TEXT];
     const struct store_landing *landing = &summary->measured.landing;
     fprintf(out, "RUN %lld: landing %lld, %s, board %s, firmware %s, image %08llx, commit %s\n", (long long)landing->id,
-            (long long)landing->board_landing, collector_state_text((unsigned)landing->state),
+            (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state),
             landing->board_uid[0] ? landing->board_uid : "unknown",
             landing->firmware[0] ? landing->firmware : "unknown",
             landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
@@ -393,8 +392,8 @@ static json_t *zone_json(const struct zone_warning *w, bool si)
     set_value(zone, "end", station, w->end_ft);
     set_value(zone, "wheel", station, w->wheel_ft);
     json_object_set_new(zone, "inferred_percent", integer_or_null(w->inferred_percent));
-    json_object_set_new(zone, "reason", w->reason == STORE_NONE ? json_null() : json_string(runway_reason_text((unsigned)w->reason)));
-    json_object_set_new(zone, "level", w->level == STORE_NONE ? json_null() : json_string(runway_level_text((unsigned)w->level)));
+    json_object_set_new(zone, "reason", w->reason == STORE_NONE ? json_null() : json_string(mr_predictor_reason_text((unsigned)w->reason)));
+    json_object_set_new(zone, "level", w->level == STORE_NONE ? json_null() : json_string(mr_predictor_level_text((unsigned)w->level)));
     set_value(zone, "start_error", station, w->start_error_ft);
     set_value(zone, "end_error", station, w->end_error_ft);
     json_object_set_new(zone, "coming_mats", integer_or_null(w->coming_mats));
@@ -441,7 +440,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     const struct store_landing *landing = &measured->landing;
     json_t *object =
         json_pack("{sIsIssssss}", "run", (json_int_t)landing->id, "landing",
-                  (json_int_t)landing->board_landing, "state", collector_state_text((unsigned)landing->state),
+                  (json_int_t)landing->board_landing, "state", mr_landing_state_text((unsigned)landing->state),
                   "board", landing->board_uid, "firmware", landing->firmware);
     json_object_set_new(object, "image_crc", integer_or_null(landing->image_crc));
     json_object_set_new(object, "image_commit", json_string(landing->image_commit));

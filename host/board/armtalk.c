@@ -13,8 +13,6 @@
 #define ANSWER_S 3.0 /* as the live page waits */
 #define STATE_S 2.0  /* it is told on change, and once a second */
 
-enum { IDLE, ARMED, LANDING, SETTLING }; /* states of the catalogue's `landing` */
-
 const char *armtalk_refusal(enum mr_status answer)
 {
     switch (answer) {
@@ -32,7 +30,7 @@ const char *armtalk_refusal(enum mr_status answer)
 
 bool armtalk_recording(unsigned state)
 {
-    return state == ARMED || state == LANDING || state == SETTLING;
+    return state == MR_LANDING_ARMED || state == MR_LANDING_LANDING || state == MR_LANDING_SETTLING;
 }
 
 static enum mr_status take(void *context, uint32_t id, const uint8_t *bytes, size_t length, struct error *error)
@@ -83,7 +81,7 @@ static enum mr_status refused(const struct armtalk *talk, uint8_t code, struct e
     const char *name = mr_command_name(code), *link = link_spec(talk->link);
     if (answer == MR_NOT_NOW && code == MR_COMMAND_ARM && armtalk_recording(talk->landing.state))
         return error_set(error, answer, "the board refuses `arm`: %s; it is %s, with landing %u: wait for its end, or disarm it", link,
-                         collector_state_text(talk->landing.state), talk->landing.landing);
+                         mr_landing_state_text(talk->landing.state), talk->landing.landing);
     if (answer == MR_WAIT && talk->wait_known && talk->box.wait_s > 0.0f)
         return error_set(error, answer, "the board refuses `%s`: %s; its black box is ready in about %.0f s", name, link,
                          ceil((double)talk->box.wait_s));
@@ -93,7 +91,7 @@ static enum mr_status refused(const struct armtalk *talk, uint8_t code, struct e
 enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number, struct error *error)
 {
     uint8_t payload[MR_MESSAGE_MAX];
-    unsigned wanted = code == MR_COMMAND_ARM ? ARMED : IDLE, before = talk->landing.state;
+    unsigned wanted = code == MR_COMMAND_ARM ? MR_LANDING_ARMED : MR_LANDING_IDLE, before = talk->landing.state;
     struct mr_command command = {.code = code, .argument = number, .tag = ++talk->tag};
     talk->acknowledged = talk->landing_told = talk->wait_known = false;
     enum mr_status status = listen_send(talk->link, talk->kind, &talk->seq, MR_ID_COMMAND, payload, mr_command_put(&command, payload), error);
@@ -115,6 +113,6 @@ enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number,
     }
     return status == MR_OK && !reached
                ? error_set(error, MR_TIMEOUT, "the board took `%s` and does not say it is %s: %s; look what state it is in",
-                           mr_command_name(code), collector_state_text(wanted), link_spec(talk->link))
+                           mr_command_name(code), mr_landing_state_text(wanted), link_spec(talk->link))
                : status;
 }

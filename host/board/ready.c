@@ -271,9 +271,9 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
         compared += isnan(change) ? 0u : 1u;
         if (!isnan(change) && fabsf(change) > fabsf(worst))
             worst = change;
-        if (r->verdict == 0 && !drifted)
+        if (r->verdict == MR_SHUNT_GOOD && !drifted)
             continue;
-        if (r->verdict != 0)
+        if (r->verdict != MR_SHUNT_GOOD)
             snprintf(text + at, sizeof text - at, "%sgage %u %s (%.2f lb of %.2f)", bad ? ", " : "", r->gage, bands_verdict_text(r->verdict),
                      (double)r->span_lb, (double)f->shunt_check[i].expected_lb);
         else
@@ -350,7 +350,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
         return;
     }
     const char *state = f->box.state < 6 ? states[f->box.state] : "unknown";
-    bool good = f->box.state == 2 && f->box.wait_s == 0.0f;
+    bool good = f->box.state == MR_BOX_READY && f->box.wait_s == 0.0f;
     char wait[60] = "";
     if (isnan(f->box.wait_s))
         snprintf(wait, sizeof wait, ", no room before records are freed");
@@ -359,7 +359,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     c = ready_add(report, good ? READY_GO : READY_NO_GO, "black box", "%s%s, %u sectors erased, %u bad, %u records not freed", state, wait,
                   f->box.ready, f->space.bad, f->box.records);
     snprintf(c->limit, sizeof c->limit, "ready, %u sectors", f->box.reserve);
-    advise(c, f->box.state != 2 && f->box.state != 1 ? "look at the memory on SPI2; without it: site.black_box = 0"
+    advise(c, f->box.state != MR_BOX_READY && f->box.state != MR_BOX_LOOKING ? "look at the memory on SPI2; without it: site.black_box = 0"
               : isnan(f->box.wait_s)                  ? "matrig board read N, then free N"
                                                       : "wait, it erases by itself");
 }
@@ -473,7 +473,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
         judge_computer(f, report);
         return;
     }
-    bool busy = f->identity.hello.state != 0;
+    bool busy = f->identity.hello.state != MR_LANDING_IDLE;
     struct ready_check *c = ready_add(report, busy ? READY_NO_GO : READY_GO, "board", "%08X%08X%08X, layout %u, %s", (unsigned)f->identity.uid[0],
                                       (unsigned)f->identity.uid[1], (unsigned)f->identity.uid[2], f->identity.hello.layout,
                                       busy ? "a landing is armed or going on" : "idle");

@@ -347,7 +347,7 @@ enum mr_status readytalk_meet(struct readytalk *talk, struct error *error)
     if (f->identity.hello.layout != MR_LAYOUT)
         return error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
                          f->identity.hello.layout, MR_LAYOUT, link_spec(talk->link[LINK_SERIAL]));
-    if (f->identity.hello.state == 4) { /* a landing that is done is kept: nothing ends but its state */
+    if (f->identity.hello.state == MR_LANDING_DONE) { /* a landing that is done is kept: nothing ends but its state */
         status = order(talk, MR_COMMAND_DISARM, 0, ANSWER_MS, error);
         if (status == MR_OK && talk->acknowledged && talk->ack.status == MR_OK)
             f->identity.hello.state = 0;
@@ -379,7 +379,7 @@ static enum mr_status ask_box(struct readytalk *talk, struct error *error)
     enum mr_status status = order(talk, MR_COMMAND_BOX_LIST, 0, ANSWER_MS, error);
     if (status == MR_OK)
         status = wait_for(talk, &f->box_known, ANSWER_MS, error);
-    while (status == MR_OK && f->box_known && f->box.state == 1 && now_ms() < until_ms && now_ms() < talk->until_ms)
+    while (status == MR_OK && f->box_known && f->box.state == MR_BOX_LOOKING && now_ms() < until_ms && now_ms() < talk->until_ms)
         status = readytalk_listen(talk, error); /* it is still being looked through, and told once a second */
     return status;
 }

@@ -13,17 +13,6 @@
 #define FRAMES_PER_BLOCK 21
 #define SLACK_BLOCKS 1000 /* clocks come every 100 blocks, and may be lost */
 
-static const struct {
-    uint16_t id;
-    int64_t step;
-    const char *channels;
-} stepped[ACCOUNT_STEPPED] = {
-    {MR_ID_DISPLACEMENT_1_3, 2, "d1-d3"}, {MR_ID_DISPLACEMENT_4_6, 2, "d4-d6"},
-    {MR_ID_DISPLACEMENT_7_8, 2, "d7-d8"}, {MR_ID_TENSION_1_3, 4, "t1-t3"},
-    {MR_ID_TENSION_4_6, 4, "t4-t6"},      {MR_ID_TENSION_7_9, 4, "t7-t9"},
-    {MR_ID_TENSION_10_12, 4, "t10-t12"},  {MR_ID_TENSION_13_14, 4, "t13-t14"},
-};
-
 void account_start(struct account *account, enum link_kind kind)
 {
     memset(account, 0, sizeof *account);
@@ -52,9 +41,8 @@ void account_restart(struct account *account, bool whole)
     account_break(account);
 }
 
-void account_message(struct account *account, uint16_t id)
+void account_message(struct account *account, unsigned place)
 {
-    unsigned place = mr_message_place(id);
     if (place < MR_PLACES)
         account->received_of[place]++;
 }
@@ -102,7 +90,7 @@ bool account_message_count(struct account *account, const struct mr_message_coun
 
 void account_break(struct account *account)
 {
-    for (size_t i = 0; i < ACCOUNT_STEPPED; i++)
+    for (size_t i = 0; i < MR_SERIES_PACKS; i++)
         account->step_block[i] = -1;
     account->block_known = false;
 }
@@ -307,24 +295,27 @@ void account_dropped(struct account *account, uint16_t dropped, int64_t block)
     account->dropped_block = block;
 }
 
-void account_step(struct account *account, uint16_t id, int64_t block)
+/* "d1-d3" */
+static void channels_text(const struct mr_series_pack *pack, char letter, char *out, size_t size)
 {
-    for (size_t i = 0; i < ACCOUNT_STEPPED; i++) {
-        if (stepped[i].id != id)
-            continue;
-        int64_t missing = (block - account->step_block[i]) / stepped[i].step - 1;
-        if (account->step_block[i] >= 0 && block >= 0 && missing > 0) {
-            const char *name = mr_message_find(id)->name;
-            struct store_gap gap =
-                make_gap(account, name, stepped[i].channels, "link", missing,
-                         account->step_block[i] + stepped[i].step, block - stepped[i].step);
-            account->suspect_count += missing;
-            if (account->suspects < ACCOUNT_STEPPED)
-                account->suspect[account->suspects++] = gap;
-        }
-        account->step_block[i] = block;
+    snprintf(out, size, "%c%u-%c%u", letter, (unsigned)pack->first, letter, (unsigned)(pack->first + pack->count - 1));
+}
+
+void account_step(struct account *account, unsigned number, int64_t block)
+{
+    const struct mr_series_pack *pack = mr_series_pack_at(number);
+    const struct mr_series *series = mr_series_at(pack->series);
+    int64_t last = account->step_block[number];
+    int64_t missing = (block - last) / series->blocks - 1;
+    account->step_block[number] = block;
+    if (last < 0 || block < 0 || missing <= 0)
         return;
-    }
+    char channels[16];
+    channels_text(pack, series->letter, channels, sizeof channels);
+    account->suspect_count += missing;
+    if (account->suspects < MR_SERIES_PACKS)
+        account->suspect[account->suspects++] = make_gap(account, mr_message_find(pack->id)->name, channels, "link", missing,
+                                                         last + series->blocks, block - series->blocks);
 }
 
 void account_block(struct account *account, uint32_t index)

@@ -2,7 +2,7 @@
  *
  * Serial: every frame has a number; a jump says how many are lost. CAN: frames have none, so
  * `can_health.sent`, which counts the frames queued before that one, is held against the frames received
- * since the one before; and displacement and tension messages step by 2 and 4 blocks while a landing is
+ * since the one before; and the messages of a series (common/series.h) step by its blocks while a landing is
  * recorded, which tells whose frames are missing. A step alone proves nothing; it is believed when the next
  * can_health confirms that frames are lost, or when none comes any more.
  *
@@ -21,13 +21,12 @@
 #ifndef MATRIG_HOST_ACCOUNT_H
 #define MATRIG_HOST_ACCOUNT_H
 
-#include "common/catalogue.h"
+#include "common/series.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
 
 #define ACCOUNT_GAPS 32u
 #define ACCOUNT_QUEUES 5u  /* causes: the kernel's queue, and those of the queue to the campaign */
-#define ACCOUNT_STEPPED 8u /* messages that come in steps of blocks: 3 of displacement, 5 of tension */
 
 struct account {
     enum link_kind kind;
@@ -49,10 +48,10 @@ struct account {
     int64_t doubt_block, doubt_since; /* frames since it, itself included */
     int64_t excess;         /* CAN frames that came beyond those sent */
     int64_t before_first;   /* CAN frames the board sent before logging began; -1: not known yet */
-    struct store_gap suspect[ACCOUNT_STEPPED];
+    struct store_gap suspect[MR_SERIES_PACKS];
     size_t suspects;
     int64_t suspect_count;               /* frames that steps say are missing since the last can_health */
-    int64_t step_block[ACCOUNT_STEPPED]; /* last block of each; -1: none */
+    int64_t step_block[MR_SERIES_PACKS]; /* last block of each; -1: none */
 
     bool whole;                           /* nothing of this boot was sent before logging began */
     int64_t received_of[MR_PLACES];       /* frames of each message since the board began, or logging did */
@@ -84,7 +83,7 @@ void account_break(struct account *account);
 /* A message came, counted already as a frame; a message_count says what the board has sent of one. False: nothing was taken from it,
  * for it may be of a board that has begun again, which nobody has noticed yet: its count went back, or frames were lost before it
  * and no time has come since. Counts only grow, so the next one makes up for it. */
-void account_message(struct account *account, uint16_t id);
+void account_message(struct account *account, unsigned place); /* enum mr_message_place */
 bool account_message_count(struct account *account, const struct mr_message_count *count);
 /* A time of the board came that goes on from those before: it has not begun again. */
 void account_goes_on(struct account *account);
@@ -97,7 +96,7 @@ void account_can_frame(struct account *account);
  * frames); a message that may step by blocks, in a landing; a block record, in a landing. */
 void account_can_health(struct account *account, const struct mr_can_health *health, int64_t block);
 void account_dropped(struct account *account, uint16_t dropped, int64_t block);
-void account_step(struct account *account, uint16_t id, int64_t block);
+void account_step(struct account *account, unsigned pack, int64_t block); /* enum mr_series_pack_number */
 void account_block(struct account *account, uint32_t index);
 
 /* The link saw a trouble `count` times. */

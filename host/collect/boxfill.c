@@ -73,7 +73,7 @@ static enum mr_status make_landing(struct store *store, int64_t session, const s
 {
     struct store_landing landing = {
         .session = session, .board_landing = start->landing, .armed_block = start->armed_block,
-        .armed_us = (int64_t)link_now_us(), .state = STATE_ARMED, .image_crc = start->image_crc, .config_crc = start->config_crc,
+        .armed_us = (int64_t)link_now_us(), .state = MR_LANDING_ARMED, .image_crc = start->image_crc, .config_crc = start->config_crc,
         .clock_source = start->clock_source, .touchdown_ft = (double)NAN, .switch_error_ft = (double)NAN,
     };
     snprintf(landing.board_uid, sizeof landing.board_uid, "%s", uid);
@@ -100,7 +100,7 @@ static enum mr_status take_state(struct messages *m, const struct mr_record *rec
     struct mr_landing landing;
     if (mr_landing_get(&landing, record->payload, record->length) != MR_OK || landing.landing != row->board_landing)
         return MR_OK;
-    if (made || (row->state != STATE_IDLE && row->state != STATE_DONE))
+    if (made || (row->state != MR_LANDING_IDLE && row->state != MR_LANDING_DONE))
         row->state = landing.state;
     enum mr_status status = store_landing_put(m->collector.store, row, error);
     return status == MR_OK && landing.cause ? collect_state_event(&m->collector, &m->side, &landing, link_now_us(), error) : status;
@@ -108,9 +108,13 @@ static enum mr_status take_state(struct messages *m, const struct mr_record *rec
 
 static enum mr_status take_message(struct messages *m, const struct mr_record *record, bool made, struct error *error)
 {
+    struct mr_message message;
     if (record->id == MR_ID_LANDING)
         return take_state(m, record, made, error);
-    return collect_message(&m->collector, &m->side, record->id, record->payload, record->length, link_now_us(), error);
+    if (mr_message_read(&message, record->id, record->payload, record->length) != MR_OK)
+        return MR_OK;
+    const struct collector_event event = {.link = m->side.kind, .message = &message, .host_us = link_now_us(), .board_us = STORE_NONE};
+    return collect_message(&m->collector, &m->side, &event, error);
 }
 
 static enum mr_status fill_edge(struct store *store, int64_t run, const struct mr_record *record, const struct mr_block *block,

@@ -54,9 +54,9 @@ int64_t collector_session(const struct collector *collector)
     return collector->session;
 }
 
-void collector_watch(struct collector *collector, const struct collector_watcher *watcher)
+void collector_listen(struct collector *collector, const struct collector_listener *listener)
 {
-    collector->watcher = watcher;
+    collector->listener = listener;
 }
 
 const struct crash_report *collector_take_crash(struct collector *collector)
@@ -78,12 +78,6 @@ const struct mr_ack *collector_take_answer(struct collector *collector)
     bool news = collector->answer_news;
     collector->answer_news = false;
     return news ? &collector->answer : NULL;
-}
-
-const char *collector_state_text(unsigned state)
-{
-    static const char *const texts[] = {"idle", "armed", "landing", "settling", "done"};
-    return state < sizeof texts / sizeof texts[0] ? texts[state] : "unknown";
 }
 
 /* One event for each trouble, with how often it happened since the last one. */

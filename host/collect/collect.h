@@ -13,7 +13,8 @@
 #ifndef MATRIG_HOST_COLLECT_H
 #define MATRIG_HOST_COLLECT_H
 
-#include "common/catalogue.h"
+#include "common/block.h"
+#include "common/message.h"
 #include "host/board/crash.h"
 #include "host/link/link.h"
 #include "host/store/store.h"
@@ -96,21 +97,24 @@ struct collector_progress {
     int64_t before_first; /* CAN frames sent before logging began; -1: not known */
 };
 void collector_progress(const struct collector *collector, struct collector_progress *progress);
-/* Who else wants to know what comes, as it comes: messages that the catalogue knows, with their board time (us; STORE_NONE: not
- * known), and whole block records. `watcher` must outlive the collector; NULL: nobody. */
-struct collector_watcher {
-    void (*message)(void *context, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, uint64_t host_us,
-                    int64_t board_us);
-    void (*record)(void *context, const uint8_t *record, size_t length, uint64_t host_us);
+/* A message of the board, as it is told to who listens. */
+struct collector_event {
+    enum link_kind link;
+    const struct mr_message *message;
+    uint64_t host_us;
+    int64_t board_us; /* STORE_NONE: not known */
+};
+/* Who else wants to know what comes, as it comes: messages, and block records with the time of this computer. The campaign listens in any
+ * case. `listener` must outlive the collector; NULL: nobody. */
+struct collector_listener {
+    void (*message)(void *context, const struct collector_event *event);
+    void (*record)(void *context, const struct mr_block *block, uint64_t host_us);
     void *context;
 };
-void collector_watch(struct collector *collector, const struct collector_watcher *watcher);
+void collector_listen(struct collector *collector, const struct collector_listener *listener);
 
 /* Newest block known on a link; -1: none. */
 int64_t collector_block(const struct collector *collector, enum link_kind kind);
 int64_t collector_session(const struct collector *collector);
-
-/* Text of a landing state of the catalogue. */
-const char *collector_state_text(unsigned state);
 
 #endif

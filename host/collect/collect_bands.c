@@ -55,74 +55,64 @@ static enum mr_status put_shunt(struct collector *collector, const struct side *
     return store_shunt_put(collector->store, collector->session, side->boot, &row, error);
 }
 
-/* Declares `m`, the message got from its payload. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return MR_OK
-
-enum mr_status collect_band_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
-                                    size_t length, struct error *error)
+static struct store_band least(const struct side *side, const struct mr_band_least *m)
 {
+    struct store_band row = blank(side, m->band);
+    if (m->gage) {
+        row.least_lb = (double)m->tension_lb;
+        row.least_error_lb = (double)m->error_lb;
+        row.least_gage = m->gage;
+        row.least_block = block_of(side, m->at_block16);
+    }
+    return row;
+}
+
+static struct store_band most(const struct side *side, const struct mr_band_most *m)
+{
+    struct store_band row = blank(side, m->band);
+    if (m->gage) {
+        row.most_lb = (double)m->tension_lb;
+        row.most_error_lb = (double)m->error_lb;
+        row.most_gage = m->gage;
+        row.most_block = block_of(side, m->at_block16);
+    }
+    return row;
+}
+
+static struct store_band before(const struct side *side, const struct mr_band_before *m)
+{
+    struct store_band row = blank(side, m->band);
+    row.gages = m->gages;
+    row.before_lb = (double)m->before_lb;
+    row.before_error_lb = (double)m->error_lb;
+    row.spread_lb = (double)m->spread_lb;
+    return row;
+}
+
+static struct store_band after(const struct side *side, const struct mr_band_after *m)
+{
+    struct store_band row = blank(side, m->band);
+    row.after_lb = (double)m->after_lb;
+    row.change_lb = (double)m->change_lb;
+    row.change_error_lb = (double)m->error_lb;
+    return row;
+}
+
+enum mr_status collect_band_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+{
+    const struct mr_message *m = event->message;
     struct store_band row;
-    switch (id) {
-    case MR_ID_BAND_EVENT: {
-        GET(band_event);
-        return band_event(collector, side, &m, error);
-    }
-    case MR_ID_BAND_BEFORE: {
-        GET(band_before);
-        row = blank(side, m.band);
-        row.gages = m.gages;
-        row.before_lb = (double)m.before_lb;
-        row.before_error_lb = (double)m.error_lb;
-        row.spread_lb = (double)m.spread_lb;
-        return put(collector, side, &row, error);
-    }
-    case MR_ID_BAND_LEAST: {
-        GET(band_least);
-        row = blank(side, m.band);
-        if (m.gage) {
-            row.least_lb = (double)m.tension_lb;
-            row.least_error_lb = (double)m.error_lb;
-            row.least_gage = m.gage;
-            row.least_block = block_of(side, m.at_block16);
-        }
-        return put(collector, side, &row, error);
-    }
-    case MR_ID_BAND_MOST: {
-        GET(band_most);
-        row = blank(side, m.band);
-        if (m.gage) {
-            row.most_lb = (double)m.tension_lb;
-            row.most_error_lb = (double)m.error_lb;
-            row.most_gage = m.gage;
-            row.most_block = block_of(side, m.at_block16);
-        }
-        return put(collector, side, &row, error);
-    }
-    case MR_ID_BAND_AFTER: {
-        GET(band_after);
-        row = blank(side, m.band);
-        row.after_lb = (double)m.after_lb;
-        row.change_lb = (double)m.change_lb;
-        row.change_error_lb = (double)m.error_lb;
-        return put(collector, side, &row, error);
-    }
-    case MR_ID_SHUNT: {
-        GET(shunt);
-        side->shunt = m;
-        return MR_OK;
-    }
-    case MR_ID_SHUNT_RESULT: {
-        GET(shunt_result);
-        side->shunt_result = m;
-        return put_shunt(collector, side, NULL, error);
-    }
-    case MR_ID_SHUNT_CHECK: {
-        GET(shunt_check);
-        return m.gage == side->shunt_result.gage ? put_shunt(collector, side, &m, error) : MR_OK;
-    }
+    switch (m->place) {
+    case MR_PLACE_BAND_EVENT: return band_event(collector, side, &m->as.band_event, error);
+    case MR_PLACE_BAND_BEFORE: row = before(side, &m->as.band_before); break;
+    case MR_PLACE_BAND_LEAST: row = least(side, &m->as.band_least); break;
+    case MR_PLACE_BAND_MOST: row = most(side, &m->as.band_most); break;
+    case MR_PLACE_BAND_AFTER: row = after(side, &m->as.band_after); break;
+    case MR_PLACE_SHUNT: side->shunt = m->as.shunt; return MR_OK;
+    case MR_PLACE_SHUNT_RESULT: side->shunt_result = m->as.shunt_result; return put_shunt(collector, side, NULL, error);
+    case MR_PLACE_SHUNT_CHECK:
+        return m->as.shunt_check.gage == side->shunt_result.gage ? put_shunt(collector, side, &m->as.shunt_check, error) : MR_OK;
     default: return MR_OK;
     }
+    return put(collector, side, &row, error);
 }

@@ -25,26 +25,13 @@ static enum mr_status edge(struct collector *collector, struct side *side, const
     return store_edge_put(collector->store, slot->row.id, &row, error);
 }
 
-/* What the board found wrong with a switch is an event; an edge that it took back is no gate for the host either. One that only
- * the final fit left out stays: the host's own fit finds it. */
-static enum mr_status switch_event(struct collector *collector, struct side *side,
-                                   const struct mr_switch_event *message, uint64_t host_us, struct error *error)
+/* An edge that the board took back is no gate for the host either. One that only the final fit left out stays: the host's own fit finds
+ * it. */
+static enum mr_status switch_event(struct collector *collector, const struct side *side, const struct mr_switch_event *message,
+                                   struct error *error)
 {
-    int64_t block = timebase_unwrap(&side->time, message->block16);
-    enum mr_status status = collect_put_event(collector, side, "switch", block < 0 ? 0 : block, message->reason,
-                                              message->position, message->count, host_us, error);
     bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER && isnan(message->late_ms);
-    if (status == MR_OK && side->current && refused)
-        status = store_edge_refuse(collector->store, side->current->row.id, message->count, error);
-    return status;
-}
-
-static enum mr_status pushback(struct collector *collector, struct side *side, const struct mr_pushback *message,
-                               uint64_t host_us, struct error *error)
-{
-    int64_t block = timebase_unwrap(&side->time, message->block16);
-    return collect_put_event(collector, side, "pushback", block < 0 ? 0 : block, message->position, message->state,
-                             message->count, host_us, error);
+    return side->current && refused ? store_edge_refuse(collector->store, side->current->row.id, message->count, error) : MR_OK;
 }
 
 /* Motion and its errors are two messages with the same block; the first is stored at once, the second
@@ -131,67 +118,20 @@ static enum mr_status stop(struct collector *collector, const struct side *side,
     return put_result(collector, side, &row, error);
 }
 
-/* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return MR_OK
-
-enum mr_status collect_gear_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
-                                    uint64_t host_us, struct error *error)
+enum mr_status collect_gear_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
 {
-    enum mr_status status = MR_OK;
-    switch (id) {
-    case MR_ID_EDGE: {
-        GET(edge);
-        status = edge(collector, side, &m, error);
-        break;
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_EDGE: return edge(collector, side, &m->as.edge, error);
+    case MR_PLACE_SWITCH_EVENT: return switch_event(collector, side, &m->as.switch_event, error);
+    case MR_PLACE_MOTION: side->motion = m->as.motion; return put_motion(collector, side, NULL, error);
+    case MR_PLACE_MOTION_ERROR:
+        return m->block16 == side->motion.block16 ? put_motion(collector, side, &m->as.motion_error, error) : MR_OK;
+    case MR_PLACE_ZONE: side->zone = m->as.zone; return put_zone(collector, side, NULL, error);
+    case MR_PLACE_ZONE_LEAD:
+        return m->block16 == side->zone.block16 ? put_zone(collector, side, &m->as.zone_lead, error) : MR_OK;
+    case MR_PLACE_TOUCHDOWN: return touchdown(collector, side, &m->as.touchdown, error);
+    case MR_PLACE_STOP: return stop(collector, side, &m->as.stop, error);
+    default: return MR_OK;
     }
-    case MR_ID_SWITCH_EVENT: {
-        GET(switch_event);
-        status = switch_event(collector, side, &m, host_us, error);
-        break;
-    }
-    case MR_ID_PUSHBACK: {
-        GET(pushback);
-        status = pushback(collector, side, &m, host_us, error);
-        break;
-    }
-    case MR_ID_MOTION: {
-        GET(motion);
-        side->motion = m;
-        status = put_motion(collector, side, NULL, error);
-        break;
-    }
-    case MR_ID_MOTION_ERROR: {
-        GET(motion_error);
-        if (m.block16 == side->motion.block16)
-            status = put_motion(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_ZONE: {
-        GET(zone);
-        side->zone = m;
-        status = put_zone(collector, side, NULL, error);
-        break;
-    }
-    case MR_ID_ZONE_LEAD: {
-        GET(zone_lead);
-        if (m.block16 == side->zone.block16)
-            status = put_zone(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_TOUCHDOWN: {
-        GET(touchdown);
-        status = touchdown(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_STOP: {
-        GET(stop);
-        status = stop(collector, side, &m, error);
-        break;
-    }
-    default: break;
-    }
-    return status;
 }

@@ -4,14 +4,6 @@
 #include "host/board/slow.h"
 #include "host/collect/collect_state.h"
 
-/* The channel is the row's value too: what is unique about an event does not include its detail. */
-static enum mr_status channel_event(struct collector *collector, struct side *side, const struct mr_channel_event *message,
-                                    uint64_t host_us, struct error *error)
-{
-    return collect_put_event(collector, side, "channel", message->block, message->validity, message->index, message->index, host_us,
-                             error);
-}
-
 /* Faults are repeated once a second; a row is made when one has counted on. */
 static enum mr_status fault(struct collector *collector, const struct side *side,
                             const struct mr_fault *message, uint64_t host_us, struct error *error)
@@ -37,13 +29,13 @@ static enum mr_status temperature(struct collector *collector, const struct side
 #define FRESH_BLOCKS 60000 /* a row that was just made, not one that somebody reads out */
 
 /* A row that is whole is kept, with its time when it was just made. One that the board cannot number is kept of one link. */
-static enum mr_status slow_part(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
-                                uint64_t host_us, struct error *error)
+static enum mr_status slow_part(struct collector *collector, struct side *side, const struct mr_message *part, uint64_t host_us,
+                                struct error *error)
 {
     struct store_slow row;
     int64_t time_us = STORE_NONE;
     const struct mr_slowrow *told = &side->slow.row;
-    if (mr_slowrow_take(&side->slow, id, payload, length) != MR_OK || !collector->identity.board_uid[0] ||
+    if (mr_slowrow_take(&side->slow, part->info->id, part->payload, part->info->length) != MR_OK || !collector->identity.board_uid[0] ||
         (told->seq == 0 && side->kind == LINK_SERIAL && collector->side[LINK_CAN].spec))
         return MR_OK;
     int64_t age = side->time.known ? side->time.block - (int64_t)told->block : -1;
@@ -70,8 +62,9 @@ static enum mr_status crash(struct collector *collector, const struct side *side
 
 /* The state of CAN as the board sees it is told each second; an event is made when it, or the count of outages, has changed. */
 static enum mr_status can_alarm(struct collector *collector, const struct side *side, const struct mr_can_alarm *message,
-                                int64_t block, uint64_t host_us, struct error *error)
+                                uint64_t host_us, struct error *error)
 {
+    int64_t block = collect_newest_block(side);
     struct mr_can_alarm *newest = &collector->alarm;
     bool same = newest->state == message->state && newest->outages == message->outages;
     bool older = side->kind == LINK_CAN && message->outages < newest->outages; /* had waited in the controller */
@@ -83,56 +76,20 @@ static enum mr_status can_alarm(struct collector *collector, const struct side *
                              host_us, error);
 }
 
-/* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return MR_OK
-
-enum mr_status collect_health_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
-                                      uint64_t host_us, struct error *error)
+enum mr_status collect_health_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
 {
-    int64_t block = side->time.known ? side->time.block : -1;
-    enum mr_status status = MR_OK;
-    switch (id) {
-    case MR_ID_CHANNEL_EVENT: {
-        GET(channel_event);
-        status = channel_event(collector, side, &m, host_us, error);
-        break;
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_CHANNEL_QUALITY:
+        return side->current ? store_quality_put(collector->store, side->current->row.id, &m->as.channel_quality, error) : MR_OK;
+    case MR_PLACE_FAULT: return fault(collector, side, &m->as.fault, event->host_us, error);
+    case MR_PLACE_TEMPERATURE: return temperature(collector, side, &m->as.temperature, error);
+    case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);
+    case MR_PLACE_CAN_ALARM: return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
+    case MR_PLACE_SLOW_ROW:
+    case MR_PLACE_SLOW_STATE:
+    case MR_PLACE_SLOW_DISPLACEMENT:
+    case MR_PLACE_SLOW_TENSION: return slow_part(collector, side, m, event->host_us, error);
+    default: return MR_OK;
     }
-    case MR_ID_CHANNEL_QUALITY: {
-        GET(channel_quality);
-        if (side->current)
-            status = store_quality_put(collector->store, side->current->row.id, &m, error);
-        break;
-    }
-    case MR_ID_FAULT: {
-        GET(fault);
-        status = fault(collector, side, &m, host_us, error);
-        break;
-    }
-    case MR_ID_TEMPERATURE: {
-        GET(temperature);
-        status = temperature(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_SLOW_ROW:
-    case MR_ID_SLOW_STATE:
-    case MR_ID_SLOW_DISPLACEMENT:
-    case MR_ID_SLOW_TENSION:
-        status = slow_part(collector, side, id, payload, length, host_us, error);
-        break;
-    case MR_ID_CRASH: {
-        GET(crash);
-        status = crash(collector, side, &m, host_us, error);
-        break;
-    }
-    case MR_ID_CAN_ALARM: {
-        GET(can_alarm);
-        status = can_alarm(collector, side, &m, block, host_us, error);
-        break;
-    }
-    default: break;
-    }
-    return status;
 }

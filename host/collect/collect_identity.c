@@ -205,86 +205,50 @@ enum mr_status collect_write_configuration(struct collector *collector, const st
     return status == MR_OK ? collect_write_parameters(collector, slot, error) : status;
 }
 
-/* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return MR_OK
-
-enum mr_status collect_identity_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
-                                        uint64_t host_us, struct error *error)
+static enum mr_status site(struct collector *collector, struct side *side, const struct mr_site *message, struct error *error)
 {
-    (void)host_us;
-    enum mr_status status = MR_OK;
-    switch (id) {
-    case MR_ID_HELLO: {
-        GET(hello);
-        status = hello(collector, side, &m, error);
-        break;
+    collector->identity.touchdown_ft = (double)message->touchdown_ft;
+    collector->identity.switch_error_ft = (double)message->switch_error_ft;
+    return refresh_landing(collector, side, error);
+}
+
+static enum mr_status board_uid(struct collector *collector, struct side *side, const struct mr_board_uid *message, struct error *error)
+{
+    const uint32_t words[2] = {message->uid0, message->uid1};
+    take_uid(collector, side, MR_ID_BOARD_UID, 1, words, 2, error);
+    return error->status;
+}
+
+static enum mr_status board_image(struct collector *collector, struct side *side, const struct mr_board_image *message,
+                                  struct error *error)
+{
+    if (!take_uid(collector, side, MR_ID_BOARD_IMAGE, 2, &message->uid2, 1, error))
+        return error->status;
+    collector->uid_vouched |= side->kind == LINK_SERIAL;
+    collector->identity.image_crc = message->image_crc;
+    uid_text(collector);
+    return MR_OK;
+}
+
+enum mr_status collect_identity_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+{
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_HELLO: return hello(collector, side, &m->as.hello, error);
+    case MR_PLACE_BOARD_UID: return board_uid(collector, side, &m->as.board_uid, error);
+    case MR_PLACE_BOARD_IMAGE: return board_image(collector, side, &m->as.board_image, error);
+    case MR_PLACE_IMAGE_COMMIT:
+        mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more, m->as.image_commit.changed != 0,
+                             collector->identity.image_commit);
+        return MR_OK;
+    case MR_PLACE_BOARD_CONFIG: collector->identity.config_crc = m->as.board_config.config_crc; return MR_OK;
+    case MR_PLACE_CONFIG_IMAGE: return collect_config_word(collector, side, &m->as.config_image, error);
+    case MR_PLACE_SITE: return site(collector, side, &m->as.site, error);
+    case MR_PLACE_CHANNEL: return channel(collector, side, &m->as.channel, error);
+    case MR_PLACE_CHANNEL_ZERO: return channel_zero(collector, side, &m->as.channel_zero, error);
+    case MR_PLACE_CALIBRATION: return calibration(collector, side, &m->as.calibration, error);
+    case MR_PLACE_SWITCH_PLACE: return switch_place(collector, side, &m->as.switch_place, error);
+    case MR_PLACE_SLACK: return slack(collector, side, &m->as.slack, error);
+    default: return MR_OK;
     }
-    case MR_ID_BOARD_UID: {
-        GET(board_uid);
-        const uint32_t words[2] = {m.uid0, m.uid1};
-        take_uid(collector, side, id, 1, words, 2, error);
-        break;
-    }
-    case MR_ID_BOARD_IMAGE: {
-        GET(board_image);
-        if (!take_uid(collector, side, id, 2, &m.uid2, 1, error))
-            break;
-        collector->uid_vouched |= side->kind == LINK_SERIAL;
-        collector->identity.image_crc = m.image_crc;
-        uid_text(collector);
-        break;
-    }
-    case MR_ID_IMAGE_COMMIT: {
-        GET(image_commit);
-        mr_image_commit_text(m.commit, m.commit_more, m.changed != 0, collector->identity.image_commit);
-        break;
-    }
-    case MR_ID_BOARD_CONFIG: {
-        GET(board_config);
-        collector->identity.config_crc = m.config_crc;
-        break;
-    }
-    case MR_ID_CONFIG_IMAGE: {
-        GET(config_image);
-        status = collect_config_word(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_SITE: {
-        GET(site);
-        collector->identity.touchdown_ft = (double)m.touchdown_ft;
-        collector->identity.switch_error_ft = (double)m.switch_error_ft;
-        status = refresh_landing(collector, side, error);
-        break;
-    }
-    case MR_ID_CHANNEL: {
-        GET(channel);
-        status = channel(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_CHANNEL_ZERO: {
-        GET(channel_zero);
-        status = channel_zero(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_CALIBRATION: {
-        GET(calibration);
-        status = calibration(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_SWITCH_PLACE: {
-        GET(switch_place);
-        status = switch_place(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_SLACK: {
-        GET(slack);
-        status = slack(collector, side, &m, error);
-        break;
-    }
-    default: break;
-    }
-    return status == MR_OK ? error->status : status;
 }

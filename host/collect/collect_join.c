@@ -56,12 +56,12 @@ static enum mr_status understand_again(struct collector *collector, struct side 
     size_t count = 0;
     enum mr_status status = store_frames_since(collector->store, torn->row.id, (int)side->kind, torn->left_mark, &frame, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
-        const struct mr_message_info *info = mr_message_find((uint16_t)frame[i].id);
-        if (frame[i].id > UINT16_MAX || !info || info->direction == MR_DIRECTION_HOST || info->length != frame[i].length)
+        struct mr_message message;
+        if (frame[i].id > UINT16_MAX || mr_message_read(&message, (uint16_t)frame[i].id, frame[i].data, frame[i].length) != MR_OK ||
+            message.info->direction == MR_DIRECTION_HOST)
             continue;
-        status = collect_gear_message(collector, side, info->id, frame[i].data, frame[i].length, frame[i].host_us, error);
-        if (status == MR_OK)
-            status = collect_predict_message(collector, side, info->id, frame[i].data, frame[i].length, frame[i].host_us, error);
+        const struct collector_event event = {.link = side->kind, .message = &message, .host_us = frame[i].host_us, .board_us = STORE_NONE};
+        status = collect_message_again(collector, side, &event, error);
     }
     free(frame);
     return status;
@@ -70,7 +70,7 @@ static enum mr_status understand_again(struct collector *collector, struct side 
 enum mr_status collect_join(struct collector *collector, struct side *side, struct error *error)
 {
     const struct slot *phantom = side->current;
-    bool goes_on = side->story.said.state >= STATE_ARMED && side->story.said.state <= STATE_SETTLING;
+    bool goes_on = side->story.said.state >= MR_LANDING_ARMED && side->story.said.state <= MR_LANDING_SETTLING;
     enum mr_status status = MR_OK;
     if (phantom && (phantom->row.board_landing != side->story.said.landing || !goes_on)) {
         status = collect_doubt(collector, side, DOUBT_PHANTOM, MR_ID_LANDING, 1, error);

@@ -10,11 +10,6 @@
  * that came off. Links are read in step, so nothing of it waits unread. */
 #define GONE_BLOCKS 5000
 
-int64_t collect_newest_block(const struct side *side)
-{
-    return side->time.known ? side->time.block : -1;
-}
-
 /* Gives up what a link should have brought of a landing and did not. */
 static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
                                   const struct side *side, const struct side *other, struct error *error)
@@ -171,7 +166,7 @@ static enum mr_status leave(struct collector *collector, struct side *side, stru
 static enum mr_status enter(struct collector *collector, struct side *side, const struct mr_landing *landing,
                             uint64_t host_us, struct error *error)
 {
-    int64_t armed_block = landing->state == STATE_ARMED ? (int64_t)landing->block : STORE_NONE;
+    int64_t armed_block = landing->state == MR_LANDING_ARMED ? (int64_t)landing->block : STORE_NONE;
     struct slot *slot = find_slot(collector, side, landing->landing, armed_block);
     if (slot && slot == side->current)
         return MR_OK;
@@ -193,13 +188,13 @@ static enum mr_status follow(struct collector *collector, struct side *side, con
                              struct error *error)
 {
     enum mr_status status = MR_OK;
-    bool going_on = landing->state >= STATE_ARMED && landing->state <= STATE_SETTLING;
+    bool going_on = landing->state >= MR_LANDING_ARMED && landing->state <= MR_LANDING_SETTLING;
     if (going_on)
         status = enter(collector, side, landing, host_us, error);
     struct slot *slot = side->current;
     if (status != MR_OK || !slot)
         return status;
-    if (landing->state == STATE_ARMED && slot->row.armed_block == STORE_NONE)
+    if (landing->state == MR_LANDING_ARMED && slot->row.armed_block == STORE_NONE)
         slot->row.armed_block = landing->block;
     if ((int64_t)landing->block >= slot->state_block) {
         slot->state_block = landing->block;

@@ -2,7 +2,6 @@
  * (collect_message.c). Who speaks on CAN is looked at in collect_witness.c. */
 #include <string.h>
 
-#include "common/wire.h"
 #include "host/collect/collect_state.h"
 
 /* Messages of a link are in order: a statement may be about a moment that is past, readings are of now, and clocks come every 100 blocks. */
@@ -43,37 +42,21 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
 
 /* Takes the time a message carries. A clock with tick 0 comes from a board whose scans stand: its block is no time. On CAN anybody may
  * have sent it. */
-static enum timebase_verdict take_time(struct side *side, const struct mr_message_info *info, const uint8_t *payload)
+static enum timebase_verdict take_time(struct side *side, const struct mr_message *message)
 {
-    if (info->id == MR_ID_CLOCK || info->id == MR_ID_SYNC) { /* which begins like it */
-        struct mr_clock clock;
-        mr_clock_get(&clock, payload, info->length);
-        if (clock.tick == 0)
+    if (message->place == MR_PLACE_CLOCK || message->place == MR_PLACE_SYNC) {
+        bool sync = message->place == MR_PLACE_SYNC;
+        uint32_t block = sync ? message->as.sync.block : message->as.clock.block;
+        uint32_t tick = sync ? message->as.sync.tick : message->as.clock.tick;
+        if (tick == 0)
             return TIMEBASE_GOES_ON;
         if (side->kind == LINK_CAN)
-            return timebase_clock_doubting(&side->time, &side->time_doubt, clock.block, clock.tick);
-        return timebase_clock(&side->time, clock.block, clock.tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
+            return timebase_clock_doubting(&side->time, &side->time_doubt, block, tick);
+        return timebase_clock(&side->time, block, tick) ? TIMEBASE_BEGAN_AGAIN : TIMEBASE_GOES_ON;
     }
-    const struct mr_field_info *last = &info->fields[info->field_count - 1];
-    if (strcmp(last->name, "block16") == 0) {
-        const uint8_t *p = payload + last->offset;
-        timebase_unwrap(&side->time, mr_get_u16(&p));
-    }
+    if (message->block16 >= 0)
+        timebase_unwrap(&side->time, (uint16_t)message->block16);
     return TIMEBASE_GOES_ON;
-}
-
-int64_t collect_board_time(const struct side *side, const struct mr_message_info *info, const uint8_t *payload)
-{
-    struct timebase copy = side->time;
-    if (!copy.known)
-        return STORE_NONE;
-    const struct mr_field_info *last = info ? &info->fields[info->field_count - 1] : NULL;
-    if (last && strcmp(last->name, "block16") == 0) {
-        const uint8_t *p = payload + last->offset;
-        int64_t block = timebase_unwrap(&copy, mr_get_u16(&p));
-        return block < 0 ? STORE_NONE : 1000 * block;
-    }
-    return timebase_now_us(&side->time);
 }
 
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error)
@@ -119,50 +102,52 @@ static enum mr_status doubt_time(struct collector *collector, struct side *side,
 }
 
 /* On CAN: a time that no message of the board can have now. Time goes on while nothing comes, and queues hold some back. */
-static bool is_out_of_time(const struct side *side, const struct mr_message_info *info, const uint8_t *payload, uint64_t host_us)
+static bool is_out_of_time(const struct side *side, const struct mr_message *message, uint64_t host_us)
 {
     int64_t newest = collect_newest_block(side);
-    int64_t board_us = collect_board_time(side, info, payload);
+    int64_t board_us = collect_board_time(side, message);
     int64_t paused = host_us > side->heard_us ? (int64_t)(host_us - side->heard_us) / 1000 : 0;
     if (side->kind != LINK_CAN || newest < 0)
         return false;
-    int64_t behind = info->direction == MR_DIRECTION_CAN ? READING_BEHIND_BLOCKS : BEHIND_BLOCKS;
+    int64_t behind = message->info->direction == MR_DIRECTION_CAN ? READING_BEHIND_BLOCKS : BEHIND_BLOCKS;
     return board_us == STORE_NONE || board_us / 1000 < newest - behind || board_us / 1000 > newest + AHEAD_BLOCKS + 2 * paused;
 }
 
 /* A message of the board, from either link: time, account, meaning, storage. */
-static enum mr_status take_message(struct collector *collector, struct side *side,
-                                   const struct mr_message_info *info, int64_t seq, const uint8_t *payload,
+static enum mr_status take_message(struct collector *collector, struct side *side, const struct mr_message *message, int64_t seq,
                                    uint64_t host_us, struct error *error)
 {
-    bool lost_in_time = is_out_of_time(side, info, payload, host_us);
-    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTED : take_time(side, info, payload);
+    const struct mr_message_info *info = message->info;
+    bool lost_in_time = is_out_of_time(side, message, host_us);
+    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTED : take_time(side, message);
     enum mr_status status = doubt_time(collector, side, info->id, error);
     if (status == MR_OK && lost_in_time)
         status = collect_doubt(collector, side, DOUBT_TIME, info->id, 1, error);
     side->heard_us = host_us;
     if (status == MR_OK && time == TIMEBASE_BEGAN_AGAIN) {
         status = restart(collector, side, host_us, false, error);
-        take_time(side, info, payload);
+        take_time(side, message);
     }
     if (side->kind == LINK_CAN)
         account_can_frame(&side->account);
     else
         count_serial_frame(collector, side, (uint16_t)seq);
-    if (info->id == MR_ID_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED)
+    if (message->place == MR_PLACE_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED)
         account_goes_on(&side->account);
-    account_message(&side->account, info->id);
+    account_message(&side->account, message->place);
 
+    const struct collector_event event = {.link = side->kind, .message = message, .host_us = host_us,
+                                          .board_us = collect_board_time(side, message)};
     struct store_frame frame = {.seq = seq,
-                                .board_us = collect_board_time(side, info, payload),
+                                .board_us = event.board_us,
                                 .host_us = (int64_t)host_us,
                                 .id = info->id,
                                 .length = info->length,
-                                .data = payload};
+                                .data = message->payload};
     struct slot *before = side->current;
     enum mr_status meaning = MR_OK;
     if (status == MR_OK && time != TIMEBASE_DOUBTED)
-        meaning = collect_hear(collector, side, info, payload, host_us, error);
+        meaning = collect_hear(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw(collector, side, lost_in_time ? NULL : side->current ? side->current : before, &frame, error);
     if (status == MR_OK)
@@ -176,14 +161,14 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
                                struct error *error)
 {
     struct side *side = &collector->side[LINK_CAN];
-    const struct mr_message_info *info = NULL;
-    if (!(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)))
-        info = mr_message_find((uint16_t)frame->id);
-    int64_t seq = side->account.counts.received;
-    if (info && info->direction != MR_DIRECTION_HOST && info->length == frame->length)
-        return take_message(collector, side, info, seq, frame->data, frame->host_us, error);
+    struct mr_message message;
+    bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
+    if (standard && mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) == MR_OK &&
+        message.info->direction != MR_DIRECTION_HOST)
+        return take_message(collector, side, &message, side->account.counts.received, frame->host_us, error);
 
     /* Somebody else on the bus: kept, not understood. */
+    const struct mr_message_info *info = standard ? mr_message_find((uint16_t)frame->id) : NULL;
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
         side->account.counts.foreign++;
@@ -191,7 +176,7 @@ enum mr_status collector_frame(struct collector *collector, const struct link_fr
         return error->status;
     struct store_frame raw = {.direction = command,
                               .seq = STORE_NONE,
-                              .board_us = collect_board_time(side, NULL, NULL),
+                              .board_us = collect_board_time(side, NULL),
                               .host_us = (int64_t)frame->host_us,
                               .id = frame->id,
                               .length = frame->length,
@@ -214,11 +199,11 @@ static enum mr_status take_block(struct collector *collector, struct side *side,
     }
     count_serial_frame(collector, side, frame->seq);
     account_goes_on(&side->account);
-    account_message(&side->account, MR_ID_BLOCK);
+    account_message(&side->account, MR_PLACE_BLOCK);
     if (side->current)
         account_block(&side->account, block.index);
-    if (collector->watcher)
-        collector->watcher->record(collector->watcher->context, frame->payload, frame->length, host_us);
+    if (collector->listener)
+        collector->listener->record(collector->listener->context, &block, host_us);
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
@@ -233,13 +218,13 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
 {
     if (frame->type == MR_ID_BLOCK)
         return take_block(collector, side, frame, host_us, error);
-    const struct mr_message_info *info = mr_message_find(frame->type);
-    if (!info || info->length != frame->length) {
+    struct mr_message message;
+    if (mr_message_read(&message, frame->type, frame->payload, frame->length) != MR_OK) {
         count_serial_frame(collector, side, frame->seq);
-        account_message(&side->account, frame->type); /* a part of the black box, or nothing known */
+        account_message(&side->account, mr_message_place(frame->type)); /* a part of the black box, or nothing known */
         side->account.counts.foreign++;
         struct store_frame raw = {.seq = frame->seq,
-                                  .board_us = collect_board_time(side, NULL, NULL),
+                                  .board_us = collect_board_time(side, NULL),
                                   .host_us = (int64_t)host_us,
                                   .id = frame->type,
                                   .length = frame->length,
@@ -247,13 +232,13 @@ static enum mr_status take_serial_frame(struct collector *collector, struct side
         return store_raw(collector, side, side->current, &raw, error);
     }
     /* A board that begins again says hello in its frame number 0. */
-    if (info->id == MR_ID_HELLO && frame->seq == 0 && side->account.seq_known &&
+    if (message.place == MR_PLACE_HELLO && frame->seq == 0 && side->account.seq_known &&
         side->account.seq_next != 0) {
         enum mr_status status = restart(collector, side, host_us, true, error);
         if (status != MR_OK)
             return status;
     }
-    return take_message(collector, side, info, frame->seq, frame->payload, host_us, error);
+    return take_message(collector, side, &message, frame->seq, host_us, error);
 }
 
 enum mr_status collector_bytes(struct collector *collector, const uint8_t *bytes, size_t length,

@@ -1,31 +1,7 @@
-/* What each message of the catalogue does to the campaign: those of a landing's state, of time and of what was lost here, the others by
- * topic: collect_identity.c, collect_gear.c, collect_health.c, collect_predict.c, collect_bands.c. */
+/* What each message of the catalogue does to the campaign: those of a landing's state, of time and of what was lost here, the others in
+ * the file of their topic. */
 #include "common/command.h"
 #include "host/collect/collect_state.h"
-
-int64_t collect_link_bit(const struct side *side)
-{
-    return 1 << side->kind;
-}
-
-enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind,
-                                int64_t block, int64_t code, int64_t detail, int64_t value, uint64_t host_us,
-                                struct error *error)
-{
-    struct store_event event = {
-        .session = collector->session,
-        .boot = side->boot,
-        .run = side->current ? side->current->row.id : STORE_NONE,
-        .board_us = 1000 * block,
-        .host_us = (int64_t)host_us,
-        .kind = kind,
-        .code = code,
-        .detail = detail,
-        .value = value,
-        .links = collect_link_bit(side),
-    };
-    return store_event_put(collector->store, &event, error);
-}
 
 enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
                                    uint64_t host_us, struct error *error)
@@ -39,7 +15,7 @@ static enum mr_status landing(struct collector *collector, struct side *side,
     struct slot *before = side->current;
     bool believed;
     enum mr_status status = collect_landing(collector, side, message, host_us, &believed, error);
-    if (status != MR_OK || !believed || message->cause == 0)
+    if (status != MR_OK || !believed || message->cause == MR_LANDING_BY_NOTHING)
         return status;
     struct slot *after = side->current;
     side->current = after ? after : before; /* the message that ends a landing belongs to it */
@@ -66,110 +42,151 @@ static void serial_dropped(struct collector *collector, struct side *side, const
         witness_lost(&collector->witness, from_block, block);
 }
 
-/* Declares `m`, the message got from its payload. The length has been checked against the catalogue's. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return MR_OK
-
-/* Each takes the messages of its topic, and leaves the others. */
-static enum mr_status by_topic(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
-                               uint64_t host_us, struct error *error)
+/* Loss accounting. The newest block has just been brought up to that of the readings. */
+static enum mr_status count_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
 {
-    static collect_topic *const topics[] = {collect_identity_message, collect_gear_message, collect_health_message,
-                                            collect_predict_message};
-    enum mr_status status = MR_OK;
-    for (size_t i = 0; i < sizeof topics / sizeof topics[0] && status == MR_OK; i++)
-        status = topics[i](collector, side, id, payload, length, host_us, error);
-    return status;
+    const struct mr_message *m = event->message;
+    unsigned pack = mr_series_pack_find(m->info->id);
+    if (pack < MR_SERIES_PACKS) {
+        if (side->current)
+            account_step(&side->account, pack, timebase_unwrap(&side->time, (uint16_t)m->block16));
+    } else if (m->place == MR_PLACE_MESSAGE_COUNT) {
+        account_message_count(&side->account, &m->as.message_count);
+    } else if (m->place == MR_PLACE_CAN_HEALTH && side->kind == LINK_CAN) {
+        account_can_health(&side->account, &m->as.can_health, collect_newest_block(side));
+        return excess(collector, side, error);
+    } else if (m->place == MR_PLACE_SERIAL_HEALTH && side->kind == LINK_SERIAL) {
+        serial_dropped(collector, side, &m->as.serial_health, collect_newest_block(side));
+    }
+    return MR_OK;
 }
 
-enum mr_status collect_message(struct collector *collector, struct side *side, uint16_t id,
-                               const uint8_t *payload, size_t length, uint64_t host_us, struct error *error)
+/* What is kept as an event, as the rows of the catalogue have it. */
+static bool event_of(struct side *side, const struct mr_message *message, struct store_event *event, int64_t *block)
 {
-    struct account *account = &side->account;
-    int64_t block = side->time.known ? side->time.block : -1;
-    enum mr_status status = MR_OK;
-    switch (id) {
-    case MR_ID_LANDING: {
-        GET(landing);
-        status = landing(collector, side, &m, host_us, error);
-        break;
+    switch (message->place) {
+#define EVENT(name, NAME, kind_, when, code_, detail_, value_)                             \
+    case MR_PLACE_##NAME: {                                                                \
+        const struct mr_##name *m = &message->as.name;                                     \
+        *event = (struct store_event){.kind = kind_, .code = code_, .detail = detail_, .value = value_}; \
+        *block = m->when;                                                                  \
+        break;                                                                             \
     }
-    case MR_ID_MARK: {
-        GET(mark);
-        status = collect_put_event(collector, side, "mark", m.block, m.number, 0, m.landing, host_us, error);
-        break;
+#include "common/catalogue.def"
+    default: return false;
     }
-    case MR_ID_SYNC: {
-        GET(sync);
-        collect_sync(side, &m, host_us);
-        break;
+    if (message->block16 >= 0)
+        *block = timebase_unwrap(&side->time, (uint16_t)message->block16);
+    return true;
+}
+
+static enum mr_status keep_event(struct collector *collector, struct side *side, const struct collector_event *heard,
+                                 struct error *error)
+{
+    struct store_event event;
+    int64_t block;
+    if (!event_of(side, heard->message, &event, &block))
+        return MR_OK;
+    return collect_put_event(collector, side, event.kind, block < 0 ? 0 : block, event.code, event.detail, event.value, heard->host_us,
+                             error);
+}
+
+static void take_answer(struct collector *collector, const struct mr_ack *message)
+{
+    if (message->code != MR_COMMAND_ARM && message->code != MR_COMMAND_DISARM)
+        return;
+    collector->answer = *message;
+    collector->answer_news = true;
+}
+
+/* The landing's state, its film, answers to commands, and the board's time. */
+static enum mr_status state_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+{
+    const struct mr_message *m = event->message;
+    uint64_t host_us = event->host_us;
+    switch (m->place) {
+    case MR_PLACE_LANDING: return landing(collector, side, &m->as.landing, host_us, error);
+    case MR_PLACE_FILM_FRAME: return collect_film_frame(collector, side, &m->as.film_frame, error);
+    case MR_PLACE_ACK: take_answer(collector, &m->as.ack); return MR_OK;
+    case MR_PLACE_SYNC: collect_sync(side, &m->as.sync, host_us); return MR_OK;
+    case MR_PLACE_SYNC_AT: collect_sync_at(side, &m->as.sync_at); return MR_OK;
+    case MR_PLACE_CLOCK: collect_clock(side, &m->as.clock, host_us); return MR_OK;
+    default: return MR_OK;
     }
-    case MR_ID_SYNC_AT: {
-        GET(sync_at);
-        collect_sync_at(side, &m);
-        break;
-    }
-    case MR_ID_CLOCK: {
-        GET(clock);
-        collect_clock(side, &m, host_us);
-        break;
-    }
-    case MR_ID_FILM_FRAME: {
-        GET(film_frame);
-        status = collect_film_frame(collector, side, &m, error);
-        break;
-    }
-    case MR_ID_CAMERA: {
-        GET(camera);
-        int64_t camera_block = timebase_unwrap(&side->time, m.block16);
-        status = collect_put_event(collector, side, "camera", camera_block < 0 ? 0 : camera_block, m.cause, 0, m.tick, host_us, error);
-        break;
-    }
-    case MR_ID_ACK: {
-        GET(ack);
-        if (m.code == MR_COMMAND_ARM || m.code == MR_COMMAND_DISARM) {
-            collector->answer = m;
-            collector->answer_news = true;
-        }
-        status = collect_put_event(collector, side, "ack", m.block, m.code, m.status, m.tag, host_us, error);
-        break;
-    }
-    case MR_ID_CAN_HEALTH: {
-        GET(can_health);
-        if (side->kind == LINK_CAN) {
-            account_can_health(account, &m, block);
-            status = excess(collector, side, error);
-        }
-        break;
-    }
-    case MR_ID_MESSAGE_COUNT: {
-        GET(message_count);
-        account_message_count(account, &m);
-        break;
-    }
-    case MR_ID_SERIAL_HEALTH: {
-        GET(serial_health);
-        if (side->kind == LINK_SERIAL)
-            serial_dropped(collector, side, &m, block);
-        break;
-    }
-    case MR_ID_DISPLACEMENT_1_3:
-    case MR_ID_DISPLACEMENT_4_6:
-    case MR_ID_DISPLACEMENT_7_8:
-    case MR_ID_TENSION_1_3:
-    case MR_ID_TENSION_4_6:
-    case MR_ID_TENSION_7_9:
-    case MR_ID_TENSION_10_12:
-    case MR_ID_TENSION_13_14:
-        /* All of these end with block16, and the newest block has just been brought up to it. */
-        if (side->current)
-            account_step(
-                account, id,
-                timebase_unwrap(&side->time, (uint16_t)(payload[length - 2] | payload[length - 1] << 8)));
-        break;
-    default: status = by_topic(collector, side, id, payload, length, host_us, error); break;
-    }
-    return status;
+}
+
+/* Who takes which message, beside the event that it may be; the others are kept as frames alone. */
+static collect_topic *const topics[MR_PLACES] = {
+#define PACK(SERIES_NAME, name, NAME, id, first, count) [MR_PLACE_##NAME] = count_message,
+#include "common/catalogue.def"
+    [MR_PLACE_MESSAGE_COUNT] = count_message,
+    [MR_PLACE_CAN_HEALTH] = count_message,
+    [MR_PLACE_SERIAL_HEALTH] = count_message,
+    [MR_PLACE_LANDING] = state_message,
+    [MR_PLACE_FILM_FRAME] = state_message,
+    [MR_PLACE_ACK] = state_message,
+    [MR_PLACE_SYNC] = state_message,
+    [MR_PLACE_SYNC_AT] = state_message,
+    [MR_PLACE_CLOCK] = state_message,
+    [MR_PLACE_HELLO] = collect_identity_message,
+    [MR_PLACE_BOARD_UID] = collect_identity_message,
+    [MR_PLACE_BOARD_IMAGE] = collect_identity_message,
+    [MR_PLACE_IMAGE_COMMIT] = collect_identity_message,
+    [MR_PLACE_BOARD_CONFIG] = collect_identity_message,
+    [MR_PLACE_CONFIG_IMAGE] = collect_identity_message,
+    [MR_PLACE_SITE] = collect_identity_message,
+    [MR_PLACE_CHANNEL] = collect_identity_message,
+    [MR_PLACE_CHANNEL_ZERO] = collect_identity_message,
+    [MR_PLACE_CALIBRATION] = collect_identity_message,
+    [MR_PLACE_SWITCH_PLACE] = collect_identity_message,
+    [MR_PLACE_SLACK] = collect_identity_message,
+    [MR_PLACE_EDGE] = collect_gear_message,
+    [MR_PLACE_SWITCH_EVENT] = collect_gear_message,
+    [MR_PLACE_MOTION] = collect_gear_message,
+    [MR_PLACE_MOTION_ERROR] = collect_gear_message,
+    [MR_PLACE_ZONE] = collect_gear_message,
+    [MR_PLACE_ZONE_LEAD] = collect_gear_message,
+    [MR_PLACE_TOUCHDOWN] = collect_gear_message,
+    [MR_PLACE_STOP] = collect_gear_message,
+    [MR_PLACE_ZONE_ERROR] = collect_predict_message,
+    [MR_PLACE_ZONE_COMING] = collect_predict_message,
+    [MR_PLACE_ZONE_PRESS] = collect_predict_message,
+    [MR_PLACE_VERDICT] = collect_predict_message,
+    [MR_PLACE_TRUST] = collect_predict_message,
+    [MR_PLACE_RUNWAY] = collect_predict_message,
+    [MR_PLACE_RUNWAY_JOINTS] = collect_predict_message,
+    [MR_PLACE_RUNWAY_STORE] = collect_predict_message,
+    [MR_PLACE_PREDICT_ITEM] = collect_predict_message,
+    [MR_PLACE_BAND_EVENT] = collect_band_message,
+    [MR_PLACE_BAND_BEFORE] = collect_band_message,
+    [MR_PLACE_BAND_LEAST] = collect_band_message,
+    [MR_PLACE_BAND_MOST] = collect_band_message,
+    [MR_PLACE_BAND_AFTER] = collect_band_message,
+    [MR_PLACE_SHUNT] = collect_band_message,
+    [MR_PLACE_SHUNT_RESULT] = collect_band_message,
+    [MR_PLACE_SHUNT_CHECK] = collect_band_message,
+    [MR_PLACE_CHANNEL_QUALITY] = collect_health_message,
+    [MR_PLACE_FAULT] = collect_health_message,
+    [MR_PLACE_TEMPERATURE] = collect_health_message,
+    [MR_PLACE_CRASH] = collect_health_message,
+    [MR_PLACE_CAN_ALARM] = collect_health_message,
+    [MR_PLACE_SLOW_ROW] = collect_health_message,
+    [MR_PLACE_SLOW_STATE] = collect_health_message,
+    [MR_PLACE_SLOW_DISPLACEMENT] = collect_health_message,
+    [MR_PLACE_SLOW_TENSION] = collect_health_message,
+};
+
+enum mr_status collect_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+{
+    collect_topic *topic = topics[event->message->place];
+    enum mr_status status = keep_event(collector, side, event, error);
+    return status == MR_OK && topic ? topic(collector, side, event, error) : status;
+}
+
+enum mr_status collect_message_again(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
+{
+    collect_topic *topic = topics[event->message->place];
+    bool of_landing = topic == collect_gear_message || topic == collect_predict_message || topic == collect_band_message;
+    enum mr_status status = keep_event(collector, side, event, error);
+    return status == MR_OK && of_landing ? topic(collector, side, event, error) : status;
 }

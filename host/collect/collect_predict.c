@@ -4,7 +4,6 @@
 #include "host/collect/collect_state.h"
 #include "host/store/store_predict.h"
 
-
 static bool same(float a, float b)
 {
     return memcmp(&a, &b, sizeof a) == 0;
@@ -24,15 +23,6 @@ static enum mr_status trust(struct collector *collector, struct side *side, cons
     struct store_trust row = {.block = timebase_unwrap(&side->time, m->block16), .doubts = m->doubts,
                               .resistance = (double)m->resistance, .updates = (double)m->updates, .links = 1 << side->kind};
     return side->current && row.block >= 0 ? store_trust_put(collector->store, side->current->row.id, &row, error) : MR_OK;
-}
-
-static enum mr_status backlog(struct collector *collector, const struct side *side, const struct mr_backlog *m, uint64_t host_us,
-                              struct error *error)
-{
-    struct store_event event = {.session = collector->session, .boot = side->boot, .run = side->current ? side->current->row.id : STORE_NONE,
-                                .board_us = 1000 * (int64_t)m->block, .host_us = (int64_t)host_us, .kind = "backlog",
-                                .code = m->waiting, .value = m->block, .links = 1 << side->kind};
-    return store_event_put(collector->store, &event, error);
 }
 
 /* A runway is kept when it is whole: all its joints in a row, and of the CRC that the board gave. */
@@ -83,83 +73,47 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
     return status;
 }
 
-/* Declares `m`, the message got from its payload. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return MR_OK
-
 /* The parts of a statement. */
-static enum mr_status statement(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
-                                struct error *error)
+static enum mr_status statement(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
 {
     struct store_prediction part = store_prediction_blank(0, 0);
-    if (id == MR_ID_ZONE_ERROR) {
-        GET(zone_error);
-        part.start_error_ft = (double)m.start_ft;
-        part.end_error_ft = (double)m.end_ft;
-        part.mean_gap_in = (double)m.mean_gap_in;
-        return put_part(collector, side, m.block16, part, error);
+    switch (m->place) {
+    case MR_PLACE_ZONE_ERROR:
+        part.start_error_ft = (double)m->as.zone_error.start_ft;
+        part.end_error_ft = (double)m->as.zone_error.end_ft;
+        part.mean_gap_in = (double)m->as.zone_error.mean_gap_in;
+        break;
+    case MR_PLACE_ZONE_COMING:
+        part.closed_joints = m->as.zone_coming.closed_joints;
+        part.coming_mats = m->as.zone_coming.mats;
+        part.coming_wheel_ft = (double)m->as.zone_coming.wheel_ft;
+        break;
+    case MR_PLACE_ZONE_PRESS:
+        part.compression_lb = (double)m->as.zone_press.compression_lb;
+        part.critical_lb = (double)m->as.zone_press.critical_lb;
+        part.distance_ft = (double)m->as.zone_press.distance_ft;
+        break;
+    case MR_PLACE_VERDICT:
+        part.verdict = m->as.verdict.verdict;
+        part.reason = m->as.verdict.reason;
+        part.level = m->as.verdict.level;
+        part.basis = m->as.verdict.basis;
+        part.age_blocks = m->as.verdict.age;
+        break;
+    default: return MR_OK;
     }
-    if (id == MR_ID_ZONE_COMING) {
-        GET(zone_coming);
-        part.closed_joints = m.closed_joints;
-        part.coming_mats = m.mats;
-        part.coming_wheel_ft = (double)m.wheel_ft;
-        return put_part(collector, side, m.block16, part, error);
-    }
-    if (id == MR_ID_ZONE_PRESS) {
-        GET(zone_press);
-        part.compression_lb = (double)m.compression_lb;
-        part.critical_lb = (double)m.critical_lb;
-        part.distance_ft = (double)m.distance_ft;
-        return put_part(collector, side, m.block16, part, error);
-    }
-    GET(verdict);
-    part.verdict = m.verdict;
-    part.reason = m.reason;
-    part.level = m.level;
-    part.basis = m.basis;
-    part.age_blocks = m.age;
-    return put_part(collector, side, m.block16, part, error);
+    return put_part(collector, side, (uint16_t)m->block16, part, error);
 }
 
-enum mr_status collect_predict_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
-                                       size_t length, uint64_t host_us, struct error *error)
+enum mr_status collect_predict_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
 {
-    switch (id) {
-    case MR_ID_ZONE_ERROR:
-    case MR_ID_ZONE_COMING:
-    case MR_ID_ZONE_PRESS:
-    case MR_ID_VERDICT:
-        return statement(collector, side, id, payload, length, error);
-    case MR_ID_TRUST: {
-        GET(trust);
-        return trust(collector, side, &m, error);
-    }
-    case MR_ID_BACKLOG: {
-        GET(backlog);
-        return backlog(collector, side, &m, host_us, error);
-    }
-    case MR_ID_RUNWAY: {
-        GET(runway);
-        runway(side, &m);
-        return MR_OK;
-    }
-    case MR_ID_RUNWAY_JOINTS: {
-        GET(runway_joints);
-        return joints(collector, side, &m, error);
-    }
-    case MR_ID_RUNWAY_STORE: {
-        GET(runway_store);
-        runway_store(collector, side, &m);
-        return MR_OK;
-    }
-    case MR_ID_PREDICT_ITEM: {
-        GET(predict_item);
-        return item(collector, side, &m, error);
-    }
-    default:
-        return collect_band_message(collector, side, id, payload, length, error);
+    const struct mr_message *m = event->message;
+    switch (m->place) {
+    case MR_PLACE_TRUST: return trust(collector, side, &m->as.trust, error);
+    case MR_PLACE_RUNWAY: runway(side, &m->as.runway); return MR_OK;
+    case MR_PLACE_RUNWAY_JOINTS: return joints(collector, side, &m->as.runway_joints, error);
+    case MR_PLACE_RUNWAY_STORE: runway_store(collector, side, &m->as.runway_store); return MR_OK;
+    case MR_PLACE_PREDICT_ITEM: return item(collector, side, &m->as.predict_item, error);
+    default: return statement(collector, side, m, error);
     }
 }

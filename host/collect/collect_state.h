@@ -1,12 +1,13 @@
-/* Insides of the collector, shared by collect.c (links), collect_landing.c (landings) and collect_message.c with its topics (what each
+/* Insides of the collector: collect_links.c (what comes), collect_landing.c (landings) and collect_message.c with its topics (what each
  * message does). */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 
-#include "common/catalogue.h"
+#include "common/message.h"
 #include "common/fault.h"
 #include "common/framing.h"
 #include "common/runway.h"
+#include "common/series.h"
 #include "common/slowrow.h"
 #include "host/board/crash.h"
 #include "host/collect/account.h"
@@ -16,8 +17,6 @@
 #include "host/collect/timebase.h"
 #include "host/collect/timemap.h"
 #include "host/collect/witness.h"
-
-enum landing_state { STATE_IDLE, STATE_ARMED, STATE_LANDING, STATE_SETTLING, STATE_DONE };
 
 /* One landing that is open, or was lately. */
 struct slot {
@@ -92,7 +91,7 @@ struct collector {
     struct collector *mark; /* what it was at collector_mark; NULL: never */
     int64_t session;
     struct side side[LINK_KINDS];
-    const struct collector_watcher *watcher; /* NULL: nobody */
+    const struct collector_listener *listener; /* NULL: nobody */
     bool hello;
     struct slot slot[SLOTS];
     int64_t finished[SLOTS]; /* RUNs not taken yet */
@@ -131,18 +130,27 @@ struct collector {
     struct witness witness; /* serial, of what CAN says; the last member: collect_writing.c copies it in its own way */
 };
 
+/* ---- collect_side.c ---- */
+
+/* Newest block known on a link; -1: none. */
+int64_t collect_newest_block(const struct side *side);
+/* Board time of a message: that of its own block where it has one, else the newest known; NULL: of what is no message. */
+int64_t collect_board_time(const struct side *side, const struct mr_message *message);
+/* The side's, among those that brought a row. */
+int64_t collect_link_bit(const struct side *side);
+/* An event, of the landing that the side is in, if any. */
+enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind, int64_t block, int64_t code,
+                                 int64_t detail, int64_t value, uint64_t host_us, struct error *error);
+
 /* ---- collect_links.c ---- */
 
-/* Board time of a message: that of its own block where it has one, else the newest known. */
-int64_t collect_board_time(const struct side *side, const struct mr_message_info *info, const uint8_t *payload);
 /* Stores the gaps the account has found, with the landing they fall in. */
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side, struct error *error);
 
 /* ---- collect_witness.c ---- */
 
 /* A message: what it says is done, at once or when serial has said the same. */
-enum mr_status collect_hear(struct collector *collector, struct side *side, const struct mr_message_info *info, const uint8_t *payload,
-                            uint64_t host_us, struct error *error);
+enum mr_status collect_hear(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error);
 /* Messages of CAN that need not wait any more; `over`: nothing more comes over serial of what they say. */
 enum mr_status collect_settle(struct collector *collector, bool over, struct error *error);
 /* The side is CAN, and serial is there to say the same. */
@@ -154,27 +162,19 @@ int64_t collect_strangers(const struct side *side); /* all of them */
 /* Writes what is counted and not written yet. */
 enum mr_status collect_record_doubts(struct collector *collector, struct side *side, struct error *error);
 
-/* Does what a message of the catalogue says. */
-enum mr_status collect_message(struct collector *collector, struct side *side, uint16_t id,
-                               const uint8_t *payload, size_t length, uint64_t host_us, struct error *error);
+/* Does what a message says that is believed: each topic takes its own, in the file of that name. */
+typedef enum mr_status collect_topic(struct collector *collector, struct side *side, const struct collector_event *event,
+                                     struct error *error);
+collect_topic collect_message;
+/* Once more, for the landing that the message turns out to be of: events, and what gear, predictor and bands did. */
+collect_topic collect_message_again;
+collect_topic collect_identity_message, collect_gear_message, collect_predict_message, collect_band_message, collect_health_message;
 /* A change of a landing's state, as an event of the landing that the side is in. */
 enum mr_status collect_state_event(struct collector *collector, const struct side *side, const struct mr_landing *message,
                                    uint64_t host_us, struct error *error);
 /* A word of the board's configuration; the last one writes it. */
 enum mr_status collect_config_word(struct collector *collector, struct side *side, const struct mr_config_image *word,
                                    struct error *error);
-/* The same for the messages of one topic, each in the file of that name; MR_OK for all other messages. */
-typedef enum mr_status collect_topic(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload, size_t length,
-                                     uint64_t host_us, struct error *error);
-collect_topic collect_identity_message, collect_gear_message, collect_health_message;
-collect_topic collect_predict_message; /* other messages go on to collect_band_message */
-enum mr_status collect_band_message(struct collector *collector, struct side *side, uint16_t id, const uint8_t *payload,
-                                    size_t length, struct error *error);
-/* An event, of the landing that the side is in, if any. */
-enum mr_status collect_put_event(struct collector *collector, const struct side *side, const char *kind, int64_t block, int64_t code,
-                                 int64_t detail, int64_t value, uint64_t host_us, struct error *error);
-/* The side's, among those that brought a row. */
-int64_t collect_link_bit(const struct side *side);
 /* Writes the predictor's parameters, as far as they are known, for a landing that begins. */
 enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot, struct error *error);
 /* Writes all that is known of the configuration for a landing that begins. */
@@ -205,7 +205,5 @@ void collect_leave(struct side *side);
 enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error);
 /* The same for each landing that every link has left, has ended in, or is known to have missed. */
 enum mr_status collect_finish_what_is_over(struct collector *collector, struct error *error);
-/* Newest block known on a link; -1: none. */
-int64_t collect_newest_block(const struct side *side);
 
 #endif

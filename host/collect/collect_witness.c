@@ -74,13 +74,17 @@ bool collect_witnessed(const struct collector *collector, const struct side *sid
     return side->kind == LINK_CAN && !collector->side[LINK_SERIAL].ended;
 }
 
-static void watch(const struct collector *collector, const struct side *side, const struct witness_message *message)
+static struct collector_event event_of(const struct side *side, const struct witness_message *heard)
 {
-    const struct collector_watcher *watcher = collector->watcher;
-    const struct mr_message_info *info = mr_message_find(message->id);
-    if (watcher)
-        watcher->message(watcher->context, side->kind, message->id, message->payload, message->length, message->host_us,
-                         collect_board_time(side, info, message->payload));
+    return (struct collector_event){.link = side->kind, .message = &heard->message, .host_us = heard->host_us,
+                                    .board_us = collect_board_time(side, &heard->message)};
+}
+
+/* Tells who listens beside the campaign. */
+static void publish(const struct collector *collector, const struct collector_event *event)
+{
+    if (collector->listener)
+        collector->listener->message(collector->listener->context, event);
 }
 
 /* The raw frames that came while a message of the landing's state waited were taken for those of the landing before. */
@@ -94,12 +98,12 @@ static enum mr_status move_frames(struct collector *collector, const struct side
                              before ? before->row.id : STORE_NONE, now ? now->row.id : STORE_NONE, error);
 }
 
-static enum mr_status obey(struct collector *collector, struct side *side, const struct witness_message *message, struct error *error)
+static enum mr_status obey(struct collector *collector, struct side *side, const struct collector_event *event, int64_t mark,
+                           struct error *error)
 {
     struct slot *before = side->current;
-    enum mr_status status =
-        collect_message(collector, side, message->id, message->payload, message->length, message->host_us, error);
-    return status == MR_OK ? move_frames(collector, side, before, message->mark, error) : status;
+    enum mr_status status = collect_message(collector, side, event, error);
+    return status == MR_OK ? move_frames(collector, side, before, mark, error) : status;
 }
 
 enum mr_status collect_settle(struct collector *collector, bool over, struct error *error)
@@ -112,16 +116,17 @@ enum mr_status collect_settle(struct collector *collector, bool over, struct err
         if (verdict == WITNESS_WAIT)
             break;
         if (verdict == WITNESS_STRANGER) {
-            status = collect_doubt(collector, side, DOUBT_UNSAID, message.id, 1, error);
+            status = collect_doubt(collector, side, DOUBT_UNSAID, message.message.info->id, 1, error);
             continue;
         }
+        const struct collector_event event = event_of(side, &message);
         if (!message.shown)
-            watch(collector, side, &message);
+            publish(collector, &event);
         side->unheard = verdict == WITNESS_UNHEARD;
         if (side->unheard)
             status = collect_doubt(collector, side, DOUBT_ALONE, 0, 1, error);
         if (status == MR_OK)
-            status = obey(collector, side, &message, error);
+            status = obey(collector, side, &event, message.mark, error);
         side->unheard = false;
     }
     return status;
@@ -132,35 +137,34 @@ static enum mr_status wait_for_serial(struct collector *collector, struct side *
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
-    if (message->id == MR_ID_LANDING)
+    if (message->message.place == MR_PLACE_LANDING)
         status = store_frames_mark(collector->store, &message->mark, error);
     message->shown = collect_newest_block(side) > collect_newest_block(&collector->side[LINK_SERIAL]) + ALIVE_BLOCKS;
+    const struct collector_event event = event_of(side, message);
     if (message->shown)
-        watch(collector, side, message);
+        publish(collector, &event);
     if (status == MR_OK && collector->witness.count == WITNESS_WAITING)
         status = collect_settle(collector, false, error);
     witness_can(&collector->witness, message);
     return status;
 }
 
-enum mr_status collect_hear(struct collector *collector, struct side *side, const struct mr_message_info *info, const uint8_t *payload,
-                            uint64_t host_us, struct error *error)
+enum mr_status collect_hear(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)
 {
-    struct witness_message message = {
-        .id = info->id, .length = info->length, .host_us = host_us, .block = collect_newest_block(side), .mark = -1};
-    bool understood = collector->hello || info->id == MR_ID_HELLO;
+    const struct mr_message *message = event->message;
+    bool understood = collector->hello || message->place == MR_PLACE_HELLO;
     enum mr_status status = MR_OK;
-    memcpy(message.payload, payload, info->length);
     if (side->kind == LINK_SERIAL)
-        witness_serial(&collector->witness, info->id, payload, info->length, message.block);
+        witness_serial(&collector->witness, message, collect_newest_block(side));
     /* The first hello is obeyed whoever says it: nobody is known yet. */
-    if (collector->hello && collect_witnessed(collector, side) && witness_covers(info->id, info->direction)) {
-        status = wait_for_serial(collector, side, &message, error);
+    if (collector->hello && collect_witnessed(collector, side) && witness_covers(message)) {
+        struct witness_message waiting = {.message = *message, .host_us = event->host_us, .block = collect_newest_block(side), .mark = -1};
+        status = wait_for_serial(collector, side, &waiting, error);
     } else {
-        watch(collector, side, &message);
+        publish(collector, event);
         side->unheard = side->kind == LINK_CAN;
         if (understood)
-            status = obey(collector, side, &message, error);
+            status = obey(collector, side, event, -1, error);
         side->unheard = false;
     }
     return status == MR_OK ? collect_settle(collector, false, error) : status;

@@ -4,9 +4,6 @@
 
 #define AHEAD_BLOCKS 1000 /* the newest block that is known may be so old */
 
-enum { IDLE, ARMED, LANDING, SETTLING, DONE };
-enum { NO_CHANGE, BY_COMMAND, BY_EDGE, BY_STOP, BY_SETTLED, BY_LIMIT }; /* firmware/landing.c */
-
 void landing_story_start(struct landing_story *story)
 {
     *story = (struct landing_story){0};
@@ -22,11 +19,15 @@ static bool follows(const struct mr_landing *from, const struct mr_landing *to)
 {
     bool number = from->landing == to->landing;
     switch (to->state) {
-    case IDLE: return number && from->state != IDLE && to->cause == BY_COMMAND;
-    case ARMED: return (from->state == IDLE || from->state == DONE) && to->cause == BY_COMMAND;
-    case LANDING: return number && from->state == ARMED && to->cause == BY_EDGE;
-    case SETTLING: return number && (from->state == ARMED || from->state == LANDING) && (to->cause == BY_STOP || to->cause == BY_LIMIT);
-    case DONE: return number && from->state >= ARMED && from->state <= SETTLING && to->cause == BY_SETTLED;
+    case MR_LANDING_IDLE: return number && from->state != MR_LANDING_IDLE && to->cause == MR_LANDING_BY_COMMAND;
+    case MR_LANDING_ARMED: return (from->state == MR_LANDING_IDLE || from->state == MR_LANDING_DONE) && to->cause == MR_LANDING_BY_COMMAND;
+    case MR_LANDING_LANDING: return number && from->state == MR_LANDING_ARMED && to->cause == MR_LANDING_BY_EDGE;
+    case MR_LANDING_SETTLING:
+        return number && (from->state == MR_LANDING_ARMED || from->state == MR_LANDING_LANDING) &&
+               (to->cause == MR_LANDING_BY_STOP || to->cause == MR_LANDING_BY_LIMIT);
+    case MR_LANDING_DONE:
+        return number && from->state >= MR_LANDING_ARMED && from->state <= MR_LANDING_SETTLING &&
+               to->cause == MR_LANDING_BY_SETTLED;
     default: return false;
     }
 }
@@ -65,7 +66,7 @@ static enum landing_belief take_back(struct landing_story *story, unsigned chang
 
 enum landing_belief landing_story_hear(struct landing_story *story, const struct mr_landing *message, int64_t block)
 {
-    bool impossible = message->state > DONE || message->cause > BY_LIMIT ||
+    bool impossible = message->state > MR_LANDING_DONE || message->cause > MR_LANDING_BY_LIMIT ||
                       (block >= 0 && (int64_t)message->block > block + AHEAD_BLOCKS);
     bool said_again = story->waits && same(message, &story->doubted);
     if (impossible) {

@@ -10,18 +10,19 @@ void witness_start(struct witness *witness)
 }
 
 /* The used part of a ring: from `first` to the ring's end, and what is left from its beginning. */
-static void copy_ring(struct witness_message *to, const struct witness_message *from, size_t first, size_t count, size_t size)
+static void copy_ring(void *to, const void *from, size_t first, size_t count, size_t ring, size_t size)
 {
-    size_t tail = first + count > size ? size - first : count;
-    memcpy(to + first, from + first, tail * sizeof *to);
-    memcpy(to, from, (count - tail) * sizeof *to);
+    size_t tail = first + count > ring ? ring - first : count;
+    memcpy((uint8_t *)to + first * size, (const uint8_t *)from + first * size, tail * size);
+    memcpy(to, from, (count - tail) * size);
 }
 
 void witness_copy(struct witness *to, const struct witness *from)
 {
-    copy_ring(to->waiting, from->waiting, from->first, from->count, WITNESS_WAITING);
+    copy_ring(to->waiting, from->waiting, from->first, from->count, WITNESS_WAITING, sizeof from->waiting[0]);
     for (unsigned place = 0; place < MR_PLACES; place++)
-        copy_ring(to->said[place], from->said[place], from->said_first[place], from->said_count[place], WITNESS_SAID);
+        copy_ring(to->said[place], from->said[place], from->said_first[place], from->said_count[place], WITNESS_SAID,
+                  sizeof from->said[0][0]);
     to->first = from->first;
     to->count = from->count;
     memcpy(to->said_first, from->said_first, sizeof to->said_first);
@@ -40,16 +41,16 @@ void witness_restart(struct witness *witness)
         witness->waiting[(witness->first + i) % WITNESS_WAITING].block = -1;
 }
 
-bool witness_covers(uint16_t id, enum mr_direction direction)
+bool witness_covers(const struct mr_message *message)
 {
-    switch (id) {
-    case MR_ID_CLOCK:         /* time must be known at once; timebase.h doubts it */
-    case MR_ID_CAN_HEALTH:    /* counts what came before it; account.h doubts it */
-    case MR_ID_MESSAGE_COUNT: /* of one link */
-    case MR_ID_CAN_ALARM:     /* not at the same time on both */
-    case MR_ID_CONFIG_IMAGE:  /* on the link that asked */
+    switch (message->place) {
+    case MR_PLACE_CLOCK:         /* time must be known at once; timebase.h doubts it */
+    case MR_PLACE_CAN_HEALTH:    /* counts what came before it; account.h doubts it */
+    case MR_PLACE_MESSAGE_COUNT: /* of one link */
+    case MR_PLACE_CAN_ALARM:     /* not at the same time on both */
+    case MR_PLACE_CONFIG_IMAGE:  /* on the link that asked */
         return false;
-    default: return direction == MR_DIRECTION_BOTH;
+    default: return message->info->direction == MR_DIRECTION_BOTH;
     }
 }
 
@@ -68,7 +69,7 @@ void witness_lost(struct witness *witness, int64_t from_block, int64_t block)
         witness->lost_block = block;
 }
 
-static struct witness_message *said(struct witness *witness, unsigned place, unsigned i)
+static struct witness_said *said(struct witness *witness, unsigned place, unsigned i)
 {
     return &witness->said[place][(witness->said_first[place] + i) % WITNESS_SAID];
 }
@@ -79,18 +80,16 @@ static void forget(struct witness *witness, unsigned place, unsigned count)
     witness->said_count[place] -= count;
 }
 
-void witness_serial(struct witness *witness, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+void witness_serial(struct witness *witness, const struct mr_message *message, int64_t block)
 {
-    unsigned place = mr_message_place(id);
+    unsigned place = message->place;
     witness_block(witness, block);
-    if (place >= MR_PLACES || length > MR_MESSAGE_MAX)
-        return;
     while (witness->said_count[place] > 0 && (witness->said_count[place] == WITNESS_SAID ||
                                               said(witness, place, 0)->block + WITNESS_KEPT_BLOCKS < witness->newest_block))
         forget(witness, place, 1);
-    struct witness_message *message = said(witness, place, witness->said_count[place]++);
-    *message = (struct witness_message){.id = id, .length = (uint8_t)length, .block = witness->newest_block};
-    memcpy(message->payload, payload, length);
+    struct witness_said *newest = said(witness, place, witness->said_count[place]++);
+    newest->block = witness->newest_block;
+    memcpy(newest->payload, message->payload, sizeof newest->payload);
 }
 
 bool witness_can(struct witness *witness, const struct witness_message *message)
@@ -104,12 +103,12 @@ bool witness_can(struct witness *witness, const struct witness_message *message)
 /* Serial has said the same lately, and CAN has not brought it since. What it said before that will not come over CAN any more. */
 static bool was_said(struct witness *witness, const struct witness_message *message)
 {
-    unsigned place = mr_message_place(message->id);
+    unsigned place = message->message.place;
     for (unsigned i = 0; i < witness->said_count[place]; i++) {
-        const struct witness_message *twin = said(witness, place, i);
+        const struct witness_said *twin = said(witness, place, i);
         int64_t apart = message->block < 0 || twin->block < 0 ? 0 : llabs(message->block - twin->block);
         bool lately = apart < WITNESS_APART_BLOCKS;
-        if (lately && memcmp(twin->payload, message->payload, message->length) == 0) {
+        if (lately && memcmp(twin->payload, message->message.payload, message->message.info->length) == 0) {
             forget(witness, place, i + 1);
             return true;
         }

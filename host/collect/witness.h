@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "common/catalogue.h"
+#include "common/message.h"
 
 #define WITNESS_WAITING 8192u      /* messages of CAN; in a landing there are about 500 of them a second */
 #define WITNESS_SAID 256u          /* of each kind; all joints of the runway are 120 in a row */
@@ -21,19 +21,23 @@
 #define WITNESS_KEPT_BLOCKS 10000  /* after so long nobody waits for a twin on CAN any more */
 
 struct witness_message {
-    uint16_t id;
-    uint8_t length;
-    uint8_t payload[MR_MESSAGE_MAX];
+    struct mr_message message;
     uint64_t host_us; /* when it came, */
     int64_t block;    /* and the newest block on its link then; -1: none */
     int64_t mark;     /* the caller's own, kept, */
     bool shown;       /* likewise */
 };
 
+/* What serial said, and the newest block then. */
+struct witness_said {
+    uint8_t payload[MR_MESSAGE_MAX];
+    int64_t block;
+};
+
 struct witness {
     struct witness_message waiting[WITNESS_WAITING]; /* a ring: `count` of them from `first` on */
     size_t first, count;
-    struct witness_message said[MR_PLACES][WITNESS_SAID]; /* rings, the oldest first */
+    struct witness_said said[MR_PLACES][WITNESS_SAID]; /* rings, the oldest first */
     unsigned said_first[MR_PLACES], said_count[MR_PLACES];
     int64_t newest_block;                /* of serial; -1: none */
     int64_t lost_from_block, lost_block; /* between which serial last lost frames, whoever lost them; lost_block -1: never */
@@ -50,9 +54,9 @@ void witness_start(struct witness *witness);
 /* `to` waits for and remembers the same; it may have been anything. */
 void witness_copy(struct witness *to, const struct witness *from);
 /* The board sends it on both links, with the same bytes. Counts and states of one link, and answers to who asked on it, are not. */
-bool witness_covers(uint16_t id, enum mr_direction direction);
+bool witness_covers(const struct mr_message *message);
 /* Serial says something; `block`: its newest, the message's own included. */
-void witness_serial(struct witness *witness, uint16_t id, const uint8_t *payload, size_t length, int64_t block);
+void witness_serial(struct witness *witness, const struct mr_message *message, int64_t block);
 /* Serial's time goes on; it lost frames after `from_block`. */
 void witness_block(struct witness *witness, int64_t block);
 void witness_lost(struct witness *witness, int64_t from_block, int64_t block);

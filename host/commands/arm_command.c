@@ -10,7 +10,7 @@
 static json_t *to_json(const char *word, const struct armtalk *talk, const struct error *error)
 {
     json_t *json = json_pack("{sssb}", "command", word, "done", error->status == MR_OK);
-    json_object_set_new(json, "state", talk->landing_known ? json_string(collector_state_text(talk->landing.state)) : json_null());
+    json_object_set_new(json, "state", talk->landing_known ? json_string(mr_landing_state_text(talk->landing.state)) : json_null());
     json_object_set_new(json, "landing", talk->landing_known ? json_integer(talk->landing.landing) : json_null());
     json_object_set_new(json, "error", error->status == MR_OK ? json_null() : json_string(error->text));
     return json;

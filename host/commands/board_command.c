@@ -23,12 +23,6 @@ struct request {
     bool force;
 };
 
-static const char *state_text(unsigned state)
-{
-    static const char *const text[] = {"no memory", "being looked through", "ready", "recording", "closing a record", "failed"};
-    return state < sizeof text / sizeof text[0] ? text[state] : "unknown";
-}
-
 static json_t *record_json(const struct boxtalk_record *r)
 {
     return json_pack("{sisisisbsIsisi}", "record", r->record.record, "landing", r->record.landing, "pages", r->record.pages,
@@ -42,14 +36,14 @@ static int list(const struct request *request, const struct boxtalk *talk)
         json_t *records = json_array();
         for (size_t i = 0; i < talk->count; i++)
             json_array_append_new(records, record_json(&talk->records[i]));
-        return cli_print_json(json_pack("{sssisisosisisoso}", "state", state_text(talk->state.state), "ready_sectors",
+        return cli_print_json(json_pack("{sssisisosisisoso}", "state", mr_box_condition_text(talk->state.state), "ready_sectors",
                                         talk->state.ready, "reserve_sectors", talk->state.reserve, "wait_s",
                                         cli_json_number((double)talk->state.wait_s, 4), "dirty_sectors", talk->space.dirty,
                                         "bad_sectors", talk->space.bad, "wear",
                                         cli_json_number((double)talk->space.wear, 4), "records", records), 0);
     }
     printf("black box: %s, %u of %u sectors erased (a landing needs %u), %u to be erased, %u bad, %.2f erases each\n",
-           state_text(talk->state.state), talk->state.ready, talk->space.sectors, talk->state.reserve, talk->space.dirty,
+           mr_box_condition_text(talk->state.state), talk->state.ready, talk->space.sectors, talk->state.reserve, talk->space.dirty,
            talk->space.bad, (double)talk->space.wear);
     for (size_t i = 0; i < talk->count; i++) {
         const struct boxtalk_record *r = &talk->records[i];

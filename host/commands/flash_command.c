@@ -127,7 +127,7 @@ static enum mr_status order_into_rom(struct session *session, struct error *erro
     enum mr_status status = identity_order(&session->talk, MR_COMMAND_BOOTROM, ORDER_MS, &answer, error);
     if (status == MR_OK && answer == MR_NOT_NOW)
         return error_set(error, MR_NOT_NOW, "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
-                         collector_state_text(session->talk.identity.hello.state), session->spec);
+                         mr_landing_state_text(session->talk.identity.hello.state), session->spec);
     if (status == MR_OK && answer == MR_WAIT)
         return error_set(error, MR_WAIT, "the black box still writes the last landing: %s; try again in a second", session->spec);
     if (status == MR_OK && answer != MR_OK)

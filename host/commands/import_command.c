@@ -36,7 +36,7 @@ static enum mr_status print_run(struct store *store, int64_t run, struct error *
         status = store_frames_count(store, run, LINK_CAN, &frames, error);
     if (status == MR_OK)
         printf("RUN %lld: landing %lld, %s, board %s", (long long)run, (long long)landing.board_landing,
-               collector_state_text((unsigned)landing.state), landing.board_uid[0] ? landing.board_uid : "unknown");
+               mr_landing_state_text((unsigned)landing.state), landing.board_uid[0] ? landing.board_uid : "unknown");
     if (status == MR_OK && frames)
         printf(", %lld frames", (long long)frames);
     if (status == MR_OK)

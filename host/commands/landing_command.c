@@ -174,7 +174,7 @@ static void print_journal(const struct journal *j, bool si)
 {
     char when[40];
     printf("RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s\n", (long long)j->landing.id,
-           (long long)j->landing.board_landing, collector_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
+           (long long)j->landing.board_landing, mr_landing_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
            said_or_dash(j->series.name), said_or_dash(j->series.runway), said_or_dash(j->series.pattern),
            said_or_dash(j->series.modification));
     for (size_t i = 0; i < j->observations; i++)

@@ -49,16 +49,20 @@ static void take_frame(void *context, const struct store_frame *frame)
 {
     struct watch *watch = context;
     bool foreign = frame->link == LINK_CAN && frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR);
-    const struct mr_message_info *info = frame->id <= UINT16_MAX && !foreign ? mr_message_find((uint16_t)frame->id) : NULL;
-    if (info && info->length == frame->length && frame->link >= 0 && frame->link < LINK_KINDS)
-        live_hub_message(watch->hub, (enum link_kind)frame->link, info->id, frame->data, frame->length, frame->host_us,
-                         frame->board_us == STORE_NONE ? -1 : frame->board_us / 1000);
+    struct mr_message message;
+    if (frame->id > UINT16_MAX || foreign || frame->link < 0 || frame->link >= LINK_KINDS ||
+        mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK)
+        return;
+    live_hub_message(watch->hub, &(struct collector_event){.link = (enum link_kind)frame->link, .message = &message,
+                                                           .host_us = (uint64_t)frame->host_us, .board_us = frame->board_us});
 }
 
 static void take_record(void *context, const uint8_t *record, size_t length, int64_t host_us)
 {
     struct watch *watch = context;
-    live_hub_record(watch->hub, record, length, host_us);
+    struct mr_block block;
+    if (mr_block_get(&block, record, length) == MR_OK)
+        live_hub_record(watch->hub, &block, host_us);
 }
 
 /* What has come since the last look. */

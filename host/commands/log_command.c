@@ -182,7 +182,7 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     if (status != MR_OK)
         return status;
     if (logger->live.hub)
-        collector_watch(logger->collector, &logger->live.watcher);
+        collector_listen(logger->collector, &logger->live.listener);
     /* The session is in the campaign before anything else: a transaction that fails later leaves it there. */
     status = logger_commit(logger, error);
     if (status == MR_OK)

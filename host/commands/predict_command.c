@@ -50,7 +50,6 @@ struct predict {
     bool differ;  /* the board said something else than what follows from a record */
 };
 
-static const char *const verdicts[] = {"quiet", "advisory", "warning"};
 static const char *const reasons[] = {"", "zone ahead", "zone growing", "compression"};
 
 /* The segments that were surveyed since the landing before. A board with a predictor forgets a survey with the landing that uses it up; one
@@ -132,7 +131,7 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
                                         zone->mats ? json_real((double)zone->start_ft) : json_null(), "end_ft",
                                         zone->mats ? json_real((double)zone->end_ft) : json_null(), "coming_mats",
                                         (int)zone->coming_mats, "coming_ft", number((double)zone->coming_ft), "compression_lb",
-                                        (double)zone->compression_lb, "verdict", verdicts[zone->verdict], "level", (int)zone->level,
+                                        (double)zone->compression_lb, "verdict", mr_predictor_verdict_text(zone->verdict), "level", (int)zone->level,
                                         "basis", (int)zone->basis));
         return;
     }
@@ -144,7 +143,7 @@ static void tell(struct predict *predict, double t_s, const struct mr_predictor_
         snprintf(coming, sizeof coming, "%.1f", ft * (double)zone->coming_ft);
     printf("%7.3f %7.1f %6u %6.1f +- %-4s %6.1f +- %-4s %7u %7s %7.1f  %-8s %s%s%s\n", t_s, ft * (double)wheel_ft, zone->mats,
            ft * (double)zone->start_ft, start, ft * (double)zone->end_ft, end, zone->coming_mats, coming,
-           lb * (double)zone->compression_lb, verdicts[zone->verdict], reasons[zone->reason],
+           lb * (double)zone->compression_lb, mr_predictor_verdict_text(zone->verdict), reasons[zone->reason],
            zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
 }
 

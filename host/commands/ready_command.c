@@ -173,7 +173,7 @@ static enum mr_status examine(const struct request *request, struct store *store
                          request->serial);
     if (status == MR_OK && request->changed)
         status = say_changed(request->changed, store, f, error);
-    return status == MR_OK && f->identity.hello.state == 0 ? readytalk_ask(talk, error) : status;
+    return status == MR_OK && f->identity.hello.state == MR_LANDING_IDLE ? readytalk_ask(talk, error) : status;
 }
 
 static int ready(const struct request *request, struct ready_facts *f)

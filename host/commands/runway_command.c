@@ -10,7 +10,6 @@
 #include "common/framing.h"
 #include "common/runway.h"
 #include "host/board/listen.h"
-#include "host/board/runway.h"
 #include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/units.h"
@@ -181,12 +180,12 @@ static int print(const struct talk *talk, const struct cli *cli)
         for (unsigned j = 0; j <= state->mats; j++)
             json_array_append_new(joints, json_real(state->gap_hmil[j] / HMIL_PER_IN));
         return cli_print_json(json_pack("{sisisfsssssssIsiso}", "mats", state->mats, "landings", state->landings, "resistance",
-                                        (double)state->scale, "source", runway_source_text(stored->source), "copy_a",
+                                        (double)state->scale, "source", mr_runway_source_text(stored->source), "copy_a",
                                         copy_text(stored->copy_a, a), "copy_b", copy_text(stored->copy_b, b), "crc",
                                         (json_int_t)stored->crc, "closed_joints", (int)closed_of(state), "gap_in", joints), 0);
     }
     printf("runway     %s; %u mats, %u landings, closing resistance %.2f of the one configured, CRC %08x\n",
-           runway_source_text(stored->source), state->mats, state->landings, (double)state->scale, (unsigned)stored->crc);
+           mr_runway_source_text(stored->source), state->mats, state->landings, (double)state->scale, (unsigned)stored->crc);
     printf("copies     A %s, B %s\n", copy_text(stored->copy_a, a), copy_text(stored->copy_b, b));
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, cli->si);
     printf("joints     %u of %u closed to 0.002 in; slack of ten in a row, %s:\n", closed_of(state), state->mats + 1u, length->text);

@@ -1,8 +1,6 @@
 #include "host/export/dbc.h"
 
-#include <ctype.h>
 #include <stdbool.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "common/catalogue.h"
@@ -71,122 +69,77 @@ static void write_text(FILE *out, const char *text)
     fputc('"', out);
 }
 
-static void begin_values(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
-{
-    fprintf(out, "VAL_ %u %s", message->id, field->name);
-}
-
 static void write_value(FILE *out, long value, const char *text)
 {
     fprintf(out, " %ld ", value);
     write_text(out, text);
 }
 
-/* One "3 settling" of a list; returns where the next begins, NULL when `at` is none. `name` may be NULL. */
-static const char *take_listed(const char *at, long *value, char *name, size_t size)
+static const char *status_text(unsigned minus)
 {
-    char *after;
-    if (!isdigit((unsigned char)*at))
-        return NULL;
-    *value = strtol(at, &after, 10);
-    if (*after != ' ' || after[1] == '+')
-        return NULL;
-    size_t length = strcspn(++after, ",;");
-    if (name)
-        snprintf(name, size, "%.*s", (int)length, after);
-    after += length;
-    return *after == ',' ? after + 1 + (after[1] == ' ') : after;
+    return mr_status_text((enum mr_status)-(int)minus);
 }
 
-/* Many fields' texts list what their values mean: "0 idle, 1 armed, 2 landing", also after "why: ". Sets of bits are no such list. */
-static const char *find_list(const char *text)
-{
-    long value;
-    const char *colon = strstr(text, ": ");
-    const char *at = isdigit((unsigned char)*text) ? text : colon ? colon + 2 : NULL;
-    if (!at || strncmp(text, "bit", 3) == 0 || strstr(text, "bits "))
-        return NULL;
-    const char *second = take_listed(at, &value, NULL, 0);
-    return second && take_listed(second, &value, NULL, 0) ? at : NULL;
-}
+/* Fields whose numbers a table of their own names: those from `first` to `last`, or minus them. */
+static const struct {
+    uint16_t id;
+    const char *field;
+    unsigned first, last;
+    int sign;
+    const char *(*text)(unsigned number);
+} named[] = {
+    {MR_ID_FAULT, "code", 0, MR_FAULT_COUNT - 1, 1, mr_fault_text},
+    {MR_ID_CRASH, "item", 0, MR_CRASH_ITEMS - 1, 1, mr_crash_item_name},
+    {MR_ID_CAN_ALARM, "state", 0, MR_CAN_MISSING, 1, mr_can_state_text},
+    {MR_ID_RESTARTS, "late_task", 1, MR_TASK_COUNT - 1, 1, mr_task_text},
+    {MR_ID_COMMAND, "code", MR_COMMAND_STATE, MR_COMMAND_SELF_TEST, 1, mr_command_name},
+    {MR_ID_ACK, "code", MR_COMMAND_STATE, MR_COMMAND_SELF_TEST, 1, mr_command_name},
+    {MR_ID_ACK, "status", 0, -MR_HALTED, -1, status_text},
+};
 
-static bool write_listed(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
+/* Values of a field, each behind a blank. */
+static void list_values(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
 {
-    char name[100];
-    long value;
-    const char *at = find_list(field->text);
-    if (!at)
-        return false;
-    begin_values(out, message, field);
-    for (const char *next; (next = take_listed(at, &value, name, sizeof name)) != NULL; at = next)
-        write_value(out, value, name);
-    return true;
+    if (field->per_unit > 0.0f)
+        write_value(out, field->type == MR_WIRE_u16 ? 65535 : -32768, "missing");
+    for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
+        bool is = named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
+        for (unsigned number = named[i].first; is && number <= named[i].last; number++)
+            write_value(out, named[i].sign * (long)number, named[i].text(number));
+    }
+    for (const struct mr_value *value = field->values; field->coding == MR_CODING_CODE && value->word; value++) {
+        if (value->word[0])
+            write_value(out, value->number, value->word);
+    }
 }
 
 static void write_values(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)
 {
-    const char *name = field->name;
-    bool code = strcmp(name, "code") == 0;
-    if (field->per_unit > 0.0f) {
-        begin_values(out, message, field);
-        write_value(out, field->type == MR_WIRE_u16 ? 65535 : -32768, "missing");
-    } else if (message->id == MR_ID_FAULT && code) {
-        begin_values(out, message, field);
-        for (unsigned i = 0; i < MR_FAULT_COUNT; i++)
-            write_value(out, (long)i, mr_fault_text(i));
-    } else if (message->id == MR_ID_CRASH && strcmp(name, "item") == 0) {
-        begin_values(out, message, field);
-        for (unsigned i = 0; i < MR_CRASH_ITEMS; i++)
-            write_value(out, (long)i, mr_crash_item_name(i));
-    } else if (message->id == MR_ID_CAN_ALARM && strcmp(name, "state") == 0) {
-        begin_values(out, message, field);
-        for (unsigned i = 0; i <= MR_CAN_MISSING; i++)
-            write_value(out, (long)i, mr_can_state_text(i));
-    } else if (message->id == MR_ID_RESTARTS && strcmp(name, "late_task") == 0) {
-        begin_values(out, message, field);
-        for (unsigned i = 1; i < MR_TASK_COUNT; i++)
-            write_value(out, (long)i, mr_task_text(i));
-    } else if ((message->id == MR_ID_COMMAND || message->id == MR_ID_ACK) && code) {
-        begin_values(out, message, field);
-        for (unsigned i = MR_COMMAND_STATE; i <= MR_COMMAND_SELF_TEST; i++)
-            write_value(out, (long)i, mr_command_name(i));
-    } else if (message->id == MR_ID_ACK && strcmp(name, "status") == 0) {
-        begin_values(out, message, field);
-        for (int i = 0; i >= MR_HALTED; i--)
-            write_value(out, i, mr_status_text((enum mr_status)i));
-    } else if (!write_listed(out, message, field)) {
+    bool coded = field->per_unit > 0.0f || field->coding == MR_CODING_CODE;
+    for (size_t i = 0; i < sizeof named / sizeof named[0]; i++)
+        coded |= named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
+    if (!coded)
         return;
-    }
+    fprintf(out, "VAL_ %u %s", message->id, field->name);
+    list_values(out, message, field);
     fputs(" ;\n", out);
 }
 
-/* How often messages come that come by the clock, ms: as common/catalogue.def says it of each; those of zones and readings while a
- * landing is recorded. One that comes for each channel or band in turn has no cycle of its own. */
-static const struct {
-    uint16_t id, ms;
-} cycles[] = {
-    {MR_ID_DISPLACEMENT_1_3, 2}, {MR_ID_DISPLACEMENT_4_6, 2}, {MR_ID_DISPLACEMENT_7_8, 2}, {MR_ID_TENSION_1_3, 4},
-    {MR_ID_TENSION_4_6, 4}, {MR_ID_TENSION_7_9, 4}, {MR_ID_TENSION_10_12, 4}, {MR_ID_TENSION_13_14, 4}, {MR_ID_ZONE, 50},
-    {MR_ID_ZONE_LEAD, 50}, {MR_ID_ZONE_ERROR, 50}, {MR_ID_ZONE_COMING, 50}, {MR_ID_ZONE_PRESS, 50}, {MR_ID_VERDICT, 50},
-    {MR_ID_MESSAGE_COUNT, 50}, {MR_ID_CLOCK, 100}, {MR_ID_HEALTH, 100}, {MR_ID_CAN_HEALTH, 100}, {MR_ID_SERIAL_HEALTH, 100},
-    {MR_ID_SYNC, 1000}, {MR_ID_SYNC_AT, 1000}, {MR_ID_TRUST, 1000}, {MR_ID_LANDING, 1000}, {MR_ID_BOX_STATE, 1000},
-    {MR_ID_BOX_SPACE, 1000}, {MR_ID_TEMPERATURE, 1000}, {MR_ID_UPKEEP, 1000}, {MR_ID_CAN_ALARM, 1000}, {MR_ID_RESTARTS, 1000},
-    {MR_ID_CAN_DROPS, 1000}, {MR_ID_CONFIG_STATE, 1000}, {MR_ID_HELLO, 1000}, {MR_ID_BOARD_UID, 1000}, {MR_ID_BOARD_IMAGE, 1000},
-    {MR_ID_BOARD_CONFIG, 1000}, {MR_ID_SITE, 1000}, {MR_ID_WHEEL, 1000}, {MR_ID_IMAGE_COMMIT, 1000}, {MR_ID_IMAGE_HEADER, 1000},
-};
-
-static void write_attributes(FILE *out)
+static void write_attributes(FILE *out, const struct mr_message_info *messages, size_t count)
 {
     fputs("BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_ \"BusType\" STRING ;\n"
           "BA_DEF_DEF_ \"GenMsgCycleTime\" 0;\nBA_DEF_DEF_ \"BusType\" \"CAN\";\nBA_ \"BusType\" \"CAN\";\n", out);
-    for (size_t i = 0; i < sizeof cycles / sizeof cycles[0]; i++)
-        fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n", cycles[i].id, cycles[i].ms);
+    for (size_t m = 0; m < count; m++) {
+        if (messages[m].every_ms)
+            fprintf(out, "BA_ \"GenMsgCycleTime\" BO_ %u %u;\n", messages[m].id, messages[m].every_ms);
+    }
 }
 
 unsigned dbc_write(FILE *out)
 {
     size_t count;
     const struct mr_message_info *messages = mr_catalogue(&count);
+    char text[400];
 
     fputs("VERSION \"\"\n\nNS_ :\n\tCM_\n\tBA_DEF_\n\tBA_\n\tVAL_\n\tBA_DEF_DEF_\n\tSIG_VALTYPE_\n\nBS_:\n\nBU_: BOARD HOST\n\n", out);
     for (size_t m = 0; m < count; m++) {
@@ -205,11 +158,12 @@ unsigned dbc_write(FILE *out)
         fputs(";\n", out);
         for (unsigned f = 0; f < messages[m].field_count; f++) {
             fprintf(out, "CM_ SG_ %u %s ", messages[m].id, messages[m].fields[f].name);
-            write_text(out, messages[m].fields[f].text);
+            mr_field_text(&messages[m].fields[f], text, sizeof text);
+            write_text(out, text);
             fputs(";\n", out);
         }
     }
-    write_attributes(out);
+    write_attributes(out, messages, count);
     for (size_t m = 0; m < count; m++) {
         for (unsigned f = 0; f < messages[m].field_count; f++)
             write_values(out, &messages[m], &messages[m].fields[f]);

@@ -14,7 +14,6 @@
 #define MIDDLE_US 437.5     /* of the eight scans of a block: host/analyse/measured.h */
 #define BLOCKS_MAX 3600000
 #define BOARD_BLOCKS 4294967295.0 /* a board counts them in 32 bits */
-#define STATE_DONE 4
 #define USUAL_GAP 1.5       /* of the usual time between samples: more is missing data */
 #define SWITCH_EVERY_FT 5.0 /* as the rig has them, where neither a landing nor the mapping says */
 #define SWITCH_FIRST_FT (-2.5)
@@ -408,7 +407,7 @@ static enum mr_status put_landing(struct work *w, struct error *error)
     snprintf(spec, sizeof spec, "import:%s", w->request->path);
     struct store_session session = {.started_us = (int64_t)link_now_us()};
     enum mr_status status = store_session_add(w->store, &session, error);
-    struct store_landing landing = {.session = session.id, .armed_block = w->first, .armed_us = session.started_us, .state = STATE_DONE,
+    struct store_landing landing = {.session = session.id, .armed_block = w->first, .armed_us = session.started_us, .state = MR_LANDING_DONE,
                                     .image_crc = STORE_NONE, .config_crc = STORE_NONE, .clock_source = STORE_NONE,
                                     .touchdown_ft = m->touchdown_ft,
                                     .switch_error_ft = isnan(m->switch_error_ft) ? SWITCH_ERROR_FT : m->switch_error_ft};

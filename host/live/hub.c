@@ -186,12 +186,11 @@ void live_hub_turn(struct live_hub *hub)
     pthread_mutex_unlock(&hub->lock);
 }
 
-void live_hub_message(struct live_hub *hub, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, int64_t host_us,
-                      int64_t block)
+void live_hub_message(struct live_hub *hub, const struct collector_event *event)
 {
     pthread_mutex_lock(&hub->lock);
     uint64_t acks = hub->model.acks;
-    live_model_message(&hub->model, kind, id, payload, length, host_us, block);
+    live_model_message(&hub->model, event);
     if (hub->model.acks != acks && hub->sent && !hub->answered && hub->model.ack.tag == hub->command.tag) {
         hub->answered = true;
         hub->answer = (enum mr_status)hub->model.ack.status;
@@ -204,10 +203,10 @@ void live_hub_message(struct live_hub *hub, enum link_kind kind, uint16_t id, co
     pthread_mutex_unlock(&hub->lock);
 }
 
-void live_hub_record(struct live_hub *hub, const uint8_t *record, size_t length, int64_t host_us)
+void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us)
 {
     pthread_mutex_lock(&hub->lock);
-    live_model_record(&hub->model, record, length, host_us);
+    live_model_record(&hub->model, record, host_us);
     if (hub->model.restarts != hub->restarts)
         turn(hub);
     if (hub->model.closed_count >= BUCKETS_AN_EVENT) /* a campaign that is gone through faster than turns come */

@@ -17,10 +17,9 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
 /* No viewer may still be in a call: stop the server before. NULL is allowed. */
 void live_hub_close(struct live_hub *hub);
 
-/* As live_model_message and its like, block -1: not known. What must be seen at once is an event when the call returns. */
-void live_hub_message(struct live_hub *hub, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, int64_t host_us,
-                      int64_t block);
-void live_hub_record(struct live_hub *hub, const uint8_t *record, size_t length, int64_t host_us);
+/* As live_model_message and its like. What must be seen at once is an event when the call returns. */
+void live_hub_message(struct live_hub *hub, const struct collector_event *event);
+void live_hub_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
 void live_hub_counts(struct live_hub *hub, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us);
 /* Frames by now that are not the board's, on its identifiers: a notice when there are more. */
 void live_hub_strangers(struct live_hub *hub, int64_t count, int64_t host_us);

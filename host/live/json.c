@@ -6,7 +6,6 @@
 
 #include "common/crash.h"
 #include "common/predictor.h"
-#include "host/board/runway.h"
 #include "host/cli.h"
 #include "host/collect/collect.h"
 #include "host/units.h"
@@ -120,9 +119,9 @@ static json_t *verdict_json(const struct live_model *model)
     bool zone = v->said.reason != MR_PREDICTOR_COMPRESSION && v->coming_known, press = v->said.reason == MR_PREDICTOR_COMPRESSION && v->press_known;
     if (v->block < 0)
         return json_null();
-    return json_pack("{sssssbsIsssssosososo}", "says", runway_verdict_text(v->said.verdict), "reason", runway_reason_text(v->said.reason), "advisory",
-                     live_model_advised(model), "since_us", (json_int_t)v->since_us, "since_reason", runway_reason_text(v->since_reason), "model",
-                     runway_level_text(v->said.level), "coming_mats", number(zone ? (double)v->coming.mats : (double)NAN), "coming_wheel_ft",
+    return json_pack("{sssssbsIsssssosososo}", "says", mr_predictor_verdict_text(v->said.verdict), "reason", mr_predictor_reason_text(v->said.reason), "advisory",
+                     live_model_advised(model), "since_us", (json_int_t)v->since_us, "since_reason", mr_predictor_reason_text(v->since_reason), "model",
+                     mr_predictor_level_text(v->said.level), "coming_mats", number(zone ? (double)v->coming.mats : (double)NAN), "coming_wheel_ft",
                      number(zone ? (double)v->coming.wheel_ft : (double)NAN), "compression_lb",
                      number(press ? (double)v->press.compression_lb : (double)NAN), "critical_lb",
                      number(press ? (double)v->press.critical_lb : (double)NAN));
@@ -179,7 +178,6 @@ static json_t *links_json(const struct live_model *model)
 
 static json_t *health_json(const struct live_model *model)
 {
-    static const char *const box_text[] = {"no memory", "being looked through", "ready", "recording", "closing a record", "failed"};
     json_t *health = json_object(), *faults = json_array();
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         if (model->health_known && model->health.faults >> i & 1u)
@@ -192,8 +190,8 @@ static json_t *health_json(const struct live_model *model)
     json_object_set_new(health, "restarts", json_integer((json_int_t)model->restarts));
     json_object_set_new(health, "can", json_string(model->alarm_known ? mr_can_state_text(model->alarm.state) : ""));
     json_object_set_new(health, "can_good", json_boolean(!model->alarm_known || model->alarm.state == MR_CAN_GOOD));
-    json_object_set_new(health, "black_box", json_string(model->box_known && model->box.state < 6 ? box_text[model->box.state] : ""));
-    json_object_set_new(health, "black_box_good", json_boolean(!model->box_known || (model->box.state >= 2 && model->box.state <= 4)));
+    json_object_set_new(health, "black_box", json_string(model->box_known && model->box.state <= MR_BOX_FAILED ? mr_box_condition_text(model->box.state) : ""));
+    json_object_set_new(health, "black_box_good", json_boolean(!model->box_known || (model->box.state >= MR_BOX_READY && model->box.state <= MR_BOX_CLOSING)));
     json_object_set_new(health, "black_box_wait_s", number(model->box_known ? (double)model->box.wait_s : (double)NAN));
     json_object_set_new(health, "black_box_records", json_integer(model->box.records));
     json_object_set_new(health, "temperature_c", number(model->temperature_known ? (double)model->temperature.temperature_c : (double)NAN));
@@ -235,7 +233,7 @@ json_t *live_json_state(const struct live_model *model, int64_t now_us)
     json_object_set_new(state, "heard_us", json_integer(live_model_heard_us(model)));
     json_object_set_new(state, "block", json_integer(live_model_block(model)));
     json_object_set_new(state, "hello", json_boolean(model->hello));
-    json_object_set_new(state, "state", json_string(model->state_known ? collector_state_text(model->state) : "unknown"));
+    json_object_set_new(state, "state", json_string(model->state_known ? mr_landing_state_text(model->state) : "unknown"));
     json_object_set_new(state, "landing", json_integer(model->landing));
     json_object_set_new(state, "source", json_string(model->record_block >= 0 && live_model_block(model) - model->record_block < 500
                                                          ? "serial, each ms" : "CAN"));

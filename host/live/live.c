@@ -1,22 +1,21 @@
 #include "host/live/live.h"
 
-static void message(void *context, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, uint64_t host_us,
-                    int64_t board_us)
+static void message(void *context, const struct collector_event *event)
 {
     struct live *live = context;
-    live_hub_message(live->hub, kind, id, payload, length, (int64_t)host_us, board_us == STORE_NONE ? -1 : board_us / 1000);
+    live_hub_message(live->hub, event);
 }
 
-static void record(void *context, const uint8_t *bytes, size_t length, uint64_t host_us)
+static void record(void *context, const struct mr_block *block, uint64_t host_us)
 {
     struct live *live = context;
-    live_hub_record(live->hub, bytes, length, (int64_t)host_us);
+    live_hub_record(live->hub, block, (int64_t)host_us);
 }
 
 enum mr_status live_open(struct live *live, const char *where, const struct live_source *source, struct error *error)
 {
     live->source = *source;
-    live->watcher = (struct collector_watcher){message, record, live};
+    live->listener = (struct collector_listener){message, record, live};
     enum mr_status status = live_hub_open(&live->source, &live->hub, error);
     return status == MR_OK ? live_server_open(where, live->hub, &live->server, error) : status;
 }

@@ -10,7 +10,7 @@ struct live {
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
-    struct collector_watcher watcher; /* give it to collector_watch */
+    struct collector_listener listener; /* give it to collector_listen */
 };
 
 /* `live` stays where it is; `where` as live_server_open. What `source` points to must outlive it. */

@@ -9,8 +9,8 @@
 #include "common/command.h"
 #include "common/crash.h"
 #include "common/predictor.h"
+#include "common/series.h"
 #include "common/switches.h"
-#include "host/board/runway.h"
 #include "host/collect/collect.h"
 
 #define MISSING ((float)NAN)
@@ -97,7 +97,7 @@ double live_model_gear_ft(const struct live_model *model)
 
 bool live_model_recording(const struct live_model *model)
 {
-    return !model->state_known || (model->state >= LIVE_ARMED && model->state <= LIVE_SETTLING);
+    return !model->state_known || (model->state >= MR_LANDING_ARMED && model->state <= MR_LANDING_SETTLING);
 }
 
 bool live_model_advised(const struct live_model *model)
@@ -218,7 +218,7 @@ static void restart(struct live_model *model, int64_t host_us)
     live_model_notice(model, LIVE_ALARM, host_us, "the board started again");
 }
 
-static void heard(struct live_model *model, enum link_kind kind, int64_t host_us, int64_t block)
+static void hear(struct live_model *model, enum link_kind kind, int64_t host_us, int64_t block)
 {
     struct live_link *link = &model->link[kind];
     link->used = true;
@@ -230,22 +230,19 @@ static void heard(struct live_model *model, enum link_kind kind, int64_t host_us
         link->newest = block;
 }
 
-void live_model_record(struct live_model *model, const uint8_t *record, size_t length, int64_t host_us)
+void live_model_record(struct live_model *model, const struct mr_block *block, int64_t host_us)
 {
-    struct mr_block block;
-    if (mr_block_get(&block, record, length) != MR_OK)
-        return;
-    heard(model, LINK_SERIAL, host_us, block.index);
-    struct live_bucket *bucket = bucket_of(model, block.index);
-    float ratio = mr_channels_ratio(&block);
+    hear(model, LINK_SERIAL, host_us, block->index);
+    struct live_bucket *bucket = bucket_of(model, block->index);
+    float ratio = mr_channels_ratio(block);
     model->records++;
-    if ((int64_t)block.index > model->record_block)
-        model->record_block = block.index;
+    if ((int64_t)block->index > model->record_block)
+        model->record_block = block->index;
     for (unsigned i = 0; i < LIVE_CHANNELS && bucket; i++) {
-        if (!live_model_calibrated(model, i) || block.absent >> i & 1u)
+        if (!live_model_calibrated(model, i) || block->absent >> i & 1u)
             continue;
-        struct mr_reading reading = mr_channel_read(&model->channel[i], &block, i, ratio);
-        take_reading(model, bucket, i, reading.value, reading.validity, block.index);
+        struct mr_reading reading = mr_channel_read(&model->channel[i], block, i, ratio);
+        take_reading(model, bucket, i, reading.value, reading.validity, block->index);
     }
 }
 
@@ -269,14 +266,14 @@ static void take_state(struct live_model *model, const struct mr_landing *m, int
     bool newer = !model->state_known || (int64_t)m->block >= model->state_block;
     if (!newer || (model->state_known && m->state == model->state && m->landing == model->landing))
         return;
-    bool armed = m->state == LIVE_ARMED;
+    bool armed = m->state == MR_LANDING_ARMED;
     if (armed)
         forget_landing(model);
     model->state_known = true;
     model->state = m->state;
     model->landing = m->landing;
     model->state_block = m->block;
-    live_model_notice(model, armed ? LIVE_NOTE : LIVE_SAY, host_us, "%s, landing %u", collector_state_text(m->state), m->landing);
+    live_model_notice(model, armed ? LIVE_NOTE : LIVE_SAY, host_us, "%s, landing %u", mr_landing_state_text(m->state), m->landing);
 }
 
 static void take_edge(struct live_model *model, const struct mr_edge *m)
@@ -355,7 +352,7 @@ static void take_verdict(struct live_model *model, const struct mr_verdict *m, i
     if (!live_model_advised(model) || verdict->told >> (m->reason & 7u) & 1u)
         return;
     verdict->told |= (uint8_t)(1u << (m->reason & 7u)); /* once in a landing: it may come and go 20 times a second */
-    live_model_notice(model, LIVE_NOTE, host_us, "advisory: %s", runway_reason_text(m->reason));
+    live_model_notice(model, LIVE_NOTE, host_us, "advisory: %s", mr_predictor_reason_text(m->reason));
 }
 
 static void take_fault(struct live_model *model, const struct mr_fault *m, int64_t host_us)
@@ -408,117 +405,143 @@ static void take_ack(struct live_model *model, const struct mr_ack *m, int64_t h
         live_model_notice(model, LIVE_ALARM, host_us, "%s refused: %s", mr_command_name(m->code), mr_status_text(m->status));
 }
 
-/* Readings on CAN. True: it was one of these. */
-static bool reading_message(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+/* Readings on CAN. */
+static void reading_message(struct live_model *model, const struct live_heard *heard)
 {
-    const unsigned t = MR_TRANSDUCERS;
-    switch (id) {
-    case MR_ID_DISPLACEMENT_1_3: { GET(displacement_1_3); take_values(model, 0, 3, (float[]){m.d1_in, m.d2_in, m.d3_in}, block); return true; }
-    case MR_ID_DISPLACEMENT_4_6: { GET(displacement_4_6); take_values(model, 3, 3, (float[]){m.d4_in, m.d5_in, m.d6_in}, block); return true; }
-    case MR_ID_DISPLACEMENT_7_8: { GET(displacement_7_8); take_values(model, 6, 2, (float[]){m.d7_in, m.d8_in}, block); return true; }
-    case MR_ID_TENSION_1_3: { GET(tension_1_3); take_values(model, t, 3, (float[]){m.t1_lb, m.t2_lb, m.t3_lb}, block); return true; }
-    case MR_ID_TENSION_4_6: { GET(tension_4_6); take_values(model, t + 3, 3, (float[]){m.t4_lb, m.t5_lb, m.t6_lb}, block); return true; }
-    case MR_ID_TENSION_7_9: { GET(tension_7_9); take_values(model, t + 6, 3, (float[]){m.t7_lb, m.t8_lb, m.t9_lb}, block); return true; }
-    case MR_ID_TENSION_10_12: { GET(tension_10_12); take_values(model, t + 9, 3, (float[]){m.t10_lb, m.t11_lb, m.t12_lb}, block); return true; }
-    case MR_ID_TENSION_13_14: { GET(tension_13_14); take_values(model, t + 12, 2, (float[]){m.t13_lb, m.t14_lb}, block); return true; }
-    default: return false;
+    const struct mr_series_pack *pack = mr_series_pack_at(mr_series_pack_find(heard->message->info->id));
+    float values[MR_PACK_READINGS];
+    unsigned count = mr_series_pack_get(pack, heard->message->payload, values);
+    unsigned first = mr_series_at(pack->series)->kind == MR_KIND_TENSION ? MR_TRANSDUCERS : 0;
+    take_values(model, first + pack->first - 1, count, values, heard->block);
+}
+
+static void health_message(struct live_model *model, const struct live_heard *heard)
+{
+    const struct mr_message *m = heard->message;
+    switch (m->place) {
+    case MR_PLACE_HEALTH: model->health = m->as.health; model->health_known = true; break;
+    case MR_PLACE_FAULT: take_fault(model, &m->as.fault, heard->host_us); break;
+    case MR_PLACE_CHANNEL_EVENT: take_channel_event(model, &m->as.channel_event, heard->host_us); break;
+    case MR_PLACE_CAN_ALARM: take_alarm(model, &m->as.can_alarm, heard->host_us); break;
+    case MR_PLACE_BOX_STATE: model->box = m->as.box_state; model->box_known = true; break;
+    case MR_PLACE_UPKEEP: model->upkeep = m->as.upkeep; model->upkeep_known = true; break;
+    case MR_PLACE_TEMPERATURE: model->temperature = m->as.temperature; model->temperature_known = true; break;
+    default: break;
     }
 }
 
-/* Health. True: it was one of these. */
-static bool health_message(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length, int64_t host_us)
+/* What a landing brings: its state, its gear and its bands. */
+static void landing_message(struct live_model *model, const struct live_heard *heard)
 {
-    switch (id) {
-    case MR_ID_HEALTH: { GET(health); model->health = m; model->health_known = true; return true; }
-    case MR_ID_FAULT: { GET(fault); take_fault(model, &m, host_us); return true; }
-    case MR_ID_CHANNEL_EVENT: { GET(channel_event); take_channel_event(model, &m, host_us); return true; }
-    case MR_ID_CAN_ALARM: { GET(can_alarm); take_alarm(model, &m, host_us); return true; }
-    case MR_ID_BOX_STATE: { GET(box_state); model->box = m; model->box_known = true; return true; }
-    case MR_ID_UPKEEP: { GET(upkeep); model->upkeep = m; model->upkeep_known = true; return true; }
-    case MR_ID_TEMPERATURE: { GET(temperature); model->temperature = m; model->temperature_known = true; return true; }
-    default: return false;
+    const struct mr_message *m = heard->message;
+    struct live_link *link = heard->link;
+    switch (m->place) {
+    case MR_PLACE_LANDING: take_state(model, &m->as.landing, heard->host_us); break;
+    case MR_PLACE_EDGE: take_edge(model, &m->as.edge); break;
+    case MR_PLACE_MOTION: link->motion = m->as.motion; take_motion(model, link, NULL, heard->block); break;
+    case MR_PLACE_MOTION_ERROR:
+        if (m->block16 == link->motion.block16)
+            take_motion(model, link, &m->as.motion_error, heard->block);
+        break;
+    case MR_PLACE_TOUCHDOWN: model->touchdown = m->as.touchdown; model->touchdown_known = true; break;
+    case MR_PLACE_STOP: model->stop = m->as.stop; model->stop_known = true; break;
+    case MR_PLACE_BAND_STATE:
+        if (m->as.band_state.band >= 1 && m->as.band_state.band <= LIVE_BANDS)
+            model->band[m->as.band_state.band - 1] = m->as.band_state;
+        break;
+    case MR_PLACE_ACK: take_ack(model, &m->as.ack, heard->host_us); break;
+    default: break;
     }
 }
 
-/* What a landing brings. */
-static bool landing_message(struct live_model *model, struct live_link *link, uint16_t id, const uint8_t *payload, size_t length,
-                            int64_t host_us, int64_t block)
+/* What the predictor says. */
+static void predictor_message(struct live_model *model, const struct live_heard *heard)
 {
-    switch (id) {
-    case MR_ID_LANDING: { GET(landing); take_state(model, &m, host_us); return true; }
-    case MR_ID_EDGE: { GET(edge); take_edge(model, &m); return true; }
-    case MR_ID_MOTION: { GET(motion); link->motion = m; take_motion(model, link, NULL, block); return true; }
-    case MR_ID_MOTION_ERROR: {
-        GET(motion_error);
-        if (m.block16 == link->motion.block16)
-            take_motion(model, link, &m, block);
-        return true;
-    }
-    case MR_ID_ZONE: { GET(zone); link->zone = m; return true; }
-    case MR_ID_ZONE_LEAD: { GET(zone_lead); take_zone(model, link, &m, host_us, block); return true; }
-    case MR_ID_ZONE_COMING: { GET(zone_coming); link->coming = m; return true; }
-    case MR_ID_ZONE_PRESS: { GET(zone_press); link->press = m; return true; }
-    case MR_ID_VERDICT: {
-        GET(verdict);
-        if (block >= model->verdict.block) {
-            model->verdict.coming_known = link->coming.block16 == m.block16;
+    const struct mr_message *m = heard->message;
+    struct live_link *link = heard->link;
+    switch (m->place) {
+    case MR_PLACE_ZONE: link->zone = m->as.zone; break;
+    case MR_PLACE_ZONE_LEAD: take_zone(model, link, &m->as.zone_lead, heard->host_us, heard->block); break;
+    case MR_PLACE_ZONE_COMING: link->coming = m->as.zone_coming; break;
+    case MR_PLACE_ZONE_PRESS: link->press = m->as.zone_press; break;
+    case MR_PLACE_VERDICT:
+        if (heard->block >= model->verdict.block) {
+            model->verdict.coming_known = link->coming.block16 == m->block16;
             model->verdict.coming = link->coming;
-            model->verdict.press_known = link->press.block16 == m.block16;
+            model->verdict.press_known = link->press.block16 == m->block16;
             model->verdict.press = link->press;
         }
-        take_verdict(model, &m, host_us, block);
-        return true;
-    }
-    case MR_ID_TOUCHDOWN: { GET(touchdown); model->touchdown = m; model->touchdown_known = true; return true; }
-    case MR_ID_STOP: { GET(stop); model->stop = m; model->stop_known = true; return true; }
-    case MR_ID_BAND_STATE: {
-        GET(band_state);
-        if (m.band >= 1 && m.band <= LIVE_BANDS)
-            model->band[m.band - 1] = m;
-        return true;
-    }
-    case MR_ID_ACK: { GET(ack); take_ack(model, &m, host_us); return true; }
-    default: return false;
+        take_verdict(model, &m->as.verdict, heard->host_us, heard->block);
+        break;
+    default: break;
     }
 }
 
 /* What is told once, as a line; of two links the first that says it. */
-static bool notice_message(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length,
-                           int64_t host_us)
+static void notice_message(struct live_model *model, const struct live_heard *heard)
 {
-    if (kind == LINK_CAN && model->link[LINK_SERIAL].heard_us + 1000000 > host_us)
-        return true;
-    switch (id) {
-    case MR_ID_BAND_EVENT: {
-        GET(band_event);
-        live_model_notice(model, LIVE_ALARM, host_us, "band %u, gage %u: %s", m.band, m.gage, mr_band_reason_text(m.reason));
-        return true;
+    if (heard->link == &model->link[LINK_CAN] && model->link[LINK_SERIAL].heard_us + 1000000 > heard->host_us)
+        return;
+    switch (heard->message->place) {
+#define NOTICE(name, NAME, severity, ...)                                                \
+    case MR_PLACE_##NAME: {                                                              \
+        const struct mr_##name *m = &heard->message->as.name;                            \
+        live_model_notice(model, LIVE_##severity, heard->host_us, __VA_ARGS__);          \
+        break;                                                                           \
     }
-    case MR_ID_SWITCH_EVENT: {
-        GET(switch_event);
-        live_model_notice(model, LIVE_NOTE, host_us, "switch %u: %s", m.position, mr_switch_reason_text(m.reason));
-        return true;
-    }
-    case MR_ID_PUSHBACK: {
-        GET(pushback);
-        live_model_notice(model, LIVE_NOTE, host_us, "the model is pushed past switch %u", m.position);
-        return true;
-    }
-    case MR_ID_MARK: { GET(mark); live_model_notice(model, LIVE_NOTE, host_us, "mark %u", m.number); return true; }
-    default: return false;
+#include "common/catalogue.def"
+    default: break;
     }
 }
 
-void live_model_message(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length,
-                        int64_t host_us, int64_t block)
+/* Which part takes a message; the others are not shown. */
+static void (*const parts[MR_PLACES])(struct live_model *model, const struct live_heard *heard) = {
+#define PACK(SERIES_NAME, name, NAME, id, first, count) [MR_PLACE_##NAME] = reading_message,
+#define NOTICE(name, NAME, severity, ...) [MR_PLACE_##NAME] = notice_message,
+#include "common/catalogue.def"
+    [MR_PLACE_HELLO] = live_model_take_configuration,
+    [MR_PLACE_BOARD_UID] = live_model_take_configuration,
+    [MR_PLACE_BOARD_IMAGE] = live_model_take_configuration,
+    [MR_PLACE_IMAGE_COMMIT] = live_model_take_configuration,
+    [MR_PLACE_BOARD_CONFIG] = live_model_take_configuration,
+    [MR_PLACE_SITE] = live_model_take_configuration,
+    [MR_PLACE_CHANNEL] = live_model_take_configuration,
+    [MR_PLACE_CHANNEL_ZERO] = live_model_take_configuration,
+    [MR_PLACE_CALIBRATION] = live_model_take_configuration,
+    [MR_PLACE_SWITCH_PLACE] = live_model_take_configuration,
+    [MR_PLACE_SLACK] = live_model_take_configuration,
+    [MR_PLACE_LANDING] = landing_message,
+    [MR_PLACE_EDGE] = landing_message,
+    [MR_PLACE_MOTION] = landing_message,
+    [MR_PLACE_MOTION_ERROR] = landing_message,
+    [MR_PLACE_TOUCHDOWN] = landing_message,
+    [MR_PLACE_STOP] = landing_message,
+    [MR_PLACE_BAND_STATE] = landing_message,
+    [MR_PLACE_ACK] = landing_message,
+    [MR_PLACE_ZONE] = predictor_message,
+    [MR_PLACE_ZONE_LEAD] = predictor_message,
+    [MR_PLACE_ZONE_COMING] = predictor_message,
+    [MR_PLACE_ZONE_PRESS] = predictor_message,
+    [MR_PLACE_VERDICT] = predictor_message,
+    [MR_PLACE_HEALTH] = health_message,
+    [MR_PLACE_FAULT] = health_message,
+    [MR_PLACE_CHANNEL_EVENT] = health_message,
+    [MR_PLACE_CAN_ALARM] = health_message,
+    [MR_PLACE_BOX_STATE] = health_message,
+    [MR_PLACE_UPKEEP] = health_message,
+    [MR_PLACE_TEMPERATURE] = health_message,
+};
+
+void live_model_message(struct live_model *model, const struct collector_event *event)
 {
-    struct live_link *link = &model->link[kind];
-    heard(model, kind, host_us, block);
-    if (id != MR_ID_HELLO && model->board.layout != 0 && !model->hello)
+    const struct mr_message *m = event->message;
+    const struct live_heard heard = {.message = m, .link = &model->link[event->link], .host_us = (int64_t)event->host_us,
+                                     .block = event->board_us == STORE_NONE ? -1 : event->board_us / 1000};
+    hear(model, event->link, heard.host_us, heard.block);
+    if (m->place != MR_PLACE_HELLO && model->board.layout != 0 && !model->hello)
         return; /* of another layout: it means something else */
-    (void)(live_model_take_configuration(model, id, payload, length) || reading_message(model, id, payload, length, block) ||
-           landing_message(model, link, id, payload, length, host_us, block) || health_message(model, id, payload, length, host_us) ||
-           notice_message(model, kind, id, payload, length, host_us));
+    if (parts[m->place])
+        parts[m->place](model, &heard);
 }
 
 void live_model_counts(struct live_model *model, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us)

@@ -15,8 +15,7 @@
 #include "common/channels.h"
 #include "common/closure.h"
 #include "common/fault.h"
-#include "host/link/link.h"
-#include "host/store/store.h"
+#include "host/collect/collect.h"
 
 #define LIVE_CHANNELS (MR_TRANSDUCERS + MR_GAGES) /* transducers, then gages, in the board's order */
 #define LIVE_BUCKET_BLOCKS 20                     /* 50 buckets a second */
@@ -151,11 +150,9 @@ struct live_model {
 
 void live_model_start(struct live_model *model, bool can, bool serial);
 
-/* A message of the board. `block`: its time, -1: not known. Messages of other lengths than the catalogue's have no effect. */
-void live_model_message(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length,
-                        int64_t host_us, int64_t block);
-/* A block record as it came. */
-void live_model_record(struct live_model *model, const uint8_t *record, size_t length, int64_t host_us);
+/* A message of the board, as the collector tells it. */
+void live_model_message(struct live_model *model, const struct collector_event *event);
+void live_model_record(struct live_model *model, const struct mr_block *record, int64_t host_us);
 /* Frames by now that are not the board's. */
 void live_model_strangers(struct live_model *model, int64_t count, int64_t host_us);
 void live_model_counts(struct live_model *model, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us);

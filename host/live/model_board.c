@@ -96,44 +96,44 @@ static void take_hello(struct live_model *model, const struct mr_hello *m)
     model->board = *m;
 }
 
-bool live_model_take_configuration(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length)
+static void take_image(struct live_model *model, const struct mr_board_image *m)
 {
-    switch (id) {
-    case MR_ID_HELLO: { GET(hello); take_hello(model, &m); return true; }
-    case MR_ID_BOARD_UID: {
-        GET(board_uid);
-        take_identity(model, &model->uid[0], m.uid0);
-        take_identity(model, &model->uid[1], m.uid1);
-        return true;
-    }
-    case MR_ID_BOARD_IMAGE: {
-        GET(board_image);
-        take_identity(model, &model->uid[2], m.uid2);
-        take_identity(model, &model->image_crc, m.image_crc);
-        return true;
-    }
-    case MR_ID_IMAGE_COMMIT: {
-        GET(image_commit);
-        mr_image_commit_text(m.commit, m.commit_more, m.changed != 0, model->commit);
-        return true;
-    }
-    case MR_ID_BOARD_CONFIG: {
-        GET(board_config);
-        take_identity(model, &model->config_crc, m.config_crc);
-        model->warning_mats = m.warning_mats;
-        return true;
-    }
-    case MR_ID_SITE: {
-        GET(site);
-        model->configured += model->touchdown_ft != m.touchdown_ft;
-        model->touchdown_ft = m.touchdown_ft;
-        return true;
-    }
-    case MR_ID_CHANNEL: { GET(channel); take_channel(model, &m); return true; }
-    case MR_ID_CHANNEL_ZERO: { GET(channel_zero); take_zero(model, &m); return true; }
-    case MR_ID_CALIBRATION: { GET(calibration); take_calibration(model, &m); return true; }
-    case MR_ID_SWITCH_PLACE: { GET(switch_place); take_switch(model, &m); return true; }
-    case MR_ID_SLACK: { GET(slack); take_slack(model, &m); return true; }
-    default: return false;
+    take_identity(model, &model->uid[2], m->uid2);
+    take_identity(model, &model->image_crc, m->image_crc);
+}
+
+static void take_board_config(struct live_model *model, const struct mr_board_config *m)
+{
+    take_identity(model, &model->config_crc, m->config_crc);
+    model->warning_mats = m->warning_mats;
+}
+
+static void take_site(struct live_model *model, const struct mr_site *m)
+{
+    model->configured += model->touchdown_ft != m->touchdown_ft;
+    model->touchdown_ft = m->touchdown_ft;
+}
+
+void live_model_take_configuration(struct live_model *model, const struct live_heard *heard)
+{
+    const struct mr_message *m = heard->message;
+    switch (m->place) {
+    case MR_PLACE_HELLO: take_hello(model, &m->as.hello); break;
+    case MR_PLACE_BOARD_UID:
+        take_identity(model, &model->uid[0], m->as.board_uid.uid0);
+        take_identity(model, &model->uid[1], m->as.board_uid.uid1);
+        break;
+    case MR_PLACE_BOARD_IMAGE: take_image(model, &m->as.board_image); break;
+    case MR_PLACE_IMAGE_COMMIT:
+        mr_image_commit_text(m->as.image_commit.commit, m->as.image_commit.commit_more, m->as.image_commit.changed != 0, model->commit);
+        break;
+    case MR_PLACE_BOARD_CONFIG: take_board_config(model, &m->as.board_config); break;
+    case MR_PLACE_SITE: take_site(model, &m->as.site); break;
+    case MR_PLACE_CHANNEL: take_channel(model, &m->as.channel); break;
+    case MR_PLACE_CHANNEL_ZERO: take_zero(model, &m->as.channel_zero); break;
+    case MR_PLACE_CALIBRATION: take_calibration(model, &m->as.calibration); break;
+    case MR_PLACE_SWITCH_PLACE: take_switch(model, &m->as.switch_place); break;
+    case MR_PLACE_SLACK: take_slack(model, &m->as.slack); break;
+    default: break;
     }
 }

@@ -4,17 +4,15 @@
 
 #include "host/live/model.h"
 
-/* States of a landing, as the message `landing` numbers them. */
-#define LIVE_ARMED 1u
-#define LIVE_SETTLING 3u
+/* A message that is the board's, with what the links tell of it. */
+struct live_heard {
+    const struct mr_message *message;
+    struct live_link *link;
+    int64_t host_us;
+    int64_t block; /* its time; -1: not known */
+};
 
-/* Declares `m`, the message got from its payload, or returns true: it is none. */
-#define GET(name)                                      \
-    struct mr_##name m;                                \
-    if (mr_##name##_get(&m, payload, length) != MR_OK) \
-    return true
-
-/* Identity and configuration. True: it was one of these. */
-bool live_model_take_configuration(struct live_model *model, uint16_t id, const uint8_t *payload, size_t length);
+/* Identity and configuration. */
+void live_model_take_configuration(struct live_model *model, const struct live_heard *heard);
 
 #endif

@@ -6,7 +6,6 @@
 #include <time.h>
 
 #include "common/predictor.h"
-#include "host/board/runway.h"
 #include "host/collect/collect.h"
 #include "host/units.h"
 
@@ -127,7 +126,7 @@ static void gear_text(const struct live_model *model, bool si, char *out, size_t
 
 static const char *state_text(const struct live_model *model)
 {
-    return model->state_known ? collector_state_text(model->state) : "unknown";
+    return model->state_known ? mr_landing_state_text(model->state) : "unknown";
 }
 
 void live_terminal_line(FILE *out, const struct live_model *model, int64_t now_us, bool si)
@@ -139,7 +138,7 @@ void live_terminal_line(FILE *out, const struct live_model *model, int64_t now_u
     zone_text(&model->zone, si, zone, sizeof zone);
     advice_text(&model->verdict, si, advice, sizeof advice);
     if (live_model_advised(model) && !model->warning.on)
-        snprintf(advised, sizeof advised, "advisory: %s%s, ", runway_reason_text(model->verdict.said.reason), advice);
+        snprintf(advised, sizeof advised, "advisory: %s%s, ", mr_predictor_reason_text(model->verdict.said.reason), advice);
     fprintf(out, "%.1f s  board %s  %s %u  gear %s  %s%s%s  CAN %lld lost %lld  serial %lld lost %lld\n",
             (double)live_model_block(model) / 1000.0, board, state_text(model), model->landing, gear,
             advised, model->warning.on ? "WARNING: " : "zone ", zone, (long long)can->received, (long long)can->lost,
@@ -245,7 +244,7 @@ static void draw_warning(struct canvas *canvas, const struct live_model *model, 
         char advice[60];
         advice_text(&model->verdict, si, advice, sizeof advice);
         line(canvas, bold, " advisory, no warning%s", advice);
-        line(canvas, NULL, "   %s", runway_reason_text(model->verdict.said.reason));
+        line(canvas, NULL, "   %s", mr_predictor_reason_text(model->verdict.said.reason));
     }
     if (!warning->on) {
         if (warning->since_us)

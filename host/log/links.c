@@ -60,7 +60,7 @@ static enum mr_status take_item(struct logger *logger, enum link_kind kind, cons
         return MR_OK;
     }
     if (logger->live.hub) /* what was shown before is not shown again */
-        collector_watch(logger->collector, item->again ? NULL : &logger->live.watcher);
+        collector_listen(logger->collector, item->again ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin(logger, error);
     if (status == MR_OK)
         status = take_troubles(logger, kind, item->kind == LINK_ITEM_FRAME ? &item->frame : NULL, error);

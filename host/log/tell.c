@@ -165,7 +165,7 @@ void logger_show_progress(struct logger *logger, bool last)
         snprintf(strangers, sizeof strangers, ", %lld not the board's", (long long)p.strangers[LINK_CAN]);
     fprintf(stderr,
             "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost%s  serial %lld frames, %lld lost%s \033[K%s",
-            p.run     ? collector_state_text(p.state)
+            p.run     ? mr_landing_state_text(p.state)
             : p.hello ? "no landing"
                       : "waiting for a board",
             p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges, (long long)p.counts[LINK_CAN].received,

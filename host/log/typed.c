@@ -127,7 +127,7 @@ static void take_command(struct logger *logger, const char *line)
     typed->asked = true;
     typed->until_us = typed->hold_us = logger_now_us() + ASKED_US;
     if (!arm)
-        say(logger, "disarm? What the board records, it is %s, ends there. yes: ", collector_state_text(p.state));
+        say(logger, "disarm? What the board records, it is %s, ends there. yes: ", mr_landing_state_text(p.state));
     else if (typed->command.argument)
         say(logger, "arm for landing %d? The board records until the gear has stopped and the mat is at rest. yes: ", typed->command.argument);
     else

@@ -5,6 +5,7 @@
 
 #include "common/command.h"
 #include "common/fault.h"
+#include "common/series.h"
 #include "common/wire.h"
 #include "host/collect/collect_state.h"
 #include "host/replay/diff_field.h"
@@ -146,9 +147,8 @@ static bool follows_from_record(const struct answer *answer, int64_t first_block
 /* Blocks before its own that a message is the mean of. */
 static int64_t reaches_back(uint16_t id)
 {
-    if (id >= MR_ID_DISPLACEMENT_1_3 && id <= MR_ID_DISPLACEMENT_7_8)
-        return 1;
-    return id >= MR_ID_TENSION_1_3 && id <= MR_ID_TENSION_13_14 ? 3 : 0;
+    unsigned pack = mr_series_pack_find(id);
+    return pack < MR_SERIES_PACKS ? mr_series_at(mr_series_pack_at(pack)->series)->blocks - 1 : 0;
 }
 
 static bool has_own_block(const struct mr_message_info *info)
@@ -358,7 +358,7 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     *diff = (struct diff){.exact = options->exact};
     c.first_block = recorded->block[0].index;
     c.end_block = recorded->block[recorded->blocks - 1].index;
-    c.broken_off = recorded->landing.state != STATE_DONE;
+    c.broken_off = recorded->landing.state != MR_LANDING_DONE;
     c.links_faultless = !mentions_link_faults(recorded) && !mentions_link_faults(replayed);
     begin_row(&c, "block", LINK_SERIAL);
     compare_blocks(&c);

@@ -156,7 +156,7 @@ static bool take_commands(const struct answers *recorded, struct commands *comma
         commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
         fits = add_command(commands, ack.block, message) && fits;
     }
-    if (last.state == 0 && last.cause == 1 && recorded->messages[link])
+    if (last.state == MR_LANDING_IDLE && last.cause == MR_LANDING_BY_COMMAND && recorded->messages[link])
         fits = add_command(commands, last.block, (struct mr_command){.code = MR_COMMAND_DISARM}) && fits;
     return fits;
 }

@@ -1,7 +1,6 @@
 /* What the board's predictor said of each landing, and what came of it. */
 #include <math.h>
 
-#include "host/board/runway.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
 #include "host/units.h"
@@ -29,9 +28,9 @@ static void row(FILE *out, const struct report_landing *landing, double station)
     if (w->warned)
         fputs("<td class=\"warn\">warning</td>", out);
     else
-        html_cell(out, "%s", measured->source == MEASURED_IMPORT ? "no board watched" : worst == STORE_NONE ? "no warning" : runway_verdict_text((unsigned)worst));
+        html_cell(out, "%s", measured->source == MEASURED_IMPORT ? "no board watched" : worst == STORE_NONE ? "no warning" : mr_predictor_verdict_text((unsigned)worst));
     html_number(out, w->warned ? w->t_s : (double)NAN, 3);
-    html_cell(out, "%s", w->warned && w->reason != STORE_NONE ? runway_reason_text((unsigned)w->reason) : "");
+    html_cell(out, "%s", w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason) : "");
     span_cell(out, w->warned, w->start_ft, w->end_ft, station);
     html_number(out, w->warned && w->reached ? w->true_lead_s : (double)NAN, 3);
     html_number(out, w->warned ? w->lead_s : (double)NAN, 3);

@@ -40,7 +40,7 @@ static void campaign_row(FILE *out, const struct report_landing *landing, bool s
     fprintf(out, "<tr><td><a href=\"#run%lld\">%lld</a></td>", (long long)measured->landing.id,
             (long long)measured->landing.id);
     html_cell(out, "%lld, %s%s", (long long)measured->landing.board_landing,
-              collector_state_text((unsigned)measured->landing.state),
+              mr_landing_state_text((unsigned)measured->landing.state),
               measured->doubts.torn ? ", torn" : measured->doubts.doubtful ? ", doubtful" : "");
     html_cell(out, "%zu of %zu", measured->gates, measured->switches);
     html_estimate(out, speed.value * unit_of(UNIT_SPEED, si)->factor,

@@ -55,7 +55,7 @@ enum mr_status landing_facts(const struct report *report, const struct report_la
         html_fact(out, "foresight", "%s", text);
     measured_source_text(measured, source);
     html_fact(out, "readings from", "%s", source);
-    html_fact(out, "state", "%s", collector_state_text((unsigned)row->state));
+    html_fact(out, "state", "%s", mr_landing_state_text((unsigned)row->state));
     html_fact(out, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
     html_fact(out, "firmware", "%s, image %08llx, commit %s", row->firmware[0] ? row->firmware : "unknown",
               row->image_crc == STORE_NONE ? 0ull : (unsigned long long)row->image_crc,

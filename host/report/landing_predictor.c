@@ -2,7 +2,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/board/runway.h"
 #include "host/report/chart.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
@@ -33,7 +32,7 @@ static void zone_words(FILE *out, const struct zone_warning *w, bool since_touch
     else
         fputs(". The wheel did not come there in the record", out);
     if (w->reason != STORE_NONE) {
-        fprintf(out, ". Because %s", runway_reason_text((unsigned)w->reason));
+        fprintf(out, ". Because %s", mr_predictor_reason_text((unsigned)w->reason));
         if (w->coming_mats > 0)
             fprintf(out, ": %lld mats before the wheel at station %.1f %s", (long long)w->coming_mats, w->coming_wheel_ft * station->factor,
                     station->text);
@@ -178,8 +177,8 @@ static size_t changes(FILE *out, const struct report_landing *landing, const str
         double became_s = zoned ? measured_reach_s(measured, row->start_ft) - t_s : (double)NAN;
         fputs("<tr>", out);
         html_number(out, t_s, 3);
-        html_cell(out, "%s", runway_verdict_text((unsigned)verdict));
-        html_cell(out, "%s", said->reason == STORE_NONE ? "" : runway_reason_text((unsigned)said->reason));
+        html_cell(out, "%s", mr_predictor_verdict_text((unsigned)verdict));
+        html_cell(out, "%s", said->reason == STORE_NONE ? "" : mr_predictor_reason_text((unsigned)said->reason));
         html_number(out, row ? (double)row->mats : (double)NAN, 0);
         if (zoned)
             html_cell(out, "%.1f to %.1f", station->factor * row->start_ft, station->factor * row->end_ft);
@@ -187,7 +186,7 @@ static size_t changes(FILE *out, const struct report_landing *landing, const str
             html_number(out, (double)NAN, 0);
         html_number(out, zoned ? row->lead_s : (double)NAN, 3);
         html_number(out, became_s >= 0.0 ? became_s : (double)NAN, 3);
-        html_cell(out, "%s", said->level == STORE_NONE ? "" : runway_level_text((unsigned)said->level));
+        html_cell(out, "%s", said->level == STORE_NONE ? "" : mr_predictor_level_text((unsigned)said->level));
         fputs("</tr>\n", out);
     }
     fputs("</tbody></table></div>\n", out);

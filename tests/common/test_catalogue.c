@@ -127,16 +127,6 @@ static void check_float(float value, const uint8_t *bytes)
         assert_memory_equal(out, bytes, length);                     \
     }
 #include "common/catalogue.def"
-#undef MESSAGE
-#undef END
-#undef INTEGER
-#undef REAL
-#undef FLOAT
-#define INTEGER(name, type, field, unit, text)
-#define REAL(name, type, field, per_unit, unit, text)
-#define FLOAT(name, field, unit, text)
-#define END(name, NAME)
-
 static void every_message_is_its_fields_in_order(void **state)
 {
     (void)state;
@@ -150,7 +140,6 @@ static void every_message_is_its_fields_in_order(void **state)
         memset(missing, 0xff, sizeof missing);
 #define MESSAGE(name, NAME, id, direction, text) check_##name(round ? bytes : missing);
 #include "common/catalogue.def"
-#undef MESSAGE
     }
 }
 
@@ -290,6 +279,51 @@ static void commands_parse_as_people_write_them(void **state)
     assert_string_equal(mr_command_name(200), "unknown");
 }
 
+/* Texts of fields end as before the values had a table: compared with what the DBC file has said all along. */
+static const struct mr_field_info *field_of(uint16_t id, const char *name)
+{
+    const struct mr_message_info *info = mr_message_find(id);
+    unsigned i = 0;
+    while (strcmp(info->fields[i].name, name) != 0)
+        i++;
+    return &info->fields[i];
+}
+
+static void a_text_has_the_list_of_values_where_the_star_stands(void **state)
+{
+    (void)state;
+    char text[200];
+    mr_field_text(field_of(MR_ID_LANDING, "cause"), text, sizeof text);
+    assert_string_equal(text, "why it changed: 0 no change, 1 command, 2 edge, 3 stopped, 4 settled, 5 time limit");
+    mr_field_text(field_of(MR_ID_HELLO, "reset_cause"), text, sizeof text);
+    assert_string_equal(text, "bit 0 power, 1 pin, 2 software, 3 watchdog, 4 low power, 5 brown-out");
+    mr_field_text(field_of(MR_ID_CHANNEL_EVENT, "validity"), text, sizeof text); /* that a channel is not fitted no message says */
+    assert_string_equal(text, "0 valid, 2 saturated, 3 open, 4 reference, 5 short, 6 too fast, 7 stuck, 8 out of range, 9 not excited");
+    mr_field_text(field_of(MR_ID_RUNWAY_STORE, "copy_b"), text, sizeof text);
+    assert_string_equal(text, "likewise");
+    mr_field_text(field_of(MR_ID_LANDING, "cause"), text, 20);
+    assert_string_equal(text, "why it changed: 0 n");
+}
+
+static void a_value_has_a_text(void **state)
+{
+    (void)state;
+    assert_string_equal(mr_landing_state_text(MR_LANDING_SETTLING), "settling");
+    assert_string_equal(mr_predictor_level_text(MR_PREDICTOR_FOUR), "four mats in one");
+    assert_string_equal(mr_validity_text(MR_INVALID_NOT_FITTED), "not fitted");
+    assert_string_equal(mr_runway_copy_text(254), "no memory");
+    assert_string_equal(mr_landing_state_text(5), "unknown");
+#define ENUM(values)                                          \
+    {                                                         \
+        const char *(*const text)(unsigned) = mr_##values##_text;
+#define VALUE(values, NAME, number, word) assert_string_equal(text(NAME), word);
+#define WORDED(values, NAME, number, word, said) assert_string_equal(text(NAME), said);
+#define END_ENUM(values)                          \
+        assert_string_equal(text(4711), "unknown"); \
+    }
+#include "common/catalogue.def"
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -303,6 +337,8 @@ int main(void)
         cmocka_unit_test(field_values_are_in_units),
         cmocka_unit_test(field_values_are_read_by_type),
         cmocka_unit_test(commands_parse_as_people_write_them),
+        cmocka_unit_test(a_text_has_the_list_of_values_where_the_star_stands),
+        cmocka_unit_test(a_value_has_a_text),
     };
     return cmocka_run_group_tests_name("common/catalogue", tests, NULL, NULL);
 }

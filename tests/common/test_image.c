@@ -97,11 +97,11 @@ static void every_state_has_its_own_text(void **state)
 {
     (void)state;
     for (unsigned a = 0; a <= MR_IMAGE_HEADER; a++) {
-        assert_string_not_equal(mr_image_state_text(a), "unknown state");
+        assert_string_not_equal(mr_image_state_text(a), "unknown");
         for (unsigned b = 0; b < a; b++)
             assert_string_not_equal(mr_image_state_text(a), mr_image_state_text(b));
     }
-    assert_string_equal(mr_image_state_text(MR_IMAGE_HEADER + 1), "unknown state");
+    assert_string_equal(mr_image_state_text(MR_IMAGE_HEADER + 1), "unknown");
 }
 
 int main(void)

@@ -132,9 +132,9 @@ static void steps_are_believed_only_with_a_loss(void **state)
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
     account_can_frame(&account);
-    account_step(&account, MR_ID_TENSION_4_6, 101);
+    account_step(&account, MR_PACK_TENSION_4_6, 101);
     account_can_frame(&account);
-    account_step(&account, MR_ID_TENSION_4_6, 113); /* 105 and 109 are missing, perhaps */
+    account_step(&account, MR_PACK_TENSION_4_6, 113); /* 105 and 109 are missing, perhaps */
     can_interval(&account, 0, 5, 0, 143);           /* 1..4 were sent, two came */
     assert_int_equal(account.counts.lost, 2);
     assert_int_equal(account.gaps, 2);
@@ -147,9 +147,9 @@ static void steps_are_believed_only_with_a_loss(void **state)
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
     account_can_frame(&account);
-    account_step(&account, MR_ID_DISPLACEMENT_1_3, 100);
+    account_step(&account, MR_PACK_DISPLACEMENT_1_3, 100);
     account_can_frame(&account);
-    account_step(&account, MR_ID_DISPLACEMENT_1_3,
+    account_step(&account, MR_PACK_DISPLACEMENT_1_3,
                  200); /* the board was idle in between: all it sent has come */
     can_interval(&account, 0, 3, 0, 243);
     assert_int_equal(account.counts.lost, 0);
@@ -162,8 +162,8 @@ static void steps_count_when_no_health_comes_any_more(void **state)
     (void)state;
     account_start(&account, LINK_CAN);
     can_interval(&account, 0, 0, 0, 43);
-    account_step(&account, MR_ID_DISPLACEMENT_7_8, 100);
-    account_step(&account, MR_ID_DISPLACEMENT_7_8, 110);
+    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 100);
+    account_step(&account, MR_PACK_DISPLACEMENT_7_8, 110);
     account_end(&account);
     assert_int_equal(account.counts.lost, 4);
     assert_string_equal(account.gap[0].channels, "d7-d8");
@@ -184,7 +184,7 @@ static void restart_begins_afresh(void **state)
 
 static bool count(struct account *account, uint16_t id, uint32_t sent)
 {
-    account_message(account, MR_ID_MESSAGE_COUNT);
+    account_message(account, MR_PLACE_MESSAGE_COUNT);
     return account_message_count(account, &(struct mr_message_count){.id = id, .count = sent});
 }
 
@@ -197,11 +197,11 @@ static void counts_of_a_board_that_begins_again(void **state)
     account_start(&account, LINK_SERIAL);
     account_serial_frame(&account, 0, 1);
     for (unsigned i = 0; i < 122; i++)
-        account_message(&account, MR_ID_ZONE);
+        account_message(&account, MR_PLACE_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 122));
     assert_true(count(&account, MR_ID_MOTION, 0));
     account_serial_frame(&account, 7, 1); /* 1 to 6 are lost: the hello of a board that begins again may be among them */
-    account_message(&account, MR_ID_MOTION);
+    account_message(&account, MR_PLACE_MOTION);
     assert_false(count(&account, MR_ID_ZONE, 0));
     assert_false(count(&account, MR_ID_MOTION, 3));
     account_goes_on(&account); /* it was none */
@@ -212,7 +212,7 @@ static void counts_of_a_board_that_begins_again(void **state)
     assert_int_equal(account.repeated_of[zone], 0);
     account_restart(&account, false);
     assert_true(count(&account, MR_ID_ZONE, 1)); /* of what came before that nothing is known */
-    account_message(&account, MR_ID_ZONE);
+    account_message(&account, MR_PLACE_ZONE);
     assert_true(count(&account, MR_ID_ZONE, 4));
     assert_int_equal(account.missing_of[zone], 2);
 }

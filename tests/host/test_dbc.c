@@ -118,6 +118,11 @@ static void floats_and_names(void **state)
         strstr(text, "\nVAL_ 160 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n"));
     assert_non_null(
         strstr(text, "\nVAL_ 176 code 1 \"state\" 2 \"arm\" 3 \"disarm\" 4 \"mark\" 5 \"survey\" 6 \"bootrom\" 7 \"reset\" 8 \"self-test\" ;\n"));
+    /* A state has its names wherever it stands, a validity that no message carries none, and bits are no values. */
+    assert_non_null(strstr(text, "\nVAL_ 496 state 0 \"idle\" 1 \"armed\" 2 \"landing\" 3 \"settling\" 4 \"done\" ;\n"));
+    assert_non_null(strstr(text, "\nVAL_ 233 validity 0 \"valid\" 2 \"saturated\" "));
+    assert_null(strstr(text, "\nVAL_ 496 reset_cause"));
+    assert_non_null(strstr(text, "\nCM_ SG_ 496 reset_cause \"bit 0 power, 1 pin, "));
     assert_non_null(strstr(text, " 19 \"the watchdog reset the board\" "));
     assert_non_null(strstr(text, "\nBU_: BOARD HOST\n"));
 }

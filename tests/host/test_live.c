@@ -15,11 +15,34 @@
 
 /* ---- helpers ---- */
 
+/* What the collector makes of a frame whose block, -1: not known, is this. */
+static struct collector_event event_of(enum link_kind kind, struct mr_message *message, int64_t host_us, int64_t block)
+{
+    return (struct collector_event){.link = kind, .message = message, .host_us = (uint64_t)host_us,
+                                    .board_us = block < 0 ? STORE_NONE : 1000 * block};
+}
+
+static void say(struct live_model *model, enum link_kind kind, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+{
+    struct mr_message message;
+    assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
+    const struct collector_event event = event_of(kind, &message, NOW_US + 1000 * block, block);
+    live_model_message(model, &event);
+}
+
+static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload, size_t length, int64_t block)
+{
+    struct mr_message message;
+    assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
+    const struct collector_event event = event_of(LINK_CAN, &message, NOW_US, block);
+    live_hub_message(hub, &event);
+}
+
 #define MESSAGE(model, kind, name, NAME, block, ...)                                                       \
     do {                                                                                                   \
         uint8_t payload_[MR_MESSAGE_MAX];                                                                  \
         size_t length_ = mr_##name##_put(&(struct mr_##name){__VA_ARGS__}, payload_);                      \
-        live_model_message(model, kind, MR_ID_##NAME, payload_, length_, NOW_US + 1000 * (block), block); \
+        say(model, kind, MR_ID_##NAME, payload_, length_, block);                                          \
     } while (0)
 
 static struct live_model *model_made(void)
@@ -44,13 +67,12 @@ static struct live_model *model_made(void)
 static void put_record(struct live_model *model, uint32_t index, double inches, double pounds)
 {
     double d[MR_TRANSDUCERS], t[MR_GAGES];
-    uint8_t record[MR_BLOCK_BYTES_MAX];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         d[i] = inches;
     for (unsigned i = 0; i < MR_GAGES; i++)
         t[i] = pounds;
     struct mr_block block = stream_block(index, d, t);
-    live_model_record(model, record, mr_block_put(&block, record), NOW_US + 1000 * (int64_t)index);
+    live_model_record(model, &block, NOW_US + 1000 * (int64_t)index);
 }
 
 static void put_zone(struct live_model *model, enum link_kind kind, int64_t block, bool warning)
@@ -317,9 +339,9 @@ static void hub_zone(struct live_hub *hub, int64_t block, bool warning)
 {
     uint8_t payload[MR_MESSAGE_MAX];
     size_t length = mr_zone_put(&(struct mr_zone){.mats = 40, .start_ft = 60.0f, .end_ft = 71.4f, .block16 = (uint16_t)block}, payload);
-    live_hub_message(hub, LINK_CAN, MR_ID_ZONE, payload, length, NOW_US, block);
+    say_to_hub(hub, MR_ID_ZONE, payload, length, block);
     length = mr_zone_lead_put(&(struct mr_zone_lead){.lead_s = 1.0f, .warning = warning, .block16 = (uint16_t)block}, payload);
-    live_hub_message(hub, LINK_CAN, MR_ID_ZONE_LEAD, payload, length, NOW_US, block);
+    say_to_hub(hub, MR_ID_ZONE_LEAD, payload, length, block);
 }
 
 static uint64_t id_of(const char *event)
@@ -446,9 +468,9 @@ static void a_command_waits_for_its_own_answer(void **state)
     assert_int_equal(command.argument, 7);
     assert_false(live_hub_take_command(asking.hub, &command)); /* once */
     struct mr_ack ack = {.code = MR_COMMAND_ARM, .status = MR_OK, .tag = (uint16_t)(command.tag + 1)}; /* somebody else's */
-    live_hub_message(asking.hub, LINK_CAN, MR_ID_ACK, payload, mr_ack_put(&ack, payload), NOW_US, 1000);
+    say_to_hub(asking.hub, MR_ID_ACK, payload, mr_ack_put(&ack, payload), 1000);
     ack = (struct mr_ack){.code = MR_COMMAND_ARM, .status = MR_NOT_NOW, .tag = command.tag};
-    live_hub_message(asking.hub, LINK_CAN, MR_ID_ACK, payload, mr_ack_put(&ack, payload), NOW_US, 1001);
+    say_to_hub(asking.hub, MR_ID_ACK, payload, mr_ack_put(&ack, payload), 1001);
     pthread_join(thread, NULL);
     assert_int_equal(asking.status, MR_OK);
     assert_int_equal(asking.answer, MR_NOT_NOW);

@@ -44,7 +44,9 @@ static void *board(void *context)
         if (live_hub_take_command(rig->hub, &command)) {
             const struct mr_ack ack = {.code = command.code, .status = MR_OK, .tag = command.tag};
             rig->disarmed += command.code == MR_COMMAND_DISARM;
-            live_hub_message(rig->hub, LINK_CAN, MR_ID_ACK, payload, mr_ack_put(&ack, payload), 1, 1);
+            struct mr_message message;
+            mr_message_read(&message, MR_ID_ACK, payload, mr_ack_put(&ack, payload));
+            live_hub_message(rig->hub, &(struct collector_event){.link = LINK_CAN, .message = &message, .host_us = 1, .board_us = 1000});
         }
         live_hub_turn(rig->hub);
         usleep(2000);

@@ -22,14 +22,16 @@ struct walk {
 static uint32_t happen(struct witness *witness, const struct walk *walk, uint32_t seed)
 {
     static const uint16_t ids[] = {MR_ID_LANDING, MR_ID_HELLO, MR_ID_CLOCK, 0x100};
-    struct witness_message message = {.length = 8, .block = walk->block, .host_us = walk->turn};
+    struct witness_message message = {.block = walk->block, .host_us = walk->turn};
+    uint8_t payload[MR_MESSAGE_MAX] = {0};
     uint32_t answer = 0;
     state = seed;
-    message.id = ids[draw(4)];
-    message.payload[0] = (uint8_t)draw(3);
+    uint16_t id = ids[draw(4)];
+    payload[0] = (uint8_t)draw(3);
+    mr_message_read(&message.message, id, payload, mr_message_find(id)->length);
     switch (draw(8)) {
     case 0:
-    case 1: witness_serial(witness, message.id, message.payload, message.length, walk->block); break;
+    case 1: witness_serial(witness, &message.message, walk->block); break;
     case 2:
     case 3:
     case 4: answer = witness_can(witness, &message); break;

@@ -14,19 +14,12 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
-FIELD_BYTES = {"u8": 1, "i8": 1, "u16": 2, "i16": 2, "u32": 4, "i32": 4}
 
-
-def catalogue():
+def catalogue(matrig):
     """(name, identifier, bytes) of each message that the board sends."""
-    text = open("common/catalogue.def").read()
-    for name, identifier, direction, body in re.findall(
-            r"^MESSAGE\((\w+), \w+, (0x[0-9a-f]+), (\w+), .*?\)\n(.*?)^END", text, re.M | re.S):
-        size = 0
-        for kind, rest in re.findall(r"^    (INTEGER|REAL|FLOAT)\(\w+, (\w+)", body, re.M):
-            size += 4 if kind == "FLOAT" else FIELD_BYTES[rest]
-        if direction != "HOST":
-            yield name, int(identifier, 16), size
+    text = subprocess.run([matrig, "dbc"], capture_output=True, text=True, check=True).stdout
+    for identifier, name, size in re.findall(r"^BO_ (\d+) (\w+): (\d+) BOARD$", text, re.M):
+        yield name, int(identifier), int(size)
 
 
 def payloads(size, dice):
@@ -97,7 +90,7 @@ class Study:
         return None if doubtful else f"{name}: another number than without it, not marked"
 
     def cases(self):
-        for name, identifier, size in catalogue():
+        for name, identifier, size in catalogue(self.matrig):
             dice = random.Random(identifier)
             frames = [(kind, (identifier, payload)) for kind, payload in payloads(size, dice)]
             if self.both:

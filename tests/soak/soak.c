@@ -191,7 +191,7 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
     struct mr_message_count count;
     struct mr_ack ack;
     struct mr_box_record record;
-    account_message(account, id);
+    account_message(account, mr_message_place(id));
     if (id == MR_ID_CAN_HEALTH && link == LINK_CAN && mr_can_health_get(&health, payload, length) == MR_OK)
         account_can_health(account, &health, -1);
     if (id == MR_ID_MESSAGE_COUNT && mr_message_count_get(&count, payload, length) == MR_OK) {
