@@ -39,7 +39,7 @@ hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c $(hil_rooms:%=hil/%/*.c)))
 # The predictor and what it is made of, for the programs that have it alone.
 predictor_parts := $(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure
 # The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
-host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
+host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
 	firmware/predict_feed.c
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
@@ -283,7 +283,7 @@ $(B)/.fuzz-packages: $(B)/.test-packages
 # result; the exceptions' flags are not looked at.
 $(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
 # GSL's element access inline, without range checks: the bootstrap of a fit is made of it.
-$(B)/host/host/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
+$(B)/host/host/study/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@

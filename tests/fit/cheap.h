@@ -6,7 +6,7 @@
 #ifndef MATRIG_TESTS_FIT_CHEAP_H
 #define MATRIG_TESTS_FIT_CHEAP_H
 
-#include "host/fit/landings.h"
+#include "host/study/fit/landings.h"
 
 #define CHEAP_NOISE_IN 0.003
 

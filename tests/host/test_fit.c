@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/fit/landings.h"
-#include "host/fit/verdict.h"
+#include "host/study/fit/landings.h"
+#include "host/study/fit/verdict.h"
 #include "tests/fit/cheap.h"
 #include "tests/host/scratch.h"
 

@@ -1,7 +1,7 @@
 /* Which survey a fit takes for a landing: gage points read before and after it, and what the board had. */
 #include <math.h>
 
-#include "host/fit/surveyed.h"
+#include "host/study/fit/surveyed.h"
 #include "host/store/store_survey.h"
 #include "tests/host/scratch.h"
 

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/fit/print.h"
+#include "host/study/fit/print.h"
 
 static double measured[6], expected[6], scatter[6];
 

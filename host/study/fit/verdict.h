@@ -5,10 +5,10 @@
  * direction of the data's information below 1 is a combination that the data leave to the priors although each of its members
  * alone could be told: they are confounded. The profile checks it where the information is only a slope: a prior's standard
  * deviation along the direction, either way, must cost less than a 95 % limit (3.84) in squared misfit. */
-#ifndef MATRIG_HOST_FIT_VERDICT_H
-#define MATRIG_HOST_FIT_VERDICT_H
+#ifndef MATRIG_HOST_STUDY_FIT_VERDICT_H
+#define MATRIG_HOST_STUDY_FIT_VERDICT_H
 
-#include "host/fit/solve.h"
+#include "host/study/fit/solve.h"
 
 #define VERDICT_LIMIT 3.84
 #define VERDICT_MEMBER 0.1 /* least square of a member's component */

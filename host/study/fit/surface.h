@@ -1,10 +1,10 @@
 /* Surface: statistics as polynomials of second degree of w, and their scatter about it, from an ensemble. */
-#ifndef MATRIG_HOST_FIT_SURFACE_H
-#define MATRIG_HOST_FIT_SURFACE_H
+#ifndef MATRIG_HOST_STUDY_FIT_SURFACE_H
+#define MATRIG_HOST_STUDY_FIT_SURFACE_H
 
 #include <gsl/gsl_matrix.h>
 
-#include "host/fit/ensemble.h"
+#include "host/study/fit/ensemble.h"
 
 #define SURFACE_TERMS_MAX (1 + FIT_PARAMETERS_MAX + FIT_PARAMETERS_MAX * (FIT_PARAMETERS_MAX + 1) / 2)
 

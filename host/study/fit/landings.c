@@ -1,4 +1,4 @@
-#include "host/fit/landings.h"
+#include "host/study/fit/landings.h"
 
 #include <gsl/gsl_randist.h>
 #include <gsl/gsl_rng.h>

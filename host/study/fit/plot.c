@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/fit/print.h"
+#include "host/study/fit/print.h"
 #include "host/output.h"
 #include "host/report/svg.h"
 

@@ -1,8 +1,8 @@
 /* Ensemble: many simulated data sets at parameters spread about a place, on several threads. */
-#ifndef MATRIG_HOST_FIT_ENSEMBLE_H
-#define MATRIG_HOST_FIT_ENSEMBLE_H
+#ifndef MATRIG_HOST_STUDY_FIT_ENSEMBLE_H
+#define MATRIG_HOST_STUDY_FIT_ENSEMBLE_H
 
-#include "host/fit/fit.h"
+#include "host/study/fit/fit.h"
 
 /* An ellipsoid-like region: z = middle + spread w, w even over +-ENSEMBLE_REACH in each direction (standard deviation 1). */
 #define ENSEMBLE_REACH 1.7320508075688772

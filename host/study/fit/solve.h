@@ -1,9 +1,9 @@
 /* Solve: the parameters at which a surface of scores and the priors come closest to what was measured. Nonlinear least squares by
  * GSL's multifit_nlinear (Levenberg-Marquardt, analytic derivatives). */
-#ifndef MATRIG_HOST_FIT_SOLVE_H
-#define MATRIG_HOST_FIT_SOLVE_H
+#ifndef MATRIG_HOST_STUDY_FIT_SOLVE_H
+#define MATRIG_HOST_STUDY_FIT_SOLVE_H
 
-#include "host/fit/surface.h"
+#include "host/study/fit/surface.h"
 
 /* Beyond this in w the surface goes on straight: a polynomial turns round where nothing was simulated. */
 #define SOLVE_STRAIGHT (1.3 * ENSEMBLE_REACH)

@@ -22,8 +22,8 @@
  *
  * Parameters here are z: in units of their prior's standard deviation, from its middle; the priors are independent.
  * Deterministic: the same seed gives the same answer, however many threads. */
-#ifndef MATRIG_HOST_FIT_FIT_H
-#define MATRIG_HOST_FIT_FIT_H
+#ifndef MATRIG_HOST_STUDY_FIT_FIT_H
+#define MATRIG_HOST_STUDY_FIT_FIT_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -53,7 +53,7 @@ struct fit_options {
     void *go_on_context;
 };
 
-/* A combination of parameters that is left to the priors: host/fit/verdict.h. */
+/* A combination of parameters that is left to the priors: host/study/fit/verdict.h. */
 struct fit_confounded {
     double direction[FIT_PARAMETERS_MAX]; /* in z, of length 1 */
     unsigned members;                     /* that count in it */

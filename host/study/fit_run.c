@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
-#include "host/fit/campaign.h"
-#include "host/fit/print.h"
+#include "host/study/fit/campaign.h"
+#include "host/study/fit/print.h"
 #include "host/output.h"
 #include "host/place.h"
 #include "host/run.h"

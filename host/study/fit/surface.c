@@ -1,4 +1,4 @@
-#include "host/fit/surface.h"
+#include "host/study/fit/surface.h"
 
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>

@@ -1,4 +1,4 @@
-#include "host/fit/surveyed.h"
+#include "host/study/fit/surveyed.h"
 
 #include <math.h>
 #include <stdlib.h>

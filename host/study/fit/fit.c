@@ -1,4 +1,4 @@
-#include "host/fit/fit.h"
+#include "host/study/fit/fit.h"
 
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_cdf.h>
@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/fit/verdict.h"
+#include "host/study/fit/verdict.h"
 
 #define DRAWS 300u
 #define WIDEN 1.3     /* the next design, in standard errors of the present estimate */

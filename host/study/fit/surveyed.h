@@ -1,8 +1,8 @@
 /* Surveyed: the sums of the gaps of each segment before and after a landing. What was read at gage points between two landings
  * (`matrig survey`, with the error of its readings) holds; a segment that was not read then is as the board had it when the landing
  * was armed. */
-#ifndef MATRIG_HOST_FIT_SURVEYED_H
-#define MATRIG_HOST_FIT_SURVEYED_H
+#ifndef MATRIG_HOST_STUDY_FIT_SURVEYED_H
+#define MATRIG_HOST_STUDY_FIT_SURVEYED_H
 
 #include "host/store/store.h"
 

@@ -1,10 +1,10 @@
 /* What a fit gave, as a table, as JSON, as a scene. */
-#ifndef MATRIG_HOST_FIT_PRINT_H
-#define MATRIG_HOST_FIT_PRINT_H
+#ifndef MATRIG_HOST_STUDY_FIT_PRINT_H
+#define MATRIG_HOST_STUDY_FIT_PRINT_H
 
 #include <jansson.h>
 
-#include "host/fit/landings.h"
+#include "host/study/fit/landings.h"
 
 /* A parameter in its own unit: estimate, 95 % interval, prior. */
 struct fit_row {

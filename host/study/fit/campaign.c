@@ -1,4 +1,4 @@
-#include "host/fit/campaign.h"
+#include "host/study/fit/campaign.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -6,7 +6,7 @@
 
 #include "host/analyse/zones.h"
 #include "host/compare/scene.h"
-#include "host/fit/surveyed.h"
+#include "host/study/fit/surveyed.h"
 
 #define SURVEY_SPREAD 0.03 /* of all sums of a survey alike: the gauge, and what counts as closed */
 #define MANY_SAMPLES 1e9

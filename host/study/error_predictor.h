@@ -1,6 +1,6 @@
 /* matrig error --predictor, after its options. */
-#ifndef MATRIG_HOST_ERROR_PREDICTOR_H
-#define MATRIG_HOST_ERROR_PREDICTOR_H
+#ifndef MATRIG_HOST_STUDY_ERROR_PREDICTOR_H
+#define MATRIG_HOST_STUDY_ERROR_PREDICTOR_H
 
 #include "host/cli.h"
 

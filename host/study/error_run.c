@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
-#include "host/commands/error_predictor.h"
+#include "host/study/error_predictor.h"
 #include "host/output.h"
 #include "host/report/plot_error.h"
 #include "host/sim/error_study.h"

@@ -10,12 +10,12 @@
  * over the last 0.2 s; of each segment surveyed before and after, the sum after. Of u only u0 asinh(u/u0) is used, as movements
  * scale with what causes them. A mean over a window is one number however many samples it has, and its scatter comes from the
  * ensemble: nothing takes neighbouring samples for independent. A window of which less than half is valid is left out. */
-#ifndef MATRIG_HOST_FIT_LANDINGS_H
-#define MATRIG_HOST_FIT_LANDINGS_H
+#ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
+#define MATRIG_HOST_STUDY_FIT_LANDINGS_H
 
 #include "common/catalogue.h"
 #include "common/closure.h"
-#include "host/fit/fit.h"
+#include "host/study/fit/fit.h"
 #include "host/sim/sim.h"
 
 enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_SHARE, FIT_STIFFNESS, FIT_KEYS };

@@ -1,7 +1,7 @@
 /* matrig error --predictor: the onboard predictor's error against its cost. */
 #include <stdio.h>
 
-#include "host/commands/error_predictor.h"
+#include "host/study/error_predictor.h"
 #include "host/output.h"
 #include "host/report/plot_predictor.h"
 #include "host/sim/predictor_cost.h"

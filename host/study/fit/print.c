@@ -1,4 +1,4 @@
-#include "host/fit/print.h"
+#include "host/study/fit/print.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "host/cli.h"
-#include "host/fit/verdict.h"
+#include "host/study/fit/verdict.h"
 #include "host/output.h"
 
 #define NORMAL_95 1.959963984540054

@@ -1,8 +1,8 @@
 /* Landings of a campaign database, made ready to fit. */
-#ifndef MATRIG_HOST_FIT_CAMPAIGN_H
-#define MATRIG_HOST_FIT_CAMPAIGN_H
+#ifndef MATRIG_HOST_STUDY_FIT_CAMPAIGN_H
+#define MATRIG_HOST_STUDY_FIT_CAMPAIGN_H
 
-#include "host/fit/landings.h"
+#include "host/study/fit/landings.h"
 #include "host/store/store.h"
 
 /* Adds landing `run`: way of the gear, survey before it, displacements with their errors. The runway is that of the scene file.

@@ -1,4 +1,4 @@
-#include "host/fit/verdict.h"
+#include "host/study/fit/verdict.h"
 
 #include <gsl/gsl_eigen.h>
 #include <math.h>

@@ -1,4 +1,4 @@
-#include "host/fit/ensemble.h"
+#include "host/study/fit/ensemble.h"
 
 #include <gsl/gsl_qrng.h>
 #include <math.h>

@@ -1,4 +1,4 @@
-#include "host/fit/solve.h"
+#include "host/study/fit/solve.h"
 
 #include <gsl/gsl_linalg.h>
 #include <gsl/gsl_multifit_nlinear.h>
