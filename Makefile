@@ -16,11 +16,12 @@ HOST_FLAGS := $(COMMON_FLAGS) -D_GNU_SOURCE $(COVERAGE)
 ARM_CPU := -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 ARM_FLAGS := $(COMMON_FLAGS) $(ARM_CPU) -ffreestanding -ffunction-sections -fdata-sections
 
-# What Debian 12 must have: to build and play the demo, and beyond that to test.
+# What Debian 12 must have: to build and play the demo, beyond that for studies (matrig-study), and to test.
 DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
-	libsundials-dev libserialport-dev libmd-dev zlib1g-dev libgsl-dev libmicrohttpd-dev libc6-dev $(if $(shell command -v npm),,npm)
-TEST_PACKAGES := $(DEMO_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
-	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox
+	libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libc6-dev
+STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev
+TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
+	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox $(if $(shell command -v npm),,npm)
 COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
 FUZZ_PACKAGES := $(TEST_PACKAGES) clang
 # And to decode a candump log beside matrig.
@@ -39,8 +40,10 @@ hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c $(hil_rooms:%=hil/%/*.c)))
 # The predictor and what it is made of, for the programs that have it alone.
 predictor_parts := $(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure
 # The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
-host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
+host_src := $(filter-out host/main.c host/study/% %/cvode.c %/error_study.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
 	firmware/predict_feed.c
+# What needs GSL or SUNDIALS, and the commands that matrig-study runs for matrig (host/study_start.h).
+study_src := $(filter-out host/study/main.c,$(wildcard host/study/*.c host/study/*/*.c)) $(filter %/cvode.c %/error_study.c,$(wildcard host/sim/*.c host/sim/*/*.c))
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
@@ -64,17 +67,25 @@ common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
 host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
+study_lib := $(B)/host/libstudy.a
+study_objects := $(call objects,host,$(study_src))
+# What matrig-study has beyond matrig. cvode as an object: the solver is there when it is linked (host/sim/stepper.h).
+study_parts := $(filter %/cvode.o,$(study_objects)) $(study_lib)
 # Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later, GSL
-# GPL-3.0-or-later: only matrig and the tests of host link them, never matrig-board (GPL-2.0 and 3.0 do not go together).
+# GPL-3.0-or-later: the tests of host link them, of the programs matrig the former and matrig-study both, never matrig-board (GPL-2.0 and
+# 3.0 do not go together).
 HIL_LIBS := -lunicorn -lm
-HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband \
-	-lsundials_sunlinsolband -lmd -lz -lgsl -lgslcblas -lm
+HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lmd -lz -lm
+STUDY_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband -lsundials_sunlinsolband -lgsl -lgslcblas $(HOST_LIBS)
 
 firmware := $(B)/firmware/matrig.elf
 images := $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(B)/firmware/vectors.bin $(B)/firmware/program.bin
 programs := $(B)/matrig $(B)/matrig-board
+studies := $(B)/matrig-study
 manuals := $(B)/matrig.1 $(B)/matrig.bash
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
+# Of the host, with what matrig-study has.
+study_tests := error_study fit fit_surveyed fit_verdict sim_extremes sim_growth sim_model sim_planar
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
@@ -94,7 +105,7 @@ help: ## list the targets
 deps: $(B)/.demo-packages $(B)/.test-packages ## install what is missing (Debian packages)
 
 .PHONY: all
-all: $(images) $(B)/firmware/stack.txt $(programs) $(manuals) ## build firmware images, matrig and matrig-board
+all: $(images) $(B)/firmware/stack.txt $(programs) $(studies) $(manuals) ## build firmware images, matrig, matrig-study and matrig-board
 
 .PHONY: have-port
 have-port:
@@ -111,8 +122,9 @@ PREFIX ?= /usr/local
 installed := $(DESTDIR)$(PREFIX)
 .PHONY: install
 install: all ## PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, man page, completion, licences
-	install -d $(addprefix $(installed)/,bin share/man/man1 share/bash-completion/completions share/matrig/scenes share/doc/matrig)
+	install -d $(addprefix $(installed)/,bin libexec/matrig share/man/man1 share/bash-completion/completions share/matrig/scenes share/doc/matrig)
 	install -m 755 $(programs) $(installed)/bin
+	install -m 755 $(studies) $(installed)/libexec/matrig
 	install -m 644 $(firmware) $(firmware:.elf=.hex) $(firmware:.elf=.bin) $(installed)/share/matrig
 	install -m 644 host/scenes/*.json $(installed)/share/matrig/scenes
 	install -m 644 $(B)/matrig.1 $(installed)/share/man/man1
@@ -124,10 +136,10 @@ install: all ## PREFIX=/usr/local DESTDIR=: programs, firmware images, scenes, m
 uninstall: ## PREFIX=/usr/local DESTDIR=: take away what install put there
 	rm -f $(addprefix $(installed)/bin/,$(notdir $(programs))) $(installed)/share/man/man1/matrig.1 \
 		$(installed)/share/bash-completion/completions/matrig
-	rm -rf $(installed)/share/matrig $(installed)/share/doc/matrig
+	rm -rf $(addprefix $(installed)/,libexec/matrig share/matrig share/doc/matrig)
 
 .PHONY: demo
-demo: all ## play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
+demo: $(firmware) $(programs) ## play a landing to the emulated board, log it, compare it, report it: build/demo/report.html
 	@tests/demo.sh
 
 .PHONY: test
@@ -263,7 +275,9 @@ endef
 
 $(B)/.demo-packages:
 	$(call install_packages,$(DEMO_PACKAGES))
-$(B)/.test-packages: $(B)/.demo-packages
+$(B)/.study-packages: $(B)/.demo-packages
+	$(call install_packages,$(STUDY_PACKAGES))
+$(B)/.test-packages: $(B)/.study-packages
 	$(call install_packages,$(TEST_PACKAGES))
 $(B)/.bench-packages: $(B)/.test-packages
 	$(call install_packages,$(BENCH_PACKAGES))
@@ -284,6 +298,7 @@ $(B)/.fuzz-packages: $(B)/.test-packages
 $(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
 # GSL's element access inline, without range checks: the bootstrap of a fit is made of it.
 $(B)/host/host/study/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
+$(study_objects): | $(B)/.study-packages
 $(B)/host/%.o: %.c | $(B)/.demo-packages
 	@mkdir -p $(@D)
 	$(CC) $(HOST_FLAGS) -c $< -o $@
@@ -292,12 +307,15 @@ $(common_lib): $(call objects,host,$(common_src))
 $(hil_lib): $(call objects,host,$(hil_src))
 $(host_lib): $(call objects,host,$(host_src))
 $(app_lib): $(call objects,host,$(app_src))
-$(common_lib) $(hil_lib) $(host_lib) $(app_lib):
+$(study_lib): $(filter-out %/cvode.o,$(study_objects))
+$(common_lib) $(hil_lib) $(host_lib) $(app_lib) $(study_lib):
 	@rm -f $@
 	$(AR) rcs $@ $^
 
 $(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/matrig-study: $(B)/host/host/study/main.o $(study_parts) $(host_lib) $(common_lib)
+	$(CC) $^ $(STUDY_LIBS) -o $@
 $(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
 	$(CC) $^ $(HIL_LIBS) -o $@
 
@@ -319,16 +337,13 @@ $(B)/host/hil/core/bootrom.o: $(B)/hil/bootrom.bin
 
 # --- the live page: uPlot of the version and checksum in package-lock.json, carried by matrig as bytes ---
 uplot := build/npm/node_modules/uplot/dist/uPlot.iife.min.js
-$(uplot): host/live/page/package.json host/live/page/package-lock.json | $(B)/.demo-packages
-	@mkdir -p build/npm
-	@cp $^ build/npm/
-	@cd build/npm && npm ci --ignore-scripts --no-audit --no-fund --omit-lockfile-registry-resolved --cache ./cache >npm.log 2>&1 || \
-		{ grep -i err npm.log | head -n 3 >&2; echo "cannot fetch uPlot by npm; see build/npm/npm.log; it needs a network once" >&2; exit 2; }
+$(uplot): host/live/page/package.json host/live/page/package-lock.json host/live/page/fetch.sh | $(B)/.demo-packages
+	@sh host/live/page/fetch.sh build/npm
 	@touch $@
 $(B)/host/host/live/assets.o: $(uplot) $(wildcard host/live/page/live.*)
 
 # --- tests only: a DBC parser that is not ours ---
-$(candied): tests/exchange/package.json tests/exchange/package-lock.json | $(B)/.demo-packages
+$(candied): tests/exchange/package.json tests/exchange/package-lock.json | $(B)/.test-packages
 	@mkdir -p build/npm-exchange
 	@cp $^ build/npm-exchange/
 	@cd build/npm-exchange && npm ci --ignore-scripts --no-audit --no-fund --omit-lockfile-registry-resolved --cache ./cache >npm.log 2>&1 || \
@@ -437,7 +452,8 @@ $(call tests_of,hil): | $(firmware) $(test_images) $(variants) $(B)/matrig-board
 # The application on the host too, to say when a warning was due.
 $(B)/tests/hil/test_warning: $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib)
 $(call tests_of,host): $(B)/tests/host/test_%: $(B)/tests/host/test_%.o $(host_lib) $(common_lib)
-	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
+	$(CC) -Wl,--start-group $^ -Wl,--end-group -lcmocka $(if $(filter $(study_lib),$^),$(STUDY_LIBS),$(HOST_LIBS)) -o $@
+$(patsubst %,$(B)/tests/host/test_%,$(study_tests)): $(study_parts)
 # The predictor with every float a double, its other names hidden: both kinds go into one program.
 double_objects := $(patsubst %,$(B)/tests/double/%.o,$(predictor_parts) tests/double/double)
 $(double_objects): $(B)/tests/double/%.o: %.c | $(B)/.test-packages
@@ -454,17 +470,17 @@ $(call tests_of,sim_reference): $(B)/tests/sim_reference/test_%: $(B)/tests/sim_
 	$(CC) $^ -lcmocka $(HOST_LIBS) -o $@
 $(B)/tests/figures/figures: $(patsubst %.c,$(B)/%.o,$(figures_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
-$(B)/tests/bench/sim_bench: $(patsubst %.c,$(B)/%.o,$(bench_src)) $(host_lib) $(common_lib)
-	$(CC) $^ $(HOST_LIBS) -o $@
-$(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src)) $(host_lib) $(common_lib)
-	$(CC) $^ $(HOST_LIBS) -o $@
-$(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(host_lib) $(common_lib)
-	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/bench/sim_bench: $(patsubst %.c,$(B)/%.o,$(bench_src)) $(study_parts) $(host_lib) $(common_lib)
+	$(CC) $^ $(STUDY_LIBS) -o $@
+$(B)/tests/error_report/error-report: $(patsubst %.c,$(B)/%.o,$(error_report_src)) $(study_parts) $(host_lib) $(common_lib)
+	$(CC) $^ $(STUDY_LIBS) -o $@
+$(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(stability_src) $(reference_src)) $(study_parts) $(host_lib) $(common_lib)
+	$(CC) $^ $(STUDY_LIBS) -o $@
 $(B)/tests/score/score: $(patsubst %.c,$(B)/%.o,$(score_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/host/test_fit: $(patsubst %.c,$(B)/%.o,$(fit_cheap_src))
-$(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(host_lib) $(common_lib)
-	$(CC) $^ $(HOST_LIBS) -o $@
+$(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit_cheap_src)) $(study_parts) $(host_lib) $(common_lib)
+	$(CC) $^ $(STUDY_LIBS) -o $@
 $(B)/tests/campaign_figures/campaign-figures: $(patsubst %.c,$(B)/%.o,$(campaign_figures_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/golden/golden: $(patsubst %.c,$(B)/%.o,$(golden_src)) $(host_lib) $(common_lib)

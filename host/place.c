@@ -16,10 +16,25 @@ static const struct {
     [PLACE_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 
+static const char *program; /* NULL: the running one */
+
+void place_set_program(const char *path)
+{
+    program = path;
+}
+
+void place_program(char *path, size_t size)
+{
+    ssize_t length = program ? -1 : readlink("/proc/self/exe", path, size - 1);
+    if (length > 0)
+        path[length] = '\0';
+    else
+        snprintf(path, size, "%s", program ? program : "matrig");
+}
+
 static void program_folder(char *folder, size_t size)
 {
-    ssize_t length = readlink("/proc/self/exe", folder, size - 1);
-    folder[length > 0 ? length : 0] = '\0';
+    place_program(folder, size);
     char *slash = strrchr(folder, '/');
     if (slash)
         *slash = '\0';

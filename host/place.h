@@ -15,4 +15,9 @@ enum place {
  * opening it says so. */
 void place_find(enum place what, char *path, size_t size);
 
+/* The path of matrig: of the running program, or what place_set_program was given. "matrig" when neither is known. */
+void place_program(char *path, size_t size);
+/* matrig-study is started by matrig: what comes with matrig is looked for from matrig's place. The text stays the caller's. */
+void place_set_program(const char *path);
+
 #endif

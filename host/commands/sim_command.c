@@ -12,6 +12,7 @@
 #include "host/sim/mods_show.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_json.h"
+#include "host/study_start.h"
 
 #define M_PER_FT 0.3048
 #define IN_PER_FT 12.0
@@ -187,8 +188,11 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     double *stations = NULL;
     int code = 0;
 
-    if (read_request(argc, argv, cli, &request, &error) != MR_OK ||
-        sim_scene_load(&scene, request.scene_path, &error) != MR_OK)
+    if (read_request(argc, argv, cli, &request, &error) != MR_OK)
+        return cli_fail(&error);
+    if (request.options.solver && sim_solver_elsewhere(request.options.solver))
+        return study_start(argc, argv, cli);
+    if (sim_scene_load(&scene, request.scene_path, &error) != MR_OK)
         return cli_fail(&error);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", request.scene_path);

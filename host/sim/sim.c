@@ -6,6 +6,11 @@
 #include "host/sim/fixed.h"
 #include "host/sim/planar.h"
 
+bool sim_solver_elsewhere(const char *solver)
+{
+    return strcmp(solver, "cvode") == 0 && !planar_has_solver(solver);
+}
+
 static enum mr_status check_options(const struct sim_scene *scene, const struct sim_options *options,
                                     struct error *error)
 {

@@ -22,6 +22,9 @@ struct sim_options {
     size_t station_count;
 };
 
+/* Whether this program lacks a solver that matrig-study has: true for cvode in matrig, which is not linked with SUNDIALS. */
+bool sim_solver_elsewhere(const char *solver);
+
 /* Run a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the numerics were refused or failed, or the run was
  * interrupted; the result says how and the error names mat and time. An interrupted result holds what was computed:
  * outputs and samples up to t_s, from the pass under way, without an error estimate. MR_USAGE: the model, the solver or an option is not

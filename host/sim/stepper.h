@@ -44,8 +44,9 @@ struct stepper {
     void *work;
 };
 
-extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit, stepper_cvode, stepper_rkgs,
-    stepper_hamming;
+extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit, stepper_rkgs, stepper_hamming;
+/* SUNDIALS': only where it is linked, which it is not in matrig but in matrig-study. Weak: its address is NULL elsewhere. */
+extern const struct stepper_kind stepper_cvode __attribute__((weak));
 
 /* The kind of that name, or NULL. */
 const struct stepper_kind *stepper_find(const char *name);

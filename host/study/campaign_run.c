@@ -9,17 +9,12 @@
 #include "host/campaign/facts.h"
 #include "host/campaign/page.h"
 #include "host/campaign/result_json.h"
+#include "host/commands/campaign_command.h"
 #include "host/commands/commands.h"
 #include "host/output.h"
+#include "host/study/studies.h"
 
-#define JOBS_MAX 256
 #define PROGRESS_S 1.0
-
-struct request {
-    const char *path, *page;
-    bool check, no_prune, force;
-    int64_t jobs, seeds; /* 0: one per core; the file's */
-};
 
 struct progress {
     const struct cli *cli;
@@ -52,7 +47,7 @@ static bool ends_in(const char *path, const char *end)
     return length > part && strcmp(path + length - part, end) == 0;
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct campaign_request *request, struct error *error)
 {
     if (command_parse(&command_campaign, argc, argv, cli, request, &request->path, error) != MR_OK)
         return error->status;
@@ -62,7 +57,7 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
         return error->status;
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!request->jobs)
-        request->jobs = cores > 0 && cores < JOBS_MAX ? cores : 1;
+        request->jobs = cores > 0 && cores < CAMPAIGN_JOBS_MAX ? cores : 1;
     return MR_OK;
 }
 
@@ -179,7 +174,7 @@ static enum mr_status write_page(const char *path, bool force, const struct camp
 }
 
 /* Once more with every mat integrated and the planar engine in every landing. */
-static enum mr_status check(const struct campaign *c, const struct request *request, const struct campaign_run *runs,
+static enum mr_status check(const struct campaign *c, const struct campaign_request *request, const struct campaign_run *runs,
                             const struct cli *cli, struct campaign_difference *apart, struct error *error)
 {
     struct campaign whole = *c;
@@ -206,7 +201,7 @@ static enum mr_status check(const struct campaign *c, const struct request *requ
     return error->status;
 }
 
-static int finish(const struct campaign *c, const struct request *request, const struct campaign_run *runs,
+static int finish(const struct campaign *c, const struct campaign_request *request, const struct campaign_run *runs,
                   const struct cli *cli, struct error *error)
 {
     struct campaign_summary summary;
@@ -231,10 +226,10 @@ static int finish(const struct campaign *c, const struct request *request, const
     return code;
 }
 
-static int campaign_command(int argc, char **argv, const struct cli *cli)
+int campaign_command(int argc, char **argv, const struct cli *cli)
 {
     struct error error = {0};
-    struct request request = {0};
+    struct campaign_request request = {0};
     struct campaign campaign;
     struct progress progress = {.cli = cli, .begin_s = clock_s(), .next_s = clock_s() + PROGRESS_S};
     if (read_request(argc, argv, cli, &request, &error) != MR_OK || campaign_load(&campaign, request.path, &error) != MR_OK)
@@ -256,25 +251,3 @@ static int campaign_command(int argc, char **argv, const struct cli *cli)
     campaign_free(&campaign);
     return code;
 }
-
-#define VALUES struct request
-static const struct command_part parts[] = {
-    HELP_ITEM("FILE",
-                "campaign file, JSON (host/campaign/README.md): runway, landings, modifications, seeds"),
-    OPTION_WHOLE("-j", "N", jobs, 1.0, JOBS_MAX, 0.0, "runways at a time; else one per core. Results do not depend on it"),
-    OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,
-                "that many seeds from the file's first one on, instead of the file's number"),
-    OPTION_TEXT("-o", "F", page, "write a page (.html) or its picture alone (.svg)"),
-    OPTION_FLAG("--check", check,
-                "compute everything once more, every mat and both engines in every landing, and say what differs"),
-    OPTION_FLAG("--no-prune", no_prune, "integrate every mat all the time"),
-    OPTION_FORCE(force),
-    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
-    HELP_EXAMPLE("matrig campaign host/campaign/series/standard.json -o standard.html"),
-};
-
-const struct command command_campaign = {
-    "campaign", campaign_command,
-    "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--force] [--check] [--no-prune]",
-    "a series of landings on an ensemble of runways: which one survives", COMMAND_PARTS(parts), {1, 1, "FILE"},
-};

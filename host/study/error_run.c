@@ -5,10 +5,12 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
-#include "host/study/error_predictor.h"
+#include "host/commands/error_command.h"
 #include "host/output.h"
 #include "host/report/plot_error.h"
 #include "host/sim/error_study.h"
+#include "host/study/error_predictor.h"
+#include "host/study/studies.h"
 
 #define SOLVERS_MAX 8
 
@@ -195,15 +197,10 @@ static enum mr_status write_plot(const char *path, bool force, const char *name,
     return output_end(&output, error);
 }
 
-struct request {
-    const char *plot;
-    bool predictor, force;
-};
-
-static int error_command(int argc, char **argv, const struct cli *cli)
+int error_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1];
-    struct request r = {0};
+    struct error_request r = {0};
     struct error error = {0};
     struct sim_scene scene;
     struct error_study study;
@@ -234,23 +231,3 @@ static int error_command(int argc, char **argv, const struct cli *cli)
     sim_scene_free(&scene);
     return code;
 }
-
-#define VALUES struct request
-static const struct command_part parts[] = {
-    HELP_ITEM("SCENE", "scene file, JSON"),
-    OPTION_FLAG("--predictor", predictor,
-                "instead: the onboard predictor at each of its levels and several steps, on five landings: error against\n"
-                "the fine chain, and cycles on the board.  matrig error --predictor --plot predictor.svg"),
-    OPTION_TEXT("--plot", "F.svg", plot, "draw error against run time. Errors are in ft, also with --si"),
-    OPTION_FORCE(force),
-    HELP_NOTE("\n"
-              "Each solver that the scene's model has runs over tolerances or steps, against a reference that two different\n"
-              "methods agree on; when they do not, there is no table: exit 5."),
-    HELP_EXAMPLE("matrig error host/scenes/consistent_fig3_7.json --plot error.svg"),
-};
-
-const struct command command_error = {
-    "error", error_command,
-    "SCENE|--predictor [--plot F.svg] [--force]",
-    "every solver's error against its run time", COMMAND_PARTS(parts), {0, 1, "SCENE"},
-};

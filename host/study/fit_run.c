@@ -6,25 +6,15 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
-#include "host/study/fit/campaign.h"
-#include "host/study/fit/print.h"
+#include "host/commands/fit_command.h"
 #include "host/output.h"
 #include "host/place.h"
 #include "host/run.h"
+#include "host/study/studies.h"
+#include "host/study/fit/campaign.h"
+#include "host/study/fit/print.h"
 
-#define RUNS_MAX 20
-#define PRIORS_MAX FIT_KEYS
-
-struct request {
-    const char *words[1 + RUNS_MAX];
-    const char *scene, *fitted, *prior, *plot, *out_scene;
-    bool force;
-    struct fit_options options;
-    int64_t draws, seed, threads; /* threads 0: as many as processors */
-    char model_runway[500];
-};
-
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *request, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct fit_request *request, struct error *error)
 {
     if (command_parse(&command_fit, argc, argv, cli, request, request->words, error) != MR_OK)
         return error->status;
@@ -96,7 +86,7 @@ static enum mr_status set_priors(const char *text, struct fit_landings *list, st
 }
 
 /* All landings of the campaign, those without a known motion left out with a note. */
-static enum mr_status add_all(struct store *store, const struct request *request, const struct cli *cli, struct fit_landings *list,
+static enum mr_status add_all(struct store *store, const struct fit_request *request, const struct cli *cli, struct fit_landings *list,
                               struct error *error)
 {
     struct store_landing *rows;
@@ -125,10 +115,10 @@ static enum mr_status add_all(struct store *store, const struct request *request
 }
 
 /* A landing that counts twice would halve what it says it does not know. */
-static enum mr_status add_named(struct store *store, const struct request *request, struct fit_landings *list, struct error *error)
+static enum mr_status add_named(struct store *store, const struct fit_request *request, struct fit_landings *list, struct error *error)
 {
-    int64_t runs[RUNS_MAX];
-    for (size_t i = 0; i < RUNS_MAX && request->words[i + 1]; i++) {
+    int64_t runs[FIT_RUNS_MAX];
+    for (size_t i = 0; i < FIT_RUNS_MAX && request->words[i + 1]; i++) {
         if (run_parse(request->words[i + 1], &runs[i], error) != MR_OK)
             return error->status;
         for (size_t k = 0; k < i; k++) {
@@ -141,7 +131,7 @@ static enum mr_status add_named(struct store *store, const struct request *reque
     return MR_OK;
 }
 
-static enum mr_status load(const struct request *request, const struct cli *cli, struct fit_landings *list, struct error *error)
+static enum mr_status load(const struct fit_request *request, const struct cli *cli, struct fit_landings *list, struct error *error)
 {
     struct store *store = NULL;
     struct sim_scene scene;
@@ -171,9 +161,9 @@ static bool show_progress(void *context, unsigned round, size_t done, size_t of)
     return true;
 }
 
-static int fit_command(int argc, char **argv, const struct cli *cli)
+int fit_command(int argc, char **argv, const struct cli *cli)
 {
-    struct request request = {0};
+    struct fit_request request = {0};
     struct fit_landings list = {0};
     struct fit_answer answer = {0};
     struct error error = {0};
@@ -196,30 +186,3 @@ static int fit_command(int argc, char **argv, const struct cli *cli)
     fit_landings_free(&list);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;
 }
-
-#define VALUES struct request
-static const struct command_part parts[] = {
-    HELP_ITEM("DB [RUN...]", "campaign database and landings in it; else all whose motion is known"),
-    OPTION_TEXT("--scene", "S", scene,
-                "scene file that gives the runway (model chain) and the priors' values; else the model runway"),
-    OPTION_TEXT("--fit", "NAMES", fitted,
-                "of gap,grit,f,share,KL: these are fitted, the others stay as they are; else all"),
-    OPTION_TEXT("--prior", "NAME=V:E,...", prior,
-                "what is known beforehand: value and standard error (lb, in, lb/ft). Else grit, KL and an unsurveyed gap are\n"
-                "the scene's, known to 50 %, f to 20 %, share 1/12 to 15 %, a surveyed gap the survey's to 3 %"),
-    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_LEAST, 1e5, 300.0, "simulated data sets a round, at least {low}; else {standard}"),
-    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0, "of what is drawn; else {standard}. The same seed gives the same answer"),
-    OPTION_WHOLE("-j", "N", threads, 1.0, 64.0, 0.0, "threads; else as many as processors"),
-    OPTION_NUMBER("--max-time", "S", options.max_s, "s", 1.0, 1e6, 600.0,
-                "else {standard}; an answer that is not settled by then is given and said to be so"),
-    OPTION_TEXT("--plot", "F.svg", plot, "residual plots"),
-    OPTION_TEXT("-o", "F", out_scene, "the scene with the fitted values"),
-    OPTION_FORCE(force),
-    HELP_EXAMPLE("matrig fit campaign.db 1 --fit grit,f --prior f=0.5:0.05 --plot fit.svg"),
-};
-
-const struct command command_fit = {
-    "fit", fit_command,
-    "DB [RUN...] [--scene S] [--fit NAMES] [--prior NAME=V:E,...] [--draws N] [--seed N] [-j N] [--max-time S] [--plot F.svg] [-o F] [--force]",
-    "gaps, resistance, friction, thrust share and stiffness from landings, with their errors", COMMAND_PARTS(parts), {1, 1 + RUNS_MAX, "DB [RUN...]"},
-};

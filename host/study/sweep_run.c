@@ -10,25 +10,14 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
+#include "host/commands/sweep_command.h"
 #include "host/output.h"
+#include "host/study/studies.h"
 #include "host/sweep/sweep_pool.h"
 #include "host/sweep/sweep_share.h"
 #include "host/sweep/sweep_submit.h"
 
-#define PARTS_MAX 1000
-#define JOBS_MAX 1024.0
 #define PROGRESS_S 0.5
-
-struct request {
-    const char *study, *with, *output, *shard_text;
-    const char *words[2 + PARTS_MAX]; /* NULL at the end */
-    size_t parts;
-    char results[SWEEP_PATH_MAX];
-    struct sweep_shard shard;
-    int64_t jobs, shards; /* while the command line is read 0: not given */
-    double timeout_s; /* 0: the study's */
-    bool list, gather, retry, slurm, parallel, no_wait, force;
-};
 
 static volatile sig_atomic_t stopped;
 
@@ -62,7 +51,7 @@ static unsigned processors(void)
 }
 
 /* study.json -> study.jsonl */
-static enum mr_status results_path(struct request *r, const char *output, struct error *error)
+static enum mr_status results_path(struct sweep_request *r, const char *output, struct error *error)
 {
     const char *from = output ? output : r->study;
     size_t length = strlen(from);
@@ -78,7 +67,7 @@ static enum mr_status results_path(struct request *r, const char *output, struct
     return MR_OK;
 }
 
-static enum mr_status check_together(const struct request *r, struct error *error)
+static enum mr_status check_together(const struct sweep_request *r, struct error *error)
 {
     bool submits = r->slurm || r->parallel;
     if (r->slurm + r->parallel + r->gather + r->list > 1)
@@ -97,7 +86,7 @@ static enum mr_status check_together(const struct request *r, struct error *erro
     return MR_OK;
 }
 
-static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct request *r, struct error *error)
+static enum mr_status read_request(int argc, char **argv, const struct cli *cli, struct sweep_request *r, struct error *error)
 {
     if (command_parse(&command_sweep, argc, argv, cli, r, r->words, error) != MR_OK)
         return error->status;
@@ -174,7 +163,7 @@ struct outcome {
     bool gathers;
 };
 
-static int print_outcome(const struct request *r, const struct sweep_study *study, const struct outcome *o, const struct cli *cli)
+static int print_outcome(const struct sweep_request *r, const struct sweep_study *study, const struct outcome *o, const struct cli *cli)
 {
     int code = o->missing ? mr_status_exit_code(MR_LIMIT) : 0;
     if (o->torn)
@@ -219,7 +208,7 @@ static bool is_ok(void *ctx, const json_t *line)
     return strcmp(json_string_value(json_object_get(line, "status")), "ok") == 0;
 }
 
-static size_t *to_do(const struct request *r, const struct sweep_study *study, const struct sweep_done *done, struct outcome *o,
+static size_t *to_do(const struct sweep_request *r, const struct sweep_study *study, const struct sweep_done *done, struct outcome *o,
                      size_t *count)
 {
     size_t *todo = calloc(study->cases, sizeof *todo);
@@ -236,7 +225,7 @@ static size_t *to_do(const struct request *r, const struct sweep_study *study, c
     return todo;
 }
 
-static enum mr_status run_cases(const struct request *r, const struct sweep_study *study, struct sweep_results *results,
+static enum mr_status run_cases(const struct sweep_request *r, const struct sweep_study *study, struct sweep_results *results,
                                 const struct sweep_done *done, struct outcome *o, const struct cli *cli, struct error *error)
 {
     size_t count, *todo = to_do(r, study, done, o, &count);
@@ -265,7 +254,7 @@ static enum mr_status run_cases(const struct request *r, const struct sweep_stud
     return error->status;
 }
 
-static enum mr_status run_share(const struct request *r, const struct sweep_study *study, struct outcome *o, const struct cli *cli,
+static enum mr_status run_share(const struct sweep_request *r, const struct sweep_study *study, struct outcome *o, const struct cli *cli,
                                 struct error *error)
 {
     struct sweep_results results;
@@ -288,7 +277,7 @@ static enum mr_status run_share(const struct request *r, const struct sweep_stud
     return error->status;
 }
 
-static enum mr_status gather(const struct request *r, const struct sweep_study *study, struct outcome *o, struct error *error)
+static enum mr_status gather(const struct sweep_request *r, const struct sweep_study *study, struct outcome *o, struct error *error)
 {
     struct sweep_results results;
     struct sweep_done done = {0}, after = {0};
@@ -314,7 +303,7 @@ static enum mr_status gather(const struct request *r, const struct sweep_study *
     return error->status;
 }
 
-static enum mr_status submit(const struct request *r, const struct sweep_study *study, struct outcome *o, const struct cli *cli,
+static enum mr_status submit(const struct sweep_request *r, const struct sweep_study *study, struct outcome *o, const struct cli *cli,
                              struct error *error)
 {
     char copy[SWEEP_PATH_MAX + 40];
@@ -373,9 +362,9 @@ static int list_cases(const struct sweep_study *study, const struct cli *cli)
     return 0;
 }
 
-static int sweep_command(int argc, char **argv, const struct cli *cli)
+int sweep_command(int argc, char **argv, const struct cli *cli)
 {
-    struct request request = {0};
+    struct sweep_request request = {0};
     struct sweep_study study;
     struct outcome outcome = {0};
     struct error error = {0};
@@ -401,40 +390,3 @@ static int sweep_command(int argc, char **argv, const struct cli *cli)
     sweep_study_free(&study);
     return code;
 }
-
-#define VALUES struct request
-static const struct command_part parts[] = {
-    HELP_ITEM("FILE",
-                "the study, JSON (host/sweep/README.md): base scene or campaign, what is varied, what is wanted"),
-    OPTION_TEXT("-o", "R.jsonl", output,
-                "results, one JSON line a case; else FILE's name with .jsonl. The same command goes on where it was, after\n"
-                "any kill; R.study.json is a copy of the study"),
-    OPTION_WHOLE("-j", "N", jobs, 1.0, JOBS_MAX, 0.0,
-                "cases at a time, each a process on one core; else as many as there are cores"),
-    OPTION_TEXT("--shard", "i/n", shard_text,
-                "only every n-th case, from the i-th on, into R.i-of-n.jsonl. In a Slurm job array (SLURM_ARRAY_TASK_ID) that\n"
-                "is done by itself; --shard /n takes i from there"),
-    OPTION_NUMBER("--timeout", "S", timeout_s, "s", 1e-3, 1e7, 0.0, "give a case S seconds; else the study's timeout_s"),
-    OPTION_FLAG("--retry", retry, "do those again that failed"),
-    HELP_ITEM("--gather [PART...]",
-                "put the shards' results together in R.jsonl; exit 1 when cases are missing"),
-    OPTION_FLAG("--slurm", slurm,
-                "write and submit a job array (R.jsonl.slurm), wait for it, gather; --no-wait gathers in a job after it"),
-    OPTION_FLAG("--parallel", parallel, "the same with GNU parallel (R.jsonl.parallel), -j shards at a time"),
-    OPTION_WHOLE("--shards", "N", shards, 1.0, SWEEP_SHARDS_MAX, 0.0,
-                "of them (16; four a core); --with 'OPTIONS' adds options for sbatch or parallel"),
-    OPTION_FLAG("--list", list, "print ids and values of all cases, run nothing"),
-    OPTION_FORCE(force),
-    HELP_NOTE("Exit 1 when cases are missing (stopped); cases that failed are recorded with their reason.\n"
-              ""),
-    HELP_EXAMPLE("matrig sweep host/sweep/examples/threshold.json -o t.jsonl && matrig report t.jsonl"),
-    OPTION_TEXT("--with", "'OPTIONS'", with, NULL),
-    OPTION_FLAG("--gather", gather, NULL),
-    OPTION_FLAG("--no-wait", no_wait, NULL),
-};
-
-const struct command command_sweep = {
-    "sweep", sweep_command,
-    "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] [--force] | FILE --gather | FILE --slurm|--parallel [--shards N]",
-    "studies over many scenes or campaigns: Cartesian, Latin hypercube, thresholds", COMMAND_PARTS(parts), {1, 1 + PARTS_MAX, "FILE"},
-};

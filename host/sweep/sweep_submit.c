@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "host/output.h"
+#include "host/place.h"
 #include "host/sweep/sweep_share.h"
 
 /* As one word of a shell. */
@@ -26,12 +27,12 @@ static void quote(FILE *file, const char *text)
     fputc('\'', file);
 }
 
+/* What the script starts: matrig, also when this is matrig-study. */
 static enum mr_status own_path(char path[PATH_MAX], struct error *error)
 {
-    ssize_t length = readlink("/proc/self/exe", path, PATH_MAX - 1);
-    if (length < 0)
-        return error_set(error, MR_IO, "cannot tell where matrig is (%s): /proc/self/exe; mount /proc", strerror(errno));
-    path[length] = '\0';
+    place_program(path, PATH_MAX);
+    if (path[0] != '/')
+        return error_set(error, MR_IO, "cannot tell where matrig is: /proc/self/exe; mount /proc");
     return MR_OK;
 }
 

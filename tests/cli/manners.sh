@@ -114,7 +114,7 @@ installs() { make -s install DESTDIR="$root" PREFIX=/usr; }
 check "make install" installs
 there() {
     local file
-    for file in bin/matrig bin/matrig-board share/matrig/matrig.elf share/matrig/scenes/model_runway.json share/man/man1/matrig.1 \
+    for file in bin/matrig bin/matrig-board libexec/matrig/matrig-study share/matrig/matrig.elf share/matrig/scenes/model_runway.json share/man/man1/matrig.1 \
         share/bash-completion/completions/matrig share/doc/matrig/LICENSE share/doc/matrig/LICENSE.uPlot share/doc/matrig/LICENCES.md; do
         [ -s "$root/usr/$file" ] || { echo "no $file"; return 1; }
     done
@@ -131,6 +131,11 @@ elsewhere() { # in a folder that has nothing to do with the sources: image, boar
     cd "$away" && env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" --json replay c.db 1 >r.json && cat r.json && grep -q '^{.*}$' r.json &&
         env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" compare c.db 1 >cmp.txt && cat cmp.txt && grep -q 'against model_runway.json' cmp.txt
 }
+studies() { # matrig-study is found, which is not on PATH, and by it the scene that came with matrig: the option is looked at after both
+    fails_with 2 "unknown parameter: 'nonsense' for --fit" env PATH=/usr/bin:/bin XDG_DATA_DIRS=/nowhere HOME=/nowhere \
+        "$root/usr/bin/matrig" fit "$away/c.db" 1 --fit nonsense
+}
+check "and matrig-study begins to fit it" studies
 check "and replay and compare it in another folder" sh -c "$(declare -f elsewhere); root=$root away=$away; elsewhere"
 by_xdg() { # the scene in a folder for data, the program alone elsewhere
     mkdir -p "$away/bin" "$away/data/matrig/scenes" && cp "$root/usr/bin/matrig" "$away/bin" &&

@@ -1,0 +1,16 @@
+/* What matrig campaign is asked for, as its rows (host/commands/campaign_command.c) put it there; host/study/campaign_run.c does it. */
+#ifndef MATRIG_HOST_CAMPAIGN_COMMAND_H
+#define MATRIG_HOST_CAMPAIGN_COMMAND_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define CAMPAIGN_JOBS_MAX 256
+
+struct campaign_request {
+    const char *path, *page;
+    bool check, no_prune, force;
+    int64_t jobs, seeds; /* 0: one per core; the file's */
+};
+
+#endif

@@ -1,0 +1,63 @@
+/* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies made of many simulations. People type matrig, which
+ * starts this program (host/study_start.h) and answers --help, help and completion itself. */
+#include <stdio.h>
+#include <string.h>
+
+#include "firmware/version.h"
+#include "host/commands/commands.h"
+#include "host/place.h"
+#include "host/program.h"
+#include "host/study/studies.h"
+#include "host/study_start.h"
+
+static int (*find_run(const char *name))(int argc, char **argv, const struct cli *cli)
+{
+    static const struct {
+        const struct command *command;
+        int (*run)(int argc, char **argv, const struct cli *cli);
+    } studies[] = {
+        {&command_campaign, campaign_command},
+        {&command_error, error_command},
+        {&command_fit, fit_command},
+        {&command_sweep, sweep_command},
+    };
+    for (size_t i = 0; i < sizeof studies / sizeof studies[0]; i++) {
+        if (strcmp(studies[i].command->name, name) == 0)
+            return studies[i].run;
+    }
+    return strcmp(command_sim.name, name) == 0 ? command_sim.run : NULL; /* with all solvers */
+}
+
+/* Two programs of different versions could take the same words for different things. */
+static enum mr_status check_version(const char *version, const char *matrig, struct error *error)
+{
+    char own[40];
+    snprintf(own, sizeof own, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
+    if (strcmp(version, own) == 0)
+        return MR_OK;
+    return error_set(error, MR_USAGE, "matrig-study is of version %s, %s of version %s; install both from one build (make install)", own, matrig,
+                     version);
+}
+
+int main(int argc, char **argv)
+{
+    struct command_before before = {.help = false};
+    struct error error = {0};
+    if (argc > 3 && strcmp(argv[1], STUDY_STARTED_BY) == 0) {
+        if (check_version(argv[2], argv[3], &error) != MR_OK)
+            return cli_fail(&error);
+        place_set_program(argv[3]);
+        argc -= 3;
+        argv += 3;
+    }
+    int i = command_begin(argc, argv, &before, &error);
+    if (error.status != MR_OK)
+        return cli_fail(&error);
+    int (*run)(int argc, char **argv, const struct cli *cli) = i < argc ? find_run(argv[i]) : NULL;
+    if (!run) {
+        error_set(&error, MR_USAGE, "not a study: '%s'; type matrig and a command, which starts matrig-study where it is needed",
+                  i < argc ? argv[i] : "matrig-study");
+        return cli_fail(&error);
+    }
+    return program_run(run, argc - i, argv + i, &before.cli);
+}
