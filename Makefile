@@ -39,7 +39,7 @@ hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c $(hil_rooms:%=hil/%/*.c)))
 # The predictor and what it is made of, for the programs that have it alone.
 predictor_parts := $(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure
 # The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
-host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
+host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
 	firmware/predict_feed.c
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)

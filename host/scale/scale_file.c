@@ -8,7 +8,7 @@
 
 #include "host/campaign/campaign.h"
 #include "host/output.h"
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 
 /* What a value is multiplied by. */
 double scale_factor(const struct scale_request *request, struct mr_dimension dimension)

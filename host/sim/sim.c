@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/sim/fixed.h"
-#include "host/sim/planar.h"
+#include "host/sim/solvers/fixed.h"
+#include "host/sim/solvers/planar.h"
 
 static enum mr_status check_options(const struct sim_scene *scene, const struct sim_options *options,
                                     struct error *error)

@@ -2,8 +2,8 @@
 #ifndef MATRIG_HOST_SIM_SIM_H
 #define MATRIG_HOST_SIM_SIM_H
 
-#include "host/sim/result.h"
-#include "host/sim/scene.h"
+#include "host/sim/scene/result.h"
+#include "host/sim/scene/scene.h"
 
 /* All zero: choose everything. */
 struct sim_options {

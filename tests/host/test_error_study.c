@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/error_march.h"
-#include "host/sim/error_study.h"
-#include "host/sim/pass.h"
+#include "host/sim/check/error_march.h"
+#include "host/sim/check/error_study.h"
+#include "host/sim/solvers/pass.h"
 #include "host/sim/sim.h"
 
 static struct error error;

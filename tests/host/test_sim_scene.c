@@ -10,7 +10,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 
 #define SCENE_FILE "build/test-tmp/test_sim_scene.json"
 

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "host/sim/model.h"
+#include "host/sim/models/model.h"
 #include "tests/cmocka_all.h"
 #include "tests/sim_reference/model.h"
 
