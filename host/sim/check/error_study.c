@@ -103,7 +103,7 @@ static enum mr_status fastest_rate(const struct sim_scene *scene, double *rate, 
         error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", scene->mats);
     } else {
         model_start(&model, z);
-        *rate = model_fastest_rate(&model, z);
+        *rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
     }
     free(z);
     model_free(&model);

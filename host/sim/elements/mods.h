@@ -13,6 +13,7 @@
 #include <stddef.h>
 
 #include "host/error.h"
+#include "host/sim/scene/mods_scene.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/wheel.h"
 
@@ -75,21 +76,6 @@ struct mods {
     struct mods_state *state;     /* kept up to date; band_lb at mods_finish */
     void *storage;
 };
-
-/* In struct sim_scene: defaults, release of lists, ranges that need the whole scene. */
-void mods_defaults(struct sim_mods *mods);
-void mods_free_lists(struct sim_mods *mods);
-#define MODS_LISTS (3 * SIM_BAND_GROUPS + 3)
-void mods_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]); /* all that it owns */
-enum mr_status mods_check(const struct sim_scene *scene, const char *where, struct error *error);
-bool mods_any(const struct sim_scene *scene);
-
-/* How many connections (riveted mats) a group of bands and how many cleats a scene has, and the mat of the i-th from 0. A group has
- * one segment more than connections, or none. */
-int mods_connections(const struct sim_scene *scene, int group);
-int mods_connection_mat(const struct sim_scene *scene, int group, int i);
-int mods_cleats(const struct sim_scene *scene);
-int mods_cleat_mat(const struct sim_scene *scene, int i);
 
 /* *mods NULL when the scene has none. MR_FULL when memory is short. */
 enum mr_status mods_make(struct mods **mods, const struct sim_scene *scene, struct error *error);

@@ -67,8 +67,8 @@ KERNEL_INLINE void kernel(const struct model *m, double t_s, const double *z, do
         double inverse_lc = inverse_length / mat.c;
         double g = turning * inverse_lc - m->inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
         double a = m->inertia * inverse_lc * inverse_lc;
-        double damp_l = parts.given && m->contact[n] ? m->step_s * m->cv : 0.0;
-        double damp_r = parts.given && m->contact[n + 1] ? m->step_s * m->cv : 0.0;
+        double damp_l = parts.given && m->contact[n] ? parts.step_s * m->cv : 0.0;
+        double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * m->cv : 0.0;
         double down = 0.5 * m->weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
         /* eliminate the left node: nothing else will be added to it */
@@ -103,10 +103,10 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
     KERNEL_DISPATCH(kernel, model, t_s, z, accel)
 }
 
-void consistent_heave(const struct model *m, const double *z, double *accel)
+void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
 {
     if (m->brace_lb)
-        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, true, SIM_NONE});
+        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, true, SIM_NONE, step_s});
     else
-        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, false, SIM_NONE});
+        kernel(m, 0.0, z, accel, (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
 }

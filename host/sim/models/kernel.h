@@ -14,9 +14,10 @@
 struct kernel_parts {
     bool full;
     bool slack;
-    bool given; /* tensions are given, soil damping is implicit in the step (landing.c) */
+    bool given; /* tensions are given, soil damping is implicit in the step (model_lend) */
     bool braced; /* that, and modifications press on nodes and bend joints */
     enum sim_friction law;
+    double step_s; /* of `given`; no constant */
 };
 
 /* A mat's angle and motion; the ground and a mat at rest outside the window are flat. */
@@ -162,10 +163,10 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 /* Call `kernel` with the constants of this scene. */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                                                     \
     switch (law) {                                                                                                     \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_STICK}); break;                         \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_TANH}); break;                           \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_SIGN}); break;                           \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_NONE}); break;                           \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_STICK, 0.0}); break;                         \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_TANH, 0.0}); break;                           \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_SIGN, 0.0}); break;                           \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_NONE, 0.0}); break;                           \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                                                                \
     if ((m)->full) {                                                                                                   \
@@ -183,8 +184,8 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 void report_rates(const struct model *model, double t_s, const double *z, double *accel);
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
 
-/* Change of the nodes' rates over a step, divided by it, with joint tensions model->given_lb and the soil's dampers
+/* Change of the nodes' rates over a step of step_s, divided by it, with joint tensions model->given_lb and the soil's dampers
  * taken at the end of the step. What it writes for the mats has no meaning. */
-void consistent_heave(const struct model *model, const double *z, double *accel);
+void consistent_heave(const struct model *model, double step_s, const double *z, double *accel);
 
 #endif

@@ -150,6 +150,37 @@ void model_free(struct model *m)
     m->contact = NULL;
 }
 
+void model_lay(struct model *m, const double *tilt_ft)
+{
+    for (int n = 0; n < m->mats; n++)
+        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(tilt_ft[n]));
+    if (m->tilt_most_ft > 0.0)
+        m->tilt_ft = tilt_ft;
+}
+
+void model_lend(struct model *m, const double *tension_lb)
+{
+    m->given_lb = tension_lb;
+    m->slack_ft = 0.0;
+}
+
+void model_brace(struct model *m, const double *down_lb, const double *moment_lb_ft)
+{
+    m->brace_lb = down_lb;
+    m->brace_lb_ft = moment_lb_ft;
+}
+
+void model_ride(struct model *m, int mat)
+{
+    m->span = (struct span){.mat = mat, .share = -2};
+}
+
+void model_look_at(struct model *m, int first, int last)
+{
+    m->first = first;
+    m->last = last;
+}
+
 void model_start(struct model *m, double *z)
 {
     const struct sim_scene *s = m->scene;
@@ -249,7 +280,7 @@ double model_energy_lb_ft(const struct model *m, const double *z)
 #define POWERS 300
 #define RATE_MATS 64 /* the first ones stand for all: their parameters are the same */
 
-double model_fastest_rate(struct model *m, const double *z)
+double model_fastest_rate(struct model *m, const double *z, enum model_steps steps)
 {
     int mats = m->mats < RATE_MATS ? m->mats : RATE_MATS, last = m->last;
     size_t size = 2 * (size_t)mats + 1, length = (size_t)m->size;
@@ -268,7 +299,9 @@ double model_fastest_rate(struct model *m, const double *z)
     double *x = drift + size, *accel = x + 4 * size, *y = x + 2 * size;
     size_t nodes = (size_t)mats + 1;
     enum sim_friction law = m->law;
+    double cv = m->cv;
     m->last = mats - 1;
+    m->cv = steps == MODEL_STAGGERED ? 0.0 : cv;
     memcpy(kept, m->contact, nodes);
     memset(m->contact, 1, nodes);
     if (law == SIM_STICK || law == SIM_SIGN)
@@ -277,6 +310,7 @@ double model_fastest_rate(struct model *m, const double *z)
     model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
     memcpy(m->contact, kept, nodes);
     m->law = law;
+    m->cv = cv;
     m->last = last;
     band_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
     if (band_factor((int)size, lu, pivot)) {

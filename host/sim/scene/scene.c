@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/elements/mods.h"
+#include "host/sim/scene/mods_scene.h"
 #include "host/sim/scene/scene_keys.h"
 
 static const char *const models[] = {"report", "consistent", "chain", NULL};

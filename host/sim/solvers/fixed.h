@@ -21,7 +21,9 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_FIXED_H
 #define MATRIG_HOST_SIM_SOLVERS_FIXED_H
 
-#include "host/sim/sim.h"
+#include "host/sim/scene/options.h"
+#include "host/sim/scene/result.h"
+#include "host/sim/scene/scene.h"
 
 /* Run a checked scene of model chain. MR_OK: look at result->status. MR_FULL, or MR_USAGE for an
  * impossible number of steps. The caller frees the result in every case. */

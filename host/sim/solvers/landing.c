@@ -193,15 +193,11 @@ static enum mr_status run_checked(struct landing *l, const struct sim_options *o
     return error->status;
 }
 
-/* The soil's dampers are implicit and set no limit. */
 static double step_limit_s(struct landing *l, double hop_s)
 {
     struct model *m = &l->model;
-    double cv = m->cv;
     model_start(m, l->z);
-    m->cv = 0.0;
-    double rate = model_fastest_rate(m, l->z);
-    m->cv = cv;
+    double rate = model_fastest_rate(m, l->z, MODEL_STAGGERED);
     if (l->mods)
         rate = sqrt(rate * rate + mods_rate2(l->mods, m->mass_slug, m->inertia));
     return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
@@ -252,10 +248,8 @@ static void lay_ground(struct landing *l)
         l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
         double s = l->tilt_ft[n] / m->length_ft;
         l->rest_cos[n] = sqrt(1.0 - s * s);
-        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(l->tilt_ft[n]));
     }
-    if (m->tilt_most_ft > 0.0)
-        m->tilt_ft = l->tilt_ft;
+    model_lay(m, l->tilt_ft);
 }
 
 /* Arrays of a landing; the model is made. */
@@ -281,13 +275,13 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     l->tilt_ft = l->rise_ft + joints;
     l->rest_cos = l->tilt_ft + joints;
     lay_ground(l);
-    m->given_lb = l->tension_lb;
     if (l->mods && (l->mods->banded || l->mods->stiffened)) {
-        m->brace_lb = l->rest_cos + joints;
-        m->brace_lb_ft = m->brace_lb + joints;
+        l->brace_lb = l->rest_cos + joints;
+        l->brace_lb_ft = l->brace_lb + joints;
+        model_brace(m, l->brace_lb, l->brace_lb_ft);
     }
     l->slack_ft = m->slack_ft;
-    m->slack_ft = 0.0; /* the joints are this file's */
+    model_lend(m, l->tension_lb);
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
         l->grit_lb[j] = sim_scene_joint(&l->scene->grit_lb, j + 1);

@@ -26,7 +26,9 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H
 
-#include "host/sim/sim.h"
+#include "host/sim/scene/options.h"
+#include "host/sim/scene/result.h"
+#include "host/sim/scene/scene.h"
 
 /* Run a checked scene of model consistent. MR_OK: look at result->status. MR_USAGE: friction tanh or sign. The caller
  * frees the result in every case. */

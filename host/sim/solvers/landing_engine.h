@@ -24,6 +24,7 @@ struct landing {
     double *accel, *u, *v, *height;
     double *gap0_ft, *grit_lb, *reach_ft; /* per joint */
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
+    double *brace_lb, *brace_lb_ft; /* what modifications press nodes down with and bend joints by; NULL: nothing */
     double *push_lb, *pull_lb, *rise_ft; /* per joint and node: most so far */
     double *tension_lb; /* per joint; between mats at rest that of the last step in which one of them moved */
     double slack_ft;

@@ -40,8 +40,8 @@ void landing_brace_heaves(struct landing *l)
                                .rest_y_ft = m->rest_y_ft,
                                .first = l->heaves.first,
                                .last = l->heaves.last,
-                               .down_lb = m->brace_lb,
-                               .moment_lb_ft = m->brace_lb_ft};
+                               .down_lb = l->brace_lb,
+                               .moment_lb_ft = l->brace_lb_ft};
     mods_brace_heave(l->mods, &heave);
 }
 
@@ -105,12 +105,11 @@ static bool settle_contacts(struct landing *l, double h_s)
 
 void landing_kick_heaves(struct landing *l, double h_s)
 {
-    struct model *m = &l->model;
+    const struct model *m = &l->model;
     double *v = l->z + m->size;
-    m->step_s = h_s;
-    consistent_heave(m, l->z, l->accel);
+    consistent_heave(m, h_s, l->z, l->accel);
     for (int i = 0; i < MOST_CONTACTS && settle_contacts(l, h_s); i++)
-        consistent_heave(m, l->z, l->accel);
+        consistent_heave(m, h_s, l->z, l->accel);
     for (int j = m->first; j <= m->last + 1; j++)
         v[2 * j] += h_s * l->accel[2 * j];
 }

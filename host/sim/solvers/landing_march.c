@@ -11,16 +11,18 @@
 #define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
 #define LOOK_STEPS 4 /* between looks at the angles */
 
-static void place_wheel(struct model *m, const struct sim_touch *touch, int count)
+/* The mat that carries most of the wheel; -1: none. */
+static int under_wheel(const struct sim_touch *touch, int count)
 {
     double most = 0.0;
-    m->span = (struct span){.mat = -1, .share = -2};
+    int mat = -1;
     for (int i = 0; i < count; i++) {
         if (touch[i].load_share > most) {
             most = touch[i].load_share;
-            m->span.mat = touch[i].mat - 1;
+            mat = touch[i].mat - 1;
         }
     }
+    return mat;
 }
 
 /* The largest lift `back_s` before the present step's end, and its node. */
@@ -137,7 +139,6 @@ static bool sound(struct landing *l, struct march *march, double t_s)
 static void begin(struct landing *l, bool prunes)
 {
     struct model *m = &l->model;
-    m->prunes = false;
     model_start(m, l->z);
     l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
@@ -173,7 +174,7 @@ void landing_march(struct landing *l, struct march *march, const struct sim_opti
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h, to_s = ((double)i + 0.5) * h;
         double t_s = (double)(i + 1) * h * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
         int count = sim_wheel_span(&wheel, from_s, to_s, touch);
-        place_wheel(m, touch, count);
+        model_ride(m, under_wheel(touch, count));
         if (prunes) {
             landing_follow_slides(l, touch, count);
             landing_follow_heaves(l);
@@ -184,10 +185,9 @@ void landing_march(struct landing *l, struct march *march, const struct sim_opti
             landing_brace_slides(l, touch, count, to_s - from_s);
         landing_stretch_joints(l);
         if (heaves) {
-            m->first = l->heaves.first;
-            m->last = l->heaves.last;
+            model_look_at(m, l->heaves.first, l->heaves.last);
             model_sample_shape(m, l->z);
-            if (m->brace_lb)
+            if (l->brace_lb)
                 landing_brace_heaves(l);
         }
         if (heaves)

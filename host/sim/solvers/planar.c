@@ -282,7 +282,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
         return error->status;
     }
     model_start(&model, z);
-    double rate = model_fastest_rate(&model, z);
+    double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
     const struct stepper_kind *kind = choose(scene, options, rate, result);
     result->solver = kind->name;
     result->mats = scene->mats;

@@ -12,8 +12,8 @@
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_H
 
 #include "host/sim/models/model.h"
+#include "host/sim/scene/options.h"
 #include "host/sim/solvers/record.h"
-#include "host/sim/sim.h"
 
 /* Whether sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);

@@ -6,7 +6,9 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_RECORD_H
 #define MATRIG_HOST_SIM_SOLVERS_RECORD_H
 
-#include "host/sim/sim.h"
+#include "host/sim/scene/options.h"
+#include "host/sim/scene/result.h"
+#include "host/sim/scene/scene.h"
 
 struct sim_snapshot {
     double t_s;
