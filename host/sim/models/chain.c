@@ -4,15 +4,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/elements/slip.h"
+#include "host/sim/elements/friction.h"
 
 #define ARRAYS 12
 #define BLOCK 4 /* mats and joints are computed in whole blocks, with padding at both ends */
 #define PADDING 8
 #define ALIGNMENT 64
 
-/* The same arithmetic four mats at a time where the processor can, two at a time where not. PICKED keeps the
- * compiler from turning the choice of a value back into a branch. */
+/* The same arithmetic four mats at a time where the processor can, two at a time where not. */
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
 #define CHAIN_CLONES __attribute__((target_clones("avx2", "default")))
 #define VECTORS _Pragma("GCC ivdep")
@@ -20,12 +19,6 @@
 #define CHAIN_CLONES
 #define VECTORS
 #endif
-#if defined __GNUC__ && __GNUC__ >= 12 && !defined __clang__
-#define PICKED(x) __builtin_assoc_barrier(x)
-#else
-#define PICKED(x) (x)
-#endif
-
 enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat,
                           struct error *error)
 {
@@ -42,9 +35,7 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
         .friction = scene->friction > 0.0 ? scene->friction_law : SIM_NONE,
         .veps_ft_s = scene->veps_ft_s,
         .mass_slug = scene->weight_lb / scene->g_ft_s2,
-        .kl_lb_ft = scene->kl_lb_ft,
-        .cl_lb_s_ft = scene->cl_lb_s_ft,
-        .slack_ft = scene->slack_ft,
+        .joint = {scene->kl_lb_ft, scene->cl_lb_s_ft, scene->slack_ft},
         .weight_limit_lb = scene->friction * scene->weight_lb,
         .load_limit_lb = scene->friction * scene->wheel_load_lb,
         .v0_ft_s = scene->v0_ft_s,
@@ -67,7 +58,7 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
-    chain->joints = scene->slack_ft <= 0.0 ? CHAIN_LINEAR : grit ? CHAIN_GRIT : CHAIN_SLACK;
+    chain->joints = joint_law(scene->slack_ft, grit);
     if (mods_make(&chain->mods, scene, error) != MR_OK) {
         chain_free(chain);
         return error->status;
@@ -89,8 +80,8 @@ void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
         double grit_lb = sim_scene_joint(&scene->grit_lb, j);
         chain->hold_lb[j] = -grit_lb;
-        chain->give_ft[j] = grit_lb / chain->kl_lb_ft;
-        chain->reach_ft[j] = fmin(fmax(chain->gap0_ft[j], 0.0), chain->slack_ft);
+        chain->give_ft[j] = grit_lb / chain->joint.kl_lb_ft;
+        chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
     }
     for (size_t i = 0; i < chain->length; i++)
         (chain->limit_lb - PADDING)[i] = INFINITY; /* what is no mat never moves */
@@ -184,79 +175,50 @@ double chain_opening_ft(const struct chain *chain, int joint)
     return chain->gap0_ft[joint] + (chain->u_ft[joint] - chain->u_ft[joint - 1]);
 }
 
-static inline __attribute__((always_inline)) double least(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static inline __attribute__((always_inline)) double most(double a, double b)
-{
-    return a > b ? a : b;
-}
-
 /* First of the block that index i lies in. */
 static int block_of(int i)
 {
     return i / BLOCK * BLOCK;
 }
 
-/* Tensions of `count` joints (whole blocks) from the present openings and speeds; moves the grit's reach. No
- * joint depends on another's result and nothing branches, so that the compiler takes several at a time: all
- * cases are computed, and the one that holds is picked. */
-static inline __attribute__((always_inline)) void pull(const struct chain *chain, int first, size_t count,
-                                                       enum chain_joints joints, bool damped)
+/* Tensions of `count` joints (whole blocks) from the present openings and speeds; moves the grit's reach. No joint depends on
+ * another's result. */
+LAW_INLINE void pull(const struct chain *chain, int first, size_t count, enum joint_law joints, bool damped)
 {
     const double *u = chain->u_ft + first, *left_u = u - 1;
     const double *v = chain->v_ft_s + first, *left_v = v - 1;
     const double *gap0 = chain->gap0_ft + first, *hold = chain->hold_lb + first;
     const double *give = chain->give_ft + first;
     double *reach = chain->reach_ft + first, *tension = chain->tension_lb + first;
-    const double kl = chain->kl_lb_ft, cl = chain->cl_lb_s_ft, slack = chain->slack_ft;
+    const struct joint joint = chain->joint;
     VECTORS
     for (size_t j = 0; j < count / BLOCK * BLOCK; j++) {
         double g_ft = gap0[j] + (u[j] - left_u[j]);
-        double damper_lb = damped ? cl * (v[j] - left_v[j]) : 0.0;
-        double pressed_lb = kl * g_ft + damper_lb;
-        if (joints == CHAIN_LINEAR) {
-            tension[j] = pressed_lb;
-            continue;
-        }
-        double bare_lb = g_ft < 0.0 ? pressed_lb : 0.0;
-        double hooked_lb = kl * (g_ft - slack) + damper_lb;
-        if (joints == CHAIN_SLACK) {
-            tension[j] = g_ft > slack ? hooked_lb : bare_lb;
-            continue;
-        }
-        double r_ft = reach[j];
-        double held_lb = kl * (g_ft - r_ft);
-        double yielded_ft = PICKED(most(0.0, g_ft + give[j]));
-        double kept_lb = PICKED(least(0.0, PICKED(most(hold[j], held_lb + damper_lb))));
-        double yielding_lb = PICKED(yielded_ft > 0.0 ? hold[j] : bare_lb);
-        double gritty_lb = PICKED(held_lb < hold[j] ? yielding_lb : kept_lb);
-        double gritty_ft = PICKED(held_lb < hold[j] ? yielded_ft : r_ft);
-        double closing_lb = PICKED(r_ft > 0.0 ? gritty_lb : bare_lb);
-        double closing_ft = PICKED(r_ft > 0.0 ? gritty_ft : 0.0);
-        double free_lb = PICKED(g_ft >= r_ft ? 0.0 : closing_lb);
-        tension[j] = g_ft > slack ? hooked_lb : free_lb;
-        reach[j] = least(slack, PICKED(most(g_ft, closing_ft)));
+        double damper_lb = damped ? joint.cl_lb_s_ft * (v[j] - left_v[j]) : 0.0;
+        bool gritty = joints == JOINT_GRIT;
+        struct joint_grit grit = {gritty ? hold[j] : 0.0, gritty ? give[j] : 0.0, gritty ? reach[j] : 0.0};
+        struct joint_pull pulled = joint_pull(joints, &joint, g_ft, damper_lb, grit);
+        tension[j] = pulled.lb;
+        if (gritty)
+            reach[j] = pulled.reach_ft;
     }
 }
 
 /* Every law that occurs gets a loop of its own, in which all that is absent is left out. */
 CHAIN_CLONES static void pull_joints(const struct chain *chain, int first, size_t count)
 {
-    if (chain->joints == CHAIN_LINEAR && chain->damped)
-        pull(chain, first, count, CHAIN_LINEAR, true);
-    else if (chain->joints == CHAIN_LINEAR)
-        pull(chain, first, count, CHAIN_LINEAR, false);
-    else if (chain->joints == CHAIN_SLACK && chain->damped)
-        pull(chain, first, count, CHAIN_SLACK, true);
-    else if (chain->joints == CHAIN_SLACK)
-        pull(chain, first, count, CHAIN_SLACK, false);
+    if (chain->joints == JOINT_LINEAR && chain->damped)
+        pull(chain, first, count, JOINT_LINEAR, true);
+    else if (chain->joints == JOINT_LINEAR)
+        pull(chain, first, count, JOINT_LINEAR, false);
+    else if (chain->joints == JOINT_SLACK && chain->damped)
+        pull(chain, first, count, JOINT_SLACK, true);
+    else if (chain->joints == JOINT_SLACK)
+        pull(chain, first, count, JOINT_SLACK, false);
     else if (chain->damped)
-        pull(chain, first, count, CHAIN_GRIT, true);
+        pull(chain, first, count, JOINT_GRIT, true);
     else
-        pull(chain, first, count, CHAIN_GRIT, false);
+        pull(chain, first, count, JOINT_GRIT, false);
 }
 
 struct stops {
@@ -276,15 +238,11 @@ CHAIN_CLONES static struct stops stick_mats(const struct chain *chain, double h_
     for (size_t n = 0; n < count / BLOCK * BLOCK; n++) {
         double v_ft_s = v[n];
         double x_lb = right[n] - left[n] + thrust[n];
-        double brake_lb = x_lb - copysign(limit[n], v_ft_s == 0.0 ? x_lb : v_ft_s);
-        double after_ft_s = v_ft_s + brake_lb * per_lb;
-        bool rests = !(after_ft_s * v_ft_s > 0.0); /* or turns round */
-        bool held = fabs(x_lb) <= limit[n];
-        bool stops = rests & (v_ft_s != 0.0);
+        struct friction_step step = friction_step(v_ft_s, x_lb, limit[n], per_lb);
         before[n] = v_ft_s;
-        v[n] = rests & held ? 0.0 : after_ft_s;
-        all += stops;
-        at_rest += stops & held;
+        v[n] = step.after_ft_s;
+        all += step.stops;
+        at_rest += step.stops & step.held;
     }
     return (struct stops){all, all - at_rest};
 }
@@ -299,7 +257,7 @@ static unsigned stick(const struct chain *chain, double h_s, int first, int last
         bool stopped = v_ft_s != 0.0 && !(chain->v_ft_s[n] * v_ft_s > 0.0);
         if (!stopped || fabs(x_lb) <= chain->limit_lb[n])
             continue;
-        chain->v_ft_s[n] = slip_thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s, chain->mass_slug);
+        chain->v_ft_s[n] = friction_thrown_back_ft_s(v_ft_s, x_lb, chain->limit_lb[n], h_s, chain->mass_slug);
         stops.thrown_back--;
     }
     return (unsigned)stops.all;
@@ -311,13 +269,8 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     double *v = chain->v_ft_s;
     double per_lb = h_s / chain->mass_slug;
     for (int n = first; n <= last; n++) {
-        double c_lb = chain->limit_lb[n];
-        double drag_lb = 0.0;
-        if (chain->friction == SIM_TANH)
-            drag_lb = c_lb * tanh(v[n] / chain->veps_ft_s);
-        else if (chain->friction == SIM_SIGN)
-            drag_lb = v[n] > 0.0 ? c_lb : v[n] < 0.0 ? -c_lb : 0.0;
-        v[n] += (push_lb(chain, n) - drag_lb) * per_lb;
+        double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
+        v[n] += (push_lb(chain, n) - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) * per_lb;
     }
 }
 
@@ -361,8 +314,8 @@ CHAIN_CLONES void chain_note(struct chain *chain, int first, int last)
     double *push = chain->push_lb, *pull_lb = chain->pull_lb;
     VECTORS
     for (int j = first; j <= last + 1; j++) {
-        push[j] = most(push[j], -tension[j]);
-        pull_lb[j] = most(pull_lb[j], tension[j]);
+        push[j] = law_most(push[j], -tension[j]);
+        pull_lb[j] = law_most(pull_lb[j], tension[j]);
     }
 }
 
@@ -372,11 +325,10 @@ static double stretch_ft(const struct chain *chain, int j)
     double g_ft = chain_opening_ft(chain, j);
     if ((j == 1 && chain->left_free) || (j == chain->mats + 1 && chain->right_free))
         return 0.0;
-    if (chain->joints == CHAIN_LINEAR)
-        return g_ft;
-    if (g_ft > chain->slack_ft)
-        return chain->mods && mods_is_torn(chain->mods, j) ? 0.0 : g_ft - chain->slack_ft;
-    return fmin(0.0, g_ft - (chain->joints == CHAIN_GRIT ? chain->reach_ft[j] : 0.0));
+    bool torn = chain->joints != JOINT_LINEAR && chain->mods && mods_is_torn(chain->mods, j);
+    if (torn && g_ft > chain->joint.slack_ft)
+        return 0.0;
+    return joint_stretch_ft(chain->joints, g_ft, chain->joint.slack_ft, chain->reach_ft[j]);
 }
 
 double chain_energy_lb_ft(const struct chain *chain, int first, int last)
@@ -393,7 +345,7 @@ double chain_energy_lb_ft(const struct chain *chain, int first, int last)
         struct mods_view view = chain_view(chain);
         braced = mods_energy_lb_ft(chain->mods, &view);
     }
-    return 0.5 * (chain->mass_slug * kinetic + chain->kl_lb_ft * elastic) + braced;
+    return 0.5 * (chain->mass_slug * kinetic + chain->joint.kl_lb_ft * elastic) + braced;
 }
 
 /* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d): inside the unit circle
@@ -403,12 +355,12 @@ double chain_step_limit_s(const struct chain *chain)
 {
     int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
-    double rate2 = joints * chain->kl_lb_ft / chain->mass_slug;
+    struct law_bound pulled = joint_bound(&chain->joint, joints, chain->mass_slug);
+    struct law_bound rubbed = friction_bound(chain->friction, chain->weight_limit_lb + chain->load_limit_lb, chain->mass_slug,
+                                             chain->veps_ft_s);
+    double rate2 = pulled.rate2, damping = pulled.damping + rubbed.damping;
     if (chain->mods)
         rate2 += mods_stiffness_lb_ft(chain->mods) / chain->mass_slug;
-    double damping = joints * chain->cl_lb_s_ft / chain->mass_slug;
-    if (chain->friction == SIM_TANH)
-        damping += (chain->weight_limit_lb + chain->load_limit_lb) / (chain->mass_slug * chain->veps_ft_s);
     return 4.0 / (damping + sqrt(damping * damping + 4.0 * rate2));
 }
 
@@ -419,9 +371,9 @@ void chain_describe(const struct chain *chain, const struct sim_scene *scene, st
         sim_result_leave_out(result, "friction (none)");
     if (!chain->damped)
         sim_result_leave_out(result, "joint damping (CL 0)");
-    if (chain->joints == CHAIN_LINEAR)
+    if (chain->joints == JOINT_LINEAR)
         sim_result_leave_out(result, "slack (0)");
-    if (chain->joints != CHAIN_GRIT)
+    if (chain->joints != JOINT_GRIT)
         sim_result_leave_out(result, scene->slack_ft > 0.0 ? "grit (0 on every joint)"
                                                            : "grit (slack 0: no joint can be open)");
     else

@@ -1,19 +1,7 @@
 /* Chain: the horizontal equations of a whole runway. README.md, "Common pieces" with theta = 0, and
  * "Chain and landings".
  *
- * Joint law at opening g (ft, positive: open), tension positive:
- *   slack 0:   T = KL g + CL g'
- *   slack s:   g > s    KL (g - s) + CL g'        hooked
- *              g < 0    KL g + CL g'              pressed together
- *              between  0, or what grit gives
- *   grit G > 0 (with slack): a rigid-plastic stop at `reach`, the opening down to which the grit has been
- *   compacted. Rigid is as stiff as the joint itself: compression held = -KL (g - reach) - CL g', never
- *   below 0, never above G. When the spring's part exceeds G, reach moves towards closed and the joint
- *   transmits G while it closes; at reach = 0 the joint is closed and can transmit more. Up to G an open
- *   joint gives way by G/KL only (0.0004 in for 10 lb). Pulled open again: nothing resists, and reach goes
- *   along with the opening; to close it again takes G again. Loose grit is not carried away: it falls back
- *   into an opened joint. So a joint's state is its opening alone, and the final gaps are all that the
- *   next landing needs; the compression that grit still held at the end is dropped with it (G/KL).
+ * The laws are elements/joint.h (all three kinds of joints) and elements/friction.h.
  *
  * State arrays: mats 1..N with the ground at 0 and N+1 (always 0), joints 1..N+1. Units ft, s, lb, slug.
  * One owner, one thread; chain_make allocates, chain_free releases. */
@@ -23,26 +11,22 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/wheel.h"
 
-/* What a joint's law needs; the least is evaluated. */
-enum chain_joints { CHAIN_LINEAR, CHAIN_SLACK, CHAIN_GRIT };
-
 struct chain {
     int mats;
-    enum chain_joints joints;
+    enum joint_law joints;
+    struct joint joint;
     bool damped;
     bool left_free;
     bool right_free;
     enum sim_friction friction;
     double veps_ft_s;
     double mass_slug;
-    double kl_lb_ft;
-    double cl_lb_s_ft;
-    double slack_ft;
     double weight_limit_lb; /* Coulomb limit of a mat without the wheel, f W */
     double load_limit_lb;   /* added under the wheel, f wheel_load */
     double v0_ft_s;

@@ -5,6 +5,10 @@
 
 #include <math.h>
 
+#include "host/sim/elements/friction.h"
+#include "host/sim/elements/hinge.h"
+#include "host/sim/elements/joint.h"
+#include "host/sim/elements/soil.h"
 #include "host/sim/models/model.h"
 #include "host/sim/models/lanes.h"
 
@@ -100,13 +104,8 @@ KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struc
     double rate = r->v - l->v;
     if (full)
         rate += m->half_ft * (l->w * l->s + r->w * r->s);
-    if (slack) {
-        if (m->joint[j] == 0)
-            return 0.0;
-        if (m->joint[j] > 0)
-            g -= m->slack_ft;
-    }
-    return m->kl * g + m->cl * rate;
+    const struct joint joint = {m->kl, m->cl, m->slack_ft};
+    return joint_located_lb(&joint, slack, slack ? m->joint[j] : 0, g, rate);
 }
 
 KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct kernel_mat *r)
@@ -118,15 +117,13 @@ KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct ke
 KERNEL_INLINE double kernel_moment(const struct model *m, int j, const struct kernel_mat *l,
                                    const struct kernel_mat *r)
 {
-    double turn = kernel_turn_rad(l, r);
-    if (!m->jumps)
-        turn -= m->tad_rad * m->torsion[j];
-    return m->kt * turn + m->ct * (r->w - l->w);
+    double wound = hinge_wound_rad(m->jumps, m->torsion[j], kernel_turn_rad(l, r), m->tad_rad);
+    return hinge_moment_lb_ft(m->kt, m->ct, wound, r->w - l->w);
 }
 
 KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, const double *v, int node)
 {
-    return m->contact[node] ? m->kv * p[2 * node] + m->cv * v[2 * node] : 0.0;
+    return m->contact[node] ? soil_lb(m->kv, m->cv, p[2 * node], v[2 * node]) : 0.0;
 }
 
 KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l, double soil_r)
@@ -147,17 +144,12 @@ KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum s
 KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x, double soil_l, double soil_r,
                                      enum sim_friction law)
 {
-    switch (law) {
-    case SIM_STICK:
-        return m->slide[n] == 0 ? 0.0 : x - m->slide[n] * kernel_limit_lb(m, n, soil_l, soil_r);
-    case SIM_TANH:
-        return x - kernel_limit_lb(m, n, soil_l, soil_r) * m->tanh[n];
-    case SIM_SIGN:
-        return v == 0.0 ? x : x - copysign(kernel_limit_lb(m, n, soil_l, soil_r), v);
-    case SIM_NONE:
-        break;
-    }
-    return x;
+    if (law == SIM_STICK && m->slide[n] == 0)
+        return 0.0;
+    if (law == SIM_NONE)
+        return x;
+    return x - friction_rub_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v, law == SIM_STICK ? m->slide[n] : 0,
+                               law == SIM_TANH ? m->tanh[n] : 0.0);
 }
 
 /* Call `kernel` with the constants of this scene. */

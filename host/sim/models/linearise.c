@@ -32,7 +32,7 @@ static struct joint_slope tension_slope(const struct model *m, int j, const stru
                                         const struct kernel_mat *r)
 {
     struct joint_slope t = {.value = kernel_tension_lb(m, j, l, r, m->full, m->slack_ft > 0.0)};
-    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free) || (m->slack_ft > 0.0 && m->joint[j] == 0))
+    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free) || !joint_transmits(m->slack_ft > 0.0, m->joint[j]))
         return t;
     add_difference(t.p, 1, 3, m->kl);
     add_difference(t.v, 1, 3, m->cl);
@@ -110,14 +110,10 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
         put(r, r->by_p, row, 2 * n + k, right->p[k]);
         put(r, r->by_v, row, 2 * n + k, right->v[k]);
     }
-    double share = 0.0; /* of the limit that acts */
-    if (m->law == SIM_STICK)
-        share = m->slide[n];
-    else if (m->law == SIM_TANH) {
-        share = tanh(mat->v / m->veps_ft_s);
-        put(r, r->by_v, row, row, -model_limit_lb(m, z, n) * (1.0 - share * share) / m->veps_ft_s);
-    } else if (m->law == SIM_SIGN)
-        share = mat->v > 0.0 ? 1.0 : mat->v < 0.0 ? -1.0 : 0.0;
+    double smooth = m->law == SIM_TANH ? tanh(mat->v / m->veps_ft_s) : 0.0;
+    double share = friction_share(m->law, mat->v, m->slide[n], smooth);
+    if (m->law == SIM_TANH)
+        put(r, r->by_v, row, row, friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
     if (m->soil_normal) {
         put_soil(r, row, n, -share * m->friction);
         put_soil(r, row, n + 1, -share * m->friction);

@@ -229,7 +229,7 @@ double model_lift_ft(const struct model *m, const double *z, int *node_from_1)
             apex = j;
     }
     *node_from_1 = apex + 1;
-    return z[2 * apex] < -MODEL_TOUCH_FT ? -z[2 * apex] : 0.0;
+    return z[2 * apex] < -SOIL_TOUCH_FT ? -z[2 * apex] : 0.0;
 }
 
 double model_worst_angle_deg(const struct model *m, const double *z, int *mat_from_1)
@@ -261,8 +261,8 @@ double model_energy_lb_ft(const struct model *m, const double *z)
             energy += 0.5 * m->kl * g * g;
         }
         if (m->torsion[n]) {
-            double turn = kernel_turn_rad(&left, &mat) - (m->jumps ? 0.0 : m->tad_rad * m->torsion[n]);
-            energy += 0.5 * m->kt * turn * turn;
+            double wound = hinge_wound_rad(m->jumps, m->torsion[n], kernel_turn_rad(&left, &mat), m->tad_rad);
+            energy += 0.5 * m->kt * wound * wound;
         }
         double ends = n == 0 || ground ? 1.0 : 2.0;
         if (m->contact[n])

@@ -27,7 +27,6 @@
 #define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
 #define MODEL_ROW (2 * MODEL_BAND + 1)
 #define MODEL_TAIL 3e-8
-#define MODEL_TOUCH_FT 1e-9 /* flat mats sit at 0 up to rounding: no lift below this */
 
 enum model_switch_kind { MODEL_CONTACT, MODEL_TORSION, MODEL_SLACK, MODEL_SLIDE, MODEL_STICK, MODEL_APEX, MODEL_HOLD };
 

@@ -5,7 +5,6 @@
 
 #define HOLD_PART 1.25e-7 /* of sqrt(g L): slower bounces are not followed */
 #define SLACK_EDGE 1e-12 /* of a mat: a joint's mode is kept this far beyond its edge; a wave's tail opens joints by 1e-30 ft */
-#define TOUCH_FT MODEL_TOUCH_FT
 
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
 {
@@ -39,10 +38,7 @@ double model_limit_lb(const struct model *m, const double *z, int mat)
 /* Positive where the soil acts. The consistent model's does not pull. */
 static inline double contact_value(const struct model *m, const double *z, int node)
 {
-    double y = z[2 * node];
-    if (!m->consistent)
-        return y + TOUCH_FT;
-    return fmin(y, y + m->cv / m->kv * z[m->size + 2 * node]);
+    return soil_touch_ft(m->consistent, m->kv, m->cv, z[2 * node], z[m->size + 2 * node]);
 }
 
 static double turn_of(const struct model *m, const double *z, int j)
@@ -77,26 +73,20 @@ static void held_accel(const struct model *m, double t_s, const double *z, int n
 
 double model_margin(const struct model *m, double t_s, const double *z, struct model_switch s)
 {
-    double value;
     switch (s.kind) {
     case MODEL_CONTACT:
-        value = contact_value(m, z, s.index);
-        return m->contact[s.index] ? value : -value;
+        return soil_margin_ft(m->contact[s.index], contact_value(m, z, s.index));
     case MODEL_TORSION:
-        value = turn_of(m, z, s.index);
-        return m->torsion[s.index] ? m->torsion[s.index] * value - m->tad_rad : m->tad_rad - fabs(value);
+        return hinge_margin_rad(m->torsion[s.index], turn_of(m, z, s.index), m->tad_rad);
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
-        value = kernel_gap_ft(m, s.index, &l, &r, m->full);
-        double edge = SLACK_EDGE * m->length_ft;
-        if (m->joint[s.index] < 0)
-            return edge - value;
-        return edge + (m->joint[s.index] > 0 ? value - m->slack_ft : fmin(value, m->slack_ft - value));
+        return joint_margin_ft(m->joint[s.index], kernel_gap_ft(m, s.index, &l, &r, m->full), m->slack_ft,
+                               SLACK_EDGE * m->length_ft);
     }
     case MODEL_SLIDE:
         return m->slide[s.index] * z[m->size + 2 * s.index + 1];
     case MODEL_STICK:
-        return model_limit_lb(m, z, s.index) - fabs(model_push_lb(m, t_s, z, s.index));
+        return friction_margin_lb(model_limit_lb(m, z, s.index), model_push_lb(m, t_s, z, s.index));
     case MODEL_APEX:
         return z[2 * s.index] - z[2 * m->apex];
     case MODEL_HOLD: {
@@ -283,9 +273,9 @@ static void try_hold(struct model *m, double t_s, double *z, int node)
         m->held = node;
         for (int j = node; j <= m->last + 1; j++) { /* what follows keeps its angles */
             z[m->size + 2 * j] -= speed;
-            if (fabs(z[2 * j] - edge_ft) > 1e-3 * TOUCH_FT)
+            if (fabs(z[2 * j] - edge_ft) > 1e-3 * SOIL_TOUCH_FT)
                 continue;
-            z[2 * j] = -0.5 * TOUCH_FT; /* flat mats: well within contact, so that rounding does not lift them */
+            z[2 * j] = -0.5 * SOIL_TOUCH_FT; /* flat mats: well within contact, so that rounding does not lift them */
             if (fabs(z[m->size + 2 * j]) < fabs(speed))
                 z[m->size + 2 * j] = 0.0;
             m->contact[j] = 1;
@@ -309,7 +299,7 @@ void model_flip(struct model *m, double t_s, double *z, struct model_switch s)
         m->held = -1;
         m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
         if (on < 0.0) /* from below the edge it would be pushed up by contact first */
-            z[2 * s.index] = -TOUCH_FT;
+            z[2 * s.index] = -SOIL_TOUCH_FT;
         break;
     }
     case MODEL_TORSION:
@@ -344,14 +334,14 @@ void model_sample_shape(struct model *m, const double *z)
     m->apex = m->first;
     m->held = -1;
     for (int j = m->first; j <= m->last + 1; j++) {
-        m->contact[j] = m->consistent ? contact_value(m, z, j) > 0.0 : z[2 * j] >= -TOUCH_FT;
+        m->contact[j] = m->consistent ? contact_value(m, z, j) > 0.0 : z[2 * j] >= -SOIL_TOUCH_FT;
         if (z[2 * j] < z[2 * m->apex])
             m->apex = j;
         double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
         m->torsion[j] = !switches;
         if (switches && left_ft + right_ft > flat_ft) {
             double turn = turn_of(m, z, j);
-            m->torsion[j] = turn > m->tad_rad ? 1 : turn < -m->tad_rad ? -1 : 0;
+            m->torsion[j] = hinge_side(turn, m->tad_rad);
         }
         if (!has_torsion(m, j))
             m->torsion[j] = 0;
@@ -359,7 +349,7 @@ void model_sample_shape(struct model *m, const double *z)
         if (m->slack_ft > 0.0) {
             struct kernel_mat l = mat_of(m, z, j - 1), r = mat_of(m, z, j);
             double gap = kernel_gap_ft(m, j, &l, &r, m->full);
-            m->joint[j] = gap < 0.0 ? -1 : gap > m->slack_ft ? 1 : 0;
+            m->joint[j] = joint_mode(gap, m->slack_ft);
         }
     }
     settle_shape(m, z);
@@ -394,7 +384,7 @@ static inline bool may_pass(const struct step_ends *s, double from, double to, d
 static bool contact_may_change(const struct model *m, const struct step_ends *s, int node)
 {
     int y = 2 * node, v = m->size + y;
-    double sign = m->contact[node] ? -1.0 : 1.0, edge = m->consistent ? 0.0 : sign * -TOUCH_FT;
+    double sign = m->contact[node] ? -1.0 : 1.0, edge = m->consistent ? 0.0 : sign * -SOIL_TOUCH_FT;
     bool height = may_pass(s, sign * s->z0[y], sign * s->z1[y], sign * s->r0[y], sign * s->r1[y], edge);
     if (!m->consistent || (m->contact[node] ? height : !height))
         return height;

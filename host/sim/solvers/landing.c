@@ -257,7 +257,7 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    double *storage = calloc(2 * length + 14 * joints, sizeof *storage);
+    double *storage = calloc(2 * length + 15 * joints, sizeof *storage);
     if (!storage)
         return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
     l->z = storage;
@@ -265,8 +265,9 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     l->u = storage + 2 * length;
     l->v = l->u + joints;
     l->gap0_ft = l->v + joints;
-    l->grit_lb = l->gap0_ft + joints;
-    l->reach_ft = l->grit_lb + joints;
+    l->hold_lb = l->gap0_ft + joints;
+    l->give_ft = l->hold_lb + joints;
+    l->reach_ft = l->give_ft + joints;
     l->tension_lb = l->reach_ft + joints;
     l->height = l->tension_lb + joints;
     l->push_lb = l->height + joints;
@@ -282,11 +283,14 @@ static enum mr_status lay_out(struct landing *l, struct error *error)
     }
     l->slack_ft = m->slack_ft;
     model_lend(m, l->tension_lb);
+    bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
-        l->grit_lb[j] = sim_scene_joint(&l->scene->grit_lb, j + 1);
-        l->gritty = l->gritty || l->grit_lb[j] > 0.0;
+        l->hold_lb[j] = -sim_scene_joint(&l->scene->grit_lb, j + 1);
+        l->give_ft[j] = -l->hold_lb[j] / m->kl;
+        gritty = gritty || l->hold_lb[j] < 0.0;
     }
+    l->joints = joint_law(l->slack_ft, gritty);
     return MR_OK;
 }
 

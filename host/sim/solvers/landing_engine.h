@@ -6,6 +6,7 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
 
+#include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/record.h"
@@ -22,13 +23,13 @@ struct landing {
     const struct sim_scene *scene;
     double *z; /* every mat's, all the time */
     double *accel, *u, *v, *height;
-    double *gap0_ft, *grit_lb, *reach_ft; /* per joint */
+    double *gap0_ft, *hold_lb, *give_ft, *reach_ft; /* per joint; elements/joint.h */
     double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
     double *brace_lb, *brace_lb_ft; /* what modifications press nodes down with and bend joints by; NULL: nothing */
     double *push_lb, *pull_lb, *rise_ft; /* per joint and node: most so far */
     double *tension_lb; /* per joint; between mats at rest that of the last step in which one of them moved */
     double slack_ft;
-    bool gritty;
+    enum joint_law joints;
     struct part slides; /* mats that move along the runway, and one at rest on either side */
     struct part heaves; /* mats whose nodes are not at rest */
     struct mods *mods;  /* NULL when the scene has none */

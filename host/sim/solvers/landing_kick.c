@@ -2,7 +2,7 @@
 
 #include "host/sim/models/kernel.h"
 #include "host/sim/solvers/landing_engine.h"
-#include "host/sim/elements/slip.h"
+#include "host/sim/elements/friction.h"
 
 #define MOST_CONTACTS 8 /* times that a step is taken again as the soil lets go of nodes or holds others */
 
@@ -76,7 +76,7 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
             limit += mods_raised_cleat_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
         if (m->law == SIM_NONE)
             limit = 0.0;
-        v[2 * n + 1] = slip_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
+        v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
     }
     return stops;
 }

@@ -1,6 +1,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "host/sim/elements/soil.h"
 #include "host/sim/solvers/landing_engine.h"
 #include "host/sim/solvers/pass.h"
 
@@ -34,7 +35,7 @@ static double lift_ft(const struct landing *l, double back_s, int *node_from_1)
     *node_from_1 = 1;
     for (int j = l->heaves.first; j <= l->heaves.last + 1 && l->heaves.last >= l->heaves.first; j++) {
         double up_ft = v[2 * j] * back_s - l->z[2 * j];
-        if (up_ft > most_ft && up_ft > MODEL_TOUCH_FT) {
+        if (up_ft > most_ft && up_ft > SOIL_TOUCH_FT) {
             most_ft = up_ft;
             *node_from_1 = j + 1;
         }
@@ -142,7 +143,7 @@ static void begin(struct landing *l, bool prunes)
     model_start(m, l->z);
     l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
-        l->reach_ft[j] = fmin(fmax(l->gap0_ft[j], 0.0), l->slack_ft);
+        l->reach_ft[j] = joint_first_reach_ft(l->gap0_ft[j], l->slack_ft);
     memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
     if (l->mods)
         mods_reset(l->mods);
