@@ -6,6 +6,7 @@
 
 #include "host/sim/solvers/pass.h"
 #include "host/sim/elements/span.h"
+#include "host/sim/scene/scene_keys.h"
 
 #define LOCATE_S 1e-9
 #define STALLS 20000
@@ -352,6 +353,11 @@ static enum mr_status make(struct march *g, const struct sim_scene *scene, struc
     if (g->sticks && scene->friction_law != SIM_STICK)
         return error_set(error, MR_USAGE, "no second method: %s: grit with this friction; give friction stick or none",
                          scene->name[0] ? scene->name : "scene");
+    for (int i = 0; i < SIM_ELEMENTS_MAX; i++) {
+        if (scene->element[i] != 0.0)
+            return error_set(error, MR_USAGE, "no second method: %s: %s in a chain with grit; leave one of them out",
+                             scene->name[0] ? scene->name : "scene", sim_element_keys[i]->name);
+    }
     g->storage = calloc(count * length, sizeof *g->storage);
     g->modes = calloc(2 * length, sizeof *g->modes);
     if (!g->storage || !g->modes)

@@ -40,6 +40,7 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
         .load_limit_lb = scene->friction * scene->wheel_load_lb,
         .v0_ft_s = scene->v0_ft_s,
         .v0_mat = scene->v0_mat > 0 ? scene->v0_mat : first_mat,
+        .elements = element_set_of(scene),
         .storage = storage,
         .length = length,
         .u_ft = first,
@@ -59,6 +60,7 @@ enum mr_status chain_make(struct chain *chain, const struct sim_scene *scene, in
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
     chain->joints = joint_law(scene->slack_ft, grit);
+    chain->sticks = chain->friction == SIM_STICK && chain->elements.count == 0;
     if (mods_make(&chain->mods, scene, error) != MR_OK) {
         chain_free(chain);
         return error->status;
@@ -274,6 +276,23 @@ static void slide(const struct chain *chain, double h_s, int first, int last)
     }
 }
 
+/* With elements: every mat by itself. */
+static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s, int first, int last)
+{
+    double *v = chain->v_ft_s, mass = chain->mass_slug;
+    unsigned stops = 0;
+    for (int n = first; n <= last; n++) {
+        struct element_step step = element_step(&chain->elements, (struct element_mat){v[n], true}, h_s, mass);
+        double x_lb = push_lb(chain, n) + step.push_lb, kept = step.keep * v[n];
+        double smooth = chain->friction == SIM_TANH ? tanh(v[n] / chain->veps_ft_s) : 0.0;
+        if (chain->friction == SIM_STICK)
+            v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.as_if_s, mass, &stops);
+        else
+            v[n] = kept + (x_lb - friction_rub_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) * (step.as_if_s / mass);
+    }
+    return stops;
+}
+
 static __attribute__((noinline)) void brace_joints(const struct chain *chain, int first, int last)
 {
     struct mods_view view = chain_view(chain);
@@ -291,8 +310,10 @@ unsigned chain_kick(struct chain *chain, double h_s, int first, int last)
         chain->tension_lb[chain->mats + 1] = 0.0;
     if (chain->mods)
         brace_joints(chain, block, block_of(last + 1) + BLOCK - 1);
-    if (chain->friction == SIM_STICK)
+    if (chain->sticks)
         return stick(chain, h_s, first, last);
+    if (chain->elements.count > 0)
+        return kick_elements(chain, h_s, first, last);
     slide(chain, h_s, first, last);
     return 0;
 }
@@ -350,7 +371,8 @@ double chain_energy_lb_ft(const struct chain *chain, int first, int last)
 
 /* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d): inside the unit circle
  * while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4 KL/m and 4 CL/m, with both ends
- * of every mat joined; a steep tanh adds its own slope. */
+ * of every mat joined; a steep tanh adds its own slope. Elements of the table are exact within the kick and set no limit: the factor
+ * keep on the speed and the shorter as_if_s make the left side smaller. */
 double chain_step_limit_s(const struct chain *chain)
 {
     int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
@@ -386,6 +408,7 @@ void chain_describe(const struct chain *chain, const struct sim_scene *scene, st
         sim_result_note(result, "mat %d starts at %g ft/s (v0)", chain->v0_mat, scene->v0_ft_s);
     if (scene->bump_ft.count > 0)
         sim_result_note(result, "bump has no effect on flat mats (model chain)");
+    element_describe(&chain->elements, result);
     int stressed = 0;
     for (int j = 1; j <= chain->mats + 1; j++)
         stressed += stretch_ft(chain, j) != 0.0;

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "host/sim/elements/element.h"
 #include "host/sim/elements/joint.h"
 #include "host/sim/elements/mods.h"
 #include "host/sim/scene/result.h"
@@ -25,6 +26,7 @@ struct chain {
     bool left_free;
     bool right_free;
     enum sim_friction friction;
+    bool sticks; /* friction stick, and nothing else that depends on a mat's speed */
     double veps_ft_s;
     double mass_slug;
     double weight_limit_lb; /* Coulomb limit of a mat without the wheel, f W */
@@ -46,6 +48,7 @@ struct chain {
     double *push_lb;     /* largest compression and tension that chain_note has seen */
     double *pull_lb;
     struct mods *mods;   /* NULL when the scene has none */
+    struct element_set elements;
 };
 
 /* MR_FULL when memory is short. first_mat: under the wheel at t = 0. */

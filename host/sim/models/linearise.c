@@ -114,6 +114,8 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
     double share = friction_share(m->law, mat->v, m->slide[n], smooth);
     if (m->law == SIM_TANH)
         put(r, r->by_v, row, row, friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
+    if (m->elements.count > 0)
+        put(r, r->by_v, row, row, element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
     if (m->soil_normal) {
         put_soil(r, row, n, -share * m->friction);
         put_soil(r, row, n + 1, -share * m->friction);

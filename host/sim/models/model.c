@@ -113,6 +113,7 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .left_turns = s->left_torsion == SIM_FREE,
         .right_turns = s->right_torsion == SIM_FREE,
         .law = s->friction > 0.0 ? s->friction_law : SIM_NONE,
+        .elements = element_set_of(s),
         .shear = s->shear_lb == 0.0 || s->model == SIM_CONSISTENT ? SIM_NO_SHEAR : s->lift_shear,
         .held = -1,
         .last = s->mats - 1,
@@ -212,6 +213,20 @@ void model_enter(struct model *m, size_t at, double *z)
     model_settle(m, m->span.t0_s, z);
 }
 
+struct element_mat model_element_mat(const struct model *m, const double *z, int n)
+{
+    return (struct element_mat){z[m->size + 2 * n + 1], m->contact[n] || m->contact[n + 1]};
+}
+
+/* Along the runway every mat is by itself in the mass matrices of both models. */
+static __attribute__((noinline)) void add_elements(const struct model *m, const double *z, double *accel)
+{
+    for (int n = m->first; n <= m->last; n++) {
+        if (m->law != SIM_STICK || m->slide[n] != 0)
+            accel[2 * n + 1] += element_force_lb(&m->elements, model_element_mat(m, z, n)) / m->mass_slug;
+    }
+}
+
 void model_rates(struct model *m, double t_s, const double *z, double *accel)
 {
     m->rhs++;
@@ -219,6 +234,8 @@ void model_rates(struct model *m, double t_s, const double *z, double *accel)
         consistent_rates(m, t_s, z, accel);
     else
         report_rates(m, t_s, z, accel);
+    if (m->elements.count > 0)
+        add_elements(m, z, accel);
 }
 
 double model_lift_ft(const struct model *m, const double *z, int *node_from_1)
@@ -300,8 +317,12 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     size_t nodes = (size_t)mats + 1;
     enum sim_friction law = m->law;
     double cv = m->cv;
+    int elements = m->elements.count;
     m->last = mats - 1;
-    m->cv = steps == MODEL_STAGGERED ? 0.0 : cv;
+    if (steps == MODEL_STAGGERED) {
+        m->cv = 0.0;
+        m->elements.count = 0;
+    }
     memcpy(kept, m->contact, nodes);
     memset(m->contact, 1, nodes);
     if (law == SIM_STICK || law == SIM_SIGN)
@@ -340,6 +361,9 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
             rate = k >= POWERS / 2 ? exp(growth / (k - POWERS / 2 + 1)) : 0.0;
         }
     }
+    if (m->elements.count > 0) /* in any state, not in this one alone */
+        rate = fmax(rate, element_bound(&m->elements, m->mass_slug).damping);
+    m->elements.count = elements;
     free(work);
     free(pivot);
     free(kept);
@@ -364,4 +388,5 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_note(result, "V has no part in model consistent: mats lift by their own inertia");
     if (m->scene->path_count > 0)
         sim_result_note(result, "path replaces Vac, s0 and F");
+    element_describe(&m->elements, result);
 }

@@ -22,6 +22,7 @@
 
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
+#include "host/sim/elements/element.h"
 #include "host/sim/elements/span.h"
 
 #define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
@@ -50,6 +51,7 @@ struct model {
     bool left_turns, right_turns; /* no moment at that end */
     enum sim_friction law;        /* SIM_NONE when f = 0 */
     enum sim_lift_shear shear;    /* SIM_NO_SHEAR when V = 0 or the model has none */
+    struct element_set elements;
     struct span_list spans;
     struct span span; /* the present one */
 
@@ -131,6 +133,9 @@ void model_rates(struct model *model, double t_s, const double *z, double *accel
 void model_linearise(struct model *model, double t_s, const double *z, const double *accel, double *mass, double *by_p,
                      double *by_v, double *drift);
 
+/* Mat n (from 0) as elements see it. */
+struct element_mat model_element_mat(const struct model *model, const double *z, int mat);
+
 /* Horizontal force X_n and friction limit C_n of mat n (from 0). */
 double model_push_lb(const struct model *model, double t_s, const double *z, int mat);
 double model_limit_lb(const struct model *model, const double *z, int mat);
@@ -167,7 +172,8 @@ double model_worst_angle_deg(const struct model *model, const double *z, int *ma
 double model_energy_lb_ft(const struct model *model, const double *z);
 
 /* Largest rate of the linearised equations with every node in contact, /s (power iteration): what limits explicit
- * steps. MODEL_STAGGERED leaves out what staggered steps take implicitly or exactly: the soil's dampers. */
+ * steps. MODEL_STAGGERED leaves out what staggered steps take implicitly or exactly: the soil's dampers and the elements of
+ * the table. */
 enum model_steps { MODEL_EXPLICIT, MODEL_STAGGERED };
 double model_fastest_rate(struct model *model, const double *z, enum model_steps steps);
 

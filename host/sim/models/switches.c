@@ -24,7 +24,8 @@ static double tension_lb(const struct model *m, const double *z, int j)
 double model_push_lb(const struct model *m, double t_s, const double *z, int mat)
 {
     double rate, thrust = m->span.mat < 0 ? 0.0 : span_thrust_lb(&m->span, m->length_ft, t_s, mat, &rate);
-    return tension_lb(m, z, mat + 1) - tension_lb(m, z, mat) + thrust;
+    double push = tension_lb(m, z, mat + 1) - tension_lb(m, z, mat) + thrust;
+    return m->elements.count == 0 ? push : push + element_force_lb(&m->elements, model_element_mat(m, z, mat));
 }
 
 double model_limit_lb(const struct model *m, const double *z, int mat)
@@ -177,6 +178,8 @@ int model_violations(const struct model *m, double t_s, const double *z, struct 
                 double rate, push = tension_r - tension_l;
                 if (m->span.mat >= 0)
                     push += span_thrust_lb(&m->span, m->length_ft, t_s, n, &rate);
+                if (m->elements.count > 0)
+                    push += element_force_lb(&m->elements, model_element_mat(m, z, n));
                 if (fabs(push) > model_limit_lb(m, z, n))
                     note(&found, MODEL_STICK, n);
             }

@@ -18,7 +18,7 @@
 
 static bool exact_push(const struct model *m)
 {
-    return m->law == SIM_STICK;
+    return m->law == SIM_STICK && (m->elements.count == 0 || element_rests(&m->elements));
 }
 
 /* Flat mats of the report model stay flat until a switch says otherwise. */

@@ -8,126 +8,9 @@
 #include "host/sim/scene/mods_scene.h"
 #include "host/sim/scene/scene_keys.h"
 
-static const char *const models[] = {"report", "consistent", "chain", NULL};
-static const char *const tad_modes[] = {"deadband", "switched", NULL};
-static const char *const profiles[] = {"low", "full", NULL};
-static const char *const ends[] = {"free", "fixed", NULL};
-static const char *const thrusts[] = {"jump", "linear", NULL};
-static const char *const frictions[] = {"stick", "tanh", "sign", "none", NULL};
-static const char *const normals[] = {"weight", "soil", NULL};
-static const char *const overs[] = {"joints", "rivets", NULL};
-static const char *const shears[] = {"rising", "none", "following", "both", NULL};
-
-#define LARGEST 1e15 /* of no physical meaning: keeps products of values finite */
-#define FIELD(field) offsetof(struct sim_scene, field)
-#define ANY(name, field) {name, SIM_KEY_REAL, FIELD(field), -LARGEST, LARGEST, false, NULL}
-#define NOT_NEGATIVE(name, field) {name, SIM_KEY_REAL, FIELD(field), 0.0, LARGEST, false, NULL}
-#define POSITIVE(name, field) {name, SIM_KEY_REAL, FIELD(field), 0.0, LARGEST, true, NULL}
-#define INTEGER(name, field, low, high) {name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL}
-#define CHOICE(name, field, choices) {name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices}
-#define LIMIT(name, field) {name, SIM_KEY_REAL, FIELD(field), 0.0, INFINITY, false, NULL}
-#define LIST(name, field, kind, low, high) {name, kind, FIELD(field), low, high, false, NULL}
-
-#define BANDS(name, prefix, i)                                                                                         \
-    NOT_NEGATIVE(name, mods.band[i].count), POSITIVE(prefix "area", mods.band[i].area_ft2),                            \
-        POSITIVE(prefix "E", mods.band[i].e_lb_ft2), INTEGER(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX),     \
-        INTEGER(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX),                                                  \
-        INTEGER(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX),                                                    \
-        LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -LARGEST, LARGEST),                                       \
-        {prefix "K", SIM_KEY_REAL, FIELD(mods.band[i].k_lb_ft), 0.0, INFINITY, true, NULL},                            \
-        LIMIT(prefix "grip", mods.band[i].grip_lb), LIMIT(prefix "pull", mods.band[i].pull_lb),                        \
-        {prefix "wear", SIM_KEY_REAL, FIELD(mods.band[i].wear_ft), 0.0, INFINITY, true, NULL},                         \
-        {prefix "tilt", SIM_KEY_REAL, FIELD(mods.band[i].tilt_rad), 0.0, 1.0, false, NULL},                            \
-        NOT_NEGATIVE(prefix "alpha", mods.band[i].alpha_f), ANY(prefix "dT", mods.band[i].dt_f),                       \
-        CHOICE(prefix "over", mods.band[i].over, overs),                                                               \
-        LIST(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, LARGEST),                                  \
-        LIST(prefix "pulled", mods.band[i].pulled, SIM_KEY_MATS, 1, SIM_MATS_MAX)
-
-const struct sim_key sim_keys[] = {
-    {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL},
-    CHOICE("model", model, models),
-    INTEGER("N", mats, 1, SIM_MATS_MAX),
-    POSITIVE("L", length_ft),
-    POSITIVE("W", weight_lb),
-    POSITIVE("g", g_ft_s2),
-    POSITIVE("I", inertia_slug_ft2),
-    NOT_NEGATIVE("KV", kv_lb_ft),
-    NOT_NEGATIVE("CV", cv_lb_s_ft),
-    POSITIVE("KL", kl_lb_ft),
-    NOT_NEGATIVE("CL", cl_lb_s_ft),
-    NOT_NEGATIVE("KT", kt_lb_ft_rad),
-    NOT_NEGATIVE("CT", ct_lb_ft_s_rad),
-    {"TAD_deg", SIM_KEY_REAL, FIELD(tad_deg), 0.0, 180.0, false, NULL},
-    CHOICE("tad_mode", tad_mode, tad_modes),
-    CHOICE("profile", profile, profiles),
-    NOT_NEGATIVE("slack", slack_ft),
-    CHOICE("left", left, ends),
-    CHOICE("right", right, ends),
-    CHOICE("left_torsion", left_torsion, ends),
-    CHOICE("right_torsion", right_torsion, ends),
-    ANY("F", force_lb),
-    NOT_NEGATIVE("Vac", vac_ft_s),
-    ANY("s0", s0_ft),
-    {"F_tstop", SIM_KEY_REAL, FIELD(force_stop_s), 0.0, INFINITY, false, NULL},
-    CHOICE("thrust", thrust, thrusts),
-    NOT_NEGATIVE("wheel_load", wheel_load_lb),
-    NOT_NEGATIVE("f", friction),
-    CHOICE("friction", friction_law, frictions),
-    POSITIVE("veps", veps_ft_s),
-    CHOICE("friction_normal", friction_normal, normals),
-    ANY("V", shear_lb),
-    CHOICE("lift_shear", lift_shear, shears),
-    ANY("Q1", q1_lb),
-    INTEGER("bump_first", bump_first, 1, SIM_MATS_MAX + 1),
-    LIST("bump", bump_ft, SIM_KEY_LIST, -LARGEST, LARGEST),
-    ANY("v0", v0_ft_s),
-    INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX),
-    POSITIVE("mats_crossed", mats_crossed),
-    NOT_NEGATIVE("tend", t_end_s),
-    LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, LARGEST),
-    LIST("u_mats", u_mats, SIM_KEY_MATS, 1, SIM_MATS_MAX),
-    LIST("path", path, SIM_KEY_PATH, -LARGEST, LARGEST),
-    LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -LARGEST, LARGEST),
-    LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, LARGEST),
-    LIST("ground", ground_ft, SIM_KEY_LIST, -LARGEST, LARGEST),
-    {"t_dwell", SIM_KEY_REAL, FIELD(t_dwell_s), -1.0, LARGEST, false, NULL},
-    BANDS("bands", "band_", 0),
-    BANDS("bands2", "band2_", 1),
-    INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX),
-    INTEGER("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX),
-    NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb),
-    {"cleat_travel", SIM_KEY_REAL, FIELD(mods.cleat_travel_ft), 0.0, INFINITY, true, NULL},
-    POSITIVE("cleat_depth", mods.cleat_depth_ft),
-    LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0),
-    INTEGER("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX),
-    INTEGER("stiff_free", mods.stiff_free, 0, SIM_MATS_MAX),
-    INTEGER("stiff_lines", mods.stiff_lines, 1, 100),
-    INTEGER("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX),
-    NOT_NEGATIVE("stiff_K", mods.stiff_k_lb_ft),
-    LIMIT("stiff_grip", mods.stiff_grip_lb),
-    NOT_NEGATIVE("stiff_KT", mods.stiff_kt_lb_ft_rad),
-    LIMIT("stiff_yield", mods.stiff_yield_lb_ft),
-    LIST("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -LARGEST, LARGEST),
-    {"lay_deg", SIM_KEY_REAL, FIELD(mods.lay_deg), 0.0, 80.0, false, NULL},
-    NOT_NEGATIVE("lay_slide", mods.lay_slide_lb),
-    {"lay_mu", SIM_KEY_REAL, FIELD(mods.lay_mu), 0.0, 10.0, false, NULL},
-    {"tear", SIM_KEY_REAL, FIELD(mods.tear_lb), 0.0, INFINITY, true, NULL},
-    LIST("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1),
-};
-const size_t sim_key_count = sizeof sim_keys / sizeof sim_keys[0];
-
-const struct sim_key *sim_key_find(const char *name)
-{
-    for (size_t i = 0; i < sim_key_count; i++) {
-        if (strcmp(sim_keys[i].name, name) == 0)
-            return &sim_keys[i];
-    }
-    return NULL;
-}
-
 const char *sim_model_name(enum sim_model model)
 {
-    return models[model];
+    return sim_models[model];
 }
 
 void sim_scene_defaults(struct sim_scene *scene)
@@ -253,7 +136,7 @@ static enum mr_status out_of_range(const struct sim_key *key, const char *where,
     char entry[32] = "";
     if (listed)
         snprintf(entry, sizeof entry, "[%zu]", index);
-    if (key->high >= LARGEST)
+    if (key->high >= SIM_LARGEST)
         return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g", where,
                          key->name, entry, value, key->above ? "a number above" : "a finite number from",
                          key->low);
@@ -316,7 +199,7 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
 {
     for (size_t i = 0; i < scene->path_count; i++) {
         const struct sim_path_row *row = &scene->path[i];
-        if (!(fabs(row->t_s) <= LARGEST && fabs(row->x_ft) <= LARGEST && fabs(row->force_lb) <= LARGEST))
+        if (!(fabs(row->t_s) <= SIM_LARGEST && fabs(row->x_ft) <= SIM_LARGEST && fabs(row->force_lb) <= SIM_LARGEST))
             return error_set(error, MR_MALFORMED,
                              "value out of range: %s: path row %zu; give finite t_s, x_ft, F_lb", where, i);
         if (row->t_s < 0.0 || (i > 0 && row->t_s < row[-1].t_s))
@@ -338,10 +221,10 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
 
 enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where, struct error *error)
 {
-    for (size_t i = 0; i < sim_key_count; i++) {
-        enum mr_status status = check_key(scene, &sim_keys[i], where, error);
-        if (status != MR_OK)
-            return status;
+    const struct sim_key *key;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        if (check_key(scene, key, where, error) != MR_OK)
+            return error->status;
     }
     if (check_path(scene, where, error) != MR_OK)
         return error->status;
@@ -365,7 +248,7 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
     if (mods_check(scene, where, error) != MR_OK)
         return error->status;
     double end_s = sim_scene_end_s(scene);
-    if (!(end_s > 0.0 && end_s <= LARGEST))
+    if (!(end_s > 0.0 && end_s <= SIM_LARGEST))
         return error_set(error, MR_MALFORMED, "no end: %s: nothing says when the run ends; give tend", where);
     for (size_t i = 0; i < scene->t_out_s.count; i++) {
         if (scene->t_out_s.values[i] > end_s)

@@ -17,6 +17,7 @@
 #include "host/error.h"
 
 #define SIM_MATS_MAX 100000
+#define SIM_ELEMENTS_MAX 8
 
 enum sim_model { SIM_REPORT, SIM_CONSISTENT, SIM_CHAIN };
 enum sim_tad_mode { SIM_DEADBAND, SIM_SWITCHED };
@@ -134,6 +135,7 @@ struct sim_scene {
     struct sim_list ground_ft; /* empty: level; or N+1 heights (up) on which the nodes rest, for the whole run */
     double t_dwell_s;        /* negative: not given */
     struct sim_mods mods;
+    double element[SIM_ELEMENTS_MAX]; /* by place in elements/table.h: parameter of each element; 0: absent */
 };
 
 /* Every key at its default, no lists. */

@@ -9,6 +9,7 @@
 
 #include "host/sim/scene/scene.h"
 #include "host/sim/scene/scene_keys.h"
+#include "host/sim/scene/scene_units.h"
 
 #define FILE_BYTES_MAX (64u << 20)
 
@@ -143,6 +144,26 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
     return MR_OK;
 }
 
+/* A number, or text with a unit. */
+static enum mr_status read_real(double *field, const struct sim_key *key, const char *path, const json_t *value,
+                                struct error *error)
+{
+    double factor, number = json_number_value(value);
+    const char *si = sim_unit_si(key->unit, &factor);
+    bool text = si && json_is_string(value);
+    if (text && !sim_unit_read(key, json_string_value(value), &number)) {
+        char wanted[120];
+        snprintf(wanted, sizeof wanted, "a number in %s, or text with a number and %s or %s", key->unit, key->unit, si);
+        return wrong_type(path, key->name, value, wanted, error);
+    }
+    if (!text && !json_is_number(value))
+        return wrong_type(path, key->name, value, "a number", error);
+    if (key->offset == offsetof(struct sim_scene, t_dwell_s) && number < 0.0)
+        return error_set(error, MR_MALFORMED, "value out of range: %s: t_dwell is %g; give 0 or more", path, number);
+    *field = number;
+    return MR_OK;
+}
+
 static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *key, const char *path,
                                const json_t *value, struct error *error)
 {
@@ -154,13 +175,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
         snprintf(field, sizeof scene->name, "%s", json_string_value(value));
         return MR_OK;
     case SIM_KEY_REAL:
-        if (!json_is_number(value))
-            return wrong_type(path, key->name, value, "a number", error);
-        if (key->offset == offsetof(struct sim_scene, t_dwell_s) && json_number_value(value) < 0.0)
-            return error_set(error, MR_MALFORMED, "value out of range: %s: t_dwell is %g; give 0 or more",
-                             path, json_number_value(value));
-        *(double *)field = json_number_value(value);
-        return MR_OK;
+        return read_real(field, key, path, value, error);
     case SIM_KEY_INTEGER:
         if (!json_is_integer(value))
             return wrong_type(path, key->name, value, "a whole number", error);
@@ -216,13 +231,13 @@ static enum mr_status check_written_lengths(const struct sim_scene *scene, const
 /* Keys are written as the report writes them, so capitals count: name the one that was meant. */
 static enum mr_status unknown_key(const char *path, const char *name, struct error *error)
 {
-    for (size_t i = 0; i < sim_key_count; i++) {
-        if (strcasecmp(name, sim_keys[i].name) == 0)
+    for (size_t i = 0; sim_key_at(i); i++) {
+        if (strcasecmp(name, sim_key_at(i)->name) == 0)
             return error_set(error, MR_MALFORMED, "unknown key: %s: \"%s\"; write \"%s\", or _%s for a comment", path,
-                             name, sim_keys[i].name, name);
+                             name, sim_key_at(i)->name, name);
     }
     return error_set(error, MR_MALFORMED,
-                     "unknown key: %s: \"%s\"; correct it (host/sim/README.md lists the keys), or write _%s for a comment",
+                     "unknown key: %s: \"%s\"; correct it (matrig sim --keys lists the keys), or write _%s for a comment",
                      path, name, name);
 }
 

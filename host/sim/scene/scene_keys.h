@@ -1,8 +1,10 @@
-/* The keys of a scene: name in the file, place in struct sim_scene, what is allowed. One table reads and
- * checks them. */
+/* The keys of a scene: name in the file, place in struct sim_scene, unit, what is allowed. One table reads and checks them, and
+ * explains them to people and programs (scene_schema.h). An element that is a file of its own brings its key along
+ * (elements/element.h); elements/table.c puts those at the end. */
 #ifndef MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 #define MATRIG_HOST_SIM_SCENE_SCENE_KEYS_H
 
+#include "common/similitude.h"
 #include "host/sim/scene/scene.h"
 
 enum sim_key_kind {
@@ -25,12 +27,24 @@ struct sim_key {
     double high;
     bool above;                 /* low itself is not allowed */
     const char *const *choices; /* ends with NULL */
+    const char *unit;           /* "lb s/ft"; "" for a pure number or a name */
+    const char *meaning;        /* one line for people */
+    struct mr_dimension dimension; /* of an element's key: how its value changes with scale */
+    int lay;                       /* and to which power of cos with joints laid diagonally (host/scale/scale_lay.c) */
 };
 
-extern const struct sim_key sim_keys[];
-extern const size_t sim_key_count;
+#define SIM_LARGEST 1e15 /* of no physical meaning: keeps products of values finite */
 
-/* The first key with this name, or NULL. */
+extern const char *const sim_models[];
+
+/* Keys of elements; elements/table.c. */
+extern const struct sim_key *const sim_element_keys[];
+extern const size_t sim_element_key_count;
+
+/* All keys, in order; NULL beyond the last. */
+const struct sim_key *sim_key_at(size_t i);
+
+/* The key with this name, or NULL. */
 const struct sim_key *sim_key_find(const char *name);
 
 #endif

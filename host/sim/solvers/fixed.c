@@ -128,7 +128,7 @@ static int fastest(const struct chain *chain)
 static void run_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
                      const struct sim_options *options)
 {
-    bool prune = !options->no_prune && scene->mats > 4;
+    bool prune = !options->no_prune && scene->mats > 4 && element_rests(&chain->elements);
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
     struct window window = {1, chain->mats, 0, 0};

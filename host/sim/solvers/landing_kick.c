@@ -53,7 +53,8 @@ static double soil_limit_lb(const struct model *m, const double *z, int n)
     return m->friction * (fmax(0.0, kernel_soil_lb(m, z, v, n)) + fmax(0.0, kernel_soil_lb(m, z, v, n + 1)));
 }
 
-KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s, bool cleated)
+KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, int count, double h_s, bool cleated,
+                            bool elements)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size, *thrust = l->u; /* spare until outputs are taken */
@@ -76,15 +77,25 @@ KERNEL_INLINE unsigned kick(struct landing *l, const struct sim_touch *touch, in
             limit += mods_raised_cleat_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
         if (m->law == SIM_NONE)
             limit = 0.0;
-        v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
+        if (elements) {
+            struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1]};
+            struct element_step step = element_step(&m->elements, mat, h_s, m->mass_slug);
+            v[2 * n + 1] = friction_speed_ft_s(step.keep * mat.v_ft_s, thrust[n] + step.push_lb, limit, step.as_if_s, m->mass_slug,
+                                               &stops);
+        } else {
+            v[2 * n + 1] = friction_speed_ft_s(v[2 * n + 1], thrust[n], limit, h_s, m->mass_slug, &stops);
+        }
     }
     return stops;
 }
 
-/* Runways without cleats get a loop without. */
+/* Runways without cleats get a loop without, and so do those without elements. */
 unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s)
 {
-    return l->mods && l->mods->cleated ? kick(l, touch, count, h_s, true) : kick(l, touch, count, h_s, false);
+    bool cleated = l->mods && l->mods->cleated;
+    if (l->model.elements.count > 0)
+        return cleated ? kick(l, touch, count, h_s, true, true) : kick(l, touch, count, h_s, false, true);
+    return cleated ? kick(l, touch, count, h_s, true, false) : kick(l, touch, count, h_s, false, false);
 }
 
 /* The soil pushes and never pulls, at the end of the step: let go of nodes that it would pull, hold those that it would push.

@@ -162,7 +162,7 @@ static void begin(struct landing *l, bool prunes)
 
 void landing_march(struct landing *l, struct march *march, const struct sim_options *options)
 {
-    bool prunes = !options->no_prune;
+    bool prunes = !options->no_prune && element_rests(&l->model.elements);
     struct model *m = &l->model;
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
