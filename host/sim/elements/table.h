@@ -3,6 +3,7 @@
 #ifndef MATRIG_HOST_SIM_ELEMENTS_TABLE_H
 #define MATRIG_HOST_SIM_ELEMENTS_TABLE_H
 
-#define ELEMENT_TABLE(ROW)
+#define ELEMENT_TABLE(ROW)                                                                                             \
+    ROW(ground_damping)
 
 #endif
