@@ -1,8 +1,9 @@
 /* March: the chain, grit included, by a second method to hold `fixed` to: classical Runge-Kutta with every switch located.
  *
- * Shares with fixed.c and chain.c the equations (README.md, "Chain and landings"; chain.h on grit), no code: joints have
- * modes (hooked, open, held by grit, grit giving way, pressed together) and mats have modes (stuck, sliding either way),
- * within which the right-hand side is smooth but for the clamp on what grit holds. A step whose end does not fit a mode
+ * Independent of solvers/fixed.c, models/chain.c and elements/: the same equations (README.md, "Chain and landings"; elements/joint.h on
+ * grit), another method, and no code of theirs for joints, grit and friction; only the thrust (elements/span.h) is the planar models'. What
+ * is a row of elements/table.h is refused, as nothing here has such a force a second time. Joints have
+ * modes (hooked, open, held by grit, grit giving way, pressed together) and mats have modes (stuck, sliding either way), within which the right-hand side is smooth but for the clamp on what grit holds. A step whose end does not fit a mode
  * is shortened to the earliest such moment, to 1e-9 s, and the mode changed there. Stuck mats outside the outermost
  * moving ones are left alone; the force on the first on either side is watched.
  *

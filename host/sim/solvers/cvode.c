@@ -4,7 +4,10 @@
  *
  * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the mass matrix, which
  * is full, so the Newton matrix is given as M (I - gamma J), which is banded, and the right-hand side is multiplied by
- * M before the library's solver sees it. */
+ * M before the library's solver sees it.
+ *
+ * As a check of the other solvers: method, step control and matrix solution are the library's. Right-hand side, Jacobian and laws are the
+ * model's own (models/model.h), as of every solver; tests/sim_reference has those a second time. */
 #include <cvode/cvode.h>
 #include <math.h>
 #include <nvector/nvector_serial.h>

@@ -1,5 +1,5 @@
 /* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed changes sign within
- * a step is brought to rest at its end (planar.c). */
+ * a step is brought to rest at its end (pass.c). As a check of the other solvers: another method on the model's own right-hand side. */
 #include <stdlib.h>
 #include <string.h>
 
