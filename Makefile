@@ -69,7 +69,7 @@ host_lib := $(B)/host/libhost.a
 app_lib := $(B)/host/libapp.a
 study_lib := $(B)/host/libstudy.a
 study_objects := $(call objects,host,$(study_src))
-# What matrig-study has beyond matrig. cvode as an object: the solver is there when it is linked (host/sim/stepper.h).
+# What matrig-study has beyond matrig. cvode as an object: the solver is there when it is linked (host/sim/solvers/stepper.h).
 study_parts := $(filter %/cvode.o,$(study_objects)) $(study_lib)
 # Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig. libserialport is LGPL-3.0-or-later, GSL
 # GPL-3.0-or-later: the tests of host link them, of the programs matrig the former and matrig-study both, never matrig-board (GPL-2.0 and

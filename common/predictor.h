@@ -42,7 +42,7 @@
 #define MR_PREDICTOR_WARNING_MATS 50u    /* buckling begins inside a zone of 50 to 60 compressed mats (report 6.1.4) */
 #define MR_PREDICTOR_ADVISORY_MATS 30u
 #define MR_PREDICTOR_VISITS_PER_BLOCK 128u /* joints looked at in a block, of the search for zones (common/zonescan.h) */
-#define MR_PREDICTOR_VISITS_PER_UPDATE 2u  /* so many of them cost one mat update on the board (host/sim/predictor_cost.h) */
+#define MR_PREDICTOR_VISITS_PER_UPDATE 2u  /* so many of them cost one mat update on the board (host/sim/check/predictor_cost.h) */
 #define MR_PREDICTOR_UPDATES_PER_BLOCK 900u /* budget: 60 % of 168 MHz, the rest of a block's work taken off (the same) */
 
 struct mr_predictor_config {

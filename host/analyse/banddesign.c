@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "host/sim/mods.h"
+#include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
 #define IN2_PER_FT2 144.0

@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #include "host/error.h"
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 
 #define CAMPAIGN_LANDINGS_MAX 200
 #define CAMPAIGN_SEEDS_MAX 10000

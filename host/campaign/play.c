@@ -6,7 +6,7 @@
 
 #include "host/campaign/draw.h"
 #include "host/campaign/failures.h"
-#include "host/sim/mods.h"
+#include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
 #define IN_PER_FT 12.0

@@ -3,7 +3,7 @@
 #define MATRIG_HOST_CAMPAIGN_PLAY_H
 
 #include "host/campaign/campaign.h"
-#include "host/sim/result.h"
+#include "host/sim/scene/result.h"
 
 /* What one landing did. Movements and stations: of this landing; total: since the runway was laid. */
 struct campaign_outcome {

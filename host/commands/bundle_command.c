@@ -8,7 +8,7 @@
 #include "host/commands/commands.h"
 #include "host/place.h"
 #include "host/run.h"
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 #include "host/store/store.h"
 
 /* "page,candump" */

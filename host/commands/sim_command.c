@@ -10,6 +10,7 @@
 #include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/sim/mods_show.h"
+#include "host/sim/scene/scene_schema.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_json.h"
 #include "host/study_start.h"
@@ -23,7 +24,7 @@
 struct request {
     const char *scene_path;
     const char *csv_path;
-    bool progress, force;
+    bool progress, force, keys;
     struct sim_options options;
 };
 
@@ -31,6 +32,10 @@ static enum mr_status read_request(int argc, char **argv, const struct cli *cli,
 {
     if (command_parse(&command_sim, argc, argv, cli, request, &request->scene_path, error) != MR_OK)
         return error->status;
+    if (request->keys && argc > 2)
+        return error_set(error, MR_USAGE, "nothing goes with --keys: the keys are those of any scene; give --keys alone");
+    if (!request->keys && !request->scene_path)
+        return error_set(error, MR_USAGE, "something is missing: matrig sim needs SCENE; see matrig sim --help");
     return output_check(request->csv_path, request->force, request->scene_path, error);
 }
 
@@ -179,6 +184,14 @@ static enum mr_status ask_history(struct request *request, const struct sim_scen
     return MR_OK;
 }
 
+static int show_keys(const struct cli *cli)
+{
+    if (cli->json)
+        return cli_print_json(sim_scene_schema(), 0);
+    sim_scene_print_keys(stdout);
+    return 0;
+}
+
 static int sim_command(int argc, char **argv, const struct cli *cli)
 {
     struct request request = {0};
@@ -190,6 +203,8 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
 
     if (read_request(argc, argv, cli, &request, &error) != MR_OK)
         return cli_fail(&error);
+    if (request.keys)
+        return show_keys(cli);
     if (request.options.solver && sim_solver_elsewhere(request.options.solver))
         return study_start(argc, argv, cli);
     if (sim_scene_load(&scene, request.scene_path, &error) != MR_OK)
@@ -220,7 +235,9 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM("SCENE", "scene file, JSON"),
+    HELP_ITEM("SCENE", "scene file, JSON; a number may be text with its unit: \"ground_damping\": \"175 N s/m\""),
+    OPTION_FLAG("--keys", keys,
+                "list the keys of scenes with default, unit and meaning; with --json the JSON Schema of a scene"),
     OPTION_TEXT("--solver", "S", options.solver,
                 "auto (the default) chooses and says why; event, implicit, cvode, rk4, rkgs, hamming for the\n"
                 "planar models, fixed for the chain. Each answer is checked by a second run"),
@@ -238,6 +255,6 @@ static const struct command_part parts[] = {
 
 const struct command command_sim = {
     "sim", sim_command,
-    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress]",
-    "run a mat scene", COMMAND_PARTS(parts), {1, 1, "SCENE"},
+    "SCENE [--solver S] [--rtol R] [--dt H] [--csv F] [--force] [--no-prune] [--progress] | --keys",
+    "run a mat scene", COMMAND_PARTS(parts), {0, 1, "SCENE"},
 };

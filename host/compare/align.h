@@ -8,7 +8,7 @@
 #define MATRIG_HOST_COMPARE_ALIGN_H
 
 #include "host/analyse/track.h"
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 
 struct compare_alignment {
     size_t edges;

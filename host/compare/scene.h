@@ -3,7 +3,7 @@
 #define MATRIG_HOST_COMPARE_SCENE_H
 
 #include "host/analyse/zones.h"
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 
 #define COMPARE_AIRCRAFT_LB 1300.0 /* model aircraft as landed (report 2.3: 1220 to 1500) */
 #define COMPARE_STRIPS 12.0        /* the chain is a strip 12/7 ft wide; it carries a twelfth of the thrust */

@@ -4,7 +4,7 @@
 
 #include <stdio.h>
 
-#include "host/sim/error_study.h"
+#include "host/sim/check/error_study.h"
 
 /* One <svg> for a page: two panels, lift and u (a chain: u and its rms). Brings its own style. */
 void plot_error(FILE *out, const char *name, const struct error_study *study);

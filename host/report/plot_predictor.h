@@ -5,7 +5,7 @@
 
 #include <stdio.h>
 
-#include "host/sim/predictor_study.h"
+#include "host/sim/check/predictor_study.h"
 
 /* An <svg> file of its own: two panels, the predictor's own runway and another one. */
 void plot_predictor_file(FILE *out, const struct predictor_study *study);

@@ -8,7 +8,8 @@
 
 #include "host/campaign/campaign.h"
 #include "host/output.h"
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
+#include "host/sim/scene/scene_units.h"
 
 /* What a value is multiplied by. */
 double scale_factor(const struct scale_request *request, struct mr_dimension dimension)
@@ -110,6 +111,12 @@ static json_t *scaled_entry(const struct scale_request *request, const char *key
         if (strcmp(first[0] ? first : key, scaled_keys[i].name) == 0)
             by *= scale_factor(request, scaled_keys[i].dimension);
     }
+    const struct sim_key *known = sim_key_find(key);
+    double number;
+    if (known)
+        by *= scale_factor(request, known->dimension);
+    if (known && known->kind == SIM_KEY_REAL && json_is_string(value) && sim_unit_read(known, json_string_value(value), &number))
+        return json_real(number * by);
     return by != 1.0 ? times(value, by) : json_deep_copy(value);
 }
 

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "host/scale/scale.h"
+#include "host/sim/scene/scene_keys.h"
 
 #define RADIANS (3.14159265358979323846 / 180.0)
 
@@ -24,7 +25,8 @@ double scale_lay_factor(const char *key, double deg)
         if (strcmp(keys[i].name, key) == 0)
             return pow(cos(deg * RADIANS), keys[i].power);
     }
-    return 1.0;
+    const struct sim_key *element = sim_key_find(key);
+    return deg > 0.0 && element ? pow(cos(deg * RADIANS), element->lay) : 1.0;
 }
 
 enum mr_status scale_lay_scene(json_t *scene, double deg, const char *path, struct error *error)

@@ -4,7 +4,7 @@
 
 #include <jansson.h>
 
-#include "host/sim/mods.h"
+#include "host/sim/elements/mods.h"
 
 /* The state as scene keys would have it (band_T0, band_slipped, band_pulled, cleat_left, torn) and the extremes of the
  * run; NULL without modifications. */

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/sim/fixed.h"
-#include "host/sim/planar.h"
+#include "host/sim/solvers/fixed.h"
+#include "host/sim/solvers/planar.h"
 
 bool sim_solver_elsewhere(const char *solver)
 {

@@ -4,7 +4,7 @@
 #include "host/study/error_predictor.h"
 #include "host/output.h"
 #include "host/report/plot_predictor.h"
-#include "host/sim/predictor_cost.h"
+#include "host/sim/check/predictor_cost.h"
 
 static json_t *error_json(const struct predictor_error *error)
 {

@@ -8,7 +8,7 @@
 #include "host/commands/error_command.h"
 #include "host/output.h"
 #include "host/report/plot_error.h"
-#include "host/sim/error_study.h"
+#include "host/sim/check/error_study.h"
 #include "host/study/error_predictor.h"
 #include "host/study/studies.h"
 

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/scene_keys.h"
+#include "host/sim/scene/scene_keys.h"
 #include "host/sweep/sweep_case.h"
 #include "host/sweep/jsonpath.h"
 #include "host/sweep/sweep_id.h"

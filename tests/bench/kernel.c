@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "host/sim/model.h"
+#include "host/sim/models/model.h"
 
 #define MATS 1000
 #define FLOPS 38.0

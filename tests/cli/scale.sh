@@ -51,6 +51,22 @@ own() { fails_with 2 "would overwrite what is read" $m scale "$tmp/own.json" -o 
 check "a quantity twice" fails_with 2 "given twice: velocity" $m scale velocity=3 weight=2 velocity=4
 check "a scene is not written over itself" own "$tmp/own.json"
 check "nor by another name of it" own "$tmp/alias.json"
+damped() { # an element's key scales as its unit, lb s/ft: as CV does, straight and laid; text with a unit is a number then
+    cat >"$tmp/damped.json" <<'J'
+{"model": "chain", "N": 30, "slack": 0.01, "CV": 700, "ground_damping": 700}
+J
+    sed 's/"ground_damping": 700/"ground_damping": "700 lb s\/ft"/' "$tmp/damped.json" >"$tmp/text.json"
+    for options in "--to model" "--lay 45" "--n 3 --keep modulus"; do
+        for file in damped text; do
+            $m scale "$tmp/$file.json" $options -o "$tmp/out.json" --force || return 1
+            cv=$(grep -o '"CV": *[0-9.e+-]*' "$tmp/out.json" | cut -d: -f2)
+            c=$(grep -o '"ground_damping": *[0-9.e+-]*' "$tmp/out.json" | cut -d: -f2)
+            echo "$options $file: $cv $c"
+            awk -v a="$cv" -v b="$c" 'BEGIN { exit !(a > 0 && a != 700 && a - b < 1e-9 * a && b - a < 1e-9 * a) }' || return 1
+        done
+    done
+}
+check "ground damping scales as a damper of the ground" damped
 check "and a runway" there_and_back host/scenes/model_runway.json 8e-4
 check "a scaled scene moves 1/7 as far" scaled_run
 

@@ -5,7 +5,7 @@
 #include "host/output.h"
 #include "host/report/html.h"
 #include "host/report/plot_error.h"
-#include "host/sim/pass.h"
+#include "host/sim/solvers/pass.h"
 #include "tests/error_report/report.h"
 
 static const char *const standard[] = {

@@ -4,7 +4,7 @@
 
 #include <stdio.h>
 
-#include "host/sim/error_study.h"
+#include "host/sim/check/error_study.h"
 
 /* What the figures of a study say, as one <p>: every number and every verdict in it is taken from the study. */
 void write_conclusion(FILE *out, const struct error_study *study);

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/sim/pass.h"
+#include "host/sim/solvers/pass.h"
 #include "host/sim/sim.h"
 #include "tests/figures/figures.h"
 

@@ -1,5 +1,5 @@
 /* Scene files. */
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 #include "tests/fuzz/fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

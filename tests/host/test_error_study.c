@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/sim/error_march.h"
-#include "host/sim/error_study.h"
-#include "host/sim/pass.h"
+#include "host/sim/check/error_march.h"
+#include "host/sim/check/error_study.h"
+#include "host/sim/solvers/pass.h"
 #include "host/sim/sim.h"
 
 static struct error error;
@@ -427,6 +427,23 @@ static void slopes_and_cheapest_of_a_known_study(void **state)
     assert_int_equal(slope_of("rk4", ERROR_DT, true)->points, 7);
 }
 
+/* The second method has no elements of the table: a chain with one and with grit has no reference, and the key is named. */
+static void a_force_that_it_lacks_is_refused(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    struct sim_record record;
+    struct march_cost cost;
+    const char *text = "{\"model\": \"chain\", \"slack\": 0.01, \"grit\": 5, \"ground_damping\": 3}";
+    memset(&error, 0, sizeof error);
+    assert_int_equal(sim_scene_parse(&scene, "scene", text, strlen(text), &error), MR_OK);
+    assert_int_equal(march_run(&record, &cost, &scene, 1e-4, &error), MR_USAGE);
+    assert_non_null(strstr(error.text, "ground_damping in a chain with grit"));
+    sim_record_free(&record);
+    sim_scene_free(&scene);
+    memset(&error, 0, sizeof error);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -440,6 +457,7 @@ int main(void)
         cmocka_unit_test(two_methods_agree_on_grit),
         cmocka_unit_test(without_a_reference_there_is_no_table),
         cmocka_unit_test(slopes_and_cheapest_of_a_known_study),
+        cmocka_unit_test(a_force_that_it_lacks_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -181,6 +181,21 @@ static void the_table_is_the_history(void **state)
     assert_true(fabs(last_t_s - 0.3) < 1e-9);
 }
 
+/* A list for people, a JSON Schema for programs; neither with a scene. */
+static void keys_are_listed(void **state)
+{
+    (void)state;
+    assert_int_equal(SIM(TEXT, "--keys"), 0);
+    assert_non_null(strstr(out, "\nground_damping  0           lb s/ft "));
+    assert_non_null(strstr(out, "\nmodel           report "));
+    assert_int_equal(SIM(JSON, "--keys"), 0);
+    assert_non_null(strstr(out, "json-schema.org/draft/2020-12/schema"));
+    assert_non_null(strstr(out, "\"ground_damping\":"));
+    write_text(SCENE, "{}");
+    assert_int_equal(SIM(TEXT, SCENE, "--keys"), 2);
+    assert_non_null(strstr(err, "--keys"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -188,6 +203,7 @@ int main(void)
         cmocka_unit_test(an_unstable_run_says_where),
         cmocka_unit_test(errors_have_their_exit_codes),
         cmocka_unit_test(the_table_is_the_history),
+        cmocka_unit_test(keys_are_listed),
     };
     mkdir("build", 0777);
     mkdir("build/test-tmp", 0777);

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "host/sim/sim.h"
-#include "host/sim/wheel.h"
+#include "host/sim/elements/wheel.h"
 
 #define G 32.174
 

@@ -9,8 +9,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/sim/pass.h"
-#include "host/sim/lanes.h"
+#include "host/sim/solvers/pass.h"
+#include "host/sim/models/lanes.h"
 
 #define N 4
 #define SIZE (2 * N + 1)

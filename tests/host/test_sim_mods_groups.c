@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/sim/mods.h"
+#include "host/sim/elements/mods.h"
 #include "host/sim/sim.h"
 
 #define G 32.174

@@ -10,7 +10,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "host/sim/scene.h"
+#include <jansson.h>
+
+#include "host/sim/scene/scene.h"
+#include "host/sim/scene/scene_keys.h"
+#include "host/sim/scene/scene_schema.h"
 
 #define SCENE_FILE "build/test-tmp/test_sim_scene.json"
 
@@ -225,11 +229,79 @@ static void shipped_scenes_load(void **state)
     }
 }
 
+/* 1 lb = 4.4482216152605 N and 1 ft = 0.3048 m (exact). */
+static void numbers_are_read_with_their_unit(void **state)
+{
+    (void)state;
+    struct sim_scene s;
+    struct error error;
+    if (load("{\"L\": \"0.6096 m\", \"W\": \"444.82216152605 N\", \"KV\": \"14593.902937206364 N/m\", \"CV\": \"7 lb s/ft\","
+             "\"I\": \"2.7116358966628 kg m2\", \"V\": \"-5lb\", \"g\": \"9.80665 m/s2\"}",
+             &s, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    const double read[] = {s.length_ft, s.weight_lb, s.kv_lb_ft, s.cv_lb_s_ft, s.inertia_slug_ft2, s.shear_lb, s.g_ft_s2};
+    const double meant[] = {2, 100, 1000, 7, 2, -5, 9.80665 / 0.3048};
+    for (size_t i = 0; i < sizeof read / sizeof read[0]; i++) {
+        if (!(fabs(read[i] - meant[i]) <= 1e-12 * fabs(meant[i])))
+            fail_msg("number %zu is %.17g, not %.17g", i, read[i], meant[i]);
+    }
+    sim_scene_free(&s);
+    refused("{\"CV\": \"7 N\"}", MR_MALFORMED, "CV is text; give a number in lb s/ft, or text with a number and lb s/ft or N s/m");
+    refused("{\"CV\": \"N s/m\"}", MR_MALFORMED, "CV");
+    refused("{\"CV\": \"7 N s/m2\"}", MR_MALFORMED, "N s/m");
+    refused("{\"CV\": \"-7 N s/m\"}", MR_MALFORMED, "value out of range");
+    refused("{\"CV\": \"nan N s/m\"}", MR_MALFORMED, "value out of range");
+    refused("{\"TAD_deg\": \"7 deg\"}", MR_MALFORMED, "wrong type");
+}
+
+/* The schema has every key, and its defaults read as a scene are the scene of an empty file. */
+static void the_schema_says_what_is_read(void **state)
+{
+    (void)state;
+    struct sim_scene plain, read;
+    struct error error = {0};
+    json_t *schema = sim_scene_schema(), *scene = json_object(), *property;
+    json_t *properties = json_object_get(schema, "properties");
+    const struct sim_key *key;
+    const char *name;
+    size_t count = 0, defaults = 0;
+    for (; (key = sim_key_at(count)); count++) {
+        json_t *one = json_object_get(properties, key->name);
+        assert_non_null(one);
+        assert_non_null(strstr(json_string_value(json_object_get(one, "description")), key->meaning));
+        assert_true(key->meaning[0] != '\0');
+    }
+    assert_int_equal(json_object_size(properties), count);
+    assert_true(json_is_false(json_object_get(schema, "additionalProperties")));
+    json_object_foreach(properties, name, property)
+    {
+        if (json_object_get(property, "default")) {
+            json_object_set(scene, name, json_object_get(property, "default"));
+            defaults++;
+        }
+    }
+    json_object_set_new(scene, "tend", json_real(0.5)); /* 0 means: from the others */
+    assert_true(defaults > 60);
+    if (sim_scene_from_json(&read, "schema", scene, &error) != MR_OK)
+        fail_msg("%s", error.text);
+    sim_scene_defaults(&plain);
+    plain.t_end_s = 0.5;
+    for (size_t i = 0; (key = sim_key_at(i)); i++) {
+        size_t bytes = key->kind == SIM_KEY_REAL ? sizeof(double) : key->kind <= SIM_KEY_CHOICE && key->kind != SIM_KEY_TEXT ? sizeof(int) : 0;
+        assert_memory_equal((const char *)&read + key->offset, (const char *)&plain + key->offset, bytes);
+    }
+    sim_scene_free(&read);
+    json_decref(scene);
+    json_decref(schema);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(defaults_are_those_of_the_model),
         cmocka_unit_test(every_key_is_read),
+        cmocka_unit_test(numbers_are_read_with_their_unit),
+        cmocka_unit_test(the_schema_says_what_is_read),
         cmocka_unit_test(unknown_keys_are_named),
         cmocka_unit_test(wrong_types_are_named),
         cmocka_unit_test(wrong_lengths_and_ranges_are_named),

@@ -1,6 +1,6 @@
 /* Truth of the score: series of landings on runways that are not the predictor's model. host/sim's chain in double precision and
  * a fine step, with gaps, closing resistances, friction, stiffness, thrust and braking drawn from the series' number. Or, for another
- * kind of truth, host/sim's planar landing (host/sim/landing.h): another engine and scheme, mats that heave and turn, on ground
+ * kind of truth, host/sim's planar landing (host/sim/solvers/landing.h): another engine and scheme, mats that heave and turn, on ground
  * that is uneven under the joints, by up to 0.043 in, the same in all landings of a series. A bow wave ends the series. */
 #ifndef MATRIG_TESTS_SCORE_TRUTH_H
 #define MATRIG_TESTS_SCORE_TRUTH_H

@@ -151,10 +151,14 @@ static void slide(const struct ref_scene *s, const struct ref_regime *regime, co
     ref_pushes(s, regime, wheel, t, q, v, x, limit);
     for (int n = 0; n < s->mats; n++) {
         double speed = v[ref_u(s, n)], drag = 0;
+        for (int j = n; j <= n + 1; j++) { /* viscous ground: whole, wherever the mat stands */
+            if (regime->contact[j] && (s->model == REF_REPORT || regime->pushes[j]))
+                drag = s->c * speed;
+        }
         if (s->friction == REF_STICK)
-            drag = regime->slip[n] == 0 ? x[n] : regime->slip[n] * limit[n];
+            drag = regime->slip[n] == 0 ? x[n] : drag + regime->slip[n] * limit[n];
         else if (s->friction == REF_TANH)
-            drag = limit[n] * tanh(speed / s->veps);
+            drag += limit[n] * tanh(speed / s->veps);
         a[ref_u(s, n)] = (x[n] - drag) / mass;
     }
 }

@@ -1,6 +1,7 @@
 /* The mat models a second time, plainly: what host/sim is checked against.
  *
- * Shares no code with host/sim. Formulated with explicit dense matrices: joint openings, joint angles and
+ * Shares no code with host/sim: not its laws (host/sim/elements), its table of elements, its reader of scenes nor its integrators. What
+ * is added there as an element is written here once more. Formulated with explicit dense matrices: joint openings, joint angles and
  * node heights are matrix products, joint forces return through the transposes, and the consistent model's
  * mass matrix is assembled from every mat's own motion and solved by elimination. N is small (128 mats at
  * most), so nothing is done to be fast. Equations: host/sim/README.md.
@@ -38,6 +39,7 @@ struct ref_scene {
     bool linear; /* thrust */
     double wheel_load;
     double f, veps;
+    double c; /* ground_damping */
     enum ref_friction friction;
     bool soil_normal; /* friction_normal */
     double V;

@@ -133,6 +133,7 @@ static bool take_number(struct ref_scene *s, const char *key, double value)
         {"wheel_load", &s->wheel_load},
         {"f", &s->f},
         {"veps", &s->veps},
+        {"ground_damping", &s->c},
         {"V", &s->V},
         {"Q1", &s->Q1},
         {"v0", &s->v0},

@@ -10,7 +10,7 @@
 #include "tests/sim_reference/model.h"
 
 #define GOLDEN "tests/sim_reference/golden.txt"
-#define GOLDEN_SCENES 13
+#define GOLDEN_SCENES 15
 #define DIGITS 1e-6 /* of the largest value of its kind: six digits */
 
 struct golden {
@@ -115,7 +115,13 @@ static void the_file_is_the_references(void **state)
     (void)state;
     static struct ref_scene scene;
     static struct ref_run run;
-    for (int i = 0; i < GOLDEN_SCENES; i += 3) {
+    static const char *const few[] = {"consistent_falls", "consistent_ground_damping", "consistent_soil_friction",
+                                      "report_frictionless", "report_rising", "report_stiff_hinge"};
+    size_t at = 0;
+    for (int i = 0; i < GOLDEN_SCENES && at < COUNT_OF(few); i++) {
+        if (!strstr(goldens[i].path, few[at]))
+            continue;
+        at++;
         assert_true(ref_load(&scene, goldens[i].path));
         assert_true(ref_march(&scene, 1e-5, &run));
         for (int k = 0; k < goldens[i].outputs; k++) {
@@ -124,6 +130,7 @@ static void the_file_is_the_references(void **state)
                 assert_near(run.output[k].u_ft[n], goldens[i].output[k].u_ft[n], 1e-8);
         }
     }
+    assert_int_equal(at, COUNT_OF(few));
 }
 
 int main(void)

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "host/sim/model.h"
+#include "host/sim/models/model.h"
 #include "tests/cmocka_all.h"
 #include "tests/sim_reference/model.h"
 
@@ -122,12 +122,14 @@ static void compare(const char *path, unsigned seed)
         compare(SCENES #name ".json", __LINE__); \
     }
 SCENE_TEST(consistent_falls)
+SCENE_TEST(consistent_ground_damping)
 SCENE_TEST(consistent_low)
 SCENE_TEST(consistent_slack)
 SCENE_TEST(consistent_soil_friction)
 SCENE_TEST(consistent_standard)
 SCENE_TEST(report_following)
 SCENE_TEST(report_frictionless)
+SCENE_TEST(report_ground_damping)
 SCENE_TEST(report_full_both)
 SCENE_TEST(report_no_shear)
 SCENE_TEST(report_rising)
@@ -139,6 +141,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(consistent_falls),    cmocka_unit_test(consistent_low),
+        cmocka_unit_test(consistent_ground_damping), cmocka_unit_test(report_ground_damping),
         cmocka_unit_test(consistent_slack),    cmocka_unit_test(consistent_soil_friction),
         cmocka_unit_test(consistent_standard), cmocka_unit_test(report_following),
         cmocka_unit_test(report_frictionless), cmocka_unit_test(report_full_both),

@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "host/sim/scene.h"
+#include "host/sim/scene/scene.h"
 
 #define DRAW_DECADES 6.0
 #define DRAW_OUTPUTS 16

@@ -1,0 +1,46 @@
+/* Viscous damping by the ground: -c v on each mat that the ground carries (element_mat.grounded), as of wet clay or a bituminous
+ * layer under the mats. c is of a whole mat, on either end or both. */
+#include "host/sim/elements/element.h"
+
+static double force_lb(double c, struct element_mat mat)
+{
+    return mat.grounded ? -c * mat.v_ft_s : 0.0;
+}
+
+static double slope_lb_s_ft(double c, struct element_mat mat)
+{
+    return mat.grounded ? -c : 0.0;
+}
+
+static double steepest_lb_s_ft(double c)
+{
+    return c;
+}
+
+static double push_at_rest_lb(double c)
+{
+    (void)c;
+    return 0.0;
+}
+
+static void describe(double c, struct sim_result *result)
+{
+    sim_result_note(result, "ground damping: %g lb s/ft on each mat that the ground carries", c);
+}
+
+extern const struct element element_ground_damping;
+const struct element element_ground_damping = {
+    .key = {.name = "ground_damping",
+            .kind = SIM_KEY_REAL,
+            .offset = ELEMENT_FIELD(ground_damping),
+            .high = SIM_LARGEST,
+            .unit = "lb s/ft",
+            .meaning = "viscous damping of each mat that the ground carries, along the runway",
+            .dimension = {1, -1, 1},
+            .lay = -1},
+    .force_lb = force_lb,
+    .slope_lb_s_ft = slope_lb_s_ft,
+    .steepest_lb_s_ft = steepest_lb_s_ft,
+    .push_at_rest_lb = push_at_rest_lb,
+    .describe = describe,
+};

@@ -1,0 +1,74 @@
+#include <math.h>
+
+#include "host/sim/elements/element.h"
+
+#define ELEMENT_NAME(name) extern const struct element element_##name;
+ELEMENT_TABLE(ELEMENT_NAME)
+
+#define ELEMENT_ADDRESS(name) &element_##name,
+static const struct element *const table[] = {ELEMENT_TABLE(ELEMENT_ADDRESS)};
+
+#define ELEMENT_KEY(name) &element_##name.key,
+const struct sim_key *const sim_element_keys[] = {ELEMENT_TABLE(ELEMENT_KEY)};
+const size_t sim_element_key_count = ELEMENTS;
+
+struct element_set element_set_of(const struct sim_scene *scene)
+{
+    struct element_set set = {0};
+    for (int i = 0; i < ELEMENTS; i++) {
+        if (scene->element[i] > 0.0) {
+            set.at[set.count] = table[i];
+            set.value[set.count++] = scene->element[i];
+        }
+    }
+    return set;
+}
+
+double element_force_lb(const struct element_set *set, struct element_mat mat)
+{
+    double sum = 0.0;
+    for (int i = 0; i < set->count; i++)
+        sum += set->at[i]->force_lb(set->value[i], mat);
+    return sum;
+}
+
+double element_slope_lb_s_ft(const struct element_set *set, struct element_mat mat)
+{
+    double sum = 0.0;
+    for (int i = 0; i < set->count; i++)
+        sum += set->at[i]->slope_lb_s_ft(set->value[i], mat);
+    return sum;
+}
+
+struct law_bound element_bound(const struct element_set *set, double mass_slug)
+{
+    double sum = 0.0;
+    for (int i = 0; i < set->count; i++)
+        sum += set->at[i]->steepest_lb_s_ft(set->value[i]);
+    return (struct law_bound){0.0, sum / mass_slug};
+}
+
+bool element_rests(const struct element_set *set)
+{
+    for (int i = 0; i < set->count; i++) {
+        if (set->at[i]->push_at_rest_lb(set->value[i]) > 0.0)
+            return false;
+    }
+    return true;
+}
+
+void element_describe(const struct element_set *set, struct sim_result *result)
+{
+    for (int i = 0; i < set->count; i++)
+        set->at[i]->describe(set->value[i], result);
+}
+
+struct element_step element_step(const struct element_set *set, struct element_mat mat, double h_s, double mass_slug)
+{
+    double slope = element_slope_lb_s_ft(set, mat), k = -slope * h_s / mass_slug;
+    return (struct element_step){
+        .keep = exp(-k),
+        .as_if_s = k > 0.0 ? h_s * (-expm1(-k) / k) : h_s,
+        .push_lb = element_force_lb(set, mat) - slope * mat.v_ft_s,
+    };
+}

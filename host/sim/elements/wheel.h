@@ -1,0 +1,59 @@
+/* Wheel: what the aircraft does to the mats over a span of time. README.md, "The wheel" and "Chain and landings"
+ * (path).
+ *
+ * Thrust is averaged over the span exactly (the rows are linear in time), so an impulse never depends on
+ * where a step falls. A hop from one mat to the next within the span divides it between them by time (at
+ * the span's constant speed): this is how a fixed step honours the hard breakpoint. Before the first row
+ * the aircraft is in the air: no thrust, no load. After the last it stands where it is: no thrust, load
+ * stays. Off the runway it does neither.
+ *
+ * Spans must follow each other in time (a cursor moves along the rows); sim_wheel_start begins again.
+ * Units ft, s, lb. */
+#ifndef MATRIG_HOST_SIM_ELEMENTS_WHEEL_H
+#define MATRIG_HOST_SIM_ELEMENTS_WHEEL_H
+
+#include "host/sim/scene/scene.h"
+
+#define SIM_TOUCH_MAX 6
+
+struct sim_wheel {
+    const struct sim_path_row *rows; /* the scene's, or `straight` */
+    size_t count;
+    size_t cursor;
+    double length_ft;
+    int mats;
+    double force_stop_s;
+    enum sim_thrust thrust;
+    double at_s; /* end of the last span, and where the wheel was then */
+    double at_ft;
+    int mat; /* found last; it is this one while strictly between these stations */
+    double from_ft;
+    double to_ft;
+    struct sim_path_row straight[2]; /* Vac, s0, F as a path */
+};
+
+/* One mat's part. A mat can appear more than once: parts add up. */
+struct sim_touch {
+    int mat;
+    double thrust_lb;
+    double load_share; /* of the wheel load, 0..1 */
+};
+
+/* The scene must stay in place while the wheel is used, and so must the wheel itself (it points into
+ * itself). */
+void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
+
+/* The parts over t0..t1 (t0 < t1); returns how many. The aircraft must cross less than one mat in that
+ * time. */
+int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch touch[SIM_TOUCH_MAX]);
+
+/* From t_s on nothing changes: the path's last row is past. */
+bool sim_wheel_is_over(const struct sim_wheel *wheel, double t_s);
+
+/* Fastest it ever goes; INFINITY when the path jumps. */
+double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel);
+
+/* The mat under the wheel at t = 0, 1..N; 1 or N when it is off the runway. */
+int sim_wheel_first_mat(const struct sim_wheel *wheel);
+
+#endif

@@ -1,0 +1,184 @@
+/* Kernel: the parts that the right-hand sides of both models share: kinematics, and the laws of elements/ in the models' modes, inlined
+ * so that what a scene does not need is left out at compile time. PLANAR.md, "Common pieces". Private to this folder and
+ * solvers/landing*.c. */
+#ifndef MATRIG_HOST_SIM_MODELS_KERNEL_H
+#define MATRIG_HOST_SIM_MODELS_KERNEL_H
+
+#include <math.h>
+
+#include "host/sim/elements/friction.h"
+#include "host/sim/elements/hinge.h"
+#include "host/sim/elements/joint.h"
+#include "host/sim/elements/soil.h"
+#include "host/sim/models/model.h"
+#include "host/sim/models/lanes.h"
+
+#define KERNEL_INLINE static inline __attribute__((always_inline))
+
+/* What a kernel instance contains; constants at every place it is inlined. */
+struct kernel_parts {
+    bool full;
+    bool slack;
+    bool given; /* tensions are given, soil damping is implicit in the step (model_lend) */
+    bool braced; /* that, and modifications press on nodes and bend joints */
+    enum sim_friction law;
+    double step_s; /* of `given`; no constant */
+};
+
+/* A mat's angle and motion; the ground and a mat at rest outside the window are flat. */
+struct kernel_mat {
+    double s, c;  /* sin, cos theta */
+    double w;     /* theta' */
+    double u, v;
+};
+
+/* The thrust on at most two mats at one time. */
+struct kernel_thrust {
+    int mat_a, mat_b;
+    double a_lb, b_lb;
+};
+
+KERNEL_INLINE struct kernel_thrust kernel_thrust(const struct model *m, double t_s)
+{
+    struct kernel_thrust thrust = {-2, -2, 0.0, 0.0};
+    double rate;
+    if (m->span.mat < 0)
+        return thrust;
+    thrust.mat_a = m->span.share == -2 ? m->span.mat : m->span.share < 0 ? 0 : m->span.share;
+    thrust.a_lb = span_thrust_lb(&m->span, m->length_ft, t_s, thrust.mat_a, &rate);
+    if (m->span.share >= 0) {
+        thrust.mat_b = m->span.share + 1;
+        thrust.b_lb = span_thrust_lb(&m->span, m->length_ft, t_s, thrust.mat_b, &rate);
+    }
+    return thrust;
+}
+
+KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int n, double inverse_length)
+{
+    double dy = p[2 * n + 2] - p[2 * n];
+    double dv = v[2 * n + 2] - v[2 * n];
+    struct kernel_mat mat = {0.0, 1.0, dv * inverse_length, p[2 * n + 1], v[2 * n + 1]};
+    if (dy != 0.0) {
+        mat.s = dy * inverse_length;
+        mat.c = sqrt(1.0 - mat.s * mat.s); /* NaN beyond 90 degrees: the step is refused */
+        mat.w /= mat.c;
+    }
+    return mat;
+}
+
+/* The same on uneven ground. */
+KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p, const double *v, int n,
+                                                  double inverse_length)
+{
+    double dy = p[2 * n + 2] - p[2 * n] + m->tilt_ft[n];
+    struct kernel_mat mat = {dy * inverse_length, 1.0, (v[2 * n + 2] - v[2 * n]) * inverse_length, p[2 * n + 1],
+                             v[2 * n + 1]};
+    mat.c = sqrt(1.0 - mat.s * mat.s);
+    mat.w /= mat.c;
+    return mat;
+}
+
+/* A mat beyond the window, or the ground: flat, at rest. */
+KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, int n)
+{
+    return (struct kernel_mat){0.0, 1.0, 0.0, n < 0 || n >= m->mats ? 0.0 : m->rest_u_ft[n], 0.0};
+}
+
+KERNEL_INLINE double kernel_gap_ft(const struct model *m, int j, const struct kernel_mat *l,
+                                   const struct kernel_mat *r, bool full)
+{
+    double g = r->u - l->u;
+    if (full)
+        g += m->length_ft - m->half_ft * (l->c + r->c);
+    if (m->scene->gap0_ft.count > 0)
+        g += sim_scene_joint(&m->scene->gap0_ft, j + 1);
+    return g;
+}
+
+/* Tension in joint j between mats l and r. */
+KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struct kernel_mat *l,
+                                       const struct kernel_mat *r, bool full, bool slack)
+{
+    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free))
+        return 0.0;
+    double g = kernel_gap_ft(m, j, l, r, full);
+    double rate = r->v - l->v;
+    if (full)
+        rate += m->half_ft * (l->w * l->s + r->w * r->s);
+    const struct joint joint = {m->kl, m->cl, m->slack_ft};
+    return joint_located_lb(&joint, slack, slack ? m->joint[j] : 0, g, rate);
+}
+
+KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct kernel_mat *r)
+{
+    return (r->s != 0.0 ? asin(r->s) : 0.0) - (l->s != 0.0 ? asin(l->s) : 0.0);
+}
+
+/* Moment in joint j; the caller has seen that it is engaged. */
+KERNEL_INLINE double kernel_moment(const struct model *m, int j, const struct kernel_mat *l,
+                                   const struct kernel_mat *r)
+{
+    double wound = hinge_wound_rad(m->jumps, m->torsion[j], kernel_turn_rad(l, r), m->tad_rad);
+    return hinge_moment_lb_ft(m->kt, m->ct, wound, r->w - l->w);
+}
+
+KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, const double *v, int node)
+{
+    return m->contact[node] ? soil_lb(m->kv, m->cv, p[2 * node], v[2 * node]) : 0.0;
+}
+
+KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l, double soil_r)
+{
+    if (m->soil_normal)
+        return m->friction * (soil_l + soil_r);
+    return m->weight_limit_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
+}
+
+/* What kernel_slide_lb needs of the law tanh. */
+KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
+{
+    if (law == SIM_TANH)
+        lanes_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->tanh + m->first, m->last - m->first + 1);
+}
+
+/* m u'' under push x. */
+KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x, double soil_l, double soil_r,
+                                     enum sim_friction law)
+{
+    if (law == SIM_STICK && m->slide[n] == 0)
+        return 0.0;
+    if (law == SIM_NONE)
+        return x;
+    return x - friction_rub_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v, law == SIM_STICK ? m->slide[n] : 0,
+                               law == SIM_TANH ? m->tanh[n] : 0.0);
+}
+
+/* Call `kernel` with the constants of this scene. */
+#define KERNEL_LAWS(kernel, full, slack, law, ...)                                                                     \
+    switch (law) {                                                                                                     \
+    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_STICK, 0.0}); break;                         \
+    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_TANH, 0.0}); break;                           \
+    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_SIGN, 0.0}); break;                           \
+    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, SIM_NONE, 0.0}); break;                           \
+    }
+#define KERNEL_DISPATCH(kernel, m, ...)                                                                                \
+    if ((m)->full) {                                                                                                   \
+        if ((m)->slack_ft > 0.0) {                                                                                     \
+            KERNEL_LAWS(kernel, true, true, (m)->law, m, __VA_ARGS__)                                                  \
+        } else {                                                                                                       \
+            KERNEL_LAWS(kernel, true, false, (m)->law, m, __VA_ARGS__)                                                 \
+        }                                                                                                              \
+    } else if ((m)->slack_ft > 0.0) {                                                                                  \
+        KERNEL_LAWS(kernel, false, true, (m)->law, m, __VA_ARGS__)                                                     \
+    } else {                                                                                                           \
+        KERNEL_LAWS(kernel, false, false, (m)->law, m, __VA_ARGS__)                                                    \
+    }
+
+void report_rates(const struct model *model, double t_s, const double *z, double *accel);
+void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
+
+/* Change of the nodes' rates over a step of step_s, divided by it, with joint tensions model->given_lb and the soil's dampers
+ * taken at the end of the step. What it writes for the mats has no meaning. */
+void consistent_heave(const struct model *model, double step_s, const double *z, double *accel);
+
+#endif

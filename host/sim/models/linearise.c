@@ -1,0 +1,274 @@
+/* Mass matrix and Jacobians of both models: derivatives of the very expressions of report.c and consistent.c, mode by
+ * mode. Rows and columns are those of p (model.h). */
+#include <string.h>
+
+#include "host/sim/models/kernel.h"
+
+/* Derivatives of a quantity of joint j by Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1} and by their rates. */
+struct joint_slope {
+    double value;
+    double p[5], v[5];
+};
+
+/* Derivatives of a mat's quantities by the height difference over its length: of sin theta they are 1/L. */
+struct mat_slope {
+    double turn_y; /* theta by dY, and theta' by dY' */
+    double rate_y; /* theta' by dY */
+};
+
+static struct mat_slope slope_of(const struct model *m, const struct kernel_mat *mat)
+{
+    double turn = 1.0 / (m->length_ft * mat->c);
+    return (struct mat_slope){turn, mat->w * mat->s / (mat->c * mat->c * m->length_ft)};
+}
+
+static void add_difference(double *at, int left, int right, double slope)
+{
+    at[right] += slope;
+    at[left] -= slope;
+}
+
+static struct joint_slope tension_slope(const struct model *m, int j, const struct kernel_mat *l,
+                                        const struct kernel_mat *r)
+{
+    struct joint_slope t = {.value = kernel_tension_lb(m, j, l, r, m->full, m->slack_ft > 0.0)};
+    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free) || !joint_transmits(m->slack_ft > 0.0, m->joint[j]))
+        return t;
+    add_difference(t.p, 1, 3, m->kl);
+    add_difference(t.v, 1, 3, m->cl);
+    if (m->full) {
+        const struct kernel_mat *mats[2] = {l, r};
+        for (int k = 0; k < 2; k++) {
+            const struct kernel_mat *mat = mats[k];
+            struct mat_slope slope = slope_of(m, mat);
+            double gap = m->half_ft * mat->s / mat->c / m->length_ft;
+            double rate_p = m->half_ft * (slope.rate_y * mat->s + mat->w / m->length_ft);
+            add_difference(t.p, 2 * k, 2 * k + 2, m->kl * gap + m->cl * rate_p);
+            add_difference(t.v, 2 * k, 2 * k + 2, m->cl * m->half_ft * mat->s * slope.turn_y);
+        }
+    }
+    return t;
+}
+
+static struct joint_slope moment_slope(const struct model *m, int j, const struct kernel_mat *l,
+                                       const struct kernel_mat *r)
+{
+    struct joint_slope t = {0};
+    if (!m->torsion[j])
+        return t;
+    t.value = kernel_moment(m, j, l, r);
+    struct mat_slope left = slope_of(m, l), right = slope_of(m, r);
+    add_difference(t.p, 0, 2, -m->kt * left.turn_y - m->ct * left.rate_y);
+    add_difference(t.p, 2, 4, m->kt * right.turn_y + m->ct * right.rate_y);
+    add_difference(t.v, 0, 2, -m->ct * left.turn_y);
+    add_difference(t.v, 2, 4, m->ct * right.turn_y);
+    return t;
+}
+
+struct rows {
+    const struct model *m;
+    double *mass, *by_p, *by_v;
+};
+
+static void put(const struct rows *r, double *band, int row, int column, double value)
+{
+    if (value != 0.0 && column >= 2 * r->m->first && column <= 2 * r->m->last + 2)
+        band[row * MODEL_ROW + column - row + MODEL_BAND] += value;
+}
+
+/* Add `scale` times a gradient over Y_{n-1}..Y_{n+2} (7 values from column 2n-2) to a row. */
+static void put_mat(const struct rows *r, int row, int n, double scale, const double *p, const double *v)
+{
+    for (int k = 0; k < 7; k++) {
+        put(r, r->by_p, row, 2 * n - 2 + k, scale * p[k]);
+        put(r, r->by_v, row, 2 * n - 2 + k, scale * v[k]);
+    }
+}
+
+static void put_soil(const struct rows *r, int row, int node, double scale)
+{
+    if (!r->m->contact[node])
+        return;
+    put(r, r->by_p, row, 2 * node, scale * r->m->kv);
+    put(r, r->by_v, row, 2 * node, scale * r->m->cv);
+}
+
+static void displacement_row(const struct rows *r, double t_s, const double *z, int n, const struct kernel_mat *mat,
+                             const struct joint_slope *left, const struct joint_slope *right, double *drift)
+{
+    const struct model *m = r->m;
+    int row = 2 * n + 1;
+    double rate;
+    if (m->law == SIM_STICK && m->slide[n] == 0) {
+        put(r, r->mass, row, row, 1.0);
+        return;
+    }
+    put(r, r->mass, row, row, m->mass_slug);
+    for (int k = 0; k < 5; k++) {
+        put(r, r->by_p, row, 2 * n - 2 + k, -left->p[k]);
+        put(r, r->by_v, row, 2 * n - 2 + k, -left->v[k]);
+        put(r, r->by_p, row, 2 * n + k, right->p[k]);
+        put(r, r->by_v, row, 2 * n + k, right->v[k]);
+    }
+    double smooth = m->law == SIM_TANH ? tanh(mat->v / m->veps_ft_s) : 0.0;
+    double share = friction_share(m->law, mat->v, m->slide[n], smooth);
+    if (m->law == SIM_TANH)
+        put(r, r->by_v, row, row, friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
+    if (m->elements.count > 0)
+        put(r, r->by_v, row, row, element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
+    if (m->soil_normal) {
+        put_soil(r, row, n, -share * m->friction);
+        put_soil(r, row, n + 1, -share * m->friction);
+    }
+    if (m->span.mat >= 0) {
+        span_thrust_lb(&m->span, m->length_ft, t_s, n, &rate);
+        drift[row] = rate;
+    }
+}
+
+/* Turning moment of mat n from its joints: its value and gradient over Y_{n-1}..Y_{n+2}. */
+static double turning_of(const struct model *m, const struct kernel_mat *mat, const struct joint_slope *tl,
+                         const struct joint_slope *tr, const struct joint_slope *ml, const struct joint_slope *mr,
+                         double *p, double *v)
+{
+    double hs = m->half_ft * mat->s;
+    memset(p, 0, 7 * sizeof *p);
+    memset(v, 0, 7 * sizeof *v);
+    for (int k = 0; k < 5; k++) {
+        p[k] += -ml->p[k] - hs * tl->p[k];
+        v[k] += -ml->v[k] - hs * tl->v[k];
+        p[k + 2] += mr->p[k] - hs * tr->p[k];
+        v[k + 2] += mr->v[k] - hs * tr->v[k];
+    }
+    add_difference(p, 2, 4, -m->half_ft * (tl->value + tr->value) / m->length_ft);
+    return mr->value - ml->value - hs * (tl->value + tr->value);
+}
+
+static void report_rows(const struct rows *r, const double *z, int n, const struct kernel_mat *mat, double turning,
+                        double *p, double *v)
+{
+    const struct model *m = r->m;
+    const double *zp = z, *zv = z + m->size;
+    double h = m->half_ft, length = m->length_ft;
+    double lean = -mat->s / mat->c / length; /* cos theta by dY */
+    double soil = kernel_soil_lb(m, zp, zv, n) - kernel_soil_lb(m, zp, zv, n + 1) + m->lift[n] * m->shear_lb;
+    struct mat_slope slope = slope_of(m, mat);
+    add_difference(p, 2, 4, h * lean * soil);
+    turning += h * mat->c * soil;
+    for (int end = 0; end < 2; end++) {
+        if (m->contact[n + end]) {
+            double sign = end == 0 ? 1.0 : -1.0;
+            p[2 + 2 * end] += sign * h * mat->c * m->kv;
+            v[2 + 2 * end] += sign * h * mat->c * m->cv;
+        }
+    }
+    for (int k = 0; k < 7; k++) {
+        p[k] *= mat->c / m->inertia;
+        v[k] *= mat->c / m->inertia;
+    }
+    add_difference(p, 2, 4,
+                   lean * turning / m->inertia - mat->w * mat->w / length - 2.0 * mat->s * mat->w * slope.rate_y);
+    add_difference(v, 2, 4, -2.0 * mat->s * mat->w * slope.turn_y);
+
+    int row = 2 * n + 2;
+    put(r, r->mass, row, row, 1.0);
+    if (n == 0 && m->held >= 0 && m->held <= 1) { /* accel 0, and that of mat 1's other end twice its middle's */
+        int other = m->held == 0 ? row : row - 2;
+        put(r, r->mass, 0, 0, 1.0);
+        put_soil(r, other, 0, -2.0 / m->mass_slug);
+        put_soil(r, other, 1, -2.0 / m->mass_slug);
+        return;
+    }
+    if (n == m->held - 1)
+        return; /* accel 0 */
+    put(r, r->mass, row, row - 2, -1.0);
+    put_mat(r, row, n, length, p, v);
+    if (n == m->first) {
+        row = 2 * n;
+        put(r, r->mass, row, row, 1.0);
+        put_soil(r, row, n, -(n == 0 ? 1.0 : 2.0) / m->mass_slug);
+        if (n == 0) {
+            put_soil(r, row, 1, -1.0 / m->mass_slug);
+            put_mat(r, row, 0, -h, p, v);
+        }
+    }
+}
+
+static void consistent_rows(const struct rows *r, const double *accel, int n, const struct kernel_mat *mat,
+                            double turning, double *p, double *v)
+{
+    const struct model *m = r->m;
+    double length = m->length_ft, quarter = 0.25 * m->mass_slug, c2 = mat->c * mat->c;
+    double a = m->inertia / (length * length * c2);
+    double a_y = 2.0 * a * mat->s / c2 / length;
+    struct mat_slope slope = slope_of(m, mat);
+    double spin = m->inertia * mat->s * mat->w / (length * c2);
+    for (int k = 0; k < 7; k++) {
+        p[k] *= slope.turn_y;
+        v[k] *= slope.turn_y;
+    }
+    /* 1/(L cos) by dY is turn_y s/(c^2 L); s w^2/c^2 by dY has three parts */
+    add_difference(p, 2, 4,
+                   turning * slope.turn_y * mat->s / c2 / length - 2.0 * spin * slope.rate_y -
+                       m->inertia * mat->w * mat->w / (length * c2) * (1.0 + 2.0 * mat->s * mat->s / c2) / length);
+    add_difference(v, 2, 4, -2.0 * spin * slope.turn_y);
+    put_mat(r, 2 * n, n, -1.0, p, v);
+    put_mat(r, 2 * n + 2, n, 1.0, p, v);
+    put(r, r->mass, 2 * n, 2 * n, quarter + a);
+    put(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
+    put(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
+    put(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
+    double change = a_y * (accel[2 * n + 2] - accel[2 * n]); /* of M accel */
+    put(r, r->by_p, 2 * n, 2 * n + 2, change);
+    put(r, r->by_p, 2 * n, 2 * n, -change);
+    put(r, r->by_p, 2 * n + 2, 2 * n + 2, -change);
+    put(r, r->by_p, 2 * n + 2, 2 * n, change);
+    put_soil(r, 2 * n, n, -1.0);
+    put_soil(r, 2 * n + 2, n + 1, -1.0);
+}
+
+/* A window's outermost node in the consistent model does not move. */
+static void hold_row(const struct rows *r, int row)
+{
+    size_t from = (size_t)row * MODEL_ROW;
+    memset(r->mass + from, 0, MODEL_ROW * sizeof *r->mass);
+    memset(r->by_p + from, 0, MODEL_ROW * sizeof *r->by_p);
+    memset(r->by_v + from, 0, MODEL_ROW * sizeof *r->by_v);
+    r->mass[from + MODEL_BAND] = 1.0;
+}
+
+void model_linearise(struct model *m, double t_s, const double *z, const double *accel, double *mass, double *by_p,
+                     double *by_v, double *drift)
+{
+    const double *zp = z, *zv = z + m->size;
+    const struct rows rows = {m, mass, by_p, by_v};
+    size_t low = 2 * (size_t)m->first, count = 2 * (size_t)(m->last - m->first) + 3;
+    memset(mass + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *mass);
+    memset(by_p + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *by_p);
+    memset(by_v + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *by_v);
+    memset(drift + low, 0, count * sizeof *drift);
+    struct kernel_mat before = kernel_outside(m, m->first - 1);
+    struct kernel_mat mat = kernel_mat(zp, zv, m->first, 1.0 / m->length_ft);
+    struct joint_slope tension_l = tension_slope(m, m->first, &before, &mat);
+    struct joint_slope moment_l = moment_slope(m, m->first, &before, &mat);
+    for (int n = m->first; n <= m->last; n++) {
+        struct kernel_mat after =
+            n < m->last ? kernel_mat(zp, zv, n + 1, 1.0 / m->length_ft) : kernel_outside(m, n + 1);
+        struct joint_slope tension_r = tension_slope(m, n + 1, &mat, &after);
+        struct joint_slope moment_r = moment_slope(m, n + 1, &mat, &after);
+        double p[7], v[7];
+        displacement_row(&rows, t_s, z, n, &mat, &tension_l, &tension_r, drift);
+        double turning = turning_of(m, &mat, &tension_l, &tension_r, &moment_l, &moment_r, p, v);
+        if (m->consistent)
+            consistent_rows(&rows, accel, n, &mat, turning, p, v);
+        else
+            report_rows(&rows, z, n, &mat, turning, p, v);
+        mat = after;
+        tension_l = tension_r;
+        moment_l = moment_r;
+    }
+    if (m->consistent && m->first > 0)
+        hold_row(&rows, 2 * m->first);
+    if (m->consistent && m->last < m->mats - 1)
+        hold_row(&rows, 2 * m->last + 2);
+}

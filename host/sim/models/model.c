@@ -1,0 +1,392 @@
+#include "host/sim/models/model.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/models/band.h"
+#include "host/sim/models/kernel.h"
+#include "host/sim/elements/mods.h"
+
+#define DEGREES (180.0 / 3.14159265358979323846)
+#define START_EDGE 1e-12
+
+static enum mr_status not_here(const char *what, const char *instead, const struct sim_scene *scene,
+                               struct error *error)
+{
+    return error_set(error, MR_USAGE, "not available: %s: %s in model %s; %s",
+                     scene->name[0] ? scene->name : "scene", what, sim_model_name(scene->model), instead);
+}
+
+static bool has_grit(const struct sim_scene *scene)
+{
+    for (size_t i = 0; i < scene->grit_lb.count; i++) {
+        if (scene->grit_lb.values[i] > 0.0)
+            return true;
+    }
+    return false;
+}
+
+static enum mr_status check(const struct sim_scene *scene, bool grit, struct error *error)
+{
+    bool report = scene->model == SIM_REPORT;
+    if (has_grit(scene) && !grit)
+        return not_here(report ? "grit" : "grit with a solver that chooses its step",
+                        report ? "leave it out, or give model chain or consistent" : "leave it out, or give solver fixed",
+                        scene, error);
+    if (mods_any(scene) && !grit)
+        return not_here(report ? "a modified runway" : "a modified runway with a solver that chooses its step",
+                        report ? "leave bands, cleats and the like out, or give model chain or consistent"
+                               : "leave bands, cleats and the like out, or give solver fixed",
+                        scene, error);
+    if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
+        return not_here("friction_normal soil", "give weight, or model consistent", scene, error);
+    if (scene->ground_ft.count > 0 && !grit)
+        return not_here(report ? "ground" : "ground with a solver that chooses its step",
+                        report ? "leave it out, or give model consistent" : "leave it out, or give solver fixed", scene,
+                        error);
+    for (size_t i = 1; i < scene->ground_ft.count; i++) {
+        if (!(fabs(scene->ground_ft.values[i] - scene->ground_ft.values[i - 1]) < 0.5 * scene->length_ft))
+            return not_here("ground steeper than 30 degrees", "give lower heights", scene, error);
+    }
+    if (!report && scene->q1_lb != 0.0)
+        return not_here("Q1", "leave it out, or give model report", scene, error);
+    if (!report && !(scene->kv_lb_ft > 0.0))
+        return not_here("KV 0 (the mats would fall)", "give a stiffness", scene, error);
+    double inertia = scene->inertia_slug_ft2;
+    if (!(inertia > 0.0))
+        return not_here("I 0", "give an inertia", scene, error);
+    for (size_t i = 1; i < scene->bump_ft.count; i++) {
+        if (!(fabs(scene->bump_ft.values[i] - scene->bump_ft.values[i - 1]) < 0.99 * scene->length_ft))
+            return not_here("a bump steeper than a mat is long", "give lower heights", scene, error);
+    }
+    size_t count = scene->bump_ft.count;
+    if (count > 0 && !(fmax(fabs(scene->bump_ft.values[0]), fabs(scene->bump_ft.values[count - 1])) <
+                       0.99 * scene->length_ft))
+        return not_here("a bump steeper than a mat is long", "give lower heights", scene, error);
+    return MR_OK;
+}
+
+/* The mass matrix carries a load to all nodes at once, by a ratio r per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|) with D on
+ * its diagonal and B beside it. 12 mats for mats like the report's; many when I is far above m L^2/4. */
+static int tail_mats(const struct model *m)
+{
+    double quarter = 0.25 * m->mass_slug, turn = m->inertia / (m->length_ft * m->length_ft);
+    double diagonal = 2.0 * (quarter + turn), beside = fabs(quarter - turn);
+    double ratio = 2.0 * beside / (diagonal + sqrt(diagonal * diagonal - 4.0 * beside * beside));
+    if (!m->consistent || !(ratio > 0.0))
+        return 1;
+    double mats = ceil(log(MODEL_TAIL) / log(ratio));
+    return mats < m->mats ? (int)mats : m->mats;
+}
+
+enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit, struct error *error)
+{
+    size_t nodes = (size_t)s->mats + 1;
+    *m = (struct model){
+        .scene = s,
+        .consistent = s->model == SIM_CONSISTENT,
+        .mats = s->mats,
+        .size = 2 * s->mats + 1,
+        .length_ft = s->length_ft,
+        .half_ft = 0.5 * s->length_ft,
+        .mass_slug = s->weight_lb / s->g_ft_s2,
+        .inertia = s->inertia_slug_ft2,
+        .weight_lb = s->weight_lb,
+        .wheel_load_lb = s->wheel_load_lb,
+        .kv = s->kv_lb_ft,
+        .cv = s->cv_lb_s_ft,
+        .kl = s->kl_lb_ft,
+        .cl = s->cl_lb_s_ft,
+        .kt = s->kt_lb_ft_rad,
+        .ct = s->ct_lb_ft_s_rad,
+        .tad_rad = s->tad_deg / DEGREES,
+        .slack_ft = s->slack_ft,
+        .friction = s->friction,
+        .weight_limit_lb = s->friction * s->weight_lb,
+        .veps_ft_s = s->veps_ft_s,
+        .shear_lb = s->shear_lb,
+        .q1_lb = s->q1_lb,
+        .full = s->profile == SIM_FULL,
+        .jumps = s->tad_mode == SIM_SWITCHED,
+        .left_free = s->left == SIM_FREE,
+        .right_free = s->right == SIM_FREE,
+        .left_turns = s->left_torsion == SIM_FREE,
+        .right_turns = s->right_torsion == SIM_FREE,
+        .law = s->friction > 0.0 ? s->friction_law : SIM_NONE,
+        .elements = element_set_of(s),
+        .shear = s->shear_lb == 0.0 || s->model == SIM_CONSISTENT ? SIM_NO_SHEAR : s->lift_shear,
+        .held = -1,
+        .last = s->mats - 1,
+        .rest_y_ft = s->model == SIM_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
+    };
+    m->soil_normal = m->law != SIM_NONE && s->friction_normal == SIM_SOIL;
+    if (check(s, grit, error) != MR_OK)
+        return error->status;
+    m->tail = tail_mats(m);
+    m->storage = calloc(5 * (nodes + 1), sizeof *m->storage);
+    m->contact = calloc(5 * (nodes + 1), sizeof *m->contact);
+    if (!m->storage || !m->contact) {
+        model_free(m);
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->mats);
+    }
+    m->mass_upper = m->storage;
+    m->rest_u_ft = m->storage + nodes + 1;
+    m->spare = m->storage + 2 * (nodes + 1);
+    m->tanh = m->storage + 4 * (nodes + 1);
+    m->torsion = m->contact + nodes + 1;
+    m->joint = m->torsion + nodes + 1;
+    m->slide = m->joint + nodes + 1;
+    m->lift = m->slide + nodes + 1;
+    if (span_list_make(&m->spans, s, error) != MR_OK)
+        model_free(m);
+    return error->status;
+}
+
+void model_free(struct model *m)
+{
+    free(m->storage);
+    free(m->contact);
+    span_list_free(&m->spans);
+    m->storage = NULL;
+    m->contact = NULL;
+}
+
+void model_lay(struct model *m, const double *tilt_ft)
+{
+    for (int n = 0; n < m->mats; n++)
+        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(tilt_ft[n]));
+    if (m->tilt_most_ft > 0.0)
+        m->tilt_ft = tilt_ft;
+}
+
+void model_lend(struct model *m, const double *tension_lb)
+{
+    m->given_lb = tension_lb;
+    m->slack_ft = 0.0;
+}
+
+void model_brace(struct model *m, const double *down_lb, const double *moment_lb_ft)
+{
+    m->brace_lb = down_lb;
+    m->brace_lb_ft = moment_lb_ft;
+}
+
+void model_ride(struct model *m, int mat)
+{
+    m->span = (struct span){.mat = mat, .share = -2};
+}
+
+void model_look_at(struct model *m, int first, int last)
+{
+    m->first = first;
+    m->last = last;
+}
+
+void model_start(struct model *m, double *z)
+{
+    const struct sim_scene *s = m->scene;
+    memset(z, 0, 2 * (size_t)m->size * sizeof *z);
+    m->first = 0;
+    m->held = -1;
+    m->last = m->mats - 1;
+    for (int j = 0; j <= m->mats; j++) {
+        z[2 * j] = m->rest_y_ft;
+        size_t i = (size_t)(j + 1 - s->bump_first);
+        if (j + 1 >= s->bump_first && i < s->bump_ft.count)
+            z[2 * j] -= s->bump_ft.values[i];
+    }
+    double x = s->path_count > 0 ? s->path[0].x_ft : s->s0_ft;
+    double under = floor(x / s->length_ft + START_EDGE);
+    int mat = s->v0_mat > 0 ? s->v0_mat - 1 : under < 0.0 ? 0 : under >= m->mats ? m->mats - 1 : (int)under;
+    z[m->size + 2 * mat + 1] = s->v0_ft_s;
+    m->span = m->spans.spans[0];
+    m->quiet_steps = 0;
+    model_sample(m, 0.0, z);
+    model_prune(m, 0.0, z);
+    model_sample(m, 0.0, z);
+}
+
+void model_enter(struct model *m, size_t at, double *z)
+{
+    m->span = m->spans.spans[at];
+    model_follow(m, z);
+    model_settle(m, m->span.t0_s, z);
+}
+
+struct element_mat model_element_mat(const struct model *m, const double *z, int n)
+{
+    return (struct element_mat){z[m->size + 2 * n + 1], m->contact[n] || m->contact[n + 1]};
+}
+
+/* Along the runway every mat is by itself in the mass matrices of both models. */
+static __attribute__((noinline)) void add_elements(const struct model *m, const double *z, double *accel)
+{
+    for (int n = m->first; n <= m->last; n++) {
+        if (m->law != SIM_STICK || m->slide[n] != 0)
+            accel[2 * n + 1] += element_force_lb(&m->elements, model_element_mat(m, z, n)) / m->mass_slug;
+    }
+}
+
+void model_rates(struct model *m, double t_s, const double *z, double *accel)
+{
+    m->rhs++;
+    if (m->consistent)
+        consistent_rates(m, t_s, z, accel);
+    else
+        report_rates(m, t_s, z, accel);
+    if (m->elements.count > 0)
+        add_elements(m, z, accel);
+}
+
+double model_lift_ft(const struct model *m, const double *z, int *node_from_1)
+{
+    int apex = m->first;
+    for (int j = m->first; j <= m->last + 1; j++) {
+        if (z[2 * j] < z[2 * apex])
+            apex = j;
+    }
+    *node_from_1 = apex + 1;
+    return z[2 * apex] < -SOIL_TOUCH_FT ? -z[2 * apex] : 0.0;
+}
+
+double model_worst_angle_deg(const struct model *m, const double *z, int *mat_from_1)
+{
+    double worst = 0.0;
+    *mat_from_1 = 1;
+    for (int n = m->first; n <= m->last; n++) {
+        double s = fabs(z[2 * n + 2] - z[2 * n]);
+        if (!(s <= worst)) {
+            worst = s;
+            *mat_from_1 = n + 1;
+        }
+    }
+    worst /= m->length_ft;
+    return worst < 1.0 ? asin(worst) * DEGREES : 90.0;
+}
+
+double model_energy_lb_ft(const struct model *m, const double *z)
+{
+    const double *p = z, *v = z + m->size;
+    double energy = 0.0;
+    struct kernel_mat left = kernel_outside(m, -1);
+    for (int n = 0; n <= m->mats; n++) {
+        bool ground = n == m->mats;
+        struct kernel_mat mat = ground ? kernel_outside(m, n) : kernel_mat(p, v, n, 1.0 / m->length_ft);
+        bool free_end = (n == 0 && m->left_free) || (ground && m->right_free);
+        if (!free_end && !(m->slack_ft > 0.0 && m->joint[n] == 0)) {
+            double g = kernel_gap_ft(m, n, &left, &mat, m->full) - (m->joint[n] > 0 ? m->slack_ft : 0.0);
+            energy += 0.5 * m->kl * g * g;
+        }
+        if (m->torsion[n]) {
+            double wound = hinge_wound_rad(m->jumps, m->torsion[n], kernel_turn_rad(&left, &mat), m->tad_rad);
+            energy += 0.5 * m->kt * wound * wound;
+        }
+        double ends = n == 0 || ground ? 1.0 : 2.0;
+        if (m->contact[n])
+            energy += 0.5 * m->kv * ends * p[2 * n] * p[2 * n];
+        if (!ground) {
+            double middle = 0.5 * (v[2 * n] + v[2 * n + 2]);
+            energy += 0.5 * (m->mass_slug * (mat.v * mat.v + middle * middle) + m->inertia * mat.w * mat.w);
+            energy -= 0.5 * m->weight_lb * (p[2 * n] + p[2 * n + 2]);
+        }
+        left = mat;
+    }
+    return energy;
+}
+
+#define POWERS 300
+#define RATE_MATS 64 /* the first ones stand for all: their parameters are the same */
+
+double model_fastest_rate(struct model *m, const double *z, enum model_steps steps)
+{
+    int mats = m->mats < RATE_MATS ? m->mats : RATE_MATS, last = m->last;
+    size_t size = 2 * (size_t)mats + 1, length = (size_t)m->size;
+    double *work = calloc(size * (3 * MODEL_ROW + BAND_WIDTH + 5) + length, sizeof *work);
+    int *pivot = calloc(size, sizeof *pivot);
+    signed char *kept = malloc((size_t)mats + 1);
+    double rate = 0.0;
+    if (!work || !pivot || !kept) {
+        free(work);
+        free(pivot);
+        free(kept);
+        return INFINITY;
+    }
+    double *mass = work, *by_p = mass + size * MODEL_ROW, *by_v = by_p + size * MODEL_ROW;
+    double *lu = by_v + size * MODEL_ROW, *drift = lu + size * BAND_WIDTH;
+    double *x = drift + size, *accel = x + 4 * size, *y = x + 2 * size;
+    size_t nodes = (size_t)mats + 1;
+    enum sim_friction law = m->law;
+    double cv = m->cv;
+    int elements = m->elements.count;
+    m->last = mats - 1;
+    if (steps == MODEL_STAGGERED) {
+        m->cv = 0.0;
+        m->elements.count = 0;
+    }
+    memcpy(kept, m->contact, nodes);
+    memset(m->contact, 1, nodes);
+    if (law == SIM_STICK || law == SIM_SIGN)
+        m->law = SIM_NONE; /* all sliding: the limits are constants */
+    model_rates(m, m->span.t0_s, z, accel);
+    model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
+    memcpy(m->contact, kept, nodes);
+    m->law = law;
+    m->cv = cv;
+    m->last = last;
+    band_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
+    if (band_factor((int)size, lu, pivot)) {
+        double growth = 0.0;
+        for (size_t i = 0; i < 2 * size; i++) /* any start with a part in every direction */
+            x[i] = 1.0 + 0.5 * (double)((i * 7919) % 101) / 101.0 - (double)(i % 2);
+        for (int k = 0; k < POWERS; k++) {
+            double norm = 0.0;
+            /* scale the heights so that both halves count alike */
+            band_multiply((int)size, by_p, x, y + size);
+            band_multiply((int)size, by_v, x + size, y);
+            for (size_t i = 0; i < size; i++)
+                y[size + i] += y[i];
+            band_solve((int)size, lu, pivot, y + size);
+            memcpy(y, x + size, size * sizeof *y);
+            for (size_t i = 0; i < size; i++)
+                norm = fmax(norm, fabs(y[size + i]));
+            double before = 0.0;
+            for (size_t i = 0; i < size; i++)
+                before = fmax(before, fabs(x[size + i]));
+            if (!(norm > 0.0 && before > 0.0 && isfinite(norm)))
+                break;
+            if (k >= POWERS / 2)
+                growth += log(norm / before);
+            for (size_t i = 0; i < 2 * size; i++)
+                x[i] = y[i] / norm;
+            rate = k >= POWERS / 2 ? exp(growth / (k - POWERS / 2 + 1)) : 0.0;
+        }
+    }
+    if (m->elements.count > 0) /* in any state, not in this one alone */
+        rate = fmax(rate, element_bound(&m->elements, m->mass_slug).damping);
+    m->elements.count = elements;
+    free(work);
+    free(pivot);
+    free(kept);
+    return rate;
+}
+
+void model_describe(const struct model *m, struct sim_result *result)
+{
+    if (m->law == SIM_NONE)
+        sim_result_leave_out(result, "friction (none)");
+    if (m->slack_ft > 0.0 && has_grit(m->scene))
+        sim_result_note(result, "grit: an opened joint opens freely and needs its grit again to close");
+    if (m->slack_ft <= 0.0)
+        sim_result_leave_out(result, "slack (0)");
+    if (!m->full)
+        sim_result_leave_out(result, "shortening of tilted mats (profile low)");
+    if (!m->consistent && m->shear == SIM_NO_SHEAR)
+        sim_result_leave_out(result, "lift shear (none)");
+    if (m->wheel_load_lb == 0.0)
+        sim_result_leave_out(result, "wheel load (0)");
+    if (m->consistent && m->scene->shear_lb != 0.0)
+        sim_result_note(result, "V has no part in model consistent: mats lift by their own inertia");
+    if (m->scene->path_count > 0)
+        sim_result_note(result, "path replaces Vac, s0 and F");
+    element_describe(&m->elements, result);
+}

@@ -1,0 +1,91 @@
+/* Result of a simulation: what sim_run answers, whatever the model and the solver.
+ *
+ * sim_run allocates the arrays, sim_result_free releases them. A result that is not SIM_OK holds no
+ * numbers to use: status, mat, t_s and the costs are filled, the arrays are NULL; but one that was interrupted holds
+ * what there was by then. Units ft, s. No array
+ * ever holds a NaN. */
+#ifndef MATRIG_HOST_SIM_SCENE_RESULT_H
+#define MATRIG_HOST_SIM_SCENE_RESULT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum sim_status { SIM_OK, SIM_UNSTABLE, SIM_FOLDED, SIM_STEP_UNDERFLOW, SIM_INTERRUPTED };
+
+#define SIM_LEFT_OUT_MAX 12
+#define SIM_NOTES_MAX 8
+#define SIM_OVERRUNS_MAX 8
+
+/* The state at one of the scene's t_out (or at the end when it names none). */
+struct sim_output {
+    double t_s;
+    double *u_ft;   /* mats + 1 values; u_ft[n] is mat n, [0] is unused */
+    double lift_ft; /* -min Y; 0 in a model without vertical motion */
+    int lift_node;
+};
+
+struct sim_result {
+    enum sim_status status;
+    int mat;            /* where it failed, when not SIM_OK */
+    double t_s;         /* when it failed */
+    int passes;         /* begun; for go_on */
+    const char *solver; /* static text */
+    int mats;
+    double t_end_s;
+    double run_ms;       /* all passes, wall clock */
+    double pass_ms;      /* the pass whose numbers these are */
+    double dt_s;         /* its step */
+    double dt_limit_s;   /* beyond this a step is unstable */
+    double checked_dt_s; /* step of the pass it was checked against */
+    uint64_t rhs;        /* force evaluations, all passes */
+    uint64_t steps;      /* of the pass whose numbers these are */
+    uint64_t rejected;   /* steps of all other passes */
+    uint64_t events;     /* mats brought to rest within a step, in that pass */
+    double error_u_ft;   /* estimate: largest over all mats at 64 even times, t_out and samples */
+    double error_lift_ft;
+    double peak_u_ft; /* largest |u| at the same times */
+    int peak_mat;
+    double speed_end_ft_s; /* fastest mat at the end; 0 when all are at rest */
+    double max_lift_ft;
+    bool bow_wave;
+    /* Solver fixed, whole run; joints 1..N+1, [0] unused. NULL elsewhere. */
+    double *push_lb; /* largest compression of each joint */
+    double *pull_lb; /* largest tension */
+    double *rise_ft; /* planar: largest lift of each node off its ground */
+    double crest_deg, sag_deg; /* planar: most that a joint was turned upwards (^) and downwards (v); both positive */
+    int crest_joint, sag_joint;
+    int overrun[SIM_OVERRUNS_MAX]; /* nodes where the wheel met a wave (sim_options.overrun_ft), in order; between two */
+    int overruns;                  /* of them it was on mats that lay lower than half of that */
+    int first_crest, first_crest_wheel; /* node that first rose so far, and the mat the wheel was on then (0: on none) */
+
+    struct sim_output *outputs;
+    size_t output_count;
+    double *u_ft;   /* at the end: mats + 1 values, by mat */
+    double *gap_ft; /* at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: pressed together */
+
+    struct mods_state *mods; /* what the modifications have come to (mods.h); NULL without any */
+
+    size_t sample_count;  /* rows, at k * sample_dt_s, k = 0.. */
+    size_t station_count; /* columns */
+    double sample_dt_s;
+    double *sample_u_ft; /* sample_u_ft[k * station_count + s] */
+    double *sample_y_ft; /* likewise: height of the mat's left end, up; NULL in model chain */
+
+    int mats_max;                           /* most mats integrated at once */
+    double mats_mean;                       /* time mean */
+    const char *left_out[SIM_LEFT_OUT_MAX]; /* static texts, NULL at the end of the list */
+    char notes[SIM_NOTES_MAX][160];         /* empty text at the end of the list */
+};
+
+/* "ok", "unstable", "folded", "step_underflow", "interrupted". */
+const char *sim_status_name(enum sim_status status);
+
+/* Adds to a list; what does not fit is dropped (the lists hold all that the code can say). */
+void sim_result_leave_out(struct sim_result *result, const char *what);
+void sim_result_note(struct sim_result *result, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+void sim_result_free(struct sim_result *result);
+
+#endif

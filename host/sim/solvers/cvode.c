@@ -1,0 +1,259 @@
+/* cvode: SUNDIALS' variable-order BDF with its banded direct solver, the general-purpose peer. Restarted at hops and
+ * where a mat stops or breaks loose (exact sticking is no differential equation); the other switches are sampled, as a
+ * user of the library would do.
+ *
+ * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the mass matrix, which
+ * is full, so the Newton matrix is given as M (I - gamma J), which is banded, and the right-hand side is multiplied by
+ * M before the library's solver sees it.
+ *
+ * As a check of the other solvers: method, step control and matrix solution are the library's. Right-hand side, Jacobian and laws are the
+ * model's own (models/model.h), as of every solver; tests/sim_reference has those a second time. */
+#include <cvode/cvode.h>
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sunlinsol/sunlinsol_band.h>
+#include <sunmatrix/sunmatrix_band.h>
+
+#include "host/sim/models/band.h"
+#include "host/sim/solvers/stepper.h"
+
+struct work {
+    struct stepper *stepper;
+    SUNContext context;
+    void *cvode;
+    N_Vector y, tolerance, between;
+    SUNMatrix matrix;
+    SUNLinearSolver solver, band;
+    double *z, *rate; /* 2 size */
+    double *mass, *by_p, *by_v, *drift, *part;
+    bool begun;
+};
+
+static void to_state(const struct work *w, const double *y, double *z)
+{
+    int size = w->stepper->model->size;
+    for (int i = 0; i < size; i++) {
+        z[i] = y[2 * i];
+        z[size + i] = y[2 * i + 1];
+    }
+}
+
+static void from_state(const struct work *w, const double *z, double *y)
+{
+    int size = w->stepper->model->size;
+    for (int i = 0; i < size; i++) {
+        y[2 * i] = z[i];
+        y[2 * i + 1] = z[size + i];
+    }
+}
+
+static int rates(realtype t, N_Vector y, N_Vector to, void *user)
+{
+    struct work *w = user;
+    int size = w->stepper->model->size;
+    to_state(w, N_VGetArrayPointer(y), w->z);
+    stepper_rates(w->stepper, t, w->z, w->rate);
+    for (int i = 0; i < 2 * size; i++) {
+        if (!isfinite(w->rate[i]))
+            return 1; /* the library tries a smaller step */
+    }
+    from_state(w, w->rate, N_VGetArrayPointer(to));
+    return 0;
+}
+
+static void add_row(SUNMatrix matrix, int row, int i, int size, const double *rows, double scale, int half)
+{
+    for (int k = 0; k < MODEL_ROW; k++) {
+        int column = i + k - MODEL_BAND;
+        if (column >= 0 && column < size)
+            SM_ELEMENT_B(matrix, row, 2 * column + half) += scale * rows[(size_t)i * MODEL_ROW + (size_t)k];
+    }
+}
+
+static int newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matrix, booleantype reuse, booleantype *fresh,
+                         realtype gamma, void *user, N_Vector t1, N_Vector t2, N_Vector t3)
+{
+    struct work *w = user;
+    struct model *m = w->stepper->model;
+    (void)t1, (void)t2, (void)t3;
+    if (!reuse) {
+        to_state(w, N_VGetArrayPointer(y), w->z);
+        to_state(w, N_VGetArrayPointer(fy), w->rate);
+        model_sample_shape(m, w->z);
+        model_linearise(m, t, w->z, w->rate + m->size, w->mass, w->by_p, w->by_v, w->drift);
+    }
+    *fresh = !reuse;
+    SUNMatZero(matrix);
+    for (int i = 0; i < m->size; i++) {
+        SM_ELEMENT_B(matrix, 2 * i, 2 * i) = 1.0;
+        SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = -gamma;
+        add_row(matrix, 2 * i + 1, i, m->size, w->mass, 1.0, 1);
+        add_row(matrix, 2 * i + 1, i, m->size, w->by_p, -gamma, 0);
+        add_row(matrix, 2 * i + 1, i, m->size, w->by_v, -gamma, 1);
+    }
+    return 0;
+}
+
+static SUNLinearSolver_Type solver_type(SUNLinearSolver solver)
+{
+    (void)solver;
+    return SUNLINEARSOLVER_DIRECT;
+}
+
+static int solver_setup(SUNLinearSolver solver, SUNMatrix matrix)
+{
+    return SUNLinSolSetup(((struct work *)solver->content)->band, matrix);
+}
+
+static int solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b, realtype tolerance)
+{
+    struct work *w = solver->content;
+    int size = w->stepper->model->size;
+    double *right = N_VGetArrayPointer(b);
+    for (int i = 0; i < size; i++)
+        w->part[size + i] = right[2 * i + 1];
+    band_multiply(size, w->mass, w->part + size, w->part);
+    for (int i = 0; i < size; i++)
+        right[2 * i + 1] = w->part[i];
+    return SUNLinSolSolve(w->band, matrix, x, b, tolerance);
+}
+
+static void release(struct stepper *s)
+{
+    struct work *w = s->work;
+    if (!w)
+        return;
+    if (w->cvode)
+        CVodeFree(&w->cvode);
+    if (w->solver)
+        SUNLinSolFreeEmpty(w->solver);
+    if (w->band)
+        SUNLinSolFree(w->band);
+    if (w->matrix)
+        SUNMatDestroy(w->matrix);
+    if (w->y)
+        N_VDestroy(w->y);
+    if (w->tolerance)
+        N_VDestroy(w->tolerance);
+    if (w->between)
+        N_VDestroy(w->between);
+    if (w->context)
+        SUNContext_Free(&w->context);
+    free(w->z);
+    free(w);
+    s->work = NULL;
+}
+
+/* Library objects; false when one could not be made. */
+static bool make_library(struct stepper *s)
+{
+    struct work *w = s->work;
+    int length = 2 * s->model->size, half = 2 * MODEL_BAND + 1 < length - 1 ? 2 * MODEL_BAND + 1 : length - 1;
+    if (SUNContext_Create(NULL, &w->context) != 0)
+        return false;
+    w->y = N_VNew_Serial(length, w->context);
+    w->tolerance = N_VNew_Serial(length, w->context);
+    w->between = N_VNew_Serial(length, w->context);
+    w->matrix = SUNBandMatrix(length, half, half, w->context);
+    w->cvode = CVodeCreate(CV_BDF, w->context);
+    w->solver = SUNLinSolNewEmpty(w->context);
+    if (!w->y || !w->tolerance || !w->between || !w->matrix || !w->cvode || !w->solver)
+        return false;
+    w->band = SUNLinSol_Band(w->y, w->matrix, w->context);
+    if (!w->band)
+        return false;
+    w->solver->content = w;
+    w->solver->ops->gettype = solver_type;
+    w->solver->ops->setup = solver_setup;
+    w->solver->ops->solve = solver_solve;
+    double *tolerance = N_VGetArrayPointer(w->tolerance);
+    for (int i = 0; i < length; i++)
+        tolerance[i] = i % 2 == 0 ? s->atol_ft : s->atol_ft_s;
+    from_state(w, s->z, N_VGetArrayPointer(w->y));
+    return CVodeInit(w->cvode, rates, 0.0, w->y) == CV_SUCCESS && CVodeSetUserData(w->cvode, w) == CV_SUCCESS &&
+           CVodeSetErrFile(w->cvode, NULL) == CV_SUCCESS &&
+           CVodeSVtolerances(w->cvode, s->rtol, w->tolerance) == CV_SUCCESS &&
+           CVodeSetLinearSolver(w->cvode, w->solver, w->matrix) == CV_SUCCESS &&
+           CVodeSetLinSysFn(w->cvode, newton_matrix) == CV_SUCCESS &&
+           CVodeSetMaxErrTestFails(w->cvode, 40) == CV_SUCCESS &&
+           CVodeSetMaxConvFails(w->cvode, 40) == CV_SUCCESS;
+}
+
+static enum mr_status make(struct stepper *s, struct error *error)
+{
+    size_t size = (size_t)s->model->size;
+    struct work *w = calloc(1, sizeof *w);
+    double *storage = calloc((7 + 3 * MODEL_ROW) * size, sizeof *storage);
+    if (!w || !storage) {
+        free(w);
+        free(storage);
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
+    }
+    w->stepper = s;
+    w->z = storage;
+    w->rate = w->z + 2 * size;
+    w->part = w->rate + 2 * size;
+    w->drift = w->part + 2 * size;
+    w->mass = w->drift + size;
+    w->by_p = w->mass + MODEL_ROW * size;
+    w->by_v = w->by_p + MODEL_ROW * size;
+    s->work = w;
+    if (!make_library(s)) {
+        release(s);
+        return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N", s->model->mats);
+    }
+    return MR_OK;
+}
+
+static void restart(struct stepper *s)
+{
+    ((struct work *)s->work)->begun = false;
+}
+
+static bool advance(struct stepper *s, double limit_s)
+{
+    struct work *w = s->work;
+    realtype reached = s->t_s;
+    if (!w->begun) {
+        from_state(w, s->z, N_VGetArrayPointer(w->y));
+        if (CVodeReInit(w->cvode, s->t_s, w->y) != CV_SUCCESS)
+            return false;
+        w->begun = true;
+    }
+    if (CVodeSetStopTime(w->cvode, limit_s) != CV_SUCCESS)
+        return false;
+    int flag = CVode(w->cvode, limit_s, w->y, &reached, CV_ONE_STEP);
+    long failures = 0;
+    CVodeGetNumErrTestFails(w->cvode, &failures);
+    if (flag < 0 || !(reached > s->t_s))
+        return false;
+    to_state(w, N_VGetArrayPointer(w->y), s->z_new);
+    s->t_new_s = flag == CV_TSTOP_RETURN ? limit_s : reached;
+    return true;
+}
+
+static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+{
+    struct work *w = s->work;
+    if (CVodeGetDky(w->cvode, fmin(t_s, s->t_new_s), 0, w->between) != CV_SUCCESS)
+        N_VScale(1.0, w->y, w->between);
+    const double *y = N_VGetArrayPointer(w->between);
+    for (int i = low; i < high; i++) {
+        z[i] = y[2 * i];
+        z[s->model->size + i] = y[2 * i + 1];
+    }
+}
+
+const struct stepper_kind stepper_cvode = {
+    .name = "cvode",
+    .samples_shape = true,
+    .rtol = 1e-8,
+    .method = "SUNDIALS CVODE, BDF, banded, restarted at hops and at stick-slip",
+    .make = make,
+    .free = release,
+    .restart = restart,
+    .advance = advance,
+    .dense = dense,
+};

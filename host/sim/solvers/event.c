@@ -1,0 +1,291 @@
+/* event: Dormand and Prince's method of order 8 with embedded orders 5 and 3 and dense output of order 7
+ * (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and II.6). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/solvers/stepper.h"
+
+#define STAGES 16 /* 12, the new point, 3 for the dense output */
+#define TERMS 7
+
+static const double nodes[STAGES] = {0.0,
+                                     0.526001519587677318785587544488e-1,
+                                     0.789002279381515978178381316732e-1,
+                                     0.118350341907227396726757197510,
+                                     0.281649658092772603273242802490,
+                                     1.0 / 3.0,
+                                     0.25,
+                                     4.0 / 13.0,
+                                     127.0 / 195.0,
+                                     0.6,
+                                     6.0 / 7.0,
+                                     1.0,
+                                     1.0,
+                                     0.1,
+                                     0.2,
+                                     7.0 / 9.0};
+
+static const double stage[STAGES][STAGES - 1] = {
+    [1] = {5.26001519587677318785587544488e-2},
+    [2] = {1.97250569845378994544595329183e-2, 5.91751709536136983633785987549e-2},
+    [3] = {2.95875854768068491816892993775e-2, 0, 8.87627564304205475450678981324e-2},
+    [4] = {2.41365134159266685502369798665e-1, 0, -8.84549479328286085344864962717e-1,
+           9.24834003261792003115737966543e-1},
+    [5] = {1.0 / 27.0, 0, 0, 1.70828608729473871279604482173e-1, 1.25467687566822425016691814123e-1},
+    [6] = {3.7109375e-2, 0, 0, 1.70252211019544039314978060272e-1, 6.02165389804559606850219397283e-2, -1.7578125e-2},
+    [7] = {3.70920001185047927108779319836e-2, 0, 0, 1.70383925712239993810214054705e-1,
+           1.07262030446373284651809199168e-1, -1.53194377486244017527936158236e-2, 8.27378916381402288758473766002e-3},
+    [8] = {6.24110958716075717114429577812e-1, 0, 0, -3.36089262944694129406857109825, -8.68219346841726006818189891453e-1,
+           2.75920996994467083049415600797e1, 2.01540675504778934086186788979e1, -4.34898841810699588477366255144e1},
+    [9] = {4.77662536438264365890433908527e-1, 0, 0, -2.48811461997166764192642586468, -5.90290826836842996371446475743e-1,
+           2.12300514481811942347288949897e1, 1.52792336328824235832596922938e1, -3.32882109689848629194453265587e1,
+           -2.03312017085086261358222928593e-2},
+    [10] = {-9.3714243008598732571704021658e-1, 0, 0, 5.18637242884406370830023853209, 1.09143734899672957818500254654,
+            -8.14978701074692612513997267357, -1.85200656599969598641566180701e1, 2.27394870993505042818970056734e1,
+            2.49360555267965238987089396762, -3.0467644718982195003823669022},
+    [11] = {2.27331014751653820792359768449, 0, 0, -1.05344954667372501984066689879e1, -2.00087205822486249909675718444,
+            -1.79589318631187989172765950534e1, 2.79488845294199600508499808837e1, -2.85899827713502369474065508674,
+            -8.87285693353062954433549289258, 1.23605671757943030647266201528e1, 6.43392746015763530355970484046e-1},
+    [12] = {5.42937341165687622380535766363e-2, 0, 0, 0, 0, 4.45031289275240888144113950566,
+            1.89151789931450038304281599044, -5.8012039600105847814672114227, 3.1116436695781989440891606237e-1,
+            -1.52160949662516078556178806805e-1, 2.01365400804030348374776537501e-1, 4.47106157277725905176885569043e-2},
+    [13] = {5.61675022830479523392909219681e-2, 0, 0, 0, 0, 0, 2.53500210216624811088794765333e-1,
+            -2.46239037470802489917441475441e-1, -1.24191423263816360469010140626e-1, 1.5329179827876569731206322685e-1,
+            8.20105229563468988491666602057e-3, 7.56789766054569976138603589584e-3, -8.298e-3},
+    [14] = {3.18346481635021405060768473261e-2, 0, 0, 0, 0, 2.83009096723667755288322961402e-2,
+            5.35419883074385676223797384372e-2, -5.49237485713909884646569340306e-2, 0, 0,
+            -1.08347328697249322858509316994e-4, 3.82571090835658412954920192323e-4, -3.40465008687404560802977114492e-4,
+            1.41312443674632500278074618366e-1},
+    [15] = {-4.28896301583791923408573538692e-1, 0, 0, 0, 0, -4.69762141536116384314449447206,
+            7.68342119606259904184240953878, 4.06898981839711007970213554331, 3.56727187455281109270669543021e-1, 0, 0, 0,
+            -1.39902416515901462129418009734e-3, 2.9475147891527723389556272149, -9.15095847217987001081870187138},
+};
+
+/* What the embedded order 3 weighs differently from order 8: stages 0, 8, 11. */
+#define THIRD_0 0.244094488188976377952755905512
+#define THIRD_8 0.733846688281611857341361741547
+#define THIRD_11 0.220588235294117647058823529412e-1
+
+static const double fifth[12] = {0.1312004499419488073250102996e-1,
+                                 0,
+                                 0,
+                                 0,
+                                 0,
+                                 -0.1225156446376204440720569753e1,
+                                 -0.4957589496572501915214079952,
+                                 0.1664377182454986536961530415e1,
+                                 -0.3503288487499736816886487290,
+                                 0.3341791187130174790297318841,
+                                 0.8192320648511571246570742613e-1,
+                                 -0.2235530786388629525884427845e-1};
+
+static const double dense_terms[TERMS - 3][STAGES] = {
+    {-0.84289382761090128651353491142e1, 0, 0, 0, 0, 0.56671495351937776962531783590, -0.30689499459498916912797304727e1,
+     0.23846676565120698287728149680e1, 0.21170345824450282767155149946e1, -0.87139158377797299206789907490,
+     0.22404374302607882758541771650e1, 0.63157877876946881815570249290, -0.88990336451333310820698117400e-1,
+     0.18148505520854727256656404962e2, -0.91946323924783554000451984436e1, -0.44360363875948939664310572000e1},
+    {0.10427508642579134603413151009e2, 0, 0, 0, 0, 0.24228349177525818288430175319e3, 0.16520045171727028198505394887e3,
+     -0.37454675472269020279518312152e3, -0.22113666853125306036270938578e2, 0.77334326684722638389603898808e1,
+     -0.30674084731089398182061213626e2, -0.93321305264302278729567221706e1, 0.15697238121770843886131091075e2,
+     -0.31139403219565177677282850411e2, -0.93529243588444783865713862664e1, 0.35816841486394083752465898540e2},
+    {0.19985053242002433820987653617e2, 0, 0, 0, 0, -0.38703730874935176555105901742e3, -0.18917813819516756882830838328e3,
+     0.52780815920542364900561016686e3, -0.11573902539959630126141871134e2, 0.68812326946963000169666922661e1,
+     -0.10006050966910838403183860980e1, 0.77771377980534432092869265740, -0.27782057523535084065932004339e1,
+     -0.60196695231264120758267380846e2, 0.84320405506677161018159903784e2, 0.11992291136182789328035130030e2},
+    {-0.25693933462703749003312586129e2, 0, 0, 0, 0, -0.15418974869023643374053993627e3, -0.23152937917604549567536039109e3,
+     0.35763911791061412078285349910e3, 0.93405324183624310003907691704e2, -0.37458323136251633156875139351e2,
+     0.10409964950896230045147246184e3, 0.29840293426660503123344363579e2, -0.43533456590011143754432175058e2,
+     0.96324553959188282948394950600e2, -0.39177261675615439165231486172e2, -0.14972683625798562581422125276e3},
+};
+
+struct work {
+    double *rate[STAGES]; /* 2 size values each */
+    double *at;           /* a stage's state */
+    double *terms;        /* dense output: TERMS rows of 2 size */
+    bool begun;           /* rate[0] belongs to (t, z) */
+    bool dense;           /* terms belong to the last step */
+    double h_s;           /* of the last step */
+};
+
+static enum mr_status make(struct stepper *s, struct error *error)
+{
+    size_t length = 2 * (size_t)s->model->size;
+    struct work *w = calloc(1, sizeof *w);
+    double *storage = calloc((STAGES + 1 + TERMS) * length, sizeof *storage);
+    if (!w || !storage) {
+        free(w);
+        free(storage);
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
+    }
+    for (int i = 0; i < STAGES; i++)
+        w->rate[i] = storage + (size_t)i * length;
+    w->at = storage + STAGES * length;
+    w->terms = w->at + length;
+    s->work = w;
+    return MR_OK;
+}
+
+static void release(struct stepper *s)
+{
+    struct work *w = s->work;
+    if (w)
+        free(w->rate[0]);
+    free(w);
+}
+
+static void restart(struct stepper *s)
+{
+    struct work *w = s->work;
+    w->begun = w->dense = false;
+}
+
+/* State of stage i: z plus h times the weighed rates; both halves of the state. */
+static void combine(const struct stepper *s, int i, double h, double *to)
+{
+    const struct work *w = s->work;
+    int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
+    const double *row = stage[i];
+    for (int half = 0; half < 2; half++) {
+        int from = half * size + low, end = half * size + high;
+        const double *first = w->rate[0];
+        double scale = h * row[0];
+        for (int k = from; k < end; k++)
+            to[k] = s->z[k] + scale * first[k];
+        for (int j = 1; j < i; j++) {
+            if (row[j] == 0.0)
+                continue;
+            const double *rate = w->rate[j];
+            scale = h * row[j];
+            for (int k = from; k < end; k++)
+                to[k] += scale * rate[k];
+        }
+    }
+}
+
+/* Largest error over tolerance of a step that is in z_new. */
+static double error_of(const struct stepper *s, double h)
+{
+    const struct work *w = s->work;
+    int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
+    double most5 = 0.0, most3 = 0.0;
+    for (int half = 0; half < 2; half++) {
+        double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
+        for (int k = half * size + low; k < half * size + high; k++) {
+            double e5 = fifth[0] * w->rate[0][k], e3;
+            for (int j = 5; j < 12; j++)
+                e5 += fifth[j] * w->rate[j][k];
+            e3 = (s->z_new[k] - s->z[k]) / h - THIRD_0 * w->rate[0][k] - THIRD_8 * w->rate[8][k] -
+                 THIRD_11 * w->rate[11][k];
+            double scale = 1.0 / (atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k])));
+            if (!(fabs(s->z_new[k]) < 1e300))
+                return NAN;
+            most5 = fmax(most5, fabs(e5) * scale);
+            most3 = fmax(most3, fabs(e3) * scale);
+        }
+    }
+    if (most5 == 0.0)
+        return 0.0;
+    return h * most5 * most5 / sqrt(most5 * most5 + 0.01 * most3 * most3);
+}
+
+static bool advance(struct stepper *s, double limit_s)
+{
+    struct work *w = s->work;
+    bool rejected = false;
+    if (w->begun && s->t_s == s->t_new_s) {
+        double *kept = w->rate[0];
+        /* the last step's end is this step's start */
+        stepper_copy(s, w->rate[12], kept);
+    } else {
+        stepper_rates(s, s->t_s, s->z, w->rate[0]);
+    }
+    for (;;) {
+        double h;
+        bool last;
+        if (!stepper_try(s, limit_s, &h, &last))
+            return false;
+        for (int i = 1; i < 12; i++) {
+            combine(s, i, h, w->at);
+            stepper_rates(s, s->t_s + nodes[i] * h, w->at, w->rate[i]);
+        }
+        combine(s, 12, h, s->z_new);
+        double error = error_of(s, h);
+        if (error <= 1.0) {
+            double grow = error > 0.0 ? 0.9 * pow(error, -0.125) : 6.0;
+            grow = fmin(rejected ? 1.0 : 6.0, fmax(0.333, grow));
+            if (!last || h * grow < s->h_s)
+                s->h_s = h * grow;
+            s->t_new_s = last ? limit_s : s->t_s + h;
+            stepper_rates(s, s->t_new_s, s->z_new, w->rate[12]);
+            w->h_s = h;
+            w->begun = true;
+            w->dense = false;
+            s->rate = w->rate[0];
+            s->rate_new = w->rate[12];
+            return true;
+        }
+        s->rejected++;
+        rejected = true;
+        s->h_s = h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.125)) : 0.2);
+    }
+}
+
+static void prepare(struct stepper *s)
+{
+    struct work *w = s->work;
+    int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
+    size_t length = 2 * (size_t)size;
+    double h = w->h_s;
+    for (int i = 13; i < STAGES; i++) {
+        combine(s, i, h, w->at);
+        stepper_rates(s, s->t_s + nodes[i] * h, w->at, w->rate[i]);
+    }
+    for (int half = 0; half < 2; half++) {
+        for (int k = half * size + low; k < half * size + high; k++) {
+            double change = s->z_new[k] - s->z[k];
+            w->terms[k] = change;
+            w->terms[length + (size_t)k] = h * w->rate[0][k] - change;
+            w->terms[2 * length + (size_t)k] = 2.0 * change - h * (w->rate[12][k] + w->rate[0][k]);
+            for (size_t d = 0; d < TERMS - 3; d++) {
+                double sum = dense_terms[d][0] * w->rate[0][k];
+                for (int j = 5; j < STAGES; j++)
+                    sum += dense_terms[d][j] * w->rate[j][k];
+                w->terms[(3 + d) * length + (size_t)k] = h * sum;
+            }
+        }
+    }
+    w->dense = true;
+}
+
+static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+{
+    struct work *w = s->work;
+    size_t length = 2 * (size_t)s->model->size;
+    if (!w->dense)
+        prepare(s);
+    double x = (t_s - s->t_s) / w->h_s;
+    for (int half = 0; half < 2; half++) {
+        for (int k = half * s->model->size + low; k < half * s->model->size + high; k++) {
+            double sum = 0.0;
+            for (size_t i = TERMS; i-- > 0;)
+                sum = (sum + w->terms[i * length + (size_t)k]) * (i % 2 == 0 ? x : 1.0 - x);
+            z[k] = s->z[k] + sum;
+        }
+    }
+}
+
+const struct stepper_kind stepper_event = {
+    .name = "event",
+    .prunes = true,
+    .long_steps = true,
+    .rtol = 1e-8,
+    .looser = &stepper_event5,
+    .looser_rtol = 9e-8,
+    .method = "Dormand-Prince 8(5,3), every switch located",
+    .make = make,
+    .free = release,
+    .restart = restart,
+    .advance = advance,
+    .dense = dense,
+};

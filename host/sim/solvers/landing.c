@@ -1,0 +1,324 @@
+#include "host/sim/solvers/landing.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/sim/solvers/landing_engine.h"
+#include "host/sim/elements/mods.h"
+#include "host/sim/solvers/pass.h"
+#include "host/sim/solvers/planar.h"
+
+#define STEP_SHARE 0.25 /* of the stability limit, when the step is not given */
+#define HOP_SHARE 0.25  /* of a mat the aircraft may cross in a step */
+#define STABLE 1.8      /* the scheme's limit times the fastest rate; 2 for an oscillation, less with damping */
+#define LEAST_STEPS 1000.0
+#define MOST_STEPS 1e8
+#define MOST_HALVINGS 4
+#define DISAGREEMENT 0.2
+#define CAUTION 2.0 /* times the difference of two marches: of first order the finer one's error is as large as that */
+
+static enum mr_status start_march(struct landing *l, struct march *march, const struct sim_options *options,
+                                  uint64_t steps, struct sim_result *result, struct error *error)
+{
+    *march = (struct march){.steps = steps, .h_s = sim_scene_end_s(l->scene) / (double)steps,
+                             .number = ++result->passes};
+    if (sim_record_make(&march->record, l->scene, options, error) != MR_OK)
+        return error->status;
+    landing_march(l, march, options);
+    if (l->mods && !march->mods)
+        return error_set(error, MR_FULL, "out of memory: the modifications of %d mats; use a smaller N", l->model.mats);
+    result->rhs += march->done;
+    return MR_OK;
+}
+
+static enum mr_status keep_most(double **to, const double *from, size_t count, struct error *error)
+{
+    *to = calloc(count + 1, sizeof **to);
+    if (!*to)
+        return error_set(error, MR_FULL, "out of memory: the result of %zu mats; use a smaller N", count);
+    memcpy(*to + 1, from, count * sizeof **to);
+    return MR_OK;
+}
+
+static enum mr_status answer(struct landing *l, struct march *fine, const struct march *coarse,
+                             struct sim_result *result, struct error *error)
+{
+    result->dt_s = fine->h_s;
+    result->checked_dt_s = coarse->h_s;
+    result->pass_ms = fine->ms;
+    result->steps = fine->done;
+    result->rejected = result->rhs - fine->done;
+    result->events = fine->events;
+    result->mats_max = fine->mats_max;
+    result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
+    result->crest_deg = fine->crest_deg;
+    result->crest_joint = fine->crest_joint;
+    result->sag_deg = fine->sag_deg;
+    result->sag_joint = fine->sag_joint;
+    result->overruns = fine->overruns;
+    result->first_crest = fine->first_crest;
+    result->first_crest_wheel = fine->first_crest_wheel;
+    memcpy(result->overrun, fine->overrun, sizeof result->overrun);
+    size_t joints = (size_t)l->model.mats + 1;
+    if (keep_most(&result->push_lb, l->push_lb, joints, error) != MR_OK ||
+        keep_most(&result->pull_lb, l->pull_lb, joints, error) != MR_OK ||
+        keep_most(&result->rise_ft, l->rise_ft, joints, error) != MR_OK)
+        return error->status;
+    if (fine->mods && coarse->mods)
+        fine->mods->error_lb = CAUTION * mods_difference_lb(fine->mods, coarse->mods);
+    result->mods = fine->mods;
+    fine->mods = NULL;
+    return planar_deliver(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s, result, error);
+}
+
+/* How far two marches are apart. */
+struct apart {
+    struct sim_difference u;
+    double lift_ft;
+};
+
+static struct apart apart_of(const struct march *a, const struct march *b)
+{
+    return (struct apart){sim_record_difference(&a->record, &b->record),
+                          fmax(sim_record_lift_difference(&a->record, &b->record), fabs(a->max_lift_ft - b->max_lift_ft))};
+}
+
+/* Whether two complete marches say the same. */
+static bool agree(const struct landing *l, const struct march *coarse, const struct march *fine, struct apart apart)
+{
+    double threshold = planar_bow_threshold_ft(l->scene), lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
+    return apart.u.u_ft <= DISAGREEMENT * sim_record_peak(&fine->record).u_ft + 1e-9 * l->model.length_ft &&
+           apart.lift_ft <= DISAGREEMENT * fmax(lift, threshold) &&
+           (coarse->max_lift_ft > threshold) == (fine->max_lift_ft > threshold);
+}
+
+/* Sampled switches fall differently at every step, so two marches can be as close as they like by chance, twice as many
+ * steps never are: where the march before those two says the same, its difference counts as well. */
+static void state_error(const struct landing *l, const struct march *rough, const struct march *coarse, struct apart apart,
+                        struct sim_result *result)
+{
+    result->error_u_ft = CAUTION * apart.u.u_ft;
+    result->error_lift_ft = CAUTION * apart.lift_ft;
+    if (rough->done == 0 || rough->status != SIM_OK)
+        return;
+    struct apart before = apart_of(rough, coarse);
+    if (!agree(l, rough, coarse, before))
+        return;
+    result->error_u_ft = fmax(result->error_u_ft, before.u.u_ft);
+    result->error_lift_ft = fmax(result->error_lift_ft, before.lift_ft);
+}
+
+static void fail(struct sim_result *result, enum sim_status status, int mat, double t_s)
+{
+    result->status = status;
+    result->mat = mat;
+    result->t_s = t_s;
+}
+
+static void drop(struct march *march)
+{
+    sim_record_free(&march->record);
+    free(march->mods);
+    *march = (struct march){0};
+}
+
+/* Marches at a step and at half of it until two say the same. `rough` has been run before them, or is empty. */
+static enum mr_status run_pairs(struct landing *l, const struct sim_options *options, uint64_t steps, struct march *rough,
+                                struct sim_result *result, struct error *error)
+{
+    struct march coarse = {0}, fine = {0};
+    struct apart apart = {0};
+    if (start_march(l, &coarse, options, steps, result, error) != MR_OK)
+        return error->status;
+    for (int halvings = 0;; halvings++) {
+        if (coarse.status == SIM_INTERRUPTED) {
+            fail(result, coarse.status, coarse.mat, coarse.t_s);
+            fine = coarse;
+            coarse.record = (struct sim_record){0};
+            coarse.mods = NULL;
+            break;
+        }
+        if (start_march(l, &fine, options, 2 * coarse.steps, result, error) != MR_OK)
+            break;
+        if (fine.status == SIM_INTERRUPTED) {
+            fail(result, fine.status, fine.mat, fine.t_s);
+            break;
+        }
+        const struct march *failed = fine.status != SIM_OK ? &fine : coarse.status != SIM_OK ? &coarse : NULL;
+        if (fine.status != SIM_OK && fine.status == coarse.status) {
+            fail(result, fine.status, fine.mat, fine.t_s);
+            break;
+        }
+        apart = failed ? apart : apart_of(&coarse, &fine);
+        if (!failed && agree(l, &coarse, &fine, apart)) {
+            state_error(l, rough, &coarse, apart, result);
+            break;
+        }
+        if (options->dt_s > 0.0 || halvings == MOST_HALVINGS || 4.0 * (double)coarse.steps > MOST_STEPS) {
+            enum sim_status status = options->dt_s > 0.0 ? SIM_UNSTABLE : SIM_STEP_UNDERFLOW;
+            fail(result, failed ? failed->status : status, failed ? failed->mat : apart.u.mat,
+                 failed ? failed->t_s : apart.u.t_s);
+            break;
+        }
+        drop(rough);
+        *rough = coarse;
+        coarse = fine;
+        fine.record = (struct sim_record){0};
+        fine.mods = NULL;
+    }
+    if (error->status == MR_OK)
+        answer(l, &fine, &coarse, result, error);
+    drop(&coarse);
+    drop(&fine);
+    return error->status;
+}
+
+/* The step, the steps twice and four times as long; the longest only where that is stable. */
+static enum mr_status run_checked(struct landing *l, const struct sim_options *options, uint64_t steps,
+                                  struct sim_result *result, struct error *error)
+{
+    struct march rough = {0};
+    uint64_t fewest = (steps + 1) / 2;
+    bool stable = sim_scene_end_s(l->scene) / (double)fewest <= result->dt_limit_s;
+    if (!stable || start_march(l, &rough, options, fewest, result, error) == MR_OK) {
+        if (rough.status == SIM_INTERRUPTED) {
+            fail(result, rough.status, rough.mat, rough.t_s);
+            answer(l, &rough, &rough, result, error);
+        } else {
+            run_pairs(l, options, steps, &rough, result, error);
+        }
+    }
+    drop(&rough);
+    return error->status;
+}
+
+static double step_limit_s(struct landing *l, double hop_s)
+{
+    struct model *m = &l->model;
+    model_start(m, l->z);
+    double rate = model_fastest_rate(m, l->z, MODEL_STAGGERED);
+    if (l->mods)
+        rate = sqrt(rate * rate + mods_rate2(l->mods, m->mass_slug, m->inertia));
+    return fmin(rate > 0.0 ? STABLE / rate : HUGE_VAL, hop_s);
+}
+
+static enum mr_status run_with(struct landing *l, const struct sim_options *options, struct sim_result *result,
+                               struct error *error)
+{
+    struct sim_wheel wheel;
+    double end_s = sim_scene_end_s(l->scene);
+    sim_wheel_start(&wheel, l->scene);
+    double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel); /* INFINITY for an aircraft that stands */
+    result->dt_limit_s = step_limit_s(l, hop_s);
+    double h = options->dt_s > 0.0 ? options->dt_s
+                                   : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s, fmin(HOP_SHARE * hop_s, end_s / LEAST_STEPS));
+    double steps = ceil(end_s / h * (1.0 - 1e-12));
+    if (h > result->dt_limit_s) {
+        result->dt_s = h;
+        fail(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
+        return MR_OK;
+    }
+    if (!(steps <= MOST_STEPS))
+        return error_set(error, MR_USAGE, "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
+                                          "solver implicit",
+                         l->scene->name[0] ? l->scene->name : "scene", end_s, h);
+    if (options->single) {
+        struct march only = {0};
+        if (start_march(l, &only, options, (uint64_t)steps, result, error) != MR_OK)
+            return error->status;
+        result->first_crest = only.first_crest;
+        result->first_crest_wheel = only.first_crest_wheel;
+        if (only.status != SIM_OK)
+            fail(result, only.status, only.mat, only.t_s);
+        result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
+        answer(l, &only, &only, result, error);
+        sim_record_free(&only.record);
+        return error->status;
+    }
+    bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
+    return run_checked(l, options, (uint64_t)ceil(room ? steps / 2.0 : steps), result, error);
+}
+
+static void lay_ground(struct landing *l)
+{
+    struct model *m = &l->model;
+    const double *ground = l->scene->ground_ft.values;
+    for (int n = 0; n < m->mats; n++) {
+        l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
+        double s = l->tilt_ft[n] / m->length_ft;
+        l->rest_cos[n] = sqrt(1.0 - s * s);
+    }
+    model_lay(m, l->tilt_ft);
+}
+
+/* Arrays of a landing; the model is made. */
+static enum mr_status lay_out(struct landing *l, struct error *error)
+{
+    struct model *m = &l->model;
+    size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
+    double *storage = calloc(2 * length + 15 * joints, sizeof *storage);
+    if (!storage)
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
+    l->z = storage;
+    l->accel = storage + length;
+    l->u = storage + 2 * length;
+    l->v = l->u + joints;
+    l->gap0_ft = l->v + joints;
+    l->hold_lb = l->gap0_ft + joints;
+    l->give_ft = l->hold_lb + joints;
+    l->reach_ft = l->give_ft + joints;
+    l->tension_lb = l->reach_ft + joints;
+    l->height = l->tension_lb + joints;
+    l->push_lb = l->height + joints;
+    l->pull_lb = l->push_lb + joints;
+    l->rise_ft = l->pull_lb + joints;
+    l->tilt_ft = l->rise_ft + joints;
+    l->rest_cos = l->tilt_ft + joints;
+    lay_ground(l);
+    if (l->mods && (l->mods->banded || l->mods->stiffened)) {
+        l->brace_lb = l->rest_cos + joints;
+        l->brace_lb_ft = l->brace_lb + joints;
+        model_brace(m, l->brace_lb, l->brace_lb_ft);
+    }
+    l->slack_ft = m->slack_ft;
+    model_lend(m, l->tension_lb);
+    bool gritty = false;
+    for (int j = 0; j <= m->mats; j++) {
+        l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
+        l->hold_lb[j] = -sim_scene_joint(&l->scene->grit_lb, j + 1);
+        l->give_ft[j] = -l->hold_lb[j] / m->kl;
+        gritty = gritty || l->hold_lb[j] < 0.0;
+    }
+    l->joints = joint_law(l->slack_ft, gritty);
+    return MR_OK;
+}
+
+enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options, struct sim_result *result,
+                           struct error *error)
+{
+    struct landing l = {.scene = scene};
+    double begin_ms = pass_clock_ms();
+    if (scene->friction > 0.0 && (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
+        return error_set(error, MR_USAGE, "not available: %s: friction tanh or sign with solver fixed; give stick, or "
+                                          "solver event",
+                         scene->name[0] ? scene->name : "scene");
+    if (model_make(&l.model, scene, true, error) != MR_OK)
+        return error->status;
+    result->solver = "fixed";
+    result->mats = scene->mats;
+    result->t_end_s = sim_scene_end_s(scene);
+    model_describe(&l.model, result);
+    sim_result_note(result, "error estimate: the larger of twice the difference to the run at double the step and that run's difference to "
+                            "the run at four times the step");
+    if (mods_make(&l.mods, scene, error) == MR_OK && lay_out(&l, error) == MR_OK) {
+        if (l.mods)
+            mods_describe(l.mods, result);
+        run_with(&l, options, result, error);
+    }
+    result->run_ms = pass_clock_ms() - begin_ms;
+    mods_free(l.mods);
+    model_free(&l.model);
+    free(l.z);
+    return error->status;
+}

@@ -1,0 +1,87 @@
+/* Landing engine: the state of landing.h's solver and what a step does to it. Private to landing*.c.
+ *
+ * landing_parts.c follows which mats slide and which heave, landing_joints.c has tensions, landing_kick.c the speeds' change
+ * in a step, landing_march.c the steps of one run and what is noted on the way, landing.c the runs and what they are worth.
+ * Mats, nodes and joints count from 0 as in model.h. */
+#ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
+#define MATRIG_HOST_SIM_SOLVERS_LANDING_ENGINE_H
+
+#include "host/sim/elements/joint.h"
+#include "host/sim/elements/mods.h"
+#include "host/sim/models/model.h"
+#include "host/sim/solvers/record.h"
+#include "host/sim/elements/wheel.h"
+
+/* Mats first..last, from 0; empty when last < first. */
+struct part {
+    int first, last;
+    int quiet_first, quiet_last; /* steps that its ends have been at rest */
+};
+
+struct landing {
+    struct model model; /* its window is the part that heaves */
+    const struct sim_scene *scene;
+    double *z; /* every mat's, all the time */
+    double *accel, *u, *v, *height;
+    double *gap0_ft, *hold_lb, *give_ft, *reach_ft; /* per joint; elements/joint.h */
+    double *tilt_ft, *rest_cos; /* per mat on uneven ground: model.h, and the cosine of its tilt */
+    double *brace_lb, *brace_lb_ft; /* what modifications press nodes down with and bend joints by; NULL: nothing */
+    double *push_lb, *pull_lb, *rise_ft; /* per joint and node: most so far */
+    double *tension_lb; /* per joint; between mats at rest that of the last step in which one of them moved */
+    double slack_ft;
+    enum joint_law joints;
+    struct part slides; /* mats that move along the runway, and one at rest on either side */
+    struct part heaves; /* mats whose nodes are not at rest */
+    struct mods *mods;  /* NULL when the scene has none */
+};
+
+struct march {
+    uint64_t steps, done, events;
+    double h_s, ms;
+    enum sim_status status;
+    int mat;
+    double t_s;
+    double max_lift_ft;
+    double speed_end_ft_s;
+    double crest_deg, sag_deg;
+    int crest_joint, sag_joint;
+    int overrun[SIM_OVERRUNS_MAX], overruns;
+    bool on_wave; /* the wheel, since it met the last of them */
+    int first_crest, first_crest_wheel;
+    double awake_s;
+    int mats_max;
+    struct sim_record record;
+    struct mods_state *mods; /* at its end; NULL without modifications */
+    int number; /* of this march, for go_on */
+};
+
+/* What the modifications see of a landing. */
+static inline struct mods_view landing_view(const struct landing *l)
+{
+    return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
+}
+
+/* Make a part reach from mat `low` to mat `high`. */
+void landing_take_in(struct part *part, const struct model *m, int low, int high);
+/* The parts before a step: what the wheel touches and what moves is taken in, what has come to rest is left behind. */
+void landing_follow_slides(struct landing *l, const struct sim_touch *touch, int count);
+void landing_follow_heaves(struct landing *l);
+/* Turning pulls at the joints of profile `full`, and heaving changes the soil's hold on the mats. */
+void landing_slide_what_heaves(struct landing *l);
+bool landing_mat_rests(const struct landing *l, int n);
+
+/* Tensions of all joints of the sliding part, and the most that each has had. */
+void landing_stretch_joints(struct landing *l);
+
+/* What modifications do in a step, before its kicks: along the runway, and on nodes and joints of the heaving part. */
+void landing_brace_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s);
+void landing_brace_heaves(struct landing *l);
+/* Speeds over a step of h_s; heaves before slides, whose friction is of the soil's reactions in that step. Slides say how many
+ * mats came to rest within the step. */
+void landing_kick_heaves(struct landing *l, double h_s);
+unsigned landing_kick_slides(struct landing *l, const struct sim_touch *touch, int count, double h_s);
+
+/* March through the whole landing with march->steps steps; the record is made. */
+void landing_march(struct landing *l, struct march *march, const struct sim_options *options);
+
+#endif

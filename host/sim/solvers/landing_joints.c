@@ -1,0 +1,60 @@
+#include "host/sim/models/kernel.h"
+#include "host/sim/solvers/landing_engine.h"
+
+/* What a mat's turning takes from its length on either side, and its rate. */
+struct shortening {
+    double ft, ft_s;
+};
+
+static inline struct shortening shortening_of(const struct landing *l, int n)
+{
+    const struct model *m = &l->model;
+    if (!m->full || n < l->heaves.first || n > l->heaves.last)
+        return (struct shortening){0.0, 0.0};
+    const double *p = l->z, *v = l->z + m->size;
+    struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
+                                       : kernel_mat(p, v, n, 1.0 / m->length_ft);
+    return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
+}
+
+LAW_INLINE void stretch(struct landing *l, enum joint_law law)
+{
+    const struct model *m = &l->model;
+    const double *p = l->z, *v = l->z + m->size;
+    const struct joint joint = {m->kl, m->cl, l->slack_ft};
+    struct shortening left, right = shortening_of(l, l->slides.first - 1);
+    for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
+        left = right; /* also past an end that pulls nothing */
+        right = shortening_of(l, j);
+        if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
+            l->tension_lb[j] = 0.0;
+            continue;
+        }
+        double u_l = j > 0 ? p[2 * j - 1] : 0.0, u_r = j < m->mats ? p[2 * j + 1] : 0.0;
+        double v_l = j > 0 ? v[2 * j - 1] : 0.0, v_r = j < m->mats ? v[2 * j + 1] : 0.0;
+        double g = l->gap0_ft[j] + (u_r - u_l) + left.ft + right.ft, rate = v_r - v_l + left.ft_s + right.ft_s;
+        struct joint_grit grit = {l->hold_lb[j], l->give_ft[j], l->reach_ft[j]};
+        struct joint_pull pulled = joint_pull_one(law, &joint, g, joint.cl_lb_s_ft * rate, grit);
+        double t_lb = pulled.lb;
+        if (law == JOINT_GRIT)
+            l->reach_ft[j] = pulled.reach_ft;
+        l->tension_lb[j] = t_lb;
+        l->pull_lb[j] = t_lb > l->pull_lb[j] ? t_lb : l->pull_lb[j];
+        l->push_lb[j] = -t_lb > l->push_lb[j] ? -t_lb : l->push_lb[j];
+    }
+}
+
+/* Every law that occurs gets a loop of its own. */
+void landing_stretch_joints(struct landing *l)
+{
+    if (l->joints == JOINT_LINEAR)
+        stretch(l, JOINT_LINEAR);
+    else if (l->joints == JOINT_SLACK)
+        stretch(l, JOINT_SLACK);
+    else
+        stretch(l, JOINT_GRIT);
+    if (l->mods && l->mods->jointed) {
+        struct mods_view view = landing_view(l);
+        mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
+    }
+}

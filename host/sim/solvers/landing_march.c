@@ -1,0 +1,226 @@
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/elements/soil.h"
+#include "host/sim/solvers/landing_engine.h"
+#include "host/sim/solvers/pass.h"
+
+#define FOLDED_DEG 85.0
+#define DEGREES (180.0 / 3.14159265358979323846)
+#define OFF_WAVE_SHARE 0.5 /* of an overrun's rise: lower, the wheel has left that wave, and the next is another */
+#define SLIGHT_TURN 0.01 /* of a joint, in sines: smaller ones are not worth an arc sine */
+#define STEPS_BETWEEN_ASKING 1024 /* whether to go on */
+#define LOOK_STEPS 4 /* between looks at the angles */
+
+/* The mat that carries most of the wheel; -1: none. */
+static int under_wheel(const struct sim_touch *touch, int count)
+{
+    double most = 0.0;
+    int mat = -1;
+    for (int i = 0; i < count; i++) {
+        if (touch[i].load_share > most) {
+            most = touch[i].load_share;
+            mat = touch[i].mat - 1;
+        }
+    }
+    return mat;
+}
+
+/* The largest lift `back_s` before the present step's end, and its node. */
+static double lift_ft(const struct landing *l, double back_s, int *node_from_1)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    double most_ft = 0.0;
+    *node_from_1 = 1;
+    for (int j = l->heaves.first; j <= l->heaves.last + 1 && l->heaves.last >= l->heaves.first; j++) {
+        double up_ft = v[2 * j] * back_s - l->z[2 * j];
+        if (up_ft > most_ft && up_ft > SOIL_TOUCH_FT) {
+            most_ft = up_ft;
+            *node_from_1 = j + 1;
+        }
+    }
+    return most_ft;
+}
+
+/* All that is wanted up to t_s, each at its own time: speeds are those of the step that ends at t_s. */
+static void take(struct landing *l, struct march *march, double t_s)
+{
+    const struct model *m = &l->model;
+    const double *v = l->z + m->size;
+    while (march->record.next_s <= t_s) {
+        double at_s = march->record.next_s, back_s = t_s - at_s;
+        for (int n = 0; n < m->mats; n++) {
+            l->v[n + 1] = v[2 * n + 1];
+            l->u[n + 1] = l->z[2 * n + 1] - v[2 * n + 1] * back_s;
+            l->height[n + 1] = v[2 * n] * back_s - l->z[2 * n];
+        }
+        march->record.height_ft = l->height;
+        march->record.lift_ft = lift_ft(l, back_s, &march->record.lift_node);
+        sim_record_take(&march->record, at_s, l->u, l->v);
+    }
+}
+
+/* What each node and joint of the heaving part has come to. */
+static void note_shape(struct landing *l, struct march *march)
+{
+    const struct model *m = &l->model;
+    const double *p = l->z;
+    double left = 0.0;
+    for (int j = l->heaves.first; j <= l->heaves.last + 1; j++) {
+        double tilt = j <= l->heaves.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
+        double right = j <= l->heaves.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
+        l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
+        if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
+            double turn_deg = (asin(right) - asin(left)) * DEGREES;
+            if (turn_deg > march->crest_deg) {
+                march->crest_deg = turn_deg;
+                march->crest_joint = j + 1;
+            }
+            if (-turn_deg > march->sag_deg) {
+                march->sag_deg = -turn_deg;
+                march->sag_joint = j + 1;
+            }
+        }
+        left = right;
+    }
+}
+
+/* The highest node, when the first of them has risen so far. */
+static void note_crest(const struct landing *l, struct march *march, double lift_ft)
+{
+    int highest = l->heaves.first;
+    for (int j = l->heaves.first + 1; j <= l->heaves.last + 1 && j <= l->model.mats; j++)
+        highest = l->z[2 * j] < l->z[2 * highest] ? j : highest;
+    if (l->heaves.last >= l->heaves.first && -l->z[2 * highest] >= lift_ft) {
+        march->first_crest = highest + 1;
+        march->first_crest_wheel = l->model.span.mat + 1;
+    }
+}
+
+/* The wheel at a wave that has risen too far to be pressed flat. */
+static void note_overrun(const struct landing *l, struct march *march, double lift_ft)
+{
+    int mat = l->model.span.mat;
+    if (march->first_crest == 0)
+        note_crest(l, march, lift_ft);
+    if (mat < 0)
+        return;
+    double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
+    int node = (left_ft > right_ft ? mat : mat + 1) + 1;
+    bool meets = fmax(left_ft, right_ft) >= lift_ft;
+    if (meets && !march->on_wave && march->overruns < SIM_OVERRUNS_MAX)
+        march->overrun[march->overruns++] = node;
+    march->on_wave = meets || (march->on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
+}
+
+static bool sound(struct landing *l, struct march *march, double t_s)
+{
+    const struct model *m = &l->model;
+    int mat = l->slides.first + 1, node;
+    double sum = 0.0;
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->size + 2 * n + 1]);
+    if (l->heaves.last >= l->heaves.first) {
+        double angle = model_worst_angle_deg(m, l->z, &mat);
+        march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
+        note_shape(l, march);
+        if (angle > FOLDED_DEG)
+            march->status = SIM_FOLDED;
+        if (!isfinite(angle))
+            march->status = SIM_UNSTABLE;
+    }
+    if (!(sum < 1e6 * m->mats * m->length_ft))
+        march->status = SIM_UNSTABLE;
+    march->mat = mat;
+    march->t_s = t_s;
+    return march->status == SIM_OK;
+}
+
+static void begin(struct landing *l, bool prunes)
+{
+    struct model *m = &l->model;
+    model_start(m, l->z);
+    l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
+    for (int j = 0; j <= m->mats; j++)
+        l->reach_ft[j] = joint_first_reach_ft(l->gap0_ft[j], l->slack_ft);
+    memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
+    if (l->mods)
+        mods_reset(l->mods);
+    if (!prunes)
+        return;
+    landing_stretch_joints(l);
+    l->slides.last = l->heaves.last = -1;
+    for (int n = 0; n < m->mats; n++) {
+        if (l->z[m->size + 2 * n + 1] != 0.0 ||
+            fabs(l->tension_lb[n + 1] - l->tension_lb[n]) > (m->law == SIM_NONE ? 0.0 : m->weight_limit_lb))
+            landing_take_in(&l->slides, m, n - 1, n + 1);
+        if (!landing_mat_rests(l, n) || (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
+            landing_take_in(&l->heaves, m, n - m->tail, n + m->tail);
+    }
+}
+
+void landing_march(struct landing *l, struct march *march, const struct sim_options *options)
+{
+    bool prunes = !options->no_prune && element_rests(&l->model.elements);
+    struct model *m = &l->model;
+    struct sim_wheel wheel;
+    struct sim_touch touch[SIM_TOUCH_MAX];
+    double h = march->h_s, begin_ms = pass_clock_ms();
+    double *p = l->z, *v = l->z + m->size;
+    begin(l, prunes);
+    sim_wheel_start(&wheel, l->scene);
+    take(l, march, 0.0);
+    for (uint64_t i = 0; i < march->steps; i++) {
+        double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h, to_s = ((double)i + 0.5) * h;
+        double t_s = (double)(i + 1) * h * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
+        int count = sim_wheel_span(&wheel, from_s, to_s, touch);
+        model_ride(m, under_wheel(touch, count));
+        if (prunes) {
+            landing_follow_slides(l, touch, count);
+            landing_follow_heaves(l);
+            landing_slide_what_heaves(l);
+        }
+        bool heaves = l->heaves.last >= l->heaves.first;
+        if (l->mods)
+            landing_brace_slides(l, touch, count, to_s - from_s);
+        landing_stretch_joints(l);
+        if (heaves) {
+            model_look_at(m, l->heaves.first, l->heaves.last);
+            model_sample_shape(m, l->z);
+            if (l->brace_lb)
+                landing_brace_heaves(l);
+        }
+        if (heaves)
+            landing_kick_heaves(l, to_s - from_s);
+        march->events += landing_kick_slides(l, touch, count, to_s - from_s);
+        for (int n = l->slides.first; n <= l->slides.last; n++)
+            p[2 * n + 1] += h * v[2 * n + 1];
+        for (int j = m->first; heaves && j <= m->last + 1; j++)
+            p[2 * j] += h * v[2 * j];
+        int live = l->slides.last - l->slides.first + 1;
+        march->awake_s += live * h;
+        march->mats_max = live > march->mats_max ? live : march->mats_max;
+        march->done = i + 1;
+        if (i % LOOK_STEPS == 0 && !sound(l, march, t_s))
+            break;
+        if (i % LOOK_STEPS == 0 && options->overrun_ft > 0.0)
+            note_overrun(l, march, options->overrun_ft);
+        if (march->record.next_s <= t_s)
+            take(l, march, t_s);
+        if (i % STEPS_BETWEEN_ASKING == 0 && options->go_on &&
+            !options->go_on(options->go_on_ctx, march->number, (double)i / (double)march->steps)) {
+            march->status = SIM_INTERRUPTED;
+            march->mat = l->slides.first + 1;
+            march->t_s = t_s;
+            break;
+        }
+    }
+    for (int n = l->slides.first; n <= l->slides.last; n++)
+        march->speed_end_ft_s = fmax(march->speed_end_ft_s, fabs(v[2 * n + 1]));
+    if (l->mods) {
+        struct mods_view view = landing_view(l);
+        march->mods = mods_finish(l->mods, &view);
+    }
+    march->ms = pass_clock_ms() - begin_ms;
+}

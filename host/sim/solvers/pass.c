@@ -1,0 +1,496 @@
+#include "host/sim/solvers/pass.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define FOLDED_DEG 85.0
+#define FOUND_MAX 64
+#define STEPS_BETWEEN_ASKING 32 /* whether to go on */
+#define ROOT_STEPS 100
+#define INSIDE 6
+#define ROUNDS 8
+#define STALLS_PER_MAT 20 /* events in a row without progress before it is called chatter */
+#define WARY_STEPS 100
+#define AT_ONCE 1e-8 /* of a step */
+#define POSITION_PART 0.0005 /* tolerance on heights and displacements: rtol times this part of a mat's length */
+#define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
+
+double pass_clock_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
+}
+
+struct pass {
+    struct stepper stepper;
+    struct model *model;
+    struct pass_outcome *out;
+    double *storage;
+    double *z_event;
+    double *z_until; /* the last step is looked at up to here */
+    double until_s;
+    double *u, *v, *height; /* by mat, for the record */
+    int stalls;
+    int wary; /* steps for which the dense output is not believed: see redo */
+    struct model_switch flipped; /* last */
+    double flipped_s;
+    double awake_s;
+};
+
+static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double t_s)
+{
+    p->out->status = status;
+    p->out->mat = mat_from_1;
+    p->out->t_s = t_s;
+    return false;
+}
+
+/* The mat that moves fastest, or the first that is no number. */
+static int liveliest(const struct model *m, const double *z, double *speed)
+{
+    int mat = m->first;
+    *speed = 0.0;
+    for (int n = m->first; n <= m->last; n++) {
+        double v = z[m->size + 2 * n + 1];
+        if (!isfinite(v) || !isfinite(z[2 * n]) || !isfinite(z[m->size + 2 * n]))
+            return n + 1;
+        double most = fmax(fabs(v), fabs(z[m->size + 2 * n]));
+        if (most > *speed) {
+            *speed = most;
+            mat = n;
+        }
+    }
+    return mat + 1;
+}
+
+static void keep(struct pass *p, double t_s, double *z)
+{
+    const struct model *m = p->model;
+    struct sim_record *record = &p->out->record;
+    model_fill(m, z);
+    for (int n = 0; n < m->mats; n++) {
+        p->u[n + 1] = z[2 * n + 1];
+        p->v[n + 1] = z[m->size + 2 * n + 1];
+        p->height[n + 1] = 0.0 - z[2 * n]; /* no -0 */
+    }
+    record->height_ft = p->height;
+    record->lift_ft = model_lift_ft(m, z, &record->lift_node);
+    sim_record_take(record, t_s, p->u, p->v);
+}
+
+/* Everything wanted up to t_s, within the stepper's last step. */
+static void keep_until(struct pass *p, double t_s)
+{
+    struct stepper *s = &p->stepper;
+    while (p->out->record.next_s <= t_s) {
+        double at = p->out->record.next_s;
+        stepper_copy(s, s->z, p->z_event);
+        s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
+        keep(p, at, p->z_event);
+    }
+}
+
+static double margin(struct pass *p, double t_s, const double *z, struct model_switch which)
+{
+    if (p->stepper.kind->samples_shape)
+        model_sample_shape(p->model, z);
+    return model_margin(p->model, t_s, z, which);
+}
+
+/* The first time in the last step at which the margin is negative; it is at its end. */
+static double first_time(struct pass *p, struct model_switch which)
+{
+    struct stepper *s = &p->stepper;
+    double *z = p->z_event;
+    int low = stepper_low(s), high = stepper_high(s);
+    if (!s->kind->samples_shape)
+        model_reach(p->model, which, &low, &high);
+    double a = s->t_s, b = p->until_s, close = 1e-12 * (b - a);
+    double at_a = margin(p, a, s->z, which), at_b = margin(p, b, p->z_until, which);
+    if (at_a < 0.0)
+        return a;
+    int side = 0;
+    for (int i = 0; i < ROOT_STEPS && b - a > close; i++) {
+        double share = at_a > 0.0 && i % 8 != 7 ? at_a / (at_a - at_b) : 0.5;
+        double t = a + fmin(fmax(share, 1e-4), 0.9999) * (b - a);
+        if (!(t > a && t < b))
+            break;
+        s->kind->dense(s, t, low, high, z);
+        double value = margin(p, t, z, which);
+        if (value < 0.0) {
+            b = t;
+            at_b = value;
+            if (side == -1)
+                at_a *= 0.5;
+            side = -1;
+        } else {
+            a = t;
+            at_a = value;
+            if (side == 1)
+                at_b *= 0.5;
+            side = 1;
+        }
+    }
+    return b;
+}
+
+/* Keep stops and starts of mats; how many there are. */
+static int only_slides(struct model_switch *found, int count)
+{
+    int kept = 0;
+    for (int i = 0; i < count && i < FOUND_MAX; i++) {
+        if (found[i].kind == MODEL_SLIDE || found[i].kind == MODEL_STICK)
+            found[kept++] = found[i];
+    }
+    return kept;
+}
+
+/* Violations at the first of five points between the start of the last step and `to`; there the step is looked at until
+ * then. A mat may break loose and stop again, a foot touch the ground and leave it, and both passes miss it. */
+static int look_inside(struct pass *p, double to, struct model_switch *found)
+{
+    struct stepper *s = &p->stepper;
+    struct model *m = p->model;
+    if (s->kind->samples_shape || !s->kind->long_steps)
+        return 0;
+    for (int i = 1; i < INSIDE; i++) {
+        double t = s->t_s + (to - s->t_s) * i / INSIDE;
+        stepper_copy(s, s->z, p->z_event);
+        s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
+        int count = model_violations(m, t, p->z_event, found, FOUND_MAX);
+        if (p->wary > 0)
+            count = only_slides(found, count);
+        if (count > 0) {
+            stepper_copy(s, p->z_event, p->z_until);
+            p->until_s = t;
+            return count;
+        }
+    }
+    return 0;
+}
+
+/* Violations within the last step or at its end. */
+static int look(struct pass *p, struct model_switch *found)
+{
+    struct stepper *s = &p->stepper;
+    struct model *m = p->model;
+    bool may = !s->rate || model_may_switch(m, s->t_s, s->z, s->rate, s->t_new_s, s->z_new, s->rate_new);
+    int count = may ? look_inside(p, s->t_new_s, found) : 0;
+    if (count > 0)
+        return count;
+    p->until_s = s->t_new_s;
+    stepper_copy(s, s->z_new, p->z_until);
+    return model_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
+}
+
+/* A lift that ends its rise within the last step is taken at its top. */
+static void top(struct pass *p, double end_s, const double *z_end, double *spare)
+{
+    struct stepper *s = &p->stepper;
+    const struct model *m = p->model;
+    int node, rate;
+    double lift = model_lift_ft(m, z_end, &node);
+    rate = m->size + 2 * (node - 1);
+    if (lift > p->out->max_lift_ft)
+        p->out->max_lift_ft = lift;
+    if (lift <= 0.0 || lift < 0.9 * p->out->max_lift_ft || !(s->z[rate] < 0.0 && z_end[rate] > 0.0))
+        return;
+    double a = s->t_s, b = end_s;
+    for (int i = 0; i < 40 && b - a > 1e-9 * (end_s - s->t_s); i++) {
+        double middle = 0.5 * (a + b);
+        s->kind->dense(s, middle, 2 * (node - 1), 2 * node - 1, spare);
+        if (spare[rate] < 0.0)
+            a = middle;
+        else
+            b = middle;
+        p->out->max_lift_ft = fmax(p->out->max_lift_ft, -spare[2 * (node - 1)]);
+    }
+}
+
+/* Within a step that is long for the fastest rate the dense output can be far off where the end of the step is not (soil
+ * with much damping: 80 lb become 0), and show switches that do not happen. They are known by flipping back at once. From
+ * then on, for a while, the step is taken again up to the time found; false when it cannot be. */
+static bool redo(struct pass *p, double at)
+{
+    struct stepper *s = &p->stepper;
+    double h = s->h_s;
+    uint64_t rejected = s->rejected;
+    s->h_s = at - s->t_s;
+    if (!s->kind->advance(s, at))
+        return false;
+    if (s->rejected == rejected)
+        s->h_s = h;
+    return true;
+}
+
+static bool flips_back(const struct pass *p, double at, const struct model_switch *flips, int count)
+{
+    bool same = false;
+    for (int i = 0; i < count; i++)
+        same = same || (flips[i].kind == p->flipped.kind && flips[i].index == p->flipped.index);
+    return same && at - p->flipped_s <= AT_ONCE * p->stepper.h_s;
+}
+
+/* Go back to the first event of the last step, if there was one. */
+static bool handle_events(struct pass *p, bool *event)
+{
+    struct stepper *s = &p->stepper;
+    struct model *m = p->model;
+    struct model_switch found[FOUND_MAX], together[FOUND_MAX], chosen = {MODEL_CONTACT, 0};
+    double when[FOUND_MAX];
+    int flips = 0;
+    if (s->kind->samples_shape)
+        model_sample_shape(m, s->z_new);
+    int count = look(p, found);
+    double at = p->until_s;
+    *event = count > 0;
+    if (p->wary > 0)
+        p->wary--;
+    if (count == 0)
+        return true;
+    bool nearer = true; /* `found` is new, and nothing known before until_s */
+    for (int round = 0; round < ROUNDS; round++) {
+        double first = INFINITY;
+        for (int i = 0; i < count && i < FOUND_MAX; i++) {
+            when[i] = first_time(p, found[i]);
+            if (when[i] < first) {
+                first = when[i];
+                chosen = found[i];
+            }
+        }
+        if (first >= at && !nearer)
+            break;
+        at = fmin(at, first);
+        flips = 0;
+        for (int i = 0; i < count && i < FOUND_MAX; i++) {
+            if (when[i] <= at + 1e-11 * (p->until_s - s->t_s))
+                together[flips++] = found[i];
+        }
+        /* another may have come and gone before */
+        struct model_switch before[FOUND_MAX];
+        int earlier = at > s->t_s ? look_inside(p, at, before) : 0;
+        nearer = earlier > 0;
+        if (nearer && round + 1 < ROUNDS) {
+            memcpy(found, before, sizeof found);
+            count = earlier;
+            at = p->until_s;
+            continue;
+        }
+        stepper_copy(s, s->z, p->z_event);
+        if (at > s->t_s)
+            s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
+        if (s->kind->samples_shape)
+            model_sample_shape(m, p->z_event);
+        count = model_violations(m, at, p->z_event, found, FOUND_MAX);
+        int others = 0;
+        for (int i = 0; i < count && i < FOUND_MAX; i++) {
+            bool known = false;
+            for (int k = 0; k < flips; k++)
+                known = known || (found[i].kind == together[k].kind && found[i].index == together[k].index);
+            if (!known)
+                found[others++] = found[i];
+        }
+        count = others;
+        if (count == 0)
+            break;
+    }
+    if (flips_back(p, at, together, flips))
+        p->wary = WARY_STEPS;
+    bool again = p->wary > 0 && !s->kind->samples_shape && at - s->t_s > s->least_s;
+    if (again) {
+        double speed;
+        if (!redo(p, at))
+            return fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+        at = s->t_new_s;
+        flips = model_violations(m, at, s->z_new, together, FOUND_MAX);
+        flips = flips < FOUND_MAX ? flips : FOUND_MAX;
+        *event = flips > 0;
+        if (!*event)
+            return true;
+    }
+    if (at - s->t_s <= s->least_s) {
+        if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
+            return fail(p, SIM_STEP_UNDERFLOW, chosen.index < m->mats ? chosen.index + 1 : m->mats, at);
+    } else
+        p->stalls = 0;
+    if (at > s->t_s)
+        keep_until(p, at);
+    stepper_copy(s, again ? s->z_new : s->z, p->z_event);
+    if (at > s->t_s && !again)
+        s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
+    top(p, at, p->z_event, p->z_until);
+    stepper_copy(s, p->z_event, s->z_new);
+    s->t_new_s = at;
+    for (int i = 0; i < flips; i++)
+        model_flip(m, at, s->z_new, together[i]);
+    model_settle(m, at, s->z_new);
+    p->flipped = together[0];
+    p->flipped_s = at;
+    p->out->events++;
+    return true;
+}
+
+/* Steppers that sample the switches: who has changed direction within the step stops at its end. */
+static bool stop_turned(struct pass *p)
+{
+    struct stepper *s = &p->stepper;
+    bool any = false;
+    if (p->model->law != SIM_STICK)
+        return false;
+    for (int i = p->model->size + stepper_low(s) + 1; i < p->model->size + stepper_high(s); i += 2) {
+        if (s->z[i] * s->z_new[i] < 0.0) {
+            s->z_new[i] = 0.0;
+            p->out->events++;
+            any = true;
+        }
+    }
+    return any;
+}
+
+static bool one_step(struct pass *p, double limit_s)
+{
+    struct stepper *s = &p->stepper;
+    struct model *m = p->model;
+    double speed;
+    int mat;
+    bool event = false;
+    if (!s->kind->advance(s, limit_s))
+        return fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+    if (s->kind->samples) {
+        keep_until(p, s->t_new_s);
+        top(p, s->t_new_s, s->z_new, p->z_event);
+        event = stop_turned(p);
+    } else {
+        if (!handle_events(p, &event))
+            return false;
+        if (!event) {
+            keep_until(p, s->t_new_s);
+            top(p, s->t_new_s, s->z_new, p->z_event);
+        }
+    }
+    p->out->steps++;
+    p->out->longest_s = fmax(p->out->longest_s, s->t_new_s - s->t_s);
+    int live = m->last - m->first + 1;
+    p->awake_s += live * (s->t_new_s - s->t_s);
+    p->out->mats_max = live > p->out->mats_max ? live : p->out->mats_max;
+    double *old = s->z;
+    s->z = s->z_new;
+    s->z_new = old;
+    s->t_s = s->t_new_s;
+    if (model_follow(m, s->z)) {
+        model_settle(m, s->t_s, s->z);
+        event = true;
+    }
+    if (event)
+        s->kind->restart(s);
+    double angle = model_worst_angle_deg(m, s->z, &mat);
+    if (!isfinite(angle) || !isfinite(s->z[m->size + 2 * mat - 1]) || !isfinite(s->z[2 * mat - 1]))
+        return fail(p, SIM_UNSTABLE, liveliest(m, s->z, &speed), s->t_s);
+    if (angle > FOLDED_DEG)
+        return fail(p, SIM_FOLDED, mat, s->t_s);
+    return true;
+}
+
+static bool may_go_on(const struct pass *p, const struct pass_request *request, const struct sim_options *options)
+{
+    return !options->go_on || p->out->steps % STEPS_BETWEEN_ASKING != 0 ||
+           options->go_on(options->go_on_ctx, request->number, p->stepper.t_s / sim_scene_end_s(p->model->scene));
+}
+
+static void follow_spans(struct pass *p, const struct pass_request *request, const struct sim_options *options)
+{
+    struct stepper *s = &p->stepper;
+    struct model *m = p->model;
+    double speed;
+    for (size_t i = 0; i < m->spans.count; i++) {
+        double end = m->spans.spans[i].t1_s;
+        model_enter(m, i, s->z);
+        s->kind->restart(s);
+        while (s->t_s < end) {
+            if (!one_step(p, end))
+                return;
+            if (!may_go_on(p, request, options)) {
+                fail(p, SIM_INTERRUPTED, liveliest(m, s->z, &speed), s->t_s);
+                return;
+            }
+            if (p->out->steps + s->rejected > request->most_steps) {
+                fail(p, SIM_STEP_UNDERFLOW, liveliest(m, s->z, &speed), s->t_s);
+                return;
+            }
+        }
+    }
+    model_fill(m, s->z);
+    int mat = liveliest(m, s->z, &speed);
+    for (int i = 0; i < 2 * m->size; i++) {
+        if (!isfinite(s->z[i])) {
+            fail(p, SIM_UNSTABLE, mat, s->t_s);
+            return;
+        }
+    }
+    p->out->speed_end_ft_s = speed;
+}
+
+enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct pass_request *request,
+                        const struct sim_options *options, struct error *error)
+{
+    size_t length = 2 * (size_t)m->size;
+    double end_s = sim_scene_end_s(m->scene), begin_ms = pass_clock_ms();
+    struct pass p = {.model = m, .out = out};
+    *out = (struct pass_outcome){0};
+    p.storage = calloc(4 * length + 3 * ((size_t)m->mats + 1), sizeof *p.storage);
+    out->z = calloc(length, sizeof *out->z);
+    if (!p.storage || !out->z) {
+        free(p.storage);
+        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", m->mats);
+    }
+    p.z_event = p.storage + 2 * length;
+    p.z_until = p.z_event + length;
+    p.u = p.z_until + length;
+    p.v = p.u + m->mats + 1;
+    p.height = p.v + m->mats + 1;
+    const struct stepper_kind *kind = request->kind;
+    if (kind->looser && request->rtol >= kind->looser_rtol)
+        kind = kind->looser;
+    p.stepper = (struct stepper){
+        .kind = kind,
+        .model = m,
+        .rtol = request->rtol,
+        .atol_ft = request->rtol * POSITION_PART * m->length_ft,
+        .atol_ft_s = request->rtol * SPEED_PART * sqrt(m->scene->g_ft_s2 * m->length_ft),
+        .dt_s = request->dt_s,
+        .h_s = fmin(1e-5, 0.01 * end_s),
+        .least_s = 1e-14 * end_s,
+        .z = p.storage,
+        .z_new = p.storage + length,
+    };
+    if (sim_record_make(&out->record, m->scene, options, error) == MR_OK &&
+        p.stepper.kind->make(&p.stepper, error) == MR_OK) {
+        int node;
+        m->rhs = 0;
+        m->prunes = request->kind->prunes && !options->no_prune;
+        model_start(m, p.stepper.z);
+        out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
+        if (out->record.next_s <= 0.0)
+            keep(&p, 0.0, p.stepper.z);
+        follow_spans(&p, request, options);
+        model_fill(m, p.stepper.z);
+        memcpy(out->z, p.stepper.z, length * sizeof *out->z);
+        out->rhs = m->rhs;
+        out->rejected = p.stepper.rejected;
+        out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
+        p.stepper.kind->free(&p.stepper);
+    }
+    out->ms = pass_clock_ms() - begin_ms;
+    free(p.storage);
+    return error->status;
+}
+
+void pass_free(struct pass_outcome *out)
+{
+    sim_record_free(&out->record);
+    free(out->z);
+    out->z = NULL;
+}

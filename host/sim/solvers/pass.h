@@ -1,0 +1,38 @@
+/* Pass: one run of a planar model from start to end with one stepper: time, events, outputs. PLANAR.md, "Events". */
+#ifndef MATRIG_HOST_SIM_SOLVERS_PASS_H
+#define MATRIG_HOST_SIM_SOLVERS_PASS_H
+
+#include "host/sim/solvers/record.h"
+#include "host/sim/solvers/stepper.h"
+
+struct pass_request {
+    const struct stepper_kind *kind;
+    double rtol; /* of a stepper that chooses its step */
+    double dt_s; /* of one that does not */
+    uint64_t most_steps;
+    int number; /* of this pass, for options->go_on */
+};
+
+struct pass_outcome {
+    enum sim_status status;
+    int mat; /* where it failed, from 1 */
+    double t_s;
+    uint64_t rhs, steps, rejected, events;
+    double ms;
+    double max_lift_ft;
+    double speed_end_ft_s;
+    double longest_s; /* step */
+    int mats_max;
+    double mats_mean;
+    struct sim_record record;
+    double *z; /* at the end, 2 size values */
+};
+
+/* MR_OK: look at outcome->status. The caller frees the outcome in every case. The model is started anew. */
+enum mr_status pass_run(struct pass_outcome *outcome, struct model *model, const struct pass_request *request,
+                        const struct sim_options *options, struct error *error);
+void pass_free(struct pass_outcome *outcome);
+
+double pass_clock_ms(void);
+
+#endif

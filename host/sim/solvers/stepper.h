@@ -1,0 +1,78 @@
+/* Stepper: one way to move a model forward, step by step. PLANAR.md, "Solvers".
+ *
+ * The driver (planar.c) owns time, modes, events and outputs; a stepper only steps. advance goes from (t, z) to
+ * (t_new, z_new) with t_new <= limit; dense gives the state within that step. The driver then either accepts the whole
+ * step (t, z become t_new, z_new) or goes on from a point within (an event, then restart). */
+#ifndef MATRIG_HOST_SIM_SOLVERS_STEPPER_H
+#define MATRIG_HOST_SIM_SOLVERS_STEPPER_H
+
+#include "host/sim/models/model.h"
+
+struct stepper;
+
+struct stepper_kind {
+    const char *name;
+    bool samples;  /* switches are looked up at every evaluation instead of located */
+    bool samples_shape; /* that, but stick-slip is located */
+    bool fixed;    /* the step is given (dt), not chosen */
+    bool prunes;     /* may leave out mats at rest */
+    bool long_steps; /* long enough for a mat to slip and stick within one */
+    double rtol;   /* default tolerance */
+    const struct stepper_kind *looser; /* does better at looser_rtol and above; NULL: none does */
+    double looser_rtol;
+    const char *method; /* one line for people */
+    enum mr_status (*make)(struct stepper *stepper, struct error *error);
+    void (*free)(struct stepper *stepper);
+    void (*restart)(struct stepper *stepper); /* modes or state have changed: forget the past */
+    bool (*advance)(struct stepper *stepper, double limit_s); /* false: the step became too small */
+    /* Components low..high-1 of p and of v at t within the last step. */
+    void (*dense)(struct stepper *stepper, double t_s, int low, int high, double *z);
+};
+
+struct stepper {
+    const struct stepper_kind *kind;
+    struct model *model;
+    double rtol;
+    double atol_ft, atol_ft_s; /* absolute parts of the tolerance */
+    double dt_s;               /* fixed step */
+    double h_s;                /* next step */
+    double least_s;            /* steps below this are given up */
+    double t_s, t_new_s;
+    double *z, *z_new; /* 2 size values */
+    const double *rate, *rate_new; /* rates (v, p'') at both ends of the last step; NULL: not known */
+    uint64_t accepted, rejected;
+    void *work;
+};
+
+extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit, stepper_rkgs, stepper_hamming;
+/* SUNDIALS': only where it is linked, which it is not in matrig but in matrig-study. Weak: its address is NULL elsewhere. */
+extern const struct stepper_kind stepper_cvode __attribute__((weak));
+
+/* The kind of that name, or NULL. */
+const struct stepper_kind *stepper_find(const char *name);
+
+/* The range of p that the model integrates. */
+static inline int stepper_low(const struct stepper *s)
+{
+    return 2 * s->model->first;
+}
+static inline int stepper_high(const struct stepper *s)
+{
+    return 2 * s->model->last + 3;
+}
+
+/* The step to try now: h_s, or up to the limit when that is no more than 1 % further (`last`). False: h_s has become
+ * too small. */
+bool stepper_try(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
+
+/* The state of the mats that the model integrates. */
+void stepper_copy(const struct stepper *stepper, const double *from, double *to);
+
+/* Rates (v, p'') of a state. Sampling steppers bring the modes up to date first. */
+void stepper_rates(struct stepper *stepper, double t_s, const double *z, double *rate);
+
+/* Cubic between two states and their rates, for steppers without a dense output of their own. */
+void stepper_cubic(const struct stepper *stepper, const double *z0, const double *rate0, const double *z1,
+                   const double *rate1, double t_s, int low, int high, double *z);
+
+#endif

@@ -1,0 +1,415 @@
+/* Viscous damping by the ground, in every engine: against closed forms (a mat that slides, one on a spring), against CVODE, when it
+ * is stiff, and when it is absent. Units ft, lb, s. */
+#include <math.h>
+#include <string.h>
+
+#include "host/sim/elements/element.h"
+#include "host/sim/elements/friction.h"
+#include "host/sim/models/model.h"
+#include "host/sim/sim.h"
+#include "tests/cmocka_all.h"
+
+static struct error error;
+
+/* Every engine, and how near it comes to a closed form, as a part of the largest value: of its own order and default step. */
+static const struct engine {
+    enum sim_model model;
+    const char *solver;
+    double near;
+} engines[] = {
+    {SIM_CHAIN, "fixed", 1e-4},       {SIM_CONSISTENT, "fixed", 1e-4},    {SIM_REPORT, "event", 1e-6},
+    {SIM_REPORT, "implicit", 2e-5},   {SIM_REPORT, "cvode", 2e-5},        {SIM_REPORT, "rk4", 2e-5},
+    {SIM_REPORT, "rkgs", 1e-4},       {SIM_REPORT, "hamming", 1e-4},      {SIM_CONSISTENT, "event", 1e-6},
+    {SIM_CONSISTENT, "implicit", 2e-5}, {SIM_CONSISTENT, "cvode", 2e-5},
+};
+
+/* A single mat on level ground, nothing joined to it, no dry friction; half its weight on either end. */
+static struct sim_scene one_mat(double c)
+{
+    struct sim_scene s;
+    sim_scene_defaults(&s);
+    s.mats = 1;
+    s.left = s.right = SIM_FREE;
+    s.force_lb = s.vac_ft_s = s.friction = 0.0;
+    s.v0_ft_s = 3.0;
+    s.t_end_s = 0.5;
+    s.element[ELEMENT_ground_damping] = c;
+    return s;
+}
+
+static double mass(const struct sim_scene *s)
+{
+    return s->weight_lb / s->g_ft_s2;
+}
+
+static void times(struct sim_scene *s, const double *at_s, size_t count)
+{
+    assert_int_equal(sim_scene_set_list(&s->t_out_s, at_s, count, &error), MR_OK);
+}
+
+static enum mr_status run(const struct sim_scene *scene, const char *solver, double rtol, double dt_s, struct sim_result *result)
+{
+    const struct sim_options options = {.solver = solver, .rtol = rtol, .dt_s = dt_s};
+    memset(&error, 0, sizeof error);
+    return sim_run(scene, &options, result, &error);
+}
+
+static struct sim_result good(const struct sim_scene *scene, const char *solver)
+{
+    struct sim_result result;
+    if (run(scene, solver, 0.0, 0.0, &result) != MR_OK)
+        fail_msg("%s: %s", solver, error.text);
+    return result;
+}
+
+/* Run in every engine; u of mat 1 at the scene's times against `expected`. */
+static void holds_everywhere(struct sim_scene *scene, const double *at_s, const double *expected, size_t count)
+{
+    double largest = 0.0;
+    times(scene, at_s, count);
+    for (size_t k = 0; k < count; k++)
+        largest = fmax(largest, fabs(expected[k]));
+    for (size_t i = 0; i < COUNT_OF(engines); i++) {
+        scene->model = engines[i].model;
+        struct sim_result result = good(scene, engines[i].solver);
+        for (size_t k = 0; k < count; k++) {
+            double off = fabs(result.outputs[k].u_ft[1] - expected[k]);
+            if (!(off <= engines[i].near * largest))
+                fail_msg("%s %s at %g s: %.10g, closed form %.10g", sim_model_name(scene->model), engines[i].solver, at_s[k],
+                         result.outputs[k].u_ft[1], expected[k]);
+        }
+        sim_result_free(&result);
+    }
+    sim_scene_free(scene);
+}
+
+/* m v' = -c v: u = m v0/c (1 - exp(-c t/m)). */
+static void a_sliding_mat_slows_exponentially(void **state)
+{
+    (void)state;
+    struct sim_scene scene = one_mat(20.0);
+    const double at_s[] = {0.05, 0.1, 0.25, 0.5}, c = 20.0;
+    double expected[4];
+    for (size_t k = 0; k < 4; k++)
+        expected[k] = mass(&scene) * 3.0 / c * (1.0 - exp(-c * at_s[k] / mass(&scene)));
+    holds_everywhere(&scene, at_s, expected, 4);
+}
+
+/* With dry friction C beside it: v + C/c falls exponentially until v = 0, at t = m/c ln(1 + c v0/C), after m v0/c - C t/c. */
+static void dry_friction_stops_it(void **state)
+{
+    (void)state;
+    struct sim_scene scene = one_mat(20.0);
+    scene.friction = 0.1;
+    const double c = 20.0, dry = 16.0, m = mass(&scene), stop_s = m / c * log(1.0 + c * 3.0 / dry);
+    const double at_s[] = {0.1, 0.2, 0.499};
+    double expected[3];
+    assert_true(stop_s > 0.2 && stop_s < 0.45);
+    for (size_t k = 0; k < 3; k++) {
+        double t = fmin(at_s[k], stop_s);
+        expected[k] = m / c * (3.0 + dry / c) * (1.0 - exp(-c * t / m)) - dry / c * t;
+    }
+    holds_everywhere(&scene, at_s, expected, 3);
+}
+
+/* A joint is a spring KL: w = sqrt(KL/m - (c/2m)^2), u = v0/w exp(-c t/2m) sin w t; from peak to peak of one sign the logarithm falls
+ * by the decrement pi c/(m w). */
+static void a_mat_on_a_spring_has_its_frequency_and_decrement(void **state)
+{
+    (void)state;
+    struct sim_scene scene = one_mat(20.0);
+    scene.left = SIM_FIXED;
+    scene.kl_lb_ft = 5000.0;
+    scene.cl_lb_s_ft = 0.0;
+    const double c = 20.0, m = mass(&scene), half = 0.5 * c / m, w = sqrt(scene.kl_lb_ft / m - half * half);
+    const double period_s = 2.0 * 3.14159265358979323846 / w;
+    double at_s[6], expected[6];
+    for (int k = 0; k < 6; k++) { /* zeros and slopes' ends: quarters of the damped period */
+        at_s[k] = (k + 1) * 0.25 * period_s;
+        expected[k] = 3.0 / w * exp(-half * at_s[k]) * sin(w * at_s[k]);
+    }
+    assert_true(log(expected[0] / expected[4]) > 0.3); /* a decrement that shows */
+    struct sim_scene chain = scene;
+    chain.t_out_s = (struct sim_list){0};
+    chain.model = SIM_CHAIN;
+    times(&chain, at_s, 6);
+    struct sim_result result = good(&chain, "fixed");
+    assert_near(log(result.outputs[0].u_ft[1] / result.outputs[4].u_ft[1]), half * period_s, 1e-4);
+    sim_result_free(&result);
+    sim_scene_free(&chain);
+    scene.t_end_s = 1.6 * period_s;
+    holds_everywhere(&scene, at_s, expected, 6);
+}
+
+/* A whole strip with a bow wave, friction and damped ground: CVODE's BDF and the others. */
+static void cvode_agrees(void **state)
+{
+    (void)state;
+    static const double bump[] = {0.0099, 0.0200, 0.0099};
+    for (int model = SIM_REPORT; model <= SIM_CONSISTENT; model++) {
+        struct sim_scene scene;
+        sim_scene_defaults(&scene);
+        scene.model = (enum sim_model)model;
+        scene.mats = 12;
+        scene.mats_crossed = 2.0;
+        scene.friction_law = SIM_TANH;
+        scene.veps_ft_s = 0.05;
+        assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, 3, &error), MR_OK);
+        struct sim_result bare = good(&scene, "event");
+        scene.element[ELEMENT_ground_damping] = 200.0;
+        struct sim_result cvode = good(&scene, "cvode"), event = good(&scene, "event"), implicit = good(&scene, "implicit");
+        for (int n = 1; n <= 12; n++) {
+            assert_near(event.u_ft[n], cvode.u_ft[n], 1e-6);
+            assert_near(implicit.u_ft[n], cvode.u_ft[n], 1e-5);
+        }
+        assert_near(event.max_lift_ft, cvode.max_lift_ft, 1e-5);
+        assert_true(fabs(bare.u_ft[1] - event.u_ft[1]) > 1e-3); /* of 0.1 ft: the damping is felt */
+        sim_result_free(&bare);
+        sim_result_free(&cvode);
+        sim_result_free(&event);
+        sim_result_free(&implicit);
+        sim_scene_free(&scene);
+    }
+}
+
+/* c/m = 2e6 /s under a thrust of 12000 lb: the mat creeps at F/c, 300 mats in a row no less. */
+static void stiff_damping_stays_stable(void **state)
+{
+    (void)state;
+    const double c = 1e7;
+    for (size_t i = 0; i < COUNT_OF(engines); i++) {
+        const char *solver = engines[i].solver;
+        struct sim_scene scene = one_mat(c);
+        struct sim_result result;
+        scene.model = engines[i].model;
+        scene.force_lb = 12000.0;
+        scene.v0_ft_s = 0.0;
+        scene.t_end_s = 0.01;
+        if (strcmp(solver, "event") == 0 || strcmp(solver, "rkgs") == 0 || strcmp(solver, "hamming") == 0 || strcmp(solver, "rk4") == 0)
+            scene.t_end_s = 0.001; /* explicit: two thousand steps */
+        result = good(&scene, solver);
+        double m = mass(&scene), t = scene.t_end_s, creep = 12000.0 / c * (t - m / c * (1.0 - exp(-c * t / m)));
+        assert_near(result.u_ft[1] / creep, 1.0, 1e-3);
+        sim_result_free(&result);
+    }
+}
+
+/* An explicit step has the limit of the fastest rate, c/m; staggered steps, which are exact in the damping, keep theirs. */
+static void step_limits_hold(void **state)
+{
+    (void)state;
+    struct sim_scene scene = one_mat(1e7);
+    struct sim_result result;
+    double m = mass(&scene);
+    scene.model = SIM_REPORT;
+    assert_int_equal(run(&scene, "rk4", 0.0, 1e-5, &result), MR_NUMERICS);
+    assert_non_null(strstr(error.text, "beyond the stability limit"));
+    assert_near(result.dt_limit_s / (2.785 * m / 1e7), 1.0, 0.02);
+    sim_result_free(&result);
+    scene.t_end_s = 3600.0;
+    assert_int_equal(run(&scene, "rk4", 0.0, 0.0, &result), MR_USAGE);
+    assert_non_null(strstr(error.text, "too many steps"));
+    sim_result_free(&result);
+    /* a joined chain with dampers: at 0.98 of the limit without ground damping, any ground damping is stable */
+    for (double c = 1e-2; c < 1e9; c *= 100.0) {
+        struct sim_scene chain;
+        sim_scene_defaults(&chain);
+        chain.model = SIM_CHAIN;
+        chain.mats = 40;
+        chain.friction = 0.05;
+        chain.cl_lb_s_ft = 2000.0;
+        chain.t_end_s = 0.05;
+        assert_int_equal(run(&chain, "fixed", 0.0, 1.0, &result), MR_NUMERICS);
+        double limit_s = result.dt_limit_s;
+        sim_result_free(&result);
+        chain.element[ELEMENT_ground_damping] = c;
+        const struct sim_options options = {.solver = "fixed", .dt_s = 0.98 * limit_s, .single = true};
+        memset(&error, 0, sizeof error);
+        if (sim_run(&chain, &options, &result, &error) != MR_OK)
+            fail_msg("c %g: %s", c, error.text);
+        assert_true(result.dt_limit_s == limit_s);
+        double thrust_lb_s = 12000.0 * 0.05; /* nothing moves faster, and further, than the thrust's impulse allows */
+        assert_true(result.peak_u_ft > 0.0 && result.peak_u_ft < 0.05 * (thrust_lb_s + m * 2.0) / m);
+        assert_true(result.peak_u_ft < 1.1 * (thrust_lb_s + m * 2.0) / c || c < 1e3);
+        sim_result_free(&result);
+    }
+}
+
+/* The exact step: two halves are the whole, also when the mat stops on the way or is thrown back. */
+static void half_steps_add_up(void **state)
+{
+    (void)state;
+    struct sim_scene scene = one_mat(20.0);
+    struct element_set set = element_set_of(&scene);
+    const double m = mass(&scene), dry = 16.0;
+    assert_int_equal(set.count, 1);
+    for (double v0 = -3.0; v0 < 3.0; v0 += 0.37) {
+        for (double x = -60.0; x <= 60.0; x += 7.0) {
+            double v[2] = {v0, v0}, h = 0.4;
+            for (int way = 0; way < 2; way++) {
+                for (int i = 0; i <= way * 15; i++) {
+                    unsigned stops = 0;
+                    struct element_step step = element_step(&set, (struct element_mat){v[way], true}, way ? h / 16.0 : h, m);
+                    v[way] = friction_speed_ft_s(step.keep * v[way], x + step.push_lb, dry, step.as_if_s, m, &stops);
+                }
+            }
+            assert_near(v[0], v[1], 1e-12);
+        }
+    }
+}
+
+/* Whoever has both ends off the ground is not damped, one end is enough; the acceleration alone changes, and by -c v/m. */
+static void a_lifted_mat_is_not_damped(void **state)
+{
+    (void)state;
+    for (int which = SIM_REPORT; which <= SIM_CONSISTENT; which++) {
+        struct sim_scene scene;
+        struct model model;
+        double z[14] = {0}, bare[7], damped[7];
+        sim_scene_defaults(&scene);
+        scene.model = (enum sim_model)which;
+        scene.mats = 3;
+        scene.friction = 0.0;
+        scene.element[ELEMENT_ground_damping] = 50.0;
+        assert_int_equal(model_make(&model, &scene, false, &error), MR_OK);
+        model_start(&model, z);
+        z[4] = z[6] = -0.05; /* nodes 3 and 4 are up: mat 3 flies, mat 2 has its left foot down */
+        for (int n = 0; n < 3; n++)
+            z[7 + 2 * n + 1] = 0.5 * (n + 1);
+        model_sample(&model, 0.0, z);
+        model_rates(&model, 0.0, z, damped);
+        model.elements.count = 0;
+        model_rates(&model, 0.0, z, bare);
+        for (int n = 0; n < 3; n++)
+            assert_near(damped[2 * n + 1] - bare[2 * n + 1], n < 2 ? -50.0 * 0.5 * (n + 1) / mass(&scene) : 0.0, 1e-9);
+        for (int j = 0; j <= 3; j++)
+            assert_true(damped[2 * j] == bare[2 * j]);
+        model_free(&model);
+    }
+}
+
+/* In the Jacobian it is -c where a moving mat's speed acts on that mat, and nothing else; its bound is c/m. */
+static void its_slope_is_in_the_jacobian(void **state)
+{
+    (void)state;
+    for (int which = SIM_REPORT; which <= SIM_CONSISTENT; which++) {
+        struct sim_scene scene;
+        struct model model;
+        double z[14] = {0}, accel[7], rows[2][3][7 * MODEL_ROW], drift[7];
+        sim_scene_defaults(&scene);
+        scene.model = (enum sim_model)which;
+        scene.mats = 3;
+        scene.element[ELEMENT_ground_damping] = 50.0;
+        assert_int_equal(model_make(&model, &scene, false, &error), MR_OK);
+        model_start(&model, z);
+        z[4] = z[6] = -0.05;
+        z[7 + 3] = z[7 + 5] = 0.7; /* mats 2 and 3 slide, mat 3 flies, mat 1 is stuck */
+        z[7 + 1] = 0.0;
+        scene.force_lb = 0.0;
+        model_sample(&model, 0.0, z);
+        model.slide[0] = 0;
+        assert_near(element_bound(&model.elements, mass(&scene)).damping, 50.0 / mass(&scene), 1e-12);
+        model_rates(&model, 0.0, z, accel);
+        model_linearise(&model, 0.0, z, accel, rows[0][0], rows[0][1], rows[0][2], drift);
+        model.elements.count = 0;
+        model_linearise(&model, 0.0, z, accel, rows[1][0], rows[1][1], rows[1][2], drift);
+        for (int part = 0; part < 3; part++) {
+            for (int k = 0; k < 7 * MODEL_ROW; k++) {
+                bool damped = part == 2 && k == 3 * MODEL_ROW + MODEL_BAND;
+                assert_near(rows[0][part][k] - rows[1][part][k], damped ? -50.0 : 0.0, 1e-9);
+            }
+        }
+        model_free(&model);
+    }
+}
+
+static void leaving_mats_out_changes_nothing(void **state)
+{
+    (void)state;
+    static const double bump[] = {0.0099, 0.0200, 0.0099};
+    for (size_t i = 0; i < COUNT_OF(engines); i++) {
+        struct sim_scene scene;
+        struct sim_result all, few;
+        struct sim_options options = {.solver = engines[i].solver};
+        sim_scene_defaults(&scene);
+        if (!strstr("fixed event implicit", options.solver))
+            continue;
+        scene.model = engines[i].model;
+        scene.mats = 40;
+        scene.kl_lb_ft = 8e5; /* a wave that has not reached the far end yet */
+        scene.mats_crossed = 1.0;
+        scene.element[ELEMENT_ground_damping] = 100.0;
+        assert_int_equal(sim_scene_set_list(&scene.bump_ft, bump, 3, &error), MR_OK);
+        few = good(&scene, options.solver);
+        options.no_prune = true;
+        assert_int_equal(sim_run(&scene, &options, &all, &error), MR_OK);
+        for (int n = 1; n <= scene.mats; n++)
+            assert_near(few.u_ft[n], all.u_ft[n], strcmp(options.solver, "implicit") == 0 ? 1e-7 : 1e-9);
+        assert_true(few.mats_mean < 0.9 * all.mats_mean);
+        sim_result_free(&few);
+        sim_result_free(&all);
+        sim_scene_free(&scene);
+    }
+}
+
+/* 0 is the default: nothing is evaluated, said or changed, to the last bit. */
+static void absent_it_is_nothing(void **state)
+{
+    (void)state;
+    struct sim_scene with, without;
+    const char *text[] = {"{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05, \"ground_damping\": 0}", "{\"model\": \"chain\", \"N\": 30, \"tend\": 0.05}"};
+    assert_int_equal(sim_scene_parse(&with, "with", text[0], strlen(text[0]), &error), MR_OK);
+    assert_int_equal(sim_scene_parse(&without, "without", text[1], strlen(text[1]), &error), MR_OK);
+    assert_int_equal(element_set_of(&with).count, 0);
+    struct sim_result a = good(&with, "fixed"), b = good(&without, "fixed");
+    assert_memory_equal(a.u_ft, b.u_ft, 31 * sizeof *a.u_ft);
+    assert_int_equal(a.rhs, b.rhs);
+    for (int i = 0; i < SIM_NOTES_MAX; i++)
+        assert_null(strstr(a.notes[i], "ground damping"));
+    with.element[ELEMENT_ground_damping] = 5.0;
+    struct sim_result c = good(&with, "fixed");
+    bool said = false;
+    for (int i = 0; i < SIM_NOTES_MAX; i++)
+        said = said || strstr(c.notes[i], "ground damping: 5 lb s/ft");
+    assert_true(said && c.u_ft[1] != a.u_ft[1]);
+    sim_result_free(&a);
+    sim_result_free(&b);
+    sim_result_free(&c);
+}
+
+/* 175.126835246476 N s/m are 12 lb s/ft (1 lb = 4.4482216152605 N, 1 ft = 0.3048 m). */
+static void the_key_has_a_unit(void **state)
+{
+    (void)state;
+    struct sim_scene scene;
+    const char *text = "{\"ground_damping\": \"175.126835246476 N s/m\"}", *wrong = "{\"ground_damping\": -1}",
+               *force = "{\"ground_damping\": \"12 lb\"}";
+    memset(&error, 0, sizeof error);
+    assert_int_equal(sim_scene_parse(&scene, "scene", text, strlen(text), &error), MR_OK);
+    assert_near(scene.element[ELEMENT_ground_damping], 12.0, 1e-12);
+    assert_int_equal(sim_scene_parse(&scene, "scene", wrong, strlen(wrong), &error), MR_MALFORMED);
+    assert_non_null(strstr(error.text, "ground_damping is -1"));
+    memset(&error, 0, sizeof error);
+    assert_int_equal(sim_scene_parse(&scene, "scene", force, strlen(force), &error), MR_MALFORMED);
+    assert_non_null(strstr(error.text, "lb s/ft or N s/m"));
+    memset(&error, 0, sizeof error);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_sliding_mat_slows_exponentially),
+        cmocka_unit_test(dry_friction_stops_it),
+        cmocka_unit_test(a_mat_on_a_spring_has_its_frequency_and_decrement),
+        cmocka_unit_test(cvode_agrees),
+        cmocka_unit_test(stiff_damping_stays_stable),
+        cmocka_unit_test(step_limits_hold),
+        cmocka_unit_test(half_steps_add_up),
+        cmocka_unit_test(a_lifted_mat_is_not_damped),
+        cmocka_unit_test(its_slope_is_in_the_jacobian),
+        cmocka_unit_test(leaving_mats_out_changes_nothing),
+        cmocka_unit_test(absent_it_is_nothing),
+        cmocka_unit_test(the_key_has_a_unit),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

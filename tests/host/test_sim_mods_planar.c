@@ -1,0 +1,184 @@
+/* Modifications of the runway in the planar landing: waves that bands and stiffeners hold down, cleats that come out. Units ft, lb, s. */
+#include "tests/host/mods_case.h"
+
+static struct sim_scene planar_runway(void)
+{
+    struct sim_scene scene = runway();
+    scene.model = SIM_CONSISTENT;
+    scene.inertia_slug_ft2 = 1.19e-4;
+    scene.kv_lb_ft = 1.3e4;
+    scene.cv_lb_s_ft = 60.0;
+    scene.kt_lb_ft_rad = 41.6;
+    scene.ct_lb_ft_s_rad = 1.6e-4;
+    scene.tad_deg = 7.0;
+    return scene;
+}
+
+/* Flat mats do not heave: the planar landing is the chain's, with all that is added. */
+static void a_flat_landing_is_the_chains(void **state)
+{
+    (void)state;
+    struct sim_scene flat = planar_runway(), chain = runway();
+    add_all(&flat);
+    add_all(&chain);
+    struct sim_result a = run(&flat, (struct sim_options){.dt_s = 2e-5});
+    struct sim_result b = run(&chain, (struct sim_options){.dt_s = 2e-5});
+    assert_true(a.max_lift_ft == 0.0 && b.peak_u_ft > 0.002);
+    for (int n = 1; n <= 120; n++)
+        near(a.u_ft[n], b.u_ft[n], 2.0 * (a.error_u_ft + b.error_u_ft));
+    for (size_t i = 0; i < a.mods->segments; i++)
+        near(a.mods->band_lb[i], b.mods->band_lb[i], 2.0 * (a.mods->error_lb + b.mods->error_lb) + 0.1);
+    for (size_t i = 0; i < a.mods->cleats; i++)
+        near(a.mods->cleat_left[i], b.mods->cleat_left[i], 0.02);
+    sim_result_free(&a);
+    sim_result_free(&b);
+    sim_scene_free(&flat);
+    sim_scene_free(&chain);
+}
+
+/* Forces of a band over a vee of height h at node 5 (from 0) between rivets in the middles of mats 3 and 9: 2 T h/L where
+ * it follows the mats; T h (1/a + 1/b) where it is free from rivet to rivet, and the rivets are pulled up by as much. */
+static void a_taut_band_holds_a_vee_down(void **state)
+{
+    (void)state;
+    const double t0 = 50.0, h = 0.1;
+    struct sim_scene scene = apart(12);
+    struct mods *mods;
+    double z[50] = {0}, down[14], moment[14];
+    scene.mods.band[0].count = 2.0;
+    rivet(&scene, 6, 3, 9);
+    tension(&scene, &t0, 1);
+    z[2 * 5] = -h;
+    struct mods_heave heave = {
+        .z = z, .mats = 12, .length_ft = 1.0, .first = 0, .last = 11, .down_lb = down, .moment_lb_ft = moment};
+    assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
+    mods_brace_heave(mods, &heave);
+    for (int j = 0; j <= 12; j++)
+        near(down[j], j == 5 ? 2.0 * 2.0 * t0 * h : 0.0, 1e-12);
+    mods_free(mods);
+    scene.mods.band[0].over = SIM_OVER_RIVETS;
+    assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
+    z[2 * 6] = -0.02; /* below the line from the crest to the rivet */
+    mods_brace_heave(mods, &heave);
+    double sum = 0.0, about = 0.0, left = 2.0 * t0 * h / 2.5, right = 2.0 * t0 * h / 3.5;
+    for (int j = 0; j <= 12; j++) {
+        sum += down[j];
+        about += down[j] * j;
+        double expected = j == 5 ? left + right : j == 2 || j == 3 ? -0.5 * left : j == 8 || j == 9 ? -0.5 * right : 0.0;
+        near(down[j], expected, 1e-12);
+    }
+    near(sum, 0.0, 1e-12);
+    near(about, 0.0, 1e-12);
+    mods_free(mods);
+    sim_scene_free(&scene);
+}
+
+/* Stiffeners over all joints that turn freely otherwise are joints without free rotation: the same run. */
+static void stiffeners_are_stiff_joints(void **state)
+{
+    (void)state;
+    double heights[121] = {0};
+    for (int i = 0; i < 2; i++) {
+        struct sim_scene a = planar_runway(), b = planar_runway();
+        struct sim_scene *both[2] = {&a, &b};
+        for (int k = 0; k < 2; k++) {
+            for (int j = 20; j < 60; j++)
+                heights[j] = 0.003 * (j % 3);
+            both[k]->bump_first = 1;
+            both[k]->profile = SIM_FULL;
+            both[k]->ct_lb_ft_s_rad = 0.0;
+            assert_int_equal(sim_scene_set_list(&both[k]->bump_ft, heights, 121, &error), MR_OK);
+        }
+        a.kt_lb_ft_rad = 20.0;
+        a.tad_deg = 0.0;
+        b.kt_lb_ft_rad = 0.0;
+        b.mods.stiff_span = 120;
+        b.mods.stiff_first = 1;
+        b.mods.stiff_lines = 1;
+        b.mods.stiff_kt_lb_ft_rad = 20.0;
+        b.mods.stiff_yield_lb_ft = i ? 1e-3 : HUGE_VAL;
+        struct sim_result ra = run(&a, (struct sim_options){.dt_s = 2e-5});
+        struct sim_result rb = run(&b, (struct sim_options){.dt_s = 2e-5});
+        assert_true(ra.max_lift_ft > 0.0);
+        double apart_ft = 0.0;
+        for (int n = 1; n <= 120; n++)
+            apart_ft = fmax(apart_ft, fabs(ra.u_ft[n] - rb.u_ft[n]));
+        if (i == 0) {
+            near(ra.max_lift_ft, rb.max_lift_ft, 1e-9);
+            near(apart_ft, 0.0, 1e-7);
+        } else
+            assert_true(apart_ft > 1e-7); /* they have bent */
+        sim_result_free(&ra);
+        sim_result_free(&rb);
+        sim_scene_free(&a);
+        sim_scene_free(&b);
+    }
+}
+
+/* Half out of the ground a cleat holds a quarter, and half of it bends when the wheel comes. */
+static void a_raised_cleat_holds_less(void **state)
+{
+    (void)state;
+    struct sim_scene scene = apart(4);
+    struct mods *mods;
+    scene.mods.band[0].count = 0.0;
+    scene.mods.cleat_every = 2;
+    scene.mods.cleat_hold_lb = 8.0;
+    scene.mods.cleat_depth_ft = 0.06;
+    assert_int_equal(mods_make(&mods, &scene, &error), MR_OK);
+    near(mods_raised_cleat_lb(mods, 2, 0.001, 0.001), 8.0, 1e-12); /* pressed into the soil */
+    near(mods_raised_cleat_lb(mods, 2, -0.02, -0.04), 2.0, 1e-12);
+    near(mods_raised_cleat_lb(mods, 2, -1.0, 0.0), 0.0, 1e-12); /* 1/2 ft up: altogether out */
+    near(mods_raised_cleat_lb(mods, 3, 0.0, 0.0), 0.0, 1e-12);
+    mods_reset(mods);
+    near(mods_raised_cleat_lb(mods, 4, -0.03, -0.03), 2.0, 1e-12);
+    const struct sim_touch wheel = {4, 1.0, 1.0};
+    mods_press_cleats(mods, &wheel, 1);
+    near(mods_cleat_lb(mods, 4), 4.0, 1e-12);
+    mods_press_cleats(mods, &wheel, 1); /* it has not risen again */
+    near(mods_cleat_lb(mods, 4), 4.0, 1e-12);
+    near(mods_cleat_lb(mods, 2), 8.0, 1e-12);
+    mods_free(mods);
+    sim_scene_free(&scene);
+}
+
+/* --- absence and errors --- */
+
+static void what_is_absent_changes_nothing(void **state)
+{
+    (void)state;
+    struct sim_scene scene = runway();
+    struct sim_result plain = run(&scene, (struct sim_options){.dt_s = 5e-5});
+    assert_null(plain.mods);
+    scene.mods.band[0].grip_lb = 3.0; /* of no bands */
+    scene.mods.cleat_hold_lb = 3.0;
+    scene.mods.stiff_k_lb_ft = 3.0;
+    struct sim_result still = run(&scene, (struct sim_options){.dt_s = 5e-5});
+    assert_null(still.mods);
+    add_all(&scene); /* present but of no strength */
+    const double zero = 0.0;
+    tension(&scene, &zero, 1);
+    scene.mods.band[0].count = scene.mods.band[1].count = 1e-300;
+    scene.mods.cleat_hold_lb = 0.0;
+    scene.mods.stiff_k_lb_ft = 0.0;
+    scene.mods.tear_lb = 1e9;
+    struct sim_result weak = run(&scene, (struct sim_options){.dt_s = 5e-5});
+    for (int n = 1; n <= 120; n++)
+        assert_true(plain.u_ft[n] == still.u_ft[n] && plain.u_ft[n] == weak.u_ft[n]);
+    sim_result_free(&plain);
+    sim_result_free(&still);
+    sim_result_free(&weak);
+    sim_scene_free(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_flat_landing_is_the_chains),
+        cmocka_unit_test(a_taut_band_holds_a_vee_down),
+        cmocka_unit_test(stiffeners_are_stiff_joints),
+        cmocka_unit_test(a_raised_cleat_holds_less),
+        cmocka_unit_test(what_is_absent_changes_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
