@@ -13,7 +13,7 @@
 #include "common/fault.h"
 #include "host/board/calibrationpast.h"
 #include "host/collect/timemap.h"
-#include "host/identity.h"
+#include "host/board/identity.h"
 
 #define READY_CHECKS 72u
 #define READY_NOISE_CODES 3.0f     /* of a block's mean: 2 LSB a conversion leave 0.71 */

@@ -12,7 +12,7 @@
 #include "host/collect/boxfill.h"
 #include "host/commands/commands.h"
 #include "host/flash/imagefile.h"
-#include "host/identity.h"
+#include "host/board/identity.h"
 #include "host/link/diagnose.h"
 #include "host/output.h"
 

@@ -8,7 +8,7 @@
 #include "host/collect/collect.h"
 #include "host/commands/commands.h"
 #include "host/flash/flash.h"
-#include "host/identity.h"
+#include "host/board/identity.h"
 #include "host/link/tty.h"
 
 #define BAUD_LEAST 9600.0

@@ -1,6 +1,6 @@
 /* What a board says about itself and its image, over serial: hello and what follows it, once a second. */
-#ifndef MATRIG_HOST_IDENTITY_H
-#define MATRIG_HOST_IDENTITY_H
+#ifndef MATRIG_HOST_BOARD_IDENTITY_H
+#define MATRIG_HOST_BOARD_IDENTITY_H
 
 #include "common/catalogue.h"
 #include "common/framing.h"

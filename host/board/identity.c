@@ -1,4 +1,4 @@
-#include "host/identity.h"
+#include "host/board/identity.h"
 
 #include <errno.h>
 #include <poll.h>
