@@ -1,38 +1,31 @@
-/* What a board says about itself and its image, over serial: hello and what follows it, once a second. */
+/* What a board says about itself and its image: hello and what follows it, once a second. */
 #ifndef MATRIG_HOST_BOARD_IDENTITY_H
 #define MATRIG_HOST_BOARD_IDENTITY_H
 
+#include <stdbool.h>
+
 #include "common/catalogue.h"
-#include "common/framing.h"
 #include "common/image.h"
-#include "host/link/link.h"
+#include "host/error.h"
+
+#define IDENTITY_UID_TEXT 25 /* 24 hexadecimal digits */
 
 struct identity {
+    bool hello_known;
     struct mr_hello hello;
     uint32_t uid[3];
+    bool image_known;   /* the last word of uid, and the next */
     uint32_t image_crc; /* of the program, as the board computed it at start */
     bool commit_known;  /* it told these two as well */
     struct mr_image_commit commit;
     struct mr_image_header header;
 };
 
-struct identity_talk {
-    struct link *link; /* the caller's */
-    struct mr_deframer deframer;
-    uint16_t seq;
-    bool hello, image; /* came */
-    struct identity identity;
-    struct mr_ack ack;
-    bool acknowledged;
-};
-
-void identity_begin(struct identity_talk *talk, struct link *link);
-/* Listens until all of it came, at most timeout_ms. MR_OK; MR_TIMEOUT without setting `error`: no board said hello; else the
- * link's error. The layout in hello is the caller's to look at. */
-enum mr_status identity_listen(struct identity_talk *talk, unsigned timeout_ms, struct error *error);
-/* Sends a command and waits for its answer, at most timeout_ms. `*answer`: what the board answered. MR_TIMEOUT: nothing. */
-enum mr_status identity_order(struct identity_talk *talk, uint8_t code, unsigned timeout_ms, enum mr_status *answer, struct error *error);
-
+/* Takes a message in; those of other kinds change nothing. */
+void identity_take(struct identity *identity, uint32_t id, const uint8_t *bytes, size_t length);
+/* MR_OK: the board speaks this matrig's layout; else MR_VERSION. `spec`: its link. */
+enum mr_status identity_speaks(const struct identity *identity, const char *spec, struct error *error);
+void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_TEXT]);
 /* Does the board run this image, whole? Else `why` says in what they differ. */
 bool identity_runs(const struct identity *identity, const struct mr_image *image, char *why, size_t size);
 
