@@ -1,16 +1,10 @@
 #include "host/board/armtalk.h"
-#include "host/link/diagnose.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 #include "common/command.h"
-#include "host/board/listen.h"
 #include "host/collect/collect.h"
 
-#define HELLO_S 10.0
-#define ANSWER_S 3.0 /* as the live page waits */
 #define STATE_S 2.0  /* it is told on change, and once a second */
 
 const char *armtalk_refusal(enum mr_status answer)
@@ -33,53 +27,31 @@ bool armtalk_recording(unsigned state)
     return state == MR_LANDING_ARMED || state == MR_LANDING_LANDING || state == MR_LANDING_SETTLING;
 }
 
-static enum mr_status take(void *context, uint32_t id, const uint8_t *bytes, size_t length, struct error *error)
+static enum mr_status take(void *context, const struct dialogue_message *message, struct error *error)
 {
     struct armtalk *talk = context;
-    switch (id) {
-    case MR_ID_HELLO:
-        talk->hello = true;
-        return listen_hello(talk->link, bytes, length, error);
-    case MR_ID_LANDING:
-        talk->landing_told |= mr_landing_get(&talk->landing, bytes, length) == MR_OK;
+    (void)error;
+    if (message->id == MR_ID_LANDING) {
+        talk->landing_told |= mr_landing_get(&talk->landing, message->payload, message->length) == MR_OK;
         talk->landing_known |= talk->landing_told;
-        break;
-    case MR_ID_BOX_STATE:
-        talk->wait_known |= mr_box_state_get(&talk->box, bytes, length) == MR_OK;
-        break;
-    case MR_ID_ACK:
-        talk->acknowledged |= listen_ack(bytes, length, talk->tag, &talk->ack);
-        break;
-    default:
-        break;
+    } else if (message->id == MR_ID_BOX_STATE) {
+        talk->wait_known |= mr_box_state_get(&talk->box, message->payload, message->length) == MR_OK;
     }
     return MR_OK;
 }
 
-static enum mr_status listen(struct armtalk *talk, struct error *error)
+enum mr_status armtalk_begin(struct armtalk *talk, struct dialogue *dialogue, struct error *error)
 {
-    return listen_either(talk->link, talk->kind, &talk->deframer, take, talk, error);
+    *talk = (struct armtalk){.dialogue = dialogue};
+    dialogue_subscribe(dialogue, take, talk);
+    return dialogue_hello(dialogue, dialogue_flag, &talk->landing_known, error);
 }
 
-enum mr_status armtalk_begin(struct armtalk *talk, struct link *link, enum link_kind kind, struct error *error)
+static enum mr_status refused(const struct armtalk *talk, const struct mr_ack *ack, struct error *error)
 {
-    double until_s = listen_now_s() + HELLO_S;
-    enum mr_status status = MR_OK;
-    *talk = (struct armtalk){.link = link, .kind = kind, .tag = (uint16_t)(link_now_us() / 1000u)}; /* not that of who else asks */
-    mr_deframer_init(&talk->deframer);
-    while (status == MR_OK && !(talk->hello && talk->landing_known)) {
-        if (listen_now_s() > until_s)
-            return link_no_board(link, error);
-        status = listen(talk, error);
-    }
-    return status;
-}
-
-static enum mr_status refused(const struct armtalk *talk, uint8_t code, struct error *error)
-{
-    enum mr_status answer = (enum mr_status)talk->ack.status;
-    const char *name = mr_command_name(code), *link = link_spec(talk->link);
-    if (answer == MR_NOT_NOW && code == MR_COMMAND_ARM && armtalk_recording(talk->landing.state))
+    enum mr_status answer = (enum mr_status)ack->status;
+    const char *name = mr_command_name(ack->code), *link = dialogue_spec(talk->dialogue);
+    if (answer == MR_NOT_NOW && ack->code == MR_COMMAND_ARM && armtalk_recording(talk->landing.state))
         return error_set(error, answer, "the board refuses `arm`: %s; it is %s, with landing %u: wait for its end, or disarm it", link,
                          mr_landing_state_text(talk->landing.state), talk->landing.landing);
     if (answer == MR_WAIT && talk->wait_known && talk->box.wait_s > 0.0f)
@@ -88,31 +60,36 @@ static enum mr_status refused(const struct armtalk *talk, uint8_t code, struct e
     return error_set(error, answer, "the board refuses `%s`: %s; %s", name, link, armtalk_refusal(answer));
 }
 
+static bool reached(const void *context)
+{
+    const struct armtalk *talk = context;
+    return talk->landing_told && talk->landing.state == talk->wanted;
+}
+
+/* Without an answer: the state was another one before. */
+static bool changed(const void *context)
+{
+    const struct armtalk *talk = context;
+    return reached(talk) && talk->before != talk->wanted;
+}
+
 enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number, struct error *error)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
-    unsigned wanted = code == MR_COMMAND_ARM ? MR_LANDING_ARMED : MR_LANDING_IDLE, before = talk->landing.state;
-    struct mr_command command = {.code = code, .argument = number, .tag = ++talk->tag};
-    talk->acknowledged = talk->landing_told = talk->wait_known = false;
-    enum mr_status status = listen_send(talk->link, talk->kind, &talk->seq, MR_ID_COMMAND, payload, mr_command_put(&command, payload), error);
-    for (double until_s = listen_now_s() + ANSWER_S; status == MR_OK && !talk->acknowledged && listen_now_s() < until_s;)
-        status = listen(talk, error);
-    bool reached = talk->landing_told && talk->landing.state == wanted;
-    if (status != MR_OK)
-        return status;
-    if (!talk->acknowledged && reached && before != wanted) /* only the answer was lost */
-        return MR_OK;
-    if (!talk->acknowledged)
-        return error_set(error, MR_TIMEOUT, "the board does not answer `%s` within %.0f s: %s; look what state it is in before trying again",
-                         mr_command_name(code), ANSWER_S, link_spec(talk->link));
-    if (talk->ack.status != MR_OK)
-        return refused(talk, code, error);
-    for (double until_s = listen_now_s() + STATE_S; status == MR_OK && !reached && listen_now_s() < until_s;) {
-        status = listen(talk, error);
-        reached = talk->landing_told && talk->landing.state == wanted;
-    }
-    return status == MR_OK && !reached
+    const struct dialogue_order order = {.code = code, .argument = number, .answer_s = ARMTALK_ANSWER_S, .taken = changed, .context = talk};
+    struct mr_ack ack;
+    talk->wanted = code == MR_COMMAND_ARM ? MR_LANDING_ARMED : MR_LANDING_IDLE;
+    talk->before = talk->landing.state;
+    talk->landing_told = talk->wait_known = false;
+    enum mr_status status = dialogue_order(talk->dialogue, &order, &ack, error);
+    if (status == MR_TIMEOUT)
+        return error_set(error, MR_TIMEOUT, "the board does not answer `%s` within %d s: %s; look what state it is in before trying again",
+                         mr_command_name(code), ARMTALK_ANSWER_S, dialogue_spec(talk->dialogue));
+    if (status == MR_OK && ack.status != MR_OK)
+        return refused(talk, &ack, error);
+    if (status == MR_OK)
+        status = dialogue_until(talk->dialogue, reached, talk, STATE_S, error);
+    return status == MR_TIMEOUT
                ? error_set(error, MR_TIMEOUT, "the board took `%s` and does not say it is %s: %s; look what state it is in",
-                           mr_command_name(code), mr_landing_state_text(wanted), link_spec(talk->link))
+                           mr_command_name(code), mr_landing_state_text(talk->wanted), dialogue_spec(talk->dialogue))
                : status;
 }

@@ -3,29 +3,25 @@
 #ifndef MATRIG_HOST_BOARD_ARMTALK_H
 #define MATRIG_HOST_BOARD_ARMTALK_H
 
-#include "common/catalogue.h"
-#include "common/framing.h"
-#include "host/link/link.h"
+#include "host/board/dialogue.h"
 
 #define ARMTALK_LANDING_MOST 65535
+#define ARMTALK_ANSWER_S 3 /* for the answer to either order, here, at the terminal of matrig log and on the live page */
 
 struct armtalk {
-    struct link *link;
-    enum link_kind kind;
-    struct mr_deframer deframer;
-    uint16_t seq, tag;
-    bool hello, acknowledged, landing_known, wait_known;
+    struct dialogue *dialogue;
+    bool landing_known, wait_known;
     bool landing_told;          /* since the command */
-    struct mr_ack ack;
+    unsigned wanted, before;    /* states: that the command is to reach, that it found */
     struct mr_landing landing;  /* newest */
     struct mr_box_state box;    /* told when it is why arming was refused */
 };
 
-/* The link is the caller's. Waits, at most 10 s, until the board has said hello and what state it is in, which it does once a second.
- * MR_TIMEOUT; MR_VERSION: a board of another layout. */
-enum mr_status armtalk_begin(struct armtalk *talk, struct link *link, enum link_kind kind, struct error *error);
-/* MR_COMMAND_ARM with a landing's number from 0 to 65535 (0: the board counts on), or MR_COMMAND_DISARM with 0; at most 5 s. It is sent
- * once: a second arming would be refused because of the first. MR_OK: done, talk->landing says in which landing; MR_TIMEOUT: neither an
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board has said hello and what state it is in, which it does once
+ * a second. Statuses as dialogue_hello. */
+enum mr_status armtalk_begin(struct armtalk *talk, struct dialogue *dialogue, struct error *error);
+/* MR_COMMAND_ARM with a landing's number from 0 to 65535 (0: the board counts on), or MR_COMMAND_DISARM with 0; at most 5 s. When the answer
+ * is lost, the state that the board tells decides. MR_OK: done, talk->landing says in which landing; MR_TIMEOUT: neither an
  * answer nor the state came; else the board refused, and `error` says why. */
 enum mr_status armtalk_order(struct armtalk *talk, uint8_t code, int32_t number, struct error *error);
 

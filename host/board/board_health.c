@@ -99,7 +99,7 @@ bool board_health_verb(const char *word)
 int board_health(const char *serial, const char *verb, const char *elf, const struct cli *cli)
 {
     struct error error = {0};
-    struct link *link = NULL;
+    struct dialogue dialogue = {0};
     struct hil_symbols symbols;
     struct healthtalk *talk = calloc(1, sizeof *talk);
     int exit_code;
@@ -107,9 +107,9 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
         abort();
     enum mr_status status = crash_symbols(&symbols, elf, &error);
     if (status == MR_OK)
-        status = link_open(serial, LINK_SERIAL, &link, &error);
+        status = dialogue_open(&dialogue, NULL, serial, &error);
     if (status == MR_OK)
-        status = healthtalk_begin(talk, link, &error);
+        status = healthtalk_begin(talk, &dialogue, &error);
     if (status == MR_OK)
         status = strcmp(verb, "health") == 0      ? healthtalk_hear(talk, &error)
                  : strcmp(verb, "self-test") == 0 ? healthtalk_self_test(talk, &error)
@@ -122,7 +122,7 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
         exit_code = tell_test(&talk->test, cli);
     else
         exit_code = cli->json ? cli_print_json(json_pack("{sb}", "restarted", 1), 0) : 0;
-    link_close(link);
+    dialogue_close(&dialogue);
     hil_symbols_free(&symbols);
     free(talk);
     return exit_code;

@@ -4,9 +4,8 @@
 
 #include "common/boxpage.h"
 #include "common/catalogue.h"
-#include "common/framing.h"
 #include "common/slowrow.h"
-#include "host/link/link.h"
+#include "host/board/dialogue.h"
 
 #define BOXTALK_RECORDS 256u
 
@@ -16,11 +15,7 @@ struct boxtalk_record {
 };
 
 struct boxtalk {
-    struct link *link;
-    struct mr_deframer deframer;
-    uint16_t seq, tag;
-    bool hello, acknowledged;
-    struct mr_ack ack;
+    struct dialogue *dialogue;
     bool state_known, space_known;
     struct mr_box_state state;
     struct mr_box_space space;
@@ -36,8 +31,7 @@ struct boxtalk {
     uint32_t half_page; /* whose first half stands in `half` */
     bool ended;
     /* the slow log */
-    uint32_t uid[3];
-    bool uid_known, clock_known;
+    bool clock_known;
     struct mr_clock clock;   /* newest */
     uint64_t clock_us;       /* host time at which it came */
     struct mr_slowrow_reader slow;
@@ -48,16 +42,15 @@ struct boxtalk {
     struct mr_slow_end slow_end;
 };
 
-/* The link is the caller's. Waits until the board says hello, which it does once a second. MR_TIMEOUT; MR_VERSION: a board of another
- * layout. */
-enum mr_status boxtalk_begin(struct boxtalk *talk, struct link *link, struct error *error);
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses as dialogue_hello. */
+enum mr_status boxtalk_begin(struct boxtalk *talk, struct dialogue *dialogue, struct error *error);
 /* Fills state, space and records. MR_TIMEOUT, or what the board answered. */
 enum mr_status boxtalk_list(struct boxtalk *talk, struct error *error);
 /* Pages of a listed record; those `present` are not asked for again, those that cannot be read stay absent. Both arrays have room
  * for record.pages. */
 enum mr_status boxtalk_read(struct boxtalk *talk, const struct boxtalk_record *record, uint8_t (*pages)[MR_BOXPAGE],
                             uint8_t *present, struct error *error);
-/* Rows of the slow log from number `first` on, each to `row`; at its end talk->slow_end, uid and clock are known. */
+/* Rows of the slow log from number `first` on, each to `row`; at its end talk->slow_end, clock and the image of talk->dialogue->identity are known. */
 enum mr_status boxtalk_slow(struct boxtalk *talk, uint32_t first, void (*row)(void *context, const struct mr_slowrow *row),
                             void *context, struct error *error);
 enum mr_status boxtalk_free(struct boxtalk *talk, uint16_t record, struct error *error);

@@ -4,19 +4,15 @@
 
 #include "common/catalogue.h"
 #include "common/fault.h"
-#include "common/framing.h"
 #include "host/board/crash.h"
-#include "host/link/link.h"
+#include "host/board/dialogue.h"
 
 struct healthtalk {
-    struct link *link;
-    struct mr_deframer deframer;
-    uint16_t seq, tag;
-    unsigned hellos;
-    bool acknowledged, tested, crashed;
+    struct dialogue *dialogue;
+    unsigned hellos, wanted; /* that came; that are waited for */
+    bool tested, crashed;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
-    struct mr_hello hello;
-    struct mr_ack ack;
+    struct mr_hello hello; /* the newest */
     struct mr_restarts restarts;
     struct mr_upkeep upkeep;
     struct mr_can_alarm alarm;
@@ -27,8 +23,8 @@ struct healthtalk {
     struct crash_report crash;
 };
 
-/* Waits until the board says hello. MR_TIMEOUT; MR_VERSION: a board of another layout. */
-enum mr_status healthtalk_begin(struct healthtalk *talk, struct link *link, struct error *error);
+/* The dialogue is the caller's; `talk` subscribes to it. Waits until the board says hello. Statuses as dialogue_hello. */
+enum mr_status healthtalk_begin(struct healthtalk *talk, struct dialogue *dialogue, struct error *error);
 /* Hears everything that the board says each second, and what a processor fault left behind. */
 enum mr_status healthtalk_hear(struct healthtalk *talk, struct error *error);
 /* Fills `test`. MR_TIMEOUT, or what the board answered. */

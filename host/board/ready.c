@@ -1,7 +1,6 @@
 #include "host/board/ready.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,49 +15,6 @@
 /* Every rig has these to be tested; and these have a name of their own when they are good. */
 #define SELF_TESTS_ALWAYS (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
 #define SELF_TESTS_NAMED (SELF_TESTS_ALWAYS | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
-
-const char *ready_text(enum ready_verdict verdict)
-{
-    return verdict == READY_GO ? "GO" : verdict == READY_NO_GO ? "NO-GO" : "not done";
-}
-
-struct ready_check *ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name, const char *format, ...)
-{
-    static struct ready_check beyond;
-    struct ready_check *check = report->count < READY_CHECKS ? &report->check[report->count++] : &beyond;
-    va_list arguments;
-    memset(check, 0, sizeof *check);
-    check->verdict = verdict;
-    snprintf(check->name, sizeof check->name, "%s", name);
-    va_start(arguments, format);
-    vsnprintf(check->value, sizeof check->value, format, arguments);
-    va_end(arguments);
-    return check;
-}
-
-enum ready_verdict ready_verdict(const struct ready_report *report)
-{
-    return ready_count(report, READY_NO_GO) || report->count == 0 ? READY_NO_GO : READY_GO;
-}
-
-unsigned ready_count(const struct ready_report *report, enum ready_verdict verdict)
-{
-    unsigned count = 0;
-    for (unsigned i = 0; i < report->count; i++)
-        count += report->check[i].verdict == verdict;
-    return count;
-}
-
-json_t *ready_json(const struct ready_report *report)
-{
-    json_t *checks = json_array();
-    for (unsigned i = 0; i < report->count; i++) {
-        const struct ready_check *c = &report->check[i];
-        json_array_append_new(checks, json_pack("{ssssssssss}", "name", c->name, "verdict", ready_text(c->verdict), "value",
-                                                c->value, "limit", c->limit, "advice", c->advice));
-    }
-    return checks;
-}
 
 void ready_measure(const struct mr_config *config, const struct mr_block *blocks, unsigned count, unsigned c,
                    struct ready_channel *channel)
@@ -253,7 +209,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
         any |= f->config.channel[MR_TRANSDUCERS + i].kind == MR_KIND_TENSION && f->config.channel[MR_TRANSDUCERS + i].shunt_lb > 0.0f;
     if (!any)
         return;
-    if (!f->shunt_done || f->shunts == 0) {
+    if (!f->shunt_done || f->shunts.count == 0) {
         advise(ready_add(report, READY_NO_GO, "shunt calibration", "%s",
                          f->shunt_done ? mr_status_text(f->shunt_status) : "the board did not answer"),
                "the board must be idle; try again");
@@ -262,8 +218,8 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
     char text[130] = "";
     unsigned bad = 0, compared = 0;
     float worst = 0.0f;
-    for (unsigned i = 0; i < f->shunts; i++) {
-        const struct mr_shunt_result *r = &f->shunt[i];
+    for (unsigned i = 0; i < f->shunts.count; i++) {
+        const struct mr_shunt_result *r = &f->shunts.result[i];
         float before = r->gage >= 1 && r->gage <= MR_GAGES ? f->before_span_lb[r->gage - 1] : NAN;
         float change = r->span_lb - before;
         bool drifted = !isnan(change) && fabsf(change) > READY_SHUNT_DRIFT * fabsf(before) + 3.0f * r->noise_lb;
@@ -275,13 +231,13 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
             continue;
         if (r->verdict != MR_SHUNT_GOOD)
             snprintf(text + at, sizeof text - at, "%sgage %u %s (%.2f lb of %.2f)", bad ? ", " : "", r->gage, bands_verdict_text(r->verdict),
-                     (double)r->span_lb, (double)f->shunt_check[i].expected_lb);
+                     (double)r->span_lb, (double)f->shunts.check[i].expected_lb);
         else
             snprintf(text + at, sizeof text - at, "%sgage %u drifted by %+.2f lb", bad ? ", " : "", r->gage, (double)change);
         bad++;
     }
     struct ready_check *c = bad ? ready_add(report, READY_NO_GO, "shunt calibration", "%s", text)
-                                : ready_add(report, READY_GO, "shunt calibration", "%u gages good", f->shunts);
+                                : ready_add(report, READY_GO, "shunt calibration", "%u gages good", f->shunts.count);
     size_t at = strlen(c->value);
     if (!bad && compared)
         snprintf(c->value + at, sizeof c->value - at, "; since the last one %+.3f lb at most", (double)worst);
@@ -474,8 +430,9 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
         return;
     }
     bool busy = f->identity.hello.state != MR_LANDING_IDLE;
-    struct ready_check *c = ready_add(report, busy ? READY_NO_GO : READY_GO, "board", "%08X%08X%08X, layout %u, %s", (unsigned)f->identity.uid[0],
-                                      (unsigned)f->identity.uid[1], (unsigned)f->identity.uid[2], f->identity.hello.layout,
+    char uid[IDENTITY_UID_TEXT];
+    identity_uid_text(&f->identity, uid);
+    struct ready_check *c = ready_add(report, busy ? READY_NO_GO : READY_GO, "board", "%s, layout %u, %s", uid, f->identity.hello.layout,
                                       busy ? "a landing is armed or going on" : "idle");
     snprintf(c->limit, sizeof c->limit, "layout %u, idle", (unsigned)MR_LAYOUT);
     advise(c, "disarm it, or wait until it is done");

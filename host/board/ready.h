@@ -12,8 +12,9 @@
 #include "common/config.h"
 #include "common/fault.h"
 #include "host/board/calibrationpast.h"
+#include "host/board/identity.h"
+#include "host/board/shunts.h"
 #include "host/collect/timemap.h"
-#include "host/identity.h"
 
 #define READY_CHECKS 72u
 #define READY_NOISE_CODES 3.0f     /* of a block's mean: 2 LSB a conversion leave 0.71 */
@@ -83,9 +84,7 @@ struct ready_facts {
 
     bool shunt_done;
     enum mr_status shunt_status;
-    unsigned shunts;
-    struct mr_shunt_result shunt[MR_GAGES];
-    struct mr_shunt_check shunt_check[MR_GAGES];
+    struct shunts shunts;
 
     bool tested;
     struct mr_self_test test;

@@ -6,12 +6,8 @@
 #include <string.h>
 
 #include "host/cli.h"
+#include "host/link/link.h"
 #include "host/store/store_readiness.h"
-
-void readykept_uid(const struct identity *identity, char out[25])
-{
-    snprintf(out, 25, "%08X%08X%08X", (unsigned)identity->uid[0], (unsigned)identity->uid[1], (unsigned)identity->uid[2]);
-}
 
 /* The spans that the last `matrig ready` of this board kept. */
 static void take_spans(const char *checks, float span_lb[MR_GAGES])
@@ -27,13 +23,13 @@ static void take_spans(const char *checks, float span_lb[MR_GAGES])
 
 enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, struct error *error)
 {
-    char uid[25];
+    char uid[IDENTITY_UID_TEXT];
     struct store_landing *rows = NULL;
     struct store_readiness last;
     size_t count = 0;
     bool found = false;
     int64_t kept_us = STORE_NONE;
-    readykept_uid(&f->identity, uid);
+    identity_uid_text(&f->identity, uid);
     enum mr_status status = store_landings(store, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         if (strcmp(rows[i].board_uid, uid) != 0)
@@ -60,14 +56,14 @@ enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, s
 enum mr_status readykept_save(struct store *store, const struct identity *identity, const char *kind, const struct ready_report *report,
                               const struct ready_facts *f, int64_t made_us, struct error *error)
 {
-    char uid[25];
+    char uid[IDENTITY_UID_TEXT];
     json_t *spans = json_array();
     struct store_readiness row = {.made_us = made_us};
     for (unsigned gage = 1; f && gage <= MR_GAGES; gage++) {
         double span_lb = (double)NAN;
-        for (unsigned i = 0; i < f->shunts; i++) {
-            if (f->shunt[i].gage == gage)
-                span_lb = (double)f->shunt[i].span_lb;
+        for (unsigned i = 0; i < f->shunts.count; i++) {
+            if (f->shunts.result[i].gage == gage)
+                span_lb = (double)f->shunts.result[i].span_lb;
         }
         json_array_append_new(spans, cli_json_number(span_lb, 7));
     }
@@ -79,7 +75,7 @@ enum mr_status readykept_save(struct store *store, const struct identity *identi
     if (!row.checks)
         abort();
     snprintf(row.verdict, sizeof row.verdict, "%s", ready_verdict(report) == READY_GO ? "go" : "no-go");
-    readykept_uid(identity, uid);
+    identity_uid_text(identity, uid);
     enum mr_status status = store_begin(store, error);
     if (status == MR_OK)
         status = store_readiness_put(store, uid, kind, &row, error);

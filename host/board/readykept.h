@@ -5,7 +5,6 @@
 #include "host/board/ready.h"
 #include "host/store/store.h"
 
-void readykept_uid(const struct identity *identity, char out[25]);
 /* What this board was at its last landing, its last shunt calibration, and how its channels were calibrated. */
 enum mr_status readykept_look_back(struct store *store, struct ready_facts *f, struct error *error);
 /* `kind`: "ready" or "walk"; `f` of a check, NULL of a walk. The row: {"checks": [...], "spans_lb": [...], "calibration": [...]}. */

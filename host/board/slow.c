@@ -15,7 +15,7 @@
 
 struct fetch {
     struct boxtalk *talk;
-    char uid[25];
+    char uid[IDENTITY_UID_TEXT];
     uint32_t first, next; /* numbers the board may hold: first <= seq < next */
     bool *known;          /* by seq - first: in the database, or come */
     struct store_slow *rows; /* that came */
@@ -83,7 +83,7 @@ static enum mr_status receive(struct fetch *fetch, struct store *store, struct e
         return status;
     fetch->next = talk->slow_end.next_seq;
     fetch->first = fetch->next > ROWS_MAX ? fetch->next - ROWS_MAX : 1;
-    snprintf(fetch->uid, sizeof fetch->uid, "%08X%08X%08X", (unsigned)talk->uid[0], (unsigned)talk->uid[1], (unsigned)talk->uid[2]);
+    identity_uid_text(&talk->dialogue->identity, fetch->uid);
     fetch->known = calloc(ROWS_MAX + 1, sizeof *fetch->known);
     fetch->rows = calloc(ROWS_MAX + 1, sizeof *fetch->rows);
     if (!fetch->known || !fetch->rows)

@@ -5,11 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "host/board/readytalk.h"
-#include "host/link/diagnose.h"
 
 #define POINT_BLOCKS 40u  /* of the board's live readings, 20 ms apart */
 #define POINT_S 10.0      /* for them to come */
@@ -21,13 +19,6 @@ struct gathering {
     unsigned channel, count, bad;
     double sum, squares, first;
 };
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static void gather(void *context, const struct mr_block *block)
 {
@@ -48,18 +39,23 @@ static void gather(void *context, const struct mr_block *block)
     g->count++;
 }
 
+static bool gathered(const void *context)
+{
+    const struct gathering *g = context;
+    return g->count == POINT_BLOCKS || g->bad == POINT_BLOCKS;
+}
+
 /* The channel's mean over a second or so. */
 static enum mr_status measure(struct readytalk *talk, struct gathering *g, const char *name, struct calibrate_point *point, struct error *error)
 {
-    double until_s = now_s() + POINT_S;
     *g = (struct gathering){.channel = g->channel};
     enum mr_status status = readytalk_live(talk, LIVE_S, error);
     if (status != MR_OK && error->status == MR_OK)
         return error_set(error, status, "the board does not read live (%s): %s; it must be idle", mr_status_text(status),
-                         link_spec(talk->link[LINK_SERIAL]));
-    while (status == MR_OK && g->count < POINT_BLOCKS && g->bad < POINT_BLOCKS && now_s() < until_s)
-        status = readytalk_listen(talk, error);
-    if (status == MR_OK && g->count < POINT_BLOCKS)
+                         dialogue_spec(talk->dialogue));
+    if (status == MR_OK)
+        status = dialogue_until(talk->dialogue, gathered, g, POINT_S, error);
+    if (error->status == MR_OK && g->count < POINT_BLOCKS)
         return error_set(error, g->bad ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", name,
                          g->bad ? "its readings are not valid" : "no readings came within 10 s", g->bad ? "look at its leads" : "is the board connected?");
     double n = g->count;
@@ -86,7 +82,7 @@ static bool typed_line(struct readytalk *talk, char *line, size_t size, struct e
                 line[length++] = byte;
             continue;
         }
-        readytalk_listen(talk, error);
+        (void)dialogue_turn(talk->dialogue, DIALOGUE_TURN_S, error);
     }
     return false;
 }
@@ -99,7 +95,7 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
     points->unit = r->unit;
     talk->context = &g;
     talk->reading = gather;
-    talk->until_ms = UINT64_MAX;
+    talk->until_s = INFINITY;
     cli_note(r->cli, "%s: set a known value, let it rest, type it (%s) and Enter; u takes the last one back; an empty line or q ends", r->name, unit);
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)
@@ -130,18 +126,18 @@ static enum mr_status guide(const struct calibrate_guided *r, struct readytalk *
 
 enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_config *config, struct calibrate_points *points, struct error *error)
 {
-    struct link *link = NULL;
+    struct dialogue dialogue;
     struct readytalk *talk = calloc(1, sizeof *talk);
     struct ready_facts *facts = calloc(1, sizeof *facts);
     if (!talk || !facts)
         abort();
-    enum mr_status status = link_open(r->serial, LINK_SERIAL, &link, error);
+    enum mr_status status = dialogue_open(&dialogue, NULL, r->serial, error);
     if (status == MR_OK) {
-        readytalk_begin(talk, link, NULL, facts, MEET_S);
+        readytalk_begin(talk, &dialogue, facts, MEET_S);
         status = readytalk_meet(talk, error);
     }
     if (status == MR_OK && !facts->hello)
-        status = link_no_board(link, error);
+        status = dialogue_no_hello(&dialogue, error);
     if (status == MR_OK && !facts->config_known)
         status = error_set(error, MR_TIMEOUT, "the board did not tell its configuration: %s; it must be idle, try again", r->serial);
     if (status == MR_OK)
@@ -150,7 +146,7 @@ enum mr_status calibrate_guide(const struct calibrate_guided *r, struct mr_confi
         status = error_set(error, MR_USAGE, "%s is not fitted: the configuration of %s; see matrig board config", r->name, r->serial);
     if (status == MR_OK)
         status = guide(r, talk, points, error);
-    link_close(link);
+    dialogue_close(&dialogue);
     free(talk);
     free(facts);
     return status;

@@ -16,18 +16,18 @@ static json_t *to_json(const char *word, const struct armtalk *talk, const struc
     return json;
 }
 
-static int order(const char *spec, enum link_kind kind, const char *word, int32_t number, const struct cli *cli)
+static int order(const char *can, const char *serial, const char *word, int32_t number, const struct cli *cli)
 {
     struct armtalk talk = {0};
-    struct link *link = NULL;
+    struct dialogue dialogue;
     struct error error = {0};
     bool arm = strcmp(word, "arm") == 0;
-    enum mr_status status = link_open(spec, kind, &link, &error);
+    enum mr_status status = dialogue_open(&dialogue, can, serial, &error);
     if (status == MR_OK)
-        status = armtalk_begin(&talk, link, kind, &error);
+        status = armtalk_begin(&talk, &dialogue, &error);
     if (status == MR_OK)
         status = armtalk_order(&talk, arm ? MR_COMMAND_ARM : MR_COMMAND_DISARM, number, &error);
-    link_close(link);
+    dialogue_close(&dialogue);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
     if (cli->json)
         return cli_print_json(to_json(word, &talk, &error), exit_code);
@@ -67,7 +67,7 @@ static int arm_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "a file is no board: %s; give the link of one", spec);
     if (status != MR_OK)
         return cli_fail(&error);
-    return order(spec, r.can ? LINK_CAN : LINK_SERIAL, words[0], (int32_t)number, cli);
+    return order(r.can, r.serial, words[0], (int32_t)number, cli);
 }
 
 #define VALUES struct request

@@ -12,8 +12,7 @@
 #include "host/collect/boxfill.h"
 #include "host/commands/commands.h"
 #include "host/flash/imagefile.h"
-#include "host/identity.h"
-#include "host/link/diagnose.h"
+#include "host/board/identity.h"
 #include "host/output.h"
 
 struct request {
@@ -131,7 +130,7 @@ static enum mr_status keep_configuration(const struct request *request, struct b
     free(text);
     if (status != MR_OK || there)
         return status;
-    if (configtalk_begin(&other, talk->link, LINK_SERIAL, &why) == MR_OK)
+    if (configtalk_begin(&other, talk->dialogue, &why) == MR_OK)
         (void)configtalk_get(&other, &config, &crc, &why);
     if (why.status == MR_OK && crc == (uint32_t)landing.config_crc) {
         text = configtext_write(&config);
@@ -185,14 +184,14 @@ static int read_record(const struct request *request, struct boxtalk *talk, uint
 
 static int talk_to_board(const struct request *request, const char *verb, uint16_t number, struct error *error)
 {
-    struct link *link = NULL;
+    struct dialogue dialogue;
     struct boxtalk *talk = calloc(1, sizeof *talk);
     int exit_code;
     if (!talk)
         abort();
-    enum mr_status status = link_open(request->serial, LINK_SERIAL, &link, error);
+    enum mr_status status = dialogue_open(&dialogue, NULL, request->serial, error);
     if (status == MR_OK)
-        status = boxtalk_begin(talk, link, error);
+        status = boxtalk_begin(talk, &dialogue, error);
     if (status == MR_OK)
         status = strcmp(verb, "free") == 0   ? boxtalk_free(talk, number, error)
                  : strcmp(verb, "slow") == 0 ? MR_OK
@@ -207,25 +206,23 @@ static int talk_to_board(const struct request *request, const char *verb, uint16
         exit_code = list(request, talk);
     else
         exit_code = request->cli->json ? cli_print_json(json_pack("{si}", "freed", number), 0) : 0;
-    link_close(link);
+    dialogue_close(&dialogue);
     free(talk);
     return exit_code;
 }
 
 /* ---- which board, and which image it runs ---- */
 
-#define IDENTITY_MS 10000u
-
 static int print_identity(const struct request *request, const struct identity *identity, const struct imagefile *image)
 {
     const struct mr_hello *hello = &identity->hello;
-    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[25], version[12], why[200] = "";
+    char commit[MR_IMAGE_COMMIT_TEXT] = "unknown", uid[IDENTITY_UID_TEXT], version[12], why[200] = "";
     bool same = image && identity_runs(identity, &image->header, why, sizeof why);
     unsigned state = identity->commit_known ? identity->commit.state : (unsigned)MR_IMAGE_NONE;
     int exit_code = (image && !same) || state != MR_IMAGE_GOOD ? mr_status_exit_code(MR_LIMIT) : 0;
     if (identity->commit_known)
         mr_image_commit_text(identity->commit.commit, identity->commit.commit_more, identity->commit.changed != 0, commit);
-    snprintf(uid, sizeof uid, "%08X%08X%08X", (unsigned)identity->uid[0], (unsigned)identity->uid[1], (unsigned)identity->uid[2]);
+    identity_uid_text(identity, uid);
     snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
     if (request->cli->json) {
         json_t *compared = image ? json_pack("{sssbss}", "file", image->path, "same", same, "difference", why) : json_null();
@@ -245,25 +242,19 @@ static int print_identity(const struct request *request, const struct identity *
 static int tell_identity(const struct request *request, struct error *error)
 {
     struct imagefile image = {0};
-    struct identity_talk talk;
-    struct link *link = NULL;
+    struct dialogue dialogue = {0};
     int exit_code;
     enum mr_status status = request->image ? imagefile_read(request->image, &image, error) : MR_OK;
     if (status == MR_OK && request->image && !image.stamped)
         status = error_set(error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request->image);
     if (status == MR_OK)
-        status = link_open(request->serial, LINK_SERIAL, &link, error);
-    if (status == MR_OK) {
-        identity_begin(&talk, link);
-        status = identity_listen(&talk, IDENTITY_MS, error);
-        if (status == MR_TIMEOUT)
-            status = link_no_board(talk.link, error);
-    }
-    if (status == MR_OK && talk.identity.hello.layout != MR_LAYOUT)
-        status = error_set(error, MR_VERSION, "board speaks layout %u, this matrig layout %u: %s; use the matrig of its firmware",
-                           talk.identity.hello.layout, MR_LAYOUT, request->serial);
-    exit_code = status == MR_OK ? print_identity(request, &talk.identity, request->image ? &image : NULL) : cli_fail(error);
-    link_close(link);
+        status = dialogue_open(&dialogue, NULL, request->serial, error);
+    if (status == MR_OK)
+        status = dialogue_who(&dialogue, DIALOGUE_HELLO_S, error);
+    if (status == MR_TIMEOUT)
+        status = dialogue_no_hello(&dialogue, error);
+    exit_code = status == MR_OK ? print_identity(request, &dialogue.identity, request->image ? &image : NULL) : cli_fail(error);
+    dialogue_close(&dialogue);
     if (request->image)
         imagefile_free(&image);
     return exit_code;

@@ -18,7 +18,7 @@ struct request {
 };
 
 struct session {
-    struct link *link;
+    struct dialogue dialogue;
     struct configtalk talk;
     struct mr_config config; /* in force */
     uint32_t crc;
@@ -57,11 +57,10 @@ static void note_unsound(const struct cli *cli, const struct mr_config *config)
 
 static enum mr_status open_session(const struct request *request, struct session *session, struct error *error)
 {
-    enum link_kind kind = request->serial ? LINK_SERIAL : LINK_CAN;
     memset(session, 0, sizeof *session);
-    enum mr_status status = link_open(request->serial ? request->serial : request->can, kind, &session->link, error);
+    enum mr_status status = dialogue_open(&session->dialogue, request->can, request->serial, error);
     if (status == MR_OK)
-        status = configtalk_begin(&session->talk, session->link, kind, error);
+        status = configtalk_begin(&session->talk, &session->dialogue, error);
     if (status == MR_OK)
         status = configtalk_get(&session->talk, &session->config, &session->crc, error);
     return status;
@@ -94,7 +93,7 @@ static int get(const struct request *request, struct error *error)
         exit_code = cli_fail(error);
     }
     free(text);
-    link_close(session.link);
+    dialogue_close(&session.dialogue);
     return exit_code;
 }
 
@@ -122,7 +121,7 @@ static enum mr_status change(struct session *session, const struct mr_config *wa
     if (status == MR_OK)
         status = configtalk_get(&session->talk, &back, &crc, error);
     if (status == MR_OK && crc != mr_config_encode(wanted, image))
-        return error_set(error, MR_CRC, "what reads back is not what was sent, CRC %08x: %s; read it again", crc, link_spec(session->link));
+        return error_set(error, MR_CRC, "what reads back is not what was sent, CRC %08x: %s; read it again", crc, dialogue_spec(&session->dialogue));
     session->crc = crc;
     return status;
 }
@@ -152,18 +151,12 @@ static enum mr_status hold_gains(const struct request *request, const struct cal
     return MR_OK;
 }
 
-static void uid_text(const struct session *session, char out[25])
-{
-    const uint32_t *id = session->talk.uid;
-    snprintf(out, 25, "%08X%08X%08X", (unsigned)id[0], (unsigned)id[1], (unsigned)id[2]);
-}
-
 /* Keeps what was said of the change, once it is in force. */
 static enum mr_status keep_note(const struct request *request, const struct session *session, const struct mr_config *config, uint32_t channels,
                                 struct store *store, struct error *error)
 {
-    char uid[25];
-    uid_text(session, uid);
+    char uid[IDENTITY_UID_TEXT];
+    identity_uid_text(&session->dialogue.identity, uid);
     return calibrationpast_say(store, uid, config, channels, request->changed, (int64_t)link_now_us(), error);
 }
 
@@ -188,8 +181,8 @@ static int set(const struct request *request, struct error *error)
                            "site.revision = %u to put this one over it",
                            own_revision, revision, request->file, revision);
     if (status == MR_OK && request->db) {
-        char uid[25];
-        uid_text(&session, uid);
+        char uid[IDENTITY_UID_TEXT];
+        identity_uid_text(&session.dialogue.identity, uid);
         status = store_open(request->db, STORE_CREATE, &store, error);
         if (status == MR_OK)
             status = calibrationpast_read(store, uid, &past, error);
@@ -219,7 +212,7 @@ static int set(const struct request *request, struct error *error)
                count, count == 1 ? "" : "s", wanted.site[0].revision, session.crc);
     }
     json_decref(changes);
-    link_close(session.link);
+    dialogue_close(&session.dialogue);
     return exit_code;
 }
 
@@ -228,7 +221,7 @@ static enum mr_status check_past(const struct request *request, const struct mr_
 {
     struct calibrationpast past = {.run = {0}};
     struct store *store = NULL;
-    char uid[25];
+    char uid[IDENTITY_UID_TEXT];
     uint32_t said;
     enum mr_status status = store_open(request->db, STORE_READ, &store, error);
     if (status == MR_OK)

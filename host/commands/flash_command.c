@@ -5,17 +5,18 @@
 #include <time.h>
 
 #include "common/command.h"
+#include "host/board/dialogue.h"
 #include "host/collect/collect.h"
 #include "host/commands/commands.h"
 #include "host/flash/flash.h"
-#include "host/identity.h"
+#include "host/link/diagnose.h"
 #include "host/link/tty.h"
 
 #define BAUD_LEAST 9600.0
 #define BAUD_MOST 460800.0
-#define HELLO_MS 2500u     /* it comes once a second */
-#define HELLO_ASKED_MS 6000u
-#define ORDER_MS 3000u
+#define HELLO_S 2.5     /* it comes once a second */
+#define HELLO_ASKED_S 6.0
+#define ORDER_S 3.0
 #define RESTART_MS 200     /* 50 until it leaves, and what a reset takes */
 #define BAR 40u
 
@@ -26,8 +27,7 @@ struct session {
     int64_t baud;
     int firmware_baud;
     struct imagefile image;
-    struct link *link;
-    struct identity_talk talk;
+    struct dialogue dialogue; /* with the firmware; of its link too while the boot ROM is spoken with */
     uint8_t received[4096]; /* from the link and not yet given on */
     size_t start, end;
     struct bootrom rom;
@@ -50,15 +50,16 @@ static uint64_t now_us(void)
 static enum mr_status line_send(void *context, const uint8_t *bytes, size_t count, struct error *error)
 {
     struct session *session = context;
-    return link_send_bytes(session->link, bytes, count, error);
+    return link_send_bytes(dialogue_link(&session->dialogue), bytes, count, error);
 }
 
 static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeout_ms, struct error *error)
 {
     struct session *session = context;
+    struct link *link = dialogue_link(&session->dialogue);
     uint64_t host_us, until_us = now_us() + 1000u * timeout_ms;
     while (session->start == session->end) {
-        enum mr_status status = link_receive_bytes(session->link, session->received, sizeof session->received, &session->end, &host_us, error);
+        enum mr_status status = link_receive_bytes(link, session->received, sizeof session->received, &session->end, &host_us, error);
         session->start = 0;
         if (status == MR_OK)
             break;
@@ -67,12 +68,12 @@ static enum mr_status line_receive(void *context, uint8_t *byte, unsigned timeou
             return error_set(error, MR_CLOSED, "the link ended: %s; run it again: it goes on where it was", session->spec);
         if (status != MR_TOO_FEW)
             return status;
-        if (link_fd(session->link) < 0)
+        if (link_fd(link) < 0)
             return error_set(error, MR_IO, "the device went away: %s; plug it in and run it again: it goes on where it was", session->spec);
         uint64_t now = now_us();
         if (now >= until_us)
             return MR_TIMEOUT;
-        struct pollfd ready = {.fd = link_fd(session->link), .events = POLLIN};
+        struct pollfd ready = {.fd = link_fd(link), .events = POLLIN};
         (void)poll(&ready, 1, (int)((until_us - now) / 1000u) + 1);
     }
     *byte = session->received[session->start++];
@@ -123,11 +124,15 @@ static void clear_bar(struct session *session)
 
 static enum mr_status order_into_rom(struct session *session, struct error *error)
 {
-    enum mr_status answer = MR_OK;
-    enum mr_status status = identity_order(&session->talk, MR_COMMAND_BOOTROM, ORDER_MS, &answer, error);
+    struct mr_ack ack;
+    const struct dialogue_order order = {.code = MR_COMMAND_BOOTROM, .answer_s = ORDER_S};
+    enum mr_status status = dialogue_order(&session->dialogue, &order, &ack, error);
+    enum mr_status answer = (enum mr_status)ack.status;
+    if (status == MR_TIMEOUT)
+        return dialogue_lost(&session->dialogue, MR_COMMAND_BOOTROM, error);
     if (status == MR_OK && answer == MR_NOT_NOW)
         return error_set(error, MR_NOT_NOW, "the board does not leave a landing (it is %s): %s; wait for its end or disarm it",
-                         mr_landing_state_text(session->talk.identity.hello.state), session->spec);
+                         mr_landing_state_text(session->dialogue.identity.hello.state), session->spec);
     if (status == MR_OK && answer == MR_WAIT)
         return error_set(error, MR_WAIT, "the black box still writes the last landing: %s; try again in a second", session->spec);
     if (status == MR_OK && answer != MR_OK)
@@ -137,24 +142,33 @@ static enum mr_status order_into_rom(struct session *session, struct error *erro
     return status;
 }
 
+/* Who runs. MR_TIMEOUT, `error` as it was: nobody says. */
+static enum mr_status hear_firmware(struct session *session, double within_s, struct error *error)
+{
+    dialogue_forget(&session->dialogue);
+    enum mr_status status = dialogue_who(&session->dialogue, within_s, error);
+    if (status == MR_TIMEOUT && link_fd(dialogue_link(&session->dialogue)) < 0)
+        return error_set(error, MR_IO, "the device went away: %s; plug it in again", session->spec);
+    return status;
+}
+
 /* The firmware that runs, if any, is asked who it is and to give way. */
 static enum mr_status meet_firmware(struct session *session, struct error *error)
 {
     char why[200];
     if (session->boot0)
         return MR_OK;
-    identity_begin(&session->talk, session->link);
-    enum mr_status status = identity_listen(&session->talk, session->enter ? HELLO_ASKED_MS : HELLO_MS, error);
-    if (status == MR_TIMEOUT && error->status == MR_OK) {
+    enum mr_status status = hear_firmware(session, session->enter ? HELLO_ASKED_S : HELLO_S, error);
+    if (status == MR_TIMEOUT) {
         if (session->enter)
-            return error_set(error, MR_TIMEOUT, "no board said hello: %s; is it running? Else start it with BOOT0 high and give --boot0",
+            return error_set(error, MR_TIMEOUT, LINK_NO_HELLO ": %s; is it running? Else start it with BOOT0 high and give --boot0",
                              session->spec);
-        cli_note(session->cli, "flash: no board said hello; expecting the boot ROM, started with BOOT0 high");
+        cli_note(session->cli, "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
         return MR_OK;
     }
     if (status != MR_OK)
         return status;
-    session->same = session->image.stamped && identity_runs(&session->talk.identity, &session->image.header, why, sizeof why);
+    session->same = session->image.stamped && identity_runs(&session->dialogue.identity, &session->image.header, why, sizeof why);
     if (session->same && !session->force && !session->all)
         return MR_OK;
     if (!session->same && session->image.stamped)
@@ -169,17 +183,16 @@ static enum mr_status start_and_compare(struct session *session, struct error *e
     char why[200];
     enum mr_status status = bootrom_go(&session->rom, MR_IMAGE_FLASH, error);
     if (status == MR_OK)
-        status = link_line(session->link, session->firmware_baud, false, error);
+        status = link_line(dialogue_link(&session->dialogue), session->firmware_baud, false, error);
     if (status != MR_OK)
         return status;
-    identity_begin(&session->talk, session->link);
-    status = identity_listen(&session->talk, HELLO_ASKED_MS, error);
-    if (status == MR_TIMEOUT && error->status == MR_OK)
+    status = hear_firmware(session, HELLO_ASKED_S, error);
+    if (status == MR_TIMEOUT)
         return error_set(error, MR_TIMEOUT, "flashed and read back, but no board says hello: %s; take BOOT0 off and reset the board",
                          session->spec);
     if (status != MR_OK || !session->image.stamped)
         return status;
-    if (!identity_runs(&session->talk.identity, &session->image.header, why, sizeof why))
+    if (!identity_runs(&session->dialogue.identity, &session->image.header, why, sizeof why))
         return error_set(error, MR_LIMIT, "the board does not run what was flashed: %s; %s", session->spec, why);
     session->runs = true;
     return MR_OK;
@@ -191,7 +204,7 @@ static enum mr_status program(struct session *session, struct error *error)
     const struct flash_options options = {session->all, session->erase_configuration, show, session};
     if (session->entered) /* what it still says is not for the boot ROM's client */
         (void)poll(NULL, 0, RESTART_MS);
-    enum mr_status status = link_line(session->link, (int)session->baud, true, error);
+    enum mr_status status = link_line(dialogue_link(&session->dialogue), (int)session->baud, true, error);
     if (status == MR_OK)
         status = bootrom_begin(&session->rom, &line, error);
     if (status == MR_OK)
@@ -264,13 +277,14 @@ static json_t *result_json(const struct session *session, const char *commit)
 static int flash(struct session *session, struct error *error)
 {
     char commit[MR_IMAGE_COMMIT_TEXT] = "";
-    enum mr_status status = link_open(session->spec, LINK_SERIAL, &session->link, error);
+    enum mr_status status = dialogue_open(&session->dialogue, NULL, session->spec, error);
+    session->dialogue.any_layout = true;
     if (status == MR_OK)
         status = meet_firmware(session, error);
     bool nothing_to_do = session->same && !session->force && !session->all;
     if (status == MR_OK && !nothing_to_do)
         status = program(session, error);
-    link_close(session->link);
+    dialogue_close(&session->dialogue);
     if (status != MR_OK)
         return cli_fail(error);
     mr_image_commit_text(session->image.header.commit, session->image.header.commit_more, session->image.header.changed, commit);

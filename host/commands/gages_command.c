@@ -3,116 +3,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "common/bridge.h"
 #include "common/command.h"
-#include "common/framing.h"
 #include "host/analyse/bands.h"
-#include "host/board/listen.h"
+#include "host/board/gagetalk.h"
 #include "host/commands/commands.h"
-#include "host/link/link.h"
-
-#define ANSWER_S 10.0 /* a shunt calibration takes 0.9 s; hello comes once a second */
-#define TAG 0x6a67u
-
-struct talk {
-    struct link *link;
-    struct mr_deframer deframer;
-    bool hello, acknowledged;
-    struct mr_ack ack;
-    struct mr_shunt_result shunt[MR_GAGES];
-    struct mr_shunt_check check[MR_GAGES];
-    unsigned shunts;
-    struct mr_zero_result zero[MR_CHANNELS];
-    unsigned zeros;
-};
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static enum mr_status take_frame(void *context, const struct mr_frame *frame, struct error *error)
-{
-    struct talk *talk = context;
-    const uint8_t *bytes = frame->payload;
-    size_t length = frame->length;
-    struct mr_ack ack;
-    struct mr_shunt_check check;
-    switch (frame->type) {
-    case MR_ID_HELLO:
-        if (listen_hello(talk->link, bytes, length, error) != MR_OK)
-            return MR_VERSION;
-        talk->hello = true;
-        break;
-    case MR_ID_ACK:
-        if (mr_ack_get(&ack, bytes, length) == MR_OK && ack.tag == TAG) {
-            talk->ack = ack;
-            talk->acknowledged = true;
-        }
-        break;
-    case MR_ID_SHUNT:
-        talk->shunts = 0;
-        break;
-    case MR_ID_SHUNT_RESULT:
-        if (talk->shunts < MR_GAGES && mr_shunt_result_get(&talk->shunt[talk->shunts], bytes, length) == MR_OK)
-            talk->check[talk->shunts++] = (struct mr_shunt_check){.expected_lb = NAN, .change_lb = NAN, .zero_change_lb = NAN};
-        break;
-    case MR_ID_SHUNT_CHECK:
-        if (talk->shunts && mr_shunt_check_get(&check, bytes, length) == MR_OK && check.gage == talk->shunt[talk->shunts - 1].gage)
-            talk->check[talk->shunts - 1] = check;
-        break;
-    case MR_ID_ZERO_RESULT:
-        if (talk->zeros < MR_CHANNELS && mr_zero_result_get(&talk->zero[talk->zeros], bytes, length) == MR_OK)
-            talk->zeros++;
-        break;
-    default:
-        break;
-    }
-    return MR_OK;
-}
-
-/* What comes within a tenth of a second. */
-static enum mr_status listen(struct talk *talk, struct error *error)
-{
-    return listen_tenth(talk->link, &talk->deframer, take_frame, talk, error);
-}
-
-static enum mr_status wait_for(struct talk *talk, const bool *what, const char *name, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    double until_s = now_s() + ANSWER_S;
-    while (status == MR_OK && !*what && now_s() < until_s)
-        status = listen(talk, error);
-    if (status == MR_OK && !*what)
-        status = error_set(error, MR_TIMEOUT, "the board did not %s within %.0f s: %s; is it powered, are its scans running?", name,
-                           ANSWER_S, link_spec(talk->link));
-    return status;
-}
-
-static enum mr_status order(struct talk *talk, unsigned code, int32_t argument, struct error *error)
-{
-    struct mr_command command = {.code = (uint8_t)code, .tag = TAG, .argument = argument};
-    uint8_t payload[MR_MESSAGE_MAX], frame[MR_FRAME_MAX];
-    size_t length = mr_command_put(&command, payload);
-    enum mr_status status = wait_for(talk, &talk->hello, "say hello", error);
-    if (status == MR_OK)
-        status = link_send_bytes(talk->link, frame, mr_frame_encode(0, MR_ID_COMMAND, payload, length, frame), error);
-    if (status == MR_OK)
-        status = wait_for(talk, &talk->acknowledged, "answer", error);
-    if (status != MR_OK)
-        return status;
-    if (talk->ack.status == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW, "the board is armed, in a landing, or calibrating: %s; disarm it, or wait",
-                         link_spec(talk->link));
-    if (talk->ack.status != MR_OK && talk->ack.status != MR_LIMIT)
-        return error_set(error, (enum mr_status)talk->ack.status, "the board refused %s (%s): %s; see matrig gages --help",
-                         mr_command_name(code), mr_status_text((enum mr_status)talk->ack.status), link_spec(talk->link));
-    return MR_OK;
-}
 
 /* ---- what came ---- */
 
@@ -124,12 +20,12 @@ static void print_change(float lb)
         printf("  %+11.3f", (double)lb);
 }
 
-static void print_shunts(const struct talk *talk)
+static void print_shunts(const struct gagetalk *talk)
 {
     printf("gage  found, lb  of, lb  noise, lb   change, lb  at rest, lb\n");
-    for (unsigned i = 0; i < talk->shunts; i++) {
-        const struct mr_shunt_result *r = &talk->shunt[i];
-        const struct mr_shunt_check *c = &talk->check[i];
+    for (unsigned i = 0; i < talk->shunts.count; i++) {
+        const struct mr_shunt_result *r = &talk->shunts.result[i];
+        const struct mr_shunt_check *c = &talk->shunts.check[i];
         printf("%4u  %9.3f  %6.2f  %9.3f", r->gage, (double)r->span_lb, (double)c->expected_lb, (double)r->noise_lb);
         print_change(c->change_lb);
         print_change(c->zero_change_lb);
@@ -143,7 +39,7 @@ static const char *zero_text(unsigned verdict)
     return verdict < 4 ? text[verdict] : "unknown";
 }
 
-static void print_zeros(const struct talk *talk)
+static void print_zeros(const struct gagetalk *talk)
 {
     for (unsigned i = 0; i < talk->zeros; i++) {
         const struct mr_zero_result *z = &talk->zero[i];
@@ -155,12 +51,12 @@ static void print_zeros(const struct talk *talk)
     printf(talk->ack.status == MR_OK ? "these are the zeros now, until the board is reset or configured anew\n" : "no zero was taken\n");
 }
 
-static json_t *results_json(const struct talk *talk)
+static json_t *results_json(const struct gagetalk *talk)
 {
     json_t *shunts = json_array(), *zeros = json_array();
-    for (unsigned i = 0; i < talk->shunts; i++) {
-        const struct mr_shunt_result *r = &talk->shunt[i];
-        const struct mr_shunt_check *c = &talk->check[i];
+    for (unsigned i = 0; i < talk->shunts.count; i++) {
+        const struct mr_shunt_result *r = &talk->shunts.result[i];
+        const struct mr_shunt_check *c = &talk->shunts.check[i];
         json_array_append_new(shunts, json_pack("{sisssosososo}", "gage", r->gage, "verdict", bands_verdict_text(r->verdict), "span_lb",
                                                 cli_json_number((double)r->span_lb, 7), "expected_lb",
                                                 cli_json_number((double)c->expected_lb, 5), "noise_lb",
@@ -179,14 +75,14 @@ static json_t *results_json(const struct talk *talk)
 static int talk_to_board(const struct cli *cli, const char *serial, unsigned code, int32_t argument)
 {
     struct error error = {0};
-    struct talk *talk = calloc(1, sizeof *talk);
+    struct dialogue dialogue;
+    struct gagetalk *talk = calloc(1, sizeof *talk);
     if (!talk)
         abort();
-    mr_deframer_init(&talk->deframer);
-    enum mr_status status = link_open(serial, LINK_SERIAL, &talk->link, &error);
+    enum mr_status status = dialogue_open(&dialogue, NULL, serial, &error);
     if (status == MR_OK)
-        status = order(talk, code, argument, &error);
-    link_close(talk->link);
+        status = gagetalk_order(talk, &dialogue, code, argument, &error);
+    dialogue_close(&dialogue);
     int exit_code = status != MR_OK ? cli_fail(&error) : talk->ack.status == MR_OK ? 0 : mr_status_exit_code(MR_LIMIT);
     if (status == MR_OK && cli->json)
         exit_code = cli_print_json(results_json(talk), exit_code);

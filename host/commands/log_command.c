@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "host/commands/commands.h"
+#include "host/link/diagnose.h"
 #include "host/log/logger.h"
 #include "host/output.h"
 
@@ -364,7 +365,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("serial:TTY[:BAUD|:find]",
                 "a serial port, 8N1, 2000000 baud unless given; find: the usual rate at which a board is understood"),
     HELP_ITEM("pty:PATH", "the pseudo-terminal of an emulated board (waited for likewise)"),
-    HELP_NOTE("Exit 3 when no board said hello: nothing came, the rate is another one, or the bus has errors alone; the message says which.\n"
+    HELP_NOTE("Exit 3 when " LINK_NO_HELLO ": nothing came, the rate is another one, or the bus has errors alone; the message says which.\n"
               "Frames on CAN that are not the board's are counted and told, not obeyed.\n"
               "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"
               "A campaign that another program holds, a slow and a full disk are waited for: a queue keeps 60 s of full links. What it cannot keep\n"

@@ -17,7 +17,6 @@
 #include "host/board/readywalk.h"
 #include "host/calibrate/jump.h"
 #include "host/commands/commands.h"
-#include "host/link/diagnose.h"
 #include "host/flash/imagefile.h"
 #include "host/store/store_readiness.h"
 
@@ -117,8 +116,8 @@ static int tell(const struct request *request, const char *kind, const struct re
                 int64_t made_us, double took_s)
 {
     int exit_code = ready_verdict(report) == READY_GO ? 0 : mr_status_exit_code(MR_LIMIT);
-    char uid[25];
-    readykept_uid(identity, uid);
+    char uid[IDENTITY_UID_TEXT];
+    identity_uid_text(identity, uid);
     if (request->cli->json)
         return cli_print_json(json_pack("{sssssssIsoso}", "kind", kind, "verdict", ready_verdict(report) == READY_GO ? "go" : "no-go",
                                         "board", uid, "made_us", (json_int_t)made_us, "took_s", cli_json_number(took_s, 4), "checks",
@@ -130,18 +129,10 @@ static int tell(const struct request *request, const char *kind, const struct re
 
 /* ---- ready ---- */
 
-static enum mr_status open_links(const struct request *request, struct link *link[LINK_KINDS], struct error *error)
-{
-    enum mr_status status = link_open(request->serial, LINK_SERIAL, &link[LINK_SERIAL], error);
-    if (status == MR_OK && request->can)
-        status = link_open(request->can, LINK_CAN, &link[LINK_CAN], error);
-    return status;
-}
-
 /* "d3: a longer rod" or "d3,t4: ...": what is said of these channels becomes part of what the campaign knows. */
 static enum mr_status say_changed(const char *text, struct store *store, struct ready_facts *f, struct error *error)
 {
-    char uid[25];
+    char uid[IDENTITY_UID_TEXT];
     uint32_t channels = 0;
     unsigned input;
     const char *note = strchr(text, ':'), *p = text;
@@ -154,7 +145,7 @@ static enum mr_status say_changed(const char *text, struct store *store, struct 
                              MR_GAGES);
         channels |= 1u << input;
     }
-    readykept_uid(&f->identity, uid);
+    identity_uid_text(&f->identity, uid);
     note += 1 + strspn(note + 1, " ");
     snprintf(f->changed, sizeof f->changed, "%.*s", (int)sizeof f->changed - 1, text);
     enum mr_status status = calibrationpast_say(store, uid, &f->config, channels, note, (int64_t)link_now_us(), error);
@@ -180,7 +171,7 @@ static int ready(const struct request *request, struct ready_facts *f)
 {
     struct error error = {0};
     struct store *store = NULL;
-    struct link *link[LINK_KINDS] = {NULL, NULL};
+    struct dialogue dialogue = {0};
     struct readytalk *talk = calloc(1, sizeof *talk);
     struct ready_report *report = calloc(1, sizeof *report);
     int64_t made_us = (int64_t)link_now_us();
@@ -189,9 +180,9 @@ static int ready(const struct request *request, struct ready_facts *f)
         abort();
     enum mr_status status = open_campaign(request, f, &store, &error);
     if (status == MR_OK)
-        status = open_links(request, link, &error);
+        status = dialogue_open(&dialogue, request->can, request->serial, &error);
     if (status == MR_OK) {
-        readytalk_begin(talk, link[LINK_SERIAL], link[LINK_CAN], f, LIMIT_S - (now_s() - begun_s));
+        readytalk_begin(talk, &dialogue, f, LIMIT_S - (now_s() - begun_s));
         status = examine(request, store, talk, f, &error);
     }
     if (status == MR_OK)
@@ -199,10 +190,9 @@ static int ready(const struct request *request, struct ready_facts *f)
     if (status == MR_OK && f->hello && !f->database[0])
         status = readykept_save(store, &f->identity, "ready", report, f, made_us, &error);
     int exit_code = status == MR_OK ? tell(request, "ready", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
-    if (status == MR_OK && !f->hello && link_no_board(link[LINK_SERIAL], &error) != MR_OK) /* no-go is of a board that was looked at */
+    if (status == MR_OK && !f->hello && dialogue_no_hello(&dialogue, &error) != MR_OK) /* no-go is of a board that was looked at */
         exit_code = cli_fail(&error);
-    link_close(link[LINK_SERIAL]);
-    link_close(link[LINK_CAN]);
+    dialogue_close(&dialogue);
     store_close(store);
     free(talk);
     free(report);
@@ -344,11 +334,11 @@ static enum mr_status go_along(struct readytalk *talk, struct walk *walk, double
                 return error->status;
             if (live != MR_OK)
                 return error_set(error, live, "the board does not let itself be walked (%s): %s; it must be idle", mr_status_text(live),
-                                 link_spec(talk->link[LINK_SERIAL]));
+                                 dialogue_spec(talk->dialogue));
             renew_s = now_s() + RENEW_S;
             renew_ms = talk->newest_clock + (uint32_t)(1000.0 * RENEW_S);
         }
-        status = readytalk_listen(talk, error);
+        status = dialogue_turn(talk->dialogue, DIALOGUE_TURN_S, error);
         over = true;
         for (int kind = 0; kind < WALK_KINDS; kind++)
             over &= walk_over(&walk->order[kind]);
@@ -385,7 +375,7 @@ static int walk_along(const struct request *request, struct ready_facts *f, cons
     double for_s = isnan(request->for_s) ? WALK_S : request->for_s;
     struct error error = {0};
     struct store *store = NULL;
-    struct link *link[LINK_KINDS] = {NULL, NULL};
+    struct dialogue dialogue = {0};
     struct readytalk *talk = calloc(1, sizeof *talk);
     struct walk *walk = calloc(1, sizeof *walk);
     struct ready_report *report = calloc(1, sizeof *report);
@@ -395,13 +385,13 @@ static int walk_along(const struct request *request, struct ready_facts *f, cons
         abort();
     enum mr_status status = store_open(request->db, STORE_CREATE, &store, &error);
     if (status == MR_OK)
-        status = open_links(request, link, &error);
+        status = dialogue_open(&dialogue, request->can, request->serial, &error);
     if (status == MR_OK) {
-        readytalk_begin(talk, link[LINK_SERIAL], link[LINK_CAN], f, WALK_MEET_S);
+        readytalk_begin(talk, &dialogue, f, WALK_MEET_S);
         status = readytalk_meet(talk, &error);
     }
     if (status == MR_OK && !f->hello)
-        status = link_no_board(link[LINK_SERIAL], &error);
+        status = dialogue_no_hello(&dialogue, &error);
     if (status == MR_OK && !f->config_known)
         status = error_set(&error, MR_TIMEOUT, "the board did not tell its configuration: %s; it must be idle, try again", request->serial);
     if (status == MR_OK) {
@@ -413,7 +403,7 @@ static int walk_along(const struct request *request, struct ready_facts *f, cons
         talk->edge = take_edge;
         talk->event = take_event;
         talk->reading = take_reading;
-        talk->until_ms = UINT64_MAX;
+        talk->until_s = INFINITY;
         cli_note(request->cli, "walk along the rig; it ends when all have answered, after %.0f s, or with Ctrl-C", for_s);
         signal(SIGINT, note_signal);
         status = go_along(talk, walk, for_s, &error);
@@ -423,8 +413,7 @@ static int walk_along(const struct request *request, struct ready_facts *f, cons
     if (status == MR_OK)
         status = readykept_save(store, &f->identity, "walk", report, NULL, made_us, &error);
     int exit_code = status == MR_OK ? tell(request, "walk", report, &f->identity, made_us, now_s() - begun_s) : cli_fail(&error);
-    link_close(link[LINK_SERIAL]);
-    link_close(link[LINK_CAN]);
+    dialogue_close(&dialogue);
     store_close(store);
     free(talk);
     free(walk);
@@ -483,6 +472,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_UNKNOWN, "an image without matrig's header: %s; nothing to compare with", request.image);
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
+    facts->can_used = request.can != NULL;
     facts->wanted_bytes = 1e6 * request.room_mb;
     facts->today_day = (uint32_t)(time(NULL) / S_PER_DAY);
     signal(SIGPIPE, SIG_IGN);

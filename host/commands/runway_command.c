@@ -4,139 +4,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
-#include "common/command.h"
-#include "common/framing.h"
-#include "common/runway.h"
-#include "host/board/listen.h"
+#include "host/board/runwaytalk.h"
 #include "host/commands/commands.h"
 #include "host/output.h"
 #include "host/units.h"
 
-#define ANSWER_S 10.0 /* hello comes once a second, and so does what the memory holds */
-#define ROUNDS 3
-#define NOT_READ_YET 253 /* a copy, of the message runway_store */
 #define HMIL_PER_IN 100000.0
 #define CLOSED_HMIL 200u /* 0.002 in, as the predictor has it */
-
-struct talk {
-    struct link *link;
-    struct mr_deframer deframer;
-    bool hello, acknowledged, stored_known, looked, whole;
-    uint16_t seq, tag;
-    struct mr_ack ack;
-    struct mr_runway_store stored;
-    struct mr_predictor_state state;
-    unsigned parts;
-};
-
-static double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static void take_joints(struct talk *talk, const struct mr_runway_joints *joints)
-{
-    if (talk->parts >= mr_runway_messages(&talk->state) || joints->index != 1u + MR_RUNWAY_PER_MESSAGE * talk->parts)
-        return;
-    mr_runway_take(&talk->state, joints);
-    talk->whole = ++talk->parts == mr_runway_messages(&talk->state);
-}
-
-static enum mr_status take_frame(void *context, const struct mr_frame *frame, struct error *error)
-{
-    struct talk *talk = context;
-    const uint8_t *bytes = frame->payload;
-    size_t length = frame->length;
-    struct mr_ack ack;
-    struct mr_runway runway;
-    struct mr_runway_joints joints;
-    if (frame->type == MR_ID_HELLO) {
-        if (listen_hello(talk->link, bytes, length, error) != MR_OK)
-            return MR_VERSION;
-        talk->hello = true;
-    } else if (frame->type == MR_ID_ACK && mr_ack_get(&ack, bytes, length) == MR_OK && ack.tag == talk->tag) {
-        talk->ack = ack;
-        talk->acknowledged = true;
-    } else if (frame->type == MR_ID_RUNWAY_STORE) {
-        talk->stored_known |= mr_runway_store_get(&talk->stored, bytes, length) == MR_OK;
-        talk->looked = talk->stored_known && talk->stored.copy_a != NOT_READ_YET;
-    } else if (frame->type == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
-        talk->state = (struct mr_predictor_state){.mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
-        talk->parts = 0;
-        talk->whole = false;
-    } else if (frame->type == MR_ID_RUNWAY_JOINTS && mr_runway_joints_get(&joints, bytes, length) == MR_OK) {
-        take_joints(talk, &joints);
-    }
-    return MR_OK;
-}
-
-static enum mr_status wait_for(struct talk *talk, const bool *what, const char *name, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    double until_s = now_s() + ANSWER_S;
-    while (status == MR_OK && !*what && now_s() < until_s)
-        status = listen_tenth(talk->link, &talk->deframer, take_frame, talk, error);
-    if (status == MR_OK && !*what)
-        status = error_set(error, MR_TIMEOUT, "the board did not %s within %.0f s: %s; is it running, has it a predictor?", name, ANSWER_S,
-                           link_spec(talk->link));
-    return status;
-}
-
-static enum mr_status order(struct talk *talk, unsigned code, unsigned index, int32_t argument, struct error *error)
-{
-    struct mr_command command = {.code = (uint8_t)code, .index = (uint8_t)index, .tag = ++talk->tag, .argument = argument};
-    uint8_t payload[MR_MESSAGE_MAX], frame[MR_FRAME_MAX];
-    size_t length = mr_command_put(&command, payload);
-    talk->acknowledged = false;
-    enum mr_status status =
-        link_send_bytes(talk->link, frame, mr_frame_encode(talk->seq++, MR_ID_COMMAND, payload, length, frame), error);
-    if (status == MR_OK)
-        status = wait_for(talk, &talk->acknowledged, "answer", error);
-    if (status != MR_OK || talk->ack.status == MR_OK)
-        return status;
-    if (talk->ack.status == MR_NOT_NOW)
-        return error_set(error, MR_NOT_NOW, "not now: %s; the board is armed or in a landing (disarm it, or wait), or no predictor runs "
-                         "(predict.fitted of its configuration)", link_spec(talk->link));
-    if (talk->ack.status == MR_MALFORMED)
-        return error_set(error, MR_MALFORMED, "the board refuses this runway: %s; it is of other mats, or joints are wider than their slack",
-                         link_spec(talk->link));
-    return error_set(error, (enum mr_status)talk->ack.status, "the board refused %s (%s): %s; try again", mr_command_name(code),
-                     mr_status_text((enum mr_status)talk->ack.status), link_spec(talk->link));
-}
-
-/* All of it, and of the CRC that the board says it has. */
-static enum mr_status read_runway(struct talk *talk, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    for (unsigned round = 0; status == MR_OK && round < ROUNDS; round++) {
-        talk->whole = talk->stored_known = false;
-        status = order(talk, MR_COMMAND_RUNWAY_READ, 0, 0, error);
-        if (status == MR_OK)
-            status = wait_for(talk, &talk->whole, "tell all of its runway", error);
-        if (status == MR_OK)
-            status = wait_for(talk, &talk->stored_known, "say where its runway comes from", error);
-        if (status == MR_OK && mr_runway_crc(&talk->state) == talk->stored.crc)
-            return MR_OK;
-    }
-    return status != MR_OK ? status : error_set(error, MR_CRC, "the runway came damaged: %s; is the line noisy?", link_spec(talk->link));
-}
-
-static enum mr_status give_runway(struct talk *talk, const struct mr_predictor_state *state, struct error *error)
-{
-    enum mr_status status = read_runway(talk, error);
-    if (status == MR_OK && talk->state.mats != state->mats)
-        status = error_set(error, MR_LIMIT, "the file's runway has %u mats, the board's %u: %s; site.mats of its configuration",
-                           state->mats, talk->state.mats, link_spec(talk->link));
-    for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORDS; i++)
-        status = order(talk, MR_COMMAND_RUNWAY_WORD, i, mr_runway_word_argument(state, i), error);
-    for (unsigned i = 0; status == MR_OK && i < 256 && 2 * i <= state->mats; i++)
-        status = order(talk, MR_COMMAND_RUNWAY_JOINTS, i, mr_runway_joints_argument(state, i), error);
-    return status == MR_OK ? order(talk, MR_COMMAND_RUNWAY_TAKE, 0, (int32_t)mr_runway_crc(state), error) : status;
-}
 
 /* --- what is printed --- */
 
@@ -146,7 +21,7 @@ static const char *copy_text(unsigned copy, char out[40])
         return "blank";
     if (copy == 254)
         return "no memory";
-    if (copy == NOT_READ_YET)
+    if (copy == RUNWAYTALK_NOT_READ_YET)
         return "not read yet";
     if (copy == 0)
         return "whole";
@@ -170,7 +45,7 @@ static unsigned closed_of(const struct mr_predictor_state *state)
     return closed;
 }
 
-static int print(const struct talk *talk, const struct cli *cli)
+static int print(const struct runwaytalk *talk, const struct cli *cli)
 {
     const struct mr_predictor_state *state = &talk->state;
     const struct mr_runway_store *stored = &talk->stored;
@@ -255,32 +130,17 @@ static enum mr_status read_file(const char *path, struct mr_predictor_state *sta
     return status;
 }
 
-/* The board keeps a new runway half a second after it came, and says hello once a second. */
-static enum mr_status wait_until_kept(struct talk *talk, struct error *error)
-{
-    enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < 2 && status == MR_OK; i++) {
-        talk->hello = false;
-        status = wait_for(talk, &talk->hello, "say hello again", error);
-    }
-    return status;
-}
-
 /* `state`: to be given. */
-static enum mr_status do_verb(struct talk *talk, const char *verb, const struct mr_predictor_state *state, const char *out,
-                              bool force, struct error *error)
+static enum mr_status do_verb(struct runwaytalk *talk, struct dialogue *dialogue, const char *verb, const struct mr_predictor_state *state,
+                              const char *out, bool force, struct error *error)
 {
-    enum mr_status status = wait_for(talk, &talk->hello, "say hello", error);
-    if (status == MR_OK)
-        status = wait_for(talk, &talk->looked, "look through its memory", error);
+    enum mr_status status = runwaytalk_begin(talk, dialogue, error);
     if (status == MR_OK && strcmp(verb, "load") == 0)
-        status = give_runway(talk, state, error);
+        status = runwaytalk_give(talk, state, error);
     if (status == MR_OK && strcmp(verb, "forget") == 0)
-        status = order(talk, MR_COMMAND_RUNWAY_FORGET, 0, 0, error);
-    if (status == MR_OK && strcmp(verb, "show") != 0)
-        status = wait_until_kept(talk, error);
+        status = runwaytalk_forget(talk, error);
     if (status == MR_OK)
-        status = read_runway(talk, error);
+        status = runwaytalk_read(talk, error);
     return status == MR_OK && out ? write_file(out, force, &talk->state, error) : status;
 }
 
@@ -312,15 +172,14 @@ static int runway_command(int argc, char **argv, const struct cli *cli)
         status = output_check(r.out, r.force, words[2], &error);
     if (status != MR_OK)
         return cli_fail(&error);
-    struct talk *talk = calloc(1, sizeof *talk);
+    struct dialogue dialogue;
+    struct runwaytalk *talk = calloc(1, sizeof *talk);
     if (!talk)
         abort();
-    mr_deframer_init(&talk->deframer);
-    talk->tag = (uint16_t)(link_now_us() / 1000u);
-    status = link_open(r.serial, LINK_SERIAL, &talk->link, &error);
+    status = dialogue_open(&dialogue, NULL, r.serial, &error);
     if (status == MR_OK)
-        status = do_verb(talk, verb, &state, r.out, r.force, &error);
-    link_close(talk->link);
+        status = do_verb(talk, &dialogue, verb, &state, r.out, r.force, &error);
+    dialogue_close(&dialogue);
     int exit_code = status == MR_OK ? print(talk, cli) : cli_fail(&error);
     free(talk);
     return exit_code;

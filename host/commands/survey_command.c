@@ -294,15 +294,10 @@ static enum mr_status take(const struct request *request, struct store *store, s
 static enum mr_status load(const struct request *request, struct store *store, const struct survey *survey, const struct survey_found *found,
                            struct survey_loaded *loaded, struct error *error)
 {
-    struct link *link = NULL;
     bool can = request->can || strncmp(request->load, "can:", 4) == 0 || strncmp(request->load, "slcan:", 6) == 0;
-    enum link_kind kind = can ? LINK_CAN : LINK_SERIAL;
     if (found->slack.surveyed == 0)
         return error_set(error, MR_TOO_FEW, "no gage line was read: survey %lld of %s; take it first", (long long)survey->row.id, request->db);
-    enum mr_status status = link_open(request->load, kind, &link, error);
-    if (status == MR_OK)
-        status = survey_load(link, kind, &found->slack, loaded, error);
-    link_close(link);
+    enum mr_status status = survey_load(can ? request->load : NULL, can ? NULL : request->load, &found->slack, loaded, error);
     if (status == MR_OK)
         status = store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load, loaded->sent, error);
     return status;

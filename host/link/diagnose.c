@@ -54,17 +54,17 @@ static enum diagnosis of_serial(const struct link *link, const struct link_count
     const struct hearing *hearing = &counters->hearing;
     char errors[60] = "", rate[160];
     if (hearing->bytes == 0) {
-        snprintf(text, DIAGNOSIS_TEXT, "no board said hello: %s; not a byte came in %.1f s: is the board on, the cable in?", link->spec, since_s);
+        snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; not a byte came in %.1f s: is the board on, the cable in?", link->spec, since_s);
         return DIAGNOSIS_SILENT;
     }
     if (hearing->frames > 0) {
-        snprintf(text, DIAGNOSIS_TEXT, "no board said hello: %s; frames came: is this the board's serial output?", link->spec);
+        snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; frames came: is this the board's serial output?", link->spec);
         return DIAGNOSIS_NO_HELLO;
     }
     if (counters->trouble[LINK_UART_LINE])
         snprintf(errors, sizeof errors, ", %llu framing errors", (unsigned long long)counters->trouble[LINK_UART_LINE]);
     guess_rate(hearing, rate, sizeof rate);
-    snprintf(text, DIAGNOSIS_TEXT, "no board said hello: %s; %.0f bytes/s came%s, %llu ends of frames, not one whole: %s", link->spec,
+    snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %.0f bytes/s came%s, %llu ends of frames, not one whole: %s", link->spec,
              (double)hearing->bytes / fmax(since_s, 0.001), errors, (unsigned long long)hearing->bad, rate);
     return DIAGNOSIS_GARBLED;
 }
@@ -81,17 +81,17 @@ static const char *commonest(const struct link_counters *counters)
 static enum diagnosis of_can(const struct link *link, const struct link_counters *counters, double since_s, char text[DIAGNOSIS_TEXT])
 {
     if (counters->received > 0) {
-        snprintf(text, DIAGNOSIS_TEXT, "no board said hello: %s; %llu frames came: is the board on this bus?", link->spec,
+        snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %llu frames came: is the board on this bus?", link->spec,
                  (unsigned long long)counters->received);
         return DIAGNOSIS_NO_HELLO;
     }
     if (counters->error_frames > 0) {
         snprintf(text, DIAGNOSIS_TEXT,
-                 "no board said hello: %s; error frames only, %llu, most of them %s: is the bit rate 1 Mbit/s, is the bus terminated at both ends?",
+                 LINK_NO_HELLO ": %s; error frames only, %llu, most of them %s: is the bit rate 1 Mbit/s, is the bus terminated at both ends?",
                  link->spec, (unsigned long long)counters->error_frames, commonest(counters));
         return DIAGNOSIS_BUS_ERRORS;
     }
-    snprintf(text, DIAGNOSIS_TEXT, "no board said hello: %s; no frame at all in %.1f s: is the board on, and on this bus?", link->spec, since_s);
+    snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; no frame at all in %.1f s: is the board on, and on this bus?", link->spec, since_s);
     return DIAGNOSIS_SILENT;
 }
 
@@ -102,7 +102,7 @@ enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT])
     link_heard(link, &counters, &away);
     double since_s = (double)(link_monotonic_us() - counters.hearing.begun_us) / 1e6;
     if (away.status != MR_OK) {
-        snprintf(text, DIAGNOSIS_TEXT, "no board said hello: %s; %.300s", link->spec, away.text);
+        snprintf(text, DIAGNOSIS_TEXT, LINK_NO_HELLO ": %s; %.300s", link->spec, away.text);
         return DIAGNOSIS_SILENT;
     }
     return link->kind == LINK_CAN ? of_can(link, &counters, since_s, text) : of_serial(link, &counters, since_s, text);

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <string.h>
 
+#include "host/link/diagnose.h"
 #include "host/link/hearing.h"
 #include "host/link/link_ops.h"
 
@@ -43,7 +44,7 @@ enum mr_status find_baud(struct tty *tty, const char *spec, int *baud, struct er
             return status;
     }
     if (heard == 0)
-        return error_set(error, MR_TIMEOUT, "no board said hello: %s; not a byte came at any usual rate: is the board on, the cable in?", spec);
-    return error_set(error, MR_IO, "no board said hello: %s; %llu bytes came at the usual rates, and no frame: is this the board's port?",
+        return error_set(error, MR_TIMEOUT, LINK_NO_HELLO ": %s; not a byte came at any usual rate: is the board on, the cable in?", spec);
+    return error_set(error, MR_IO, LINK_NO_HELLO ": %s; %llu bytes came at the usual rates, and no frame: is this the board's port?",
                      spec, (unsigned long long)heard);
 }

@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "common/framing.h"
 #include "common/wire.h"
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
@@ -367,6 +368,16 @@ enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t l
         link->counters.sent += length;
     pthread_mutex_unlock(&link->device);
     return status;
+}
+
+enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id, const uint8_t *payload, size_t length, struct error *error)
+{
+    uint8_t bytes[MR_FRAME_MAX];
+    struct link_frame frame = {.id = id, .length = (uint8_t)length};
+    if (link->kind == LINK_SERIAL)
+        return link_send_bytes(link, bytes, mr_frame_encode(seq, id, payload, length, bytes), error);
+    memcpy(frame.data, payload, length);
+    return link_send_frame(link, &frame, error);
 }
 
 enum mr_status link_line(struct link *link, int baud, bool even_parity, struct error *error)

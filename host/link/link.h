@@ -92,6 +92,9 @@ enum mr_status link_line(struct link *link, int baud, bool even_parity, struct e
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error);
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error);
 
+/* A message of the catalogue, as the link's kind carries it: one CAN frame, or one serial frame (common/framing.h) of number `seq`. */
+enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id, const uint8_t *payload, size_t length, struct error *error);
+
 /* Unix time now, microseconds. */
 uint64_t link_now_us(void);
 

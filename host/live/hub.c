@@ -10,13 +10,13 @@
 #include <time.h>
 
 #include "common/command.h"
+#include "host/board/armtalk.h"
 
 #define EVENTS 1600u       /* a minute: 20 of readings and 5 of state a second, and some at once */
 #define EVENT_BYTES 0x300000u /* of all together */
 #define READINGS_MS 50
 #define STATE_MS 200
 #define AT_ONCE_MS 20 /* between two states, however much happens; a warning does not wait */
-#define ANSWER_MS 3000
 #define BUCKETS_AN_EVENT 64
 #define FIRST_TAG 0x7601u
 
@@ -345,7 +345,7 @@ bool live_hub_wait_end(struct live_hub *hub, int wait_ms)
 
 enum mr_status live_hub_command(struct live_hub *hub, unsigned code, int32_t argument, enum mr_status *answer)
 {
-    struct timespec until = after_ms(ANSWER_MS);
+    struct timespec until = after_ms(1000 * ARMTALK_ANSWER_S);
     enum mr_status status = MR_NOT_NOW;
     pthread_mutex_lock(&hub->lock);
     if (hub->source->commands && !hub->waiting && !hub->ended) {

@@ -1,5 +1,4 @@
 /* What matrig log asks of the board by itself, and for the viewers of the live page. */
-#include "common/framing.h"
 #include "host/log/logger.h"
 
 #define ASK_US 1000000u  /* between two requests for the configuration */
@@ -9,17 +8,13 @@
 
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked)
 {
-    struct link_frame can = {.id = MR_ID_COMMAND};
-    uint8_t bytes[MR_FRAME_MAX];
-    can.length = (uint8_t)mr_command_put(command, can.data);
+    uint8_t payload[MR_MESSAGE_MAX];
+    size_t length = mr_command_put(command, payload);
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         struct error reason = {0};
         if (!logger->open[kind] || (unasked && logger->mute[kind]))
             continue;
-        enum mr_status status =
-            kind == LINK_CAN ? link_send_frame(logger->link[kind], &can, &reason)
-                             : link_send_bytes(logger->link[kind], bytes,
-                                               mr_frame_encode(0, MR_ID_COMMAND, can.data, can.length, bytes), &reason);
+        enum mr_status status = link_send_message(logger->link[kind], 0, MR_ID_COMMAND, payload, length, &reason);
         logger->mute[kind] = logger->mute[kind] || (unasked && status != MR_OK);
         if (status == MR_OK)
             return true;

@@ -173,7 +173,7 @@ void logger_show_progress(struct logger *logger, bool last)
             (long long)p.counts[LINK_SERIAL].lost, queue, last ? "\n" : "");
 }
 
-/* Of two links on which no board said hello the one that heard something. */
+/* Of two links on which no board spoke the one that heard something. */
 static enum diagnosis diagnose(const struct logger *logger, const struct link **link)
 {
     char text[DIAGNOSIS_TEXT];

@@ -9,7 +9,7 @@
 #include "host/board/armtalk.h"
 #include "host/log/logger.h"
 
-#define ANSWER_US 3000000u /* as the live page waits */
+#define ANSWER_US (1000000u * ARMTALK_ANSWER_S)
 #define ASKED_US 30000000u /* a question that nobody answers is over */
 #define TYPING_US 15000000u
 #define HELP "arm [N], N from 0 to 65535 (none: the board counts on), or disarm"

@@ -2,7 +2,6 @@
 #ifndef MATRIG_HOST_SURVEY_LOAD_H
 #define MATRIG_HOST_SURVEY_LOAD_H
 
-#include "host/link/link.h"
 #include "host/survey/result.h"
 
 struct survey_loaded {
@@ -12,8 +11,8 @@ struct survey_loaded {
     unsigned older;                /* segments that it holds and this survey has not: of an earlier one */
 };
 
-/* MR_NOT_NOW: a landing is armed or going on; MR_TIMEOUT, MR_VERSION, MR_IO. All waits are bounded. */
-enum mr_status survey_load(struct link *link, enum link_kind kind, const struct survey_slack *slack, struct survey_loaded *loaded,
+/* Over one LINK, the other one NULL. MR_NOT_NOW: a landing is armed or going on; else as host/board/dialogue.h has it. */
+enum mr_status survey_load(const char *can, const char *serial, const struct survey_slack *slack, struct survey_loaded *loaded,
                            struct error *error);
 
 #endif

@@ -42,12 +42,12 @@ static int all_well(void **state)
     f.channel[8] = f.channel[9] = (struct ready_channel){.blocks = 100, .mean = 101.0f, .noise_codes = 0.7f};
     f.channel[22] = (struct ready_channel){.blocks = 100, .mean = 62.3f, .noise_codes = 0.3f};
     f.time = (struct timemap_fit){.refusal = TIMEMAP_GOOD, .pairs = 30, .fast_ppm = {.value = 20.0, .half = 50.0}};
-    f.shunts = 2;
+    f.shunts.count = 2;
     for (unsigned i = 0; i < MR_GAGES; i++)
         f.before_span_lb[i] = NAN;
     for (unsigned i = 0; i < 2; i++) {
-        f.shunt[i] = (struct mr_shunt_result){.gage = (uint8_t)(i + 1), .noise_lb = 0.05f, .span_lb = 40.0f};
-        f.shunt_check[i] = (struct mr_shunt_check){.gage = (uint8_t)(i + 1), .expected_lb = 40.0f};
+        f.shunts.result[i] = (struct mr_shunt_result){.gage = (uint8_t)(i + 1), .noise_lb = 0.05f, .span_lb = 40.0f};
+        f.shunts.check[i] = (struct mr_shunt_check){.gage = (uint8_t)(i + 1), .expected_lb = 40.0f};
         f.before_span_lb[i] = 40.1f;
     }
     f.test.done = 0x7f;
@@ -152,10 +152,10 @@ static void each_thing_that_is_wrong_is_named(void **state)
     only_no_go("switches", "switches are open");
     f.channel[22].mean = 20.0f;
     only_no_go("switches", "cannot be so low");
-    f.shunt[1].verdict = 3;
-    f.shunt[1].span_lb = 41.2f;
+    f.shunts.result[1].verdict = 3;
+    f.shunts.result[1].span_lb = 41.2f;
     only_no_go("shunt calibration", "gage 2 wrong (41.20 lb of 40.00)");
-    f.shunt[0].span_lb = 40.7f; /* 0.6 lb more than before: beyond 0.401 + 3 * 0.05 */
+    f.shunts.result[0].span_lb = 40.7f; /* 0.6 lb more than before: beyond 0.401 + 3 * 0.05 */
     only_no_go("shunt calibration", "gage 1 drifted by +0.60 lb");
     f.shunt_done = false;
     only_no_go("shunt calibration", "did not answer");
@@ -201,7 +201,7 @@ static void what_was_not_done_is_no_reason(void **state)
     f.time.refusal = TIMEMAP_OTHER_PACE;
     f.config.channel[0].calibrated_day = 0;
     f.fault[MR_FAULT_WATCHDOG_RESET].count = 1; /* of some time before */
-    f.shunt[0].span_lb = 40.5f;                 /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */
+    f.shunts.result[0].span_lb = 40.5f;                 /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */
     ready_judge(&f, &report);
     assert_int_equal(ready_verdict(&report), READY_GO);
     assert_int_equal(ready_count(&report, READY_NOT_DONE), 5);

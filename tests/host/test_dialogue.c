@@ -1,0 +1,500 @@
+/* The conversation with a board over a scripted link: what is lost, answered twice, late, by somebody else, or not at all. */
+#include "common/command.h"
+#include "host/board/dialogue.h"
+#include "tests/host/scripted_link.h"
+
+#define ANSWER_S 2.0
+#define SLACK_S 0.5 /* the looks of the scripted clock at a deadline */
+
+static struct scripted board, can_end;
+static struct dialogue dialogue;
+
+static int begin(void **state)
+{
+    (void)state;
+    scripted_now_s = 1000.0;
+    dialogue_begin(&dialogue, NULL, scripted_open(&board, LINK_SERIAL));
+    dialogue.now_s = scripted_clock;
+    return 0;
+}
+
+static int begin_can(void **state)
+{
+    (void)state;
+    scripted_now_s = 1000.0;
+    dialogue_begin(&dialogue, scripted_open(&can_end, LINK_CAN), NULL);
+    dialogue.now_s = scripted_clock;
+    return 0;
+}
+
+static int begin_both(void **state)
+{
+    (void)state;
+    scripted_now_s = 1000.0;
+    dialogue_begin(&dialogue, scripted_open(&can_end, LINK_CAN), scripted_open(&board, LINK_SERIAL));
+    dialogue.now_s = scripted_clock;
+    return 0;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    dialogue_close(&dialogue);
+    return 0;
+}
+
+/* ---- boards ---- */
+
+static void say_ack(struct scripted *s, unsigned code, unsigned tag, int status)
+{
+    SCRIPTED_SAY(s, ack, ACK, .code = (uint8_t)code, .tag = (uint16_t)tag, .status = (int8_t)status);
+}
+
+static void say_hello(struct scripted *s, unsigned layout)
+{
+    SCRIPTED_SAY(s, hello, HELLO, .layout = (uint16_t)layout, .major = 1);
+}
+
+static void obedient(struct scripted *s, const struct mr_command *command)
+{
+    say_ack(s, command->code, command->tag, MR_OK);
+}
+
+/* The first order does not arrive, or its answer does not: the link cannot tell. */
+static void loses_first(struct scripted *s, const struct mr_command *command)
+{
+    if (s->commands > 1)
+        obedient(s, command);
+}
+
+/* Arms, and the answer is lost: its state alone tells. */
+static void arms_unheard(struct scripted *s, const struct mr_command *command)
+{
+    (void)command;
+    SCRIPTED_SAY(s, landing, LANDING, .state = 1, .landing = 7);
+}
+
+static void answers_twice(struct scripted *s, const struct mr_command *command)
+{
+    say_ack(s, command->code, command->tag, MR_OK);
+    say_ack(s, command->code, command->tag, MR_NOT_NOW);
+}
+
+/* Each order is answered as the next one comes. */
+static void answers_late(struct scripted *s, const struct mr_command *command)
+{
+    static struct mr_command before;
+    if (s->commands > 1)
+        say_ack(s, before.code, before.tag, MR_LIMIT);
+    before = *command;
+}
+
+static void answers_another_tag(struct scripted *s, const struct mr_command *command)
+{
+    say_ack(s, command->code, command->tag + 1u, MR_OK);
+    say_ack(s, command->code, command->tag - 1u, MR_OK);
+}
+
+static void answers_another_order(struct scripted *s, const struct mr_command *command)
+{
+    say_ack(s, command->code + 1u, command->tag, MR_OK);
+}
+
+/* ---- orders ---- */
+
+static enum mr_status order(unsigned code, unsigned tries, struct mr_ack *answer, struct error *error)
+{
+    *error = (struct error){0};
+    return dialogue_order(&dialogue, &(struct dialogue_order){.code = (uint8_t)code, .argument = 5, .answer_s = ANSWER_S, .tries = tries}, answer,
+                          error);
+}
+
+static void assert_took(double begun_s, double s)
+{
+    if (!(scripted_now_s >= begun_s + s) || scripted_now_s > begun_s + s + SLACK_S)
+        fail_msg("it took %.3f s, not %.3f", scripted_now_s - begun_s, s);
+}
+
+static void an_order_is_answered(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    board.board = obedient;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
+    assert_int_equal(answer.status, MR_OK);
+    assert_int_equal(board.newest.code, MR_COMMAND_ARM);
+    assert_int_equal(board.newest.argument, 5);
+    assert_int_equal(board.newest.tag, dialogue_tag(&dialogue));
+}
+
+static void over_can_too(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    can_end.board = obedient;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
+    assert_int_equal(can_end.newest.argument, 5);
+}
+
+static void a_lost_order_that_repeats_is_sent_again(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    double begun_s = scripted_now_s;
+    (void)state;
+    board.board = loses_first;
+    assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_OK);
+    assert_int_equal(board.commands, 2);
+    assert_int_equal(board.newest.tag, board.first.tag); /* an answer to either is its answer */
+    assert_took(begun_s, ANSWER_S);
+}
+
+static void a_lost_order_that_does_not_repeat_is_sent_once(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    double begun_s = scripted_now_s;
+    (void)state;
+    board.board = loses_first;
+    assert_int_equal(order(MR_COMMAND_ARM, 3, &answer, &error), MR_TIMEOUT);
+    assert_int_equal(board.commands, 1);
+    assert_int_equal(error.status, MR_OK); /* the caller's to say */
+    assert_took(begun_s, ANSWER_S);
+}
+
+static enum mr_status take_landing(void *context, const struct dialogue_message *message, struct error *error)
+{
+    struct mr_landing landing;
+    (void)error;
+    if (message->id == MR_ID_LANDING && mr_landing_get(&landing, message->payload, message->length) == MR_OK)
+        *(bool *)context = landing.state == 1;
+    return MR_OK;
+}
+
+static void a_lost_answer_is_read_from_the_state(void **state)
+{
+    struct mr_ack answer = {.status = MR_LIMIT};
+    struct error error = {0};
+    bool armed = false;
+    struct dialogue_order arm = {.code = MR_COMMAND_ARM, .answer_s = ANSWER_S, .taken = dialogue_flag, .context = &armed};
+    (void)state;
+    dialogue_subscribe(&dialogue, take_landing, &armed);
+    assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_TIMEOUT); /* silent: the order was lost */
+    board.board = arms_unheard;
+    assert_int_equal(dialogue_order(&dialogue, &arm, &answer, &error), MR_OK);
+    assert_int_equal(answer.status, MR_OK);
+    assert_int_equal(board.commands, 2);
+}
+
+static void of_two_answers_the_first_counts(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    board.board = answers_twice;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
+    assert_int_equal(answer.status, MR_OK);
+    board.board = NULL; /* nor does what is left of it answer the next */
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
+}
+
+static void a_late_answer_is_not_the_next_orders(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    board.board = answers_late;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT); /* hears that of the first */
+    assert_int_equal(board.commands, 2);
+}
+
+static void a_late_answer_is_that_of_the_order_sent_again(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    board.board = answers_late;
+    assert_int_equal(order(MR_COMMAND_SURVEY, 3, &answer, &error), MR_OK);
+    assert_int_equal(answer.status, MR_LIMIT);
+    assert_int_equal(board.commands, 2);
+}
+
+static void another_tag_is_another_programs(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    board.board = answers_another_tag;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
+    board.board = answers_another_order;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
+}
+
+static void a_silent_board_is_given_up_in_time(void **state)
+{
+    struct mr_ack answer;
+    struct error error = {0};
+    double begun_s = scripted_now_s;
+    (void)state;
+    assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_TIMEOUT);
+    assert_int_equal(board.commands, 3);
+    assert_took(begun_s, 3 * ANSWER_S);
+    begun_s = scripted_now_s;
+    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
+    assert_error(&error, MR_TIMEOUT, "no board said hello: scripted; not a byte came");
+    assert_took(begun_s, DIALOGUE_HELLO_S);
+    error = (struct error){0};
+    assert_int_equal(dialogue_lost(&dialogue, MR_COMMAND_STATE, &error), MR_TIMEOUT);
+    assert_error(&error, MR_TIMEOUT, "the board does not answer `state`: scripted;");
+}
+
+static void a_refusal_says_why(void **state)
+{
+    struct mr_ack answer = {.code = MR_COMMAND_BOX_FREE, .status = MR_NOT_NOW};
+    struct error error = {0};
+    (void)state;
+    assert_int_equal(dialogue_refused(&dialogue, &answer, "it is armed", &error), MR_NOT_NOW);
+    assert_error(&error, MR_NOT_NOW, "the board refuses `box-free` now: scripted; it is armed");
+    error = (struct error){0};
+    answer.status = MR_IO;
+    assert_int_equal(dialogue_refused(&dialogue, &answer, "it is armed", &error), MR_IO);
+    assert_error(&error, MR_IO, "the board refuses `box-free`: scripted; ");
+}
+
+/* ---- whom it speaks with ---- */
+
+static void a_board_of_another_layout_is_refused(void **state)
+{
+    struct error error = {0};
+    (void)state;
+    say_hello(&board, MR_LAYOUT + 1u);
+    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_VERSION);
+    assert_error(&error, MR_VERSION, "this matrig layout");
+    say_hello(&board, MR_LAYOUT + 1u);
+    error = (struct error){0};
+    dialogue.any_layout = true; /* to be flashed */
+    dialogue_forget(&dialogue);
+    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_OK);
+    assert_int_equal(dialogue.identity.hello.layout, MR_LAYOUT + 1u);
+}
+
+static void strangers_are_no_board(void **state)
+{
+    struct error error = {0};
+    (void)state;
+    for (unsigned i = 0; i < 3000; i++)
+        board.bytes[board.end++] = (uint8_t)(i % 7);
+    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_IO);
+    assert_error(&error, MR_IO, "no board said hello: scripted; ");
+}
+
+static void a_strangers_frames_on_can_are_no_board(void **state)
+{
+    static bool heard;
+    struct error error = {0};
+    (void)state;
+    say_hello(&can_end, MR_LAYOUT);
+    can_end.frames[0].id |= LINK_ID_EXTENDED; /* somebody else's, of the same lower bits */
+    dialogue_subscribe(&dialogue, take_landing, &heard);
+    SCRIPTED_SAY(&can_end, landing, LANDING, .state = 1);
+    can_end.frames[1].id |= LINK_ID_ERROR;
+    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
+    assert_error(&error, MR_TIMEOUT, "no board said hello: scripted can; ");
+    assert_false(heard);
+}
+
+static void says_who_it_is(struct scripted *s)
+{
+    say_hello(s, MR_LAYOUT);
+    SCRIPTED_SAY(s, board_uid, BOARD_UID, .uid0 = 0x11, .uid1 = 0x22);
+    SCRIPTED_SAY(s, board_image, BOARD_IMAGE, .uid2 = 0x33, .image_crc = 0x44);
+}
+
+static void who_speaks_is_known_until_forgotten(void **state)
+{
+    struct error error = {0};
+    char uid[IDENTITY_UID_TEXT];
+    (void)state;
+    says_who_it_is(&board);
+    assert_int_equal(dialogue_hello(&dialogue, dialogue_flag, &dialogue.identity.image_known, &error), MR_OK);
+    identity_uid_text(&dialogue.identity, uid);
+    assert_string_equal(uid, "000000110000002200000033");
+    dialogue_forget(&dialogue);
+    assert_int_equal(dialogue_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
+}
+
+static void answers_count_on_the_link_of_the_orders(void **state)
+{
+    bool armed = false;
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    dialogue_subscribe(&dialogue, take_landing, &armed);
+    SCRIPTED_SAY(&can_end, landing, LANDING, .state = 1);
+    say_ack(&can_end, MR_COMMAND_ARM, dialogue_tag(&dialogue) + 1u, MR_LIMIT);
+    say_hello(&can_end, MR_LAYOUT + 1u);
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
+    assert_int_equal(board.commands, 1);
+    assert_int_equal(can_end.commands, 0);
+    assert_true(armed); /* subscribers hear both */
+    assert_false(dialogue.identity.hello_known);
+}
+
+/* ---- waiting ---- */
+
+/* The computer stands still while it waits; the answer comes meanwhile. */
+static void stands_still(struct scripted *s)
+{
+    if (s->commands && scripted_now_s < 1060.0)
+        scripted_now_s += 60.0;
+    else if (s->commands)
+        say_ack(s, s->newest.code, s->newest.tag, MR_OK);
+}
+
+static void a_computer_that_stood_still_hears_the_answer(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    board.idle = stands_still;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_OK);
+}
+
+static void chatters(struct scripted *s)
+{
+    scripted_now_s += SCRIPTED_LOOK_S;
+    SCRIPTED_SAY(s, clock, CLOCK, .block = 1);
+}
+
+static void a_board_that_chatters_and_does_not_answer_is_given_up(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    double begun_s = scripted_now_s;
+    (void)state;
+    board.idle = chatters;
+    assert_int_equal(order(MR_COMMAND_ARM, 1, &answer, &error), MR_TIMEOUT);
+    assert_took(begun_s, ANSWER_S);
+}
+
+struct counted {
+    size_t clocks;
+    bool enough;
+};
+
+static enum mr_status count_clocks(void *context, const struct dialogue_message *message, struct error *error)
+{
+    struct counted *counted = context;
+    (void)error;
+    counted->clocks += message->id == MR_ID_CLOCK;
+    counted->enough = counted->clocks == 5;
+    return MR_OK;
+}
+
+/* A message each 0.9 s. */
+static void tells_slowly(struct scripted *s)
+{
+    static double next_s;
+    if (scripted_now_s < next_s)
+        return;
+    next_s = scripted_now_s + 0.9;
+    SCRIPTED_SAY(s, clock, CLOCK, .block = 1);
+}
+
+static void an_answer_of_many_messages_may_take_its_time(void **state)
+{
+    struct counted counted = {0};
+    struct error error = {0};
+    double begun_s = scripted_now_s;
+    (void)state;
+    dialogue_subscribe(&dialogue, count_clocks, &counted);
+    board.idle = tells_slowly;
+    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error), MR_TIMEOUT);
+    assert_took(begun_s, 1.0);
+    counted.clocks = 0;
+    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough, &counted.clocks, 1.0, &error), MR_OK);
+    board.idle = NULL;
+    counted = (struct counted){0};
+    begun_s = scripted_now_s;
+    assert_int_equal(dialogue_while_coming(&dialogue, dialogue_flag, &counted.enough, &counted.clocks, 1.0, &error), MR_TIMEOUT);
+    assert_took(begun_s, 1.0);
+}
+
+static enum mr_status refuse(void *context, const struct dialogue_message *message, struct error *error)
+{
+    (void)context;
+    return message->id == MR_ID_CLOCK ? error_set(error, MR_LIMIT, "a clock: scripted; none is wanted") : MR_OK;
+}
+
+static void a_subscriber_ends_the_wait(void **state)
+{
+    struct counted counted = {0};
+    struct error error = {0};
+    (void)state;
+    dialogue_subscribe(&dialogue, refuse, NULL);
+    dialogue_subscribe(&dialogue, count_clocks, &counted);
+    SCRIPTED_SAY(&board, clock, CLOCK, .block = 1);
+    assert_int_equal(dialogue_until(&dialogue, dialogue_flag, &counted.enough, 1.0, &error), MR_LIMIT);
+    assert_int_equal(counted.clocks, 0); /* in the order in which they subscribed */
+}
+
+static void the_end_of_the_link_is_an_error(void **state)
+{
+    struct mr_ack answer;
+    struct error error;
+    (void)state;
+    board.closed = true;
+    assert_int_equal(order(MR_COMMAND_STATE, 3, &answer, &error), MR_CLOSED);
+    assert_error(&error, MR_CLOSED, "the board closed the link: scripted");
+    assert_int_equal(board.commands, 1);
+}
+
+/* Of the firmware (firmware/app.c): what is begun by an order, counted, or taken away by one is not the same done twice. */
+static void what_repeats(void **state)
+{
+    static const unsigned once[] = {MR_COMMAND_ARM, MR_COMMAND_DISARM, MR_COMMAND_MARK, MR_COMMAND_BOOTROM, MR_COMMAND_RESET,
+                                    MR_COMMAND_SELF_TEST, MR_COMMAND_ZERO, MR_COMMAND_SHUNT, MR_COMMAND_CONFIG_APPLY, MR_COMMAND_CAMERA,
+                                    MR_COMMAND_BACKLOG, MR_COMMAND_BOX_FREE, MR_COMMAND_RUNWAY_TAKE};
+    unsigned repeat = 0;
+    (void)state;
+    for (size_t i = 0; i < sizeof once / sizeof once[0]; i++)
+        assert_false(dialogue_repeats(once[i]));
+    for (unsigned code = 0; code < 256; code++)
+        repeat += dialogue_repeats(code);
+    assert_int_equal(repeat, 24 - sizeof once / sizeof once[0]);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
+#define TEST_CAN(name) cmocka_unit_test_setup_teardown(name, begin_can, end)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        TEST(an_order_is_answered),
+        TEST_CAN(over_can_too),
+        TEST(a_lost_order_that_repeats_is_sent_again),
+        TEST(a_lost_order_that_does_not_repeat_is_sent_once),
+        TEST(a_lost_answer_is_read_from_the_state),
+        TEST(of_two_answers_the_first_counts),
+        TEST(a_late_answer_is_not_the_next_orders),
+        TEST(a_late_answer_is_that_of_the_order_sent_again),
+        TEST(another_tag_is_another_programs),
+        TEST(a_silent_board_is_given_up_in_time),
+        TEST(a_refusal_says_why),
+        TEST(a_board_of_another_layout_is_refused),
+        TEST(strangers_are_no_board),
+        TEST_CAN(a_strangers_frames_on_can_are_no_board),
+        TEST(who_speaks_is_known_until_forgotten),
+        cmocka_unit_test_setup_teardown(answers_count_on_the_link_of_the_orders, begin_both, end),
+        TEST(a_computer_that_stood_still_hears_the_answer),
+        TEST(a_board_that_chatters_and_does_not_answer_is_given_up),
+        TEST(an_answer_of_many_messages_may_take_its_time),
+        TEST(a_subscriber_ends_the_wait),
+        TEST(the_end_of_the_link_is_an_error),
+        cmocka_unit_test(what_repeats),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
