@@ -32,15 +32,13 @@ BARE_PACKAGES := debootstrap iproute2 util-linux
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurmctld slurmd slurm-client munge parallel
 
-common_src := $(wildcard common/*.c)
+common_src := $(wildcard common/*.c common/onboard/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
 hil_rooms := core periph chips rig board link debug
 hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c $(hil_rooms:%=hil/%/*.c)))
 # The predictor and what it is made of, for the programs that have it alone.
 predictor_parts := $(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure
-# The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
-host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
-	firmware/predict_feed.c
+host_src := $(filter-out host/main.c,$(wildcard host/*.c host/*/*.c))
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
 runs_src := $(wildcard tests/runs/*.c)
 figures_src := $(wildcard tests/figures/*.c)
@@ -58,7 +56,7 @@ series := $(addprefix host/campaign/series/,$(addsuffix .json,standard friction 
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
-tests_of = $(patsubst %.c,$(B)/%,$(wildcard tests/$(1)/test_*.c))
+tests_of = $(patsubst %.c,$(B)/%,$(wildcard tests/$(1)/test_*.c tests/$(1)/onboard/test_*.c))
 
 common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
@@ -373,7 +371,7 @@ $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
 
 # Images that differ from the firmware in one constant, for tests of replay: half a second until rest becomes 501 ms; a
 # transducer's 0.5 V/in becomes 0.51.
-$(B)/tests/variant/rest.c: firmware/landing.c
+$(B)/tests/variant/rest.c: common/onboard/landing.c
 	@mkdir -p $(@D)
 	sed 's/ + LANDING_REST_BLOCKS;/ + LANDING_REST_BLOCKS + 1;/' $< >$@ && ! cmp -s $< $@
 $(B)/tests/variant/scale.c: firmware/config.c
@@ -426,7 +424,7 @@ $(B)/tests/hil/registers.inc: firmware/f407/regs.h tests/conformance/registers.a
 $(B)/tests/hil/test_layouts.o: $(B)/tests/hil/registers.inc
 $(B)/tests/hil/test_layouts.o: HOST_FLAGS += -I$(B)/tests/hil
 
-$(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(common_lib)
+$(call tests_of,common): $(B)/tests/common/%: $(B)/tests/common/%.o $(common_lib)
 	$(CC) $^ -lcmocka -lz -lm -o $@
 $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib) $(common_lib)
 	$(CC) $^ -lcmocka -lm -o $@
@@ -467,7 +465,8 @@ $(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/campaign_figures/campaign-figures: $(patsubst %.c,$(B)/%.o,$(campaign_figures_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
-$(B)/tests/golden/golden: $(patsubst %.c,$(B)/%.o,$(golden_src)) $(host_lib) $(common_lib)
+# With the configuration that is built into the firmware: a recording says what of it was given.
+$(B)/tests/golden/golden: $(patsubst %.c,$(B)/%.o,$(golden_src)) $(B)/host/firmware/config.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/pilot/pilot: $(B)/tests/pilot/pilot.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@

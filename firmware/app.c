@@ -7,8 +7,8 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
-#include "firmware/zero.h"
 #include "firmware/tasks.h"
+#include "firmware/zero.h"
 
 #define STALL_TICKS 5u             /* supervision ticks without a block */
 #define TICKS_PER_S 100u
@@ -432,7 +432,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (__builtin_isnan(mr_channels_ratio(block)))
         health_count(MR_FAULT_REFERENCE, 0);
     struct landing_news news =
-        landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
+        landing_block(&app->landing, &config, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
     tasks_done(MR_TASK_LANDING);
 

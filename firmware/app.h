@@ -3,15 +3,15 @@
 #define MATRIG_FIRMWARE_APP_H
 
 #include "common/framing.h"
+#include "common/onboard/baseline.h"
+#include "common/onboard/landing.h"
 #include "firmware/bandwatch.h"
-#include "firmware/baseline.h"
 #include "firmware/boxlink.h"
 #include "firmware/calibrate.h"
 #include "firmware/camera.h"
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
 #include "firmware/healthlink.h"
-#include "firmware/landing.h"
 #include "firmware/live.h"
 #include "firmware/norshare.h"
 #include "firmware/predict.h"

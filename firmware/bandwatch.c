@@ -1,6 +1,7 @@
 #include "firmware/bandwatch.h"
 
 #include "common/wire.h"
+#include "firmware/config.h"
 
 #define STATE_BLOCKS 100u       /* while recording */
 #define STATE_IDLE_BLOCKS 1000u

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "common/command.h"
+#include "common/version.h"
 #include "common/wire.h"
-#include "firmware/version.h"
 
 #define PAGE_BITS 15u /* of the argument of box-read */
 #define STATE_BLOCKS 1000u

@@ -5,6 +5,7 @@
 #include "common/channels.h"
 #include "common/command.h"
 #include "common/wire.h"
+#include "firmware/config.h"
 #include "firmware/zero.h"
 
 #define ZERO_MOVES_IN 0.004f

@@ -4,7 +4,7 @@
 #ifndef MATRIG_FIRMWARE_LIVE_H
 #define MATRIG_FIRMWARE_LIVE_H
 
-#include "firmware/landing.h"
+#include "common/onboard/landing.h"
 #include "firmware/telemetry.h"
 
 #define LIVE_EVERY 20u      /* ms: 4.5 KB/s on serial */

@@ -187,7 +187,7 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
     if (p->status != MR_OK || !p->predictor.armed)
         return;
     mind_backlog(p, telemetry, block);
-    predict_feed(&p->motion, landing, block, &input);
+    predict_feed(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
     mr_predictor_block(&p->predictor, &input);
     if (block->index % PREDICT_LOOK_BLOCKS == 0)
         look(p, telemetry, landing_may_warn(landing, block->index), block->index);

@@ -3,13 +3,13 @@
 #include <string.h>
 
 #include "common/channels.h"
-#include "common/runway.h"
 #include "common/framing.h"
+#include "common/runway.h"
 #include "common/series.h"
+#include "common/version.h"
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
-#include "firmware/version.h"
 #include "firmware/zero.h"
 
 /* The configuration as a round of items: channels (two messages each), switches, survey segments, calibrations (two values each;
@@ -128,7 +128,7 @@ static struct mr_channel_zero channel_zero_message(unsigned i)
 static struct mr_switch_place switch_message(unsigned i)
 {
     return (struct mr_switch_place){.position = (uint8_t)(i + 1), .step_codes = config.gate[i].step_codes,
-                                    .station_ft = config_gate_ft(i)};
+                                    .station_ft = mr_config_gate_ft(&config, i)};
 }
 
 static unsigned calibration_items(const struct mr_channel_config *channel)

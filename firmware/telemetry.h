@@ -11,10 +11,10 @@
 #include "common/block.h"
 #include "common/catalogue.h"
 #include "common/closure.h"
+#include "common/onboard/landing.h"
 #include "firmware/blackbox.h"
 #include "firmware/board.h"
 #include "firmware/canwatch.h"
-#include "firmware/landing.h"
 
 struct telemetry {
     struct board_identity identity;
