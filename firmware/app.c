@@ -7,11 +7,11 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/schedule.h"
 #include "firmware/tasks.h"
 #include "firmware/zero.h"
 
-#define STALL_TICKS 5u             /* supervision ticks without a block */
-#define TICKS_PER_S 100u
+#define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE) /* supervision ticks without a block: the scans have stopped */
 
 /* A row of the histories whose block there is not. */
 static void miss_block(struct app *app, uint32_t index)
@@ -127,10 +127,10 @@ static void read_channels(struct app *app, const struct mr_block *block)
     }
 }
 
-/* While nothing is recorded only those blocks are read whose means are told: the last 2 at phase 0, the last 4 at phase 1. */
+/* While nothing is recorded only those blocks are read whose means are told. */
 static bool is_told_while_idle(uint32_t index)
 {
-    return (index + 2) % APP_IDLE_BLOCKS < 4;
+    return BLOCKS_UNTIL(DISPLACEMENTS_IDLE, index) < APP_DISPLACEMENT_BLOCKS || BLOCKS_UNTIL(TENSIONS_IDLE, index) < APP_TENSION_BLOCKS;
 }
 
 /* The first means after arming reach back. Blocks that are missing are so in the histories already, and no mean goes beyond them. */
@@ -455,14 +455,14 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (recording)
         baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index),
                         predict_held(&app->predict.predictor, &app->landing));
-    if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
+    if (app->fitted & MR_BITS_TRANSDUCERS && (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
-        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);
+        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS, mean_in);
         telemetry_displacements(&app->telemetry, mean_in, app->fitted, block->index);
     }
-    if (app->fitted & MR_BITS_GAGES && block->index % (recording ? 4u : APP_IDLE_BLOCKS) == 1) {
+    if (app->fitted & MR_BITS_GAGES && (recording ? DUE(TENSIONS, block->index) : DUE(TENSIONS_IDLE, block->index))) {
         float mean_lb[MR_GAGES];
-        mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
+        mean_of_last(app->tension_lb[0], MR_GAGES, row, APP_TENSION_BLOCKS, mean_lb);
         telemetry_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
         bandwatch_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
@@ -539,13 +539,25 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_PREDICTOR);
 }
 
+/* With no scans at all the block index stands still: one round of the regular messages each second instead, all but those that need a
+ * block; there is no time base. */
+static void tell_without_scans(struct app *app)
+{
+    for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
+        if (schedule_due_without_scans(phase))
+            telemetry_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+        if (DUE(CRASH_STALLED, phase))
+            healthlink_regular(&app->healthlink, &app->telemetry, phase);
+    }
+}
+
 void app_supervise(struct app *app)
 {
     tasks_begin(MR_TASK_SUPERVISION);
     if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_recording(&app->landing))
         board_enter_rom();
     app->ticks_without_block++;
-    if (app->ticks_without_block % TICKS_PER_S == STALL_TICKS) {
+    if (DUE(STALL, app->ticks_without_block)) {
         health_count(MR_FAULT_SCAN_STALL, 0);
         calibrate_abort(&app->calibrate, &app->telemetry, app->next_index);
         board_scans_restart();
@@ -554,16 +566,8 @@ void app_supervise(struct app *app)
         take_commands(app);
         excuse_tasks();
     }
-    /* With no scans at all the block index stands still; walk one round of the regular messages each second instead, all but
-     * the clock: there is no time base. */
-    if (app->ticks_without_block >= TICKS_PER_S && app->ticks_without_block % TICKS_PER_S == 0) {
-        for (uint32_t phase = 0; phase < 1000; phase++) {
-            if ((phase % 20 == 3 && phase % 100 != 3) || phase == 513 || phase == 713)
-                telemetry_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
-            if (phase % 20 == 3)
-                healthlink_regular(&app->healthlink, &app->telemetry, phase);
-        }
-    }
+    if (app->ticks_without_block && DUE(STALLED, app->ticks_without_block))
+        tell_without_scans(app);
     healthlink_tick(&app->healthlink, &app->telemetry, !landing_recording(&app->landing));
     tasks_done(MR_TASK_SUPERVISION);
     tasks_begin(MR_TASK_LOOP);

@@ -2,9 +2,8 @@
 
 #include "common/wire.h"
 #include "firmware/config.h"
+#include "firmware/schedule.h"
 
-#define STATE_BLOCKS 100u       /* while recording */
-#define STATE_IDLE_BLOCKS 1000u
 #define S_PER_BLOCK 0.001f
 
 /* Build a message of the catalogue and send it: TELL(band_event, BAND_EVENT, .band = 1). */
@@ -59,7 +58,7 @@ void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry, co
                         const float tension_lb[MR_GAGES], const struct mr_block *block)
 {
     bool recording = landing_recording(landing);
-    if (block->index % (recording ? STATE_BLOCKS : STATE_IDLE_BLOCKS) == 1)
+    if (recording ? DUE(BANDS, block->index) : DUE(BANDS_IDLE, block->index))
         tell_state(telemetry, tension_lb);
     if (!recording || !watch->bands.active)
         return;

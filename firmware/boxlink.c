@@ -5,10 +5,9 @@
 #include "common/command.h"
 #include "common/version.h"
 #include "common/wire.h"
+#include "firmware/schedule.h"
 
 #define PAGE_BITS 15u /* of the argument of box-read */
-#define STATE_BLOCKS 1000u
-#define STATE_PHASE 313u
 
 enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
                             const struct mr_command *command)
@@ -112,7 +111,7 @@ void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry 
         blackbox_trigger(box, block->index);
     if (!landing_recording(landing) && box->armed)
         blackbox_finish(box);
-    if (!box->left_out && block->index % STATE_BLOCKS == STATE_PHASE)
+    if (!box->left_out && DUE(BOX, block->index))
         boxlink_tell_state(box, telemetry);
     if (link->listing)
         list(link, box, telemetry);

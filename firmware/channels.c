@@ -7,10 +7,11 @@
 #include "firmware/app.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/schedule.h"
 
 #define BLOCKS_PER_H 3600000.0f
-#define QUALITY_PHASE 14u /* of each 40 blocks: between the regular messages */
-#define QUALITY_EVERY 40u
+#define QUALITY_ROUND 1000u /* blocks in which each channel has its turn */
+_Static_assert(QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD >= MR_WATCHED, "a turn for each channel");
 
 void channels_start(struct channels *channels)
 {
@@ -81,8 +82,8 @@ void channels_tell(struct channels *channels, struct telemetry *telemetry, const
         tell_change(channels, telemetry, c, index);
     if (watch->recording && !landing_recording(landing))
         mr_watch_end(watch);
-    unsigned c = index % 1000 / QUALITY_EVERY;
-    if (!watch->recording || index % QUALITY_EVERY != QUALITY_PHASE || c >= MR_WATCHED)
+    unsigned c = index % QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD;
+    if (!watch->recording || !DUE(QUALITY, index) || c >= MR_WATCHED)
         return;
     bool moves = c < MR_TRANSDUCERS;
     tell_quality(channels, telemetry, c, index, moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],

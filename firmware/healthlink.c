@@ -2,13 +2,8 @@
 
 #include "common/command.h"
 #include "firmware/health.h"
+#include "firmware/schedule.h"
 #include "firmware/tasks.h"
-
-/* Phases of the second, in milliseconds; where app_supervise walks without scans too. */
-#define ALARM_PHASE 323u
-#define DROPS_PHASE 343u
-#define UPKEEP_PHASE 363u
-#define RESTARTS_PHASE 383u
 
 #define SEND(way, telemetry, name, NAME, message)                                                 \
     do {                                                                                          \
@@ -86,22 +81,14 @@ static void send_crash(struct healthlink *link, struct telemetry *telemetry)
 
 void healthlink_regular(struct healthlink *link, struct telemetry *telemetry, uint32_t index)
 {
-    switch (index % 1000) {
-    case ALARM_PHASE:
+    if (DUE(ALARM, index))
         send_alarm(telemetry, TELEMETRY_BOTH);
-        break;
-    case DROPS_PHASE:
+    if (DUE(DROPS, index))
         SEND(TELEMETRY_BOTH, telemetry, can_drops, CAN_DROPS, &telemetry->can.drops);
-        break;
-    case UPKEEP_PHASE:
+    if (DUE(UPKEEP, index))
         send_upkeep(telemetry);
-        break;
-    case RESTARTS_PHASE:
+    if (DUE(RESTARTS, index))
         send_restarts(&link->restart, telemetry);
-        break;
-    default:
-        break;
-    }
     if (link->crash_next < MR_CRASH_ITEMS)
         send_crash(link, telemetry);
 }
@@ -138,7 +125,7 @@ void healthlink_tick(struct healthlink *link, struct telemetry *telemetry, bool 
     watch_can(telemetry);
     if (selftest_tick(&link->test, &result))
         SEND(TELEMETRY_BOTH, telemetry, self_test, SELF_TEST, &result);
-    if (idle && !link->test.running && ++link->ticks % HEALTHLINK_UPKEEP_TICKS == 0)
+    if (idle && !link->test.running && DUE(TESTS, ++link->ticks))
         board_upkeep();
     tasks_done(MR_TASK_UPKEEP);
     if (link->ticks_to_reset && --link->ticks_to_reset == 0 && idle)

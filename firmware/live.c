@@ -1,5 +1,7 @@
 #include "firmware/live.h"
 
+#include "firmware/schedule.h"
+
 enum mr_status live_begin(struct live *live, struct landing *landing, const struct mr_command *command, uint32_t index)
 {
     if (command->argument < 0 || command->argument > LIVE_MOST_S)
@@ -17,6 +19,6 @@ void live_block(struct live *live, struct landing *landing, struct telemetry *te
         return;
     if ((int32_t)(block->index - live->until_block) >= 0)
         landing->live = false;
-    else if (block->index % LIVE_EVERY == 0)
+    else if (DUE(LIVE, block->index))
         telemetry_block(telemetry, block);
 }

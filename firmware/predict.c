@@ -5,10 +5,9 @@
 #include "common/block.h"
 #include "common/wire.h"
 #include "firmware/config.h"
+#include "firmware/schedule.h"
 
 #define TOLD UINT32_MAX
-#define STORE_BLOCKS 1000u
-#define STORE_PHASE 613u
 
 /* What is told of the runway, and its number. */
 static void refresh(struct predict *p)
@@ -89,7 +88,7 @@ static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, 
     uint32_t doubts = doubts_of(&p->predictor);
     p->warning = warning;
     board_warn(warning);
-    if (changed || index % PREDICT_SAY_BLOCKS == 0)
+    if (changed || DUE(SAY, index))
         say_zone(p, telemetry, index);
     if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
         p->doubts = doubts;
@@ -112,7 +111,7 @@ static void say_store(struct predict *p, struct telemetry *telemetry, const uint
 
 void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy, uint32_t index)
 {
-    if (p->status != MR_NOT_NOW && (p->store_due || index % STORE_BLOCKS == STORE_PHASE))
+    if (p->status != MR_NOT_NOW && (p->store_due || DUE(RUNWAY_STORE, index)))
         say_store(p, telemetry, copy);
 }
 
@@ -189,7 +188,7 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
     mind_backlog(p, telemetry, block);
     predict_feed(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
     mr_predictor_block(&p->predictor, &input);
-    if (block->index % PREDICT_LOOK_BLOCKS == 0)
+    if (DUE(LOOK, block->index))
         look(p, telemetry, landing_may_warn(landing, block->index), block->index);
 }
 

@@ -10,6 +10,7 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/schedule.h"
 #include "firmware/zero.h"
 
 /* The configuration as a round of items: channels (two messages each), switches, survey segments, calibrations (two values each;
@@ -20,10 +21,7 @@
 #define PARTS_PER_CALIBRATION (MR_CALIBRATION_ITEMS / 2)
 #define FIRST_PARAMETER (FIRST_CALIBRATION + MR_CHANNELS * PARTS_PER_CALIBRATION)
 #define ITEMS (FIRST_PARAMETER + MR_PREDICT_ITEMS)
-#define BLOCKS_PER_ITEM 40u /* a round takes 8.3 s */
 #define CLOCK_ERROR 0.01    /* relative, of the internal oscillator */
-
-#define BLOCKS_PER_COUNT 50u
 
 enum { ON_CAN, ON_SERIAL };
 
@@ -273,38 +271,28 @@ static void send_count(struct telemetry *telemetry)
 void telemetry_regular(struct telemetry *telemetry, const struct landing *landing, const float *slack_in,
                        uint32_t index, uint32_t tick)
 {
-    /* Spread over the 100 ms so that no block has a burst of its own. */
-    switch (index % 100) {
-    case 3:
+    if (DUE(CLOCK, index))
         SEND(both, telemetry, clock, CLOCK, .block = index, .tick = tick);
-        break;
-    case 23:
+    if (DUE(HEALTH, index))
         SEND(both, telemetry, health, HEALTH, .faults = health_faults(), .load_permille = board_load_permille(),
              .blocks_lost = telemetry->blocks_lost);
-        break;
-    case 43:
+    if (DUE(CAN_HEALTH, index))
         send_can_health(telemetry);
-        break;
-    case 63:
+    if (DUE(SERIAL_HEALTH, index))
         SEND(both, telemetry, serial_health, SERIAL_HEALTH, .sent = telemetry->serial_sent,
              .dropped = telemetry->serial_dropped, .bad = telemetry->serial_bad);
-        break;
-    case 83:
-        send_faults(telemetry, index % 1000 == 83);
-        break;
-    default:
-        break;
-    }
-    if (index % BLOCKS_PER_COUNT == 33)
+    if (DUE(FAULTS, index))
+        send_faults(telemetry, DUE(ALL_FAULTS, index));
+    if (DUE(COUNT, index))
         send_count(telemetry);
-    if (index % 1000 == 513)
+    if (DUE(HELLO, index))
         send_hello(telemetry, landing);
-    if (index % 1000 == 713)
+    if (DUE(STATE, index))
         telemetry_state(telemetry, landing);
     if (telemetry->bursting) {
         send_item(telemetry, slack_in);
         telemetry->bursting = telemetry->item != 0;
-    } else if (index % BLOCKS_PER_ITEM == 7) {
+    } else if (DUE(ITEM, index)) {
         skip_what_is_not_fitted(telemetry);
         send_item(telemetry, slack_in);
     }

@@ -1,12 +1,12 @@
 #include "firmware/timesync.h"
 
-#define SYNC_BLOCKS 1000u
-#define SYNC_PHASE 253u  /* apart from what telemetry_regular sends */
+#include "firmware/schedule.h"
+
 #define FOLLOW_BLOCKS 10u /* a full queue ahead of it takes 33 ms; then there is no pair this time */
 
 void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index, uint32_t tick)
 {
-    if (index % SYNC_BLOCKS == SYNC_PHASE) {
+    if (DUE(SYNC, index)) {
         *timesync = (struct timesync){.due = true, .block = index};
         telemetry_sync(telemetry, &(struct mr_sync){.block = index, .tick = tick});
     } else if (timesync->due && index - timesync->block >= FOLLOW_BLOCKS) {
