@@ -45,9 +45,8 @@ static void tell_change(struct channels *channels, struct telemetry *telemetry, 
         return;
     if (news.validity != MR_VALID)
         health_count(MR_FAULT_CHANNEL, (uint8_t)c);
-    telemetry_channel_event(telemetry, &(struct mr_channel_event){.index = (uint8_t)c, .validity = news.validity,
-                                                                  .code = channels->watch.channel[c].code,
-                                                                  .block = news.block});
+    TELL(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c, .validity = news.validity,
+         .code = channels->watch.channel[c].code, .block = news.block);
 }
 
 static void tell_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c, uint32_t index, float value,
@@ -67,11 +66,8 @@ static void tell_quality(const struct channels *channels, struct telemetry *tele
         .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,
     };
     float unit = channel->unit_per_code < 0.0f ? -channel->unit_per_code : channel->unit_per_code;
-    telemetry_channel_quality(telemetry, &(struct mr_channel_quality){
-                                             .index = (uint8_t)c, .validity = watched->told,
-                                             .noise_codes = c_now.noise / unit,
-                                             .error_codes = mr_reading_error(channel, &c_now) / unit,
-                                             .invalid = watched->invalid});
+    TELL(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c, .validity = watched->told,
+         .noise_codes = c_now.noise / unit, .error_codes = mr_reading_error(channel, &c_now) / unit, .invalid = watched->invalid);
 }
 
 void channels_tell(struct channels *channels, struct telemetry *telemetry, const struct landing *landing, uint32_t index,

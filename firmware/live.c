@@ -1,5 +1,6 @@
 #include "firmware/live.h"
 
+#include "firmware/landinglink.h"
 #include "firmware/schedule.h"
 
 enum mr_status live_begin(struct live *live, struct landing *landing, const struct mr_command *command, uint32_t index)
@@ -20,5 +21,5 @@ void live_block(struct live *live, struct landing *landing, struct telemetry *te
     if ((int32_t)(block->index - live->until_block) >= 0)
         landing->live = false;
     else if (DUE(LIVE, block->index))
-        telemetry_block(telemetry, block);
+        landinglink_block(telemetry, block);
 }
