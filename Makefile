@@ -74,7 +74,7 @@ programs := $(B)/matrig $(B)/matrig-board
 manuals := $(B)/matrig.1 $(B)/matrig.bash
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
-variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
+variants := $(patsubst %.h,$(B)/%.elf,$(wildcard tests/variant/*.h))
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
 	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/golden/golden $(B)/tests/soak/soak $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
@@ -369,48 +369,20 @@ $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
 	@$(ARM)nm $< | awk -v elf=$< -f firmware/f407/stack.awk - $(patsubst %.o,%.ci,$(call objects,arm,$(arm_src))) >$@ || \
 		{ cat $@; exit 1; }
 
-# Images that differ from the firmware in one constant, for tests of replay: half a second until rest becomes 501 ms; a
-# transducer's 0.5 V/in becomes 0.51.
-$(B)/tests/variant/rest.c: common/onboard/landing.c
+# Images of other rigs, for tests: the one source of the firmware that a variant is about, compiled after a header that includes what it changes
+# and defines some of it anew (tests/variant, one file each, which says why).
+variant_source = $(or $(variant_source_$(1)),firmware/config)
+variant_source_rest := common/onboard/landing
+variant_source_changing := firmware/main
+# A header that changes nothing is an error: what it defines has another name by now.
+$(B)/tests/variant/%.elf: tests/variant/%.h $(firmware) $(firmware:.elf=.bin)
 	@mkdir -p $(@D)
-	sed 's/ + LANDING_REST_BLOCKS;/ + LANDING_REST_BLOCKS + 1;/' $< >$@ && ! cmp -s $< $@
-$(B)/tests/variant/scale.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^\(#define IN_PER_CODE .*\)0\.5f|\10.51f|' $< >$@ && ! cmp -s $< $@
-# And images of rigs that lack something: transducers 1 to 4 alone, no gages, nothing but switches (and no black box); and one that
-# changes what is fitted every 50 blocks, bandless every other time.
-$(B)/tests/variant/four.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^ *TRANSDUCER([5-8],.*|{0},|; s|^ *GAGE([0-9].*|{0},|' $< >$@ && [ $$(grep -c '^{0},' $@) = 18 ]
-$(B)/tests/variant/bandless.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^ *GAGE([0-9].*|{0},|' $< >$@ && [ $$(grep -c '^{0},' $@) = 14 ]
-$(B)/tests/variant/switches.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^ *TRANSDUCER([0-9],.*|{0},|; s|^ *GAGE([0-9].*|{0},|; s|\.black_box = 1|.black_box = 0|' $< >$@ && \
-		[ $$(grep -c '^{0},' $@) = 22 ] && grep -q 'black_box = 0' $@
-$(B)/tests/variant/changing.c: firmware/main.c
-	@mkdir -p $(@D)
-	sed -e '1i #include "firmware/config.h"' -e 's|bool progress = app_poll(&app);|& change(\&app);|' -e '/^int main/i \
-	static void change(struct app *a) { static uint32_t done; if (a->next_index / 50 == done) return; done = a->next_index / 50; \
-	for (unsigned c = 0; c < 22; c++) config.channel[c].kind = (uint8_t)(done * 2654435761u >> (31 - c) \& 1u ? (c < 8 ? 1 : done % 2 ? 2 : 0) : 0); \
-	app_configured(a); }' $< >$@ && grep -q 'change(&app)' $@
-# And without the predictor; and with a third of its budget.
-$(B)/tests/variant/quiet.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|\.fitted = 1,|.fitted = 0,|' $< >$@ && ! cmp -s $< $@
-$(B)/tests/variant/frugal.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|\.updates_per_block = MR_PREDICTOR_UPDATES_PER_BLOCK,|.updates_per_block = 300,|' $< >$@ && ! cmp -s $< $@
-# And one whose built-in configuration has a camera.
-$(B)/tests/variant/camera.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|\.black_box = 1,|& .camera = 1,|' $< >$@ && ! cmp -s $< $@
-$(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
-	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
-	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
-		$(filter-out $(if $(findstring rest,$@),%/landing.o,$(if $(findstring changing,$@),%/main.o,%/config.o)),$(call objects,arm,$(arm_src))) -lm -o $@
+	$(ARM)gcc $(ARM_FLAGS) -include $< -c $(call variant_source,$*).c -o $(@:.elf=.o)
+	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections \
+		$(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call objects,arm,$(arm_src))) -lm -o $@
 	$(stamp) $@ $$(cat $(commit))
+	@$(ARM)objcopy -O binary --gap-fill 0xff $@ $(@:.elf=.bin)
+	@! cmp -s $(@:.elf=.bin) $(firmware:.elf=.bin) || { echo "$<: the image is the firmware as it is; what should differ?" >&2; exit 1; }
 
 # --- tests ---
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
