@@ -62,7 +62,7 @@ static float error_of(const struct telemetry *telemetry, const struct mr_estimat
     return (float)error;
 }
 
-static void tell_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index)
+void landinglink_motion(struct telemetry *telemetry, const struct mr_motion_estimate *motion, uint32_t index)
 {
     TELL(telemetry, TO_RECORD, motion, MOTION, .position_ft = (float)motion->position_ft.value,
          .speed_ft_s = (float)motion->speed_ft_s.value,
@@ -72,7 +72,7 @@ static void tell_motion(struct telemetry *telemetry, const struct mr_motion_esti
          .deceleration_ft_s2 = error_of(telemetry, &motion->deceleration_ft_s2, 2.0), .block16 = (uint16_t)index);
 }
 
-static void tell_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
+void landinglink_summary(struct telemetry *telemetry, const struct mr_gates_summary *summary)
 {
     TELL(telemetry, TO_RECORD, touchdown, TOUCHDOWN, .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
          .speed_error_ft_s = error_of(telemetry, &summary->touchdown_speed_ft_s, 1.0),
@@ -93,9 +93,9 @@ void landinglink_news(struct telemetry *telemetry, const struct landing *landing
     if (news->pushed)
         tell_pushback(telemetry, landing, index);
     if (news->motion)
-        tell_motion(telemetry, &landing->motion, index);
+        landinglink_motion(telemetry, &landing->motion, index);
     if (news->summary)
-        tell_summary(telemetry, &landing->summary);
+        landinglink_summary(telemetry, &landing->summary);
     if (news->no_fit != MR_OK)
         health_count(MR_FAULT_NO_FIT, (uint8_t)-news->no_fit);
     if (news->state)

@@ -103,6 +103,9 @@ static void what_is_no_whole_image_is_refused(void **state)
     put_section(1, 2, SYMBOLS_AT, 0xfffffff0u, 2); /* a table that ends beyond the file, and beyond 32 bits */
     assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_TRUNCATED);
     assert_int_equal(most, 0);
+    put_section(1, 2, SYMBOLS_AT, 16u * 7u, 2);
+    put_section(2, 3, NAMES_AT, FILE_BYTES, 0); /* names that do */
+    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_TRUNCATED);
     put(4, 1, 2); /* 64 bits */
     assert_int_equal(mr_symbols_room(file, sizeof file, &most), MR_MALFORMED);
 }
