@@ -135,8 +135,6 @@ void configround_block(struct telemetry *telemetry, const float *slack_in, uint3
 
 void configround_store(struct telemetry *telemetry, const struct landing *landing, const float *slack_in)
 {
-    if (!telemetry_has_box(telemetry))
-        return;
     configround_hello(telemetry, TO_CONFIGURATION, landing);
     for (unsigned item = 0; item < FIRST_SEGMENT; item++) {
         if (!is_not_fitted(item))

@@ -21,7 +21,7 @@ void configround_hello(struct telemetry *telemetry, unsigned sinks, const struct
 void configround_burst(struct telemetry *telemetry, const struct landing *landing);
 /* A block, or a phase of the round without scans. `slack_in`: the survey, MR_SEGMENTS; NaN: not surveyed. */
 void configround_block(struct telemetry *telemetry, const float *slack_in, uint32_t index);
-/* The whole configuration, hello and site included, into the box's record of a landing that was armed; nothing without a box. */
+/* The whole configuration, hello and site included, into the box's record of a landing that was armed. Only where there is a box. */
 void configround_store(struct telemetry *telemetry, const struct landing *landing, const float *slack_in);
 
 #endif

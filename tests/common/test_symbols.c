@@ -125,6 +125,57 @@ static void a_name_that_does_not_end_is_refused(void **state)
     assert_int_equal(symbols.count, 0);
 }
 
+static void sections_that_are_not_there_are_refused(void **state)
+{
+    (void)state;
+    put_section(1, 2, SYMBOLS_AT, 16u * 7u, 9); /* names in a section that there is not: no table of ours */
+    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
+    assert_int_equal(symbols.count, 0);
+    put(46, 2, 39); /* sections too short for what is read of them */
+    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_TRUNCATED);
+    put(48, 2, 0); /* none at all */
+    assert_int_equal(mr_symbols_take(file, sizeof file, room, &symbols), MR_OK);
+    assert_int_equal(symbols.count, 0);
+}
+
+/* 400 functions in an order that was shuffled, each address twice, one of the two names without a size: found by every address in them. */
+static void many_are_sorted(void **state)
+{
+    enum { FUNCTIONS = 400, TABLE = 16 * 2 * FUNCTIONS };
+    static uint8_t big[52 + TABLE + 8 + 3 * 40];
+    static struct mr_symbol all[2 * FUNCTIONS];
+    (void)state;
+    memcpy(big, file, 52);
+    memcpy(big + 52 + TABLE, "\0one\0b\0", 8);
+    memcpy(big + 52 + TABLE + 8, file + SECTIONS_AT, 3 * 40);
+    uint8_t *kept[] = {big + 52 + TABLE + 8 + 40, big + 52 + TABLE + 8 + 80};
+    const uint32_t values[][2] = {{52, TABLE}, {52 + TABLE, 8}};
+    for (unsigned i = 0; i < 2; i++) {
+        for (unsigned k = 0; k < 8; k++)
+            kept[i][16 + k] = (uint8_t)(values[i][k / 4] >> 8 * (k % 4));
+    }
+    for (unsigned k = 0; k < 4; k++)
+        big[32 + k] = (uint8_t)((52u + TABLE + 8u) >> 8 * k);
+    for (unsigned n = 0; n < 2 * FUNCTIONS; n++) { /* 37 and 400 have no common divisor: each place twice */
+        uint8_t *symbol = big + 52 + 16 * n;
+        uint32_t address = 0x08010001u + 64u * (37u * n % FUNCTIONS);
+        for (unsigned k = 0; k < 4; k++)
+            symbol[4 + k] = (uint8_t)(address >> 8 * k);
+        symbol[0] = n < FUNCTIONS ? 5 : 1;
+        symbol[8] = n < FUNCTIONS ? 0 : 48;
+        symbol[12] = 0x12;
+        symbol[14] = 1;
+    }
+    assert_int_equal(mr_symbols_take(big, sizeof big, all, &symbols), MR_OK);
+    assert_int_equal(symbols.count, FUNCTIONS);
+    for (uint32_t n = 0; n < FUNCTIONS; n++) {
+        assert_int_equal(symbols.all[n].address, 0x08010000u + 64u * n);
+        assert_string_equal(symbols.all[n].name, "one");
+        assert_ptr_equal(mr_symbols_at(&symbols, 0x08010000u + 64u * n + 47u), &symbols.all[n]);
+        assert_null(mr_symbols_at(&symbols, 0x08010000u + 64u * n + 48u));
+    }
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup(name, lay_out)
@@ -133,6 +184,8 @@ int main(void)
         TEST(a_stripped_image_has_none),
         TEST(what_is_no_whole_image_is_refused),
         TEST(a_name_that_does_not_end_is_refused),
+        TEST(sections_that_are_not_there_are_refused),
+        TEST(many_are_sorted),
     };
     return cmocka_run_group_tests_name("common/symbols", tests, NULL, NULL);
 }
