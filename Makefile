@@ -33,15 +33,13 @@ BARE_PACKAGES := debootstrap iproute2 util-linux
 # And to test real Linux links, in a guest.
 LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurmctld slurmd slurm-client munge parallel
 
-common_src := $(wildcard common/*.c)
+common_src := $(wildcard common/*.c common/onboard/*.c)
 app_src := $(filter-out firmware/main.c,$(wildcard firmware/*.c))
 hil_rooms := core periph chips rig board link debug
 hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c $(hil_rooms:%=hil/%/*.c)))
 # The predictor and what it is made of, for the programs that have it alone.
 predictor_parts := $(basename $(wildcard common/predictor*.c)) common/zonescan common/matchain common/closure
-# The host runs the firmware's own way from blocks and edges to the predictor, to compare (host/analyse/predict_again.h).
-host_src := $(filter-out host/main.c host/study/% %/cvode.c %/error_study.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c)) hil/symbols.c firmware/landing.c firmware/config.c firmware/baseline.c \
-	firmware/predict_feed.c
+host_src := $(filter-out host/main.c host/study/% %/cvode.c %/error_study.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c))
 # What needs GSL or SUNDIALS, and the commands that matrig-study runs for matrig (host/study_start.h).
 study_src := $(filter-out host/study/main.c,$(wildcard host/study/*.c host/study/*/*.c)) $(filter %/cvode.c %/error_study.c,$(wildcard host/sim/*.c host/sim/*/*.c))
 arm_src := $(common_src) $(wildcard firmware/*.c firmware/f407/*.c)
@@ -61,7 +59,7 @@ series := $(addprefix host/campaign/series/,$(addsuffix .json,standard friction 
 reference_src := $(addprefix tests/sim_reference/,scene.c model.c march.c)
 
 objects = $(patsubst %.c,$(B)/$(1)/%.o,$(2))
-tests_of = $(patsubst %.c,$(B)/%,$(wildcard tests/$(1)/test_*.c))
+tests_of = $(patsubst %.c,$(B)/%,$(wildcard tests/$(1)/test_*.c tests/$(1)/onboard/test_*.c))
 
 common_lib := $(B)/host/libcommon.a
 hil_lib := $(B)/host/libhil.a
@@ -87,7 +85,7 @@ test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/c
 # Of the host, with what matrig-study has.
 study_tests := error_study fit fit_surveyed fit_verdict sim_extremes sim_growth sim_model sim_planar
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
-variants := $(patsubst %,$(B)/tests/variant/%.elf,rest scale four bandless switches changing camera quiet frugal)
+variants := $(patsubst %.h,$(B)/%.elf,$(wildcard tests/variant/*.h))
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
 	$(B)/tests/stability/stability $(B)/tests/score/score $(B)/tests/campaigns/campaigns $(B)/tests/identity/draw \
 	$(B)/tests/campaign_figures/campaign-figures $(B)/tests/pilot/pilot $(B)/tests/golden/golden $(B)/tests/soak/soak $(B)/tests/soak_host/sender $(B)/tests/link/faults.so $(B)/tests/link/longlanding
@@ -386,48 +384,20 @@ $(B)/firmware/stack.txt: $(firmware) firmware/f407/stack.awk
 	@$(ARM)nm $< | awk -v elf=$< -f firmware/f407/stack.awk - $(patsubst %.o,%.ci,$(call objects,arm,$(arm_src))) >$@ || \
 		{ cat $@; exit 1; }
 
-# Images that differ from the firmware in one constant, for tests of replay: half a second until rest becomes 501 ms; a
-# transducer's 0.5 V/in becomes 0.51.
-$(B)/tests/variant/rest.c: firmware/landing.c
+# Images of other rigs, for tests: the one source of the firmware that a variant is about, compiled after a header that includes what it changes
+# and defines some of it anew (tests/variant, one file each, which says why).
+variant_source = $(or $(variant_source_$(1)),firmware/config)
+variant_source_rest := common/onboard/landing
+variant_source_changing := firmware/main
+# A header that changes nothing is an error: what it defines has another name by now.
+$(B)/tests/variant/%.elf: tests/variant/%.h $(firmware) $(firmware:.elf=.bin)
 	@mkdir -p $(@D)
-	sed 's/ + LANDING_REST_BLOCKS;/ + LANDING_REST_BLOCKS + 1;/' $< >$@ && ! cmp -s $< $@
-$(B)/tests/variant/scale.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^\(#define IN_PER_CODE .*\)0\.5f|\10.51f|' $< >$@ && ! cmp -s $< $@
-# And images of rigs that lack something: transducers 1 to 4 alone, no gages, nothing but switches (and no black box); and one that
-# changes what is fitted every 50 blocks, bandless every other time.
-$(B)/tests/variant/four.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^ *TRANSDUCER([5-8],.*|{0},|; s|^ *GAGE([0-9].*|{0},|' $< >$@ && [ $$(grep -c '^{0},' $@) = 18 ]
-$(B)/tests/variant/bandless.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^ *GAGE([0-9].*|{0},|' $< >$@ && [ $$(grep -c '^{0},' $@) = 14 ]
-$(B)/tests/variant/switches.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|^ *TRANSDUCER([0-9],.*|{0},|; s|^ *GAGE([0-9].*|{0},|; s|\.black_box = 1|.black_box = 0|' $< >$@ && \
-		[ $$(grep -c '^{0},' $@) = 22 ] && grep -q 'black_box = 0' $@
-$(B)/tests/variant/changing.c: firmware/main.c
-	@mkdir -p $(@D)
-	sed -e '1i #include "firmware/config.h"' -e 's|bool progress = app_poll(&app);|& change(\&app);|' -e '/^int main/i \
-	static void change(struct app *a) { static uint32_t done; if (a->next_index / 50 == done) return; done = a->next_index / 50; \
-	for (unsigned c = 0; c < 22; c++) config.channel[c].kind = (uint8_t)(done * 2654435761u >> (31 - c) \& 1u ? (c < 8 ? 1 : done % 2 ? 2 : 0) : 0); \
-	app_configured(a); }' $< >$@ && grep -q 'change(&app)' $@
-# And without the predictor; and with a third of its budget.
-$(B)/tests/variant/quiet.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|\.fitted = 1,|.fitted = 0,|' $< >$@ && ! cmp -s $< $@
-$(B)/tests/variant/frugal.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|\.updates_per_block = MR_PREDICTOR_UPDATES_PER_BLOCK,|.updates_per_block = 300,|' $< >$@ && ! cmp -s $< $@
-# And one whose built-in configuration has a camera.
-$(B)/tests/variant/camera.c: firmware/config.c
-	@mkdir -p $(@D)
-	sed 's|\.black_box = 1,|& .camera = 1,|' $< >$@ && ! cmp -s $< $@
-$(B)/tests/variant/%.elf: $(B)/tests/variant/%.c $(firmware)
-	$(ARM)gcc $(ARM_FLAGS) -c $< -o $(@:.elf=.o)
-	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections $(@:.elf=.o) \
-		$(filter-out $(if $(findstring rest,$@),%/landing.o,$(if $(findstring changing,$@),%/main.o,%/config.o)),$(call objects,arm,$(arm_src))) -lm -o $@
+	$(ARM)gcc $(ARM_FLAGS) -include $< -c $(call variant_source,$*).c -o $(@:.elf=.o)
+	$(ARM)gcc $(ARM_CPU) -nostartfiles --specs=nano.specs -T firmware/f407/matrig.ld -Wl,--gc-sections \
+		$(patsubst $(B)/arm/$(call variant_source,$*).o,$(@:.elf=.o),$(call objects,arm,$(arm_src))) -lm -o $@
 	$(stamp) $@ $$(cat $(commit))
+	@$(ARM)objcopy -O binary --gap-fill 0xff $@ $(@:.elf=.bin)
+	@! cmp -s $(@:.elf=.bin) $(firmware:.elf=.bin) || { echo "$<: the image is the firmware as it is; what should differ?" >&2; exit 1; }
 
 # --- tests ---
 $(B)/tests/%.o: tests/%.c | $(B)/.test-packages
@@ -441,7 +411,7 @@ $(B)/tests/hil/registers.inc: firmware/f407/regs.h tests/conformance/registers.a
 $(B)/tests/hil/test_layouts.o: $(B)/tests/hil/registers.inc
 $(B)/tests/hil/test_layouts.o: HOST_FLAGS += -I$(B)/tests/hil
 
-$(call tests_of,common): $(B)/tests/common/test_%: $(B)/tests/common/test_%.o $(common_lib)
+$(call tests_of,common): $(B)/tests/common/%: $(B)/tests/common/%.o $(common_lib)
 	$(CC) $^ -lcmocka -lz -lm -o $@
 $(call tests_of,firmware): $(B)/tests/firmware/test_%: $(B)/tests/firmware/test_%.o $(B)/tests/firmware/fake_board.o $(B)/tests/firmware/fake_nor.o $(B)/tests/firmware/fake_flash.o $(B)/tests/firmware/fake_i2c.o $(app_lib) $(common_lib)
 	$(CC) $^ -lcmocka -lm -o $@
@@ -483,7 +453,8 @@ $(B)/tests/fit/coverage: $(B)/tests/fit/coverage.o $(patsubst %.c,$(B)/%.o,$(fit
 	$(CC) $^ $(STUDY_LIBS) -o $@
 $(B)/tests/campaign_figures/campaign-figures: $(patsubst %.c,$(B)/%.o,$(campaign_figures_src)) $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
-$(B)/tests/golden/golden: $(patsubst %.c,$(B)/%.o,$(golden_src)) $(host_lib) $(common_lib)
+# With the configuration that is built into the firmware: a recording says what of it was given.
+$(B)/tests/golden/golden: $(patsubst %.c,$(B)/%.o,$(golden_src)) $(B)/host/firmware/config.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@
 $(B)/tests/pilot/pilot: $(B)/tests/pilot/pilot.o $(host_lib) $(common_lib)
 	$(CC) $^ $(HOST_LIBS) -o $@

@@ -154,6 +154,12 @@ struct mr_config_group {
 /* MR_CONFIG_GROUPS of them. Static storage. */
 extern const struct mr_config_group mr_config_groups[];
 
+/* Station of the main bogie's lead wheel when switch `i` (from 0) opens: what every station of the gear means. */
+static inline float mr_config_gate_ft(const struct mr_config *config, unsigned i)
+{
+    return config->gate[i].station_ft - config->site[0].wheel_ahead_ft;
+}
+
 uint32_t mr_config_layout(void);
 /* Writes MR_CONFIG_IMAGE bytes; returns their CRC-32, which stands in the last four. */
 uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image);

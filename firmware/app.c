@@ -7,11 +7,13 @@
 #include "common/wire.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
-#include "firmware/zero.h"
+#include "firmware/landinglink.h"
+#include "firmware/regular.h"
+#include "firmware/schedule.h"
 #include "firmware/tasks.h"
+#include "firmware/zero.h"
 
-#define STALL_TICKS 5u             /* supervision ticks without a block */
-#define TICKS_PER_S 100u
+#define STALL_TICKS ((unsigned)SCHEDULE_STALL_PHASE) /* supervision ticks without a block: the scans have stopped */
 
 /* A row of the histories whose block there is not. */
 static void miss_block(struct app *app, uint32_t index)
@@ -71,7 +73,7 @@ static void tell_configuration(struct app *app)
 {
     app->telemetry.config_crc = app->configstore.crc;
     app->telemetry.config_state = configstore_state(&app->configstore);
-    telemetry_burst(&app->telemetry, &app->landing);
+    configround_burst(&app->telemetry, &app->landing);
 }
 
 void app_start(struct app *app)
@@ -87,8 +89,7 @@ void app_start(struct app *app)
     runwaystore_start(&app->runwaystore);
     thermometer_start(&app->thermometer);
     app_configured(app);
-    telemetry_start(&app->telemetry);
-    app->telemetry.box = &app->box;
+    telemetry_start(&app->telemetry, &app->box);
     healthlink_start(&app->healthlink);
     tell_configuration(app);
     board_warn(false);
@@ -101,7 +102,7 @@ static void tell_blocks_before(struct app *app)
     while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE && app->blocks_in_row > app->next_index - first)
         first--;
     for (; first != app->next_index; first++) {
-        telemetry_block(&app->telemetry, &app->newest[first % APP_NEWEST]);
+        landinglink_block(&app->telemetry, &app->newest[first % APP_NEWEST]);
         blackbox_block(&app->box, &app->newest[first % APP_NEWEST]);
     }
 }
@@ -127,10 +128,10 @@ static void read_channels(struct app *app, const struct mr_block *block)
     }
 }
 
-/* While nothing is recorded only those blocks are read whose means are told: the last 2 at phase 0, the last 4 at phase 1. */
+/* While nothing is recorded only those blocks are read whose means are told. */
 static bool is_told_while_idle(uint32_t index)
 {
-    return (index + 2) % APP_IDLE_BLOCKS < 4;
+    return BLOCKS_UNTIL(DISPLACEMENTS_IDLE, index) < APP_DISPLACEMENT_BLOCKS || BLOCKS_UNTIL(TENSIONS_IDLE, index) < APP_TENSION_BLOCKS;
 }
 
 /* The first means after arming reach back. Blocks that are missing are so in the histories already, and no mean goes beyond them. */
@@ -166,11 +167,11 @@ static enum mr_status arm(struct app *app, const struct mr_command *command)
         board_warn(false);
         boxlink_arm(&app->box, &app->telemetry, &app->landing, app->slack_in);
         slowlog_read_stop(&app->slowlog);
-        telemetry_state(&app->telemetry, &app->landing);
+        landinglink_state(&app->telemetry, &app->landing);
         predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
         predict_store(&app->predict, &app->telemetry, app->runwaystore.copy);
         tell_blocks_before(app);
-        telemetry_burst(&app->telemetry, &app->landing);
+        configround_burst(&app->telemetry, &app->landing);
     }
     return status;
 }
@@ -196,8 +197,8 @@ static enum mr_status mark(struct app *app, const struct mr_command *command)
 {
     if (command->argument < 0 || command->argument > UINT16_MAX)
         return MR_USAGE;
-    telemetry_mark(&app->telemetry, &(struct mr_mark){.number = (uint16_t)command->argument,
-                                                      .landing = app->landing.number, .block = app->next_index});
+    TELL(&app->telemetry, TO_RECORD, mark, MARK, .number = (uint16_t)command->argument, .landing = app->landing.number,
+         .block = app->next_index);
     return MR_OK;
 }
 
@@ -263,8 +264,8 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     switch (command.code) {
     case MR_COMMAND_STATE:
-        telemetry_state(&app->telemetry, &app->landing);
-        telemetry_burst(&app->telemetry, &app->landing);
+        landinglink_state(&app->telemetry, &app->landing);
+        configround_burst(&app->telemetry, &app->landing);
         healthlink_tell_crash(&app->healthlink);
         break;
     case MR_COMMAND_ARM:
@@ -274,7 +275,7 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, app->next_index);
         landing_disarm(&app->landing, app->next_index);
-        telemetry_state(&app->telemetry, &app->landing);
+        landinglink_state(&app->telemetry, &app->landing);
         break;
     case MR_COMMAND_MARK:
         status = mark(app, &command);
@@ -328,8 +329,8 @@ static enum mr_status obey(struct app *app, const uint8_t *payload, size_t lengt
     if (command.code == MR_COMMAND_ARM && status == MR_OK) /* with which its record began */
         blackbox_note(&app->box, MR_ID_COMMAND, payload, length);
     if (command.code != MR_COMMAND_BACKLOG || status != MR_OK) /* an input of a replay: the landing had no answer to it */
-        telemetry_ack(&app->telemetry, &(struct mr_ack){.code = command.code, .status = (int8_t)status,
-                                                        .tag = command.tag, .block = app->next_index});
+        TELL(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code, .status = (int8_t)status, .tag = command.tag,
+             .block = app->next_index);
     return MR_OK;
 }
 
@@ -375,25 +376,6 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
     }
 }
 
-static void tell_landing(struct app *app, const struct landing_news *news, uint32_t index)
-{
-    const struct landing *landing = &app->landing;
-    for (unsigned i = 0; i < news->edges; i++)
-        telemetry_edge(&app->telemetry, &landing->edge[i]);
-    for (unsigned i = 0; i < news->events; i++)
-        telemetry_switch(&app->telemetry, &landing->event[i]);
-    if (news->pushed)
-        telemetry_pushback(&app->telemetry, landing, index);
-    if (news->motion)
-        telemetry_motion(&app->telemetry, &landing->motion, index);
-    if (news->summary)
-        telemetry_summary(&app->telemetry, &landing->summary);
-    if (news->no_fit != MR_OK)
-        health_count(MR_FAULT_NO_FIT, (uint8_t)-news->no_fit);
-    if (news->state)
-        telemetry_state(&app->telemetry, landing);
-}
-
 /* Temperature and slow log: what goes on while nothing does. */
 static void take_slow(struct app *app, uint32_t index)
 {
@@ -403,7 +385,8 @@ static void take_slow(struct app *app, uint32_t index)
     uint16_t id;
     uint8_t payload[MR_MESSAGE_MAX];
     if (thermometer_block(&app->thermometer, index, config.site[0].thermometer))
-        telemetry_temperature(&app->telemetry, thermometer->temperature_c, thermometer->error_c, index);
+        TELL(&app->telemetry, TO_RECORD, temperature, TEMPERATURE, .temperature_c = thermometer->temperature_c,
+             .error_c = thermometer->error_c, .block = index);
     unsigned state = landing->state == LANDING_ARMED ? 1u : landing->state == LANDING_DONE ? 2u : 0u;
     slowlog_block(&app->slowlog,
                   &(struct slowlog_block){.index = index, .displacement_in = app->displacement_in[row], .tension_lb = app->tension_lb[row],
@@ -413,7 +396,7 @@ static void take_slow(struct app *app, uint32_t index)
         size_t length = slowlog_take_part(&app->slowlog, &id, payload);
         if (!length)
             break;
-        telemetry_slow(&app->telemetry, id, payload, length);
+        telemetry_send(&app->telemetry, TO_LINKS, id, payload, length);
     }
 }
 
@@ -432,7 +415,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (__builtin_isnan(mr_channels_ratio(block)))
         health_count(MR_FAULT_REFERENCE, 0);
     struct landing_news news =
-        landing_block(&app->landing, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
+        landing_block(&app->landing, &config, block->index, block->tick, staircase_code, edge_ticks, (unsigned)edges);
     bool recording = landing_recording(&app->landing);
     tasks_done(MR_TASK_LANDING);
 
@@ -441,7 +424,7 @@ static void take_block(struct app *app, const struct mr_block *block)
     if (recording || is_told_while_idle(block->index))
         read_channels(app, block);
     if (was_recording || recording)
-        telemetry_block(&app->telemetry, block);
+        landinglink_block(&app->telemetry, block);
     channels_tell(&app->channels, &app->telemetry, &app->landing, block->index, app->displacement_in[row], app->baseline.in,
                   app->tension_lb[row]);
     if (news.state && app->landing.state == LANDING_DONE) { /* before the message that ends the landing */
@@ -449,28 +432,28 @@ static void take_block(struct app *app, const struct mr_block *block)
         end_prediction(app, block->index);
     }
     live_block(&app->live, &app->landing, &app->telemetry, block);
-    tell_landing(app, &news, block->index);
+    landinglink_news(&app->telemetry, &app->landing, &news, block->index);
     camera_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick, block->tick + LANDING_EDGE_TICKS);
     boxlink_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
         baseline_follow(&app->baseline, app->displacement_in[row], landing_quiet(&app->landing, block->index),
                         predict_held(&app->predict.predictor, &app->landing));
-    if (app->fitted & MR_BITS_TRANSDUCERS && block->index % (recording ? 2u : APP_IDLE_BLOCKS) == 0) {
+    if (app->fitted & MR_BITS_TRANSDUCERS && (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
-        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, 2, mean_in);
-        telemetry_displacements(&app->telemetry, mean_in, app->fitted, block->index);
+        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS, mean_in);
+        landinglink_displacements(&app->telemetry, mean_in, app->fitted, block->index);
     }
-    if (app->fitted & MR_BITS_GAGES && block->index % (recording ? 4u : APP_IDLE_BLOCKS) == 1) {
+    if (app->fitted & MR_BITS_GAGES && (recording ? DUE(TENSIONS, block->index) : DUE(TENSIONS_IDLE, block->index))) {
         float mean_lb[MR_GAGES];
-        mean_of_last(app->tension_lb[0], MR_GAGES, row, 4, mean_lb);
-        telemetry_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
+        mean_of_last(app->tension_lb[0], MR_GAGES, row, APP_TENSION_BLOCKS, mean_lb);
+        landinglink_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS, block->index);
         bandwatch_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);
     }
     calibrate_block(&app->calibrate, &app->telemetry, &app->landing, block);
     follow_zeros(app);
     configstore_block(&app->configstore, &app->telemetry, recording);
     take_slow(app, block->index);
-    telemetry_regular(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
+    regular_block(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
     healthlink_regular(&app->healthlink, &app->telemetry, block->index);
     tasks_done(MR_TASK_TELEMETRY);
 
@@ -539,13 +522,25 @@ static void excuse_tasks(void)
     tasks_done(MR_TASK_PREDICTOR);
 }
 
+/* With no scans at all the block index stands still: one round of the regular messages each second instead, all but those that need a
+ * block; there is no time base. */
+static void tell_without_scans(struct app *app)
+{
+    for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
+        if (schedule_due_without_scans(phase))
+            regular_block(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+        if (DUE(CRASH_STALLED, phase))
+            healthlink_regular(&app->healthlink, &app->telemetry, phase);
+    }
+}
+
 void app_supervise(struct app *app)
 {
     tasks_begin(MR_TASK_SUPERVISION);
     if (app->ticks_to_rom && --app->ticks_to_rom == 0 && !landing_recording(&app->landing))
         board_enter_rom();
     app->ticks_without_block++;
-    if (app->ticks_without_block % TICKS_PER_S == STALL_TICKS) {
+    if (DUE(STALL, app->ticks_without_block)) {
         health_count(MR_FAULT_SCAN_STALL, 0);
         calibrate_abort(&app->calibrate, &app->telemetry, app->next_index);
         board_scans_restart();
@@ -554,16 +549,8 @@ void app_supervise(struct app *app)
         take_commands(app);
         excuse_tasks();
     }
-    /* With no scans at all the block index stands still; walk one round of the regular messages each second instead, all but
-     * the clock: there is no time base. */
-    if (app->ticks_without_block >= TICKS_PER_S && app->ticks_without_block % TICKS_PER_S == 0) {
-        for (uint32_t phase = 0; phase < 1000; phase++) {
-            if ((phase % 20 == 3 && phase % 100 != 3) || phase == 513 || phase == 713)
-                telemetry_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
-            if (phase % 20 == 3)
-                healthlink_regular(&app->healthlink, &app->telemetry, phase);
-        }
-    }
+    if (app->ticks_without_block && DUE(STALLED, app->ticks_without_block))
+        tell_without_scans(app);
     healthlink_tick(&app->healthlink, &app->telemetry, !landing_recording(&app->landing));
     tasks_done(MR_TASK_SUPERVISION);
     tasks_begin(MR_TASK_LOOP);

@@ -3,15 +3,15 @@
 #define MATRIG_FIRMWARE_APP_H
 
 #include "common/framing.h"
+#include "common/onboard/baseline.h"
+#include "common/onboard/landing.h"
 #include "firmware/bandwatch.h"
-#include "firmware/baseline.h"
 #include "firmware/boxlink.h"
 #include "firmware/calibrate.h"
 #include "firmware/camera.h"
 #include "firmware/channels.h"
 #include "firmware/configstore.h"
 #include "firmware/healthlink.h"
-#include "firmware/landing.h"
 #include "firmware/live.h"
 #include "firmware/norshare.h"
 #include "firmware/predict.h"
@@ -20,8 +20,9 @@
 #include "firmware/thermometer.h"
 #include "firmware/timesync.h"
 
-#define APP_IDLE_BLOCKS 100u       /* while idle, readings go out at 10 Hz */
-#define APP_BLOCKS_BEFORE 4u       /* a record begins so many blocks before arming: as far back as the first means reach */
+#define APP_DISPLACEMENT_BLOCKS 2u /* of the mean that is told */
+#define APP_TENSION_BLOCKS 4u
+#define APP_BLOCKS_BEFORE APP_TENSION_BLOCKS /* a record begins so many blocks before arming: as far back as the first means reach */
 #define APP_NEWEST 8u              /* blocks kept: those, and the one that comes */
 /* Taken per block, so that no flood of commands keeps blocks waiting or fills the links with answers: two commands from each
  * link. The queues behind hold a whole survey. */

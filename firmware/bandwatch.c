@@ -1,18 +1,10 @@
 #include "firmware/bandwatch.h"
 
 #include "common/wire.h"
+#include "firmware/config.h"
+#include "firmware/schedule.h"
 
-#define STATE_BLOCKS 100u       /* while recording */
-#define STATE_IDLE_BLOCKS 1000u
 #define S_PER_BLOCK 0.001f
-
-/* Build a message of the catalogue and send it: TELL(band_event, BAND_EVENT, .band = 1). */
-#define TELL(name, NAME, ...)                                                                   \
-    do {                                                                                        \
-        uint8_t payload_[MR_MESSAGE_MAX];                                                       \
-        const struct mr_##name message_ = {__VA_ARGS__};                                        \
-        telemetry_put(telemetry, MR_ID_##NAME, payload_, mr_##name##_put(&message_, payload_)); \
-    } while (0)
 
 void bandwatch_arm(struct bandwatch *watch)
 {
@@ -24,7 +16,7 @@ static void tell_findings(const struct mr_bands *bands, struct telemetry *teleme
 {
     for (unsigned i = 0; i < bands->findings; i++) {
         const struct mr_band_finding *finding = &bands->finding[i];
-        TELL(band_event, BAND_EVENT, .band = finding->band, .gage = finding->gage, .reason = finding->reason,
+        TELL(telemetry, TO_RECORD, band_event, BAND_EVENT, .band = finding->band, .gage = finding->gage, .reason = finding->reason,
              .other = finding->other, .value_lb = finding->value_lb, .at_block16 = (uint16_t)finding->block);
     }
 }
@@ -45,12 +37,11 @@ static void tell_state(struct telemetry *telemetry, const float tension_lb[MR_GA
 {
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         struct mr_band_state state = {.band = (uint8_t)(b + 1)};
-        uint8_t payload[MR_MESSAGE_MAX];
         if (!(config.band[b].pretension_lb > 0.0f))
             continue;
         state.gages = (uint8_t)mr_bands_now(&config.channel[MR_TRANSDUCERS], tension_lb, b, &state.least_lb, &state.mean_lb,
                                             &state.most_lb);
-        telemetry_put(telemetry, MR_ID_BAND_STATE, payload, mr_band_state_put(&state, payload));
+        TELL_THIS(telemetry, TO_LINKS, band_state, BAND_STATE, &state);
     }
 }
 
@@ -58,7 +49,7 @@ void bandwatch_tensions(struct bandwatch *watch, struct telemetry *telemetry, co
                         const float tension_lb[MR_GAGES], const struct mr_block *block)
 {
     bool recording = landing_recording(landing);
-    if (block->index % (recording ? STATE_BLOCKS : STATE_IDLE_BLOCKS) == 1)
+    if (recording ? DUE(BANDS, block->index) : DUE(BANDS_IDLE, block->index))
         tell_state(telemetry, tension_lb);
     if (!recording || !watch->bands.active)
         return;
@@ -79,13 +70,13 @@ void bandwatch_end(struct bandwatch *watch, struct telemetry *telemetry)
         if (!watch->bands.band[b].gages)
             continue;
         mr_bands_figures(&watch->bands, b, &f);
-        TELL(band_before, BAND_BEFORE, .band = band, .gages = (uint8_t)f.gages, .before_lb = f.before_lb,
+        TELL(telemetry, TO_RECORD, band_before, BAND_BEFORE, .band = band, .gages = (uint8_t)f.gages, .before_lb = f.before_lb,
              .error_lb = f.before_error_lb, .spread_lb = f.spread_lb);
-        TELL(band_least, BAND_LEAST, .band = band, .gage = f.least.gage, .tension_lb = f.least.lb,
+        TELL(telemetry, TO_RECORD, band_least, BAND_LEAST, .band = band, .gage = f.least.gage, .tension_lb = f.least.lb,
              .error_lb = f.least_error_lb, .at_block16 = (uint16_t)f.least.block);
-        TELL(band_most, BAND_MOST, .band = band, .gage = f.most.gage, .tension_lb = f.most.lb, .error_lb = f.most_error_lb,
+        TELL(telemetry, TO_RECORD, band_most, BAND_MOST, .band = band, .gage = f.most.gage, .tension_lb = f.most.lb, .error_lb = f.most_error_lb,
              .at_block16 = (uint16_t)f.most.block);
-        TELL(band_after, BAND_AFTER, .band = band, .gages = (uint8_t)f.gages, .after_lb = f.after_lb,
+        TELL(telemetry, TO_RECORD, band_after, BAND_AFTER, .band = band, .gages = (uint8_t)f.gages, .after_lb = f.after_lb,
              .change_lb = f.change_lb, .error_lb = f.change_error_lb);
     }
 }

@@ -3,7 +3,7 @@
 #define MATRIG_FIRMWARE_BANDWATCH_H
 
 #include "common/bands.h"
-#include "firmware/landing.h"
+#include "common/onboard/landing.h"
 #include "firmware/telemetry.h"
 
 #define BANDWATCH_WHEEL_BLOCKS 64u /* between two looks at where the wheel is; in between it rolls on */

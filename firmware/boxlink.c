@@ -3,12 +3,11 @@
 #include <string.h>
 
 #include "common/command.h"
+#include "common/version.h"
 #include "common/wire.h"
-#include "firmware/version.h"
+#include "firmware/schedule.h"
 
 #define PAGE_BITS 15u /* of the argument of box-read */
-#define STATE_BLOCKS 1000u
-#define STATE_PHASE 313u
 
 enum mr_status boxlink_obey(struct boxlink *link, struct blackbox *box, struct telemetry *telemetry,
                             const struct mr_command *command)
@@ -48,7 +47,7 @@ void boxlink_arm(struct blackbox *box, struct telemetry *telemetry, const struct
         return;
     memcpy(start.uid, identity->uid, sizeof start.uid);
     blackbox_arm(box, &start);
-    telemetry_store_configuration(telemetry, landing, slack_in);
+    configround_store(telemetry, landing, slack_in);
 }
 
 void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry)
@@ -56,11 +55,10 @@ void boxlink_tell_state(const struct blackbox *box, struct telemetry *telemetry)
     unsigned records = 0;
     for (unsigned i = 0; i < BLACKBOX_RECORDS; i++)
         records += blackbox_record(box, i) != NULL;
-    telemetry_box(telemetry,
-                  &(struct mr_box_state){.state = (uint8_t)box->state, .records = (uint8_t)records, .ready = (uint16_t)box->ready,
-                                         .wait_s = blackbox_wait_s(box), .reserve = BLACKBOX_RESERVE},
-                  &(struct mr_box_space){.sectors = NOR_SECTORS, .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
-                                         .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR)});
+    TELL(telemetry, TO_LINKS, box_state, BOX_STATE, .state = (uint8_t)box->state, .records = (uint8_t)records,
+         .ready = (uint16_t)box->ready, .wait_s = blackbox_wait_s(box), .reserve = BLACKBOX_RESERVE);
+    TELL(telemetry, TO_LINKS, box_space, BOX_SPACE, .sectors = NOR_SECTORS, .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
+         .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR));
 }
 
 static uint16_t at_most_u16(uint32_t value)
@@ -83,7 +81,9 @@ static void list(struct boxlink *link, const struct blackbox *box, struct teleme
         span = (struct mr_box_span){.first_block = record->first_block, .blocks = at_most_u16(record->blocks),
                                     .lost = at_most_u16(record->lost)};
     }
-    telemetry_box_record(telemetry, &message, &span);
+    TELL_THIS(telemetry, TO_LINKS, box_record, BOX_RECORD, &message);
+    if (message.record) /* 0: the end of the list */
+        TELL_THIS(telemetry, TO_LINKS, box_span, BOX_SPAN, &span);
     link->listing = record != NULL;
 }
 
@@ -96,11 +96,11 @@ static void read_out(struct blackbox *box, struct telemetry *telemetry)
     const uint8_t *bytes = NULL;
     enum blackbox_part what = blackbox_take_part(box, &record, &page, &part, &bytes);
     if (what == BLACKBOX_LAST_READ) {
-        telemetry_box_end(telemetry, &(struct mr_box_end){.record = record, .pages = page});
+        TELL(telemetry, TO_LINKS, box_end, BOX_END, .record = record, .pages = page);
     } else if (what == BLACKBOX_A_PART) {
         uint8_t *p = mr_put_u8(mr_put_u8(mr_put_u16(mr_put_u16(payload, record), page), part), 0);
         memcpy(p, bytes, BLACKBOX_PART);
-        telemetry_box_part(telemetry, payload, sizeof payload);
+        telemetry_send(telemetry, TO_SERIAL, MR_ID_BOX_PART, payload, sizeof payload);
     }
 }
 
@@ -112,7 +112,7 @@ void boxlink_block(struct boxlink *link, struct blackbox *box, struct telemetry 
         blackbox_trigger(box, block->index);
     if (!landing_recording(landing) && box->armed)
         blackbox_finish(box);
-    if (!box->left_out && block->index % STATE_BLOCKS == STATE_PHASE)
+    if (!box->left_out && DUE(BOX, block->index))
         boxlink_tell_state(box, telemetry);
     if (link->listing)
         list(link, box, telemetry);

@@ -5,6 +5,7 @@
 #include "common/channels.h"
 #include "common/command.h"
 #include "common/wire.h"
+#include "firmware/config.h"
 #include "firmware/zero.h"
 
 #define ZERO_MOVES_IN 0.004f
@@ -34,8 +35,7 @@ void calibrate_start(struct calibrate *calibrate)
 
 static void answer(struct telemetry *telemetry, const struct calibrate *calibrate, enum mr_status status, uint32_t block)
 {
-    telemetry_ack(telemetry, &(struct mr_ack){.code = calibrate->command, .status = (int8_t)status, .tag = calibrate->tag,
-                                              .block = block});
+    TELL(telemetry, TO_RECORD, ack, ACK, .code = calibrate->command, .status = (int8_t)status, .tag = calibrate->tag, .block = block);
 }
 
 /* ---- which channels ---- */
@@ -131,7 +131,6 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry, c
 {
     bool good = true;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
-        uint8_t payload[MR_MESSAGE_MAX];
         if (!takes_part(calibrate, c))
             continue;
         enum verdict verdict = judge_zero(calibrate, c);
@@ -139,7 +138,7 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry, c
         struct mr_zero_result result = {.index = (uint8_t)c, .verdict = (uint8_t)verdict,
                                         .spread_codes = valid ? spread_of(&calibrate->mean[c]) : MR_NAN,
                                         .zero_code = valid ? mean_of(&calibrate->mean[c]) : MR_NAN};
-        telemetry_put(telemetry, MR_ID_ZERO_RESULT, payload, mr_zero_result_put(&result, payload));
+        TELL_THIS(telemetry, TO_LINKS, zero_result, ZERO_RESULT, &result);
         good &= verdict == GOOD;
     }
     for (unsigned c = 0; good && c < MR_CHANNELS; c++) {
@@ -148,7 +147,7 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry, c
     }
     answer(telemetry, calibrate, good ? MR_OK : MR_LIMIT, block);
     if (good)
-        telemetry_burst(telemetry, landing);
+        configround_burst(telemetry, landing);
     calibrate->command = 0;
 }
 
@@ -212,7 +211,6 @@ static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, fl
 
 static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
     float span_lb = calibrate->on_lb[g] - calibrate->rest_lb[g];
     enum verdict verdict = judge_span(calibrate, g, span_lb);
     bool known = verdict == GOOD || verdict == WRONG;
@@ -223,8 +221,8 @@ static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, 
     struct mr_shunt_check check = {.gage = (uint8_t)(g + 1), .expected_lb = config.channel[MR_TRANSDUCERS + g].shunt_lb,
                                    .change_lb = known ? span_lb - calibrate->last_span_lb[g] : MR_NAN,
                                    .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->last_rest_lb[g] : MR_NAN};
-    telemetry_put(telemetry, MR_ID_SHUNT_RESULT, payload, mr_shunt_result_put(&result, payload));
-    telemetry_put(telemetry, MR_ID_SHUNT_CHECK, payload, mr_shunt_check_put(&check, payload));
+    TELL_THIS(telemetry, TO_LINKS, shunt_result, SHUNT_RESULT, &result);
+    TELL_THIS(telemetry, TO_LINKS, shunt_check, SHUNT_CHECK, &check);
     calibrate->failed |= verdict != GOOD;
     if (known) {
         calibrate->last_span_lb[g] = span_lb;
@@ -234,9 +232,7 @@ static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, 
 
 static void tell_begun(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
-    struct mr_shunt shunt = {.number = ++calibrate->number, .landing = landing->number, .block = calibrate->began_block};
-    telemetry_put(telemetry, MR_ID_SHUNT, payload, mr_shunt_put(&shunt, payload));
+    TELL(telemetry, TO_LINKS, shunt, SHUNT, .number = ++calibrate->number, .landing = landing->number, .block = calibrate->began_block);
 }
 
 /* One gage a block: no burst. */
@@ -279,7 +275,7 @@ enum mr_status calibrate_begin(struct calibrate *calibrate, struct telemetry *te
     if (zero && command->index) {
         enum mr_status status = give_zero(command);
         if (status == MR_OK)
-            telemetry_burst(telemetry, landing);
+            configround_burst(telemetry, landing);
         return status;
     }
     if (command->argument < 0 || command->argument > (zero ? 2 : 0))

@@ -14,7 +14,7 @@
 #define MATRIG_FIRMWARE_CALIBRATE_H
 
 #include "common/block.h"
-#include "firmware/landing.h"
+#include "common/onboard/landing.h"
 #include "firmware/telemetry.h"
 
 #define CALIBRATE_BLOCKS 256u

@@ -39,8 +39,7 @@ static void tell_frames(struct camera *camera, struct telemetry *telemetry, uint
         camera->frame_tick = ticks[i];
         camera->frame_block = index;
         camera->frames++;
-        telemetry_film_frame(telemetry, &(struct mr_film_frame){.number = camera->frames, .tick = ticks[i],
-                                                                .block16 = (uint16_t)index});
+        TELL(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = camera->frames, .tick = ticks[i], .block16 = (uint16_t)index);
     }
 }
 
@@ -54,7 +53,7 @@ static bool at_station(const struct landing *landing, uint32_t tick)
 static void trigger(struct camera *camera, struct telemetry *telemetry, uint32_t index)
 {
     uint32_t tick = board_camera(true);
-    telemetry_camera(telemetry, &(struct mr_camera){.tick = tick, .cause = (uint8_t)camera->due, .block16 = (uint16_t)index});
+    TELL(telemetry, TO_RECORD, camera, CAMERA, .tick = tick, .cause = (uint8_t)camera->due, .block16 = (uint16_t)index);
     camera->due = CAMERA_BY_NOTHING;
     camera->high = true;
     camera->high_block = index;

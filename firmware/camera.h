@@ -8,8 +8,8 @@
 #ifndef MATRIG_FIRMWARE_CAMERA_H
 #define MATRIG_FIRMWARE_CAMERA_H
 
+#include "common/onboard/landing.h"
 #include "common/status.h"
-#include "firmware/landing.h"
 #include "firmware/telemetry.h"
 
 #define CAMERA_PULSE_BLOCKS 10u

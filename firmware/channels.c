@@ -7,10 +7,11 @@
 #include "firmware/app.h"
 #include "firmware/config.h"
 #include "firmware/health.h"
+#include "firmware/schedule.h"
 
 #define BLOCKS_PER_H 3600000.0f
-#define QUALITY_PHASE 14u /* of each 40 blocks: between the regular messages */
-#define QUALITY_EVERY 40u
+#define QUALITY_ROUND 1000u /* blocks in which each channel has its turn */
+_Static_assert(QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD >= MR_WATCHED, "a turn for each channel");
 
 void channels_start(struct channels *channels)
 {
@@ -44,9 +45,8 @@ static void tell_change(struct channels *channels, struct telemetry *telemetry, 
         return;
     if (news.validity != MR_VALID)
         health_count(MR_FAULT_CHANNEL, (uint8_t)c);
-    telemetry_channel_event(telemetry, &(struct mr_channel_event){.index = (uint8_t)c, .validity = news.validity,
-                                                                  .code = channels->watch.channel[c].code,
-                                                                  .block = news.block});
+    TELL(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c, .validity = news.validity,
+         .code = channels->watch.channel[c].code, .block = news.block);
 }
 
 static void tell_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c, uint32_t index, float value,
@@ -66,11 +66,8 @@ static void tell_quality(const struct channels *channels, struct telemetry *tele
         .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,
     };
     float unit = channel->unit_per_code < 0.0f ? -channel->unit_per_code : channel->unit_per_code;
-    telemetry_channel_quality(telemetry, &(struct mr_channel_quality){
-                                             .index = (uint8_t)c, .validity = watched->told,
-                                             .noise_codes = c_now.noise / unit,
-                                             .error_codes = mr_reading_error(channel, &c_now) / unit,
-                                             .invalid = watched->invalid});
+    TELL(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c, .validity = watched->told,
+         .noise_codes = c_now.noise / unit, .error_codes = mr_reading_error(channel, &c_now) / unit, .invalid = watched->invalid);
 }
 
 void channels_tell(struct channels *channels, struct telemetry *telemetry, const struct landing *landing, uint32_t index,
@@ -81,8 +78,8 @@ void channels_tell(struct channels *channels, struct telemetry *telemetry, const
         tell_change(channels, telemetry, c, index);
     if (watch->recording && !landing_recording(landing))
         mr_watch_end(watch);
-    unsigned c = index % 1000 / QUALITY_EVERY;
-    if (!watch->recording || index % QUALITY_EVERY != QUALITY_PHASE || c >= MR_WATCHED)
+    unsigned c = index % QUALITY_ROUND / SCHEDULE_QUALITY_PERIOD;
+    if (!watch->recording || !DUE(QUALITY, index) || c >= MR_WATCHED)
         return;
     bool moves = c < MR_TRANSDUCERS;
     tell_quality(channels, telemetry, c, index, moves ? displacement_in[c] : tension_lb[c - MR_TRANSDUCERS],

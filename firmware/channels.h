@@ -2,8 +2,8 @@
 #ifndef MATRIG_FIRMWARE_CHANNELS_H
 #define MATRIG_FIRMWARE_CHANNELS_H
 
+#include "common/onboard/landing.h"
 #include "common/watch.h"
-#include "firmware/landing.h"
 #include "firmware/telemetry.h"
 
 struct channels {

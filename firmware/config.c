@@ -3,10 +3,10 @@
 #include "common/channels.h"
 #include "common/closure.h"
 #include "common/predictor.h"
+#include "firmware/builtin.h"
 
-/* Transducers: 0.5 V/in with full excitation, half-difference demodulation: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in.
- * Their mechanical zero is set at 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */
-#define IN_PER_CODE (3.3f / 4096.0f / 0.5f)
+/* Transducers: 4096 codes / 3.3 V * 0.5 V/in = 620.6 codes/in. Their mechanical zero is set at 0.050 V, 62.06 codes, so that an unexcited transducer does not read as zero. */
+#define IN_PER_CODE (3.3f / 4096.0f / BUILTIN_TRANSDUCER_V_PER_IN)
 #define DISPLACEMENT_ZERO_CODE (0.050f * 4096.0f / 3.3f)
 
 /* With all switches closed the staircase gives 0.050 V. */
@@ -32,12 +32,12 @@
 #define REFERENCE_GAIN_ERROR 0.00029f
 
 #define TRANSDUCER(n, station)                                                                                            \
-    {.kind = MR_KIND_DISPLACEMENT, .number = n, .station_ft = station, .unit_per_code = IN_PER_CODE,                       \
-     .zero_code = DISPLACEMENT_ZERO_CODE, TRANSDUCER_ERRORS}
+    [(n) - 1] = {.kind = MR_KIND_DISPLACEMENT, .number = n, .station_ft = station, .unit_per_code = IN_PER_CODE,                       \
+     .zero_code = DISPLACEMENT_ZERO_CODE, TRANSDUCER_ERRORS},
 /* The shunt of a bridge stands for 40 lb of tension. */
 #define GAGE(n, on_band, station)                                                                                         \
-    {.kind = MR_KIND_TENSION, .number = n, .band = on_band, .station_ft = station, .unit_per_code = LB_PER_CODE,           \
-     .zero_code = TENSION_ZERO_CODE, BRIDGE_ERRORS, .gage_factor = 2.0f, .shunt_lb = 40.0f}
+    [MR_TRANSDUCERS + (n) - 1] = {.kind = MR_KIND_TENSION, .number = n, .band = on_band, .station_ft = station, .unit_per_code = LB_PER_CODE,           \
+     .zero_code = TENSION_ZERO_CODE, BRIDGE_ERRORS, .gage_factor = 2.0f, .shunt_lb = 40.0f},
 
 /* Every 5 ft; the first two are on the track before touchdown (negative: before the runway's edge) and give its speed.
  * Steps 64 + 8 i codes, i permuted as 7 (p - 1) mod 24 so that neighbours along the runway differ by 56 codes or more. */
@@ -51,35 +51,16 @@ struct mr_config config = {
         .touchdown_ft = 3.0f,
         .switch_error_ft = 0.02f / 12.0f * 0.57735f, /* uniform within 0.02 in: half width over the root of 3 */
         .wheel = MR_WHEEL_MAIN,
-        .black_box = 1,
+        .black_box = BUILTIN_BLACK_BOX,
+        .camera = BUILTIN_CAMERA,
         .thermometer = 1,
         .camera_station_ft = __builtin_nanf(""),
     }},
     .channel = {
-        TRANSDUCER(1, 40.0f),
-        TRANSDUCER(2, 50.0f),
-        TRANSDUCER(3, 60.0f),
-        TRANSDUCER(4, 70.0f),
-        TRANSDUCER(5, 80.0f),
-        TRANSDUCER(6, 90.0f),
-        TRANSDUCER(7, 100.0f),
-        TRANSDUCER(8, 110.0f),
-        GAGE(1, 1, 15.0f),
-        GAGE(2, 1, 30.0f),
-        GAGE(3, 1, 45.0f),
-        GAGE(4, 1, 55.0f),
-        GAGE(5, 1, 65.0f),
-        GAGE(6, 1, 75.0f),
-        GAGE(7, 1, 85.0f),
-        GAGE(8, 2, 15.0f),
-        GAGE(9, 2, 30.0f),
-        GAGE(10, 2, 45.0f),
-        GAGE(11, 2, 55.0f),
-        GAGE(12, 2, 65.0f),
-        GAGE(13, 2, 75.0f),
-        GAGE(14, 2, 85.0f),
-        {.kind = MR_KIND_STAIRCASE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .zero_code = STAIRCASE_ZERO_CODE},
-        {.kind = MR_KIND_REFERENCE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .gain_error = REFERENCE_GAIN_ERROR},
+        BUILTIN_TRANSDUCERS(TRANSDUCER)
+        BUILTIN_GAGES(GAGE)
+        [MR_TRANSDUCERS + MR_ADC1_STAIRCASE] = {.kind = MR_KIND_STAIRCASE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .zero_code = STAIRCASE_ZERO_CODE},
+        [MR_TRANSDUCERS + MR_ADC1_REFERENCE] = {.kind = MR_KIND_REFERENCE, .station_ft = __builtin_nanf(""), .unit_per_code = 1.0f, .gain_error = REFERENCE_GAIN_ERROR},
     },
     .gate = {
         SWITCH(1), SWITCH(2), SWITCH(3), SWITCH(4), SWITCH(5), SWITCH(6),
@@ -94,8 +75,8 @@ struct mr_config config = {
     /* The model rig: 0.466 lb of AM2 to scale in a strip of 12/7 ft; joints as reproduce its movements (tests/runs/README.md);
      * 1300 lb on twelve axles. Critical compression: w L / 2 h0 for an irregularity of 0.043 in. */
     .predict = {{
-        .fitted = 1,
-        .updates_per_block = MR_PREDICTOR_UPDATES_PER_BLOCK,
+        .fitted = BUILTIN_PREDICTOR,
+        .updates_per_block = BUILTIN_UPDATES_PER_BLOCK,
         .mat_weight_lb = 0.466f,
         .friction = 0.5f,
         .joint_stiffness_lb_ft = 2.9e5f,

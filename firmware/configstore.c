@@ -87,11 +87,10 @@ static bool is_received(const struct configstore *store, unsigned word)
 
 static void tell_staged(const struct configstore *store, struct telemetry *telemetry, uint16_t tag, bool locked)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
     struct mr_config_staged staged = {.tag = tag, .words = (uint16_t)store->words, .locked = locked};
     while (staged.missing < MR_CONFIG_WORDS && is_received(store, staged.missing))
         staged.missing++;
-    telemetry_send(telemetry, TELEMETRY_BOTH, MR_ID_CONFIG_STAGED, payload, mr_config_staged_put(&staged, payload));
+    TELL_THIS(telemetry, TO_LINKS, config_staged, CONFIG_STAGED, &staged);
 }
 
 void configstore_word(struct configstore *store, struct telemetry *telemetry, const uint8_t *payload, size_t length, bool locked)
@@ -146,7 +145,6 @@ static bool write_copy(const struct configstore *store, unsigned copy)
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry, uint32_t crc, bool locked)
 {
     struct mr_config_reason r;
-    uint8_t payload[MR_MESSAGE_MAX];
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
     if (locked)
         return MR_NOT_NOW;
@@ -160,7 +158,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     if (check_staged(store, &r) != MR_OK) {
         struct mr_config_refused refused = {.group = r.group, .index = r.index, .field = r.field, .element = r.element,
                                             .rule = r.rule, .other = r.other};
-        telemetry_send(telemetry, TELEMETRY_BOTH, MR_ID_CONFIG_REFUSED, payload, mr_config_refused_put(&refused, payload));
+        TELL_THIS(telemetry, TO_LINKS, config_refused, CONFIG_REFUSED, &refused);
         return MR_LIMIT;
     }
     bool written = write_copy(store, copy);
@@ -192,13 +190,10 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool l
 
 void configstore_block(struct configstore *store, struct telemetry *telemetry, bool locked)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
     store->telling = store->telling && !locked;
     for (unsigned i = 0; store->telling && i < CONFIGSTORE_WORDS_PER_BLOCK; i++) {
-        struct mr_config_image word = {.offset = (uint16_t)store->tell_next, .words = MR_CONFIG_WORDS,
-                                       .value = word_at(store->image, store->tell_next)};
-        telemetry_send(telemetry, store->tell_serial ? TELEMETRY_SERIAL : TELEMETRY_CAN, MR_ID_CONFIG_IMAGE, payload,
-                       mr_config_image_put(&word, payload));
+        TELL(telemetry, store->tell_serial ? TO_SERIAL : TO_CAN, config_image, CONFIG_IMAGE, .offset = (uint16_t)store->tell_next,
+             .words = MR_CONFIG_WORDS, .value = word_at(store->image, store->tell_next));
         store->telling = ++store->tell_next < MR_CONFIG_WORDS;
     }
 }

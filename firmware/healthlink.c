@@ -2,19 +2,8 @@
 
 #include "common/command.h"
 #include "firmware/health.h"
+#include "firmware/schedule.h"
 #include "firmware/tasks.h"
-
-/* Phases of the second, in milliseconds; where app_supervise walks without scans too. */
-#define ALARM_PHASE 323u
-#define DROPS_PHASE 343u
-#define UPKEEP_PHASE 363u
-#define RESTARTS_PHASE 383u
-
-#define SEND(way, telemetry, name, NAME, message)                                                 \
-    do {                                                                                          \
-        uint8_t payload_[MR_MESSAGE_MAX];                                                         \
-        telemetry_send(telemetry, way, MR_ID_##NAME, payload_, mr_##name##_put(message, payload_)); \
-    } while (0)
 
 void healthlink_start(struct healthlink *link)
 {
@@ -46,7 +35,7 @@ void healthlink_arm(struct healthlink *link, struct telemetry *telemetry)
 {
     struct mr_self_test result;
     if (selftest_stop(&link->test, &result))
-        SEND(TELEMETRY_BOTH, telemetry, self_test, SELF_TEST, &result);
+        TELL_THIS(telemetry, TO_LINKS, self_test, SELF_TEST, &result);
 }
 
 void healthlink_block(struct healthlink *link, const struct mr_block *block)
@@ -54,10 +43,10 @@ void healthlink_block(struct healthlink *link, const struct mr_block *block)
     selftest_block(&link->test, block);
 }
 
-static void send_alarm(struct telemetry *telemetry, enum telemetry_way way)
+static void send_alarm(struct telemetry *telemetry, unsigned sinks)
 {
     struct mr_can_alarm alarm = canwatch_alarm(&telemetry->can);
-    SEND(way, telemetry, can_alarm, CAN_ALARM, &alarm);
+    TELL_THIS(telemetry, sinks, can_alarm, CAN_ALARM, &alarm);
 }
 
 static void send_upkeep(struct telemetry *telemetry)
@@ -66,42 +55,34 @@ static void send_upkeep(struct telemetry *telemetry)
     board_upkeep_state(&upkeep);
     struct mr_upkeep message = {.stack_used = upkeep.stack_used, .stack_size = upkeep.stack_size,
                                 .ram_tested = upkeep.ram_rounds, .flash_checked = upkeep.flash_rounds};
-    SEND(TELEMETRY_BOTH, telemetry, upkeep, UPKEEP, &message);
+    TELL_THIS(telemetry, TO_LINKS, upkeep, UPKEEP, &message);
 }
 
 static void send_restarts(const struct board_restart *restart, struct telemetry *telemetry)
 {
     struct mr_restarts message = {.restarts = restart->restarts, .in_row = restart->in_row, .brown_out = restart->brown_out,
                                   .late_task = restart->late_task, .late_pc = restart->late_pc};
-    SEND(TELEMETRY_BOTH, telemetry, restarts, RESTARTS, &message);
+    TELL_THIS(telemetry, TO_LINKS, restarts, RESTARTS, &message);
 }
 
 static void send_crash(struct healthlink *link, struct telemetry *telemetry)
 {
     struct mr_crash message = {.item = (uint8_t)link->crash_next, .items = MR_CRASH_ITEMS, .age = link->restart.crash_age,
                                .value = link->restart.crash[link->crash_next]};
-    SEND(TELEMETRY_BOTH, telemetry, crash, CRASH, &message);
+    TELL_THIS(telemetry, TO_LINKS, crash, CRASH, &message);
     link->crash_next++;
 }
 
 void healthlink_regular(struct healthlink *link, struct telemetry *telemetry, uint32_t index)
 {
-    switch (index % 1000) {
-    case ALARM_PHASE:
-        send_alarm(telemetry, TELEMETRY_BOTH);
-        break;
-    case DROPS_PHASE:
-        SEND(TELEMETRY_BOTH, telemetry, can_drops, CAN_DROPS, &telemetry->can.drops);
-        break;
-    case UPKEEP_PHASE:
+    if (DUE(ALARM, index))
+        send_alarm(telemetry, TO_LINKS);
+    if (DUE(DROPS, index))
+        TELL_THIS(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
+    if (DUE(UPKEEP, index))
         send_upkeep(telemetry);
-        break;
-    case RESTARTS_PHASE:
+    if (DUE(RESTARTS, index))
         send_restarts(&link->restart, telemetry);
-        break;
-    default:
-        break;
-    }
     if (link->crash_next < MR_CRASH_ITEMS)
         send_crash(link, telemetry);
 }
@@ -125,10 +106,10 @@ static void watch_can(struct telemetry *telemetry)
         telemetry_probe(telemetry, MR_ID_CAN_ALARM, payload, mr_can_alarm_put(&alarm, payload));
     }
     if (news.back) {
-        send_alarm(telemetry, TELEMETRY_BOTH);
-        SEND(TELEMETRY_BOTH, telemetry, can_drops, CAN_DROPS, &telemetry->can.drops);
+        send_alarm(telemetry, TO_LINKS);
+        TELL_THIS(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
     } else if (news.changed) {
-        send_alarm(telemetry, TELEMETRY_SERIAL);
+        send_alarm(telemetry, TO_SERIAL);
     }
 }
 
@@ -137,8 +118,8 @@ void healthlink_tick(struct healthlink *link, struct telemetry *telemetry, bool 
     struct mr_self_test result;
     watch_can(telemetry);
     if (selftest_tick(&link->test, &result))
-        SEND(TELEMETRY_BOTH, telemetry, self_test, SELF_TEST, &result);
-    if (idle && !link->test.running && ++link->ticks % HEALTHLINK_UPKEEP_TICKS == 0)
+        TELL_THIS(telemetry, TO_LINKS, self_test, SELF_TEST, &result);
+    if (idle && !link->test.running && DUE(TESTS, ++link->ticks))
         board_upkeep();
     tasks_done(MR_TASK_UPKEEP);
     if (link->ticks_to_reset && --link->ticks_to_reset == 0 && idle)

@@ -7,7 +7,6 @@
 #include "firmware/telemetry.h"
 
 #define HEALTHLINK_RESET_TICKS 5u  /* for the acknowledgement to get out */
-#define HEALTHLINK_UPKEEP_TICKS 2u /* background tests: all RAM in use in 21 s */
 #define HEALTHLINK_SLICES 8u       /* of background tests for each block, while a self-test goes on */
 
 struct healthlink {

@@ -1,5 +1,8 @@
 #include "firmware/live.h"
 
+#include "firmware/landinglink.h"
+#include "firmware/schedule.h"
+
 enum mr_status live_begin(struct live *live, struct landing *landing, const struct mr_command *command, uint32_t index)
 {
     if (command->argument < 0 || command->argument > LIVE_MOST_S)
@@ -17,6 +20,6 @@ void live_block(struct live *live, struct landing *landing, struct telemetry *te
         return;
     if ((int32_t)(block->index - live->until_block) >= 0)
         landing->live = false;
-    else if (block->index % LIVE_EVERY == 0)
-        telemetry_block(telemetry, block);
+    else if (DUE(LIVE, block->index))
+        landinglink_block(telemetry, block);
 }

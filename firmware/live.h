@@ -1,13 +1,12 @@
 /* Live on command: while idle, for whoever looks the rig over, edges are told as they come and a block record goes out on serial
- * each LIVE_EVERY blocks. Nothing is recorded, no state changes: a rig walked along by hand makes no landing. Ends by itself,
+ * each 20 blocks (schedule.def). Nothing is recorded, no state changes: a rig walked along by hand makes no landing. Ends by itself,
  * with arming, or with 0 seconds, so that a host that went away leaves no chatter behind. */
 #ifndef MATRIG_FIRMWARE_LIVE_H
 #define MATRIG_FIRMWARE_LIVE_H
 
-#include "firmware/landing.h"
+#include "common/onboard/landing.h"
 #include "firmware/telemetry.h"
 
-#define LIVE_EVERY 20u      /* ms: 4.5 KB/s on serial */
 #define LIVE_MOST_S 60
 
 struct live {

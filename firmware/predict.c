@@ -5,10 +5,9 @@
 #include "common/block.h"
 #include "common/wire.h"
 #include "firmware/config.h"
+#include "firmware/schedule.h"
 
 #define TOLD UINT32_MAX
-#define STORE_BLOCKS 1000u
-#define STORE_PHASE 613u
 
 /* What is told of the runway, and its number. */
 static void refresh(struct predict *p)
@@ -41,25 +40,17 @@ void predict_configure(struct predict *p, const float *slack_in)
 
 /* --- what is said --- */
 
-#define SAY(telemetry, name, NAME, ...)                                                              \
-    do {                                                                                             \
-        uint8_t payload_[MR_MESSAGE_MAX];                                                            \
-        const struct mr_##name message_ = {__VA_ARGS__};                                             \
-        telemetry_put(telemetry, MR_ID_##NAME, payload_, mr_##name##_put(&message_, payload_));      \
-    } while (0)
-
 static void say_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
     struct predict_said said;
-    uint8_t payload[MR_MESSAGE_MAX];
     predict_statement(&p->predictor, &p->zone, p->warning, index, &said);
-    telemetry_put(telemetry, MR_ID_ZONE, payload, mr_zone_put(&said.zone, payload));
-    telemetry_put(telemetry, MR_ID_ZONE_LEAD, payload, mr_zone_lead_put(&said.lead, payload));
+    TELL_THIS(telemetry, TO_RECORD, zone, ZONE, &said.zone);
+    TELL_THIS(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &said.lead);
     if (said.zone.mats)
-        telemetry_put(telemetry, MR_ID_ZONE_ERROR, payload, mr_zone_error_put(&said.error, payload));
-    telemetry_put(telemetry, MR_ID_ZONE_COMING, payload, mr_zone_coming_put(&said.coming, payload));
-    telemetry_put(telemetry, MR_ID_ZONE_PRESS, payload, mr_zone_press_put(&said.press, payload));
-    telemetry_put(telemetry, MR_ID_VERDICT, payload, mr_verdict_put(&said.verdict, payload));
+        TELL_THIS(telemetry, TO_RECORD, zone_error, ZONE_ERROR, &said.error);
+    TELL_THIS(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &said.coming);
+    TELL_THIS(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &said.press);
+    TELL_THIS(telemetry, TO_RECORD, verdict, VERDICT, &said.verdict);
 }
 
 static uint32_t doubts_of(const struct mr_predictor *predictor)
@@ -73,7 +64,7 @@ static uint32_t doubts_of(const struct mr_predictor *predictor)
 static void say_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
     uint32_t blocks = index - p->told_block, updates = p->predictor.updates - p->updates;
-    SAY(telemetry, trust, TRUST, .doubts = (uint16_t)p->doubts, .resistance = p->predictor.scale,
+    TELL(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->doubts, .resistance = p->predictor.scale,
         .updates = blocks ? (float)updates / (float)blocks : 0.0f, .block16 = (uint16_t)index);
     p->told_block = index;
     p->updates = p->predictor.updates;
@@ -89,7 +80,7 @@ static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, 
     uint32_t doubts = doubts_of(&p->predictor);
     p->warning = warning;
     board_warn(warning);
-    if (changed || index % PREDICT_SAY_BLOCKS == 0)
+    if (changed || DUE(SAY, index))
         say_zone(p, telemetry, index);
     if (doubts != p->doubts || index - p->told_block >= PREDICT_TRUST_BLOCKS) {
         p->doubts = doubts;
@@ -97,36 +88,42 @@ static void look(struct predict *p, struct telemetry *telemetry, bool may_warn, 
     }
 }
 
-static void say_runway(struct predict *p, struct telemetry *telemetry)
+static void say_runway(const struct predict *p, struct telemetry *telemetry, unsigned sinks)
 {
-    SAY(telemetry, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
-    p->telling = 0;
+    TELL(telemetry, sinks, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
 }
 
-static void say_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
+static void say_store(const struct predict *p, struct telemetry *telemetry, unsigned sinks, const uint8_t *copy)
 {
-    p->store_due = false;
-    SAY(telemetry, runway_store, RUNWAY_STORE, .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
-        .copy_a = copy[0], .copy_b = copy[1], .crc = p->crc);
+    TELL(telemetry, sinks, runway_store, RUNWAY_STORE, .state = p->status == MR_OK ? 0 : (uint8_t)-p->status, .source = p->source,
+         .copy_a = copy[0], .copy_b = copy[1], .crc = p->crc);
 }
 
 void predict_regular(struct predict *p, struct telemetry *telemetry, const uint8_t *copy, uint32_t index)
 {
-    if (p->status != MR_NOT_NOW && (p->store_due || index % STORE_BLOCKS == STORE_PHASE))
-        say_store(p, telemetry, copy);
+    if (p->status == MR_NOT_NOW || !(p->store_due || DUE(RUNWAY_STORE, index)))
+        return;
+    p->store_due = false;
+    say_store(p, telemetry, TO_LINKS, copy);
 }
 
-static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned n)
+static void say_joints(const struct predict *p, struct telemetry *telemetry, unsigned sinks, unsigned n)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
     struct mr_runway_joints message = mr_runway_message(&p->state, n);
-    telemetry_put(telemetry, MR_ID_RUNWAY_JOINTS, payload, mr_runway_joints_put(&message, payload));
+    TELL_THIS(telemetry, sinks, runway_joints, RUNWAY_JOINTS, &message);
+}
+
+/* On the links: this now, the joints in the blocks that follow. */
+static void begin_saying(struct predict *p, struct telemetry *telemetry)
+{
+    say_runway(p, telemetry, TO_LINKS);
+    p->telling = 0;
 }
 
 static void go_on_saying(struct predict *p, struct telemetry *telemetry)
 {
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->telling != TOLD; i++) {
-        say_joints(p, telemetry, p->telling++);
+        say_joints(p, telemetry, TO_LINKS, p->telling++);
         if (p->telling >= mr_runway_messages(&p->state))
             p->telling = TOLD;
     }
@@ -150,20 +147,18 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     p->told_block = index;
     p->hurried = false;
     p->backlog_given = 0;
-    say_runway(p, telemetry);
+    begin_saying(p, telemetry);
 }
 
 void predict_store(struct predict *p, struct telemetry *telemetry, const uint8_t *copy)
 {
-    telemetry_to_box(telemetry, p->status == MR_OK);
-    if (!telemetry->to_box)
+    if (p->status != MR_OK || !telemetry_has_box(telemetry))
         return;
-    say_store(p, telemetry, copy);
+    say_store(p, telemetry, TO_CONFIGURATION, copy);
     p->store_due = true; /* on the links too */
-    SAY(telemetry, runway, RUNWAY, .mats = p->state.mats, .landings = p->state.landings, .resistance = p->state.scale);
+    say_runway(p, telemetry, TO_CONFIGURATION);
     for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
-        say_joints(p, telemetry, n);
-    telemetry_to_box(telemetry, false);
+        say_joints(p, telemetry, TO_CONFIGURATION, n);
 }
 
 /* A backlog is met once in a look: what it costs to catch up is over by then, or there is another. */
@@ -177,7 +172,7 @@ static void mind_backlog(struct predict *p, struct telemetry *telemetry, const s
     p->hurried = true;
     p->hurried_block = block->index;
     mr_predictor_hurry(&p->predictor);
-    SAY(telemetry, backlog, BACKLOG, .waiting = (uint16_t)waiting, .block = block->index);
+    TELL(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting, .block = block->index);
 }
 
 void predict_block(struct predict *p, struct telemetry *telemetry, const struct landing *landing, const struct predict_block *block)
@@ -187,9 +182,9 @@ void predict_block(struct predict *p, struct telemetry *telemetry, const struct 
     if (p->status != MR_OK || !p->predictor.armed)
         return;
     mind_backlog(p, telemetry, block);
-    predict_feed(&p->motion, landing, block, &input);
+    predict_feed(&p->motion, landing, config.site[0].touchdown_ft, block, &input);
     mr_predictor_block(&p->predictor, &input);
-    if (block->index % PREDICT_LOOK_BLOCKS == 0)
+    if (DUE(LOOK, block->index))
         look(p, telemetry, landing_may_warn(landing, block->index), block->index);
 }
 
@@ -299,7 +294,7 @@ enum mr_status predict_obey(struct predict *p, struct telemetry *telemetry, cons
         return p->status;
     case MR_COMMAND_RUNWAY_READ:
         refresh(p);
-        say_runway(p, telemetry);
+        begin_saying(p, telemetry);
         return MR_OK;
     case MR_COMMAND_RUNWAY_JOINTS:
         mr_runway_joints_take(&p->given, command->index, command->argument);

@@ -11,9 +11,9 @@
 #define MATRIG_FIRMWARE_PREDICT_H
 
 #include "common/command.h"
+#include "common/onboard/predict_feed.h"
 #include "common/predictor.h"
 #include "common/runway.h"
-#include "firmware/predict_feed.h"
 #include "firmware/telemetry.h"
 
 #define PREDICT_TRUST_BLOCKS 1000u

@@ -4,6 +4,7 @@
 
 #include "common/wire.h"
 #include "firmware/health.h"
+#include "firmware/schedule.h"
 
 enum job { JOB_NONE, JOB_SCAN, JOB_CHECK, JOB_PROGRAM, JOB_VERIFY, JOB_ERASE, JOB_LOOK, JOB_READ };
 
@@ -92,10 +93,16 @@ static bool is_since(uint32_t index, uint32_t when)
     return (int32_t)(index - when) >= 0;
 }
 
+/* The first block after this one in which a row is due. */
+static uint32_t next_row(uint32_t index)
+{
+    return index + 1u + BLOCKS_UNTIL(SLOW_ROW, index + 1u);
+}
+
 void slowlog_block(struct slowlog *log, const struct slowlog_block *block)
 {
     if (!log->begun)
-        log->due = block->index - block->index % SLOWLOG_PERIOD_BLOCKS + SLOWLOG_PERIOD_BLOCKS;
+        log->due = next_row(block->index);
     log->begun = true;
     if (!is_since(block->index, log->due - SLOWLOG_MEAN_BLOCKS))
         return;
@@ -111,7 +118,7 @@ void slowlog_block(struct slowlog *log, const struct slowlog_block *block)
         return;
     make_row(log, block);
     slowlog_forget(log);
-    log->due = block->index - block->index % SLOWLOG_PERIOD_BLOCKS + SLOWLOG_PERIOD_BLOCKS;
+    log->due = next_row(block->index);
 }
 
 /* --- the memory --- */

@@ -21,7 +21,6 @@
 
 #define SLOWLOG_AHEAD 4u
 #define SLOWLOG_WAITING 4u          /* rows that wait for the memory: four minutes of erasing for the box */
-#define SLOWLOG_PERIOD_BLOCKS 60000u
 #define SLOWLOG_MEAN_BLOCKS 4096u
 #define SLOWLOG_ROWS_PER_PAGE (NOR_PAGE / MR_SLOWROW)
 #define SLOWLOG_ROWS_PER_SECTOR (NOR_SECTOR / MR_SLOWROW)

@@ -3,6 +3,7 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 #include "firmware/i2c.h"
+#include "firmware/schedule.h"
 
 enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, ASK, READ };
 
@@ -81,7 +82,7 @@ static void go_on(struct thermometer *t, uint32_t index)
 {
     switch ((enum step)t->step) {
     case WAIT:
-        if (index % 1000 != THERMOMETER_PHASE)
+        if (!DUE(THERMOMETER, index))
             break;
         forget(t);
         if (t->shut_down)
@@ -137,7 +138,7 @@ bool thermometer_block(struct thermometer *t, uint32_t index, bool fitted)
         fail(t, THERMOMETER_BUS_STUCK);
     else if (status != I2C_BUSY)
         go_on(t, index);
-    bool tells = index % 1000 == THERMOMETER_TELL_PHASE;
+    bool tells = DUE(THERMOMETER_TELL, index);
     if (tells)
         t->last_c = t->temperature_c;
     return tells;

@@ -10,8 +10,6 @@
 #include <stdint.h>
 
 #define THERMOMETER_ADDRESS 0x48u
-#define THERMOMETER_PHASE 120u        /* block of each second in which it begins */
-#define THERMOMETER_TELL_PHASE 453u   /* and in which the reading is told, or that there is none */
 #define THERMOMETER_CONVERSION 40u    /* blocks; 35 ms at most */
 
 enum thermometer_fault { THERMOMETER_NO_ANSWER = 1, THERMOMETER_BUS_STUCK = 2, THERMOMETER_OUT_OF_RANGE = 3 };

@@ -1,18 +1,18 @@
 #include "firmware/timesync.h"
 
-#define SYNC_BLOCKS 1000u
-#define SYNC_PHASE 253u  /* apart from what telemetry_regular sends */
+#include "firmware/schedule.h"
+
 #define FOLLOW_BLOCKS 10u /* a full queue ahead of it takes 33 ms; then there is no pair this time */
 
 void timesync_block(struct timesync *timesync, struct telemetry *telemetry, uint32_t index, uint32_t tick)
 {
-    if (index % SYNC_BLOCKS == SYNC_PHASE) {
+    if (DUE(SYNC, index)) {
         *timesync = (struct timesync){.due = true, .block = index};
-        telemetry_sync(telemetry, &(struct mr_sync){.block = index, .tick = tick});
+        TELL(telemetry, TO_CAN, sync, SYNC, .block = index, .tick = tick);
     } else if (timesync->due && index - timesync->block >= FOLLOW_BLOCKS) {
         struct mr_sync_at sync_at = {.block16 = (uint16_t)timesync->block};
         sync_at.sent = board_can_sync_tick(timesync->block, &sync_at.tick);
-        telemetry_sync_at(telemetry, &sync_at);
+        TELL_THIS(telemetry, TO_CAN, sync_at, SYNC_AT, &sync_at);
         timesync->due = false;
     }
 }

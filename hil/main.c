@@ -33,7 +33,7 @@ struct session {
     struct hil_link can, serial;
     struct hil_board *board;
     uint64_t host_seen_ps; /* when the pty: was last in use */
-    struct hil_symbols symbols;
+    struct mr_symbols symbols;
     struct hil_hang hang;
     struct hil_pace pace;
     struct hil_gdb gdb;

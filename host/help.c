@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "firmware/version.h"
+#include "common/version.h"
 #include "host/help_page.h"
 
 /* With the options that may stand before every command. */

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "firmware/version.h"
+#include "common/version.h"
 #include "host/help.h"
 #include "host/help_page.h"
 

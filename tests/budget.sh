@@ -18,8 +18,8 @@ awk -v seconds="$seconds" -v limit=$limit_percent '
         if (file ~ /(common|firmware)\/(channels|measure|watch)\.c$/) return "demodulation"
         if (file ~ /(blackbox|recorder|slowlog|boxlink|nor)\.c$/ || file ~ /common\/(blockpack|boxpage)\.c$/) return "storage"
         if (file ~ /(telemetry|can|uart)\.c$/ || file ~ /common\/(catalogue|framing|block|crc32)\.c$/) return "telemetry"
-        if (file ~ /firmware\/landing\.c$/ || file ~ /common\/(gates|braking|passage|switches|staircase)\.c$/) return "speed"
-        if (file ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway)\.c$/ || file ~ /firmware\/(predict|predict_feed|runwaystore)\.c$/)
+        if (file ~ /common\/onboard\/landing\.c$/ || file ~ /common\/(gates|braking|passage|switches|staircase)\.c$/) return "speed"
+        if (file ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway)\.c$/ || file ~ /(firmware\/(predict|runwaystore)|common\/onboard\/predict_feed)\.c$/)
             return "prediction"
         if (file ~ /(bands|bandwatch|calibrate)\.c$/) return "bands"
         return "the rest"
@@ -61,7 +61,7 @@ while awk -v a="$until" -v b=$to 'BEGIN { exit !(a <= b) }'; do
         /^by function/ { functions = 1; next }
         functions && $1 ~ /^[0-9]+$/ {
             name = $4; sub(/,$/, "", name); sub(/\..*/, "", name)
-            if (file[name] ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway)\.c$/ || file[name] ~ /firmware\/(predict|predict_feed)\.c$/) n += $1
+            if (file[name] ~ /common\/(predictor(_[a-z]+)?|matchain|zonescan|closure|runway)\.c$/ || file[name] ~ /(firmware\/predict|common\/onboard\/predict_feed)\.c$/) n += $1
             all += $1
         }
         END { printf "%s %.0f %.0f %.0f\n", t, n, divides, all }' $out/files.txt $out/part.txt
@@ -82,7 +82,7 @@ awk -v limit=$most_percent '
     }' $out/parts.txt | tee -a $out/budget.txt
 echo "what it takes, and what it leaves alone:"
 build/matrig --quiet log --can file:$out/can.log --serial file:$out/serial.bin --db $out/campaign.db >$out/log.txt || true
-arm-none-eabi-nm -l -S --radix=d $elf | awk '/(common\/(predictor(_[a-z]+)?|matchain|zonescan|runway)|firmware\/(predict|predict_feed|runwaystore))\.c:/ { n += $2 }
+arm-none-eabi-nm -l -S --radix=d $elf | awk '/(common\/(predictor(_[a-z]+)?|matchain|zonescan|runway)|firmware\/(predict|runwaystore)|common\/onboard\/predict_feed)\.c:/ { n += $2 }
     END { printf "  flash %d bytes\n", n }' | tee -a $out/budget.txt
 gdb-multiarch -batch -ex 'printf "  RAM %d bytes: model and what is told %d, memory of the runway %d\n", sizeof(struct predict) + sizeof(struct runwaystore), sizeof(struct predict), sizeof(struct runwaystore)' $elf 2>/dev/null | tee -a $out/budget.txt
 awk '/worst case/ { print "  stack of the firmware, " $0 }' build/firmware/stack.txt | tee -a $out/budget.txt

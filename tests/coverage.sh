@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 out=$1
 least_percent=95
 find "$out" -name '*.gcda' -delete
-for program in "$out"/tests/common/test_* "$out"/tests/firmware/test_* "$out"/tests/host/test_*; do
+for program in "$out"/tests/common/test_* "$out"/tests/common/onboard/test_* "$out"/tests/firmware/test_* "$out"/tests/host/test_*; do
     [ -f "$program" ] && [ -x "$program" ] || continue
     CMOCKA_MESSAGE_OUTPUT=TAP timeout -k 5 600 "$program" >"$out/$(basename "$program").log" 2>&1 ||
         { echo "$program failed: see $out/$(basename "$program").log" >&2; exit 1; }

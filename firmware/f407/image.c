@@ -1,7 +1,7 @@
 /* The header of this image, and whether flash holds what was built. */
 #include "common/crc32.h"
+#include "common/version.h"
 #include "firmware/f407/drivers.h"
-#include "firmware/version.h"
 
 extern const uint8_t program_start[], program_end[]; /* linker script */
 

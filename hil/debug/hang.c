@@ -10,9 +10,9 @@ void hil_hang_start(struct hil_hang *hang, double limit_s)
     *hang = (struct hil_hang){.limit_ps = (uint64_t)(limit_s * (double)HIL_SECOND_PS)};
 }
 
-static void note_place(struct hil_hang *hang, const struct hil_symbols *symbols, uint32_t pc)
+static void note_place(struct hil_hang *hang, const struct mr_symbols *symbols, uint32_t pc)
 {
-    const struct hil_symbol *symbol = hil_symbols_at(symbols, pc);
+    const struct mr_symbol *symbol = mr_symbols_at(symbols, pc);
     uint32_t address = symbol ? symbol->address : pc;
     unsigned i = 0;
     while (i < hang->places && hang->place[i].address != address)
@@ -27,7 +27,7 @@ static void note_place(struct hil_hang *hang, const struct hil_symbols *symbols,
 }
 
 static void tell(const struct hil_hang *hang, const struct hil_board *board,
-                 const struct hil_symbols *symbols, uint64_t since_ps, char *text, size_t size)
+                 const struct mr_symbols *symbols, uint64_t since_ps, char *text, size_t size)
 {
     unsigned most = 0;
     for (unsigned i = 1; i < hang->places; i++) {
@@ -35,7 +35,7 @@ static void tell(const struct hil_hang *hang, const struct hil_board *board,
             most = i;
     }
     uint32_t pc = hang->place[most].pc;
-    const struct hil_symbol *symbol = hil_symbols_at(symbols, pc);
+    const struct mr_symbol *symbol = mr_symbols_at(symbols, pc);
     bool masked = (hil_board_register(board, HIL_PRIMASK) & 1u) != 0;
     unsigned exception = hil_board_register(board, 16) & 0x1ffu;
     char where[48] = "";
@@ -49,7 +49,7 @@ static void tell(const struct hil_hang *hang, const struct hil_board *board,
              masked ? ", interrupts masked" : "");
 }
 
-bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board, const struct hil_symbols *symbols,
+bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board, const struct mr_symbols *symbols,
                    char *text, size_t size)
 {
     const struct hil_counters *c = hil_board_counters(board);

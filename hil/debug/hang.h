@@ -33,7 +33,7 @@ struct hil_hang {
 
 void hil_hang_start(struct hil_hang *hang, double limit_s);
 /* To be called every few milliseconds of virtual time, not while a debugger holds the board. True: it hangs, and `text` says since when and where. */
-bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board, const struct hil_symbols *symbols,
+bool hil_hang_look(struct hil_hang *hang, const struct hil_board *board, const struct mr_symbols *symbols,
                    char *text, size_t size);
 
 #endif

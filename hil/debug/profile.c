@@ -198,7 +198,7 @@ void hil_profile_end(struct hil_board *board)
 /* --- the report --- */
 
 struct row {
-    const struct hil_symbol *symbol; /* NULL: outside of any function */
+    const struct mr_symbol *symbol; /* NULL: outside of any function */
     unsigned exception;
     uint64_t instructions, entries;
 };
@@ -228,7 +228,7 @@ static int by_instructions(const void *a, const void *b)
 
 static double percent(uint64_t part, uint64_t whole) { return whole ? 100.0 * (double)part / (double)whole : 0.0; }
 
-static void level_name(const struct hil_board *board, const struct hil_symbols *symbols, unsigned exception,
+static void level_name(const struct hil_board *board, const struct mr_symbols *symbols, unsigned exception,
                        char *text, size_t size)
 {
     uint32_t vector = 0;
@@ -237,11 +237,11 @@ static void level_name(const struct hil_board *board, const struct hil_symbols *
         return;
     }
     hil_board_peek(board, board->core.state.scb.vtor + 4u * exception, &vector, 4);
-    const struct hil_symbol *symbol = hil_symbols_at(symbols, vector & ~1u);
+    const struct mr_symbol *symbol = mr_symbols_at(symbols, vector & ~1u);
     snprintf(text, size, "exception %u %s", exception, symbol ? symbol->name : "");
 }
 
-static void print_levels(const struct hil_board *board, const struct hil_symbols *symbols, uint64_t total, FILE *file)
+static void print_levels(const struct hil_board *board, const struct mr_symbols *symbols, uint64_t total, FILE *file)
 {
     fputs("\nby level\n   instructions       %  level\n", file);
     for (unsigned i = 0; i < HIL_EXCEPTIONS; i++) {
@@ -272,7 +272,7 @@ static void print_kinds(const struct hil_profile *profile, uint64_t total, FILE 
 }
 
 /* Blocks sorted into functions: one row for each function and level. */
-static struct row *collect(const struct hil_profile *profile, const struct hil_symbols *symbols, size_t *count)
+static struct row *collect(const struct hil_profile *profile, const struct mr_symbols *symbols, size_t *count)
 {
     size_t room = 0;
     struct row *rows = NULL;
@@ -280,7 +280,7 @@ static struct row *collect(const struct hil_profile *profile, const struct hil_s
     for (unsigned e = 0; e < HIL_EXCEPTIONS; e++) {
         size_t first = *count;
         for (uint32_t i = 1; profile->runs[e] && i < profile->blocks; i++) {
-            const struct hil_symbol *symbol = hil_symbols_at(symbols, profile->block[i].address);
+            const struct mr_symbol *symbol = mr_symbols_at(symbols, profile->block[i].address);
             size_t k = first;
             if (!profile->runs[e][i])
                 continue;
@@ -304,7 +304,7 @@ static struct row *collect(const struct hil_profile *profile, const struct hil_s
     return rows;
 }
 
-enum mr_status hil_profile_print(const struct hil_board *board, const struct hil_symbols *symbols, FILE *file)
+enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_symbols *symbols, FILE *file)
 {
     const struct hil_profile *profile = profile_of(board);
     const struct hil_counters *c = hil_board_counters(board);

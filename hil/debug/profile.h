@@ -37,6 +37,6 @@ const char *hil_profile_kind_name(enum hil_kind kind);
 void hil_profile_begin(struct hil_board *board);
 void hil_profile_end(struct hil_board *board);
 /* The counts so far as text. MR_IO when not all could be written. */
-enum mr_status hil_profile_print(const struct hil_board *board, const struct hil_symbols *symbols, FILE *file);
+enum mr_status hil_profile_print(const struct hil_board *board, const struct mr_symbols *symbols, FILE *file);
 
 #endif

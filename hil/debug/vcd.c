@@ -74,7 +74,7 @@ static void declare(struct hil_vcd *vcd, const char *name, unsigned bits)
 }
 
 /* An exception has a lane when its vector is its own: not empty, and not the one that most share. */
-static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board, const struct hil_symbols *symbols)
+static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board, const struct mr_symbols *symbols)
 {
     uint32_t vector[HIL_EXCEPTIONS], shared = 0;
     unsigned most = 2;
@@ -91,7 +91,7 @@ static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *boar
     fputs("$scope module exceptions $end\n", vcd->file);
     for (unsigned i = 2; i < HIL_EXCEPTIONS; i++) {
         char name[80];
-        const struct hil_symbol *symbol = hil_symbols_at(symbols, vector[i] & ~1u);
+        const struct mr_symbol *symbol = mr_symbols_at(symbols, vector[i] & ~1u);
         if (!vector[i] || vector[i] == 0xffffffffu || vector[i] == shared)
             continue;
         int n = i < 16 ? snprintf(name, sizeof name, "exception%u", i) : snprintf(name, sizeof name, "irq%u", i - 16);
@@ -119,7 +119,7 @@ static void add_mark(struct hil_vcd *vcd, uint32_t address)
         vcd->mark[vcd->marks++] = address;
 }
 
-static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functions, const struct hil_symbols *symbols,
+static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functions, const struct mr_symbols *symbols,
                                         char *error, size_t size)
 {
     const char *p = functions ? functions : HIL_VCD_FUNCTIONS;
@@ -129,7 +129,7 @@ static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functio
         size_t n = strcspn(p, ",");
         snprintf(name, sizeof name, "%.*s", (int)n, p);
         p += n + (p[n] == ',');
-        const struct hil_symbol *symbol = hil_symbols_named(symbols, name);
+        const struct mr_symbol *symbol = mr_symbols_named(symbols, name);
         if (!symbol && !functions)
             continue;
         if (!symbol || vcd->functions == FUNCTIONS_MAX) {
@@ -147,7 +147,7 @@ static enum mr_status declare_functions(struct hil_vcd *vcd, const char *functio
 }
 
 static enum mr_status write_header(struct hil_vcd *vcd, const struct hil_board *board, const char *functions,
-                                   const struct hil_symbols *symbols, char *error, size_t size)
+                                   const struct mr_symbols *symbols, char *error, size_t size)
 {
     fputs("$version matrig-board $end\n$timescale 1 ns $end\n$scope module board $end\n", vcd->file);
     for (unsigned i = 0; i < FIXED_LANES; i++) {
@@ -289,7 +289,7 @@ static const struct hil_tracer_calls calls = {
 };
 
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
-                            const struct hil_symbols *symbols, char *error, size_t size)
+                            const struct mr_symbols *symbols, char *error, size_t size)
 {
     struct hil_vcd *vcd = calloc(1, sizeof *vcd);
     if (!vcd)

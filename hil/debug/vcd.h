@@ -17,12 +17,12 @@
 struct hil_board;
 
 /* Functions traced when none are named, as far as the image has them. */
-#define HIL_VCD_FUNCTIONS "app_poll,app_supervise,board_sleep,landing_block,mr_block_from_scans,mr_closure_find,telemetry_regular"
+#define HIL_VCD_FUNCTIONS "app_poll,app_supervise,board_sleep,landing_block,mr_block_from_scans,mr_closure_find,regular_block"
 
 /* Begin a trace of `board`, whose image is loaded, into `path`. `functions`: names with commas between; NULL:
  * the list above. MR_IO, MR_UNKNOWN (no such function), with the reason in `error`. */
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path, const char *functions,
-                            const struct hil_symbols *symbols, char *error, size_t size);
+                            const struct mr_symbols *symbols, char *error, size_t size);
 /* End it; MR_IO when not all of it could be written. Without a trace: MR_OK. */
 enum mr_status hil_vcd_close(struct hil_board *board, char *error, size_t size);
 

@@ -1,5 +1,5 @@
 /* Which times can belong to a landing? Those of its block records, messages and readings, by the second, are groups between pauses of
- * half a minute: a landing lasts 22 s from its first edge (firmware/landing.h), so whatever comes later is none of it. A group that is
+ * half a minute: a landing lasts 22 s from its first edge (common/onboard/landing.h), so whatever comes later is none of it. A group that is
  * small beside the largest is not the landing: one wrong time would make the record hours long. What belongs to no group is set aside
  * and counted; the campaign keeps it. Pure but for its memory. */
 #ifndef MATRIG_HOST_ANALYSE_MEASURED_MOMENTS_H

@@ -5,10 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/onboard/baseline.h"
+#include "common/onboard/predict_feed.h"
 #include "common/watch.h"
-#include "firmware/baseline.h"
-#include "firmware/config.h"
-#include "firmware/predict_feed.h"
 
 struct again {
     struct predict_again *result;
@@ -23,6 +22,7 @@ struct again {
     struct store_gap *gap;
     size_t gaps;
 
+    struct mr_config config; /* that the board told */
     struct landing landing;
     struct mr_watch watch;
     struct baseline baseline;
@@ -38,20 +38,20 @@ struct again {
 
 static enum mr_status load_config(struct store *store, struct again *again, struct error *error)
 {
+    struct mr_config *config = &again->config;
     struct store_switch *place = NULL;
     size_t found, places = 0;
-    memset(&config, 0, sizeof config);
-    enum mr_status status = store_channels(store, again->row.id, config.channel, &found, error);
+    enum mr_status status = store_channels(store, again->row.id, config->channel, &found, error);
     if (status == MR_OK)
         status = store_switches(store, again->row.id, &place, &places, error);
     for (size_t i = 0; i < places; i++) {
         if (place[i].position >= 1 && place[i].position <= (int64_t)MR_CONFIG_SWITCHES)
-            config.gate[place[i].position - 1] =
+            config->gate[place[i].position - 1] =
                 (struct mr_gate_config){.station_ft = (float)place[i].station_ft, .step_codes = (uint16_t)place[i].step_codes};
     }
     free(place);
-    config.site[0].touchdown_ft = (float)again->row.touchdown_ft;
-    config.site[0].switch_error_ft = (float)again->row.switch_error_ft;
+    config->site[0].touchdown_ft = (float)again->row.touchdown_ft;
+    config->site[0].switch_error_ft = (float)again->row.switch_error_ft;
     return status;
 }
 
@@ -261,10 +261,10 @@ static void read_transducers(struct again *again, const struct mr_block *block, 
     float ratio = mr_channels_ratio(block);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         displacement_in[i] = NAN;
-        if (config.channel[i].kind != MR_KIND_DISPLACEMENT)
+        if (again->config.channel[i].kind != MR_KIND_DISPLACEMENT)
             continue;
-        struct mr_reading reading = mr_channel_read(&config.channel[i], block, i, ratio);
-        mr_watch_reading(&again->watch, &config.channel[i], i, block->index, &reading);
+        struct mr_reading reading = mr_channel_read(&again->config.channel[i], block, i, ratio);
+        mr_watch_reading(&again->watch, &again->config.channel[i], i, block->index, &reading);
         displacement_in[i] = reading.value;
         if (again->watch.changed >> i & 1u)
             mr_watch_take(&again->watch, i, block->index, &news);
@@ -274,7 +274,7 @@ static void read_transducers(struct again *again, const struct mr_block *block, 
 static void arm(struct again *again, const struct mr_block *block)
 {
     landing_arm(&again->landing, (uint16_t)again->row.board_landing, block->index);
-    mr_watch_begin(&again->watch, config.channel, block->index);
+    mr_watch_begin(&again->watch, again->config.channel, block->index);
     baseline_forget(&again->baseline);
     mr_predictor_arm(&again->predictor);
     again->look = (struct mr_predictor_zone){.level = again->predictor.level};
@@ -336,7 +336,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
         arm(again, &block);
     unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_EDGE_TICKS, ticks) : 0;
     float staircase_code = (float)block.sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
-    landing_block(&again->landing, block.index, block.tick, staircase_code, ticks, edges);
+    landing_block(&again->landing, &again->config, block.index, block.tick, staircase_code, ticks, edges);
     again->over = again->armed && !landing_recording(&again->landing);
     if (!again->armed || again->over)
         return MR_OK;
@@ -344,7 +344,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     baseline_follow(&again->baseline, displacement_in, landing_quiet(&again->landing, block.index),
                     predict_held(&again->predictor, &again->landing));
     take_backlog(again);
-    predict_feed(&again->motion, &again->landing,
+    predict_feed(&again->motion, &again->landing, again->config.site[0].touchdown_ft,
                  &(struct predict_block){.index = block.index, .tick = block.tick, .displacement_in = displacement_in,
                                          .baseline_in = again->baseline.in}, &input);
     mr_predictor_block(&again->predictor, &input);

@@ -1,5 +1,5 @@
 /* A recorded landing's predictor once more, as the board ran it: the firmware's own way from block records and edges to the model
- * (firmware/landing.h, firmware/predict_feed.h), armed with the runway and the parameters that the board told. What comes out is held
+ * (common/onboard/landing.h, common/onboard/predict_feed.h), armed with the runway and the parameters that the board told. What comes out is held
  * against what the board said, field by field, as the wire has it: the same bits make the same digits. */
 #ifndef MATRIG_HOST_ANALYSE_PREDICT_AGAIN_H
 #define MATRIG_HOST_ANALYSE_PREDICT_AGAIN_H

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "host/board/healthtalk.h"
+#include "host/board/image_symbols.h"
 
 static const char *const brown_out[] = {"off", "2.2 V", "2.5 V", "2.8 V"};
 
@@ -23,7 +24,7 @@ static void cause_text(unsigned cause, char *out, size_t size)
     }
 }
 
-static void print_health(const struct healthtalk *talk, const struct hil_symbols *symbols)
+static void print_health(const struct healthtalk *talk, const struct mr_symbols *symbols)
 {
     char text[160];
     cause_text(talk->hello.reset_cause, text, sizeof text);
@@ -52,7 +53,7 @@ static void print_health(const struct healthtalk *talk, const struct hil_symbols
         crash_print(&talk->crash, symbols, stdout);
 }
 
-static json_t *health_json(const struct healthtalk *talk, const struct hil_symbols *symbols)
+static json_t *health_json(const struct healthtalk *talk, const struct mr_symbols *symbols)
 {
     json_t *faults = json_array();
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
@@ -70,7 +71,7 @@ static json_t *health_json(const struct healthtalk *talk, const struct hil_symbo
         talk->crashed ? crash_json(&talk->crash, symbols) : NULL);
 }
 
-static int tell_health(const struct healthtalk *talk, const struct hil_symbols *symbols, const struct cli *cli)
+static int tell_health(const struct healthtalk *talk, const struct mr_symbols *symbols, const struct cli *cli)
 {
     int exit_code = talk->health.faults ? 1 : 0;
     if (cli->json)
@@ -100,12 +101,12 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
 {
     struct error error = {0};
     struct dialogue dialogue = {0};
-    struct hil_symbols symbols;
+    struct mr_symbols symbols;
     struct healthtalk *talk = calloc(1, sizeof *talk);
     int exit_code;
     if (!talk)
         abort();
-    enum mr_status status = crash_symbols(&symbols, elf, &error);
+    enum mr_status status = image_symbols_read(&symbols, elf, &error);
     if (status == MR_OK)
         status = dialogue_open(&dialogue, NULL, serial, &error);
     if (status == MR_OK)
@@ -123,7 +124,7 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
     else
         exit_code = cli->json ? cli_print_json(json_pack("{sb}", "restarted", 1), 0) : 0;
     dialogue_close(&dialogue);
-    hil_symbols_free(&symbols);
+    image_symbols_free(&symbols);
     free(talk);
     return exit_code;
 }

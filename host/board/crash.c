@@ -19,28 +19,16 @@ bool crash_take(struct crash_report *report, const struct mr_crash *message)
     return !whole && report->present == ALL_WORDS;
 }
 
-enum mr_status crash_symbols(struct hil_symbols *symbols, const char *elf, struct error *error)
+void crash_place(uint32_t address, const struct mr_symbols *symbols, char *out, size_t size)
 {
-    char text[200] = "";
-    *symbols = (struct hil_symbols){0};
-    if (!elf)
-        return MR_OK;
-    enum mr_status status = hil_symbols_read(symbols, elf, text, sizeof text);
-    if (status == MR_OK && !symbols->count)
-        return error_set(error, MR_MALFORMED, "no symbols in the image: %s; give the .elf as it was linked", elf);
-    return status == MR_OK ? MR_OK : error_set(error, status, "%s", text);
-}
-
-void crash_place(uint32_t address, const struct hil_symbols *symbols, char *out, size_t size)
-{
-    const struct hil_symbol *symbol = symbols && symbols->count ? hil_symbols_at(symbols, address & ~1u) : NULL;
+    const struct mr_symbol *symbol = symbols && symbols->count ? mr_symbols_at(symbols, address & ~1u) : NULL;
     if (symbol)
         snprintf(out, size, "0x%08x (%s+0x%x)", (unsigned)address, symbol->name, (unsigned)((address & ~1u) - symbol->address));
     else
         snprintf(out, size, "0x%08x", (unsigned)address);
 }
 
-void crash_headline(const struct crash_report *report, const struct hil_symbols *symbols, char *out, size_t size)
+void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out, size_t size)
 {
     const uint32_t *word = report->word;
     char place[PLACE_MAX], running[64] = "";
@@ -53,7 +41,7 @@ void crash_headline(const struct crash_report *report, const struct hil_symbols 
              named ? "" : " (function unknown without --elf)");
 }
 
-void crash_print(const struct crash_report *report, const struct hil_symbols *symbols, FILE *out)
+void crash_print(const struct crash_report *report, const struct mr_symbols *symbols, FILE *out)
 {
     char text[300];
     crash_headline(report, symbols, text, sizeof text);
@@ -71,7 +59,7 @@ void crash_print(const struct crash_report *report, const struct hil_symbols *sy
     }
 }
 
-json_t *crash_json(const struct crash_report *report, const struct hil_symbols *symbols)
+json_t *crash_json(const struct crash_report *report, const struct mr_symbols *symbols)
 {
     char text[300];
     json_t *words = json_object(), *stack = json_array();
@@ -80,8 +68,8 @@ json_t *crash_json(const struct crash_report *report, const struct hil_symbols *
         json_object_set_new(words, mr_crash_item_name(i), json_integer(report->word[i]));
     for (unsigned i = 0; i < MR_CRASH_STACK; i++)
         json_array_append_new(stack, json_integer(report->word[MR_CRASH_STACK_FIRST + i]));
-    const struct hil_symbol *at =
-        symbols && symbols->count ? hil_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u) : NULL;
+    const struct mr_symbol *at =
+        symbols && symbols->count ? mr_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u) : NULL;
     return json_pack("{sssisssososs?}", "text", text, "age", report->age, "kind",
                      mr_crash_kind_text(report->word[MR_CRASH_KIND]), "words", words, "stack", stack, "function",
                      at ? at->name : NULL);

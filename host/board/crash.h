@@ -8,8 +8,7 @@
 
 #include "common/catalogue.h"
 #include "common/crash.h"
-#include "hil/symbols.h"
-#include "host/error.h"
+#include "common/symbols.h"
 
 struct crash_report {
     uint32_t word[MR_CRASH_ITEMS];
@@ -22,16 +21,13 @@ _Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word"
 /* Takes one word. True: now all are there, and were not before this one. */
 bool crash_take(struct crash_report *report, const struct mr_crash *message);
 
-/* The functions of the image that ran. The caller frees them with hil_symbols_free. */
-enum mr_status crash_symbols(struct hil_symbols *symbols, const char *elf, struct error *error);
-
 /* One line without its end: "the board restarted after a usage fault at 0x0801234a in take_block+0x12 ...". `symbols` NULL: the
  * function is not known. */
-void crash_headline(const struct crash_report *report, const struct hil_symbols *symbols, char *out, size_t size);
+void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out, size_t size);
 /* An address, with its function where it has one. */
-void crash_place(uint32_t address, const struct hil_symbols *symbols, char *out, size_t size);
+void crash_place(uint32_t address, const struct mr_symbols *symbols, char *out, size_t size);
 /* Headline, registers, stack. */
-void crash_print(const struct crash_report *report, const struct hil_symbols *symbols, FILE *out);
-json_t *crash_json(const struct crash_report *report, const struct hil_symbols *symbols);
+void crash_print(const struct crash_report *report, const struct mr_symbols *symbols, FILE *out);
+json_t *crash_json(const struct crash_report *report, const struct mr_symbols *symbols);
 
 #endif

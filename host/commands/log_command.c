@@ -9,6 +9,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include "host/board/image_symbols.h"
 #include "host/commands/commands.h"
 #include "host/link/diagnose.h"
 #include "host/log/logger.h"
@@ -281,11 +282,11 @@ static int log_command(int argc, char **argv, const struct cli *cli)
         status = error_set(&error, MR_USAGE, "--listen and --commands: nothing is sent, or commands are; give one");
     if (status == MR_OK)
         status = output_check(r.page, r.force, r.db, &error);
-    struct hil_symbols symbols = {0};
+    struct mr_symbols symbols = {0};
     if (status == MR_OK)
-        status = crash_symbols(&symbols, r.elf, &error);
+        status = image_symbols_read(&symbols, r.elf, &error);
     if (status != MR_OK) {
-        hil_symbols_free(&symbols);
+        image_symbols_free(&symbols);
         return cli_fail(&error);
     }
 
@@ -330,7 +331,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (logger.news >= 0)
         close(logger.news);
     close(signals);
-    hil_symbols_free(&logger.symbols);
+    image_symbols_free(&logger.symbols);
     return exit_code;
 }
 

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/onboard/predict_feed.h"
 #include "common/predictor.h"
-#include "firmware/predict_feed.h"
 #include "host/analyse/gear.h"
 #include "host/analyse/measured_source.h"
 #include "host/analyse/predict_again.h"

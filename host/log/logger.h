@@ -33,7 +33,7 @@ struct logger {
     int64_t strangers[LINK_KINDS];  /* frames not the board's, seen by the user */
     uint16_t stranger_id[LINK_KINDS];
     uint64_t strangers_us;          /* when they were last */
-    struct hil_symbols symbols; /* of --elf; none without it */
+    struct mr_symbols symbols; /* of --elf; none without it */
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;

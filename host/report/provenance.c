@@ -5,7 +5,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
-#include "firmware/version.h"
+#include "common/version.h"
 #include "host/report/html.h"
 #include "host/report/report.h"
 #include "host/store/store_recalibrate.h"

@@ -20,7 +20,7 @@ cat >"$tmp/session.gdb" <<'EOF'
 tbreak board_edges_take
 continue
 backtrace
-tbreak telemetry_motion
+tbreak landinglink_motion
 continue
 backtrace 3
 printf "edges = %u\n", app.landing.edges
@@ -34,7 +34,7 @@ stepi
 printf "after = %#x\n", $pc
 next
 monitor time
-tbreak telemetry_summary
+tbreak landinglink_summary
 continue
 printf "touchdown = %.3f\n", app.landing.summary.touchdown_speed_ft_s.value
 monitor counters

@@ -58,7 +58,7 @@ core_is_right() { # the block interrupt comes each millisecond; sleep as the pro
     awk -v ns="$asleep" -v p="$of_profile" 'BEGIN { d = ns / 2e7 - p; print "difference", d; exit !(d < 0.5 && d > -0.5) }'
 }
 functions_are_right() { # entered as often as the profile says, and over when they return
-    for f in mr_block_from_scans landing_block app_supervise; do
+    for f in mr_block_from_scans landing_block app_supervise regular_block; do
         read -r rises high _ last < <(lane $f) || return 1
         entries=$(awk -v f="$f," '$4 == f { n += $3 } END { print n + 0 }' "$tmp/a.profile")
         echo "$f: $rises rises, $entries entries, $high ns, at the end $last"

@@ -179,6 +179,59 @@ static void a_landing_is_listed_read_out_and_freed(void **state)
     assert_int_equal(ask("box-read 32768"), MR_UNKNOWN);
 }
 
+/* What the record of a landing has, and CAN in the same time: each message that a replay needs is in both, as often; what the board says of
+ * itself by the way is in none of the record. */
+static void the_record_holds_what_a_landing_needs(void **state)
+{
+    static const uint16_t needed[] = {MR_ID_ZONE, MR_ID_ZONE_LEAD, MR_ID_VERDICT, MR_ID_TRUST, MR_ID_EDGE, MR_ID_MOTION, MR_ID_MOTION_ERROR,
+                                      MR_ID_LANDING, MR_ID_TOUCHDOWN, MR_ID_STOP, MR_ID_MARK, MR_ID_ACK, MR_ID_CHANNEL_QUALITY,
+                                      MR_ID_BAND_BEFORE, MR_ID_BAND_AFTER, MR_ID_FAULT, MR_ID_TEMPERATURE, MR_ID_CHANNEL_EVENT};
+    static const uint16_t configuration[] = {MR_ID_HELLO, MR_ID_BOARD_UID, MR_ID_BOARD_CONFIG, MR_ID_SITE, MR_ID_CHANNEL, MR_ID_CHANNEL_ZERO,
+                                             MR_ID_SWITCH_PLACE, MR_ID_CALIBRATION, MR_ID_PREDICT_ITEM, MR_ID_RUNWAY, MR_ID_RUNWAY_JOINTS,
+                                             MR_ID_RUNWAY_STORE};
+    static const uint16_t left_out[] = {MR_ID_CLOCK, MR_ID_HEALTH, MR_ID_CAN_HEALTH, MR_ID_SERIAL_HEALTH, MR_ID_MESSAGE_COUNT, MR_ID_SYNC,
+                                        MR_ID_BOX_STATE, MR_ID_CAN_ALARM, MR_ID_BAND_STATE, MR_ID_DISPLACEMENT_1_3, MR_ID_TENSION_1_3,
+                                        MR_ID_CONFIG_STATE, MR_ID_SLOW_ROW};
+    static unsigned kept[2048];
+    struct mr_boxread reader;
+    struct mr_record record;
+    (void)state;
+    arm_when_ready("arm 7");
+    pass(1500);
+    uint32_t from = index_now;
+    command("mark 5");
+    land();
+    assert_int_equal(ask("disarm"), MR_OK);
+    fake.serial_count = 0;
+    assert_int_equal(ask("box-read 32768"), MR_OK);
+    pass(2 * PAGES_MAX);
+    assert_true(collect() > 0);
+    memset(kept, 0, sizeof kept);
+    mr_boxread_begin(&reader, pages[0], present, page_count);
+    while (mr_boxread_next(&reader, &record) == MR_OK) {
+        if (record.kind == MR_RECORD_MESSAGE)
+            kept[record.id & 2047u]++;
+    }
+    for (size_t i = 0; i < COUNT_OF(left_out); i++)
+        assert_int_equal(kept[left_out[i]], 0);
+    for (size_t i = 0; i < COUNT_OF(configuration); i++)
+        assert_in_range(kept[configuration[i]], 1, 1000);
+    assert_int_equal(kept[MR_ID_CHANNEL], 24); /* each once, though the links have a burst of them too */
+    unsigned edges = 0;
+    for (size_t i = 0; i < fake.sent_count; i++)
+        edges += fake.sent[i].id == MR_ID_EDGE && fake.sent_block[i] >= from;
+    assert_int_equal(edges, 7);
+    assert_int_equal(kept[MR_ID_EDGE], edges);
+    for (size_t i = 0; i < COUNT_OF(needed); i++) {
+        bool told = count_frames(needed[i]) > 0;
+        if (told != (kept[needed[i]] > 0))
+            fail_msg("message 0x%03x: %u on CAN, %u in the record", needed[i], count_frames(needed[i]), kept[needed[i]]);
+    }
+    assert_int_equal(kept[MR_ID_TOUCHDOWN], 1);
+    assert_int_equal(kept[MR_ID_STOP], 1);
+    assert_int_equal(kept[MR_ID_MARK], 1);
+}
+
 /* All places taken: arming is refused, and that waiting does not help is told. */
 static void a_full_box_refuses_arming(void **state)
 {
@@ -239,6 +292,7 @@ int main(void)
         cmocka_unit_test_setup(a_landing_is_listed_read_out_and_freed, begin),
         cmocka_unit_test_setup(before_the_memory_is_known_it_says_wait, begin),
         cmocka_unit_test_setup(nonsense_is_refused, begin),
+        cmocka_unit_test_setup(the_record_holds_what_a_landing_needs, begin),
         cmocka_unit_test_setup(a_full_box_refuses_arming, begin),
         cmocka_unit_test_setup(another_configuration_leaves_the_box_as_it_is, begin),
     };

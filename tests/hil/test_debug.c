@@ -76,10 +76,10 @@ static void test_steps_change_nothing(void **state)
 
 static uint32_t function_at(const char *name)
 {
-    struct hil_symbols symbols;
+    struct mr_symbols symbols;
     char error[256];
     assert_int_equal(hil_symbols_read(&symbols, FIRMWARE, error, sizeof error), MR_OK);
-    const struct hil_symbol *symbol = hil_symbols_named(&symbols, name);
+    const struct mr_symbol *symbol = mr_symbols_named(&symbols, name);
     assert_non_null(symbol);
     uint32_t address = symbol->address;
     hil_symbols_free(&symbols);

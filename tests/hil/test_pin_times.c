@@ -48,10 +48,10 @@ static void each_store_is_placed_at_its_instruction(void **state)
 
 static void tell_function(uint32_t pc, char *text, size_t size)
 {
-    struct hil_symbols symbols;
+    struct mr_symbols symbols;
     char error[256];
     assert_int_equal(hil_symbols_read(&symbols, EAR_ELF, error, sizeof error), MR_OK);
-    const struct hil_symbol *symbol = hil_symbols_at(&symbols, pc);
+    const struct mr_symbol *symbol = mr_symbols_at(&symbols, pc);
     snprintf(text, size, "%s (0x%08x)", symbol ? symbol->name : "?", (unsigned)pc);
     hil_symbols_free(&symbols);
 }

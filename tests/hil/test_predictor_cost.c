@@ -50,7 +50,7 @@ static void add_up(struct cost *cost, FILE *profile)
 static struct cost measure(unsigned level, unsigned lacks)
 {
     struct cost cost = {0};
-    struct hil_symbols symbols;
+    struct mr_symbols symbols;
     char error[256];
     struct hil_board *board = bench_board("predictor_cost", NULL);
     assert_int_equal(hil_symbols_read(&symbols, IMAGE, error, sizeof error), MR_OK);

@@ -92,7 +92,7 @@ static void test_kinds(void **state)
 
 static void test_names(void **state)
 {
-    struct hil_symbols symbols;
+    struct mr_symbols symbols;
     char error[256], line[256];
     unsigned count = 0;
     (void)state;
@@ -104,28 +104,28 @@ static void test_names(void **state)
         char type, name[128];
         if (sscanf(line, "%x %x %c %127s", &address, &size, &type, name) != 4 || (type != 'T' && type != 't'))
             continue;
-        const struct hil_symbol *symbol = hil_symbols_at(&symbols, address);
+        const struct mr_symbol *symbol = mr_symbols_at(&symbols, address);
         if (!symbol || symbol->address != address) /* an object in .text, or a name inside another function */
             continue;
-        assert_ptr_equal(hil_symbols_at(&symbols, address + symbol->size - 2u), symbol);
+        assert_ptr_equal(mr_symbols_at(&symbols, address + symbol->size - 2u), symbol);
         if (strcmp(symbol->name, name) == 0) {
             assert_in_range(symbol->size, 2, size);
-            assert_ptr_equal(hil_symbols_named(&symbols, name), symbol);
+            assert_ptr_equal(mr_symbols_named(&symbols, name), symbol);
             count++;
         }
     }
     assert_int_equal(pclose(nm), 0);
     assert_in_range(count, 150, 1000);
-    assert_null(hil_symbols_at(&symbols, 0x20000000u));
-    assert_null(hil_symbols_at(&symbols, 0));
-    assert_null(hil_symbols_named(&symbols, "no_such_function"));
+    assert_null(mr_symbols_at(&symbols, 0x20000000u));
+    assert_null(mr_symbols_at(&symbols, 0));
+    assert_null(mr_symbols_named(&symbols, "no_such_function"));
     hil_symbols_free(&symbols);
 }
 
 static void test_damaged_images(void **state)
 {
     static uint8_t bytes[1u << 21];
-    struct hil_symbols symbols;
+    struct mr_symbols symbols;
     char error[256];
     (void)state;
     FILE *file = fopen(FIRMWARE, "rb");

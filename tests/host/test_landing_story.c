@@ -13,7 +13,7 @@ static enum landing_belief hear(struct landing_story *story, struct mr_landing m
     return landing_story_hear(story, &message, newest);
 }
 
-/* As firmware/landing.c goes: armed, edge, stopped, settled, each repeated once a second; disarmed; armed again. */
+/* As common/onboard/landing.c goes: armed, edge, stopped, settled, each repeated once a second; disarmed; armed again. */
 static void a_landing_is_believed(void **unused)
 {
     struct landing_story story;

@@ -1,4 +1,4 @@
-#include "firmware/landing.h"
+#include "common/onboard/landing.h"
 
 #include <string.h>
 
@@ -92,26 +92,27 @@ static void put_notes(struct landing *landing, uint32_t block)
     }
 }
 
-static void estimate(struct landing *landing)
+static void estimate(struct landing *landing, const struct mr_config *config)
 {
     const struct mr_passage *passage = &landing->passage;
     /* Braking begins at touchdown: gates on the track would bend the parabola, so two beyond it replace them. */
     landing->gates_on_track = 0;
     while (landing->gates_on_track < passage->gates &&
-           passage->gate[landing->gates_on_track].station_ft < (double)config.site[0].touchdown_ft)
+           passage->gate[landing->gates_on_track].station_ft < (double)config->site[0].touchdown_ft)
         landing->gates_on_track++;
     unsigned skip = passage->gates >= landing->gates_on_track + 2 ? landing->gates_on_track : 0;
-    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip, (double)config.site[0].switch_error_ft,
+    landing->motion_known = mr_gates_now(passage->gate + skip, passage->gates - skip, (double)config->site[0].switch_error_ft,
                                          &landing->motion) == MR_OK;
 }
 
 /* A named edge: of a landing, of a model that is pushed, or of neither. */
-static void take_named(struct landing *landing, const struct mr_switch_edge *edge, uint8_t number, uint32_t index)
+static void take_named(struct landing *landing, const struct mr_config *config, const struct mr_switch_edge *edge, uint8_t number,
+                       uint32_t index)
 {
     float station_ft[MR_CONFIG_SWITCHES];
     struct landing_wheel wheel = landing_wheel_at(landing, edge->tick);
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        station_ft[i] = config.gate[i].step_codes ? config_gate_ft(i) : MR_NAN; /* one that is not fitted is not missing */
+        station_ft[i] = config->gate[i].step_codes ? mr_config_gate_ft(config, i) : MR_NAN; /* one that is not fitted is not missing */
     struct mr_passage_edge passed = {.tick = edge->tick, .block = index, .position = edge->position, .number = number,
                                      .station_ft = (double)station_ft[edge->position - 1]};
     struct mr_passage_news news = mr_passage_edge(&landing->passage, &passed, (double)wheel.speed_ft_s, station_ft,
@@ -120,7 +121,7 @@ static void take_named(struct landing *landing, const struct mr_switch_edge *edg
     landing->news.pushed |= news.pushed;
     if (!landing_recording(landing) || !news.gate)
         return;
-    estimate(landing);
+    estimate(landing, config);
     landing->news.motion = landing->motion_known;
     landing->last_gate_block = index;
     if (news.started)
@@ -129,7 +130,7 @@ static void take_named(struct landing *landing, const struct mr_switch_edge *edg
         change(landing, LANDING_LANDING, LANDING_BY_EDGE, index);
 }
 
-static void take_answer(struct landing *landing, const struct mr_switch_edge *edge, uint32_t index)
+static void take_answer(struct landing *landing, const struct mr_config *config, const struct mr_switch_edge *edge, uint32_t index)
 {
     /* In a landing a switch opens once, but the model may be pushed over it again and again. */
     bool rolling = landing->passage.state == MR_PASSAGE_ROLLING &&
@@ -149,10 +150,11 @@ static void take_answer(struct landing *landing, const struct mr_switch_edge *ed
     if (edge->reason != MR_SWITCH_GOOD)
         put_event(landing, number, edge->position, (enum mr_switch_reason)edge->reason, MR_NAN, index);
     if (counts)
-        take_named(landing, edge, number, index);
+        take_named(landing, config, edge, number, index);
 }
 
-static void take_edges(struct landing *landing, uint32_t index, const uint32_t *edge_ticks, unsigned edge_count)
+static void take_edges(struct landing *landing, const struct mr_config *config, uint32_t index, const uint32_t *edge_ticks,
+                       unsigned edge_count)
 {
     struct mr_switch_edge edge;
     uint16_t steps_codes[MR_CONFIG_SWITCHES];
@@ -166,9 +168,9 @@ static void take_edges(struct landing *landing, uint32_t index, const uint32_t *
     if (!landing->switches.count)
         return;
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
-        steps_codes[i] = config.gate[i].step_codes;
+        steps_codes[i] = config->gate[i].step_codes;
     while (mr_switches_next(&landing->switches, steps_codes, MR_CONFIG_SWITCHES, &edge))
-        take_answer(landing, &edge, index);
+        take_answer(landing, config, &edge, index);
 }
 
 /* Blocks from the last gate until the gear is taken to be at rest. */
@@ -183,10 +185,10 @@ static uint32_t blocks_to_rest(const struct landing *landing)
     return LANDING_NO_EDGE_BLOCKS;
 }
 
-static void start_fit(struct landing *landing)
+static void start_fit(struct landing *landing, const struct mr_config *config)
 {
-    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates, (double)config.site[0].touchdown_ft,
-                       (double)config.site[0].switch_error_ft);
+    mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates, (double)config->site[0].touchdown_ft,
+                       (double)config->site[0].switch_error_ft);
     landing->fitting = true;
     landing->summary_known = false;
 }
@@ -210,14 +212,14 @@ static void go_on_fitting(struct landing *landing, uint32_t index)
     }
 }
 
-struct landing_news landing_block(struct landing *landing, uint32_t index, uint32_t tick, float staircase_code,
-                                  const uint32_t *edge_ticks, unsigned edge_count)
+struct landing_news landing_block(struct landing *landing, const struct mr_config *config, uint32_t index, uint32_t tick,
+                                  float staircase_code, const uint32_t *edge_ticks, unsigned edge_count)
 {
     enum landing_state before = landing->state;
     landing->news = (struct landing_news){0};
 
     mr_switches_level(&landing->switches, tick, staircase_code);
-    take_edges(landing, index, edge_ticks, edge_count);
+    take_edges(landing, config, index, edge_ticks, edge_count);
     if (mr_passage_block(&landing->passage, index)) {
         put_notes(landing, index);
         mr_switches_close(&landing->switches);
@@ -228,7 +230,7 @@ struct landing_news landing_block(struct landing *landing, uint32_t index, uint3
         else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
             change(landing, LANDING_SETTLING, LANDING_BY_LIMIT, index);
         if (landing->state == LANDING_SETTLING)
-            start_fit(landing);
+            start_fit(landing, config);
     } else if (landing->state == LANDING_SETTLING && index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
         change(landing, LANDING_DONE, LANDING_BY_SETTLED, index);
     } else if (!landing_recording(landing) && landing->passage.state == MR_PASSAGE_ROLLING &&

@@ -1,7 +1,7 @@
 /* The zero of a landing's movement: while it is armed and nothing rolls, the mean of each full group of blocks; the newest one before
  * the first edge stands. Where no switch works, there is none: what has moved is held (predict_feed.h). Pure. */
-#ifndef MATRIG_FIRMWARE_BASELINE_H
-#define MATRIG_FIRMWARE_BASELINE_H
+#ifndef MATRIG_COMMON_ONBOARD_BASELINE_H
+#define MATRIG_COMMON_ONBOARD_BASELINE_H
 
 #include <stdbool.h>
 #include <stdint.h>

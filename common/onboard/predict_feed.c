@@ -1,7 +1,6 @@
-#include "firmware/predict_feed.h"
+#include "common/onboard/predict_feed.h"
 
 #include "common/wire.h"
-#include "firmware/config.h"
 
 #define S_PER_TICK (1.0f / 84e6f)
 #define NEVER_S 1e9f
@@ -30,7 +29,7 @@ static void follow_motion(struct predict_motion *motion, const struct landing *l
     motion->stop_s = motion->deceleration_ft_s2 > 0.0f ? motion->speed_ft_s / motion->deceleration_ft_s2 : NEVER_S;
 }
 
-static void tell_motion(const struct predict_motion *motion, uint32_t tick, struct mr_predictor_input *input)
+static void tell_motion(const struct predict_motion *motion, float touchdown_ft, uint32_t tick, struct mr_predictor_input *input)
 {
     input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = MR_NAN;
     if (!motion->rolling)
@@ -45,7 +44,7 @@ static void tell_motion(const struct predict_motion *motion, uint32_t tick, stru
         input->deceleration_ft_s2 = a;
         input->braking_known = motion->braking;
     }
-    input->on_runway = input->wheel_ft >= config.site[0].touchdown_ft;
+    input->on_runway = input->wheel_ft >= touchdown_ft;
 }
 
 uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing)
@@ -53,12 +52,12 @@ uint32_t predict_held(const struct mr_predictor *predictor, const struct landing
     return landing->edges ? 0u : predictor->moved;
 }
 
-void predict_feed(struct predict_motion *motion, const struct landing *landing, const struct predict_block *block,
+void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft, const struct predict_block *block,
                   struct mr_predictor_input *input)
 {
     *input = (struct mr_predictor_input){0};
     follow_motion(motion, landing);
-    tell_motion(motion, block->tick, input);
+    tell_motion(motion, touchdown_ft, block->tick, input);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input->displacement_in[i] = block->displacement_in[i] - block->baseline_in[i];
 }

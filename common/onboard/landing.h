@@ -11,19 +11,19 @@
  * Edges are told while armed, landing or settling, LANDING_EDGES between two pauses of 30 s at most: a contact that chatters
  * does not fill the links. While live they are told too; there a pause of a second is enough.
  *
- * Pure but for the configuration: blocks and edges in, state out. */
-#ifndef MATRIG_FIRMWARE_LANDING_H
-#define MATRIG_FIRMWARE_LANDING_H
+ * Pure: configuration, blocks and edges in, state out. The board runs it, and the host runs it again over a record. */
+#ifndef MATRIG_COMMON_ONBOARD_LANDING_H
+#define MATRIG_COMMON_ONBOARD_LANDING_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "common/catalogue.h"
+#include "common/config.h"
 #include "common/final_fit.h"
 #include "common/gates.h"
 #include "common/passage.h"
 #include "common/switches.h"
-#include "firmware/config.h"
 
 /* An edge belongs to the block in whose first 0.9 ms it falls, or to the next: when a block is taken, 0.97 ms after its
  * first trigger, every edge up to there has been stored, however busy the processor was. */
@@ -93,9 +93,10 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
 void landing_reconfigure(struct landing *landing);
 void landing_disarm(struct landing *landing, uint32_t block);
 
-/* One block: its index, first tick, the mean code of the staircase, and the edges up to it. */
-struct landing_news landing_block(struct landing *landing, uint32_t index, uint32_t tick, float staircase_code,
-                                  const uint32_t *edge_ticks, unsigned edge_count);
+/* One block: its index, first tick, the mean code of the staircase, and the edges up to it. `config`: the switches and the site that
+ * are in force; the same from arming to the end of the landing. Not kept. */
+struct landing_news landing_block(struct landing *landing, const struct mr_config *config, uint32_t index, uint32_t tick,
+                                  float staircase_code, const uint32_t *edge_ticks, unsigned edge_count);
 
 /* Data of this state are kept: armed, landing, settling. */
 bool landing_recording(const struct landing *landing);

@@ -1,11 +1,11 @@
 /* What goes into the predictor and what comes out as messages, each block: the part that the host runs too, to say whether a board said
- * what follows from its record (host/analyse/predict_again.h). Pure but for the configuration. */
-#ifndef MATRIG_FIRMWARE_PREDICT_FEED_H
-#define MATRIG_FIRMWARE_PREDICT_FEED_H
+ * what follows from its record (host/analyse/predict_again.h). Pure. */
+#ifndef MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
+#define MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 
 #include "common/catalogue.h"
+#include "common/onboard/landing.h"
 #include "common/predictor.h"
-#include "firmware/landing.h"
 
 #define PREDICT_LOOK_BLOCKS 10u     /* the lamp follows so often */
 #define PREDICT_SAY_BLOCKS 50u      /* 20 Hz */
@@ -33,7 +33,8 @@ struct predict_block {
  * arming. */
 uint32_t predict_held(const struct mr_predictor *predictor, const struct landing *landing);
 
-void predict_feed(struct predict_motion *motion, const struct landing *landing, const struct predict_block *block,
+/* What the predictor is given of a block. `touchdown_ft`: station where the runway begins, of the site's configuration. */
+void predict_feed(struct predict_motion *motion, const struct landing *landing, float touchdown_ft, const struct predict_block *block,
                   struct mr_predictor_input *input);
 
 /* One statement; `error` only where there is a zone. */

@@ -1,4 +1,4 @@
-#include "firmware/baseline.h"
+#include "common/onboard/baseline.h"
 
 #include "common/wire.h"
 

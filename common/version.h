@@ -1,6 +1,6 @@
 /* Version of the firmware, told in the message hello. */
-#ifndef MATRIG_FIRMWARE_VERSION_H
-#define MATRIG_FIRMWARE_VERSION_H
+#ifndef MATRIG_COMMON_VERSION_H
+#define MATRIG_COMMON_VERSION_H
 
 #define FIRMWARE_MAJOR 0
 #define FIRMWARE_MINOR 1

@@ -1,0 +1,149 @@
+#include "common/symbols.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#define HEADER_BYTES 52u
+#define SECTION_BYTES 40u
+#define SYMBOL_BYTES 16u
+#define SECTION_SYMBOLS 2u
+#define SYMBOL_FUNCTION 2u
+
+/* The symbol table and its names, inside the file. */
+struct table {
+    const uint8_t *symbols;
+    size_t count;
+    uint64_t names, names_bytes; /* place in the file */
+};
+
+static uint32_t u16(const uint8_t *p) { return (uint32_t)p[0] | (uint32_t)p[1] << 8; }
+static uint32_t u32(const uint8_t *p) { return u16(p) | u16(p + 2) << 16; }
+
+static enum mr_status table_of(const uint8_t *file, size_t length, const uint8_t *section, const uint8_t *strings, struct table *table)
+{
+    uint64_t at = u32(section + 16), bytes = u32(section + 20);
+    uint64_t names = u32(strings + 16), names_bytes = u32(strings + 20);
+    if (at + bytes > length || names + names_bytes > length)
+        return MR_TRUNCATED;
+    *table = (struct table){file + at, (size_t)(bytes / SYMBOL_BYTES), names, names_bytes};
+    return MR_OK;
+}
+
+/* The file's first symbol table; empty: it has none. */
+static enum mr_status find_table(const uint8_t *file, size_t length, struct table *table)
+{
+    *table = (struct table){0};
+    if (length < HEADER_BYTES || memcmp(file, "\177ELF\1\1", 6) != 0)
+        return MR_MALFORMED;
+    uint64_t sections = u32(file + 32);
+    uint32_t step = u16(file + 46), count = u16(file + 48);
+    if (count && (step < SECTION_BYTES || sections + (uint64_t)step * count > length))
+        return MR_TRUNCATED;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint8_t *section = file + sections + (uint64_t)i * step;
+        if (u32(section + 4) == SECTION_SYMBOLS && u32(section + 24) < count)
+            return table_of(file, length, section, file + sections + (uint64_t)u32(section + 24) * step, table);
+    }
+    return MR_OK;
+}
+
+/* By address; of several names for one, those with a size first, then by name. */
+static bool stands_before(const struct mr_symbol *x, const struct mr_symbol *y)
+{
+    if (x->address != y->address)
+        return x->address < y->address;
+    if (!x->size != !y->size)
+        return x->size != 0;
+    return strcmp(x->name, y->name) < 0;
+}
+
+/* Shell's sort, with Knuth's gaps: in place, for there is no heap here. */
+static void sort(struct mr_symbol *all, size_t count)
+{
+    size_t gap = 1;
+    while (gap < count / 3)
+        gap = 3 * gap + 1;
+    for (; gap > 0; gap /= 3) {
+        for (size_t i = gap; i < count; i++) {
+            struct mr_symbol symbol = all[i];
+            size_t k = i;
+            for (; k >= gap && stands_before(&symbol, &all[k - gap]); k -= gap)
+                all[k] = all[k - gap];
+            all[k] = symbol;
+        }
+    }
+}
+
+/* One for each address, each with a size. */
+static void sort_out(struct mr_symbols *symbols)
+{
+    size_t kept = 0;
+    sort(symbols->all, symbols->count);
+    for (size_t i = 0; i < symbols->count; i++) {
+        if (!kept || symbols->all[kept - 1].address != symbols->all[i].address)
+            symbols->all[kept++] = symbols->all[i];
+    }
+    symbols->count = kept;
+    for (size_t i = 0; i < kept; i++) {
+        struct mr_symbol *symbol = &symbols->all[i];
+        uint32_t room = i + 1 < kept ? symbol[1].address - symbol->address : symbol->size + 2u * !symbol->size;
+        if (!symbol->size || symbol->size > room)
+            symbol->size = room;
+    }
+}
+
+enum mr_status mr_symbols_room(const uint8_t *file, size_t length, size_t *room)
+{
+    struct table table;
+    enum mr_status status = find_table(file, length, &table);
+    *room = status == MR_OK ? table.count : 0;
+    return status;
+}
+
+enum mr_status mr_symbols_take(const uint8_t *file, size_t length, struct mr_symbol *all, struct mr_symbols *symbols)
+{
+    struct table table;
+    enum mr_status status = find_table(file, length, &table);
+    symbols->all = all;
+    symbols->count = 0;
+    for (size_t i = 0; status == MR_OK && i < table.count; i++) {
+        const uint8_t *s = table.symbols + SYMBOL_BYTES * i;
+        if ((s[12] & 15u) != SYMBOL_FUNCTION || u16(s + 14) == 0 || u32(s) >= table.names_bytes)
+            continue;
+        const uint8_t *name = file + table.names + u32(s);
+        if (!memchr(name, 0, length - (size_t)(name - file)))
+            status = MR_TRUNCATED;
+        else
+            all[symbols->count++] = (struct mr_symbol){u32(s + 4) & ~1u, u32(s + 8), (const char *)name};
+    }
+    if (status == MR_OK)
+        sort_out(symbols);
+    else
+        symbols->count = 0;
+    return status;
+}
+
+const struct mr_symbol *mr_symbols_at(const struct mr_symbols *symbols, uint32_t address)
+{
+    size_t low = 0, high = symbols->count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (symbols->all[middle].address <= address)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (!low)
+        return NULL;
+    const struct mr_symbol *symbol = &symbols->all[low - 1];
+    return address - symbol->address < symbol->size ? symbol : NULL;
+}
+
+const struct mr_symbol *mr_symbols_named(const struct mr_symbols *symbols, const char *name)
+{
+    for (size_t i = 0; i < symbols->count; i++) {
+        if (strcmp(symbols->all[i].name, name) == 0)
+            return &symbols->all[i];
+    }
+    return NULL;
+}

@@ -1,0 +1,320 @@
+/* The landing from blocks and edges alone: the model pushed back, edges of interference, a counter that wraps; and two of them at a
+ * time, each with a configuration of its own. */
+#include "common/onboard/landing.h"
+
+#include <math.h>
+
+#include "tests/cmocka_all.h"
+#include "tests/common/seeded_landing.h"
+
+/* Steps 64 + 8 i, i = 7 (p - 1) mod 24; every 5 ft from -2.5 ft on. */
+static unsigned step_of(unsigned position)
+{
+    return 64 + 8 * (7 * (position - 1) % 24);
+}
+
+static struct mr_config rig_of(float first_ft, float apart_ft)
+{
+    struct mr_config config = {.site = {{.touchdown_ft = 3.0f, .switch_error_ft = 0.001f}}};
+    for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
+        config.gate[i] = (struct mr_gate_config){.station_ft = first_ft + apart_ft * (float)i, .step_codes = (uint16_t)step_of(i + 1)};
+    return config;
+}
+
+static struct mr_config rig;
+static struct landing landing;
+static double open_codes;
+static uint64_t seed_state;
+static unsigned pushed_told, landing_states;
+
+static void next_block(uint32_t index, const uint32_t *ticks, unsigned count)
+{
+    struct landing_news news = landing_block(&landing, &rig, index, 4000000000u + 84000u * index,
+                                             (float)(62.0 + open_codes + 0.5 * seeded_normal(&seed_state)), ticks, count);
+    pushed_told += (unsigned)news.pushed;
+    landing_states += (unsigned)(landing.state == LANDING_LANDING || landing.state == LANDING_SETTLING);
+    assert_true(!(landing.passage.state == MR_PASSAGE_PUSHED && landing_may_warn(&landing, index)));
+}
+
+/* One edge in the middle of a block. */
+static void open_switch(uint32_t *index, unsigned position)
+{
+    uint32_t tick = 4000000000u + 84000u * *index + 42000u;
+    next_block((*index)++, &tick, 1);
+    open_codes += step_of(position);
+}
+
+static void wait(uint32_t *index, double s)
+{
+    for (unsigned n = (unsigned)(1000.0 * s); n > 0; n--)
+        next_block((*index)++, NULL, 0);
+}
+
+/* Backward at 0.3 to 8 ft/s or forward at 0.3 to 1.9 ft/s over some of the switches, stopping now and then. */
+static void push(uint32_t *index)
+{
+    bool forward = seeded_uniform(&seed_state) < 0.3;
+    unsigned first = 2 + (unsigned)(12.0 * seeded_uniform(&seed_state));
+    unsigned count = 2 + (unsigned)(6.0 * seeded_uniform(&seed_state));
+    double speed_ft_s = 0.3 + (forward ? 1.6 : 7.7) * seeded_uniform(&seed_state);
+    for (unsigned i = 0; i < count; i++) {
+        open_switch(index, forward ? first + i : first + count - 1 - i);
+        wait(index, 5.0 / speed_ft_s + (seeded_uniform(&seed_state) < 0.2 ? 3.0 : 0.0));
+    }
+    wait(index, 31.0);
+    open_codes = 0.0; /* somebody closes the switches again */
+    wait(index, 0.1);
+}
+
+static void a_hundred_pushbacks_are_no_landing(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    seed_state = 1973;
+    open_codes = 0.0;
+    pushed_told = landing_states = 0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    for (unsigned n = 0; n < 100; n++) {
+        if (n == 20)
+            assert_int_equal(landing_arm(&landing, 7, index), MR_OK); /* before: idle */
+        push(&index);
+        assert_int_equal(pushed_told, n + 1);
+    }
+    assert_int_equal(landing.passage.pushbacks, 100);
+    assert_int_equal(landing_states, 0);
+    assert_int_equal(landing.state, LANDING_ARMED);
+    assert_int_equal(landing.number, 7);
+    assert_false(landing.summary_known);
+    /* and the landing that was waited for is one: 28 ft/s */
+    for (unsigned position = 1; position < 4; position++) {
+        open_switch(&index, position);
+        wait(&index, 5.0 / 28.0);
+    }
+    assert_int_equal(landing.state, LANDING_LANDING);
+    assert_near(landing.motion.speed_ft_s.value, 28.0, 0.2);
+    assert_int_equal(landing_arm(&landing, 8, index), MR_NOT_NOW); /* not in the middle of it */
+    assert_int_equal(landing.number, 7);
+}
+
+static void a_pushback_leaves_the_landing_before_as_it_was(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    seed_state = 2;
+    open_codes = 0.0;
+    pushed_told = landing_states = 0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 3, index), MR_OK);
+    for (unsigned position = 1; position < 8; position++) {
+        open_switch(&index, position);
+        wait(&index, position < 3 ? 0.178 : 0.178 + 0.02 * position);
+    }
+    wait(&index, 6.0);
+    assert_int_equal(landing.state, LANDING_DONE);
+    struct mr_gates_summary summary = landing.summary;
+    assert_true(landing.summary_known);
+    open_codes = 0.0;
+    wait(&index, 0.1);
+    unsigned states = landing_states;
+    for (unsigned n = 0; n < 5; n++)
+        push(&index);
+    assert_int_equal(landing.passage.pushbacks, 5);
+    assert_int_equal(landing.state, LANDING_DONE);
+    assert_int_equal(landing_states, states);
+    assert_memory_equal(&summary, &landing.summary, sizeof summary);
+}
+
+/* 200 edges without a step, as a loose plug makes them: 96 are told, then no more until there was a pause of 30 s. */
+static void interference_does_not_fill_the_links(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    unsigned told = 0;
+    seed_state = 3;
+    open_codes = 0.0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    for (unsigned round = 0; round < 2; round++) {
+        told = 0;
+        for (unsigned n = 0; n < 200; n++) {
+            uint32_t tick = 4000000000u + 84000u * index + 42000u;
+            next_block(index++, &tick, 1);
+            told += landing.news.edges;
+            for (unsigned k = 0; k < 19; k++) {
+                next_block(index++, NULL, 0);
+                told += landing.news.edges;
+            }
+        }
+        assert_int_equal(told, LANDING_EDGES);
+        wait(&index, 30.1);
+    }
+    assert_int_equal(landing.edges, 2 * LANDING_EDGES);
+    assert_int_equal(landing.state, LANDING_ARMED);
+    for (unsigned position = 1; position < 4; position++) { /* 20 ft/s: what comes then is a landing */
+        open_switch(&index, position);
+        wait(&index, 0.25);
+    }
+    assert_int_equal(landing.state, LANDING_LANDING);
+    for (unsigned n = 0; n < 100; n++) /* and 255 edges are "255 or more" */
+        open_switch(&index, 24), open_codes -= step_of(24), wait(&index, 0.02);
+    assert_int_equal(landing.edges, UINT8_MAX);
+}
+
+/* 40 edges in one block, more than wait: 32 are answered, the rest are not taken, and nothing was a landing. */
+static void a_burst_beyond_what_waits_is_cut(void **state)
+{
+    (void)state;
+    uint32_t index = 0, ticks[40];
+    unsigned told = 0;
+    seed_state = 6;
+    open_codes = 0.0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    for (unsigned i = 0; i < 40; i++)
+        ticks[i] = 4000000000u + 84000u * index + 2000u * i;
+    next_block(index++, ticks, 40);
+    for (unsigned n = 0; n < 60; n++) {
+        next_block(index++, NULL, 0);
+        told += landing.news.edges;
+    }
+    assert_int_equal(told, MR_SWITCHES_WAITING);
+    assert_int_equal(landing.state, LANDING_ARMED);
+    assert_int_equal(landing.passage.state, MR_PASSAGE_NONE);
+}
+
+/* Armed, the model is pushed to and fro over the same switches, which stay open: that opened twice is no news then. */
+static void pushing_to_and_fro_is_followed(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    seed_state = 4;
+    open_codes = 0.0;
+    pushed_told = landing_states = 0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    for (unsigned n = 0; n < 3; n++) {
+        for (unsigned position = 8; position > 4; position--) {
+            open_switch(&index, position);
+            wait(&index, 5.0); /* 1 ft/s backward */
+            open_codes -= step_of(position); /* closed behind it by hand */
+            wait(&index, 0.1);
+        }
+        wait(&index, 5.0); /* forward again, 15 ft in 10 s */
+    }
+    assert_int_equal(pushed_told, 1);
+    assert_int_equal(landing.passage.pushbacks, 1);
+    assert_int_equal(landing.passage.pushed_position, 5); /* of the last time round: each was seen again */
+    assert_int_equal(landing_states, 0);
+}
+
+/* A switch that closes by itself makes a step down: told as 0 codes, for the message has no negative ones, and named by none. */
+static void a_closing_switch_has_no_name(void **state)
+{
+    (void)state;
+    uint32_t index = 0;
+    seed_state = 5;
+    open_codes = 0.0;
+    landing_start(&landing);
+    wait(&index, 0.1);
+    assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+    open_switch(&index, 3);
+    wait(&index, 1.0);
+    uint32_t tick = 4000000000u + 84000u * index + 42000u;
+    next_block(index++, &tick, 1);
+    open_codes -= step_of(3);
+    while (!landing.news.edges)
+        next_block(index++, NULL, 0);
+    assert_int_equal(landing.edge[0].position, 0);
+    assert_near(landing.edge[0].step_codes, 0.0, 0.0);
+    assert_int_equal(landing.event[0].reason, MR_SWITCH_OTHER_STEP);
+}
+
+
+/* The same edges, a block at a time in turn, to two rigs: switches 5 ft apart, and 10 ft apart with their wheel 2 ft ahead. The second
+ * landing is twice as fast, and its wheel where its own switches are. */
+static void two_rigs_do_not_know_of_each_other(void **state)
+{
+    (void)state;
+    static struct landing near_one, far_one;
+    struct mr_config far = rig_of(-5.0f, 10.0f);
+    far.site[0].wheel_ahead_ft = 2.0f;
+    far.site[0].touchdown_ft = 12.0f;
+    unsigned next = 1;
+    double codes = 62.0;
+    landing_start(&near_one);
+    landing_start(&far_one);
+    assert_int_equal(landing_arm(&near_one, 1, 0), MR_OK);
+    assert_int_equal(landing_arm(&far_one, 2, 0), MR_OK);
+    for (uint32_t index = 0; index < 1000; index++) {
+        uint32_t tick = 84000u * index, edge = tick + 42000u;
+        bool opens = index % 180 == 100 && next <= 5; /* 5 ft in 180 ms */
+        landing_block(&near_one, &rig, index, tick, (float)codes, &edge, opens);
+        landing_block(&far_one, &far, index, tick, (float)codes, &edge, opens);
+        codes += opens ? step_of(next++) : 0.0;
+    }
+    assert_int_equal(near_one.state, LANDING_LANDING);
+    assert_int_equal(far_one.state, LANDING_LANDING);
+    assert_near(near_one.motion.speed_ft_s.value, 5.0 / 0.18, 0.1);
+    assert_near(far_one.motion.speed_ft_s.value, 10.0 / 0.18, 0.2);
+    assert_near(near_one.passage.gate[4].station_ft, -2.5 + 4 * 5.0, 1e-6);
+    assert_near(far_one.passage.gate[4].station_ft, -5.0 + 4 * 10.0 - 2.0, 1e-6);
+    assert_int_equal(near_one.gates_on_track, 2); /* -2.5 and 2.5 of 3 ft */
+    assert_int_equal(far_one.gates_on_track, 2);  /* -7 and 3 of 12 ft */
+}
+
+/* Of a switch that is not fitted nobody says that it is missing; of one that is, somebody does. */
+static void a_switch_that_is_not_fitted_is_not_missing(void **state)
+{
+    (void)state;
+    for (unsigned fitted = 0; fitted < 2; fitted++) {
+        uint32_t index = 0;
+        unsigned missing = 0;
+        struct mr_config kept = rig;
+        rig.gate[3].step_codes = (uint16_t)(fitted ? rig.gate[3].step_codes : 0);
+        seed_state = 7;
+        open_codes = 0.0;
+        landing_start(&landing);
+        wait(&index, 0.1);
+        assert_int_equal(landing_arm(&landing, 1, index), MR_OK);
+        for (unsigned position = 1; position < 8; position++) {
+            if (position != 4)
+                open_switch(&index, position);
+            for (unsigned n = 0; n < 180; n++) {
+                next_block(index++, NULL, 0);
+                for (unsigned i = 0; i < landing.news.events; i++)
+                    missing += landing.event[i].reason == MR_SWITCH_MISSING && landing.event[i].position == 4;
+            }
+        }
+        rig = kept;
+        assert_int_equal(missing, fitted);
+        assert_near(landing.motion.speed_ft_s.value, 5.0 / 0.18, 0.2);
+    }
+}
+
+static int rig_before(void **state)
+{
+    (void)state;
+    rig = rig_of(-2.5f, 5.0f);
+    return 0;
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup(name, rig_before)
+    const struct CMUnitTest tests[] = {
+        TEST(a_hundred_pushbacks_are_no_landing),
+        TEST(a_pushback_leaves_the_landing_before_as_it_was),
+        TEST(interference_does_not_fill_the_links),
+        TEST(pushing_to_and_fro_is_followed),
+        TEST(a_closing_switch_has_no_name),
+        TEST(a_burst_beyond_what_waits_is_cut),
+        TEST(two_rigs_do_not_know_of_each_other),
+        TEST(a_switch_that_is_not_fitted_is_not_missing),
+    };
+    return cmocka_run_group_tests_name("common/onboard/landing", tests, NULL, NULL);
+}

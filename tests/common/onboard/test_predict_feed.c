@@ -1,0 +1,140 @@
+/* What the predictor is given: the wheel carried on from the last gate, readings less their zero; and that zero. Expected values from
+ * v^2 = v0^2 - 2 a x and means by hand. */
+#include "common/onboard/predict_feed.h"
+
+#include <math.h>
+
+#include "common/onboard/baseline.h"
+#include "common/wire.h"
+#include "tests/cmocka_all.h"
+
+#define TICKS_PER_S 84000000u
+
+static float readings_in[MR_TRANSDUCERS], zero_in[MR_TRANSDUCERS];
+
+/* A gear that passed a gate at 10 ft, at 20 ft/s, braking at 4 ft/s2, at tick 1000. */
+static struct landing rolling(void)
+{
+    struct landing landing = {.state = LANDING_LANDING, .motion_known = true, .gates_on_track = 2};
+    landing.passage.state = MR_PASSAGE_ROLLING;
+    landing.passage.gates = 5;
+    landing.passage.gate[4].station_ft = 10.0;
+    landing.passage.source[4].tick = 1000u;
+    landing.motion.position_ft.value = 10.0;
+    landing.motion.speed_ft_s.value = 20.0;
+    landing.motion.deceleration_ft_s2.value = 4.0;
+    return landing;
+}
+
+static struct mr_predictor_input feed(const struct landing *landing, float touchdown_ft, double after_s)
+{
+    struct predict_motion motion = {0};
+    struct mr_predictor_input input;
+    struct predict_block block = {.tick = 1000u + (uint32_t)(after_s * TICKS_PER_S), .displacement_in = readings_in, .baseline_in = zero_in};
+    predict_feed(&motion, landing, touchdown_ft, &block, &input);
+    return input;
+}
+
+static void the_wheel_is_carried_on(void **state)
+{
+    (void)state;
+    struct landing landing = rolling();
+    struct mr_predictor_input input = feed(&landing, 3.0f, 1.5);
+    assert_near(input.wheel_ft, 10.0 + 20.0 * 1.5 - 2.0 * 1.5 * 1.5, 1e-4);
+    assert_near(input.speed_ft_s, 14.0, 1e-4);
+    assert_near(input.deceleration_ft_s2, 4.0, 0.0);
+    assert_true(input.on_runway);
+    assert_true(input.braking_known); /* three gates beyond touchdown */
+    input = feed(&landing, 3.0f, 9.0); /* it stopped after 5 s, 50 ft on */
+    assert_near(input.wheel_ft, 60.0, 1e-4);
+    assert_near(input.speed_ft_s, 0.0, 0.0);
+    landing.gates_on_track = 3;
+    assert_false(feed(&landing, 3.0f, 1.5).braking_known);
+}
+
+static void the_runway_begins_where_it_is_told(void **state)
+{
+    (void)state;
+    struct landing landing = rolling();
+    assert_true(feed(&landing, 29.5f, 1.0).on_runway == false); /* the wheel is at 28 ft */
+    assert_true(feed(&landing, 27.5f, 1.0).on_runway);
+}
+
+static void without_a_wheel_there_is_none(void **state)
+{
+    (void)state;
+    struct landing landing = rolling();
+    landing.passage.state = MR_PASSAGE_PUSHED;
+    struct mr_predictor_input input = feed(&landing, 3.0f, 1.0);
+    assert_true(isnan(input.wheel_ft) && isnan(input.speed_ft_s));
+    assert_false(input.on_runway);
+    landing = rolling();
+    landing.motion_known = false; /* one gate alone */
+    input = feed(&landing, 3.0f, 1.0);
+    assert_near(input.wheel_ft, 10.0, 0.0);
+    assert_true(isnan(input.speed_ft_s));
+}
+
+static void readings_go_in_less_their_zero(void **state)
+{
+    (void)state;
+    struct landing landing = rolling();
+    for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
+        readings_in[i] = 0.5f * (float)i;
+        zero_in[i] = i == 7 ? MR_NAN : 0.25f;
+    }
+    struct mr_predictor_input input = feed(&landing, 3.0f, 0.0);
+    for (unsigned i = 0; i < 7; i++)
+        assert_near(input.displacement_in[i], 0.5 * i - 0.25, 0.0);
+    assert_true(isnan(input.displacement_in[7]));
+}
+
+static void a_zero_is_the_mean_of_a_full_quiet_group(void **state)
+{
+    (void)state;
+    struct baseline baseline;
+    float in[MR_TRANSDUCERS] = {0};
+    baseline_forget(&baseline);
+    for (unsigned n = 0; n < BASELINE_BLOCKS - 1; n++) {
+        in[0] = n % 2 ? 0.75f : 0.25f;
+        baseline_follow(&baseline, in, true, 0);
+    }
+    assert_true(isnan(baseline.in[0])); /* one block short */
+    baseline_follow(&baseline, in, false, 0); /* something rolls: the group is void */
+    for (unsigned n = 0; n < BASELINE_BLOCKS; n++) {
+        in[0] = n % 2 ? 0.75f : 0.25f;
+        in[1] = 2.0f;
+        baseline_follow(&baseline, in, true, 0);
+    }
+    assert_near(baseline.in[0], 0.5, 1e-6);
+    for (unsigned n = 0; n < BASELINE_BLOCKS; n++) {
+        in[0] = in[1] = 3.0f;
+        baseline_follow(&baseline, in, true, 1u << 1); /* transducer 2 has moved: it keeps what it has */
+    }
+    assert_near(baseline.in[0], 3.0, 1e-6);
+    assert_near(baseline.in[1], 2.0, 1e-6);
+}
+
+static void what_moved_is_held_until_a_switch_speaks(void **state)
+{
+    (void)state;
+    static struct mr_predictor predictor;
+    struct landing landing = rolling();
+    predictor.moved = 5;
+    assert_int_equal(predict_held(&predictor, &landing), 5);
+    landing.edges = 1;
+    assert_int_equal(predict_held(&predictor, &landing), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_wheel_is_carried_on),
+        cmocka_unit_test(the_runway_begins_where_it_is_told),
+        cmocka_unit_test(without_a_wheel_there_is_none),
+        cmocka_unit_test(readings_go_in_less_their_zero),
+        cmocka_unit_test(a_zero_is_the_mean_of_a_full_quiet_group),
+        cmocka_unit_test(what_moved_is_held_until_a_switch_speaks),
+    };
+    return cmocka_run_group_tests_name("common/onboard/predict_feed", tests, NULL, NULL);
+}
