@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "firmware/version.h"
+#include "common/version.h"
 #include "host/command.h"
 #include "host/place.h"
 

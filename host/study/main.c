@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "firmware/version.h"
+#include "common/version.h"
 #include "host/commands/commands.h"
 #include "host/place.h"
 #include "host/program.h"
