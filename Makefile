@@ -83,7 +83,7 @@ studies := $(B)/matrig-study
 manuals := $(B)/matrig.1 $(B)/matrig.bash
 test_images := $(patsubst %.c,$(B)/%.elf,$(wildcard tests/hil/images/*.c tests/conformance/images/*.c))
 # Of the host, with what matrig-study has.
-study_tests := error_study fit fit_surveyed fit_verdict sim_extremes sim_growth sim_model sim_planar
+study_tests := error_study fit fit_surveyed fit_verdict sim_extremes sim_ground_damping sim_growth sim_model sim_planar
 tests := $(foreach part,common firmware hil host sim_reference,$(call tests_of,$(part)))
 variants := $(patsubst %.h,$(B)/%.elf,$(wildcard tests/variant/*.h))
 test_programs := $(B)/tests/runs/synthesise $(B)/tests/figures/figures $(B)/tests/error_report/error-report \
