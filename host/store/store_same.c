@@ -1,6 +1,7 @@
 /* One landing twice in a campaign: a log was ended in the middle of the landing, what the campaign did not take was saved beside it, and is
  * taken in with the landing from its beginning. What proves that two are one are rows that no two landings share: a CAN frame with its
- * stamp of this computer's clock, which the saved log keeps; with serial alone a block's record. */
+ * stamp of this computer's clock, which the saved log keeps; with serial alone a block's record. A recording that is logged twice proves
+ * nothing: the second must go on where the first was cut off. */
 #include <stdio.h>
 
 #include "host/store/store_journal.h"

@@ -245,10 +245,12 @@
       "SELECT EXISTS(SELECT 1 FROM landings a, landings b WHERE a.id=?1 AND b.id=?2 AND a.armed_block=b.armed_block)") \
     X(SAME_FRAME, "ii",                                                                                     \
       "SELECT EXISTS(SELECT 1 FROM frames b, (SELECT host_us, can_id, data FROM frames WHERE landing=?1 AND link=0 ORDER BY id DESC LIMIT 1)" \
-      " a WHERE b.landing=?2 AND b.link=0 AND b.host_us=a.host_us AND b.can_id=a.can_id AND b.data=a.data)") \
+      " a WHERE b.landing=?2 AND b.link=0 AND b.host_us=a.host_us AND b.can_id=a.can_id AND b.data=a.data" \
+      " AND EXISTS(SELECT 1 FROM frames WHERE landing=?2 AND link=0 AND host_us>a.host_us))")               \
     X(SAME_BLOCK, "ii",                                                                                     \
       "SELECT EXISTS(SELECT 1 FROM blocks a JOIN blocks b ON b.idx=a.idx WHERE a.landing=?1 AND b.landing=?2" \
-      " AND a.idx=(SELECT max(idx) FROM blocks WHERE landing=?1) AND a.record=b.record)")                   \
+      " AND a.idx=(SELECT max(idx) FROM blocks WHERE landing=?1) AND a.record=b.record"                    \
+      " AND EXISTS(SELECT 1 FROM blocks WHERE landing=?2 AND idx>a.idx))")                                  \
     X(DATA_VERSION, "", "PRAGMA data_version")                                                              \
     X(FRAME_LAST, "", "SELECT id, session FROM frames ORDER BY id DESC LIMIT 1")                            \
     X(SIZE, "", "SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size),"  \

@@ -111,6 +111,12 @@ static void others_are_left_alone(void **state)
     assert_int_equal(found(add_landing(CAN_ALONE, 4, 800, 800, 1900, 1000000)).cut, 0);
     assert_int_equal(found(add_landing(CAN_ALONE, 4, STORE_NONE, 1400, 1900, 0)).cut, 0);
     end();
+    for (int link = CAN_ALONE; link <= SERIAL_ALONE; link++) { /* a recording that ends while the mat settles, logged twice */
+        begin("same-twice.db");
+        add_landing(link, 3, 800, 800, 1200, 0);
+        assert_int_equal(found(add_landing(link, 3, 800, 800, 1200, 0)).cut, 0);
+        end();
+    }
     begin("same-over.db");
     add_landing(CAN_ALONE, 4, 800, 800, 1900, 0);
     assert_int_equal(found(add_landing(CAN_ALONE, 4, 800, 800, 1900, 0)).cut, 0);
