@@ -1,155 +1,52 @@
-#include "host/store/store_sql.h"
+/* The tables as SQLite has them. */
+#include "host/store/table.h"
 
-/* Times: *_us of the board are microseconds since its scans began, of the host Unix microseconds. `links`:
- * bit 0 CAN, bit 1 serial. `landing` is NULL outside landings. A column that is added to a table allows NULL or has a default:
- * campaigns made before it get it (store_migrate.h). */
-const char store_schema[] =
-    "CREATE TABLE sessions(id INTEGER PRIMARY KEY, started_us INTEGER NOT NULL, ended_us INTEGER, ended_by "
-    "TEXT,"
-    " can_link TEXT, serial_link TEXT);"
-    "CREATE TABLE links(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, received "
-    "INTEGER,"
-    " lost INTEGER, dropped INTEGER, bad INTEGER, outside INTEGER, PRIMARY KEY(session, link)) WITHOUT ROWID;"
-    "CREATE TABLE missing(session INTEGER NOT NULL REFERENCES sessions(id), link INTEGER NOT NULL, message TEXT NOT NULL,"
-    " missing INTEGER NOT NULL, PRIMARY KEY(session, link, message)) WITHOUT ROWID;"
-    "CREATE TABLE landings(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id),"
-    " boot INTEGER NOT NULL, board_landing INTEGER NOT NULL, armed_block INTEGER, armed_us INTEGER NOT NULL,"
-    " state INTEGER NOT NULL, board_uid TEXT, firmware TEXT, image_crc INTEGER, config_crc INTEGER,"
-    " clock_source INTEGER, touchdown_ft REAL, switch_error_ft REAL,"
-    " image_commit TEXT);"
-    "CREATE TABLE configurations(crc INTEGER PRIMARY KEY, text TEXT NOT NULL);" /* landings.config_crc is one of them, when read */
-    "CREATE TABLE channels(landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, kind "
-    "INTEGER NOT NULL,"
-    " number INTEGER, band INTEGER, station_ft REAL, unit_per_code REAL, zero_code REAL, PRIMARY "
-    "KEY(landing, idx))"
-    " WITHOUT ROWID;"
-    /* item: enum mr_calibration_item */
-    "CREATE TABLE calibration(landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, item "
-    "INTEGER NOT NULL, value REAL, PRIMARY KEY(landing, idx, item)) WITHOUT ROWID;"
-    "CREATE TABLE quality(landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL, validity "
-    "INTEGER, noise_codes REAL, error_codes REAL, invalid INTEGER, PRIMARY KEY(landing, idx)) WITHOUT ROWID;"
-    "CREATE TABLE switches(landing INTEGER NOT NULL REFERENCES landings(id), position INTEGER NOT NULL,"
-    " step_codes INTEGER, station_ft REAL, PRIMARY KEY(landing, position)) WITHOUT ROWID;"
-    "CREATE TABLE surveys(id INTEGER PRIMARY KEY, landing INTEGER UNIQUE REFERENCES landings(id), source "
-    "TEXT);"
-    "CREATE TABLE slack(survey INTEGER NOT NULL REFERENCES surveys(id), segment INTEGER NOT NULL, joints "
-    "INTEGER,"
-    " slack_in REAL, start_ft REAL, end_ft REAL, PRIMARY KEY(survey, segment)) WITHOUT ROWID;"
-    "CREATE TABLE blocks(session INTEGER NOT NULL REFERENCES sessions(id), boot INTEGER NOT NULL, idx "
-    "INTEGER NOT NULL,"
-    " landing INTEGER REFERENCES landings(id), host_us INTEGER NOT NULL, record BLOB NOT NULL,"
-    " link INTEGER," /* 1 serial, 2 black box; NULL in campaigns made before it was kept */
-    " PRIMARY KEY(session, boot, idx)) WITHOUT ROWID;"
-    "CREATE INDEX blocks_by_landing ON blocks(landing, idx);"
-    "CREATE TABLE frames(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id),"
-    " landing INTEGER REFERENCES landings(id), link INTEGER NOT NULL, direction INTEGER NOT NULL, seq "
-    "INTEGER,"
-    " board_us INTEGER, host_us INTEGER NOT NULL, can_id INTEGER NOT NULL, dlc INTEGER NOT NULL, data BLOB);"
-    "CREATE INDEX frames_by_landing ON frames(landing, link);"
-    "CREATE TABLE edges(landing INTEGER NOT NULL REFERENCES landings(id), count INTEGER NOT NULL, position "
-    "INTEGER,"
-    " tick INTEGER, step_codes REAL, board_us REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, count)) "
-    "WITHOUT ROWID;"
-    "CREATE TABLE events(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id), boot "
-    "INTEGER NOT NULL,"
-    " landing INTEGER REFERENCES landings(id), board_us INTEGER, host_us INTEGER NOT NULL, kind TEXT NOT "
-    "NULL,"
-    " code INTEGER, detail INTEGER, value INTEGER, links INTEGER NOT NULL,"
-    " UNIQUE(session, boot, kind, board_us, code, value));"
-    "CREATE TABLE motion(landing INTEGER NOT NULL REFERENCES landings(id), block INTEGER NOT NULL, "
-    "position_ft REAL,"
-    " position_error_ft REAL, speed_ft_s REAL, speed_error_ft_s REAL, deceleration_ft_s2 REAL,"
-    " deceleration_error_ft_s2 REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, block)) WITHOUT ROWID;"
-    "CREATE TABLE zones(landing INTEGER NOT NULL REFERENCES landings(id), block INTEGER NOT NULL, mats "
-    "INTEGER,"
-    " start_ft REAL, end_ft REAL, lead_s REAL, wheel_ft REAL, warning INTEGER, inferred_percent INTEGER,"
-    " links INTEGER NOT NULL, PRIMARY KEY(landing, block)) WITHOUT ROWID;"
-    /* beside zones: what else the predictor said, on what it rests; runway: common/runway.h */
-    "CREATE TABLE predictions(landing INTEGER NOT NULL REFERENCES landings(id), block INTEGER NOT NULL, verdict INTEGER,"
-    " reason INTEGER, level INTEGER, basis INTEGER, age_blocks INTEGER, start_error_ft REAL, end_error_ft REAL, mean_gap_in REAL,"
-    " closed_joints INTEGER, coming_mats INTEGER, coming_wheel_ft REAL, compression_lb REAL, critical_lb REAL, distance_ft REAL,"
-    " links INTEGER NOT NULL, PRIMARY KEY(landing, block)) WITHOUT ROWID;"
-    "CREATE TABLE trust(landing INTEGER NOT NULL REFERENCES landings(id), block INTEGER NOT NULL, doubts INTEGER, resistance REAL,"
-    " updates REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, block)) WITHOUT ROWID;"
-    "CREATE TABLE runways(landing INTEGER PRIMARY KEY REFERENCES landings(id), mats INTEGER, landings INTEGER, resistance REAL,"
-    " source INTEGER, crc INTEGER, state BLOB NOT NULL);"
-    "CREATE TABLE predict_items(landing INTEGER NOT NULL REFERENCES landings(id), item INTEGER NOT NULL, value REAL,"
-    " PRIMARY KEY(landing, item)) WITHOUT ROWID;"
-    "CREATE TABLE results(landing INTEGER PRIMARY KEY REFERENCES landings(id), speed_ft_s REAL, "
-    "speed_error_ft_s REAL,"
-    " deceleration_ft_s2 REAL, deceleration_error_ft_s2 REAL, stop_station_ft REAL, stop_station_error_ft "
-    "REAL,"
-    " after_touchdown_s REAL, switches INTEGER, stop_gates INTEGER, links INTEGER NOT NULL);"
-    "CREATE TABLE bands(landing INTEGER NOT NULL REFERENCES landings(id), band INTEGER NOT NULL, gages INTEGER,"
-    " before_lb REAL, before_error_lb REAL, spread_lb REAL, least_lb REAL, least_error_lb REAL, least_gage INTEGER,"
-    " least_block INTEGER, most_lb REAL, most_error_lb REAL, most_gage INTEGER, most_block INTEGER, after_lb REAL,"
-    " change_lb REAL, change_error_lb REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, band)) WITHOUT ROWID;"
-    "CREATE TABLE band_events(landing INTEGER NOT NULL REFERENCES landings(id), block INTEGER NOT NULL, band INTEGER NOT "
-    "NULL,"
-    " gage INTEGER NOT NULL, reason INTEGER NOT NULL, other INTEGER, value_lb REAL, links INTEGER NOT NULL,"
-    " PRIMARY KEY(landing, block, gage, reason)) WITHOUT ROWID;"
-    "CREATE TABLE shunts(session INTEGER NOT NULL REFERENCES sessions(id), boot INTEGER NOT NULL, number INTEGER NOT NULL,"
-    " gage INTEGER NOT NULL, block INTEGER NOT NULL, verdict INTEGER, span_lb REAL, noise_lb REAL, expected_lb REAL,"
-    " change_lb REAL, zero_change_lb REAL, links INTEGER NOT NULL, PRIMARY KEY(session, boot, number, gage)) WITHOUT ROWID;"
-    "CREATE TABLE gaps(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id),"
-    " landing INTEGER REFERENCES landings(id), link INTEGER NOT NULL, message TEXT NOT NULL, channels TEXT "
-    "NOT NULL,"
-    " cause TEXT NOT NULL, count INTEGER, from_block INTEGER, to_block INTEGER);"
-    "CREATE TABLE temperatures(landing INTEGER NOT NULL REFERENCES landings(id), block INTEGER NOT NULL, temperature_c REAL,"
-    " error_c REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, block)) WITHOUT ROWID;"
-    "CREATE TABLE slow_log(id INTEGER PRIMARY KEY, board_uid TEXT NOT NULL, seq INTEGER, boot INTEGER NOT NULL, block INTEGER NOT NULL,"
-    " time_us INTEGER, faults INTEGER, state INTEGER, temperature_c REAL, d1_in REAL, d2_in REAL, d3_in REAL, d4_in REAL, d5_in REAL,"
-    " d6_in REAL, d7_in REAL, d8_in REAL, t1_lb REAL, t2_lb REAL, t3_lb REAL, t4_lb REAL, t5_lb REAL, t6_lb REAL, t7_lb REAL, t8_lb REAL,"
-    " t9_lb REAL, t10_lb REAL, t11_lb REAL, t12_lb REAL, t13_lb REAL, t14_lb REAL, UNIQUE(board_uid, seq));"
-    "CREATE TABLE time_maps(id INTEGER PRIMARY KEY, session INTEGER NOT NULL REFERENCES sessions(id), boot INTEGER NOT NULL,"
-    " link INTEGER NOT NULL, landing INTEGER REFERENCES landings(id), refusal INTEGER NOT NULL, pairs INTEGER NOT NULL,"
-    " from_us INTEGER, to_us INTEGER, spread_us REAL, fast_ppm REAL, fast_half_ppm REAL, board_us INTEGER, host_us INTEGER,"
-    " host_half_us REAL);"
-    "CREATE TABLE frames_film(landing INTEGER NOT NULL REFERENCES landings(id), number INTEGER NOT NULL, tick INTEGER NOT NULL,"
-    " board_us REAL, links INTEGER NOT NULL, PRIMARY KEY(landing, number)) WITHOUT ROWID;"
-    /* kind: ready, walk, change; verdict: go, no-go, said; checks: an object of host/board/readykept.h, calibrationpast.h as JSON */
-    "CREATE TABLE readiness(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, board_uid TEXT NOT NULL, kind TEXT NOT NULL,"
-    " verdict TEXT NOT NULL, checks TEXT NOT NULL);"
-    /* Surveys of the mat by gage points (host/survey/plan.h). A reading is a row, the newest of a place is the one that holds: an
-     * undone one is followed by a row without value, a skipped one by one with `skipped`. */
-    "CREATE TABLE gage_surveys(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, ended_us INTEGER, pattern TEXT NOT NULL,"
-    " edges TEXT NOT NULL, who TEXT, error_in REAL NOT NULL, closed_in REAL, note TEXT);"
-    "CREATE TABLE gage_readings(id INTEGER PRIMARY KEY, survey INTEGER NOT NULL REFERENCES gage_surveys(id), kind TEXT NOT NULL,"
-    " line INTEGER NOT NULL, place INTEGER NOT NULL, value_in REAL, skipped INTEGER NOT NULL, confirmed INTEGER NOT NULL,"
-    " taken_us INTEGER NOT NULL, source TEXT NOT NULL, note TEXT);"
-    "CREATE INDEX gage_readings_by_survey ON gage_readings(survey, id);"
-    "CREATE TABLE gage_loads(id INTEGER PRIMARY KEY, survey INTEGER NOT NULL REFERENCES gage_surveys(id), made_us INTEGER NOT NULL,"
-    " link TEXT NOT NULL, segments INTEGER NOT NULL);"
-    /* What people say of landings. Rows are added and never change: the newest of a field holds, the others are its history. A series
-     * takes in the landings that are armed after it. */
-    "CREATE TABLE series(id INTEGER PRIMARY KEY, made_us INTEGER NOT NULL, who TEXT, name TEXT NOT NULL, runway TEXT, pattern TEXT,"
-    " modification TEXT, notes TEXT);"
-    "CREATE TABLE landing_changes(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), made_us INTEGER NOT NULL,"
-    " who TEXT, field TEXT NOT NULL, was TEXT, value TEXT, reason TEXT);"
-    "CREATE TABLE observations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), made_us INTEGER NOT NULL,"
-    " who TEXT, kind TEXT NOT NULL, side TEXT, station_ft REAL, panels INTEGER, height_in REAL, time_s REAL, form TEXT, note TEXT,"
-    " withdraws INTEGER);"
-    /* item: of enum mr_calibration_item; -1 unit_per_code, -2 zero_code; `was` and `value` as channels and calibration have them */
-    "CREATE TABLE recalibrations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL,"
-    " item INTEGER NOT NULL, was REAL, value REAL, made_us INTEGER NOT NULL, who TEXT, reason TEXT);"
-    "CREATE TRIGGER recalibrations_stay BEFORE UPDATE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;"
-    "CREATE TRIGGER recalibrations_last BEFORE DELETE ON recalibrations BEGIN SELECT raise(ABORT, 'history stays'); END;"
-    "CREATE TRIGGER landing_changes_stay BEFORE UPDATE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;"
-    "CREATE TRIGGER landing_changes_last BEFORE DELETE ON landing_changes BEGIN SELECT raise(ABORT, 'history stays'); END;"
-    "CREATE TRIGGER observations_stay BEFORE UPDATE ON observations BEGIN SELECT raise(ABORT, 'history stays'); END;"
-    "CREATE TRIGGER observations_last BEFORE DELETE ON observations BEGIN SELECT raise(ABORT, 'history stays'); END;"
-    /* What came from files (store_import.h): of a session, from which; readings: 32-bit floats, least byte first, NaN: missing */
-    "CREATE TABLE imports(session INTEGER PRIMARY KEY REFERENCES sessions(id), file TEXT NOT NULL, sha256 TEXT NOT NULL,"
-    " bytes INTEGER NOT NULL, format TEXT NOT NULL, mapping TEXT, verdict TEXT NOT NULL, made_us INTEGER NOT NULL);"
-    "CREATE TABLE imported(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), idx INTEGER NOT NULL,"
-    " first_block INTEGER NOT NULL, stride INTEGER NOT NULL, readings BLOB NOT NULL, UNIQUE(landing, idx));"
-    "CREATE TABLE simulations(id INTEGER PRIMARY KEY, landing INTEGER NOT NULL REFERENCES landings(id), "
-    "scene TEXT NOT NULL,"
-    " made_us INTEGER NOT NULL, run_ms REAL, error_in REAL, seeds INTEGER, edges INTEGER, offset_s REAL, scatter_s REAL,"
-    " segments_dt_s REAL, segments_in BLOB);"
-    "CREATE TABLE simulation_channels(simulation INTEGER NOT NULL REFERENCES simulations(id), number INTEGER "
-    "NOT NULL,"
-    " station_ft REAL, peak_measured_in REAL, peak_measured_error_in REAL, peak_simulated_in REAL,"
-    " peak_simulated_error_in REAL, rms_in REAL, end_measured_in REAL, end_simulated_in REAL, t0_s REAL, "
-    "dt_s REAL,"
-    " series_in BLOB, spread_in BLOB, PRIMARY KEY(simulation, number));";
+static void say_columns(sqlite3_str *sql, const struct store_table *table)
+{
+    bool first = true;
+    for (unsigned i = 0; i < table->count; i++) {
+        const struct store_column *column = &table->columns[i];
+        if (!column->name)
+            continue;
+        sqlite3_str_appendf(sql, "%s%s %s%s%s", first ? "" : ", ", column->name, column->type, column->constraint[0] ? " " : "", column->constraint);
+        first = false;
+    }
+}
+
+static int make_table(sqlite3 *database, enum store_table_number which)
+{
+    const struct store_table *table = store_table(which);
+    sqlite3_str *sql = sqlite3_str_new(database);
+    sqlite3_str_appendf(sql, "CREATE TABLE %s(", table->name);
+    say_columns(sql, table);
+    sqlite3_str_appendf(sql, "%s", table->key);
+    char *text = sqlite3_str_finish(sql);
+    int code = text ? sqlite3_exec(database, text, NULL, NULL, NULL) : SQLITE_NOMEM;
+    sqlite3_free(text);
+    return code;
+}
+
+int store_tables_make(sqlite3 *database)
+{
+    int code = SQLITE_OK;
+#define TABLE(row, table)    \
+    if (code == SQLITE_OK)   \
+        code = make_table(database, STORE_TABLE_##row);
+#define VIEW(row)
+#define OWNER(row, column, constraint)
+#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read)
+#define COMPUTED(row, declaration, field, read)
+#define END(row, key, put)
+#define ALSO(sql)            \
+    if (code == SQLITE_OK)   \
+        code = sqlite3_exec(database, sql, NULL, NULL, NULL);
+#include "host/store/tables.def"
+#undef TABLE
+#undef VIEW
+#undef OWNER
+#undef COLUMN
+#undef COMPUTED
+#undef END
+#undef ALSO
+    return code;
+}

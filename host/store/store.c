@@ -21,15 +21,6 @@
 
 #define INTEGERS_EXACT 9007199254740992.0 /* 2^53: below, a double is the integer that it says */
 
-static const struct {
-    const char *types;
-    const char *sql;
-} statements[STORE_STATEMENT_COUNT] = {
-#define STORE_ROW(name, types, sql) {types, sql},
-    STORE_STATEMENTS(STORE_ROW)
-#undef STORE_ROW
-};
-
 enum mr_status store_failed(struct store *store, const char *doing, struct error *error)
 {
     int code = sqlite3_errcode(store->database) & 0xff;
@@ -93,7 +84,7 @@ static enum mr_status create_tables(struct store *store, struct error *error)
     if (status == MR_OK)
         status = pragma(store, "SELECT count(*) FROM sqlite_schema", &tables, error);
     if (status == MR_OK && tables == 0)
-        status = execute(store, store_schema, "set up", error);
+        status = store_tables_make(store->database) == SQLITE_OK ? MR_OK : store_failed(store, "set up", error);
     if (status == MR_OK && tables == 0)
         status = execute(store, numbers, "set up", error);
     if (status == MR_OK)
@@ -226,9 +217,7 @@ void store_close(struct store *store)
 {
     if (!store)
         return;
-    for (size_t i = 0; i < STORE_STATEMENT_COUNT; i++)
-        sqlite3_finalize(store->statement[i]);
-    sqlite3_finalize(store->frames_put);
+    store_each_statement(store, sqlite3_finalize);
     sqlite3_close(store->database);
     if (store->alone)
         close(store->alone);
@@ -256,83 +245,6 @@ enum mr_status store_commit(struct store *store, struct error *error)
 {
     enum mr_status status = store_frames_flush(store, error);
     return status == MR_OK ? execute(store, "COMMIT", "write", error) : status;
-}
-
-static enum mr_status bind(struct store *store, struct error *error, enum store_statement which,
-                           va_list values)
-{
-    sqlite3_stmt **statement = &store->statement[which];
-    const char *types = statements[which].types;
-    if (!*statement && sqlite3_prepare_v3(store->database, statements[which].sql, -1,
-                                          SQLITE_PREPARE_PERSISTENT, statement, NULL) != SQLITE_OK)
-        return store_failed(store, "use", error);
-    for (int i = 0; types[i]; i++) {
-        int code = SQLITE_OK;
-        if (types[i] == 'i') {
-            int64_t value = va_arg(values, int64_t);
-            code = value == STORE_NONE ? sqlite3_bind_null(*statement, i + 1)
-                                       : sqlite3_bind_int64(*statement, i + 1, value);
-        } else if (types[i] == 'r') {
-            double value = va_arg(values, double);
-            code = isnan(value) ? sqlite3_bind_null(*statement, i + 1)
-                                : sqlite3_bind_double(*statement, i + 1, value);
-        } else if (types[i] == 't') {
-            code = sqlite3_bind_text(*statement, i + 1, va_arg(values, const char *), -1, SQLITE_TRANSIENT);
-        } else {
-            const void *bytes = va_arg(values, const void *);
-            size_t length = va_arg(values, size_t);
-            code = sqlite3_bind_blob64(*statement, i + 1, length ? bytes : "", length, SQLITE_TRANSIENT);
-        }
-        if (code != SQLITE_OK)
-            return store_failed(store, "use", error);
-    }
-    return MR_OK;
-}
-
-enum mr_status store_run(struct store *store, struct error *error, enum store_statement which, ...)
-{
-    va_list values;
-    va_start(values, which);
-    store_guard_renew(store);
-    enum mr_status status = bind(store, error, which, values);
-    va_end(values);
-    if (status != MR_OK)
-        return status;
-    sqlite3_stmt *statement = store->statement[which];
-    if (sqlite3_step(statement) != SQLITE_DONE)
-        status = store_failed(store, "write", error);
-    sqlite3_reset(statement);
-    return status;
-}
-
-enum mr_status store_query(struct store *store, struct error *error, sqlite3_stmt **statement,
-                           enum store_statement which, ...)
-{
-    va_list values;
-    va_start(values, which);
-    enum mr_status status = store_frames_flush(store, error);
-    store_guard_renew(store);
-    if (status == MR_OK)
-        status = bind(store, error, which, values);
-    va_end(values);
-    *statement = store->statement[which];
-    return status;
-}
-
-enum mr_status store_step(struct store *store, sqlite3_stmt *statement, struct error *error)
-{
-    int code = sqlite3_step(statement);
-    bool fits = code != SQLITE_ROW || store_guard_row(store);
-    if (code == SQLITE_ROW && fits)
-        return MR_OK;
-    enum mr_status status = !fits ? error_set(error, MR_MALFORMED, "more rows than the file can hold: %s; it is damaged, take a copy of before", store->path) : code == SQLITE_DONE ? MR_TOO_FEW : store_failed(store, "read", error);
-    sqlite3_reset(statement);
-    return status;
-}
-
-void store_reset(sqlite3_stmt *statement)
-{
-    sqlite3_reset(statement);
 }
 
 /* A value of another kind than matrig writes there is absent, as one that was never written. */

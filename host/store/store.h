@@ -14,16 +14,14 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "common/block.h"
 #include "common/catalogue.h"
 #include "common/channels.h"
 #include "common/closure.h"
-#include "common/image.h"
 #include "host/error.h"
+#include "host/store/rows.h"
 
 #define STORE_VERSION 4              /* of the tables: PRAGMA user_version */
 #define STORE_APPLICATION 0x4d545247 /* "MTRG": PRAGMA application_id */
-#define STORE_NONE INT64_MIN
 #define STORE_SWITCHES_MAX 64u
 
 enum store_mode {
@@ -53,34 +51,14 @@ enum mr_status store_begin(struct store *store, struct error *error);
 enum mr_status store_commit(struct store *store, struct error *error);
 
 /* One run of `matrig log`. */
-struct store_session {
-    int64_t id; /* set by store_session_add */
-    int64_t started_us;
-    const char *can_link; /* NULL: not used */
-    const char *serial_link;
-};
 enum mr_status store_session_add(struct store *store, struct store_session *session, struct error *error);
 enum mr_status store_session_end(struct store *store, int64_t session, int64_t ended_us, const char *ended_by,
                                  struct error *error);
 
-struct store_session_row {
-    int64_t started_us;
-    int64_t ended_us; /* STORE_NONE: still running, or killed */
-    char ended_by[16];
-    char can_link[200]; /* empty: not used */
-    char serial_link[200];
-};
 enum mr_status store_session_get(struct store *store, int64_t session, struct store_session_row *row,
                                  struct error *error);
 
 /* What a session counted on one of its links so far; `link` is an enum link_kind. */
-struct store_link_counts {
-    int64_t received; /* frames of the board */
-    int64_t lost;     /* frames the board sent and nobody received */
-    int64_t dropped;  /* frames the board says it could not queue */
-    int64_t bad;      /* broken frames */
-    int64_t foreign;  /* frames that are not in the catalogue */
-};
 enum mr_status store_link_put(struct store *store, int64_t session, int link,
                               const struct store_link_counts *counts, struct error *error);
 enum mr_status store_link_get(struct store *store, int64_t session, int link,
@@ -90,23 +68,6 @@ enum mr_status store_link_get(struct store *store, int64_t session, int link,
 enum mr_status store_missing_put(struct store *store, int64_t session, int link, const char *message, int64_t missing,
                                  struct error *error);
 
-struct store_landing {
-    int64_t id; /* RUN */
-    int64_t session;
-    int64_t boot;          /* restarts of the board seen in the session before it */
-    int64_t board_landing; /* the number it was armed with */
-    int64_t armed_block;   /* STORE_NONE: logging began after arming */
-    int64_t armed_us;      /* host time when the first link reported it */
-    int64_t state;         /* last one reported */
-    char board_uid[25];    /* 24 hexadecimal digits; empty: not known */
-    char firmware[16];     /* "1.2.3" */
-    int64_t image_crc;
-    int64_t config_crc;
-    int64_t clock_source;
-    double touchdown_ft;
-    double switch_error_ft;
-    char image_commit[MR_IMAGE_COMMIT_TEXT]; /* from which the image was built; empty: not known */
-};
 enum mr_status store_landing_add(struct store *store, struct store_landing *landing, struct error *error);
 enum mr_status store_landing_put(struct store *store, const struct store_landing *landing,
                                  struct error *error);
@@ -121,18 +82,6 @@ enum mr_status store_configuration_put(struct store *store, uint32_t crc, const 
 enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text, struct error *error);
 
 /* Configuration of a landing as the board reported it. */
-struct store_switch {
-    int64_t position;
-    int64_t step_codes;
-    double station_ft;
-};
-struct store_segment {
-    int64_t segment;
-    int64_t joints;
-    double slack_in; /* NaN: not surveyed */
-    double start_ft;
-    double end_ft;
-};
 enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
                                  const struct mr_channel_config *channel, struct error *error);
 /* One value of a channel's calibration: item is an enum mr_calibration_item. */
@@ -197,59 +146,8 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
 
 /* What the board said, once, whichever link it came by; `links` has bit 1 << enum link_kind set for each that
  * brought it. */
-struct store_edge {
-    int64_t count;    /* of the edge in its landing, from 1 */
-    int64_t position; /* switch; 0: not named */
-    double step_codes;
-    int64_t tick;
-    double board_us; /* NaN: time base not known */
-    int64_t links;
-};
-struct store_event {
-    int64_t session;
-    int64_t boot;
-    int64_t run;
-    int64_t board_us;
-    int64_t host_us;
-    const char *kind; /* state, mark, ack, fault, crash, can-state, switch, channel, camera, restart, joined, held; troubles of a link: can-link, serial-link */
-    int64_t code;
-    int64_t detail;
-    int64_t value;
-    int64_t links;
-};
-struct store_motion {
-    int64_t block;
-    double position_ft, position_error_ft;
-    double speed_ft_s, speed_error_ft_s;
-    double deceleration_ft_s2, deceleration_error_ft_s2;
-    int64_t links;
-};
-struct store_zone {
-    int64_t block;
-    int64_t mats;
-    double start_ft;
-    double end_ft;
-    double lead_s;
-    double wheel_ft;
-    int64_t warning; /* STORE_NONE: the second half of the statement did not come */
-    int64_t inferred_percent;
-    int64_t links;
-};
 /* Mat temperature over a landing. */
-struct store_temperature {
-    int64_t told;     /* seconds; 0: no thermometer */
-    int64_t readings; /* of them, those with one */
-    double mean_c, error_c; /* NaN: none */
-};
 /* A row of the slow log (common/slowrow.h). */
-struct store_slow {
-    char board_uid[25];
-    int64_t seq;     /* STORE_NONE: the board has no memory to keep it */
-    int64_t boot, block;
-    int64_t time_us; /* host time; STORE_NONE: not known */
-    int64_t faults, state;
-    double temperature_c, displacement_in[MR_TRANSDUCERS], tension_lb[MR_GAGES];
-};
 /* A second of a landing; a reading that is missing is NaN. */
 enum mr_status store_temperature_put(struct store *store, int64_t run, int64_t block, double temperature_c, double error_c,
                                      int64_t links, struct error *error);
@@ -260,15 +158,6 @@ enum mr_status store_slow_put(struct store *store, const struct store_slow *row,
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows, size_t *count,
                                struct error *error);
 
-struct store_result {
-    double speed_ft_s, speed_error_ft_s;
-    double deceleration_ft_s2, deceleration_error_ft_s2;
-    double stop_station_ft, stop_station_error_ft;
-    double after_touchdown_s;
-    int64_t switches;
-    int64_t used; /* of them, those that the stop rests on */
-    int64_t links;
-};
 enum mr_status store_edge_put(struct store *store, int64_t run, const struct store_edge *edge,
                               struct error *error);
 /* The board found that an edge it told of is no gate of the landing: its row loses its switch; the event keeps it. */
@@ -290,12 +179,6 @@ enum mr_status store_zones(struct store *store, int64_t run, struct store_zone *
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result, bool *found,
                                 struct error *error);
 /* Faults of the landing's board and session up to the landing's end: the newest row of each fault. */
-struct store_fault {
-    int64_t code;
-    int64_t detail;
-    int64_t count;
-    int64_t board_us;
-};
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
 
@@ -314,10 +197,6 @@ enum mr_status store_channel_events(struct store *store, int64_t run, struct sto
 enum mr_status store_slice(struct store *store, int64_t run, const char *path, struct error *error);
 
 /* Troubles that the links themselves saw in a landing (enum link_trouble), summed. */
-struct store_trouble {
-    int64_t code;
-    int64_t count;
-};
 enum mr_status store_troubles(struct store *store, int64_t run, int link, struct store_trouble **rows,
                               size_t *count, struct error *error);
 /* The kind of their events: code is the trouble, detail how often it happened since the event before, value how
@@ -329,15 +208,6 @@ enum mr_status store_doubts(struct store *store, int64_t run, struct store_troub
 
 /* Lost data. message "frame" counts frames of the link; a message's name says which of them, where that is
  * known. */
-struct store_gap {
-    int link;
-    char message[24];
-    char channels[24]; /* "d1-d3", "all" */
-    char cause[16];    /* link, queue, lock, slow disk, full disk, processor, adapter, bus-off, away, board, acquisition, silence */
-    int64_t count;     /* STORE_NONE: not known */
-    int64_t from_block;
-    int64_t to_block;
-};
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run, const struct store_gap *gap,
                              struct error *error);
 enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **rows, size_t *count,
@@ -345,30 +215,11 @@ enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **r
 
 /* The board's clock against this computer's, by one link: of a landing, or of all that was heard of the board until it began
  * again or the session ended (run STORE_NONE). host/collect/timemap.h says how it comes about. */
-struct store_time_map {
-    int64_t session;
-    int64_t boot;
-    int64_t link;
-    int64_t run;
-    int64_t refusal;        /* enum timemap_refusal; not 0: what follows is NaN or STORE_NONE as far as it is not known */
-    int64_t pairs;
-    int64_t from_us, to_us; /* board time of the first and last */
-    double spread_us;       /* median delay beyond the least */
-    double fast_ppm, fast_half_ppm; /* half of a 95 % interval, like the other */
-    int64_t board_us, host_us;      /* the same moment: the landing's first edge, else the last pair */
-    double host_half_us;
-};
 enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map, struct error *error);
 enum mr_status store_time_maps(struct store *store, int64_t run, struct store_time_map **rows, size_t *count,
                                struct error *error);
 
 /* A frame pulse of the film camera. */
-struct store_film_frame {
-    int64_t number; /* pulses since arming */
-    int64_t tick;
-    double board_us; /* NaN: time base not known */
-    int64_t links;
-};
 enum mr_status store_film_frame_put(struct store *store, int64_t run, const struct store_film_frame *frame,
                                     struct error *error);
 enum mr_status store_film_frames(struct store *store, int64_t run, struct store_film_frame **rows, size_t *count,

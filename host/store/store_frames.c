@@ -1,60 +1,42 @@
 /* Frames on their way into the database. A row of its own costs half as much as the rest of a frame's way through matrig, most of it
  * to find again where the index goes on; rows of one statement do that once. So frames wait until STORE_FRAMES_A_STATEMENT of them
  * are there, or the transaction is committed, or anything is read. */
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/store/store_guard.h"
 #include "host/store/store_sql.h"
 
-#define COLUMNS 10
-#define HEAD "INSERT INTO frames(session, landing, link, direction, seq, board_us, host_us, can_id, dlc, data) VALUES"
-#define ROW "(?,?,?,?,?,?,?,?,?,?)"
-
-static enum mr_status put_one(struct store *store, int64_t session, const struct store_frame *frame, struct error *error)
+static struct store_frame_row row_of(int64_t session, const struct store_frame *frame, const uint8_t *data)
 {
-    return store_run(store, error, STORE_FRAME_PUT, session, frame->run, (int64_t)frame->link, (int64_t)frame->direction, frame->seq,
-                     frame->board_us, frame->host_us, (int64_t)frame->id, (int64_t)frame->length, (const void *)frame->data,
-                     frame->length);
+    return (struct store_frame_row){.session = session, .run = frame->run, .link = frame->link, .direction = frame->direction, .seq = frame->seq,
+                                    .board_us = frame->board_us, .host_us = frame->host_us, .can_id = frame->id,
+                                    .dlc = (int64_t)frame->length, .data = {data, frame->length}};
 }
 
-static int bind_integer(sqlite3_stmt *statement, int column, int64_t value)
+static enum mr_status put_one(struct store *store, int64_t session, const struct store_frame *frame, const uint8_t *data, struct error *error)
 {
-    return value == STORE_NONE ? sqlite3_bind_null(statement, column) : sqlite3_bind_int64(statement, column, value);
-}
-
-/* The bytes stay where they are until the statement has run. */
-static int bind_row(sqlite3_stmt *s, int before, const struct store_waiting *row)
-{
-    const struct store_frame *frame = &row->frame;
-    const int64_t integer[COLUMNS - 1] = {row->session,    frame->run,     frame->link, frame->direction,
-                                          frame->seq,      frame->board_us, frame->host_us, frame->id,
-                                          (int64_t)frame->length};
-    int code = SQLITE_OK;
-    for (int c = 0; c < COLUMNS - 1 && code == SQLITE_OK; c++)
-        code = bind_integer(s, before + c + 1, integer[c]);
-    return code == SQLITE_OK ? sqlite3_bind_blob64(s, before + COLUMNS, row->data, frame->length, SQLITE_STATIC) : code;
+    const struct store_frame_row row = row_of(session, frame, data);
+    return STORE_PUT(store, error, frame_row, &row);
 }
 
 static enum mr_status prepare(struct store *store, struct error *error)
 {
-    char sql[sizeof HEAD + STORE_FRAMES_A_STATEMENT * sizeof ROW];
-    size_t at = (size_t)snprintf(sql, sizeof sql, "%s", HEAD);
     if (store->frames_put)
         return MR_OK;
-    for (unsigned i = 0; i < STORE_FRAMES_A_STATEMENT; i++)
-        at += (size_t)snprintf(sql + at, sizeof sql - at, "%s" ROW, i ? "," : "");
-    return sqlite3_prepare_v3(store->database, sql, -1, SQLITE_PREPARE_PERSISTENT, &store->frames_put, NULL) == SQLITE_OK
-               ? MR_OK
-               : store_failed(store, "use", error);
+    char *sql = store_insert_text(store_table(STORE_TABLE_frame_row), STORE_FRAMES_A_STATEMENT);
+    int code = sql ? sqlite3_prepare_v3(store->database, sql, -1, SQLITE_PREPARE_PERSISTENT, &store->frames_put, NULL) : SQLITE_NOMEM;
+    sqlite3_free(sql);
+    return code == SQLITE_OK ? MR_OK : store_failed(store, "use", error);
 }
 
 static enum mr_status put_all(struct store *store, struct error *error)
 {
     enum mr_status status = prepare(store, error);
-    for (int i = 0; i < (int)STORE_FRAMES_A_STATEMENT && status == MR_OK; i++) {
-        if (bind_row(store->frames_put, i * COLUMNS, &store->waiting[i]) != SQLITE_OK)
+    int at = 1;
+    for (unsigned i = 0; i < STORE_FRAMES_A_STATEMENT && status == MR_OK; i++) {
+        const struct store_waiting *waiting = &store->waiting[i];
+        const struct store_frame_row row = row_of(waiting->session, &waiting->frame, waiting->data);
+        if (store_bind_row(store->frames_put, store_table(STORE_TABLE_frame_row), NULL, &row, STORE_ALL_RULES, &at) != SQLITE_OK)
             status = store_failed(store, "use", error);
     }
     if (status != MR_OK)
@@ -75,9 +57,7 @@ enum mr_status store_frames_flush(struct store *store, struct error *error)
         return put_all(store, error);
     for (unsigned i = 0; i < count && status == MR_OK; i++) {
         const struct store_waiting *row = &store->waiting[i];
-        struct store_frame frame = row->frame;
-        frame.data = row->data;
-        status = put_one(store, row->session, &frame, error);
+        status = put_one(store, row->session, &row->frame, row->data, error);
     }
     return status;
 }
@@ -86,7 +66,7 @@ enum mr_status store_frame_put(struct store *store, int64_t session, const struc
 {
     if (frame->length > sizeof store->waiting[0].data) { /* only serial has such frames, few */
         enum mr_status status = store_frames_flush(store, error);
-        return status == MR_OK ? put_one(store, session, frame, error) : status;
+        return status == MR_OK ? put_one(store, session, frame, frame->data, error) : status;
     }
     struct store_waiting *row = &store->waiting[store->waiting_count++];
     row->session = session;
@@ -99,12 +79,8 @@ enum mr_status store_frame_put(struct store *store, int64_t session, const struc
 
 enum mr_status store_frames_mark(struct store *store, int64_t *mark, struct error *error)
 {
-    sqlite3_stmt *statement = NULL;
     *mark = 0;
-    enum mr_status status = store_frames_flush(store, error);
-    if (status == MR_OK)
-        status = store_query(store, error, &statement, STORE_FRAMES_NEWEST);
-    return store_take_integer(store, statement, status, mark, error);
+    return STORE_NUMBER(store, error, FRAMES_NEWEST, mark);
 }
 
 enum mr_status store_frames_move(struct store *store, int64_t session, int link, int64_t mark, int64_t from_run, int64_t to_run,
@@ -112,6 +88,6 @@ enum mr_status store_frames_move(struct store *store, int64_t session, int link,
 {
     enum mr_status status = store_frames_flush(store, error);
     return status == MR_OK
-               ? store_run(store, error, STORE_FRAMES_MOVE, to_run, mark, session, (int64_t)link, from_run)
+               ? STORE_RUN(store, error, FRAMES_MOVE, BIND(to_run), BIND(mark), BIND(session), BIND(link), BIND(from_run))
                : status;
 }

@@ -9,8 +9,8 @@ enum mr_status store_frames_join(struct store *store, const struct store_frames_
                                  struct error *error)
 {
     enum mr_status status = store_frames_flush(store, error);
-    return status == MR_OK ? store_run(store, error, STORE_FRAMES_JOIN, to_run, span->mark, span->session, (int64_t)span->link, from_run,
-                                       span->from_us, span->to_us)
+    return status == MR_OK ? STORE_RUN(store, error, FRAMES_JOIN, BIND(to_run), BIND(span->mark), BIND(span->session), BIND(span->link),
+                                       BIND(from_run), BIND(span->from_us), BIND(span->to_us))
                            : status;
 }
 
@@ -29,23 +29,22 @@ enum mr_status store_frames_since(struct store *store, int64_t run, int link, in
                                   struct error *error)
 {
     sqlite3_stmt *s;
+    struct store_received_frame row;
     size_t capacity = 0;
     *frames = NULL;
     *count = 0;
-    enum mr_status status = store_query(store, error, &s, STORE_FRAMES_SINCE, mark, run, (int64_t)link);
-    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
-        const void *data = sqlite3_column_blob(s, 2);
-        int length = sqlite3_column_bytes(s, 2);
-        if (length > (int)sizeof (*frames)->data)
+    enum mr_status status = STORE_QUERY(store, error, FRAMES_SINCE, &s, BIND(mark), BIND(run), BIND(link));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, FRAMES_SINCE, s, &row)) == MR_OK) {
+        if (row.data.length > sizeof (*frames)->data)
             continue;
         if (*count == capacity && !grow(frames, &capacity)) {
-            store_reset(s);
+            sqlite3_reset(s);
             return error_set(error, MR_FULL, "no memory: frames of RUN %lld in %s; close other programs", (long long)run, store->path);
         }
         struct store_kept_frame *frame = &(*frames)[(*count)++];
-        *frame = (struct store_kept_frame){.id = (uint32_t)store_integer(s, 0), .host_us = (uint64_t)store_integer(s, 1), .length = (uint8_t)length};
-        if (length > 0)
-            memcpy(frame->data, data, (size_t)length);
+        *frame = (struct store_kept_frame){.id = (uint32_t)row.can_id, .host_us = (uint64_t)row.host_us, .length = (uint8_t)row.data.length};
+        if (row.data.length > 0)
+            memcpy(frame->data, row.data.data, row.data.length);
     }
     return status == MR_TOO_FEW ? MR_OK : status;
 }

@@ -190,7 +190,7 @@ enum mr_status store_guard_schema(sqlite3 *database, char what[STORE_FOREIGN_TEX
     what[0] = '\0';
     int code = sqlite3_open(":memory:", &model);
     if (code == SQLITE_OK)
-        code = sqlite3_exec(model, store_schema, NULL, NULL, NULL);
+        code = store_tables_make(model);
     if (code == SQLITE_OK)
         code = sqlite3_prepare_v2(model, "SELECT sql FROM sqlite_schema WHERE type=? AND name=? COLLATE NOCASE", -1, &own, NULL);
     if (code == SQLITE_OK)

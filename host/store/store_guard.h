@@ -1,7 +1,7 @@
 /* What a campaign made by somebody else may hold and do. A schema can hold programs: a view in a table's place that never ends, a
  * trigger that runs at every row that is written. matrig runs none but its own.
  *
- * Allowed in a campaign: tables of store_schema without expressions, its indices and triggers as they are there; also ordinary
+ * Allowed in a campaign: tables of tables.def without expressions, its indices and triggers as they are there; also ordinary
  * tables of other names with any indices, which matrig neither reads nor writes, and indices on columns of matrig's tables that do
  * not demand anything of the rows (not unique, not partial). All else is foreign. */
 #ifndef MATRIG_HOST_STORE_STORE_GUARD_H

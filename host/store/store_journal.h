@@ -5,13 +5,6 @@
 
 #include "host/store/store.h"
 
-#define STORE_JOURNAL_TEXT 400
-
-struct store_change {
-    int64_t run, made_us;
-    char who[40], field[24];
-    char was[STORE_JOURNAL_TEXT], value[STORE_JOURNAL_TEXT], reason[STORE_JOURNAL_TEXT];
-};
 /* `was` is found by itself. Fields: note, void ("yes", "no"), and those of a correction; touchdown_ft is used in place of what the board
  * said from then on. */
 enum mr_status store_change_add(struct store *store, const struct store_change *change, struct error *error);
@@ -23,26 +16,11 @@ enum mr_status store_is_void(struct store *store, int64_t run, bool *is_void, ch
 /* MR_LIMIT, with the reason, when the landing is void and `allowed` is not set. */
 enum mr_status store_refuse_void(struct store *store, int64_t run, bool allowed, struct error *error);
 
-struct store_observation {
-    int64_t id, run, made_us;
-    char who[40];
-    char kind[12]; /* wave, break, other */
-    char side[12]; /* left, right, centre, across; empty: not said */
-    double station_ft, height_in, time_s; /* NaN: not said; time since touchdown */
-    int64_t panels; /* STORE_NONE: not said */
-    char form[40];  /* two-panel, end connector, ... */
-    char note[STORE_JOURNAL_TEXT];
-    bool withdrawn;
-};
 enum mr_status store_observation_add(struct store *store, const struct store_observation *observation, struct error *error);
 enum mr_status store_observation_withdraw(struct store *store, int64_t run, int64_t id, int64_t made_us, const char *who,
                                           const char *reason, struct error *error);
 enum mr_status store_observations(struct store *store, int64_t run, struct store_observation **rows, size_t *count, struct error *error);
 
-struct store_series {
-    int64_t id, made_us;
-    char who[40], name[80], runway[80], pattern[40], modification[STORE_JOURNAL_TEXT], notes[STORE_JOURNAL_TEXT];
-};
 enum mr_status store_series_add(struct store *store, const struct store_series *series, struct error *error);
 enum mr_status store_series_all(struct store *store, struct store_series **rows, size_t *count, struct error *error);
 /* The series that a landing belongs to: that of its correction, else the newest one begun before it was armed; id 0: none. */

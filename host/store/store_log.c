@@ -41,9 +41,7 @@ enum store_refusal store_take_refusal(struct store *store)
 void store_roll_back(struct store *store)
 {
     store->waiting_count = 0;
-    for (size_t i = 0; i < STORE_STATEMENT_COUNT; i++)
-        sqlite3_reset(store->statement[i]);
-    sqlite3_reset(store->frames_put);
+    store_each_statement(store, sqlite3_reset);
     if (!sqlite3_get_autocommit(store->database))
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
 }
@@ -51,13 +49,13 @@ void store_roll_back(struct store *store)
 enum mr_status store_held_get(struct store *store, int64_t run, struct store_held *held, struct error *error)
 {
     sqlite3_stmt *s;
+    struct store_held_part row;
     *held = (struct store_held){.permille = 0};
-    enum mr_status status = store_query(store, error, &s, STORE_HELD, run);
-    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
-        int64_t cause = store_integer(s, 0), permille = store_integer(s, 2);
-        if (cause >= 0 && cause < STORE_HELD_CAUSES)
-            held->us[cause] = store_integer(s, 1);
-        held->permille = permille > held->permille ? permille : held->permille;
+    enum mr_status status = STORE_QUERY(store, error, HELD, &s, BIND(run));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, HELD, s, &row)) == MR_OK) {
+        if (row.cause >= 0 && row.cause < STORE_HELD_CAUSES)
+            held->us[row.cause] = row.us;
+        held->permille = row.permille > held->permille ? row.permille : held->permille;
     }
     return status == MR_TOO_FEW ? MR_OK : status;
 }

@@ -100,7 +100,7 @@ static bool same_table(sqlite3 *database, sqlite3 *wanted, const char *table)
 /* The tables as this version has them. */
 static enum mr_status wanted_tables(struct store *store, sqlite3 **wanted, struct error *error)
 {
-    if (sqlite3_open(":memory:", wanted) != SQLITE_OK || sqlite3_exec(*wanted, store_schema, NULL, NULL, NULL) != SQLITE_OK) {
+    if (sqlite3_open(":memory:", wanted) != SQLITE_OK || store_tables_make(*wanted) != SQLITE_OK) {
         sqlite3_close(*wanted);
         *wanted = NULL;
         return error_set(error, MR_FULL, "no memory for the tables of this version: %s; close other programs", store->path);

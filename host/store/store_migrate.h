@@ -1,8 +1,8 @@
 /* Campaigns of older versions: brought forward when they are opened for writing, read as they are otherwise.
  *
- * What a version lacks is found by comparing its tables with those of store_schema, so nothing is listed by hand: missing tables and
+ * What a version lacks is found by comparing its tables with those of tables.def, so nothing is listed by hand: missing tables and
  * indexes are made, missing columns are added (old rows have NULL there, or the column's default), and a table whose columns then
- * stand in another order or under other constraints is built anew around its rows. A column of store_schema that is new must
+ * stand in another order or under other constraints is built anew around its rows. A column of tables.def that is new must
  * therefore allow NULL or have a default. */
 #ifndef MATRIG_HOST_STORE_STORE_MIGRATE_H
 #define MATRIG_HOST_STORE_STORE_MIGRATE_H

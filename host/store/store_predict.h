@@ -8,25 +8,9 @@
 #include "host/store/store.h"
 
 /* One statement, but what `zones` has of it. STORE_NONE, NaN: not said, or it did not come. */
-struct store_prediction {
-    int64_t block;
-    int64_t verdict, reason, level, basis, age_blocks; /* as in the message verdict */
-    double start_error_ft, end_error_ft, mean_gap_in;
-    int64_t closed_joints, coming_mats;
-    double coming_wheel_ft, compression_lb, critical_lb, distance_ft;
-    int64_t links;
-};
 
-struct store_trust {
-    int64_t block, doubts;
-    double resistance, updates;
-    int64_t links;
-};
 
 /* Blocks in which others waited for the predictor, ascending. */
-struct store_backlog {
-    int64_t block, waiting;
-};
 enum mr_status store_backlogs(struct store *store, int64_t run, struct store_backlog **rows, size_t *count, struct error *error);
 
 /* A prediction that says nothing yet. */

@@ -13,26 +13,28 @@
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind, const struct store_readiness *row,
                                    struct error *error)
 {
-    return store_run(store, error, STORE_READINESS_PUT, row->made_us, board_uid, kind, row->verdict, row->checks);
+    struct store_readiness_row kept = {.made_us = row->made_us, .board_uid = board_uid, .kind = kind, .checks = row->checks};
+    memcpy(kept.verdict, row->verdict, sizeof kept.verdict);
+    return STORE_PUT(store, error, readiness_row, &kept);
 }
 
 enum mr_status store_readiness_get(struct store *store, const char *board_uid, const char *kind, int64_t until_us, bool hours,
                                    struct store_readiness *row, bool *found, struct error *error)
 {
     sqlite3_stmt *s;
+    struct store_readiness_row kept;
+    int64_t from_us = hours ? until_us - STORE_READINESS_US : 0;
     *row = (struct store_readiness){0};
     *found = false;
-    enum mr_status status = store_query(store, error, &s, STORE_READINESS_GET, board_uid, kind,
-                                        hours ? until_us - STORE_READINESS_US : (int64_t)0, until_us);
+    enum mr_status status = STORE_QUERY(store, error, READINESS_GET, &s, BIND(board_uid), BIND(kind), BIND(from_us), BIND(until_us));
     if (status == MR_OK)
-        status = store_step(store, s, error);
+        status = STORE_NEXT(store, error, READINESS_GET, s, &kept);
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
-    const char *checks = (const char *)sqlite3_column_text(s, 2);
-    row->made_us = store_integer(s, 0);
-    store_text(s, 1, row->verdict, sizeof row->verdict);
-    row->checks = strdup(checks ? checks : "");
-    store_reset(s);
+    row->made_us = kept.made_us;
+    memcpy(row->verdict, kept.verdict, sizeof row->verdict);
+    row->checks = strdup(kept.checks ? kept.checks : "");
+    sqlite3_reset(s);
     if (!row->checks)
         abort();
     *found = true;
@@ -44,57 +46,42 @@ enum mr_status store_readiness_all(struct store *store, const char *board_uid,
                                    struct error *error)
 {
     sqlite3_stmt *s;
-    enum mr_status status = store_query(store, error, &s, STORE_READINESS_ALL, board_uid);
-    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
-        const char *kind = (const char *)sqlite3_column_text(s, 1), *checks = (const char *)sqlite3_column_text(s, 2);
-        each(context, store_integer(s, 0), kind ? kind : "", checks ? checks : "");
-    }
+    struct store_readiness_row row;
+    enum mr_status status = STORE_QUERY(store, error, READINESS_ALL, &s, BIND(board_uid));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, READINESS_ALL, s, &row)) == MR_OK)
+        each(context, row.made_us, row.kind ? row.kind : "", row.checks ? row.checks : "");
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
 enum mr_status store_board_newest(struct store *store, char board_uid[25], struct error *error)
 {
-    sqlite3_stmt *s;
-    board_uid[0] = '\0';
-    enum mr_status status = store_query(store, error, &s, STORE_READINESS_BOARD);
-    if (status == MR_OK)
-        status = store_step(store, s, error);
-    if (status != MR_OK)
-        return status == MR_TOO_FEW ? MR_OK : status;
-    store_text(s, 0, board_uid, 25);
-    store_reset(s);
-    return MR_OK;
+    struct store_board_newest row = {.board_uid = ""};
+    enum mr_status status = STORE_ONE(store, error, READINESS_BOARD, &row);
+    memcpy(board_uid, row.board_uid, sizeof row.board_uid);
+    return status == MR_TOO_FEW ? MR_OK : status;
 }
 
 enum mr_status store_board_spans(struct store *store, const char *board_uid, float span_lb[MR_GAGES], int64_t *started_us,
                                  struct error *error)
 {
     sqlite3_stmt *s;
+    struct store_board_span row;
     *started_us = STORE_NONE;
     for (unsigned i = 0; i < MR_GAGES; i++)
         span_lb[i] = NAN;
-    enum mr_status status = store_query(store, error, &s, STORE_BOARD_SHUNTS, board_uid);
-    while (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
-        int64_t gage = store_integer(s, 0);
-        if (gage >= 1 && gage <= (int64_t)MR_GAGES)
-            span_lb[gage - 1] = (float)store_real(s, 1);
-        *started_us = store_integer(s, 2);
+    enum mr_status status = STORE_QUERY(store, error, BOARD_SHUNTS, &s, BIND(board_uid));
+    while (status == MR_OK && (status = STORE_NEXT(store, error, BOARD_SHUNTS, s, &row)) == MR_OK) {
+        if (row.gage >= 1 && row.gage <= (int64_t)MR_GAGES)
+            span_lb[row.gage - 1] = (float)row.span_lb;
+        *started_us = row.started_us;
     }
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
 enum mr_status store_size(struct store *store, int64_t *bytes, int64_t *landings, struct error *error)
 {
-    sqlite3_stmt *s;
-    enum mr_status status = store_query(store, error, &s, STORE_SIZE);
-    if (status == MR_OK)
-        status = store_step(store, s, error);
-    if (status != MR_OK)
-        return status;
-    *bytes = store_integer(s, 0);
-    *landings = store_integer(s, 1);
-    store_reset(s);
-    return MR_OK;
+    enum mr_status status = STORE_NUMBER(store, error, PAGES, bytes);
+    return status == MR_OK ? STORE_NUMBER(store, error, LANDINGS_COUNT, landings) : status;
 }
 
 void store_wait(struct store *store, double most_s)

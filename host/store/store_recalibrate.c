@@ -15,8 +15,9 @@ static enum mr_status keep(struct store *store, int64_t run, unsigned index, int
     if (same(was, value))
         return MR_OK;
     ++*changed;
-    return store_run(store, error, STORE_RECALIBRATION_ADD, run, (int64_t)index, item, (double)was, (double)value, how->made_us, how->who,
-                     how->reason);
+    const struct store_recalibrated row = {.index = index, .item = item, .was = (double)was, .value = (double)value, .made_us = how->made_us,
+                                           .who = how->who, .reason = how->reason};
+    return STORE_PUT(store, error, recalibrated, &row, run);
 }
 
 enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned index, const struct mr_channel_config *old,
@@ -42,14 +43,8 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
 
 enum mr_status store_is_recalibrated(struct store *store, int64_t run, bool *is, struct error *error)
 {
-    sqlite3_stmt *s;
-    *is = false;
-    enum mr_status status = store_query(store, error, &s, STORE_RECALIBRATED, run);
-    if (status == MR_OK)
-        status = store_step(store, s, error);
-    if (status != MR_OK)
-        return status == MR_TOO_FEW ? MR_OK : status;
-    *is = store_integer(s, 0) > 0;
-    store_reset(s);
-    return MR_OK;
+    int64_t rows = 0;
+    enum mr_status status = STORE_NUMBER(store, error, RECALIBRATED, &rows, BIND(run));
+    *is = rows > 0;
+    return status == MR_TOO_FEW ? MR_OK : status;
 }

@@ -10,10 +10,8 @@
 
 static enum mr_status ask(struct store *store, enum store_statement which, int64_t part, int64_t whole, bool *there, struct error *error)
 {
-    sqlite3_stmt *s;
     int64_t answer = 0;
-    enum mr_status status = store_query(store, error, &s, which, part, whole);
-    status = store_take_integer(store, s, status, &answer, error);
+    enum mr_status status = store_number(store, error, which, &answer, STORE_VALUES(BIND(part), BIND(whole)));
     *there = answer == 1;
     return status;
 }
@@ -38,12 +36,10 @@ static enum mr_status say_same(struct store *store, const struct store_same *sam
 
 enum mr_status store_find_same(struct store *store, int64_t run, int64_t now_us, struct store_same *same, struct error *error)
 {
-    sqlite3_stmt *s;
     int64_t cut = 0;
     bool can = false, there = false;
     *same = (struct store_same){.cut = 0};
-    enum mr_status status = store_query(store, error, &s, STORE_SAME_CUT, run);
-    status = store_take_integer(store, s, status, &cut, error);
+    enum mr_status status = STORE_NUMBER(store, error, SAME_CUT, &cut, BIND(run));
     if (status != MR_OK || cut == 0)
         return status;
     status = ask(store, STORE_SAME_BY_CAN, cut, run, &can, error);

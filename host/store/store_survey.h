@@ -5,28 +5,6 @@
 
 #include "host/store/store.h"
 
-#define STORE_TEXT 200
-
-struct store_gage_survey {
-    int64_t id; /* set by add */
-    int64_t made_us;
-    int64_t ended_us;  /* STORE_NONE: goes on */
-    char pattern[16], edges[8];
-    char who[40];
-    double error_in;   /* standard error of a reading */
-    double closed_in;  /* distance of gage points with all joints between them closed */
-    char note[STORE_TEXT];
-    int64_t after_run; /* newest landing armed before it; STORE_NONE: none */
-};
-struct store_gage_reading {
-    char kind[12];
-    int64_t line, place;
-    double value_in; /* NaN: undone, or skipped */
-    int64_t skipped, confirmed;
-    int64_t taken_us;
-    char source[STORE_TEXT];
-    char note[STORE_TEXT];
-};
 
 enum mr_status store_gage_survey_add(struct store *store, struct store_gage_survey *survey, struct error *error);
 enum mr_status store_gage_survey_end(struct store *store, int64_t survey, int64_t ended_us, struct error *error);
@@ -39,10 +17,6 @@ enum mr_status store_gage_readings(struct store *store, int64_t survey, struct s
 enum mr_status store_gage_load_add(struct store *store, int64_t survey, int64_t made_us, const char *link, int64_t segments,
                                    struct error *error);
 /* The newest; made_us STORE_NONE: never. */
-struct store_gage_load {
-    int64_t made_us, segments;
-    char link[STORE_TEXT];
-};
 enum mr_status store_gage_load_get(struct store *store, int64_t survey, struct store_gage_load *load, struct error *error);
 /* From now on a commit is on disk when it returns, also for a campaign that was not opened to be created. */
 enum mr_status store_durable(struct store *store, struct error *error);

@@ -137,17 +137,14 @@ void store_journal_aside(const char *path, const char *kept)
 enum mr_status store_note_newest(struct store *store, int64_t session, struct error *error)
 {
     struct store_newest *next = &store->look.next;
-    sqlite3_stmt *s;
+    struct store_newest_frame frame;
     enum mr_status status = store_frames_flush(store, error);
     *next = store->look.newest;
     next->session = session;
     if (status == MR_OK)
-        status = store_query(store, error, &s, STORE_FRAME_LAST);
-    if (status == MR_OK && (status = store_step(store, s, error)) == MR_OK) {
-        if (store_integer(s, 1) == session)
-            next->frame = store_integer(s, 0);
-        store_reset(s);
-    }
+        status = STORE_ONE(store, error, FRAME_LAST, &frame);
+    if (status == MR_OK && frame.session == session)
+        next->frame = frame.id;
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
@@ -177,11 +174,9 @@ static int ask(sqlite3 *database, const struct store_newest *newest, bool *there
 enum mr_status store_session_there(struct store *store, bool *there, struct error *error)
 {
     struct store_file_look *look = &store->look;
-    sqlite3_stmt *s;
     int64_t version = 0;
     *there = true;
-    enum mr_status status = store_query(store, error, &s, STORE_DATA_VERSION);
-    status = store_take_integer(store, s, status, &version, error);
+    enum mr_status status = STORE_NUMBER(store, error, DATA_VERSION, &version);
     if (status != MR_OK || version == look->version || look->newest.session == 0)
         look->version = status == MR_OK ? version : look->version;
     else if (ask(store->database, &look->newest, there) != SQLITE_ROW)

@@ -1,0 +1,40 @@
+/* The rows of a campaign's tables, one struct each: struct store_edge, store_event, ... Their fields, with units, are in tables.def.
+ *
+ * An INTEGER is an int64_t, STORE_NONE where the file has NULL; a REAL a double, NaN likewise; a TEXT an array of characters, empty
+ * likewise. A put copies what pointers point to. */
+#ifndef MATRIG_HOST_STORE_ROWS_H
+#define MATRIG_HOST_STORE_ROWS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "common/block.h"
+#include "common/image.h"
+
+#define STORE_NONE INT64_MIN
+#define STORE_TEXT 200
+#define STORE_JOURNAL_TEXT 400
+
+struct store_bytes {
+    const void *data;
+    size_t length;
+};
+
+#define TABLE(row, table) struct store_##row {
+#define VIEW(row) struct store_##row {
+#define OWNER(row, column, constraint)
+#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) declaration;
+#define COMPUTED(row, declaration, field, read) declaration;
+#define END(row, key, put) };
+#define ALSO(sql)
+#include "host/store/tables.def"
+#undef TABLE
+#undef VIEW
+#undef OWNER
+#undef COLUMN
+#undef COMPUTED
+#undef END
+#undef ALSO
+
+#endif
