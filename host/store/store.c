@@ -247,20 +247,23 @@ enum mr_status store_commit(struct store *store, struct error *error)
     return status == MR_OK ? execute(store, "COMMIT", "write", error) : status;
 }
 
-/* A value of another kind than matrig writes there is absent, as one that was never written. */
+/* A value of another kind than matrig writes there is absent, as one that was never written. It is looked at where it lies, which costs half
+ * of asking SQLite for kind and value: a statement is one thread's at a time. */
 int64_t store_integer(sqlite3_stmt *statement, int column)
 {
-    int type = sqlite3_column_type(statement, column);
-    double real = type == SQLITE_FLOAT ? sqlite3_column_double(statement, column) : 0.0;
+    sqlite3_value *value = sqlite3_column_value(statement, column);
+    int type = sqlite3_value_type(value);
+    double real = type == SQLITE_FLOAT ? sqlite3_value_double(value) : 0.0;
     if (type != SQLITE_INTEGER && (type != SQLITE_FLOAT || !(fabs(real) < INTEGERS_EXACT)))
         return STORE_NONE;
-    return sqlite3_column_int64(statement, column);
+    return sqlite3_value_int64(value);
 }
 
 double store_real(sqlite3_stmt *statement, int column)
 {
-    int type = sqlite3_column_type(statement, column);
-    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_column_double(statement, column) : (double)NAN;
+    sqlite3_value *value = sqlite3_column_value(statement, column);
+    int type = sqlite3_value_type(value);
+    double real = type == SQLITE_FLOAT || type == SQLITE_INTEGER ? sqlite3_value_double(value) : (double)NAN;
     return isfinite(real) ? real : (double)NAN;
 }
 

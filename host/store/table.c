@@ -78,9 +78,10 @@ const struct store_table *store_table(enum store_table_number which)
 
 /* ---- in words ---- */
 
+/* What is computed is GIVEN, like the number of a row. */
 static bool is_put(const struct store_column *column, unsigned rules)
 {
-    return column->name && (rules & 1u << column->merge) != 0;
+    return (rules >> column->merge & 1u) != 0;
 }
 
 static void say_names(sqlite3_str *sql, const struct store_table *table)
@@ -187,14 +188,14 @@ static int bind_bytes(sqlite3_stmt *statement, int at, const struct store_bytes 
 static int bind_field(sqlite3_stmt *statement, int at, const struct store_column *column, const void *field)
 {
     switch ((enum store_kind)column->kind) {
-    case STORE_INT64: return bind_integer(statement, at, *(const int64_t *)field);
     case STORE_INT: return sqlite3_bind_int(statement, at, *(const int *)field);
     case STORE_BOOL: return sqlite3_bind_int(statement, at, *(const bool *)field);
     case STORE_DOUBLE: return bind_real(statement, at, *(const double *)field);
     case STORE_POINTER: return sqlite3_bind_text(statement, at, *(const char *const *)field, -1, SQLITE_STATIC);
     case STORE_BLOB: return bind_bytes(statement, at, field);
     case STORE_CHARACTERS: break;
-    case STORE_OWNER: abort(); /* of no field */
+    case STORE_INT64:
+    case STORE_OWNER: abort(); /* store_bind_row binds them */
     }
     const char *text = field;
     return sqlite3_bind_text(statement, at, column->empty_is_null && !text[0] ? NULL : text, -1, SQLITE_STATIC);
@@ -202,16 +203,20 @@ static int bind_field(sqlite3_stmt *statement, int at, const struct store_column
 
 int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners, const void *row, unsigned rules, int *at)
 {
-    int code = SQLITE_OK;
-    for (unsigned i = 0; i < table->count && code == SQLITE_OK; i++) {
-        const struct store_column *column = &table->columns[i];
+    const struct store_column *end = table->columns + table->count;
+    int code = SQLITE_OK, place = *at;
+    for (const struct store_column *column = table->columns; column < end && code == SQLITE_OK; column++) {
+        const void *field = (const char *)row + column->offset;
         if (!is_put(column, rules))
             continue;
-        if (column->kind == STORE_OWNER)
-            code = bind_integer(statement, (*at)++, *owners++);
+        if (column->kind == STORE_INT64) /* most are */
+            code = bind_integer(statement, place++, *(const int64_t *)field);
+        else if (column->kind == STORE_OWNER)
+            code = bind_integer(statement, place++, *owners++);
         else
-            code = bind_field(statement, (*at)++, column, (const char *)row + column->offset);
+            code = bind_field(statement, place++, column, field);
     }
+    *at = place;
     return code;
 }
 
@@ -233,7 +238,6 @@ int store_bind_values(sqlite3_stmt *statement, const struct store_value *values,
 static void take_field(sqlite3_stmt *statement, int at, const struct store_column *column, void *field)
 {
     switch ((enum store_kind)column->kind) {
-    case STORE_INT64: *(int64_t *)field = store_integer(statement, at); break;
     case STORE_INT: *(int *)field = (int)store_integer(statement, at); break;
     case STORE_BOOL: *(bool *)field = store_integer(statement, at) != 0; break;
     case STORE_DOUBLE: *(double *)field = store_real(statement, at); break;
@@ -243,16 +247,20 @@ static void take_field(sqlite3_stmt *statement, int at, const struct store_colum
         ((struct store_bytes *)field)->data = sqlite3_column_blob(statement, at);
         ((struct store_bytes *)field)->length = (size_t)sqlite3_column_bytes(statement, at);
         break;
-    case STORE_OWNER: break;
+    case STORE_INT64:
+    case STORE_OWNER: abort(); /* store_take_row takes them */
     }
 }
 
 void store_take_row(sqlite3_stmt *statement, const struct store_table *table, void *row)
 {
+    const struct store_column *end = table->columns + table->count;
     int at = 0;
-    for (unsigned i = 0; i < table->count; i++) {
-        const struct store_column *column = &table->columns[i];
-        if (column->kind != STORE_OWNER)
-            take_field(statement, at++, column, (char *)row + column->offset);
+    for (const struct store_column *column = table->columns; column < end; column++) {
+        void *field = (char *)row + column->offset;
+        if (column->kind == STORE_INT64) /* most are */
+            *(int64_t *)field = store_integer(statement, at++);
+        else if (column->kind != STORE_OWNER)
+            take_field(statement, at++, column, field);
     }
 }
