@@ -88,6 +88,9 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
     if (status == MR_OK && (!there || gone))
         status = error_set(error, MR_UNKNOWN, "no observation %lld to withdraw: RUN %lld of %s; matrig landing DB RUN lists them", (long long)id,
                            (long long)run, store->path);
+    if (status == MR_OK && strlen(reason) >= STORE_JOURNAL_TEXT)
+        status = error_set(error, MR_TOO_LONG, "reason too long: withdrawal of observation %lld of RUN %lld; %d characters at most", (long long)id,
+                           (long long)run, STORE_JOURNAL_TEXT - 1);
     if (status != MR_OK)
         return status;
     struct store_observation row = {.run = run, .made_us = made_us, .kind = "withdrawal", .withdraws = id, .panels = STORE_NONE,

@@ -49,6 +49,7 @@ observations() {
     grep '^  [wb]' "$tmp/seen"
     grep -q '^  wave  1  station 88.0 ft, 2 panels, 0.60 in high, left, two-panel, 1.50 s after touchdown: grew <i>slowly$' "$tmp/seen" &&
         grep -q '^  wave  3  station 91.0 ft, 0.50 in high$' "$tmp/seen" || return 1
+    fails_with 4 'reason too long' $matrig landing "$db" 1 --withdraw 3 --reason "$(printf '%400s' x)" || return 1
     landing 1 --withdraw 3 --reason "a shadow" | grep -q '^  wave  3 .*(withdrawn)$' || return 1
     fails_with 2 'no observation 3 to withdraw' $matrig landing "$db" 1 --withdraw 3 --reason again &&
         sqlite3 "$db" "delete from observations" 2>&1 | grep -q 'history stays'
