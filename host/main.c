@@ -2,8 +2,8 @@
 #include <string.h>
 
 #include "host/commands/commands.h"
-#include "host/help.h"
-#include "host/program.h"
+#include "host/base/help.h"
+#include "host/commands/program.h"
 
 static int fail_usage(const char *what, const char *where)
 {

@@ -7,7 +7,7 @@
 
 #include <stdbool.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 struct band_design {
     /* given */

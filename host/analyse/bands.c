@@ -1,3 +1,4 @@
+#include "host/board/shunts.h"
 #include "host/analyse/bands.h"
 
 #include <math.h>
@@ -5,13 +6,8 @@
 #include <string.h>
 
 #include "common/bands.h"
-#include "host/cli.h"
-#include "host/units.h"
-
-const char *bands_verdict_text(int64_t verdict)
-{
-    return verdict >= MR_SHUNT_GOOD && verdict <= MR_SHUNT_WRONG ? mr_shunt_verdict_text((unsigned)verdict) : "not calibrated";
-}
+#include "host/base/cli.h"
+#include "host/base/units.h"
 
 /* Block in which the board was armed for the next landing of the session; INT64_MAX: it was not. */
 static enum mr_status next_armed(struct store *store, const struct store_landing *landing, int64_t *block,
@@ -147,7 +143,7 @@ void bands_shunt_text(const struct bands_summary *bands, bool si, char *out, siz
             continue;
         double lb = late ? s->after_lb : s->before_lb;
         used += (size_t)snprintf(out + used, size - used, "; gage %u %s", s->gage,
-                                 bands_verdict_text(late ? s->after_verdict : s->before_verdict));
+                                 shunts_verdict_text(late ? s->after_verdict : s->before_verdict));
         if (!isnan(lb) && used < size)
             used += (size_t)snprintf(out + used, size - used, " (%.2f for %.2f %s)", lb * force->factor,
                                      s->expected_lb * force->factor, force->text);
@@ -260,8 +256,8 @@ void bands_json(const struct bands_summary *bands, const struct measured *measur
     }
     for (size_t i = 0; i < bands->shunts; i++) {
         const struct bands_shunt *s = &bands->shunt[i];
-        json_t *row = json_pack("{sissss}", "gage", (int)s->gage, "before", bands_verdict_text(s->before_verdict), "after",
-                                bands_verdict_text(s->after_verdict));
+        json_t *row = json_pack("{sissss}", "gage", (int)s->gage, "before", shunts_verdict_text(s->before_verdict), "after",
+                                shunts_verdict_text(s->after_verdict));
         set(row, "expected", s->expected_lb, si);
         set(row, "span_before", s->before_lb, si);
         set(row, "span_after", s->after_lb, si);

@@ -32,8 +32,6 @@ void bands_free(struct bands_summary *bands);
 double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t block);
 /* " (15.1 ft ahead of the wheel, at 65.0 ft)"; "" for no gage. */
 void bands_where_text(const struct measured *measured, int64_t gage, int64_t block, bool si, char *out, size_t size);
-/* Of a shunt calibration; STORE_NONE: "not calibrated". Static storage. */
-const char *bands_verdict_text(int64_t verdict);
 /* After over before; NaN: not known. */
 double bands_recovery(const struct store_band *band);
 /* "connection slip at gage 3, towards gage 4: 21.3 lb". */

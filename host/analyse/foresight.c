@@ -6,7 +6,7 @@
 
 #include "common/predictor.h"
 #include "host/store/store_predict.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define SETTLING_BLOCKS 500 /* from arming on the transducers' zeros are found first (0.2 s): nobody lacks them then */
 

@@ -3,7 +3,7 @@
 #define MATRIG_HOST_ANALYSE_MEASURED_SOURCE_H
 
 #include "host/analyse/measured.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 
 #define MEASURED_SOURCE_TEXT 600
 

@@ -10,19 +10,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "host/error.h"
-
-struct estimate {
-    double value;
-    double error;
-};
-
-/* Straight line y = intercept + slope x by least squares; the errors from the scatter about it. */
-struct params_line {
-    struct estimate slope, intercept;
-    double covariance; /* of slope and intercept */
-    double scatter;    /* of a reading */
-};
+#include "host/base/error.h"
+#include "host/base/line.h"
 
 /* Mat hung on two parallel cords and turned about the vertical: I = W d^2 T^2 / (16 pi^2 l), slug ft2. d:
  * between the cords, both as far from the centre; l: length of a cord; T: period of small turning. */
@@ -68,9 +57,5 @@ struct estimate params_soil(struct estimate load_lb, struct estimate deflection_
 /* Mean of readings with its standard error; `each` is what every one of them is known to. A single reading
  * has only `each`. count >= 1. */
 struct estimate params_mean(const double *readings, size_t count, double each);
-
-/* MR_TOO_FEW below three points or when all x are the same. */
-enum mr_status params_fit(const double *x, const double *y, size_t count, struct params_line *line,
-                          struct error *error);
 
 #endif

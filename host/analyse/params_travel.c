@@ -122,8 +122,8 @@ static void bound_travel(const double *x, const double *y, size_t count, double 
 enum mr_status params_travel(const double *x, const double *y, size_t count, struct params_travel *travel,
                              struct error *error)
 {
-    struct params_line all;
-    if (params_fit(x, y, count, &all, error) != MR_OK)
+    struct line_fit all;
+    if (line_fit(x, y, count, &all, error) != MR_OK)
         return error->status;
     double limit = -(double)INFINITY, best = squares_left(x, y, count, limit), nothing = 0.0;
     for (size_t i = 0; i < count; i++)

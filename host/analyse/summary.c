@@ -10,9 +10,9 @@
 #include "host/analyse/summary_held.h"
 #include "host/analyse/summary_links.h"
 #include "host/analyse/summary_time.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/collect/collect.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error)
 {

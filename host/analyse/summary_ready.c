@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/store/store_readiness.h"
 
 #define US_PER_MIN 60e6

@@ -5,9 +5,9 @@
 #include <time.h>
 
 #include "common/catalogue.h"
-#include "host/cli.h"
-#include "host/collect/timemap.h"
-#include "host/units.h"
+#include "host/base/cli.h"
+#include "host/link/timemap.h"
+#include "host/base/units.h"
 
 #define BLOCK_US 1000.0
 #define DAY_MOST_US 1e17 /* the year 5138 */

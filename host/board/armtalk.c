@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "common/command.h"
-#include "host/collect/collect.h"
 
 #define STATE_S 2.0  /* it is told on change, and once a second */
 

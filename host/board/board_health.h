@@ -2,7 +2,7 @@
 #ifndef MATRIG_HOST_BOARD_HEALTH_H
 #define MATRIG_HOST_BOARD_HEALTH_H
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 
 /* One of the verbs of board_health.c? */
 bool board_health_verb(const char *word);

@@ -8,7 +8,7 @@
 #include "common/gain.h"
 #include "host/board/configtext.h"
 #include "host/calibrate/jump.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/store/store_readiness.h"
 
 /* One moment of the past: a row of readiness, or a landing. */

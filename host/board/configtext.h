@@ -14,7 +14,7 @@
 #include <stdio.h>
 
 #include "common/config.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 /* The text; the caller frees it. */
 char *configtext_write(const struct mr_config *config);

@@ -6,7 +6,7 @@
 
 #include "common/catalogue.h"
 #include "common/image.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define IDENTITY_UID_TEXT 25 /* 24 hexadecimal digits */
 

@@ -3,7 +3,7 @@
 #define MATRIG_HOST_IMAGE_SYMBOLS_H
 
 #include "common/symbols.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 /* Of the ELF at the path `elf`; NULL: none are known. MR_IO; MR_MALFORMED: no ELF, or one without names; MR_TRUNCATED. The caller frees
  * them with image_symbols_free, also after a failure. */

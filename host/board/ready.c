@@ -7,7 +7,7 @@
 #include "common/channels.h"
 #include "common/crash.h"
 #include "common/staircase.h"
-#include "host/analyse/bands.h"
+#include "host/board/shunts.h"
 #include "host/board/ready_parts.h"
 #include "host/store/store.h"
 
@@ -230,7 +230,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
         if (r->verdict == MR_SHUNT_GOOD && !drifted)
             continue;
         if (r->verdict != MR_SHUNT_GOOD)
-            snprintf(text + at, sizeof text - at, "%sgage %u %s (%.2f lb of %.2f)", bad ? ", " : "", r->gage, bands_verdict_text(r->verdict),
+            snprintf(text + at, sizeof text - at, "%sgage %u %s (%.2f lb of %.2f)", bad ? ", " : "", r->gage, shunts_verdict_text(r->verdict),
                      (double)r->span_lb, (double)f->shunts.check[i].expected_lb);
         else
             snprintf(text + at, sizeof text - at, "%sgage %u drifted by %+.2f lb", bad ? ", " : "", r->gage, (double)change);

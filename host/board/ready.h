@@ -14,7 +14,7 @@
 #include "host/board/calibrationpast.h"
 #include "host/board/identity.h"
 #include "host/board/shunts.h"
-#include "host/collect/timemap.h"
+#include "host/link/timemap.h"
 
 #define READY_CHECKS 72u
 #define READY_NOISE_CODES 3.0f     /* of a block's mean: 2 LSB a conversion leave 0.71 */

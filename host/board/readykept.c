@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/link/link.h"
 #include "host/store/store_readiness.h"
 

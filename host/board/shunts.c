@@ -16,3 +16,8 @@ void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_
         shunts->check[shunts->count - 1] = check;
     }
 }
+
+const char *shunts_verdict_text(int64_t verdict)
+{
+    return verdict >= MR_SHUNT_GOOD && verdict <= MR_SHUNT_WRONG ? mr_shunt_verdict_text((unsigned)verdict) : "not calibrated";
+}

@@ -3,6 +3,7 @@
 #define MATRIG_HOST_BOARD_SHUNTS_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "common/block.h"
 #include "common/catalogue.h"
@@ -16,5 +17,8 @@ struct shunts {
 
 /* All zero: none. Takes a message in; those of other kinds change nothing. */
 void shunts_take(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
+
+/* What a shunt calibration came to; a number that is none (STORE_NONE): "not calibrated". Static storage. */
+const char *shunts_verdict_text(int64_t verdict);
 
 #endif

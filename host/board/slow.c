@@ -7,7 +7,7 @@
 #include <time.h>
 
 #include "host/board/boxtalk.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 #define ROUNDS 4      /* of asking for what has not come */
 #define SEQ_MAX 0x7fffffffu

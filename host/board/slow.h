@@ -3,7 +3,7 @@
 #define MATRIG_HOST_SLOW_H
 
 #include "common/slowrow.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/store/store.h"
 
 struct boxtalk;

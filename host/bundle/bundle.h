@@ -44,7 +44,7 @@ struct bundle_want {
     const char *elf;   /* the image; must be the one that recorded the landing */
     const char *scene; /* used when the landing was not compared; then the scene of the newest comparison goes in */
     bool without[BUNDLE_FILES];
-    bool force; /* in place of whatever bundle is there (host/output.h) */
+    bool force; /* in place of whatever bundle is there (host/base/output.h) */
 };
 struct bundle_made {
     size_t bytes;

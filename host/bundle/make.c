@@ -12,7 +12,7 @@
 #include "host/export/export_candump.h"
 #include "host/flash/imagefile.h"
 #include "host/link/link.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/report/page.h"
 #include "host/store/store_guard.h"
 #include "host/store/store_sql.h"

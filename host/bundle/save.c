@@ -8,7 +8,7 @@
 #include <zlib.h>
 
 #include "host/bundle/inside.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 uint8_t *bundle_unpack(struct bundle *bundle, const char *name, size_t *size, char *why, size_t why_size)
 {

@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define COLUMN_ODD 40u
 

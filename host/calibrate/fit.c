@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/analyse/params.h"
+#include "host/base/line.h"
 
 #define FOLLOWS 3.0 /* standard errors by which the slope must differ from none */
 
@@ -86,7 +86,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
                              struct mr_channel_config *channel, struct calibrate_fit *fit, struct error *error)
 {
     double x[CALIBRATE_POINTS_MAX], y[CALIBRATE_POINTS_MAX];
-    struct params_line line;
+    struct line_fit line;
     memset(fit, 0, sizeof *fit);
     fit->low = INFINITY;
     fit->high = -INFINITY;
@@ -101,7 +101,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     }
     if (fit->low == fit->high)
         return error_set(error, MR_TOO_FEW, "all points have the value %g: the calibration; it takes two values or more", fit->low);
-    enum mr_status status = params_fit(x, y, count, &line, error);
+    enum mr_status status = line_fit(x, y, count, &line, error);
     if (status != MR_OK)
         return status;
     double span = fit->high - fit->low;

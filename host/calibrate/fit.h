@@ -4,7 +4,7 @@
 #define MATRIG_HOST_CALIBRATE_FIT_H
 
 #include "common/channels.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define CALIBRATE_POINTS_MAX 64u
 

@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "common/gain.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 /* How far a gain is from the middle of what is possible, as a ratio's logarithm; infinite when it is not possible. */
 static double distance(const struct mr_gain_limits *limits, double gain)

@@ -12,7 +12,7 @@
 #define MATRIG_HOST_CALIBRATE_POINTS_H
 
 #include "host/calibrate/fit.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 struct calibrate_points {
     struct calibrate_point point[CALIBRATE_POINTS_MAX]; /* values in in or lb */

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 #include "host/sim/scene/scene.h"
 
 #define CAMPAIGN_LANDINGS_MAX 200

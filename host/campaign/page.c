@@ -3,8 +3,8 @@
 #include <math.h>
 
 #include "host/campaign/facts.h"
-#include "host/report/html.h"
-#include "host/report/svg.h"
+#include "host/base/html.h"
+#include "host/base/svg.h"
 
 #define WIDTH 900.0
 #define HEIGHT 330.0

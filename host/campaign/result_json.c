@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "host/campaign/facts.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 
 static json_t *spread_json(const struct campaign_spread *s)
 {

@@ -15,7 +15,7 @@
 #include "host/collect/doubt.h"
 #include "host/collect/landing_story.h"
 #include "host/collect/timebase.h"
-#include "host/collect/timemap.h"
+#include "host/link/timemap.h"
 #include "host/collect/witness.h"
 
 /* One landing that is open, or was lately. */

@@ -13,7 +13,7 @@
 #include "host/commands/commands.h"
 #include "host/flash/imagefile.h"
 #include "host/board/identity.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 struct request {
     const struct cli *cli;

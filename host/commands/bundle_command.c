@@ -6,8 +6,8 @@
 
 #include "host/bundle/bundle.h"
 #include "host/commands/commands.h"
-#include "host/place.h"
-#include "host/run.h"
+#include "host/base/place.h"
+#include "host/base/run.h"
 #include "host/sim/scene/scene.h"
 #include "host/store/store.h"
 

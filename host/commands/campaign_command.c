@@ -3,7 +3,7 @@
 
 #include "host/campaign/campaign.h"
 #include "host/commands/commands.h"
-#include "host/study_start.h"
+#include "host/commands/study_start.h"
 
 #define VALUES struct campaign_request
 static const struct command_part parts[] = {

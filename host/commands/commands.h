@@ -1,8 +1,8 @@
-/* All commands, by name and as a table (commands.def). What a descriptor is: host/command.h. */
+/* All commands, by name and as a table (commands.def). What a descriptor is: host/base/command.h. */
 #ifndef MATRIG_HOST_COMMANDS_H
 #define MATRIG_HOST_COMMANDS_H
 
-#include "host/command.h"
+#include "host/base/command.h"
 
 #define COMMAND(name) extern const struct command command_##name;
 #include "host/commands/commands.def"

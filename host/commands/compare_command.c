@@ -10,9 +10,9 @@
 #include "host/compare/picture.h"
 #include "host/compare/series.h"
 #include "host/compare/show.h"
-#include "host/output.h"
-#include "host/place.h"
-#include "host/run.h"
+#include "host/base/output.h"
+#include "host/base/place.h"
+#include "host/base/run.h"
 #include "host/store/store_journal.h"
 
 struct request {

@@ -8,7 +8,7 @@
 #include "host/board/configtext.h"
 #include "host/calibrate/jump.h"
 #include "host/commands/commands.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/store/store_readiness.h"
 
 struct request {

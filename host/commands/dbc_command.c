@@ -1,7 +1,7 @@
 /* matrig dbc: the CAN messages as a Vector DBC file. */
 #include "host/commands/commands.h"
 #include "host/export/dbc.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 struct request {
     const char *path;

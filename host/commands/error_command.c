@@ -2,7 +2,7 @@
 #include "host/commands/error_command.h"
 
 #include "host/commands/commands.h"
-#include "host/study_start.h"
+#include "host/commands/study_start.h"
 
 #define VALUES struct error_request
 static const struct command_part parts[] = {

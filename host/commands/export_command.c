@@ -10,9 +10,9 @@
 #include "host/export/export_candump.h"
 #include "host/export/export_mdf4.h"
 #include "host/export/origin.h"
-#include "host/output.h"
-#include "host/run.h"
-#include "host/units.h"
+#include "host/base/output.h"
+#include "host/base/run.h"
+#include "host/base/units.h"
 
 /* ---- csv ---- */
 

@@ -2,7 +2,7 @@
 #include "host/commands/fit_command.h"
 
 #include "host/commands/commands.h"
-#include "host/study_start.h"
+#include "host/commands/study_start.h"
 
 #define VALUES struct fit_request
 static const struct command_part parts[] = {

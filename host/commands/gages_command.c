@@ -6,6 +6,7 @@
 
 #include "common/bridge.h"
 #include "common/command.h"
+#include "host/board/shunts.h"
 #include "host/analyse/bands.h"
 #include "host/board/gagetalk.h"
 #include "host/commands/commands.h"
@@ -29,7 +30,7 @@ static void print_shunts(const struct gagetalk *talk)
         printf("%4u  %9.3f  %6.2f  %9.3f", r->gage, (double)r->span_lb, (double)c->expected_lb, (double)r->noise_lb);
         print_change(c->change_lb);
         print_change(c->zero_change_lb);
-        printf("  %s\n", bands_verdict_text(r->verdict));
+        printf("  %s\n", shunts_verdict_text(r->verdict));
     }
 }
 
@@ -57,7 +58,7 @@ static json_t *results_json(const struct gagetalk *talk)
     for (unsigned i = 0; i < talk->shunts.count; i++) {
         const struct mr_shunt_result *r = &talk->shunts.result[i];
         const struct mr_shunt_check *c = &talk->shunts.check[i];
-        json_array_append_new(shunts, json_pack("{sisssosososo}", "gage", r->gage, "verdict", bands_verdict_text(r->verdict), "span_lb",
+        json_array_append_new(shunts, json_pack("{sisssosososo}", "gage", r->gage, "verdict", shunts_verdict_text(r->verdict), "span_lb",
                                                 cli_json_number((double)r->span_lb, 7), "expected_lb",
                                                 cli_json_number((double)c->expected_lb, 5), "noise_lb",
                                                 cli_json_number((double)r->noise_lb, 4), "change_lb",

@@ -8,10 +8,10 @@
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
 #include "host/link/link.h"
-#include "host/run.h"
+#include "host/base/run.h"
 #include "host/store/store_journal.h"
 #include "host/survey/show.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 /* What can be corrected: texts, or numbers within limits. */
 static const struct field {

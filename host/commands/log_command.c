@@ -13,7 +13,7 @@
 #include "host/commands/commands.h"
 #include "host/link/diagnose.h"
 #include "host/log/logger.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 #define CLOCK_JUMP_US 50000 /* within a turn; one that is slewed goes 500 ppm of it */
 #define TURN_US 250000u /* what is due is looked for at least this often */

@@ -6,7 +6,7 @@
 
 #include "host/analyse/params.h"
 #include "host/commands/commands.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 #define READINGS_MAX 1000
 #define IN_PER_FT 12.0

@@ -12,9 +12,9 @@
 #include "host/analyse/predict_again.h"
 #include "host/analyse/zones.h"
 #include "host/commands/commands.h"
-#include "host/run.h"
+#include "host/base/run.h"
 #include "host/store/store_journal.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define CHANGED_MATS 5     /* less is no news */
 #define RUNS_MAX 1000

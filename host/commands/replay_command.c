@@ -11,11 +11,11 @@
 #include "host/bundle/bundle.h"
 #include "host/bundle/show.h"
 #include "host/commands/commands.h"
-#include "host/place.h"
+#include "host/base/place.h"
 #include "host/replay/board.h"
 #include "host/replay/diff.h"
 #include "host/replay/input.h"
-#include "host/run.h"
+#include "host/base/run.h"
 
 #define CONFIG_COPY_A 0x8000u /* where it is in flash */
 

@@ -5,7 +5,7 @@
 #include <sys/stat.h>
 
 #include "host/commands/commands.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/report/page.h"
 #include "host/sweep/sweep_page.h"
 

@@ -7,8 +7,8 @@
 
 #include "host/board/runwaytalk.h"
 #include "host/commands/commands.h"
-#include "host/output.h"
-#include "host/units.h"
+#include "host/base/output.h"
+#include "host/base/units.h"
 
 #define HMIL_PER_IN 100000.0
 #define CLOSED_HMIL 200u /* 0.002 in, as the predictor has it */

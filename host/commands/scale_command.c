@@ -6,7 +6,7 @@
 #include <strings.h>
 
 #include "host/commands/commands.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/scale/scale.h"
 
 #define GRAVITY_FT_S2 32.174

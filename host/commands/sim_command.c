@@ -8,12 +8,12 @@
 #include <time.h>
 
 #include "host/commands/commands.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/sim/mods_show.h"
 #include "host/sim/scene/scene_schema.h"
 #include "host/sim/sim.h"
 #include "host/sim/sim_json.h"
-#include "host/study_start.h"
+#include "host/commands/study_start.h"
 
 #define M_PER_FT 0.3048
 #define IN_PER_FT 12.0

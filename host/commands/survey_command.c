@@ -8,12 +8,12 @@
 
 #include "host/commands/commands.h"
 #include "host/link/link.h"
-#include "host/output.h"
-#include "host/run.h"
+#include "host/base/output.h"
+#include "host/base/run.h"
 #include "host/survey/load.h"
 #include "host/survey/sheet.h"
 #include "host/survey/show.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define LINE_MAX_BYTES 256
 

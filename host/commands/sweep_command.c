@@ -2,7 +2,7 @@
 #include "host/commands/sweep_command.h"
 
 #include "host/commands/commands.h"
-#include "host/study_start.h"
+#include "host/commands/study_start.h"
 
 #define JOBS_MAX 1024.0
 

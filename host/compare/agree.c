@@ -5,7 +5,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define BEYOND_TWO 0.0455 /* share of a normal distribution beyond two standard deviations */
 

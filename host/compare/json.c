@@ -1,9 +1,9 @@
 #include <math.h>
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/compare/agree.h"
 #include "host/compare/show.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define DIGITS 6
 

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define FILE_BYTES_MAX 1000000L
 

@@ -4,9 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "host/report/svg.h"
-#include "host/report/svg_words.h"
-#include "host/units.h"
+#include "host/base/svg.h"
+#include "host/base/svg_words.h"
+#include "host/base/units.h"
 
 #define WIDTH 1040.0
 #define COLUMNS 2

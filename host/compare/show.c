@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define COLUMNS 100
 

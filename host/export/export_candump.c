@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "host/analyse/summary_time.h"
-#include "host/collect/timemap.h"
+#include "host/link/timemap.h"
 #include "host/link/candump.h"
 
 /* Without a clock, board time goes from here on, because log2asc takes second 0 for "no time yet": stamps read as a date in 2001, and

@@ -8,7 +8,7 @@
 #include "host/analyse/summary.h"
 #include "host/export/dbc.h"
 #include "host/export/mdf4.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define COLUMNS_BEFORE 4u /* time, since touchdown, gear, speed: of 8 bytes each; then readings of 4 */
 #define FRAME_ROW 24u

@@ -14,7 +14,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 struct mdf4 {
     uint8_t *bytes; /* the file so far; NULL after memory ran short */

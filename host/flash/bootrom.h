@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define BOOTROM_TRIES 8u
 #define BOOTROM_PAGE 256u /* bytes in one exchange */

@@ -10,7 +10,7 @@
 #define MATRIG_HOST_FLASH_IMAGEFILE_H
 
 #include "common/image.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define IMAGEFILE_BYTES MR_IMAGE_FLASH_BYTES
 

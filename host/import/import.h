@@ -2,7 +2,7 @@
 #ifndef MATRIG_HOST_IMPORT_IMPORT_H
 #define MATRIG_HOST_IMPORT_IMPORT_H
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/import/textfile.h"
 #include "host/store/store_import.h"
 

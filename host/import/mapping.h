@@ -24,7 +24,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 #include "host/import/signal.h"
 
 #define MAPPING_CHANNELS 100u

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 #include "host/link/link.h"
 
 struct import_signal {

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 struct textfile {
     const char *text; /* no final zero */

@@ -21,7 +21,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 #include "host/link/hearing.h"
 #include "host/link/trouble.h"
 

@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <sys/types.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define TTY_BAUD_DEFAULT 2000000
 #define TTY_BAUD_FIND 0 /* of the usual rates the one at which a board is understood */

@@ -6,9 +6,9 @@
 
 #include "common/crash.h"
 #include "common/predictor.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/collect/collect.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define DISPLACEMENT_PER_IN 10000.0
 #define TENSION_PER_LB 100.0

@@ -7,7 +7,7 @@
 
 #include "common/predictor.h"
 #include "host/collect/collect.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define COLUMNS_LEAST 40u
 #define COLUMNS_MOST 300u

@@ -9,7 +9,7 @@
 
 #include "common/command.h"
 #include "host/board/crash.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/collect/collect.h"
 #include "host/collect/quicklook.h"
 #include "host/live/live.h"

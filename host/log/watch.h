@@ -7,7 +7,7 @@
 #include <jansson.h>
 #include <pthread.h>
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/link/reader.h"
 #include "host/store/store_log.h"
 

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 
 #include "host/compare/figures.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 static void overlap_cell(FILE *out, const struct compare_zone_moment *moment, bool board)
 {

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "host/report/chart.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
 
 #define NAMED_MAX 8u /* so many lines of a picture are named and told apart, the others thin */

@@ -3,12 +3,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_recalibrate.h"
 #include "host/survey/show.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 /* Tables of the section, each opened with its first row. */
 struct tables {

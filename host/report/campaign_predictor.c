@@ -1,9 +1,9 @@
 /* What the board's predictor said of each landing, and what came of it. */
 #include <math.h>
 
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 static void span_cell(FILE *out, bool known, double start_ft, double end_ft, double station)
 {

@@ -2,9 +2,9 @@
 #include <math.h>
 
 #include "host/collect/collect.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 static double worst_rms_in(const struct report_landing *landing)
 {

@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "host/report/chart.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
 #include "host/survey/show.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define HEIGHT 150.0
 #define STEP (HEIGHT + 16.0)

@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 #include "host/report/chart.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
 
 #define BANDS_MAX 4u

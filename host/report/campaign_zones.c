@@ -5,7 +5,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
-#include "host/report/svg_words.h"
+#include "host/base/svg_words.h"
 
 #define ROW_PX 34.0
 #define TOP_PX 40.0

@@ -4,8 +4,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "host/report/html.h"
-#include "host/report/svg_words.h"
+#include "host/base/html.h"
+#include "host/base/svg_words.h"
 
 #define LOOKS 6u /* classes s0 to s5 of style.c */
 #define BETWEEN 14.0

@@ -3,8 +3,8 @@
 #define MATRIG_HOST_REPORT_CHART_H
 
 #include "host/analyse/measured.h"
-#include "host/report/svg.h"
-#include "host/units.h"
+#include "host/base/svg.h"
+#include "host/base/units.h"
 
 #define CHART_WIDTH 1040.0
 #define CHART_LEFT 58.0

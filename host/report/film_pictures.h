@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define FILM_PICTURE_BYTES (4u * 1024u * 1024u) /* a larger one is refused */
 

@@ -1,9 +1,10 @@
 /* Bands of a landing: figures, findings, shunt calibrations. Nothing where the board told nothing. */
 #include <math.h>
 
-#include "host/report/html.h"
+#include "host/board/shunts.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 static void extreme_cell(FILE *out, const struct measured *measured, double lb, int64_t gage, int64_t block, bool si)
 {
@@ -31,8 +32,8 @@ static void shunt_table(const struct bands_summary *bands, bool si, FILE *out)
         html_number(out, s->before_lb * force->factor, 2);
         html_number(out, s->after_lb * force->factor, 2);
         html_number(out, (s->after_lb - s->before_lb) * force->factor, 2);
-        html_cell(out, "%s", bands_verdict_text(s->before_verdict));
-        html_cell(out, "%s", bands_verdict_text(s->after_verdict));
+        html_cell(out, "%s", shunts_verdict_text(s->before_verdict));
+        html_cell(out, "%s", shunts_verdict_text(s->after_verdict));
         fputs("</tr>\n", out);
     }
     fputs("</tbody></table></div>\n", out);

@@ -1,9 +1,9 @@
 /* What each transducer and gage read, as tables. */
 #include <math.h>
 
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 static void channel_table(FILE *out, const struct report_landing *landing, bool si)
 {

@@ -4,9 +4,9 @@
 #include "host/compare/agree.h"
 #include "host/compare/picture.h"
 #include "host/compare/figures.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 /* En, or a dash. */
 static void en_cell(FILE *out, double en)

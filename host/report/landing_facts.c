@@ -1,9 +1,9 @@
 /* What a landing came to, and who recorded it. */
 #include "host/analyse/measured_source.h"
 #include "host/collect/collect.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 static void fact_estimate(FILE *out, const char *term, struct mr_estimate value, const struct unit *unit,
                           int decimals)

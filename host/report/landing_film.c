@@ -2,9 +2,9 @@
 #include <math.h>
 
 #include "host/report/film_pictures.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define EVERY_FT 10.0
 #define STATIONS 13 /* 0 to 120 ft */

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 
 #include "common/fault.h"
-#include "host/collect/timemap.h"
-#include "host/report/html.h"
+#include "host/link/timemap.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
 
 static void losses(FILE *out, const struct summary *summary)

@@ -4,7 +4,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
-#include "host/report/svg_words.h"
+#include "host/base/svg_words.h"
 
 static const struct store_simulation *find_simulation(const struct report_landing *landing, unsigned number)
 {

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 
 #include "host/report/chart.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
-#include "host/report/svg_words.h"
+#include "host/base/svg_words.h"
 
 #define MATS_PX 140.0
 #define LEAD_PX 110.0

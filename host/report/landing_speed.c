@@ -3,7 +3,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
-#include "host/report/svg_words.h"
+#include "host/base/svg_words.h"
 
 #define CURVE_POINTS 400
 #define SPEED_PX 190.0

@@ -3,7 +3,7 @@
 
 #include "host/report/chart.h"
 #include "host/report/report.h"
-#include "host/report/svg_words.h"
+#include "host/base/svg_words.h"
 
 #define STEP 20 /* blocks between looks at the closure */
 #define AFTER_STOP_S 0.8

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/report/html.h"
+#include "host/base/html.h"
 
 /* In the order of the page. */
 static const struct section {

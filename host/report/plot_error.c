@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host/report/svg.h"
+#include "host/base/svg.h"
 
 #define WIDTH 860.0
 #define HEIGHT 470.0

@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "common/version.h"
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/report.h"
 #include "host/store/store_recalibrate.h"
 #include "host/survey/show.h"

@@ -1,5 +1,5 @@
 /* Looks of every page here, in light, dark and print. */
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/page.h"
 
 /* Colours: blue, orange, green and so on of equal weight, tellable apart without red against green; the dark

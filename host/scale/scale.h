@@ -4,7 +4,7 @@
 #define MATRIG_HOST_SCALE_H
 
 #include "common/similitude.h"
-#include "host/cli.h"
+#include "host/base/cli.h"
 
 #define SCALE_WORDS_MAX 32
 

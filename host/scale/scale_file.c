@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "host/campaign/campaign.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/scene/scene_units.h"
 

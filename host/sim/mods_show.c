@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 
 #define N_PER_LB 4.4482216152605
 #define MM_PER_FT 304.8

@@ -2,7 +2,7 @@
 
 #include <stdio.h>
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/sim/mods_show.h"
 
 size_t sim_shown_count(const struct sim_scene *scene)

@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/store/store_guard.h"
 #include "host/store/store_log.h"
 #include "host/store/store_migrate.h"

@@ -17,7 +17,7 @@
 #include "common/catalogue.h"
 #include "common/channels.h"
 #include "common/closure.h"
-#include "host/error.h"
+#include "host/base/error.h"
 #include "host/store/rows.h"
 
 #define STORE_VERSION 4              /* of the tables: PRAGMA user_version */
@@ -214,7 +214,7 @@ enum mr_status store_gaps(struct store *store, int64_t run, struct store_gap **r
                           struct error *error);
 
 /* The board's clock against this computer's, by one link: of a landing, or of all that was heard of the board until it began
- * again or the session ended (run STORE_NONE). host/collect/timemap.h says how it comes about. */
+ * again or the session ended (run STORE_NONE). host/link/timemap.h says how it comes about. */
 enum mr_status store_time_map_put(struct store *store, const struct store_time_map *map, struct error *error);
 enum mr_status store_time_maps(struct store *store, int64_t run, struct store_time_map **rows, size_t *count,
                                struct error *error);

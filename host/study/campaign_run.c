@@ -11,7 +11,7 @@
 #include "host/campaign/result_json.h"
 #include "host/commands/campaign_command.h"
 #include "host/commands/commands.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/study/studies.h"
 
 #define PROGRESS_S 1.0

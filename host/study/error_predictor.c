@@ -2,7 +2,7 @@
 #include <stdio.h>
 
 #include "host/study/error_predictor.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/report/plot_predictor.h"
 #include "host/sim/check/predictor_cost.h"
 

@@ -2,7 +2,7 @@
 #ifndef MATRIG_HOST_STUDY_ERROR_PREDICTOR_H
 #define MATRIG_HOST_STUDY_ERROR_PREDICTOR_H
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 
 /* Runs the study, draws it into `plot` (NULL: not), prints it. Returns the exit code. */
 int error_predictor(const char *plot, bool force, const struct cli *cli);

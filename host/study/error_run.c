@@ -6,7 +6,7 @@
 
 #include "host/commands/commands.h"
 #include "host/commands/error_command.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/report/plot_error.h"
 #include "host/sim/check/error_study.h"
 #include "host/study/error_predictor.h"

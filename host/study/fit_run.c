@@ -7,9 +7,9 @@
 
 #include "host/commands/commands.h"
 #include "host/commands/fit_command.h"
-#include "host/output.h"
-#include "host/place.h"
-#include "host/run.h"
+#include "host/base/output.h"
+#include "host/base/place.h"
+#include "host/base/run.h"
 #include "host/study/studies.h"
 #include "host/study/fit/campaign.h"
 #include "host/study/fit/print.h"

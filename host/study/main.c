@@ -1,14 +1,14 @@
 /* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies made of many simulations. People type matrig, which
- * starts this program (host/study_start.h) and answers --help, help and completion itself. */
+ * starts this program (host/commands/study_start.h) and answers --help, help and completion itself. */
 #include <stdio.h>
 #include <string.h>
 
 #include "common/version.h"
 #include "host/commands/commands.h"
-#include "host/place.h"
-#include "host/program.h"
+#include "host/base/place.h"
+#include "host/commands/program.h"
 #include "host/study/studies.h"
-#include "host/study_start.h"
+#include "host/commands/study_start.h"
 
 static int (*find_run(const char *name))(int argc, char **argv, const struct cli *cli)
 {

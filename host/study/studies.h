@@ -1,8 +1,8 @@
-/* The commands that matrig-study has: their runs (host/command.h). Their options stand in host/commands/, for both programs. */
+/* The commands that matrig-study has: their runs (host/base/command.h). Their options stand in host/commands/, for both programs. */
 #ifndef MATRIG_HOST_STUDY_STUDIES_H
 #define MATRIG_HOST_STUDY_STUDIES_H
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 
 int campaign_command(int argc, char **argv, const struct cli *cli);
 int error_command(int argc, char **argv, const struct cli *cli);

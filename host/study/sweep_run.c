@@ -11,7 +11,7 @@
 
 #include "host/commands/commands.h"
 #include "host/commands/sweep_command.h"
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/study/studies.h"
 #include "host/sweep/sweep_pool.h"
 #include "host/sweep/sweep_share.h"

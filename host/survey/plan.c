@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/units.h"
+#include "host/base/units.h"
 
 static const char *const kinds[] = {"gap", "station", "across", "diagonal"};
 static const char *const patterns[] = {"standard", "diagonal"};

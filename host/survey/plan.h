@@ -14,7 +14,7 @@
 #include <stddef.h>
 
 #include "common/closure.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define SURVEY_LINES 4u
 #define SURVEY_SPANS MR_SEGMENTS

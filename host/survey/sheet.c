@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/units.h"
+#include "host/base/units.h"
 
 #define LINE_MAX_BYTES 2000
 #define COLUMNS_MAX 32

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <time.h>
 
-#include "host/cli.h"
-#include "host/units.h"
+#include "host/base/cli.h"
+#include "host/base/units.h"
 
 #define Z_95 1.96
 

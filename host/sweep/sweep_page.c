@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "host/report/page.h"
 #include "host/sweep/sweep_plot.h"
 

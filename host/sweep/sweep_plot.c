@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/report/html.h"
-#include "host/report/svg.h"
-#include "host/report/svg_words.h"
+#include "host/base/html.h"
+#include "host/base/svg.h"
+#include "host/base/svg_words.h"
 
 #define WIDTH 900.0
 #define RIGHT 14.0

@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "host/output.h"
+#include "host/base/output.h"
 #include "host/sweep/sweep_study.h"
 
 /* A whole file as text; *length bytes, and a 0 after them. */

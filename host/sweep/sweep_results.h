@@ -14,7 +14,7 @@
 #include <stdint.h>
 #include <sys/types.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 struct sweep_results {
     int fd; /* -1: not open */

@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 #include "host/sweep/sweep_design.h"
 
 #define SWEEP_NAME_MAX 64

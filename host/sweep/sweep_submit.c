@@ -10,8 +10,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "host/output.h"
-#include "host/place.h"
+#include "host/base/output.h"
+#include "host/base/place.h"
 #include "host/sweep/sweep_share.h"
 
 /* As one word of a shell. */

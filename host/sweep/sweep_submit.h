@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 enum sweep_engine { SWEEP_SLURM, SWEEP_PARALLEL };
 

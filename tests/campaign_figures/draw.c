@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/report/html.h"
-#include "host/report/svg.h"
-#include "host/report/svg_words.h"
+#include "host/base/html.h"
+#include "host/base/svg.h"
+#include "host/base/svg_words.h"
 #include "tests/campaign_figures/figures.h"
 
 #define WIDTH 1000.0

@@ -8,7 +8,7 @@
 #include <stdio.h>
 
 #include "host/campaign/play.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define FIGURE_CURVES 8
 #define FIGURE_FACTS 8

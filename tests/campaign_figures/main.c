@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/output.h"
-#include "host/report/html.h"
+#include "host/base/output.h"
+#include "host/base/html.h"
 #include "tests/campaign_figures/figures.h"
 
 static const char head[] =

@@ -11,7 +11,7 @@
 
 #include "host/campaign/facts.h"
 #include "host/campaign/page.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 #define LEAST_SEEDS 16
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # matrig's manners: help with examples, man page, completion, make install, NO_COLOR, --json. What commands take and what is said of
-# it are the same rows (host/command.h; tests/host/test_command.c looks at them); here a user's words are asked.
+# it are the same rows (host/base/command.h; tests/host/test_command.c looks at them); here a user's words are asked.
 . "$(dirname "$0")/tap.sh"
 m=build/matrig
 trap 'rm -rf "$root" "$away"' EXIT

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/report/html.h"
+#include "host/base/html.h"
 #include "tests/error_report/report.h"
 
 #define SOLVERS_MAX 8

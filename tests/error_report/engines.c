@@ -6,8 +6,8 @@
 #include <stdlib.h>
 
 #include "host/campaign/play.h"
-#include "host/report/html.h"
-#include "host/report/svg.h"
+#include "host/base/html.h"
+#include "host/base/svg.h"
 #include "tests/error_report/report.h"
 
 #define SEEDS 3

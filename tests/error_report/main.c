@@ -2,8 +2,8 @@
  * when the reference of a scene fails. */
 #include <stdio.h>
 
-#include "host/output.h"
-#include "host/report/html.h"
+#include "host/base/output.h"
+#include "host/base/html.h"
 #include "host/report/plot_error.h"
 #include "host/sim/solvers/pass.h"
 #include "tests/error_report/report.h"

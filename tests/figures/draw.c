@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/output.h"
-#include "host/report/html.h"
-#include "host/report/svg.h"
-#include "host/report/svg_words.h"
+#include "host/base/output.h"
+#include "host/base/html.h"
+#include "host/base/svg.h"
+#include "host/base/svg_words.h"
 #include "tests/figures/figures.h"
 
 #define CURVES 4

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define FIGURE_NODES 256
 #define FIGURE_TIMES 4

@@ -7,7 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 #include "tests/cmocka_all.h"
 
 static inline void scratch_begin(void)

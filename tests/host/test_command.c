@@ -1,4 +1,4 @@
-/* What commands take: options by a descriptor's rows (host/command.h); and the rows of every command of matrig: no text speaks of an
+/* What commands take: options by a descriptor's rows (host/base/command.h); and the rows of every command of matrig: no text speaks of an
  * option that the command does not take, and the command takes none that no text speaks of. */
 #include "tests/cmocka_all.h"
 
@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "host/commands/commands.h"
-#include "host/help_page.h"
+#include "host/base/help_page.h"
 
 struct given {
     const char *db, *format;

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/report/html.h"
-#include "host/report/svg.h"
-#include "host/report/svg_words.h"
+#include "host/base/html.h"
+#include "host/base/svg.h"
+#include "host/base/svg_words.h"
 #include "tests/host/scratch.h"
 
 static void ticks_are_round_numbers(void **state)

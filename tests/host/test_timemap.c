@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/collect/timemap.h"
+#include "host/link/timemap.h"
 #include "tests/cmocka_all.h"
 
 #define ROUNDS 4000u

@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define PREDICTOR_STUDY_LANDINGS 5
 #define PREDICTOR_STUDY_VARIANTS 10

@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 #include "host/sim/scene/mods_scene.h"
 #include "host/sim/scene/scene.h"
 #include "host/sim/elements/wheel.h"

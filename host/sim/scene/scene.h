@@ -14,7 +14,7 @@
 #include <stddef.h>
 
 #include "common/status.h"
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define SIM_MATS_MAX 100000
 #define SIM_ELEMENTS_MAX 8

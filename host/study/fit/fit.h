@@ -29,7 +29,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "host/error.h"
+#include "host/base/error.h"
 
 #define FIT_PARAMETERS_MAX 6
 #define FIT_STATISTICS_MAX 1200

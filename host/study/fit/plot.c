@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "host/study/fit/print.h"
-#include "host/output.h"
-#include "host/report/svg.h"
+#include "host/base/output.h"
+#include "host/base/svg.h"
 
 #define WIDTH 900.0
 #define HEIGHT 430.0

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/cli.h"
+#include "host/base/cli.h"
 #include "host/study/fit/verdict.h"
-#include "host/output.h"
+#include "host/base/output.h"
 
 #define NORMAL_95 1.959963984540054
 #define IN_PER_FT 12.0

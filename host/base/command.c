@@ -1,0 +1,234 @@
+#include "host/base/command.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/run.h"
+#include "host/base/units.h"
+
+struct parsing {
+    const struct command *command;
+    const char *name; /* as the user typed it */
+    const struct cli *cli;
+    char *values;
+    bool given[COMMAND_PARTS_MAX];
+};
+
+static void *place_of(const struct parsing *p, const struct command_option *option)
+{
+    return p->values + option->at;
+}
+
+/* Index of the row, or `count`. */
+static size_t find_option(const struct command *command, const char *word, const char **attached)
+{
+    const struct command_part *parts = command->parts;
+    const char *equals = strchr(word, '=');
+    size_t length = equals ? (size_t)(equals - word) : strlen(word);
+    *attached = equals ? equals + 1 : NULL;
+    for (size_t i = 0; i < command->count; i++) {
+        const char *name = parts[i].option.name;
+        if (name && strlen(name) == length && strncmp(name, word, length) == 0)
+            return i;
+    }
+    /* -j4 and -oFILE, as make and cc take them */
+    for (size_t i = 0; i < command->count && word[0] == '-' && word[1] != '-' && word[1] && word[2]; i++) {
+        const char *name = parts[i].option.name;
+        if (name && name[1] == word[1] && !name[2] && parts[i].option.argument) {
+            *attached = word + 2;
+            return i;
+        }
+    }
+    return command->count;
+}
+
+/* ---- before the command ---- */
+
+#define VALUES struct command_before
+static const struct command_part parts[] = {
+    OPTION_FLAG("--json", cli.json, "the result as one JSON object on standard output"),
+    OPTION_FLAG("--quiet", cli.quiet, "no progress and no notes"),
+    OPTION_FLAG("--si", cli.si, "metres, seconds and newtons instead of feet, inches and pounds"),
+    OPTION_FLAG("--version", version, NULL),
+    OPTION_FLAG("--help", help, NULL),
+};
+
+const struct command command_matrig = {"matrig", NULL, "COMMAND ...", "instrument for a model landing-mat runway", COMMAND_PARTS(parts), {0, 0, ""}};
+
+int command_begin(int argc, char **argv, struct command_before *before, struct error *error)
+{
+    int i = 1;
+    for (; i < argc && argv[i][0] == '-' && !before->help && !before->version; i++) {
+        const char *attached, *word = strcmp(argv[i], "-h") == 0 ? "--help" : argv[i];
+        size_t row = find_option(&command_matrig, word, &attached);
+        if (row == command_matrig.count || attached)
+            error_set(error, MR_USAGE, "unknown option: '%s'; see matrig --help", argv[i]);
+        if (error->status != MR_OK)
+            break;
+        *(bool *)((char *)before + parts[row].option.at) = true;
+    }
+    return i;
+}
+
+static enum mr_status unknown_option(const char *command, const char *word, struct error *error)
+{
+    const char *attached;
+    size_t row = find_option(&command_matrig, word, &attached);
+    if (row != command_matrig.count && !attached && parts[row].text) /* not --version */
+        return error_set(error, MR_USAGE, "option in the wrong place: '%s' after %s; put it before the command: matrig %s %s", word, command,
+                         word, command);
+    return error_set(error, MR_USAGE, "unknown option: '%s' of %s; see matrig %s --help", word, command, command);
+}
+
+/* ---- values ---- */
+
+/* "0.5", or with a unit of its own: "12mm". */
+static enum mr_status read_number(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+{
+    char *end;
+    const char *bare = p->cli->si && option->unit_si ? option->unit_si : option->unit;
+    double number = strtod(text, &end), factor = 1.0, shown = 1.0;
+    const char *unit = end;
+    while (isspace((unsigned char)*unit))
+        unit++;
+    if (end == text || !isfinite(number) || (*unit && !bare))
+        return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g", text, option->name,
+                         option->low > 1.0 ? option->low : 1.0);
+    if (bare)
+        unit_convert(bare, option->unit, &shown);
+    if (*unit && !unit_convert(unit, option->unit, &factor))
+        return error_set(error, MR_USAGE, "not in %s: '%s' for %s; write digits alone, such as %g, or with %s behind", option->unit, text,
+                         option->name, option->low > 1.0 ? option->low : 1.0, bare);
+    if (!*unit)
+        factor = shown;
+    if (!(number * factor >= option->low && number * factor <= option->high))
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g%s%s", text, option->name, option->low / shown,
+                         option->high / shown, bare ? " " : "", bare ? bare : "");
+    *(double *)place_of(p, option) = number * factor;
+    return MR_OK;
+}
+
+static enum mr_status read_whole(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+{
+    double number;
+    enum mr_status status = cli_number(text, option->name, option->low, option->high, &number, error);
+    if (status == MR_OK && number != floor(number))
+        status = error_set(error, MR_USAGE, "not a whole number: '%s' for %s; write digits such as %g", text, option->name, fmax(option->low, 4.0));
+    if (status == MR_OK)
+        *(int64_t *)place_of(p, option) = (int64_t)number;
+    return status;
+}
+
+static enum mr_status read_run(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+{
+    struct error why = {0};
+    if (run_parse(text, place_of(p, option), &why) != MR_OK)
+        return error_set(error, why.status, "not a RUN: '%s' for %s; write the whole number of a landing, from 1", text, option->name);
+    return MR_OK;
+}
+
+/* "csv, candump or mdf4" */
+static void choices_text(const char *choices, char *out, size_t size)
+{
+    size_t used = 0;
+    const char *last = strrchr(choices, '|');
+    for (const char *c = choices; *c && used + 6 < size; c++) {
+        const char *between = c == last ? " or " : ", ";
+        size_t length = *c == '|' ? strlen(between) : 1;
+        memcpy(out + used, *c == '|' ? between : c, length);
+        used += length;
+    }
+    out[used] = '\0';
+}
+
+static enum mr_status read_choice(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+{
+    char all[160];
+    for (const char *choice = option->choices; choice;) {
+        size_t length = strcspn(choice, "|");
+        if (strlen(text) == length && memcmp(text, choice, length) == 0) {
+            *(const char **)place_of(p, option) = text;
+            return MR_OK;
+        }
+        choice = choice[length] ? choice + length + 1 : NULL;
+    }
+    choices_text(option->choices, all, sizeof all);
+    return error_set(error, MR_USAGE, "unknown %s: '%s' for %s; give %s", option->noun, text, option->name, all);
+}
+
+static enum mr_status take_value(const struct parsing *p, const struct command_option *option, const char *text, struct error *error)
+{
+    switch (option->kind) {
+    case OPTION_IS_TEXT:
+        *(const char **)place_of(p, option) = text;
+        return MR_OK;
+    case OPTION_IS_NUMBER:
+        return read_number(p, option, text, error);
+    case OPTION_IS_WHOLE:
+        return read_whole(p, option, text, error);
+    case OPTION_IS_RUN:
+        return read_run(p, option, text, error);
+    case OPTION_IS_CHOICE:
+        return read_choice(p, option, text, error);
+    default:
+        return MR_OK;
+    }
+}
+
+static void set_standards(const struct parsing *p)
+{
+    for (size_t i = 0; i < p->command->count; i++) {
+        const struct command_option *option = &p->command->parts[i].option;
+        if (option->kind == OPTION_IS_NUMBER)
+            *(double *)place_of(p, option) = option->standard;
+        else if (option->kind == OPTION_IS_WHOLE || option->kind == OPTION_IS_RUN)
+            *(int64_t *)place_of(p, option) = (int64_t)option->standard;
+    }
+}
+
+/* The option argv[*at], and its value, which may be the next word: then *at moves on. */
+static enum mr_status take_option(struct parsing *p, int argc, char **argv, int *at, struct error *error)
+{
+    const char *attached;
+    size_t i = find_option(p->command, argv[*at], &attached);
+    if (i == p->command->count)
+        return unknown_option(p->name, argv[*at], error);
+    const struct command_option *option = &p->command->parts[i].option;
+    if (option->kind == OPTION_IS_FLAG) {
+        if (attached)
+            return error_set(error, MR_USAGE, "option takes no value: '%s' of %s; leave the value out", argv[*at], p->name);
+        *(bool *)place_of(p, option) = true;
+        return MR_OK;
+    }
+    if (p->given[i])
+        return error_set(error, MR_USAGE, "option given twice: %s of %s; give it once", option->name, p->name);
+    if (!attached && *at + 1 == argc)
+        return error_set(error, MR_USAGE, "option without its value: %s of %s; see matrig %s --help", option->name, p->name, p->name);
+    p->given[i] = true;
+    return take_value(p, option, attached ? attached : argv[++*at], error);
+}
+
+enum mr_status command_parse(const struct command *command, int argc, char **argv, const struct cli *cli, void *values, const char **words,
+                             struct error *error)
+{
+    struct parsing p = {.command = command, .name = argv[0], .cli = cli, .values = values};
+    const struct command_operands *operands = &command->operands;
+    size_t count = 0;
+    set_standards(&p);
+    for (size_t i = 0; i < operands->most; i++)
+        words[i] = NULL;
+    for (int i = 1; i < argc; i++) {
+        bool is_option = argv[i][0] == '-' && argv[i][1] != '\0';
+        if (is_option && take_option(&p, argc, argv, &i, error) != MR_OK)
+            return error->status;
+        if (!is_option && count == operands->most)
+            return error_set(error, MR_USAGE, "one word too many: '%s' of %s; see matrig %s --help", argv[i], p.name, p.name);
+        if (!is_option)
+            words[count++] = argv[i];
+    }
+    if (count < operands->least)
+        return error_set(error, MR_USAGE, "something is missing: matrig %s needs %s; see matrig %s --help", p.name, operands->names, p.name);
+    return MR_OK;
+}

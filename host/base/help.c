@@ -1,0 +1,127 @@
+#include "host/base/help.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/version.h"
+#include "host/base/help_page.h"
+
+/* With the options that may stand before every command. */
+static void print_usage(const char *words)
+{
+    fputs("usage: matrig", stdout);
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        if (command_matrig.parts[i].text)
+            printf(" [%s]", command_matrig.parts[i].option.name);
+    }
+    printf(" %s\n", words);
+}
+
+void help_overview(const struct command_table *table)
+{
+    print_usage(command_matrig.words);
+    putchar('\n');
+    for (size_t i = 0; i < table->count; i++)
+        printf("  %-9s %s\n", table->commands[i]->name, table->commands[i]->summary);
+    putchar('\n');
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        const struct command_part *part = &command_matrig.parts[i];
+        if (part->text)
+            printf("  %-9s %s\n", part->option.name, part->text);
+    }
+    puts("  --version\n"
+         "\n"
+         "matrig COMMAND --help tells more about a command, with an example; man matrig has it all.\n"
+         "Exit: 0 ok, 1 a comparison or limit failed, 2 usage, 3 input/output or device,\n"
+         "4 malformed or truncated input, 5 numerics refused or failed.\n"
+         "NO_COLOR=1 turns colours off.\n"
+         "\n"
+         "Example: matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db && matrig report campaign.db");
+}
+
+void help_command(const struct command *command)
+{
+    char *text = help_page_text(command);
+    char *words = NULL;
+    if (asprintf(&words, "%s %s", command->name, command->words) < 0)
+        abort();
+    print_usage(words);
+    printf("\n%s.\n\n%s", command->summary, text);
+    free(words);
+    free(text);
+}
+
+void help_version(const struct cli *cli)
+{
+    char version[40];
+    snprintf(version, sizeof version, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
+    if (cli->json)
+        cli_print_json(json_pack("{s:s}", "version", version), 0);
+    else
+        printf("matrig %s\n", version);
+}
+
+const struct command *help_find(const struct command_table *table, const char *name)
+{
+    for (size_t i = 0; i < table->count; i++) {
+        if (strcmp(table->commands[i]->name, name) == 0)
+            return table->commands[i];
+    }
+    return NULL;
+}
+
+/* The table for a program. */
+static int print_json(const struct command_table *table, const struct command *only)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < table->count; i++) {
+        const struct command *c = table->commands[i];
+        char *text = help_page_text(c);
+        if (!only || only == c)
+            json_array_append_new(list, json_pack("{s:s,s:s,s:s,s:s}", "name", c->name, "words", c->words, "summary", c->summary,
+                                                  "details", text));
+        free(text);
+    }
+    return cli_print_json(json_pack("{s:o}", "commands", list), 0);
+}
+
+struct request {
+    bool man, bash, help;
+};
+
+#define VALUES struct request
+static const struct command_part parts[] = {
+    OPTION_FLAG("--man", man, "the man page"),
+    OPTION_FLAG("--bash", bash, "completion for bash"),
+    OPTION_FLAG("--help", help, NULL),
+};
+static const struct command help_itself = {"help", NULL, "[COMMAND | --man | --bash]", "what matrig can do", COMMAND_PARTS(parts), {0, 1, ""}};
+
+int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli)
+{
+    struct error error = {0};
+    struct request request = {0};
+    const char *words[1] = {NULL};
+    const struct command *command = NULL;
+    if (command_parse(&help_itself, argc, argv, cli, &request, words, &error) != MR_OK)
+        return cli_fail(&error);
+    if (words[0])
+        command = help_find(table, words[0]);
+    if ((words[0] && !command) || request.man + request.bash + !!command > 1) {
+        error_set(&error, MR_USAGE, words[0] && !command ? "unknown command: '%s'; see matrig --help" : "too much at once: matrig help%s; give "
+                  "a command, --man or --bash", words[0] && !command ? words[0] : "");
+        return cli_fail(&error);
+    }
+    if (request.man)
+        help_man(table);
+    else if (request.bash)
+        help_bash(table);
+    else if (cli->json)
+        return print_json(table, command);
+    else if (command)
+        help_command(command);
+    else
+        help_overview(table);
+    return 0;
+}

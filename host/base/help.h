@@ -1,0 +1,22 @@
+/* Help: what matrig says of itself, from its table of commands. */
+#ifndef MATRIG_HOST_BASE_HELP_H
+#define MATRIG_HOST_BASE_HELP_H
+
+#include "host/base/command.h"
+
+void help_overview(const struct command_table *table);
+void help_command(const struct command *command);
+/* NULL: there is none of this name. */
+const struct command *help_find(const struct command_table *table, const char *name);
+void help_version(const struct cli *cli);
+
+/* matrig help [COMMAND | --man | --bash]: exit code. */
+int help_words(int argc, char **argv, const struct command_table *table, const struct cli *cli);
+
+/* The man page, man(7). Its date is SOURCE_DATE_EPOCH, or none. */
+void help_man(const struct command_table *table);
+
+/* Completion for bash 4 or later, to be sourced. */
+void help_bash(const struct command_table *table);
+
+#endif

@@ -1,0 +1,85 @@
+#include "host/base/place.h"
+
+#include <limits.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const struct {
+    const char *built; /* from the folder of the program */
+    const char *shared; /* below share/matrig; NULL: not there */
+} files[] = {
+    [PLACE_BOARD] = {"matrig-board", NULL},
+    [PLACE_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
+    [PLACE_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
+};
+
+static const char *program; /* NULL: the running one */
+
+void place_set_program(const char *path)
+{
+    program = path;
+}
+
+void place_program(char *path, size_t size)
+{
+    ssize_t length = program ? -1 : readlink("/proc/self/exe", path, size - 1);
+    if (length > 0)
+        path[length] = '\0';
+    else
+        snprintf(path, size, "%s", program ? program : "matrig");
+}
+
+static void program_folder(char *folder, size_t size)
+{
+    place_program(folder, size);
+    char *slash = strrchr(folder, '/');
+    if (slash)
+        *slash = '\0';
+    else
+        snprintf(folder, size, ".");
+}
+
+/* True when it can be read; then its path, without links and dots. */
+static bool try(char *path, size_t size, const char *folder, int length, const char *below, const char *name)
+{
+    char candidate[PATH_MAX];
+    int need = snprintf(candidate, sizeof candidate, "%.*s%s%s", length, folder, below, name);
+    if (length == 0 || need >= (int)sizeof candidate || (size_t)need >= size || access(candidate, R_OK) != 0)
+        return false;
+    char *real = realpath(candidate, NULL);
+    snprintf(path, size, "%s", real && strlen(real) < size ? real : candidate);
+    free(real);
+    return true;
+}
+
+static bool try_xdg(char *path, size_t size, const char *name)
+{
+    const char *home = getenv("HOME"), *own = getenv("XDG_DATA_HOME"), *list = getenv("XDG_DATA_DIRS");
+    if (own && own[0] == '/' ? try(path, size, own, (int)strlen(own), "/matrig/", name)
+                             : home && try(path, size, home, (int)strlen(home), "/.local/share/matrig/", name))
+        return true;
+    if (!list || !*list)
+        list = "/usr/local/share:/usr/share";
+    while (*list) {
+        int length = (int)strcspn(list, ":");
+        if (*list == '/' && try(path, size, list, length, "/matrig/", name)) /* relative ones do not count, by the specification */
+            return true;
+        list += length + (list[length] == ':');
+    }
+    return false;
+}
+
+void place_find(enum place what, char *path, size_t size)
+{
+    char folder[PATH_MAX - 80];
+    program_folder(folder, sizeof folder);
+    int length = (int)strlen(folder);
+    const char *shared = files[what].shared;
+    if (try(path, size, folder, length, "/", files[what].built) ||
+        (shared && (try(path, size, folder, length, "/../share/matrig/", shared) || try_xdg(path, size, shared))))
+        return;
+    snprintf(path, size, "%s/%s", folder, files[what].built);
+}

@@ -1,0 +1,84 @@
+#include "host/commands/study_start.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "common/version.h"
+#include "host/base/command.h"
+#include "host/base/place.h"
+
+#define NAME "matrig-study"
+
+static bool try(char *path, size_t size, const char *folder, size_t length, const char *below)
+{
+    struct stat file;
+    int need = snprintf(path, size, "%.*s%s" NAME, (int)length, folder, below);
+    return need > 0 && (size_t)need < size && stat(path, &file) == 0 && S_ISREG(file.st_mode) && access(path, X_OK) == 0;
+}
+
+bool study_find(const char *matrig, const char *search, char *path, size_t size)
+{
+    const char *slash = strrchr(matrig, '/');
+    size_t length = slash ? (size_t)(slash - matrig) : 0;
+    if (slash && (try(path, size, matrig, length, "/") || try(path, size, matrig, length, "/../libexec/matrig/")))
+        return true;
+    while (search && *search) {
+        length = strcspn(search, ":");
+        if (length > 0 && try(path, size, search, length, "/"))
+            return true;
+        search += length + (search[length] == ':');
+    }
+    return false;
+}
+
+static int fail(const char *command, const char *why)
+{
+    struct error error = {0};
+    error_set(&error, MR_IO, "cannot start " NAME ", which runs matrig %s: %s; make all builds it, make install puts it where matrig looks", command, why);
+    return cli_fail(&error);
+}
+
+/* matrig's own options, as they were given: the rows tell which they are. */
+static int put_options(char **words, const struct cli *cli)
+{
+    struct command_before before = {.cli = *cli};
+    int count = 0;
+    for (size_t i = 0; i < command_matrig.count; i++) {
+        const struct command_option *option = &command_matrig.parts[i].option;
+        if (option->name && *(const bool *)((const char *)&before + option->at))
+            words[count++] = (char *)option->name; /* execv changes no word, it only does not say so */
+    }
+    return count;
+}
+
+int study_start(int argc, char **argv, const struct cli *cli)
+{
+    char matrig[PATH_MAX], path[PATH_MAX], version[40], why[PATH_MAX + 100];
+    char **words = calloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
+    int count = 0;
+    if (!words)
+        return fail(argv[0], "out of memory");
+    place_program(matrig, sizeof matrig);
+    if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
+        free(words);
+        snprintf(why, sizeof why, "not beside %s, not in ../libexec/matrig from there, not on PATH", matrig);
+        return fail(argv[0], why);
+    }
+    snprintf(version, sizeof version, "%d.%d.%d", FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH);
+    words[count++] = NAME;
+    words[count++] = STUDY_STARTED_BY;
+    words[count++] = version;
+    words[count++] = matrig;
+    count += put_options(words + count, cli);
+    memcpy(words + count, argv, (size_t)argc * sizeof *argv);
+    fflush(NULL);
+    execv(path, words);
+    snprintf(why, sizeof why, "%s (%s)", path, strerror(errno));
+    free(words);
+    return fail(argv[0], why);
+}

@@ -1,0 +1,214 @@
+#include "host/link/timemap.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define STAMP_US 0.5 /* half the grain of the host's stamps */
+#define LEAST_SCALE_US 1e-3
+#define DAY_ZERO_US 946684800000000 /* the year 2000: before it, a stamp is no time of day */
+#define UNCERTAIN_US 50000.0
+#define BISECTIONS 60
+
+struct point {
+    double x_s;  /* board time */
+    double y_us; /* host time less board time, both since the first pair */
+};
+
+void timemap_add(struct timemap *map, double board_us, int64_t host_us)
+{
+    if (map->count && board_us <= map->pair[(map->count - 1) % TIMEMAP_PAIRS].board_us)
+        return;
+    map->pair[map->count++ % TIMEMAP_PAIRS] = (struct timemap_pair){board_us, host_us};
+}
+
+static size_t take_points(const struct timemap *map, struct timemap_fit *fit, struct point *point)
+{
+    size_t n = map->count < TIMEMAP_PAIRS ? map->count : TIMEMAP_PAIRS;
+    double sum_s = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const struct timemap_pair *pair = &map->pair[(map->count - n + i) % TIMEMAP_PAIRS];
+        if (i == 0) {
+            fit->board0_us = fit->from_us = pair->board_us;
+            fit->host0_us = pair->host_us;
+        }
+        fit->to_us = pair->board_us;
+        point[i].x_s = (pair->board_us - fit->board0_us) / 1e6;
+        point[i].y_us = (double)(pair->host_us - fit->host0_us) - (pair->board_us - fit->board0_us);
+        sum_s += point[i].x_s;
+    }
+    fit->pairs = n;
+    fit->mean_s = n ? sum_s / (double)n : 0.0;
+    return n;
+}
+
+/* c is on or above the line from a to b. */
+static bool above(struct point a, struct point b, struct point c)
+{
+    return (b.x_s - a.x_s) * (c.y_us - a.y_us) >= (b.y_us - a.y_us) * (c.x_s - a.x_s);
+}
+
+/* Lower convex hull of points in order of time. */
+static size_t lower_hull(const struct point *point, size_t n, struct point *hull)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < n; i++) {
+        while (count >= 2 && !above(hull[count - 2], hull[count - 1], point[i]))
+            count--;
+        hull[count++] = point[i];
+    }
+    return count;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The line below all points that is least below them on average: the hull's edge over the mean time. */
+static void touching_line(const struct point *hull, size_t count, double mean_s, double *at_mean_us, double *slope_ppm)
+{
+    size_t i = 1;
+    while (i + 1 < count && hull[i].x_s < mean_s)
+        i++;
+    *slope_ppm = (hull[i].y_us - hull[i - 1].y_us) / (hull[i].x_s - hull[i - 1].x_s);
+    *at_mean_us = hull[i].y_us + *slope_ppm * (mean_s - hull[i].x_s);
+}
+
+/* Slopes of the lines through (mean_s, c_us) that stay below the hull. */
+static void slopes(const struct point *hull, size_t count, double mean_s, double c_us, double *low_ppm, double *high_ppm)
+{
+    *low_ppm = -INFINITY;
+    *high_ppm = INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        double x_s = hull[i].x_s - mean_s;
+        if (x_s > 0.0)
+            *high_ppm = fmin(*high_ppm, (hull[i].y_us - c_us) / x_s);
+        else if (x_s < 0.0)
+            *low_ppm = fmax(*low_ppm, (hull[i].y_us - c_us) / x_s);
+    }
+    *high_ppm = fmax(*high_ppm, *low_ppm); /* equal but for rounding on the hull itself */
+}
+
+/* How many of the pairs next to the line are taken to be evenly dense. */
+static size_t strip_pairs(size_t n)
+{
+    return 4 + (size_t)sqrt((double)n);
+}
+
+/* c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the tangents. */
+static void integrate(struct timemap_fit *fit, const struct point *hull, size_t count, double touch_us, double strip_us, double m)
+{
+    double sum = 0.0;
+    for (size_t j = 0; j < TIMEMAP_GRID; j++) {
+        double u = pow(((double)j + 0.5) / TIMEMAP_GRID, 1.0 / (m - 2.0));
+        fit->c_us[j] = touch_us + strip_us - strip_us / u;
+        slopes(hull, count, fit->mean_s, fit->c_us[j], &fit->low_ppm[j], &fit->high_ppm[j]);
+        fit->weight[j] = u * (fit->high_ppm[j] - fit->low_ppm[j]);
+        sum += fit->weight[j];
+    }
+    for (size_t j = 0; j < TIMEMAP_GRID; j++)
+        fit->weight[j] = sum > 0.0 ? fit->weight[j] / sum : 1.0 / TIMEMAP_GRID;
+}
+
+/* Between two ends, evenly, each with its weight: the posterior of one quantity. */
+struct mixture {
+    double low[TIMEMAP_GRID], high[TIMEMAP_GRID];
+    const double *weight;
+};
+
+static double below(const struct mixture *mixture, double value)
+{
+    double sum = 0.0;
+    for (size_t j = 0; j < TIMEMAP_GRID; j++) {
+        double low = mixture->low[j], high = mixture->high[j];
+        if (value >= high)
+            sum += mixture->weight[j];
+        else if (value > low)
+            sum += mixture->weight[j] * (value - low) / (high - low);
+    }
+    return sum;
+}
+
+static double quantile(const struct mixture *mixture, double low, double high, double p)
+{
+    for (int i = 0; i < BISECTIONS && high - low > 1e-5; i++) {
+        double middle = 0.5 * (low + high);
+        if (below(mixture, middle) < p)
+            low = middle;
+        else
+            high = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/* Of k c + b t. */
+static struct timemap_value interval(const struct timemap_fit *fit, double k, double t_s)
+{
+    struct mixture mixture = {.weight = fit->weight};
+    double least = INFINITY, most = -INFINITY;
+    for (size_t j = 0; j < TIMEMAP_GRID; j++) {
+        double a = k * fit->c_us[j] + fit->low_ppm[j] * t_s, b = k * fit->c_us[j] + fit->high_ppm[j] * t_s;
+        mixture.low[j] = a < b ? a : b;
+        mixture.high[j] = a < b ? b : a;
+        least = fmin(least, mixture.low[j]);
+        most = fmax(most, mixture.high[j]);
+    }
+    double low = quantile(&mixture, least, most, 0.025), high = quantile(&mixture, low, most, 0.975);
+    return (struct timemap_value){0.5 * (low + high), 0.5 * (high - low)};
+}
+
+struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us)
+{
+    double since_us = board_us - fit->board0_us;
+    struct timemap_value offset = interval(fit, 1.0, since_us / 1e6 - fit->mean_s);
+    return (struct timemap_value){(double)fit->host0_us + since_us + offset.value + STAMP_US, hypot(offset.half, STAMP_US)};
+}
+
+static enum timemap_refusal judge(const struct timemap_fit *fit, double tolerance_ppm)
+{
+    if (fit->host0_us < DAY_ZERO_US)
+        return TIMEMAP_NO_DATE;
+    if (fabs(fit->fast_ppm.value) - fit->fast_ppm.half > tolerance_ppm)
+        return TIMEMAP_OTHER_PACE;
+    if (fit->spread_us > UNCERTAIN_US || timemap_host_us(fit, fit->to_us).half > UNCERTAIN_US)
+        return TIMEMAP_UNCERTAIN;
+    return TIMEMAP_GOOD;
+}
+
+void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit)
+{
+    struct point point[TIMEMAP_PAIRS], hull[TIMEMAP_PAIRS];
+    double over_us[TIMEMAP_PAIRS], touch_us, slope_ppm;
+    memset(fit, 0, sizeof *fit);
+    size_t n = take_points(map, fit, point);
+    fit->refusal = TIMEMAP_TOO_FEW;
+    if (n < TIMEMAP_LEAST)
+        return;
+    size_t count = lower_hull(point, n, hull);
+    touching_line(hull, count, fit->mean_s, &touch_us, &slope_ppm);
+    for (size_t i = 0; i < n; i++)
+        over_us[i] = point[i].y_us - touch_us - slope_ppm * (point[i].x_s - fit->mean_s);
+    qsort(over_us, n, sizeof *over_us, ascending);
+    fit->spread_us = over_us[n / 2];
+    size_t m = strip_pairs(n);
+    double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
+    integrate(fit, hull, count, touch_us, fmax(strip_us, LEAST_SCALE_US), (double)m);
+    struct timemap_value slower = interval(fit, 0.0, 1.0); /* host time gained a board second, us */
+    fit->fast_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6, slower.half};
+    fit->refusal = judge(fit, tolerance_ppm);
+}
+
+const char *timemap_refusal_text(unsigned refusal)
+{
+    switch (refusal) {
+    case TIMEMAP_GOOD: return "good";
+    case TIMEMAP_TOO_FEW: return "too few moments were told of; log for a quarter of a minute or more";
+    case TIMEMAP_NO_DATE: return "what was recorded has no times of day";
+    case TIMEMAP_OTHER_PACE: return "the board's time passed at another pace than this computer's: emulated at full speed, or read from a file";
+    case TIMEMAP_UNCERTAIN: return "too uneven delays, or this computer's clock was set meanwhile";
+    default: return "unknown";
+    }
+}
