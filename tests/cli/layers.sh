@@ -21,6 +21,7 @@ includes_only() {
 }
 
 check "matrig has objects of common/ and host/ alone" is_made_of build/matrig "common host"
+check "matrig-study likewise" is_made_of build/matrig-study "common host"
 check "matrig-board has objects of common/ and hil/ alone" is_made_of build/matrig-board "common hil"
 check "the firmware has objects of common/ and firmware/ alone" is_made_of build/firmware/matrig.elf "common firmware"
 check "an object of the firmware in a program is found" finds_an_object_of_the_firmware
