@@ -1,16 +1,12 @@
 #include "hil/rig/replay.h"
 
-#include <string.h>
-
-#include "common/framing.h"
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 #include "hil/periph/adc.h"
-#include "hil/periph/can.h"
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 #include "hil/periph/tim.h"
-#include "hil/periph/usart.h"
+#include "hil/rig/command_in.h"
 #include "hil/rig/rig.h"
 
 /* The application takes a block 0.97 ms after its first trigger: what comes half way before that finds the block before
@@ -90,21 +86,8 @@ static void begin(struct hil_replay_device *dev)
 
 static void give(struct hil_replay_device *dev, const struct mr_command *message, bool serial)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
-    size_t length = mr_command_put(message, payload);
-    enum mr_status status;
-    if (serial) {
-        uint8_t bytes[MR_FRAME_MAX];
-        size_t n = mr_frame_encode(dev->state->sequence++, MR_ID_COMMAND, payload, length, bytes);
-        status = hil_usart_inject(dev->usart, bytes, n);
-    } else {
-        struct hil_can_frame frame = {.id = MR_ID_COMMAND, .length = (uint8_t)length};
-        memcpy(frame.data, payload, length);
-        status = hil_can_inject(dev->can, &frame);
-    }
-    if (status == MR_OK)
-        dev->core->state.counters.commands_scripted++;
-    else
+    struct hil_command_in in = {dev->core, dev->can, dev->usart, &dev->state->sequence};
+    if (hil_command_in(&in, message, serial) != MR_OK)
         hil_core_stop(dev->core, MR_FULL, "replayed command %u: too many wait for the board", (unsigned)message->tag);
 }
 

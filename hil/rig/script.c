@@ -1,12 +1,8 @@
 #include "hil/rig/script.h"
 
-#include <string.h>
-
-#include "common/framing.h"
 #include "hil/core/core.h"
 #include "hil/core/event.h"
-#include "hil/periph/can.h"
-#include "hil/periph/usart.h"
+#include "hil/rig/command_in.h"
 #include "hil/rig/rig.h"
 
 static void schedule(struct hil_script_device *dev)
@@ -24,21 +20,8 @@ void hil_script_start(struct hil_script_device *dev)
 
 static void give(struct hil_script_device *dev, const struct hil_run_command *command)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
-    size_t length = mr_command_put(&command->message, payload);
-    enum mr_status status;
-    if (command->serial) {
-        uint8_t bytes[MR_FRAME_MAX];
-        size_t n = mr_frame_encode(dev->state->sequence++, MR_ID_COMMAND, payload, length, bytes);
-        status = hil_usart_inject(dev->usart, bytes, n);
-    } else {
-        struct hil_can_frame frame = {.id = MR_ID_COMMAND, .length = (uint8_t)length};
-        memcpy(frame.data, payload, length);
-        status = hil_can_inject(dev->can, &frame);
-    }
-    if (status == MR_OK)
-        dev->core->state.counters.commands_scripted++;
-    else
+    struct hil_command_in in = {dev->core, dev->can, dev->usart, &dev->state->sequence};
+    if (hil_command_in(&in, &command->message, command->serial) != MR_OK)
         hil_core_stop(dev->core, MR_FULL, "scripted command %u of the run file: too many wait for the %s",
                        (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
 }
