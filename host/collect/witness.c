@@ -27,6 +27,7 @@ void witness_copy(struct witness *to, const struct witness *from)
     to->count = from->count;
     memcpy(to->said_first, from->said_first, sizeof to->said_first);
     memcpy(to->said_count, from->said_count, sizeof to->said_count);
+    memcpy(to->forgotten_block, from->forgotten_block, sizeof to->forgotten_block);
     to->newest_block = from->newest_block;
     to->lost_from_block = from->lost_from_block;
     to->lost_block = from->lost_block;
@@ -37,6 +38,8 @@ void witness_restart(struct witness *witness)
     witness->newest_block = -1;
     witness->lost_from_block = witness->lost_block = -1;
     memset(witness->said_count, 0, sizeof witness->said_count);
+    for (unsigned place = 0; place < MR_PLACES; place++)
+        witness->forgotten_block[place] = -1;
     for (size_t i = 0; i < witness->count; i++) /* of the boot before, or of this one: nobody knows */
         witness->waiting[(witness->first + i) % WITNESS_WAITING].block = -1;
 }
@@ -85,8 +88,10 @@ void witness_serial(struct witness *witness, const struct mr_message *message, i
     unsigned place = message->place;
     witness_block(witness, block);
     while (witness->said_count[place] > 0 && (witness->said_count[place] == WITNESS_SAID ||
-                                              said(witness, place, 0)->block + WITNESS_KEPT_BLOCKS < witness->newest_block))
+                                              said(witness, place, 0)->block + WITNESS_KEPT_BLOCKS < witness->newest_block)) {
+        witness->forgotten_block[place] = said(witness, place, 0)->block;
         forget(witness, place, 1);
+    }
     struct witness_said *newest = said(witness, place, witness->said_count[place]++);
     newest->block = witness->newest_block;
     memcpy(newest->payload, message->payload, sizeof newest->payload);
@@ -122,6 +127,12 @@ static bool lost_near(const struct witness *witness, int64_t block)
            block - WITNESS_LATE_BLOCKS <= witness->lost_block;
 }
 
+/* CAN may be so far behind that what serial said at its time is no longer remembered. */
+static bool remembers(const struct witness *witness, const struct witness_message *message)
+{
+    return message->block - WITNESS_LATE_BLOCKS > witness->forgotten_block[message->message.place];
+}
+
 enum witness_verdict witness_take(struct witness *witness, int64_t can_block, bool over, struct witness_message *message)
 {
     enum witness_verdict verdict = WITNESS_WAIT;
@@ -133,7 +144,7 @@ enum witness_verdict witness_take(struct witness *witness, int64_t can_block, bo
     if (was_said(witness, oldest))
         verdict = WITNESS_SAME;
     else if (passed && oldest->block >= 0)
-        verdict = lost_near(witness, oldest->block) ? WITNESS_UNHEARD : WITNESS_STRANGER;
+        verdict = lost_near(witness, oldest->block) || !remembers(witness, oldest) ? WITNESS_UNHEARD : WITNESS_STRANGER;
     else if (passed || over || witness->count == WITNESS_WAITING || can_block > newest + WITNESS_SILENT_BLOCKS)
         verdict = WITNESS_UNHEARD;
     if (verdict == WITNESS_WAIT)

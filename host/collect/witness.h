@@ -1,6 +1,7 @@
 /* Serial as the witness of what CAN says. On serial every frame has a number and a CRC-32; on CAN anybody may speak, by the board's own
  * identifiers. A message that the board sends on both links is obeyed from CAN only once serial has said the same, byte for byte. One
- * that serial has not said a second after its time is a stranger's, unless serial lost frames meanwhile: then CAN is what is left.
+ * that serial has not said a second after its time is a stranger's, unless serial lost frames meanwhile, or CAN is so far behind that what
+ * serial said then is forgotten: then CAN is what is left.
  *
  * Messages of CAN wait in their order, and serial's are remembered until their twin comes. Pure; times are blocks of the board. */
 #ifndef MATRIG_HOST_COLLECT_WITNESS_H
@@ -39,6 +40,7 @@ struct witness {
     size_t first, count;
     struct witness_said said[MR_PLACES][WITNESS_SAID]; /* rings, the oldest first */
     unsigned said_first[MR_PLACES], said_count[MR_PLACES];
+    int64_t forgotten_block[MR_PLACES];  /* of the newest that was forgotten for want of room or for its age; -1: none */
     int64_t newest_block;                /* of serial; -1: none */
     int64_t lost_from_block, lost_block; /* between which serial last lost frames, whoever lost them; lost_block -1: never */
 };
@@ -46,7 +48,7 @@ struct witness {
 enum witness_verdict {
     WITNESS_WAIT,     /* nothing is known yet, or nothing waits */
     WITNESS_SAME,     /* serial has said it */
-    WITNESS_UNHEARD,  /* serial cannot tell: it lost frames, or is silent */
+    WITNESS_UNHEARD,  /* serial cannot tell: it lost frames, is silent, or spoke too long ago */
     WITNESS_STRANGER, /* serial was there and did not say it */
 };
 

@@ -76,10 +76,38 @@ static void a_copy_goes_on_as_the_witness(void **unused)
     free(copy);
 }
 
+/* A computer that is slow with one link brings CAN long after serial: what serial has said meanwhile is more than is remembered. */
+static void can_far_behind_is_no_stranger(void **unused)
+{
+    (void)unused;
+    const int64_t behind = 3 * WITNESS_SAID;
+    struct witness *witness = malloc(sizeof *witness);
+    unsigned verdicts[WITNESS_STRANGER + 1] = {0};
+    assert_non_null(witness);
+    witness_start(witness);
+    for (int64_t said = 0; said < 40000; said++) {
+        struct witness_message taken, message = {.block = (said - behind) * 20};
+        uint8_t payload[MR_MESSAGE_MAX] = {(uint8_t)said, (uint8_t)(said >> 8)};
+        mr_message_read(&message.message, MR_ID_LANDING, payload, mr_message_find(MR_ID_LANDING)->length);
+        witness_serial(witness, &message.message, said * 20);
+        if (said < behind)
+            continue;
+        payload[0] = (uint8_t)(said - behind);
+        payload[1] = (uint8_t)((said - behind) >> 8);
+        mr_message_read(&message.message, MR_ID_LANDING, payload, mr_message_find(MR_ID_LANDING)->length);
+        assert_true(witness_can(witness, &message));
+        verdicts[witness_take(witness, message.block, false, &taken)]++;
+    }
+    assert_int_equal(verdicts[WITNESS_STRANGER], 0);
+    assert_int_equal(verdicts[WITNESS_UNHEARD], 40000 - behind);
+    free(witness);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_copy_goes_on_as_the_witness),
+        cmocka_unit_test(can_far_behind_is_no_stranger),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
