@@ -53,14 +53,18 @@ bool cli_colour(void)
     return cli_terminal() && !(no_colour && no_colour[0]);
 }
 
+int cli_fail_output(void)
+{
+    fputs("matrig: cannot write the result: standard output; check where it goes\n", stderr);
+    return mr_status_exit_code(MR_IO);
+}
+
 int cli_print_json(json_t *object, int exit_code)
 {
     int failed = json_dumpf(object, stdout, JSON_COMPACT | JSON_REAL_PRECISION(15));
     json_decref(object);
-    if (failed || putchar('\n') == EOF || fflush(stdout) != 0) {
-        fputs("matrig: cannot write the result: standard output; check where it goes\n", stderr);
-        return mr_status_exit_code(MR_IO);
-    }
+    if (failed || putchar('\n') == EOF || fflush(stdout) != 0)
+        return cli_fail_output();
     return exit_code;
 }
 

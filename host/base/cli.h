@@ -33,6 +33,8 @@ void cli_note(const struct cli *cli, const char *format, ...) __attribute__((for
 bool cli_terminal(void);
 bool cli_colour(void);
 
+/* Say on stderr that stdout failed, and return the exit code of that. */
+int cli_fail_output(void);
 /* Print one JSON object and a newline on stdout and release it. Returns exit_code, or 3 when stdout failed.
  */
 int cli_print_json(json_t *object, int exit_code);

@@ -6,7 +6,17 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum unit_kind { UNIT_STATION, UNIT_DISPLACEMENT, UNIT_SPEED, UNIT_DECELERATION, UNIT_TENSION, UNIT_KINDS };
+enum unit_kind {
+    UNIT_STATION,
+    UNIT_DISPLACEMENT,
+    UNIT_SPEED,
+    UNIT_DECELERATION,
+    UNIT_TENSION,
+    UNIT_KINDS,               /* those above differ in SI, those below do not */
+    UNIT_NUMBER = UNIT_KINDS, /* without a unit, or the unit is in the name */
+    UNIT_TIME,
+    UNIT_ALL
+};
 
 struct unit {
     const char *text;   /* "ft/s2" */

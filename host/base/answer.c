@@ -1,0 +1,178 @@
+#include "host/base/answer.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/answer_items.h"
+
+#define DIGITS 6
+#define WORDS 1200
+
+struct answer *answer_new(bool si)
+{
+    struct answer *answer = calloc(1, sizeof *answer);
+    if (answer)
+        answer->si = si;
+    return answer;
+}
+
+void answer_free(struct answer *answer)
+{
+    if (!answer)
+        return;
+    for (size_t i = 0; i < answer->count; i++) {
+        free(answer->item[i].name);
+        free(answer->item[i].label);
+        free(answer->item[i].words);
+        json_decref(answer->item[i].json);
+    }
+    free(answer->item);
+    free(answer);
+}
+
+static bool copy(char **to, const char *text)
+{
+    *to = text ? strdup(text) : NULL;
+    return *to || !text;
+}
+
+/* Never NULL: a fact without room is refined in vain. */
+static struct answer_item *add(struct answer *answer, enum answer_kind kind, const char *name, const char *label)
+{
+    static struct answer_item beyond;
+    struct answer_item *item = &beyond;
+    if (answer && answer->count == answer->room && !answer->failed) {
+        size_t room = answer->room ? 2 * answer->room : 32;
+        struct answer_item *grown = realloc(answer->item, room * sizeof *grown);
+        answer->failed = !grown;
+        answer->item = grown ? grown : answer->item;
+        answer->room = grown ? room : answer->room;
+    }
+    bool kept = answer && !answer->failed;
+    if (kept)
+        item = &answer->item[answer->count++];
+    *item = (struct answer_item){.kind = kind, .fact.digits = DIGITS, .error = (double)NAN};
+    if (kept && !(copy(&item->name, name) && copy(&item->label, label)))
+        answer->failed = true;
+    return item;
+}
+
+static void set_words(struct answer *answer, struct answer_item *item, const char *format, va_list arguments)
+{
+    char text[WORDS];
+    vsnprintf(text, sizeof text, format, arguments);
+    if (answer && !answer->failed && !copy(&item->words, text))
+        answer->failed = true;
+}
+
+struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, int decimals)
+{
+    struct answer_item *item = add(answer, ANSWER_VALUE, name, label);
+    const struct unit *shown = unit_of(unit, answer && answer->si);
+    item->unit = shown;
+    item->value = value * shown->factor;
+    item->decimals = decimals - (int)floor(log10(shown->factor));
+    item->decimals = item->decimals < 0 ? 0 : item->decimals;
+    return &item->fact;
+}
+
+struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, double error,
+                                    int decimals)
+{
+    struct answer_fact *fact = answer_value(answer, name, label, unit, value, decimals);
+    struct answer_item *item = (struct answer_item *)fact; /* its first member */
+    item->kind = ANSWER_ESTIMATE;
+    item->error = error * item->unit->factor;
+    return fact;
+}
+
+void answer_count(struct answer *answer, const char *name, const char *label, int64_t count)
+{
+    add(answer, ANSWER_COUNT, name, label)->count = count;
+}
+
+void answer_flag(struct answer *answer, const char *name, const char *label, bool yes)
+{
+    add(answer, ANSWER_FLAG, name, label)->count = yes;
+}
+
+void answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
+{
+    struct answer_item *item = add(answer, ANSWER_WORDS, name, label);
+    va_list arguments;
+    va_start(arguments, format);
+    set_words(answer, item, format, arguments);
+    va_end(arguments);
+}
+
+void answer_sentence(struct answer *answer, const char *name, const char *format, ...)
+{
+    struct answer_item *item = add(answer, ANSWER_SENTENCE, name, "");
+    va_list arguments;
+    va_start(arguments, format);
+    set_words(answer, item, format, arguments);
+    va_end(arguments);
+}
+
+void answer_none(struct answer *answer, const char *name, const char *label, const char *why)
+{
+    struct answer_item *item = add(answer, ANSWER_NONE, name, label);
+    if (answer && !answer->failed && !copy(&item->words, why))
+        answer->failed = true;
+}
+
+void answer_json_value(struct answer *answer, const char *name, json_t *json)
+{
+    if (answer && !json)
+        answer->failed = true;
+    struct answer_item *item = add(answer, ANSWER_JSON, name, NULL);
+    if (answer && !answer->failed)
+        item->json = json;
+    else
+        json_decref(json);
+}
+
+void answer_open(struct answer *answer, const char *name, const char *label)
+{
+    add(answer, ANSWER_OPEN, name, label);
+}
+
+void answer_list(struct answer *answer, const char *name, const char *label)
+{
+    add(answer, ANSWER_LIST, name, label);
+}
+
+void answer_table(struct answer *answer, const char *name, const char *label)
+{
+    add(answer, ANSWER_TABLE, name, label);
+}
+
+void answer_close(struct answer *answer)
+{
+    add(answer, ANSWER_CLOSE, NULL, NULL);
+}
+
+size_t answer_after(const struct answer *answer, size_t i)
+{
+    size_t depth = 0;
+    do {
+        depth += answer_is_group(answer->item[i].kind);
+        depth -= depth > 0 && answer->item[i].kind == ANSWER_CLOSE;
+        i++;
+    } while (depth > 0 && i < answer->count);
+    return i;
+}
+
+int answer_show(const struct cli *cli, struct answer *answer, int code)
+{
+    if (cli->json) {
+        json_t *json = answer_json(answer);
+        answer_free(answer);
+        return json ? cli_print_json(json, code) : cli_fail_output();
+    }
+    bool shown = answer_text(answer, stdout) && fflush(stdout) == 0;
+    answer_free(answer);
+    return shown ? code : cli_fail_output();
+}

@@ -1,0 +1,67 @@
+/* What a command answers, described once: each fact's name, unit, value and error. Text for people, JSON for programs and HTML for
+ * pages are printed from that one description.
+ *
+ * A fact has a name, under which programs find it, and a label, under which people do. Without a name it is not in the JSON, without a
+ * label it is in the JSON alone. In the JSON a unit ends the name ("rms_in", "peak_error_in"), and what is not finite is null.
+ * Values are given in the report's units; an answer in SI converts them.
+ *
+ * Functions return the fact that they added, to be refined before the next call. Names, labels and words are copied. When memory ends,
+ * answers are cut short, and answer_text, answer_json and answer_html say so. */
+#ifndef MATRIG_HOST_BASE_ANSWER_H
+#define MATRIG_HOST_BASE_ANSWER_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "host/base/cli.h"
+#include "host/base/units.h"
+
+struct answer;
+
+struct answer_fact {
+    int digits;      /* significant, in the JSON: 6 unless set */
+    bool interval;   /* people see the 95 % interval, too */
+    bool bounded;    /* a ratio: people see ">999" where it is above 999 */
+    bool plus;       /* people see the sign of what is positive, too */
+    const char *end; /* follows the value for people; static. NULL: nothing */
+};
+
+/* NULL when memory has ended; every function takes that. */
+struct answer *answer_new(bool si);
+void answer_free(struct answer *answer);
+
+/* A number with `decimals` in the report's unit; in SI as many more or less as keep every digit. */
+struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, int decimals);
+/* The same with its standard error; the JSON has NAME and NAME_error. */
+struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, double error,
+                                    int decimals);
+void answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
+void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
+void answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...) __attribute__((format(printf, 4, 5)));
+/* A sentence for people stands by itself, in lines that fit. */
+void answer_sentence(struct answer *answer, const char *name, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/* null; people read why. */
+void answer_none(struct answer *answer, const char *name, const char *label, const char *why);
+/* Of the JSON alone: any value. Takes `json`. */
+void answer_json_value(struct answer *answer, const char *name, json_t *json);
+
+/* Facts that belong together, until answer_close: an object of the JSON; for people a heading with its facts below. */
+void answer_open(struct answer *answer, const char *name, const char *label);
+/* An array of values without names. */
+void answer_list(struct answer *answer, const char *name, const char *label);
+/* An array of objects, which people see as a table: rows are opened and closed in it, and labels of their facts head its columns, in the
+ * order of the row that has most of them. `|` begins a new line of the head. What is too wide goes on below, the first column again. */
+void answer_table(struct answer *answer, const char *name, const char *label);
+void answer_close(struct answer *answer);
+
+/* False: memory had ended, or `out` cannot be written. */
+bool answer_text(const struct answer *answer, FILE *out);
+bool answer_html(const struct answer *answer, FILE *out);
+/* NULL: memory had ended. The caller's. */
+json_t *answer_json(const struct answer *answer);
+/* Text or, with --json, JSON to standard output; frees the answer. Returns `code`, or the exit code of a failed output. */
+int answer_show(const struct cli *cli, struct answer *answer, int code);
+
+#endif

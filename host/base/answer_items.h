@@ -1,0 +1,59 @@
+/* An answer's facts in their order: what answer.c gathers and the printers walk through. */
+#ifndef MATRIG_HOST_BASE_ANSWER_ITEMS_H
+#define MATRIG_HOST_BASE_ANSWER_ITEMS_H
+
+#include "host/base/answer.h"
+
+enum answer_kind {
+    ANSWER_VALUE,
+    ANSWER_ESTIMATE,
+    ANSWER_COUNT,
+    ANSWER_FLAG,
+    ANSWER_WORDS,
+    ANSWER_SENTENCE,
+    ANSWER_NONE,
+    ANSWER_JSON,
+    ANSWER_OPEN,
+    ANSWER_LIST,
+    ANSWER_TABLE,
+    ANSWER_CLOSE
+};
+
+struct answer_item {
+    struct answer_fact fact; /* the first: its address is the item's */
+    enum answer_kind kind;
+    char *name, *label; /* owned; NULL: not for programs, not for people */
+    const struct unit *unit;
+    double value, error; /* as shown: converted */
+    int decimals;
+    int64_t count;
+    char *words;
+    json_t *json;
+};
+
+struct answer {
+    struct answer_item *item;
+    size_t count, room;
+    bool si, failed; /* failed: memory ended */
+};
+
+static inline bool answer_is_group(enum answer_kind kind)
+{
+    return kind == ANSWER_OPEN || kind == ANSWER_LIST || kind == ANSWER_TABLE;
+}
+
+/* The index after item `i` and all that is in it. */
+size_t answer_after(const struct answer *answer, size_t i);
+
+#define ANSWER_CELL 400
+/* The fact as people read it, without its unit. `plus_minus`: between value and error. */
+void answer_cell(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
+/* The same with its unit, its interval and its end. */
+void answer_line(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
+
+/* The columns of the table at `table`: of its row with most labels, their facts' indices. At most `most`; how many. */
+size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most);
+/* The fact of the row at `row` with this label; NULL: the row has none. */
+const struct answer_item *answer_in_row(const struct answer *answer, size_t row, const char *label);
+
+#endif

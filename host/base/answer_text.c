@@ -1,0 +1,269 @@
+/* An answer for people at a terminal. */
+#include <math.h>
+#include <string.h>
+
+#include "host/base/answer_items.h"
+
+#define WIDTH 100 /* of a terminal that people have */
+#define LABEL 13  /* the least width of the labels of facts */
+#define COLUMNS 40
+#define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
+
+/* Characters, not bytes. */
+static size_t width_of(const char *text, size_t bytes)
+{
+    size_t width = 0;
+    for (size_t i = 0; i < bytes; i++)
+        width += ((unsigned char)text[i] & 0xc0) != 0x80;
+    return width;
+}
+
+static int number(const struct answer_item *item, double value, char *text, size_t size)
+{
+    if (!isfinite(value))
+        return snprintf(text, size, "%s", isnan(value) ? "-" : value < 0 ? "-inf" : "inf");
+    if (item->fact.bounded && value >= 999.5)
+        return snprintf(text, size, ">999");
+    return snprintf(text, size, item->fact.plus ? "%+.*f" : "%.*f", item->decimals, unit_tidy(value, pow(10.0, -item->decimals)));
+}
+
+void answer_cell(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL])
+{
+    int length = 0;
+    text[0] = '\0';
+    switch (item->kind) {
+    case ANSWER_VALUE:
+    case ANSWER_ESTIMATE: length = number(item, item->value, text, ANSWER_CELL); break;
+    case ANSWER_COUNT: snprintf(text, ANSWER_CELL, "%lld", (long long)item->count); break;
+    case ANSWER_FLAG: snprintf(text, ANSWER_CELL, "%s", item->count ? "yes" : "no"); break;
+    default: snprintf(text, ANSWER_CELL, "%s", item->words ? item->words : "");
+    }
+    if (item->kind == ANSWER_ESTIMATE && isfinite(item->value) && !isnan(item->error)) {
+        length += snprintf(text + length, (size_t)(ANSWER_CELL - length), "%s", plus_minus);
+        number(item, item->error, text + length, (size_t)(ANSWER_CELL - length));
+    }
+}
+
+void answer_line(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL])
+{
+    const char *unit = item->unit && isfinite(item->value) ? item->unit->text : "";
+    char interval[80] = "";
+    answer_cell(item, plus_minus, text);
+    if (item->fact.interval && isfinite(item->error))
+        snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals, item->value - NORMAL_95 * item->error, item->decimals,
+                 item->value + NORMAL_95 * item->error);
+    size_t length = strlen(text);
+    snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s", unit[0] ? " " : "", unit, interval, item->fact.end ? item->fact.end : "");
+}
+
+/* A sentence in lines that fit. */
+static void print_sentence(const char *text, int indent, FILE *out)
+{
+    size_t column = 0;
+    while (*text) {
+        size_t length = strcspn(text, " ");
+        if (column > 0 && column + 1 + length > WIDTH) {
+            fputc('\n', out);
+            column = 0;
+        }
+        column += (size_t)(column > 0 ? fprintf(out, " %.*s", (int)length, text) : fprintf(out, "%*s%.*s", indent, "", (int)length, text));
+        text += length + strspn(text + length, " ");
+    }
+    fputc('\n', out);
+}
+
+/* ---- tables ---- */
+
+size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most)
+{
+    size_t best = 0, end = answer_after(answer, table);
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        size_t count = 0, to = answer_after(answer, row);
+        for (size_t i = row + 1; i < to; i = answer_after(answer, i))
+            count += answer->item[i].label != NULL;
+        count = count < most ? count : most;
+        if (count <= best)
+            continue;
+        best = 0;
+        for (size_t i = row + 1; i < to && best < count; i = answer_after(answer, i)) {
+            if (answer->item[i].label)
+                column[best++] = i;
+        }
+    }
+    return best;
+}
+
+const struct answer_item *answer_in_row(const struct answer *answer, size_t row, const char *label)
+{
+    size_t end = answer_after(answer, row);
+    for (size_t i = row + 1; i < end; i = answer_after(answer, i)) {
+        if (answer->item[i].label && strcmp(answer->item[i].label, label) == 0)
+            return &answer->item[i];
+    }
+    return NULL;
+}
+
+/* Line `line` of a column's head: the parts of its label, then its unit. False: there is none. */
+static bool head_line(const struct answer_item *column, size_t line, size_t lines, char text[static ANSWER_CELL])
+{
+    const char *part = column->label;
+    size_t parts = 1, unit = column->unit && column->unit->text[0];
+    for (const char *at = part; (at = strchr(at, '|')); at++)
+        parts++;
+    text[0] = '\0';
+    if (line + parts + unit < lines) /* heads end at the same line */
+        return false;
+    line -= lines - parts - unit;
+    if (line >= parts)
+        return snprintf(text, ANSWER_CELL, "%s", column->unit->text) > 0;
+    for (; line > 0; line--)
+        part = strchr(part, '|') + 1;
+    snprintf(text, ANSWER_CELL, "%.*s", (int)strcspn(part, "|"), part);
+    return true;
+}
+
+static size_t head_lines(const struct answer_item *column)
+{
+    size_t lines = column->unit && column->unit->text[0] ? 2 : 1;
+    for (const char *at = column->label; (at = strchr(at, '|')); at++)
+        lines++;
+    return lines;
+}
+
+static size_t column_width(const struct answer *answer, size_t table, const struct answer_item *column)
+{
+    char text[ANSWER_CELL];
+    size_t width = 1, lines = head_lines(column), end = answer_after(answer, table);
+    for (size_t line = 0; line < lines; line++) {
+        head_line(column, line, lines, text);
+        size_t head = width_of(text, strlen(text));
+        width = head > width ? head : width;
+    }
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        const struct answer_item *item = answer_in_row(answer, row, column->label);
+        if (!item)
+            continue;
+        answer_cell(item, " +- ", text);
+        size_t cell = width_of(text, strlen(text));
+        width = cell > width ? cell : width;
+    }
+    return width;
+}
+
+/* Blanks are owed until something follows them, so that no line ends in them. */
+static void print_padded(const char *text, size_t width, bool left, size_t *owed, FILE *out)
+{
+    size_t own = width_of(text, strlen(text)), gap = own < width ? width - own : 0;
+    *owed += 2 + (left ? 0 : gap);
+    if (own > 0) {
+        fprintf(out, "%*s%s", (int)*owed, "", text);
+        *owed = 0;
+    }
+    *owed += left ? gap : 0;
+}
+
+struct block {
+    const struct answer_item *column[COLUMNS];
+    size_t width[COLUMNS];
+    size_t count;
+};
+
+static bool is_left(const struct answer_item *column)
+{
+    return column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE || column->kind == ANSWER_SENTENCE;
+}
+
+static void print_block(const struct answer *answer, size_t table, const struct block *block, FILE *out)
+{
+    char text[ANSWER_CELL];
+    size_t lines = 0, end = answer_after(answer, table);
+    for (size_t c = 0; c < block->count; c++) {
+        size_t own = head_lines(block->column[c]);
+        lines = own > lines ? own : lines;
+    }
+    for (size_t line = 0; line < lines; line++) {
+        size_t owed = 0;
+        for (size_t c = 0; c < block->count; c++) {
+            head_line(block->column[c], line, lines, text);
+            print_padded(text, block->width[c], is_left(block->column[c]), &owed, out);
+        }
+        fputc('\n', out);
+    }
+    for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        size_t owed = 0;
+        for (size_t c = 0; c < block->count; c++) {
+            const struct answer_item *item = answer_in_row(answer, row, block->column[c]->label);
+            text[0] = '\0';
+            if (item)
+                answer_cell(item, " +- ", text);
+            print_padded(text, block->width[c], is_left(block->column[c]), &owed, out);
+        }
+        fputc('\n', out);
+    }
+}
+
+static void print_table(const struct answer *answer, size_t table, FILE *out)
+{
+    size_t index[COLUMNS], columns = answer_columns(answer, table, index, COLUMNS), done = 0;
+    struct block block = {0};
+    size_t used = 0;
+    while (done < columns) {
+        const struct answer_item *column = &answer->item[index[done]];
+        size_t width = column_width(answer, table, column);
+        if (block.count > 1 && used + 2 + width > WIDTH) { /* the rest below, beside the first column again */
+            print_block(answer, table, &block, out);
+            used = 2 + block.width[0];
+            block.count = 1;
+        }
+        block.column[block.count] = column;
+        block.width[block.count++] = width;
+        used += 2 + width;
+        done++;
+    }
+    if (block.count > 0)
+        print_block(answer, table, &block, out);
+}
+
+/* ---- facts ---- */
+
+static void print_fact(const struct answer_item *item, int indent, size_t labels, FILE *out)
+{
+    char text[ANSWER_CELL];
+    if (item->kind == ANSWER_SENTENCE) {
+        print_sentence(item->words ? item->words : "", indent, out);
+        return;
+    }
+    answer_line(item, " +- ", text);
+    fprintf(out, "%*s%s%*s %s\n", indent, "", item->label, (int)(labels - width_of(item->label, strlen(item->label))), "", text);
+}
+
+static void print_items(const struct answer *answer, size_t from, size_t to, int indent, FILE *out)
+{
+    size_t labels = LABEL;
+    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+        const struct answer_item *item = &answer->item[i];
+        size_t width = item->label && !answer_is_group(item->kind) ? width_of(item->label, strlen(item->label)) : 0;
+        labels = width > labels ? width : labels;
+    }
+    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+        const struct answer_item *item = &answer->item[i];
+        if (!item->label)
+            continue;
+        if (answer_is_group(item->kind) && item->label[0])
+            fprintf(out, "%*s%s\n", indent, "", item->label);
+        if (item->kind == ANSWER_TABLE)
+            print_table(answer, i, out);
+        else if (answer_is_group(item->kind))
+            print_items(answer, i + 1, answer_after(answer, i), item->label[0] ? indent + 2 : indent, out);
+        else
+            print_fact(item, indent, labels, out);
+    }
+}
+
+bool answer_text(const struct answer *answer, FILE *out)
+{
+    if (!answer || answer->failed)
+        return false;
+    print_items(answer, 0, answer->count, 0, out);
+    return !ferror(out);
+}

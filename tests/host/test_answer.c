@@ -1,0 +1,213 @@
+/* One description of an answer, printed three times. What is expected was written by hand. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host/base/answer.h"
+#include "tests/cmocka_all.h"
+
+static char *printed(const struct answer *answer, bool (*print)(const struct answer *, FILE *))
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    assert_non_null(out);
+    assert_true(print(answer, out));
+    assert_int_equal(fclose(out), 0);
+    return text;
+}
+
+static void expect(const struct answer *answer, bool (*print)(const struct answer *, FILE *), const char *expected)
+{
+    char *text = printed(answer, print);
+    assert_string_equal(text, expected);
+    free(text);
+}
+
+static void expect_json(const struct answer *answer, const char *expected)
+{
+    json_t *json = answer_json(answer);
+    assert_non_null(json);
+    char *text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(6));
+    assert_string_equal(text, expected);
+    free(text);
+    json_decref(json);
+}
+
+static struct answer *landing(bool si)
+{
+    struct answer *answer = answer_new(si);
+    answer_count(answer, "run", NULL, 5);
+    answer_open(answer, NULL, "RUN 5");
+    answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, 35.5, 0.112, 3)->interval = true;
+    answer_value(answer, "rms", "rms <all>", UNIT_DISPLACEMENT, -0.00001, 4);
+    answer_value(answer, "at", "at", UNIT_TIME, (double)NAN, 3);
+    answer_flag(answer, "pass", "pass", true);
+    answer_words(answer, NULL, "board", "%s", "unknown");
+    answer_none(answer, "worst", "worst", "not compared");
+    answer_json_value(answer, "raw", json_pack("[ii]", 1, 2));
+    answer_close(answer);
+    return answer;
+}
+
+static void facts_in_three_forms(void **unused)
+{
+    (void)unused;
+    struct answer *answer = landing(false);
+    expect(answer, answer_text,
+           "RUN 5\n"
+           "  touchdown     35.500 +- 0.112 ft/s (95 %: 35.280 to 35.720)\n"
+           "  rms <all>     0.0000 in\n"
+           "  at            -\n"
+           "  pass          yes\n"
+           "  board         unknown\n"
+           "  worst         not compared\n");
+    expect_json(answer, "{\"run\":5,\"touchdown_speed_ft_s\":35.5,\"touchdown_speed_error_ft_s\":0.112,\"rms_in\":-1e-5,\"at_s\":null,"
+                        "\"pass\":true,\"worst\":null,\"raw\":[1,2]}");
+    expect(answer, answer_html,
+           "<h3>RUN 5</h3>\n<dl>\n"
+           "<div><dt>touchdown</dt><dd>35.500 \xc2\xb1 0.112 ft/s (95 %: 35.280 to 35.720)</dd></div>\n"
+           "<div><dt>rms &lt;all&gt;</dt><dd>0.0000 in</dd></div>\n"
+           "<div><dt>at</dt><dd>-</dd></div>\n"
+           "<div><dt>pass</dt><dd>yes</dd></div>\n"
+           "<div><dt>board</dt><dd>unknown</dd></div>\n"
+           "<div><dt>worst</dt><dd>not compared</dd></div>\n"
+           "</dl>\n");
+    answer_free(answer);
+}
+
+static void si_converts_name_value_and_error(void **unused)
+{
+    (void)unused;
+    struct answer *answer = answer_new(true);
+    answer_estimate(answer, "peak", "peak", UNIT_DISPLACEMENT, 1.0, 0.01, 4); /* 25.4 mm */
+    answer_value(answer, "pull", "pull", UNIT_TENSION, 1.0, 1);               /* 4.448 N */
+    answer_value(answer, "station", "station", UNIT_STATION, 10.0, 1);        /* 3.048 m */
+    expect(answer, answer_text,
+           "peak          25.400 +- 0.254 mm\n"
+           "pull          4.4 N\n"
+           "station       3.05 m\n");
+    expect_json(answer, "{\"peak_mm\":25.4,\"peak_error_mm\":0.254,\"pull_N\":4.44822,\"station_m\":3.048}");
+    answer_free(answer);
+}
+
+static struct answer *channels(size_t columns)
+{
+    struct answer *answer = answer_new(false);
+    answer_table(answer, "channels", "channels");
+    for (int row = 0; row < 3; row++) {
+        answer_open(answer, NULL, NULL);
+        answer_count(answer, "number", "no", row + 8);
+        answer_json_value(answer, "hidden", json_integer(row));
+        if (row == 0)
+            answer_words(answer, "why", "why", "too late");
+        for (size_t c = 0; row > 0 && c < columns; c++) {
+            char name[20], label[40];
+            snprintf(name, sizeof name, "x%zu", c);
+            snprintf(label, sizeof label, "peak|number %zu", c);
+            answer_value(answer, name, label, UNIT_DISPLACEMENT, row == 1 ? 1000.0 : (double)NAN, 2)->bounded = true;
+        }
+        if (row > 0)
+            answer_words(answer, "why", "why", "%s", "");
+        answer_close(answer);
+    }
+    answer_close(answer);
+    answer_count(answer, "last", "last", 1);
+    return answer;
+}
+
+static void a_table_in_three_forms(void **unused)
+{
+    (void)unused;
+    struct answer *answer = channels(1);
+    expect(answer, answer_text,
+           "channels\n"
+           "          peak\n"
+           "      number 0\n"
+           "  no        in  why\n"
+           "   8            too late\n"
+           "   9      >999\n"
+           "  10         -\n"
+           "last          1\n");
+    expect_json(answer, "{\"channels\":[{\"number\":8,\"hidden\":0,\"why\":\"too late\"},"
+                        "{\"number\":9,\"hidden\":1,\"x0_in\":1000.0,\"why\":\"\"},"
+                        "{\"number\":10,\"hidden\":2,\"x0_in\":null,\"why\":\"\"}],\"last\":1}");
+    expect(answer, answer_html,
+           "<h3>channels</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th><th>peak number 0, in</th><th>why</th></tr></thead><tbody>\n"
+           "<tr><td class=\"n\">8</td><td></td><td>too late</td></tr>\n"
+           "<tr><td class=\"n\">9</td><td class=\"n\">&gt;999</td><td></td></tr>\n"
+           "<tr><td class=\"n\">10</td><td class=\"n\">\xe2\x80\x93</td><td></td></tr>\n"
+           "</tbody></table></div>\n<dl>\n<div><dt>last</dt><dd>1</dd></div>\n</dl>\n");
+    answer_free(answer);
+}
+
+static void what_is_too_wide_goes_on_below(void **unused)
+{
+    (void)unused;
+    struct answer *answer = channels(12);
+    char *text = printed(answer, answer_text);
+    size_t lines = 0, heads = 0;
+    for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"), lines++) {
+        assert_true(strlen(line) <= 100);
+        heads += strncmp(line, "  no ", 5) == 0;
+    }
+    assert_int_equal(heads, 2);
+    assert_int_equal(lines, 1 + 2 * 6 + 1);
+    free(text);
+    answer_free(answer);
+}
+
+static void a_sentence_in_lines_that_fit(void **unused)
+{
+    (void)unused;
+    char words[600] = "";
+    for (int i = 0; i < 50; i++)
+        strcat(words, "elevenchars ");
+    struct answer *answer = answer_new(false);
+    answer_sentence(answer, "sentence", "%s", words);
+    char *text = printed(answer, answer_text);
+    assert_int_equal(strcspn(text, "\n"), 8 * 12 - 1); /* a ninth word would end at 107 */
+    free(text);
+    answer_free(answer);
+}
+
+static void nested_groups_and_lists(void **unused)
+{
+    (void)unused;
+    struct answer *answer = answer_new(false);
+    answer_open(answer, "zone", "zone");
+    answer_open(answer, "measured", "measured");
+    answer_value(answer, "mats", "mats", UNIT_NUMBER, 12.0, 0);
+    answer_close(answer);
+    answer_list(answer, "overruns_ft", NULL);
+    answer_value(answer, NULL, NULL, UNIT_NUMBER, 1.5, 1);
+    answer_words(answer, NULL, NULL, "x");
+    answer_close(answer);
+    answer_close(answer);
+    answer_flag(answer, "after", NULL, false);
+    expect(answer, answer_text, "zone\n  measured\n    mats          12\n");
+    expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},\"after\":false}");
+    answer_free(answer);
+}
+
+static void no_answer_is_no_crash(void **unused)
+{
+    (void)unused;
+    answer_value(NULL, "a", "a", UNIT_NUMBER, 1.0, 1)->digits = 3;
+    answer_words(NULL, "a", "a", "x");
+    answer_json_value(NULL, "a", json_integer(1));
+    assert_false(answer_text(NULL, stdout));
+    assert_null(answer_json(NULL));
+    answer_free(NULL);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(facts_in_three_forms),          cmocka_unit_test(si_converts_name_value_and_error),
+        cmocka_unit_test(a_table_in_three_forms),        cmocka_unit_test(what_is_too_wide_goes_on_below),
+        cmocka_unit_test(a_sentence_in_lines_that_fit),  cmocka_unit_test(nested_groups_and_lists),
+        cmocka_unit_test(no_answer_is_no_crash),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
