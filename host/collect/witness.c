@@ -130,7 +130,8 @@ static bool lost_near(const struct witness *witness, int64_t block)
 /* CAN may be so far behind that what serial said at its time is no longer remembered. */
 static bool remembers(const struct witness *witness, const struct witness_message *message)
 {
-    return message->block - WITNESS_LATE_BLOCKS > witness->forgotten_block[message->message.place];
+    int64_t forgotten_block = witness->forgotten_block[message->message.place];
+    return forgotten_block < 0 || message->block - WITNESS_LATE_BLOCKS > forgotten_block;
 }
 
 enum witness_verdict witness_take(struct witness *witness, int64_t can_block, bool over, struct witness_message *message)

@@ -103,11 +103,28 @@ static void can_far_behind_is_no_stranger(void **unused)
     free(witness);
 }
 
+/* Serial began with the board and has forgotten nothing: what it did not say is a stranger's, also in the board's first second. */
+static void the_first_second_is_remembered(void **unused)
+{
+    (void)unused;
+    struct witness *witness = malloc(sizeof *witness);
+    struct witness_message taken, message = {.block = 5};
+    const uint8_t payload[MR_MESSAGE_MAX] = {1};
+    assert_non_null(witness);
+    witness_start(witness);
+    mr_message_read(&message.message, MR_ID_LANDING, payload, mr_message_find(MR_ID_LANDING)->length);
+    assert_true(witness_can(witness, &message));
+    witness_block(witness, 5000);
+    assert_int_equal(witness_take(witness, 5000, false, &taken), WITNESS_STRANGER);
+    free(witness);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_copy_goes_on_as_the_witness),
         cmocka_unit_test(can_far_behind_is_no_stranger),
+        cmocka_unit_test(the_first_second_is_remembered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
