@@ -1,0 +1,19 @@
+# The emulated board, matrig-board.
+hil_src := $(filter-out hil/main.c,$(wildcard hil/*.c $(patsubst %,hil/%/*.c,core periph chips rig board link debug)))
+hil_lib := $(B)/host/libhil.a
+# Unicorn is GPL-2.0: only matrig-board and the tests of hil link it, never matrig.
+HIL_LIBS := -lunicorn -lm
+
+$(hil_lib): $(call objects,host,$(hil_src))
+$(B)/matrig-board: $(B)/host/hil/main.o $(hil_lib) $(common_lib)
+	$(call link,$(HIL_LIBS))
+
+# The boot ROM of the emulated board: a small program of its own, carried by matrig-board as bytes.
+$(B)/hil/bootrom.elf: hil/rom/bootrom.c hil/rom/bootrom.ld | $(B)/.demo-packages
+	@mkdir -p $(@D)
+	$(ARM)gcc -std=c11 -Os -g -Wall -Wextra -Werror -mcpu=cortex-m4 -mthumb -ffreestanding -nostdlib \
+		-fno-tree-loop-distribute-patterns -T hil/rom/bootrom.ld $< -o $@
+$(B)/hil/bootrom.bin: $(B)/hil/bootrom.elf
+	$(ARM)objcopy -O binary --gap-fill 0xff --pad-to 0x1fff7000 $< $@
+$(B)/host/hil/core/bootrom.o: HOST_FLAGS += -Wa,-I$(B)/hil
+$(B)/host/hil/core/bootrom.o: $(B)/hil/bootrom.bin

@@ -1,0 +1,6 @@
+# The live page: uPlot of the version and checksum in package-lock.json, carried by matrig as bytes.
+uplot := $(B)/npm/node_modules/uplot/dist/uPlot.iife.min.js
+$(uplot): host/live/page/package.json host/live/page/package-lock.json host/live/page/fetch.sh | $(B)/.demo-packages
+	@sh host/live/page/fetch.sh $(B)/npm
+	@touch $@
+$(B)/host/host/live/assets.o: $(uplot) $(wildcard host/live/page/live.*)

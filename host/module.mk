@@ -1,0 +1,44 @@
+# The host tool: matrig, and matrig-study, which it starts for studies (host/commands/study_start.h).
+host_src := $(filter-out host/main.c host/study/% %/cvode.c %/error_study.c,$(wildcard host/*.c host/*/*.c host/*/*/*.c))
+# What needs GSL or SUNDIALS, and the commands that run there.
+study_src := $(filter-out host/study/main.c,$(wildcard host/study/*.c host/study/*/*.c)) $(filter %/cvode.c %/error_study.c,$(wildcard host/sim/*.c host/sim/*/*.c))
+host_lib := $(B)/host/libhost.a
+study_lib := $(B)/host/libstudy.a
+study_objects := $(call objects,host,$(study_src))
+# What matrig-study has beyond matrig. cvode as an object: the solver is there when it is linked (host/sim/solvers/stepper.h).
+study_parts := $(filter %/cvode.o,$(study_objects)) $(study_lib)
+# libserialport is LGPL-3.0-or-later, GSL GPL-3.0-or-later: matrig links the former, matrig-study both, matrig-board (GPL-2.0) neither:
+# GPL-2.0 and 3.0 do not go together.
+HOST_LIBS := -lsqlite3 -ljansson -lmicrohttpd -lserialport -lmd -lz -lm
+STUDY_LIBS := -lsundials_cvode -lsundials_nvecserial -lsundials_sunmatrixband -lsundials_sunlinsolband -lgsl -lgslcblas $(HOST_LIBS)
+
+programs := $(B)/matrig $(B)/matrig-board
+studies := $(B)/matrig-study
+manuals := $(B)/matrig.1 $(B)/matrig.bash
+
+# The solvers' loops run over several mats at a time: O3 lets the compiler use vector instructions, without changing a
+# result; the exceptions' flags are not looked at.
+$(B)/host/host/sim/%.o: HOST_FLAGS += -O3 -fno-trapping-math
+# GSL's element access inline, without range checks: the bootstrap of a fit is made of it.
+$(B)/host/host/study/fit/%.o: HOST_FLAGS += -DHAVE_INLINE -DGSL_RANGE_CHECK_OFF
+$(study_objects): | $(B)/.study-packages
+$(B)/host/%.o: %.c | $(B)/.demo-packages
+	@mkdir -p $(@D)
+	$(CC) $(HOST_FLAGS) -c $< -o $@
+
+$(host_lib): $(call objects,host,$(host_src))
+$(study_lib): $(filter-out %/cvode.o,$(study_objects))
+$(B)/host/lib%.a:
+	@rm -f $@
+	$(AR) rcs $@ $^
+
+$(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
+	$(call link,$(HOST_LIBS))
+$(B)/matrig-study: $(B)/host/host/study/main.o $(study_parts) $(host_lib) $(common_lib)
+	$(call link,$(STUDY_LIBS))
+
+# Man page and completion, from the table that --help prints. Dated by the commit.
+$(B)/matrig.1: $(B)/matrig
+	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null) $< help --man >$@
+$(B)/matrig.bash: $(B)/matrig
+	$< help --bash >$@

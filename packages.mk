@@ -1,0 +1,55 @@
+# What Debian 12 must have: to build and play the demo, beyond that for studies (matrig-study), and to test.
+DEMO_PACKAGES := gcc-arm-none-eabi libnewlib-arm-none-eabi libunicorn-dev libsqlite3-dev libjansson-dev \
+	libserialport-dev libmd-dev zlib1g-dev libmicrohttpd-dev libc6-dev
+STUDY_PACKAGES := $(DEMO_PACKAGES) libsundials-dev libgsl-dev
+TEST_PACKAGES := $(STUDY_PACKAGES) libcmocka-dev qemu-system-arm can-utils sqlite3 \
+	gdb-multiarch gtkwave stm32flash python3 groff-base gnuplot-nox $(if $(shell command -v npm),,npm)
+COVERAGE_PACKAGES := $(TEST_PACKAGES) gcovr
+FUZZ_PACKAGES := $(TEST_PACKAGES) clang
+# And to decode a candump log beside matrig.
+BENCH_PACKAGES := $(TEST_PACKAGES) python3-can
+# To drive the pages in a browser.
+BROWSER_PACKAGES := $(TEST_PACKAGES) chromium python3
+# And to test in a Debian without anything.
+BARE_PACKAGES := debootstrap iproute2 util-linux
+# And to test real Linux links, in a guest.
+LINUX_PACKAGES := $(TEST_PACKAGES) qemu-system-x86 busybox-static iproute2 slurmctld slurmd slurm-client munge parallel
+
+.PHONY: deps
+deps: $(B)/.demo-packages $(B)/.test-packages ## every day | install what is missing (Debian packages)
+
+# Checked offline, installed only when missing.
+define install_packages
+@mkdir -p $(B)
+@missing=""; for p in $(1); do \
+	dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
+if [ -n "$$missing" ]; then \
+	run="apt-get install -y --no-install-recommends$$missing"; \
+	if [ "$$(id -u)" = 0 ]; then as=""; \
+	elif sudo -n true 2>/dev/null; then as="sudo "; \
+	else echo "matrig needs packages that only root can install. Run:  apt-get update && $$run" >&2; exit 2; fi; \
+	echo "installing:$$missing"; \
+	$$as apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$as $$run >$(B)/packages.log 2>&1 || \
+		{ tail -n 5 $(B)/packages.log >&2; echo "installing failed; see $(B)/packages.log, or run:  $$as$$run" >&2; exit 2; }; \
+fi
+@touch $@
+endef
+
+$(B)/.demo-packages:
+	$(call install_packages,$(DEMO_PACKAGES))
+$(B)/.study-packages: $(B)/.demo-packages
+	$(call install_packages,$(STUDY_PACKAGES))
+$(B)/.test-packages: $(B)/.study-packages
+	$(call install_packages,$(TEST_PACKAGES))
+$(B)/.bench-packages: $(B)/.test-packages
+	$(call install_packages,$(BENCH_PACKAGES))
+$(B)/.browser-packages: $(B)/.test-packages
+	$(call install_packages,$(BROWSER_PACKAGES))
+$(B)/.bare-packages:
+	$(call install_packages,$(BARE_PACKAGES))
+$(B)/.linux-packages: $(B)/.test-packages
+	$(call install_packages,$(LINUX_PACKAGES))
+$(B)/.coverage-packages: $(B)/.test-packages
+	$(call install_packages,$(COVERAGE_PACKAGES))
+$(B)/.fuzz-packages: $(B)/.test-packages
+	$(call install_packages,$(FUZZ_PACKAGES))

@@ -1,0 +1,9 @@
+# The predictor with every float a double, its other names hidden: both kinds go into one program.
+double_objects := $(patsubst %,$(B)/tests/double/%.o,$(predictor_parts) tests/double/double)
+$(double_objects): $(B)/tests/double/%.o: %.c | $(B)/.test-packages
+	@mkdir -p $(@D)
+	$(CC) $(HOST_FLAGS) -Wno-double-promotion -Dfloat=double -D__builtin_sqrtf=__builtin_sqrt -c $< -o $@
+$(B)/tests/double/double.o: $(double_objects)
+	$(LD) -r $^ -o $@
+	objcopy $(foreach name,start block displacement_ft size,--keep-global-symbol=double_$(name)) $@
+$(B)/tests/host/test_predictor_double: $(B)/tests/double/double.o

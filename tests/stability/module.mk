@@ -1,0 +1,11 @@
+# Every answer checked by a second method.
+$(B)/tests/stability/stability: $(patsubst %.c,$(B)/%.o,$(wildcard tests/stability/*.c)) $(patsubst %,$(B)/tests/sim_reference/%.o,scene model march) \
+		$(study_parts) $(host_lib) $(common_lib)
+	$(call link,$(STUDY_LIBS))
+test-programs: $(B)/tests/stability/stability
+
+.PHONY: stability
+stability: $(B)/tests/stability/stability ## longer | 2,000 scenes and 5,000 landings, every answer checked by a second method: build/stability/table.csv, landings.csv
+	@mkdir -p $(B)/stability
+	$(B)/tests/stability/stability $(B)/stability | tee $(B)/stability/summary.txt
+	$(B)/tests/stability/stability --fixed $(B)/stability | tee $(B)/stability/landings.txt
