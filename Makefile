@@ -11,10 +11,11 @@ MAKEFLAGS += --no-builtin-rules
 B := build
 ARM ?= arm-none-eabi-
 
-# Yours to set: CC, CPPFLAGS, CFLAGS, LDFLAGS, ARM_CFLAGS, WERROR (empty: warnings do not end the build).
+# Yours to set: CC, CPPFLAGS, CFLAGS, LDFLAGS, ARM_CFLAGS. What a compiler warns of depends on its flags: with yours a warning does not end
+# the build.
 CFLAGS ?= -O2 -g
 ARM_CFLAGS ?= -O2 -g
-WERROR ?= -Werror
+WERROR := $(if $(filter file,$(origin CFLAGS)),-Werror)
 
 WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wundef -Wshadow -Wstrict-prototypes -Wmissing-prototypes $(WERROR)
 # No fused multiply-add on any side: host and board must round alike. No errno from sqrt: it is one instruction.
