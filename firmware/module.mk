@@ -12,14 +12,17 @@ $(B)/arm/%.o: %.c | $(B)/.demo-packages
 
 # From which commit, written anew only when it is another one: nothing else of time or place is in an image.
 commit := $(B)/firmware/commit
-stamp := $(B)/host/firmware/stamp/stamp
+# It runs where the image is built.
+BUILD_CC ?= $(CC)
+stamp := $(B)/firmware/stamp
 .PHONY: always
 $(commit): always
 	@mkdir -p $(@D)
 	@commit=$$(git describe --always --dirty --abbrev=12 --exclude='*' 2>/dev/null || echo unknown); \
 		[ "$$commit" = "$$(cat $@ 2>/dev/null)" ] || echo "$$commit" >$@
-$(stamp): $(B)/host/firmware/stamp/stamp.o $(common_lib)
-	$(CC) $^ -o $@
+$(stamp): firmware/stamp/stamp.c common/crc32.c common/image.c | $(B)/.demo-packages
+	@mkdir -p $(@D)
+	$(BUILD_CC) -O2 $(OUR_FLAGS) $(filter %.c,$^) -o $@
 
 $(firmware): $(call objects,arm,$(arm_src)) firmware/f407/matrig.ld $(stamp) $(commit)
 	@mkdir -p $(@D)

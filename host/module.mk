@@ -37,8 +37,8 @@ $(B)/matrig: $(B)/host/host/main.o $(host_lib) $(common_lib)
 $(B)/matrig-study: $(B)/host/host/study/main.o $(study_parts) $(host_lib) $(common_lib)
 	$(call link,$(STUDY_LIBS))
 
-# Man page and completion, from the table that --help prints. Dated by the commit.
+# Man page and completion, from the table that --help prints. Dated by the commit. RUN: what runs programs of another machine.
 $(B)/matrig.1: $(B)/matrig
-	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null) $< help --man >$@
+	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null) $(RUN) $< help --man >$@
 $(B)/matrig.bash: $(B)/matrig
-	$< help --bash >$@
+	$(RUN) $< help --bash >$@

@@ -38,7 +38,7 @@ bench: in-build $(B)/.bench-packages all $(variants) $(B)/tests/bench/sim_bench 
 
 .PHONY: coverage
 coverage: $(B)/.coverage-packages ## longer | branches of common/ and of the firmware above board.h that their tests take: build/coverage/branches.txt
-	@$(MAKE) -s B=$(B)/coverage CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
+	@$(MAKE) -s B=$(B)/coverage NPM=$(B) CC="$(CC) --coverage" COVERAGE="-O0 -Wno-error" coverage-programs
 	@tests/coverage.sh $(B)/coverage
 .PHONY: coverage-programs
 coverage-programs: $(call tests_of,common) $(call tests_of,firmware) $(B)/tests/host/test_matchain $(B)/tests/host/test_zonescan $(B)/tests/host/test_predictor $(B)/tests/host/test_predictor_extremes

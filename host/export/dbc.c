@@ -19,9 +19,9 @@ static bool is_signed(enum mr_wire_type type)
 static void range(const struct mr_field_info *field, double *low, double *high)
 {
     double steps = field->per_unit > 0.0f ? (double)field->per_unit : 1.0;
+    *low = *high = 0;
     switch (field->type) {
     case MR_WIRE_u8:
-        *low = 0;
         *high = 255;
         break;
     case MR_WIRE_i8:
@@ -29,7 +29,6 @@ static void range(const struct mr_field_info *field, double *low, double *high)
         *high = 127;
         break;
     case MR_WIRE_u16:
-        *low = 0;
         *high = field->per_unit > 0.0f ? 65534 : 65535;
         break;
     case MR_WIRE_i16:
@@ -37,14 +36,13 @@ static void range(const struct mr_field_info *field, double *low, double *high)
         *high = 32767;
         break;
     case MR_WIRE_u32:
-        *low = 0;
         *high = 4294967295.0;
         break;
     case MR_WIRE_i32:
         *low = -2147483648.0;
         *high = 2147483647.0;
         break;
-    case MR_WIRE_f32: *low = *high = 0; break;
+    case MR_WIRE_f32: break;
     }
     *low /= steps;
     *high /= steps;

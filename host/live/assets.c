@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* Each file between two names. uPlot comes from build/: the Makefile fetches it, and makes this file anew when one changes. */
+/* Each file between two names. uPlot comes from where module.mk fetches it to; it makes this file anew when one changes. */
 #define ASSET(name, file)                                                                                                     \
     __asm__(".section .rodata\n"                                                                                              \
             "live_asset_" #name ":\n.incbin \"" file "\"\n"                                                                   \
@@ -12,9 +12,9 @@
 ASSET(page, "host/live/page/live.html");
 ASSET(script, "host/live/page/live.js");
 ASSET(style, "host/live/page/live.css");
-ASSET(plot_script, "build/npm/node_modules/uplot/dist/uPlot.iife.min.js");
-ASSET(plot_style, "build/npm/node_modules/uplot/dist/uPlot.min.css");
-ASSET(plot_licence, "build/npm/node_modules/uplot/LICENSE");
+ASSET(plot_script, "node_modules/uplot/dist/uPlot.iife.min.js");
+ASSET(plot_style, "node_modules/uplot/dist/uPlot.min.css");
+ASSET(plot_licence, "node_modules/uplot/LICENSE");
 
 #define ROW(path, type, name) {path, type, live_asset_##name, live_asset_##name##_end}
 

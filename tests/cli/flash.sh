@@ -61,7 +61,7 @@ stm32flash_too() { # in two parts, and verified by itself
 # The firmware that runs gives way. What it runs already is not flashed; the same program of another commit is sector 0 alone.
 from_the_firmware() {
     start_board && flash $firmware/matrig.bin && grep -q 'runs it already' "$tmp/said" || return 1
-    cp $firmware/matrig.elf "$tmp/other.elf" && build/host/firmware/stamp/stamp "$tmp/other.elf" 0123456789ab-dirty &&
+    cp $firmware/matrig.elf "$tmp/other.elf" && build/firmware/stamp "$tmp/other.elf" 0123456789ab-dirty &&
         flash "$tmp/other.elf" --enter && grep -q 'the same program, another header' "$tmp/err" &&
         grep -q 'erased *sectors 0; ' "$tmp/said" && grep -q 'commit 0123456789ab-dirty' "$tmp/said" &&
         grep -q 'board  *runs it' "$tmp/said" && stop_board && configuration_kept
@@ -181,7 +181,7 @@ refused() { # before any board is spoken to
 same_from_the_same() { # nothing of time or place: linked twice, in two folders, the same bytes
     for place in "$tmp/here" "$tmp/there"; do
         mkdir -p "$place/host/common" "$place/host/firmware" && touch "$place/.demo-packages" && cp -a build/arm "$place/" &&
-            cp -a build/host/common/. "$place/host/common/" && cp -a build/host/firmware/stamp "$place/host/firmware/" &&
+            cp -a build/host/common/. "$place/host/common/" && cp -a build/firmware/stamp "$place/host/firmware/" &&
             make -s B="$place" "$place/firmware/matrig.elf" || return 1
     done
     cmp "$tmp/here/firmware/matrig.elf" "$tmp/there/firmware/matrig.elf"

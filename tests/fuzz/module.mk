@@ -7,7 +7,7 @@ SANITIZE := -fsanitize=address,undefined -fno-sanitize-recover=all
 
 .PHONY: fuzz
 fuzz: $(B)/.fuzz-packages ## longer | SECONDS=600 PARSERS="candump ...": every parser, bytes by libFuzzer, with sanitizers: build/fuzz/table.txt
-	@$(MAKE) -s B=$(B)/fuzz CC="clang $(SANITIZE) -fsanitize=fuzzer-no-link" COVERAGE="-O1 -Wno-error" FUZZ_MAIN=-fsanitize=fuzzer \
+	@$(MAKE) -s B=$(B)/fuzz NPM=$(B) CC="clang $(SANITIZE) -fsanitize=fuzzer-no-link" COVERAGE="-O1 -Wno-error" FUZZ_MAIN=-fsanitize=fuzzer \
 		$(patsubst %,$(B)/fuzz/tests/fuzz/fuzz_%,$(fuzz_targets))
 	@tests/fuzz/run.sh $(B)/fuzz $(or $(SECONDS),600) $(or $(PARSERS),$(fuzz_targets))
 
