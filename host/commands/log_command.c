@@ -356,16 +356,8 @@ static const struct command_part parts[] = {
     HELP_EXAMPLE("matrig log --can can:can0 --serial serial:/dev/ttyUSB0 --db campaign.db --page landing.html"),
     HELP_NOTE("\n"
               "LINK is one of"),
-    HELP_ITEM("unix:PATH", "a socket on which an emulated board listens (waited for up to 5 s)"),
-    HELP_ITEM("file:PATH",
-                "a recorded candump log (CAN) or recorded bytes (serial), as fast as it goes"),
-    HELP_ITEM("paced:PATH", "a candump log at the pace at which it was recorded"),
-    HELP_ITEM("can:IFACE[:board]",
-                "a CAN interface of this computer (SocketCAN), up, at 1 Mbit/s; with :board the board's messages alone"),
-    HELP_ITEM("slcan:TTY[:BAUD]", "a LAWICEL adapter on a serial port, for CAN"),
-    HELP_ITEM("serial:TTY[:BAUD|:find]",
-                "a serial port, 8N1, 2000000 baud unless given; find: the usual rate at which a board is understood"),
-    HELP_ITEM("pty:PATH", "the pseudo-terminal of an emulated board (waited for likewise)"),
+#define LINK_OF(name, form, text) HELP_ITEM(form, text),
+#include "host/link/kinds.def"
     HELP_NOTE("Exit 3 when " LINK_NO_HELLO ": nothing came, the rate is another one, or the bus has errors alone; the message says which.\n"
               "Frames on CAN that are not the board's are counted and told, not obeyed.\n"
               "A device that goes away is waited for; what it lost is counted and said. What serial lost of a landing is filled from CAN.\n"

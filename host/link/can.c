@@ -231,8 +231,6 @@ static void can_service(struct link *link)
 }
 
 const struct link_ops link_can_ops = {
-    .prefix = "can:",
-    .form = "can:IFACE[:board]",
     .kinds = 1u << LINK_CAN,
     .comes_back = true,
     .open = can_open,

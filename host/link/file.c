@@ -141,8 +141,6 @@ static void paced_close(struct link *link)
 }
 
 const struct link_ops link_paced_ops = {
-    .prefix = "paced:",
-    .form = "paced:PATH",
     .kinds = 1u << LINK_CAN,
     .waits = true,
     .recorded = true,
@@ -154,8 +152,6 @@ const struct link_ops link_paced_ops = {
 };
 
 const struct link_ops link_file_ops = {
-    .prefix = "file:",
-    .form = "file:PATH",
     .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
     .waits = true,
     .recorded = true,

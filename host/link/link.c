@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <poll.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -12,33 +13,43 @@
 #include "host/link/can_error.h"
 #include "host/link/link_ops.h"
 
-#define FORMS "unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD|:find] or pty:PATH"
+#define FORMS_TEXT 200u
 #define RETRY_US 250000u
 #define AWAY_MAX_US 10000000u
 #define SERVICE_US 1000000u
 #define SEND_WAIT_MS 1000 /* for a device that is being opened, or asked for its status */
 #define AHEAD_US 1000 /* two clocks that are read one after the other differ by microseconds, one that was set by more */
 
-static const struct link_ops *const kinds[] = {&link_unix_ops, &link_file_ops, &link_paced_ops, &link_can_ops, &link_serial_ops,
-                                               &link_slcan_ops, &link_pty_ops};
+static const struct kind {
+    const char *prefix, *form;
+    const struct link_ops *ops;
+} kinds[] = {
+#define LINK_OF(name, form, text) {#name ":", form, &link_##name##_ops},
+#include "host/link/kinds.def"
+};
+#define KINDS (sizeof kinds / sizeof kinds[0])
 
-static bool starts_with(const char *text, const char *prefix)
+static const struct kind *find_kind(const char *spec)
 {
-    return strncmp(text, prefix, strlen(prefix)) == 0;
-}
-
-static const struct link_ops *find_kind(const char *spec)
-{
-    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
-        if (starts_with(spec, kinds[i]->prefix))
-            return kinds[i];
+    for (size_t i = 0; i < KINDS; i++) {
+        if (strncmp(spec, kinds[i].prefix, strlen(kinds[i].prefix)) == 0)
+            return &kinds[i];
     }
     return NULL;
 }
 
-static const char *path_of(const struct link_ops *ops, const char *spec)
+/* What stands behind the kind's name. */
+static const char *path_of(const char *spec)
 {
-    return spec + strlen(ops->prefix);
+    return strchr(spec, ':') + 1;
+}
+
+/* "unix:PATH, file:PATH or pty:PATH" */
+static void say_forms(char out[FORMS_TEXT])
+{
+    size_t n = 0;
+    for (size_t i = 0; i < KINDS && n < FORMS_TEXT; i++)
+        n += (size_t)snprintf(out + n, FORMS_TEXT - n, "%s%s", i == 0 ? "" : i + 1 < KINDS ? ", " : " or ", kinds[i].form);
 }
 
 /* Give back what the device holds; the link itself stays. */
@@ -53,14 +64,17 @@ static void release(struct link *link)
 
 enum mr_status link_open(const char *spec, enum link_kind kind, struct link **link, struct error *error)
 {
-    const struct link_ops *ops = find_kind(spec);
-    if (!ops)
-        return error_set(error, MR_USAGE, "not a link: '%s'; write " FORMS, spec);
-    const char *path = path_of(ops, spec);
+    const struct kind *found = find_kind(spec);
+    char forms[FORMS_TEXT];
+    if (!found) {
+        say_forms(forms);
+        return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
+    }
+    const char *path = path_of(spec);
     if (!*path)
-        return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, ops->form);
-    if (!(ops->kinds & 1u << kind))
-        return error_set(error, MR_USAGE, "%s carries no %s: %s; give it as %s", ops->form,
+        return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, found->form);
+    if (!(found->ops->kinds & 1u << kind))
+        return error_set(error, MR_USAGE, "%s carries no %s: %s; give it as %s", found->form,
                          kind == LINK_CAN ? "CAN frames" : "serial bytes", spec,
                          kind == LINK_CAN ? "--serial" : "--can");
 
@@ -71,7 +85,8 @@ enum mr_status link_open(const char *spec, enum link_kind kind, struct link **li
         free(copy);
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", spec);
     }
-    made->ops = ops;
+    made->ops = found->ops;
+    made->form = found->form;
     made->kind = kind;
     made->fd = made->source = -1;
     made->spec = copy;
@@ -79,7 +94,7 @@ enum mr_status link_open(const char *spec, enum link_kind kind, struct link **li
     pthread_mutex_init(&made->device, NULL);
     pthread_mutex_init(&made->heard, NULL);
     link_hear_anew(made, 0);
-    enum mr_status status = ops->open(made, path, error);
+    enum mr_status status = made->ops->open(made, path, error);
     if (status != MR_OK) {
         link_close(made);
         return status;
@@ -206,7 +221,7 @@ static enum mr_status come_back(struct link *link, uint64_t now_us, struct error
         return MR_TOO_FEW;
     link->retry_us = now_us + RETRY_US;
     pthread_mutex_lock(&link->device);
-    bool back = link->ops->open(link, path_of(link->ops, link->spec), &why) == MR_OK;
+    bool back = link->ops->open(link, path_of(link->spec), &why) == MR_OK;
     if (back)
         set_away(link, &(struct error){0});
     else

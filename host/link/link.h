@@ -1,6 +1,6 @@
 /* A link to a board: CAN frames or serial bytes, whatever carries them.
  *
- *     LINK := unix:PATH | file:PATH | paced:PATH | can:IFACE[:board] | slcan:TTY[:BAUD] | serial:TTY[:BAUD|:find] | pty:PATH
+ * A LINK is written `unix:PATH`, `can:IFACE`, ...; kinds.def has all kinds.
  *
  * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct can_frame of
  * SocketCAN for CAN, plain bytes for serial. file: reads a `candump -L` log for CAN, recorded bytes for

@@ -9,8 +9,6 @@
 #include "host/link/link.h"
 
 struct link_ops {
-    const char *prefix; /* "unix:" */
-    const char *form;   /* "unix:PATH" */
     unsigned kinds;     /* 1 << enum link_kind of each that it carries */
     bool comes_back;    /* a device: when it goes away, wait for it */
     bool waits;         /* who sends waits until it is read */
@@ -32,6 +30,7 @@ struct slcan;
 
 struct link {
     const struct link_ops *ops;
+    const char *form; /* "unix:PATH", as people write it */
     enum link_kind kind;
     int fd;
     char *spec;
@@ -62,13 +61,8 @@ struct link {
     struct slcan *slcan; /* slcan: */
 };
 
-extern const struct link_ops link_unix_ops;
-extern const struct link_ops link_file_ops;
-extern const struct link_ops link_paced_ops;
-extern const struct link_ops link_can_ops;
-extern const struct link_ops link_serial_ops;
-extern const struct link_ops link_slcan_ops;
-extern const struct link_ops link_pty_ops;
+#define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;
+#include "host/link/kinds.def"
 
 /* Read more into the buffer. MR_OK: there is more; MR_TOO_FEW: none now; MR_CLOSED: end of file; MR_IO. */
 enum mr_status link_fill(struct link *link, struct error *error);

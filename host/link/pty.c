@@ -31,8 +31,6 @@ static enum mr_status pty_send(struct link *link, const uint8_t *bytes, size_t l
 }
 
 const struct link_ops link_pty_ops = {
-    .prefix = "pty:",
-    .form = "pty:PATH",
     .kinds = 1u << LINK_SERIAL,
     .waits = true,
     .open = pty_open,

@@ -10,7 +10,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
 {
     char path[TTY_PATH_MAX];
     int baud;
-    enum mr_status status = tty_parse(text, link->ops->form, path, &baud, error);
+    enum mr_status status = tty_parse(text, link->form, path, &baud, error);
     bool find = status == MR_OK && baud == TTY_BAUD_FIND;
     if (find)
         baud = link->baud ? link->baud : TTY_BAUD_DEFAULT; /* one that comes back is what it was */
@@ -58,8 +58,6 @@ static void serial_close(struct link *link)
 }
 
 const struct link_ops link_serial_ops = {
-    .prefix = "serial:",
-    .form = "serial:TTY[:BAUD|:find]",
     .kinds = 1u << LINK_SERIAL,
     .comes_back = true,
     .open = serial_open,

@@ -91,9 +91,9 @@ static enum mr_status slcan_open(struct link *link, const char *text, struct err
     link->slcan = calloc(1, sizeof *link->slcan);
     if (!link->slcan)
         return error_set(error, MR_FULL, "no memory: link %s; close other programs", link->spec);
-    enum mr_status status = tty_parse(text, link->ops->form, path, &baud, error);
+    enum mr_status status = tty_parse(text, link->form, path, &baud, error);
     if (status == MR_OK && baud == TTY_BAUD_FIND)
-        status = error_set(error, MR_USAGE, "an adapter's rate is not looked for: %s; write %s", link->spec, link->ops->form);
+        status = error_set(error, MR_USAGE, "an adapter's rate is not looked for: %s; write %s", link->spec, link->form);
     if (status == MR_OK)
         status = tty_open(link->spec, path, baud, &link->tty, error);
     if (status != MR_OK)
@@ -163,8 +163,6 @@ static void slcan_service(struct link *link)
 }
 
 const struct link_ops link_slcan_ops = {
-    .prefix = "slcan:",
-    .form = "slcan:TTY[:BAUD]",
     .kinds = 1u << LINK_CAN,
     .comes_back = true,
     .open = slcan_open,

@@ -91,8 +91,6 @@ static enum mr_status unix_send(struct link *link, const uint8_t *bytes, size_t 
 }
 
 const struct link_ops link_unix_ops = {
-    .prefix = "unix:",
-    .form = "unix:PATH",
     .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
     .waits = true,
     .open = unix_open,
