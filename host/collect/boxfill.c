@@ -135,18 +135,9 @@ static enum mr_status fill_edge(struct store *store, int64_t run, const struct m
     result->filled_edges++;
     uint32_t origin = mr_boardtime_origin(block->index, block->tick); /* a few blocks from the edge */
     double board_us = (double)mr_boardtime_ticks(origin, block->index, edge.tick) / MR_TICKS_PER_US;
-    return store_edge_put(store, run, &(struct store_edge){.count = edge.count, .position = edge.position, .tick = edge.tick,
-                                                           .step_codes = (double)edge.step_codes,
-                                                           .board_us = board_us,
-                                                           .links = BOXFILL_LINK}, error);
-}
-
-static enum mr_status fill_temperature(struct store *store, int64_t run, const struct mr_record *record, struct error *error)
-{
-    struct mr_temperature t;
-    if (mr_temperature_get(&t, record->payload, record->length) != MR_OK)
-        return MR_OK;
-    return store_temperature_put(store, run, t.block, (double)t.temperature_c, (double)t.error_c, BOXFILL_LINK, error);
+    struct store_edge row = {.board_us = board_us, .links = BOXFILL_LINK};
+    collect_edge_row(&row, &edge);
+    return store_edge_put(store, run, &row, error);
 }
 
 /* A row that is there is only marked. `*number`: of the film frame before it, as it comes round. */
@@ -198,8 +189,6 @@ static enum mr_status fill(struct store *store, int64_t session, const struct kn
             status = fill_block(store, session, result->run, known, &newest, result, error);
         } else if (record.id == MR_ID_EDGE) {
             status = fill_edge(store, result->run, &record, &newest, result, error);
-        } else if (record.id == MR_ID_TEMPERATURE) {
-            status = fill_temperature(store, result->run, &record, error);
         } else if (record.id == MR_ID_FILM_FRAME) {
             status = fill_film(store, result->run, &record, &newest, &film_number, error);
         } else {

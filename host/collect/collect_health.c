@@ -20,10 +20,17 @@ static enum mr_status fault(struct collector *collector, const struct side *side
 static enum mr_status temperature(struct collector *collector, const struct side *side, const struct mr_temperature *message,
                                   struct error *error)
 {
-    if (!side->current)
-        return MR_OK;
-    return store_temperature_put(collector->store, side->current->row.id, message->block, (double)message->temperature_c,
-                                 (double)message->error_c, collect_link_bit(side), error);
+    struct store_mat_temperature row = {.links = collect_link_bit(side)};
+    collect_temperature_row(&row, message);
+    return side->current ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+}
+
+static enum mr_status quality(struct collector *collector, const struct side *side, const struct mr_channel_quality *message,
+                              struct error *error)
+{
+    struct store_quality row;
+    collect_channel_quality_row(&row, message);
+    return side->current ? store_quality_put(collector->store, side->current->row.id, &row, error) : MR_OK;
 }
 
 #define FRESH_BLOCKS 60000 /* a row that was just made, not one that somebody reads out */
@@ -80,8 +87,7 @@ enum mr_status collect_health_message(struct collector *collector, struct side *
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
-    case MR_PLACE_CHANNEL_QUALITY:
-        return side->current ? store_quality_put(collector->store, side->current->row.id, &m->as.channel_quality, error) : MR_OK;
+    case MR_PLACE_CHANNEL_QUALITY: return quality(collector, side, &m->as.channel_quality, error);
     case MR_PLACE_FAULT: return fault(collector, side, &m->as.fault, event->host_us, error);
     case MR_PLACE_TEMPERATURE: return temperature(collector, side, &m->as.temperature, error);
     case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);

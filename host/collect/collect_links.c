@@ -27,7 +27,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     side->time = (struct timebase){0};
     collect_forget_time(side);
     account_restart(&side->account, whole);
-    side->shunt = (struct mr_shunt){0};
+    side->shunt.number = 0;
     memset(collector->fault_count, 0, sizeof collector->fault_count);
     collector->alarm = (struct mr_can_alarm){0};
     struct store_event event = {.session = collector->session,

@@ -9,19 +9,10 @@ static bool same(float a, float b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-/* The parts of a statement have its block; it is the newest that came, or not long past. */
-static enum mr_status put_part(struct collector *collector, struct side *side, uint16_t block16, struct store_prediction part,
-                               struct error *error)
-{
-    part.block = timebase_unwrap(&side->time, block16);
-    part.links = 1 << side->kind;
-    return side->current && part.block >= 0 ? store_prediction_put(collector->store, side->current->row.id, &part, error) : MR_OK;
-}
-
 static enum mr_status trust(struct collector *collector, struct side *side, const struct mr_trust *m, struct error *error)
 {
-    struct store_trust row = {.block = timebase_unwrap(&side->time, m->block16), .doubts = m->doubts,
-                              .resistance = (double)m->resistance, .updates = (double)m->updates, .links = 1 << side->kind};
+    struct store_trust row = {.block = timebase_unwrap(&side->time, m->block16), .links = collect_link_bit(side)};
+    collect_trust_row(&row, m);
     return side->current && row.block >= 0 ? store_trust_put(collector->store, side->current->row.id, &row, error) : MR_OK;
 }
 
@@ -73,36 +64,20 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
     return status;
 }
 
-/* The parts of a statement. */
+/* The parts of a statement. They have its block, the newest that came or one not long past. */
 static enum mr_status statement(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
 {
-    struct store_prediction part = store_prediction_blank(0, 0);
+    struct store_prediction part = store_blank_prediction;
+    part.links = collect_link_bit(side);
     switch (m->place) {
-    case MR_PLACE_ZONE_ERROR:
-        part.start_error_ft = (double)m->as.zone_error.start_ft;
-        part.end_error_ft = (double)m->as.zone_error.end_ft;
-        part.mean_gap_in = (double)m->as.zone_error.mean_gap_in;
-        break;
-    case MR_PLACE_ZONE_COMING:
-        part.closed_joints = m->as.zone_coming.closed_joints;
-        part.coming_mats = m->as.zone_coming.mats;
-        part.coming_wheel_ft = (double)m->as.zone_coming.wheel_ft;
-        break;
-    case MR_PLACE_ZONE_PRESS:
-        part.compression_lb = (double)m->as.zone_press.compression_lb;
-        part.critical_lb = (double)m->as.zone_press.critical_lb;
-        part.distance_ft = (double)m->as.zone_press.distance_ft;
-        break;
-    case MR_PLACE_VERDICT:
-        part.verdict = m->as.verdict.verdict;
-        part.reason = m->as.verdict.reason;
-        part.level = m->as.verdict.level;
-        part.basis = m->as.verdict.basis;
-        part.age_blocks = m->as.verdict.age;
-        break;
+    case MR_PLACE_ZONE_ERROR: collect_zone_error_row(&part, &m->as.zone_error); break;
+    case MR_PLACE_ZONE_COMING: collect_zone_coming_row(&part, &m->as.zone_coming); break;
+    case MR_PLACE_ZONE_PRESS: collect_zone_press_row(&part, &m->as.zone_press); break;
+    case MR_PLACE_VERDICT: collect_verdict_row(&part, &m->as.verdict); break;
     default: return MR_OK;
     }
-    return put_part(collector, side, (uint16_t)m->block16, part, error);
+    part.block = timebase_unwrap(&side->time, (uint16_t)m->block16);
+    return side->current && part.block >= 0 ? store_prediction_put(collector->store, side->current->row.id, &part, error) : MR_OK;
 }
 
 enum mr_status collect_predict_message(struct collector *collector, struct side *side, const struct collector_event *event, struct error *error)

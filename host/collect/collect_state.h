@@ -12,6 +12,7 @@
 #include "host/board/crash.h"
 #include "host/collect/account.h"
 #include "host/collect/collect.h"
+#include "host/collect/collect_rows.h"
 #include "host/collect/doubt.h"
 #include "host/collect/landing_story.h"
 #include "host/collect/timebase.h"
@@ -57,10 +58,11 @@ struct side {
     struct slot *current;
     struct slot *last; /* the one left most recently */
     struct mr_deframer deframer;
-    struct mr_zone zone;
-    struct mr_motion motion;
-    struct mr_shunt shunt; /* the calibration whose results come */
-    struct mr_shunt_result shunt_result;
+    struct store_zone zone;         /* that its second half is to follow; this and the next are of the block zone16, motion16 */
+    struct store_motion motion;
+    int32_t zone16, motion16;
+    struct store_shunt shunt;       /* the calibration whose results come; number 0: none */
+    struct store_shunt shunt_result;
     struct mr_slowrow_reader slow;
     struct mr_predictor_state runway;      /* being put together */
     unsigned runway_parts;                 /* of it, that came in a row */

@@ -35,6 +35,19 @@ struct store_bytes {
 #undef COLUMN
 #undef COMPUTED
 #undef END
+
+/* store_blank_edge, ...: a row of a table that says nothing yet. */
+#define TABLE(row, table) extern const struct store_##row store_blank_##row;
+#define OWNER(row, column, constraint)
+#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read)
+#define COMPUTED(row, declaration, field, read)
+#define END(row, key, put)
+#include "host/store/tables.def"
+#undef TABLE
+#undef OWNER
+#undef COLUMN
+#undef COMPUTED
+#undef END
 #undef ALSO
 
 #endif

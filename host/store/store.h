@@ -88,8 +88,7 @@ enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index
 enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t index, int64_t item, double value,
                                      struct error *error);
 /* What the board last said a channel is worth. */
-enum mr_status store_quality_put(struct store *store, int64_t run, const struct mr_channel_quality *quality,
-                                 struct error *error);
+enum mr_status store_quality_put(struct store *store, int64_t run, const struct store_quality *quality, struct error *error);
 enum mr_status store_switch_put(struct store *store, int64_t run, const struct store_switch *place,
                                 struct error *error);
 enum mr_status store_segment_put(struct store *store, int64_t run, const struct store_segment *segment,
@@ -146,11 +145,8 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
 
 /* What the board said, once, whichever link it came by; `links` has bit 1 << enum link_kind set for each that
  * brought it. */
-/* Mat temperature over a landing. */
-/* A row of the slow log (common/slowrow.h). */
-/* A second of a landing; a reading that is missing is NaN. */
-enum mr_status store_temperature_put(struct store *store, int64_t run, int64_t block, double temperature_c, double error_c,
-                                     int64_t links, struct error *error);
+/* Mat temperature: a second of a landing; and over a landing. */
+enum mr_status store_mat_temperature_put(struct store *store, int64_t run, const struct store_mat_temperature *row, struct error *error);
 enum mr_status store_temperature_get(struct store *store, int64_t run, struct store_temperature *temperature, struct error *error);
 /* A row that is there already gets its time when it had none, no more. */
 enum mr_status store_slow_put(struct store *store, const struct store_slow *row, struct error *error);

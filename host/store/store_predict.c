@@ -1,21 +1,9 @@
 #include "host/store/store_predict.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "host/store/store_sql.h"
-
-#define MISSING ((double)NAN)
-
-struct store_prediction store_prediction_blank(int64_t block, int64_t links)
-{
-    return (struct store_prediction){.block = block, .verdict = STORE_NONE, .reason = STORE_NONE, .level = STORE_NONE,
-                                     .basis = STORE_NONE, .age_blocks = STORE_NONE, .start_error_ft = MISSING, .end_error_ft = MISSING,
-                                     .mean_gap_in = MISSING, .closed_joints = STORE_NONE, .coming_mats = STORE_NONE,
-                                     .coming_wheel_ft = MISSING, .compression_lb = MISSING, .critical_lb = MISSING,
-                                     .distance_ft = MISSING, .links = links};
-}
 
 STORE_PUT_OF_LANDING(prediction)
 STORE_PUT_OF_LANDING(trust)

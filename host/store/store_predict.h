@@ -13,8 +13,6 @@
 /* Blocks in which others waited for the predictor, ascending. */
 enum mr_status store_backlogs(struct store *store, int64_t run, struct store_backlog **rows, size_t *count, struct error *error);
 
-/* A prediction that says nothing yet. */
-struct store_prediction store_prediction_blank(int64_t block, int64_t links);
 enum mr_status store_prediction_put(struct store *store, int64_t run, const struct store_prediction *row, struct error *error);
 enum mr_status store_predictions(struct store *store, int64_t run, struct store_prediction **rows, size_t *count, struct error *error);
 enum mr_status store_trust_put(struct store *store, int64_t run, const struct store_trust *row, struct error *error);

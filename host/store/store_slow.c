@@ -1,12 +1,7 @@
 /* Mat temperature of landings, and rows of the slow log. */
 #include "host/store/store_sql.h"
 
-enum mr_status store_temperature_put(struct store *store, int64_t run, int64_t block, double temperature_c, double error_c,
-                                     int64_t links, struct error *error)
-{
-    const struct store_mat_temperature row = {.block = block, .temperature_c = temperature_c, .error_c = error_c, .links = links};
-    return STORE_PUT(store, error, mat_temperature, &row, run);
-}
+STORE_PUT_OF_LANDING(mat_temperature)
 
 enum mr_status store_temperature_get(struct store *store, int64_t run, struct store_temperature *temperature, struct error *error)
 {

@@ -63,17 +63,7 @@ enum mr_status store_calibration_put(struct store *store, int64_t run, int64_t i
     return STORE_PUT(store, error, calibration, &row, run);
 }
 
-enum mr_status store_quality_put(struct store *store, int64_t run, const struct mr_channel_quality *quality,
-                                 struct error *error)
-{
-    const struct store_quality row = {.index = quality->index,
-                                      .validity = quality->validity,
-                                      .noise_codes = (double)quality->noise_codes,
-                                      .error_codes = (double)quality->error_codes,
-                                      .invalid = quality->invalid};
-    return STORE_PUT(store, error, quality, &row, run);
-}
-
+STORE_PUT_OF_LANDING(quality)
 STORE_PUT_OF_LANDING(switch)
 STORE_PUT_OF_LANDING(edge)
 STORE_PUT_OF_LANDING(motion)

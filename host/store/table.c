@@ -34,6 +34,23 @@
 #undef COMPUTED
 #undef END
 
+/* What says nothing: all columns of integers are STORE_NONE, but those that count as one or none. */
+#define BLANK_INTEGER(row, field) .field = _Generic(((const struct store_##row *)0)->field, int64_t: STORE_NONE, default: 0),
+#define BLANK_REAL(row, field) .field = (double)NAN,
+#define BLANK_TEXT(row, field)
+#define BLANK_BLOB(row, field)
+#define TABLE(row, table) const struct store_##row store_blank_##row = {
+#define OWNER(row, column, constraint)
+#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) BLANK_##type(row, field)
+#define COMPUTED(row, declaration, field, read)
+#define END(row, key, put) };
+#include "host/store/tables.def"
+#undef TABLE
+#undef OWNER
+#undef COLUMN
+#undef COMPUTED
+#undef END
+
 #define EMPTY_TEXT false
 #define EMPTY_NOTHING true
 #define FIELD(row, name) .offset = offsetof(struct store_##row, name), .size = sizeof(((const struct store_##row *)0)->name), .kind = KIND(row, name)

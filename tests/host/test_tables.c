@@ -4,6 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "host/collect/collect_rows.h"
+#include "host/store/store_bands.h"
 #include "host/store/store_sql.h"
 #include "tests/host/scratch.h"
 
@@ -226,6 +228,34 @@ static void both_links_fill_one_row(void **state)
     store_close(store);
 }
 
+/* A message says a part of a row; the other columns are NULL, and take nothing away from what was said. */
+static void a_blank_row_says_nothing(void **state)
+{
+    (void)state;
+    struct store_band row = store_blank_band;
+    const struct mr_band_after after = {.band = 2, .after_lb = 90.5f, .change_lb = -3.0f, .error_lb = 0.25f};
+    begin("blank.db");
+    row.band = 2;
+    row.links = 1;
+    store_band_put(store, 1, &row, &error);
+    assert_no_error(&error);
+    assert_true(number("SELECT count(*) FROM bands WHERE coalesce(gages, before_lb, before_error_lb, spread_lb, least_lb, least_error_lb, least_gage,"
+                       " least_block, most_lb, most_error_lb, most_gage, most_block, after_lb, change_lb, change_error_lb) IS NULL") == 1);
+    collect_band_after_row(&row, &after);
+    store_band_put(store, 1, &row, &error);
+    row = store_blank_band;
+    row.band = 2;
+    row.links = 2;
+    store_band_put(store, 1, &row, &error);
+    assert_no_error(&error);
+    assert_true(number("SELECT after_lb FROM bands WHERE band=2") == 90.5);
+    assert_true(number("SELECT change_lb FROM bands WHERE band=2") == -3.0);
+    assert_true(number("SELECT change_error_lb FROM bands WHERE band=2") == 0.25);
+    assert_true(number("SELECT links FROM bands WHERE band=2") == 3);
+    assert_true(isnan(number("SELECT least_gage FROM bands WHERE band=2")));
+    store_close(store);
+}
+
 static void a_configuration_stays_and_a_channel_is_replaced(void **state)
 {
     (void)state;
@@ -267,6 +297,7 @@ int main(void)
         cmocka_unit_test(every_statement_fits_its_struct),
         cmocka_unit_test(every_field_goes_to_its_column_and_comes_back),
         cmocka_unit_test(both_links_fill_one_row),
+        cmocka_unit_test(a_blank_row_says_nothing),
         cmocka_unit_test(a_configuration_stays_and_a_channel_is_replaced),
         cmocka_unit_test(a_change_of_a_landing_leaves_who_it_is),
     };
