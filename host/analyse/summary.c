@@ -41,7 +41,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     if (status == MR_OK)
         status = bands_load(store, &summary->measured, &summary->bands, error);
     if (status == MR_OK)
-        status = store_temperature_get(store, run, &summary->temperature, error);
+        status = summary_mean_load(store, run, summary->mean, error);
     if (status == MR_OK)
         status = summary_ready_load(store, &summary->measured.landing, summary->ready, error);
     return status;
@@ -275,15 +275,6 @@ static void print_faults(const struct summary *summary, FILE *out)
         fprintf(out, "  %-13s none\n", "faults");
 }
 
-static void print_temperature(const struct store_temperature *t, FILE *out)
-{
-    if (t->readings)
-        fprintf(out, "  %-13s %.2f +- %.2f C, %lld of %lld readings\n", "temperature", t->mean_c, t->error_c, (long long)t->readings,
-                (long long)t->told);
-    else if (t->told)
-        fprintf(out, "  %-13s none of %lld readings came; fault 30 says why\n", "temperature", (long long)t->told);
-}
-
 void summary_print(const struct summary *summary, bool si, FILE *out)
 {
     char source[MEASURED_SOURCE_TEXT];
@@ -301,7 +292,7 @@ void summary_print(const struct summary *summary, bool si, FILE *out)
     if (summary->imported)
         fprintf(out, "  %-13s %s, %s, SHA-256 %s\n", "imported from", summary->import.file, summary->import.verdict,
                 summary->import.sha256);
-    print_temperature(&summary->temperature, out);
+    summary_mean_print(summary->mean, out);
     print_motion(summary, si, out);
     print_damage(summary, si, out);
     if (summary->measured.source != MEASURED_NOTHING)
@@ -472,10 +463,7 @@ json_t *summary_json(const struct summary *summary, bool si)
     bands_json(&summary->bands, measured, si, object);
     json_object_set_new(object, "zone", zone_json(&summary->zones.warning, si));
     json_object_set_new(object, "foresight", foresight_json(summary, si));
-    if (summary->temperature.readings) {
-        json_object_set_new(object, "temperature_c", cli_json_number(summary->temperature.mean_c, 6));
-        json_object_set_new(object, "temperature_error_c", cli_json_number(summary->temperature.error_c, 4));
-    }
+    summary_mean_json(summary->mean, object);
     summary_time_json(summary, object);
     json_object_set_new(object, "readiness", summary_ready_json(summary->ready));
     json_object_set_new(object, "held", summary_held_json(&summary->held));

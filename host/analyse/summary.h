@@ -9,6 +9,7 @@
 #include "host/analyse/bands.h"
 #include "host/analyse/film.h"
 #include "host/analyse/foresight.h"
+#include "host/analyse/summary_mean.h"
 #include "host/analyse/summary_ready.h"
 #include "host/analyse/zones.h"
 #include "host/link/link.h"
@@ -51,7 +52,7 @@ struct summary {
     size_t channel_events;
     struct store_result result; /* the board's own fit */
     bool result_known;
-    struct store_temperature temperature; /* of the mat */
+    struct store_mean mean[MR_QUANTITIES]; /* of what the board tells again and again */
     struct summary_ready ready[SUMMARY_READY_KINDS];
     struct store_held held; /* while it was logged */
 };

@@ -76,6 +76,18 @@ static json_t *runway_json(const struct live_model *model)
     return json_pack("{sososo}", "switches", switches, "segments", segments, "touchdown_ft", number((double)model->touchdown_ft));
 }
 
+/* What the page calls the quantities among a state's health. */
+static json_t *quantities_json(void)
+{
+    json_t *quantities = json_array();
+    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+        const struct mr_quantity_info *q = mr_quantity_at(i);
+        json_array_append_new(quantities, json_pack("{sssssssssi}", "key", q->key, "error_key", q->error_key, "words", q->words, "unit", q->unit,
+                                                    "decimals", q->decimals));
+    }
+    return quantities;
+}
+
 static json_t *board_json(const struct live_model *model)
 {
     char uid[25], firmware[16] = "", crc[2][12] = {"", ""};
@@ -94,9 +106,9 @@ json_t *live_json_configuration(const struct live_model *model, const struct liv
 {
     json_t *from = json_pack("{sosososbss?}", "db", outside(source->db), "can", outside(source->can), "serial", outside(source->serial), "commands",
                              source->commands, "no_commands", source->no_commands);
-    return json_pack("{sososososososfsi}", "units", units_json(source->si), "source", from, "board", board_json(model), "channels",
+    return json_pack("{sosososososososfsi}", "units", units_json(source->si), "source", from, "board", board_json(model), "channels",
                      channels_json(model), "runway", runway_json(model), "limits", json_pack("{si}", "warning_mats", model->warning_mats),
-                     "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0, "transducers", (int)MR_TRANSDUCERS);
+                     "quantities", quantities_json(), "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0, "transducers", (int)MR_TRANSDUCERS);
 }
 
 static json_t *zone_json(const struct live_zone *zone)
@@ -185,7 +197,6 @@ static json_t *health_json(const struct live_model *model)
     }
     json_object_set_new(health, "faults", faults);
     json_object_set_new(health, "known", json_boolean(model->health_known));
-    json_object_set_new(health, "load_percent", number(model->health_known ? model->health.load_permille / 10.0 : (double)NAN));
     json_object_set_new(health, "blocks_lost", json_integer(model->health.blocks_lost));
     json_object_set_new(health, "restarts", json_integer((json_int_t)model->restarts));
     json_object_set_new(health, "can", json_string(model->alarm_known ? mr_can_state_text(model->alarm.state) : ""));
@@ -194,8 +205,10 @@ static json_t *health_json(const struct live_model *model)
     json_object_set_new(health, "black_box_good", json_boolean(!model->box_known || (model->box.state >= MR_BOX_READY && model->box.state <= MR_BOX_CLOSING)));
     json_object_set_new(health, "black_box_wait_s", number(model->box_known ? (double)model->box.wait_s : (double)NAN));
     json_object_set_new(health, "black_box_records", json_integer(model->box.records));
-    json_object_set_new(health, "temperature_c", number(model->temperature_known ? (double)model->temperature.temperature_c : (double)NAN));
-    json_object_set_new(health, "temperature_error_c", number(model->temperature_known ? (double)model->temperature.error_c : (double)NAN));
+    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+        json_object_set_new(health, mr_quantity_at(i)->key, number(model->quantity[i].value));
+        json_object_set_new(health, mr_quantity_at(i)->error_key, number(model->quantity[i].error));
+    }
     json_object_set_new(health, "stack_used", json_integer(model->upkeep.stack_used));
     json_object_set_new(health, "stack_size", json_integer(model->upkeep.stack_size));
     return health;

@@ -56,6 +56,8 @@ void live_model_start(struct live_model *model, bool can, bool serial)
     model->link[LINK_SERIAL].used = serial;
     model->link[LINK_CAN].newest = model->link[LINK_SERIAL].newest = -1;
     model->touchdown_ft = MISSING;
+    for (unsigned i = 0; i < MR_QUANTITIES; i++)
+        model->quantity[i] = (struct mr_quantity_value){.value = (double)NAN, .error = (double)NAN};
     forget_readings(model);
     forget_landing(model);
     forget_buckets(model);
@@ -424,8 +426,7 @@ static void health_message(struct live_model *model, const struct live_heard *he
     case MR_PLACE_CHANNEL_EVENT: take_channel_event(model, &m->as.channel_event, heard->host_us); break;
     case MR_PLACE_CAN_ALARM: take_alarm(model, &m->as.can_alarm, heard->host_us); break;
     case MR_PLACE_BOX_STATE: model->box = m->as.box_state; model->box_known = true; break;
-    case MR_PLACE_UPKEEP: model->upkeep = m->as.upkeep; model->upkeep_known = true; break;
-    case MR_PLACE_TEMPERATURE: model->temperature = m->as.temperature; model->temperature_known = true; break;
+    case MR_PLACE_UPKEEP: model->upkeep = m->as.upkeep; break;
     default: break;
     }
 }
@@ -529,7 +530,6 @@ static void (*const parts[MR_PLACES])(struct live_model *model, const struct liv
     [MR_PLACE_CAN_ALARM] = health_message,
     [MR_PLACE_BOX_STATE] = health_message,
     [MR_PLACE_UPKEEP] = health_message,
-    [MR_PLACE_TEMPERATURE] = health_message,
 };
 
 void live_model_message(struct live_model *model, const struct collector_event *event)
@@ -540,6 +540,7 @@ void live_model_message(struct live_model *model, const struct collector_event *
     hear(model, event->link, heard.host_us, heard.block);
     if (m->place != MR_PLACE_HELLO && model->board.layout != 0 && !model->hello)
         return; /* of another layout: it means something else */
+    mr_quantity_take(model->quantity, m);
     if (parts[m->place])
         parts[m->place](model, &heard);
 }

@@ -15,6 +15,7 @@
 #include "common/channels.h"
 #include "common/closure.h"
 #include "common/fault.h"
+#include "common/quantity.h"
 #include "host/collect/collect.h"
 
 #define LIVE_CHANNELS (MR_TRANSDUCERS + MR_GAGES) /* transducers, then gages, in the board's order */
@@ -123,11 +124,11 @@ struct live_model {
 
     struct mr_band_state band[LIVE_BANDS];
     struct mr_health health;
-    bool health_known, alarm_known, box_known, upkeep_known, temperature_known;
+    bool health_known, alarm_known, box_known;
     struct mr_can_alarm alarm;
     struct mr_box_state box;
     struct mr_upkeep upkeep;
-    struct mr_temperature temperature;
+    struct mr_quantity_value quantity[MR_QUANTITIES];
     uint16_t fault_count[MR_FAULT_COUNT];
 
     struct live_reading reading[LIVE_CHANNELS];

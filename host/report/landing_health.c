@@ -1,4 +1,5 @@
 /* Was the instrument well, and is anything missing? */
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -64,15 +65,30 @@ static void readiness(FILE *out, const struct summary *summary)
     }
 }
 
-/* Temperature, clock, and what the links themselves saw. */
+/* Each mean of what the board told again and again. */
+static void means(FILE *out, const struct summary *summary)
+{
+    char text[SUMMARY_MEAN_TEXT];
+    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+        const struct mr_quantity_info *quantity = mr_quantity_at(i);
+        const struct store_mean *mean = &summary->mean[i];
+        if (!mean->told)
+            continue;
+        fprintf(out, "<p>%c%s: ", toupper(quantity->words[0]), quantity->words + 1);
+        summary_mean_text(i, mean, false, text);
+        if (mean->readings)
+            fprintf(out, "%s (%lld readings in %lld s).</p>\n", text, (long long)mean->readings,
+                    (long long)mean->told * mr_message_find(quantity->id)->every_ms / 1000);
+        else
+            fprintf(out, "none of %lld readings came; %s.</p>\n", (long long)mean->told, quantity->why);
+    }
+}
+
+/* Clock, and what the links themselves saw. */
 static void surroundings(FILE *out, const struct summary *summary)
 {
-    const struct store_temperature *t = &summary->temperature;
     const struct store_time_map *clock = &summary->clock;
     char text[300];
-    if (t->told)
-        fprintf(out, "<p>Mat temperature: %.2f &plusmn; %.2f &deg;C (%lld readings in %lld s).</p>\n", t->mean_c, t->error_c,
-                (long long)t->readings, (long long)t->told);
     if (summary->clock_known && clock->refusal == TIMEMAP_GOOD)
         fprintf(out, "<p>Clock of the board: %.2f &plusmn; %.2f ppm %s against this computer's; times of day within %.2f ms (95 %%).</p>\n",
                 fabs(clock->fast_ppm), clock->fast_half_ppm, clock->fast_ppm < 0.0 ? "slow" : "fast", clock->host_half_us / 1e3);
@@ -94,6 +110,7 @@ enum mr_status landing_health(const struct report *report, const struct report_l
     size_t backlogs = 0;
     int64_t most = 0;
     readiness(out, &landing->summary);
+    means(out, &landing->summary);
     surroundings(out, &landing->summary);
     losses(out, &landing->summary);
     enum mr_status status = store_backlogs(report->store, landing->summary.measured.landing.id, &backlog, &backlogs, error);

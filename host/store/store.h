@@ -17,6 +17,7 @@
 #include "common/catalogue.h"
 #include "common/channels.h"
 #include "common/closure.h"
+#include "common/quantity.h"
 #include "host/base/error.h"
 #include "host/store/rows.h"
 
@@ -145,9 +146,10 @@ enum mr_status store_frames_count(struct store *store, int64_t run, int link, in
 
 /* What the board said, once, whichever link it came by; `links` has bit 1 << enum link_kind set for each that
  * brought it. */
-/* Mat temperature: a second of a landing; and over a landing. */
+/* Mat temperature: a second of a landing. */
 enum mr_status store_mat_temperature_put(struct store *store, int64_t run, const struct store_mat_temperature *row, struct error *error);
-enum mr_status store_temperature_get(struct store *store, int64_t run, struct store_temperature *temperature, struct error *error);
+/* A quantity over a landing; told 0: the campaign keeps no column of it. */
+enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity, struct store_mean *mean, struct error *error);
 /* A row that is there already gets its time when it had none, no more. */
 enum mr_status store_slow_put(struct store *store, const struct store_slow *row, struct error *error);
 /* Rows of a board, or of all (NULL), in order. */

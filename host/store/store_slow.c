@@ -1,13 +1,17 @@
-/* Mat temperature of landings, and rows of the slow log. */
+/* What the board tells each second of a landing, and rows of the slow log. */
 #include "host/store/store_sql.h"
 
 STORE_PUT_OF_LANDING(mat_temperature)
 
-enum mr_status store_temperature_get(struct store *store, int64_t run, struct store_temperature *temperature, struct error *error)
+enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity, struct store_mean *mean, struct error *error)
 {
-    *temperature = (struct store_temperature){0};
-    enum mr_status status = STORE_ONE(store, error, TEMPERATURE_GET, temperature, BIND(run));
-    return status == MR_TOO_FEW ? MR_OK : status;
+    *mean = (struct store_mean){0};
+    switch ((int)quantity) {
+#define MEAN(name, NAME, quantity, table, column, error_column, why) \
+    case MR_QUANTITY_##quantity: return STORE_ONE(store, error, MEAN_##quantity, mean, BIND(run));
+#include "common/catalogue.def"
+    default: return MR_OK;
+    }
 }
 
 enum mr_status store_slow_put(struct store *store, const struct store_slow *row, struct error *error)

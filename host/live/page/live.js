@@ -368,8 +368,10 @@
     fact('blocks lost, ms', String(h.blocks_lost), h.blocks_lost > 0);
     fact('CAN, by the board', h.can || '–', !h.can_good);
     fact('black box', (h.black_box || '–') + (h.black_box ? ', ' + h.black_box_records + ' records' : '') + (h.black_box_wait_s ? ', ready in ' + fixed(h.black_box_wait_s, 0) + ' s' : ''), !h.black_box_good);
-    fact('mat temperature', h.temperature_c === null ? '–' : fixed(h.temperature_c, 2) + ' ± ' + fixed(h.temperature_error_c, 2) + ' °C', false);
-    fact('processor load', h.load_percent === null ? '–' : fixed(h.load_percent, 1) + ' %', false);
+    for (const q of configuration.quantities) {
+      const value = h[q.key], error = h[q.error_key];
+      fact(q.words, value === null ? '–' : fixed(value, q.decimals) + (error === null ? ' ' : ' ± ' + fixed(error, q.decimals) + ' ') + q.unit, false);
+    }
     fact('stack used', h.stack_size ? h.stack_used + ' of ' + h.stack_size + ' bytes' : '–', false);
     for (const b of state.bands) fact('band ' + b.band + ', least / mean / most', [b.least_lb, b.mean_lb, b.most_lb].map((v) => fixed(v === null ? null : v * unit('tension').factor, 1)).join(' / ') + ' ' + unit('tension').text, false);
     fact('readings from', state.source + (state.late ? '; ' + state.late + ' came too late to be drawn' : ''), state.late > 0);
