@@ -109,6 +109,9 @@ def arm_and_disarm(browser, base, token):
               browser.js("document.body.innerText"))
     tap.check("axes have units", browser.js("/ft/.test(document.querySelector('#runway').textContent) && /in against board time, s/.test(document.querySelector('#displacement-says').textContent)"
                                             " && /lb against board time, s/.test(document.querySelector('#tension-says').textContent)"))
+    tap.check("quantities of the board have words and units",
+              browser.wait(r"/mat temperature[^]*processor load\s+\d+\.\d %/.test(document.querySelector('#health').innerText)"),
+              browser.js("document.querySelector('#health').innerText"))
     tap.check("while idle the strips move", browser.wait("matrigLive.fine.count > 5"))
     time.sleep(0.5)
     browser.js("document.querySelector('#arm').focus()")
