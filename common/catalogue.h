@@ -11,8 +11,14 @@
 
 #include "common/status.h"
 
-/* Layout version of catalogue.def, of the block record and of serial framing. Travels in `hello`. */
-#define MR_LAYOUT 4u
+/* Layout version of catalogue.def, of the block record, the stored configuration and serial framing: that of what changed last, so the size
+ * of the largest of these. Travels in `hello`. */
+union mr_layouts {
+    uint8_t all_others[3];
+#define SINCE(name, NAME, layout) uint8_t name[layout];
+#include "common/catalogue.def"
+};
+#define MR_LAYOUT ((unsigned)sizeof(union mr_layouts))
 #define MR_MESSAGE_MAX 8u
 
 typedef uint8_t mr_u8;

@@ -1,6 +1,7 @@
 #include "common/catalogue.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -324,6 +325,46 @@ static void a_value_has_a_text(void **state)
 #include "common/catalogue.def"
 }
 
+static void add_text(uint32_t *sum, const char *text)
+{
+    for (; *text; text++)
+        *sum = (*sum ^ (uint8_t)*text) * 16777619u; /* FNV-1a */
+}
+
+/* What a payload means. A board and a host that differ in this must not have the same layout version. */
+static uint32_t sum_of_the_fields(void)
+{
+    size_t count;
+    uint32_t sum = 2166136261u;
+    char text[80];
+    const struct mr_message_info *messages = mr_catalogue(&count);
+    for (size_t m = 0; m < count; m++) {
+        snprintf(text, sizeof text, "%u %u;", messages[m].id, messages[m].direction);
+        add_text(&sum, text);
+        for (unsigned f = 0; f < messages[m].field_count; f++) {
+            const struct mr_field_info *field = &messages[m].fields[f];
+            snprintf(text, sizeof text, "%u %u %u %g ", field->offset, field->size, field->type, (double)field->per_unit);
+            add_text(&sum, field->name);
+            add_text(&sum, text);
+            add_text(&sum, field->unit);
+        }
+    }
+    return sum;
+}
+
+static void another_field_is_another_layout(void **state)
+{
+    static const struct {
+        unsigned layout;
+        uint32_t sum;
+    } known[] = {{4, 0x9dfd17cfu}}; /* a change that is meant: its SINCE, MR_LAYOUT + 1, and a row here */
+    (void)state;
+    const size_t newest = sizeof known / sizeof known[0] - 1;
+    print_message("layout %u: 0x%08x\n", MR_LAYOUT, (unsigned)sum_of_the_fields());
+    assert_int_equal(MR_LAYOUT, known[newest].layout);
+    assert_int_equal(sum_of_the_fields(), known[newest].sum);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -339,6 +380,7 @@ int main(void)
         cmocka_unit_test(commands_parse_as_people_write_them),
         cmocka_unit_test(a_text_has_the_list_of_values_where_the_star_stands),
         cmocka_unit_test(a_value_has_a_text),
+        cmocka_unit_test(another_field_is_another_layout),
     };
     return cmocka_run_group_tests_name("common/catalogue", tests, NULL, NULL);
 }
