@@ -1,15 +1,18 @@
 #include "common/message.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "common/wire.h"
 
-/* `block16` is the last field where there is one. */
-static int32_t block16_of(const struct mr_message_info *info, const uint8_t *payload)
+/* `block16` or `block`, in which it happened, is the last field where there is one. */
+static void take_block(struct mr_message *message, const struct mr_message_info *info, const uint8_t *payload)
 {
     const struct mr_field_info *last = &info->fields[info->field_count - 1];
     const uint8_t *p = payload + last->offset;
-    return strcmp(last->name, "block16") == 0 ? mr_get_u16(&p) : -1;
+    bool low = strcmp(last->name, "block16") == 0, all = strcmp(last->name, "block") == 0;
+    message->block16 = low ? mr_get_u16(&p) : -1;
+    message->block = all ? (int64_t)mr_get_u32(&p) : -1;
 }
 
 enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload, size_t length)
@@ -23,7 +26,7 @@ enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const ui
     memset(message, 0, sizeof *message);
     message->info = info;
     message->place = place;
-    message->block16 = block16_of(info, payload);
+    take_block(message, info, payload);
     memcpy(message->payload, payload, length);
     switch (place) {
 #define MESSAGE(name, NAME, id, direction, text) \

@@ -8,6 +8,7 @@ struct mr_message {
     const struct mr_message_info *info;
     unsigned place;                  /* enum mr_message_place: which member of `as` it is */
     int32_t block16;                 /* low 16 bits of the block that it belongs to; -1: it has no such field */
+    int64_t block;                   /* all of it; -1: it has no such field */
     uint8_t payload[MR_MESSAGE_MAX]; /* as it came, info->length bytes */
     union {
 #define MESSAGE(name, NAME, id, direction, text) struct mr_##name name;

@@ -30,48 +30,38 @@ static enum mr_status switch_event(struct collector *collector, const struct sid
 
 /* Motion and its errors are two messages with the same block; the first is stored at once, the second
  * completes it. So are a zone and its lead. */
-static enum mr_status put_motion(struct collector *collector, struct side *side, struct error *error)
+static enum mr_status motion(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
 {
     struct store_motion *row = &side->motion;
-    row->block = timebase_unwrap(&side->time, (uint16_t)side->motion16);
+    if (m->place == MR_PLACE_MOTION) {
+        *row = store_blank_motion;
+        side->motion16 = m->block16;
+        collect_motion_row(row, &m->as.motion);
+    } else if (m->block16 == side->motion16) {
+        collect_motion_error_row(row, &m->as.motion_error);
+    } else {
+        return MR_OK;
+    }
+    row->block = collect_block(side, m);
     row->links = collect_link_bit(side);
     return side->current && row->block >= 0 ? store_motion_put(collector->store, side->current->row.id, row, error) : MR_OK;
 }
 
-static enum mr_status put_zone(struct collector *collector, struct side *side, struct error *error)
-{
-    struct store_zone *row = &side->zone;
-    row->block = timebase_unwrap(&side->time, (uint16_t)side->zone16);
-    row->links = collect_link_bit(side);
-    return side->current && row->block >= 0 ? store_zone_put(collector->store, side->current->row.id, row, error) : MR_OK;
-}
-
-static enum mr_status motion(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
-{
-    if (m->place == MR_PLACE_MOTION) {
-        side->motion = store_blank_motion;
-        side->motion16 = m->block16;
-        collect_motion_row(&side->motion, &m->as.motion);
-    } else if (m->block16 == side->motion16) {
-        collect_motion_error_row(&side->motion, &m->as.motion_error);
-    } else {
-        return MR_OK;
-    }
-    return put_motion(collector, side, error);
-}
-
 static enum mr_status zone(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
 {
+    struct store_zone *row = &side->zone;
     if (m->place == MR_PLACE_ZONE) {
-        side->zone = store_blank_zone;
+        *row = store_blank_zone;
         side->zone16 = m->block16;
-        collect_zone_row(&side->zone, &m->as.zone);
+        collect_zone_row(row, &m->as.zone);
     } else if (m->block16 == side->zone16) {
-        collect_zone_lead_row(&side->zone, &m->as.zone_lead);
+        collect_zone_lead_row(row, &m->as.zone_lead);
     } else {
         return MR_OK;
     }
-    return put_zone(collector, side, error);
+    row->block = collect_block(side, m);
+    row->links = collect_link_bit(side);
+    return side->current && row->block >= 0 ? store_zone_put(collector->store, side->current->row.id, row, error) : MR_OK;
 }
 
 /* Touchdown and stop are of one row, and come in any order. */

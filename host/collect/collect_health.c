@@ -17,12 +17,11 @@ static enum mr_status fault(struct collector *collector, const struct side *side
                              host_us, error);
 }
 
-static enum mr_status temperature(struct collector *collector, const struct side *side, const struct mr_temperature *message,
-                                  struct error *error)
+static enum mr_status temperature(struct collector *collector, struct side *side, const struct mr_message *message, struct error *error)
 {
-    struct store_mat_temperature row = {.links = collect_link_bit(side)};
-    collect_temperature_row(&row, message);
-    return side->current ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error) : MR_OK;
+    struct store_mat_temperature row = {.block = collect_block(side, message), .links = collect_link_bit(side)};
+    collect_temperature_row(&row, &message->as.temperature);
+    return side->current && row.block >= 0 ? store_mat_temperature_put(collector->store, side->current->row.id, &row, error) : MR_OK;
 }
 
 static enum mr_status quality(struct collector *collector, const struct side *side, const struct mr_channel_quality *message,
@@ -89,7 +88,7 @@ enum mr_status collect_health_message(struct collector *collector, struct side *
     switch (m->place) {
     case MR_PLACE_CHANNEL_QUALITY: return quality(collector, side, &m->as.channel_quality, error);
     case MR_PLACE_FAULT: return fault(collector, side, &m->as.fault, event->host_us, error);
-    case MR_PLACE_TEMPERATURE: return temperature(collector, side, &m->as.temperature, error);
+    case MR_PLACE_TEMPERATURE: return temperature(collector, side, m, error);
     case MR_PLACE_CRASH: return crash(collector, side, &m->as.crash, event->host_us, error);
     case MR_PLACE_CAN_ALARM: return can_alarm(collector, side, &m->as.can_alarm, event->host_us, error);
     case MR_PLACE_SLOW_ROW:

@@ -62,21 +62,18 @@ static enum mr_status count_message(struct collector *collector, struct side *si
 }
 
 /* What is kept as an event, as the rows of the catalogue have it. */
-static bool event_of(struct side *side, const struct mr_message *message, struct store_event *event, int64_t *block)
+static bool event_of(const struct mr_message *message, struct store_event *event)
 {
     switch (message->place) {
-#define EVENT(name, NAME, kind_, when, code_, detail_, value_)                             \
+#define EVENT(name, NAME, kind_, code_, detail_, value_)                                   \
     case MR_PLACE_##NAME: {                                                                \
         const struct mr_##name *m = &message->as.name;                                     \
         *event = (struct store_event){.kind = kind_, .code = code_, .detail = detail_, .value = value_}; \
-        *block = m->when;                                                                  \
         break;                                                                             \
     }
 #include "common/catalogue.def"
     default: return false;
     }
-    if (message->block16 >= 0)
-        *block = timebase_unwrap(&side->time, (uint16_t)message->block16);
     return true;
 }
 
@@ -84,9 +81,9 @@ static enum mr_status keep_event(struct collector *collector, struct side *side,
                                  struct error *error)
 {
     struct store_event event;
-    int64_t block;
-    if (!event_of(side, heard->message, &event, &block))
+    if (!event_of(heard->message, &event))
         return MR_OK;
+    int64_t block = collect_block(side, heard->message);
     return collect_put_event(collector, side, event.kind, block < 0 ? 0 : block, event.code, event.detail, event.value, heard->host_us,
                              error);
 }

@@ -9,10 +9,10 @@ static bool same(float a, float b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-static enum mr_status trust(struct collector *collector, struct side *side, const struct mr_trust *m, struct error *error)
+static enum mr_status trust(struct collector *collector, struct side *side, const struct mr_message *m, struct error *error)
 {
-    struct store_trust row = {.block = timebase_unwrap(&side->time, m->block16), .links = collect_link_bit(side)};
-    collect_trust_row(&row, m);
+    struct store_trust row = {.block = collect_block(side, m), .links = collect_link_bit(side)};
+    collect_trust_row(&row, &m->as.trust);
     return side->current && row.block >= 0 ? store_trust_put(collector->store, side->current->row.id, &row, error) : MR_OK;
 }
 
@@ -76,7 +76,7 @@ static enum mr_status statement(struct collector *collector, struct side *side, 
     case MR_PLACE_VERDICT: collect_verdict_row(&part, &m->as.verdict); break;
     default: return MR_OK;
     }
-    part.block = timebase_unwrap(&side->time, (uint16_t)m->block16);
+    part.block = collect_block(side, m);
     return side->current && part.block >= 0 ? store_prediction_put(collector->store, side->current->row.id, &part, error) : MR_OK;
 }
 
@@ -84,7 +84,7 @@ enum mr_status collect_predict_message(struct collector *collector, struct side 
 {
     const struct mr_message *m = event->message;
     switch (m->place) {
-    case MR_PLACE_TRUST: return trust(collector, side, &m->as.trust, error);
+    case MR_PLACE_TRUST: return trust(collector, side, m, error);
     case MR_PLACE_RUNWAY: runway(side, &m->as.runway); return MR_OK;
     case MR_PLACE_RUNWAY_JOINTS: return joints(collector, side, &m->as.runway_joints, error);
     case MR_PLACE_RUNWAY_STORE: runway_store(collector, side, &m->as.runway_store); return MR_OK;

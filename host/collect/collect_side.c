@@ -18,6 +18,11 @@ int64_t collect_board_time(const struct side *side, const struct mr_message *mes
     return timebase_now_us(&side->time);
 }
 
+int64_t collect_block(struct side *side, const struct mr_message *message)
+{
+    return message->block16 >= 0 ? timebase_unwrap(&side->time, (uint16_t)message->block16) : message->block;
+}
+
 int64_t collect_link_bit(const struct side *side)
 {
     return 1 << side->kind;

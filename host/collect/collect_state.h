@@ -138,6 +138,8 @@ struct collector {
 int64_t collect_newest_block(const struct side *side);
 /* Board time of a message: that of its own block where it has one, else the newest known; NULL: of what is no message. */
 int64_t collect_board_time(const struct side *side, const struct mr_message *message);
+/* Block in which happened what a message tells, which is not long past; -1: not known, or it says none. */
+int64_t collect_block(struct side *side, const struct mr_message *message);
 /* The side's, among those that brought a row. */
 int64_t collect_link_bit(const struct side *side);
 /* An event, of the landing that the side is in, if any. */

@@ -61,11 +61,32 @@ static void every_message_is_read(void **state)
     assert_int_equal(count, MR_PLACE_BLOCK);
 }
 
+/* A campaign's event is of the block that its message is of. */
+static void the_block_is_all_of_it_or_its_low_bits(void **state)
+{
+    (void)state;
+    struct mr_message message;
+    const uint8_t bytes[8] = {1, 2, 3, 4, 0x78, 0x56, 0x34, 0x12};
+    assert_int_equal(mr_message_read(&message, MR_ID_TEMPERATURE, bytes, 8), MR_OK);
+    assert_int_equal(message.block, 0x12345678);
+    assert_int_equal(message.block16, -1);
+    assert_int_equal(mr_message_read(&message, MR_ID_MOTION, bytes, 8), MR_OK);
+    assert_int_equal(message.block, -1);
+    assert_int_equal(message.block16, 0x1234);
+    assert_int_equal(mr_message_read(&message, MR_ID_CLOCK, bytes, 8), MR_OK); /* the newest block, not that of what it tells */
+    assert_int_equal(message.block, -1);
+#define EVENT(name, NAME, kind, code, detail, value)                           \
+    assert_int_equal(mr_message_read(&message, MR_ID_##NAME, bytes, 8), MR_OK); \
+    assert_true(message.block >= 0 || message.block16 >= 0);
+#include "common/catalogue.def"
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_message_is_read_into_its_own_member),
         cmocka_unit_test(what_has_no_block16_says_so),
+        cmocka_unit_test(the_block_is_all_of_it_or_its_low_bits),
         cmocka_unit_test(another_length_or_identifier_is_refused),
         cmocka_unit_test(every_message_is_read),
     };
