@@ -18,7 +18,8 @@ static void refused_specs(void **state)
         enum mr_status status;
         const char *names;
     } cases[] = {
-        {"", MR_USAGE, "not a link"},
+        {"", MR_USAGE,
+         "write unix:PATH, file:PATH, paced:PATH, can:IFACE[:board], slcan:TTY[:BAUD], serial:TTY[:BAUD|:find] or pty:PATH"},
         {"/dev/ttyUSB0", MR_USAGE, "/dev/ttyUSB0"},
         {"tcp:localhost", MR_USAGE, "tcp:localhost"},
         {"unix:", MR_USAGE, "without a path"},
