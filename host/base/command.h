@@ -67,9 +67,28 @@ struct command {
     struct command_operands operands;
 };
 
-/* All commands, in the order in which help lists them. */
+/* Help lists the commands in groups, by who needs them when. */
+#define COMMAND_GROUPS(X)                                                        \
+    X(DAY, "The day: get ready, land, survey")                                   \
+    X(BOARD, "The board: program, configure and calibrate it")                   \
+    X(DATA, "The data: what a campaign holds, compared, reported, passed on")    \
+    X(STUDIES, "Studies: the mat simulated, its parameters, its bands")
+
+enum command_group {
+#define COMMAND_GROUP(name, title) HELP_##name,
+    COMMAND_GROUPS(COMMAND_GROUP)
+#undef COMMAND_GROUP
+};
+
+struct command_entry {
+    enum command_group group;
+    const struct command *command;
+    const char *formerly; /* an older name, which people may still type; NULL: none */
+};
+
+/* All commands, in the order in which help lists them; those of a group stand together. */
 struct command_table {
-    const struct command *const *commands;
+    const struct command_entry *commands;
     size_t count;
 };
 

@@ -7,6 +7,16 @@
 #include "common/version.h"
 #include "host/base/help_page.h"
 
+const char *help_group_title(enum command_group group)
+{
+    static const char *const titles[] = {
+#define COMMAND_GROUP(name, title) title,
+        COMMAND_GROUPS(COMMAND_GROUP)
+#undef COMMAND_GROUP
+    };
+    return titles[group];
+}
+
 /* With the options that may stand before every command. */
 static void print_usage(const char *words)
 {
@@ -22,9 +32,13 @@ void help_overview(const struct command_table *table)
 {
     print_usage(command_matrig.words);
     putchar('\n');
-    for (size_t i = 0; i < table->count; i++)
-        printf("  %-9s %s\n", table->commands[i]->name, table->commands[i]->summary);
-    putchar('\n');
+    for (size_t i = 0; i < table->count; i++) {
+        const struct command_entry *entry = &table->commands[i];
+        if (i == 0 || entry->group != entry[-1].group)
+            printf("%s%s\n", i > 0 ? "\n" : "", help_group_title(entry->group));
+        printf("  %-9s %s\n", entry->command->name, entry->command->summary);
+    }
+    puts("\nBefore the command");
     for (size_t i = 0; i < command_matrig.count; i++) {
         const struct command_part *part = &command_matrig.parts[i];
         if (part->text)
@@ -65,8 +79,9 @@ void help_version(const struct cli *cli)
 const struct command *help_find(const struct command_table *table, const char *name)
 {
     for (size_t i = 0; i < table->count; i++) {
-        if (strcmp(table->commands[i]->name, name) == 0)
-            return table->commands[i];
+        const struct command_entry *entry = &table->commands[i];
+        if (strcmp(entry->command->name, name) == 0 || (entry->formerly && strcmp(entry->formerly, name) == 0))
+            return entry->command;
     }
     return NULL;
 }
@@ -76,7 +91,7 @@ static int print_json(const struct command_table *table, const struct command *o
 {
     json_t *list = json_array();
     for (size_t i = 0; i < table->count; i++) {
-        const struct command *c = table->commands[i];
+        const struct command *c = table->commands[i].command;
         char *text = help_page_text(c);
         if (!only || only == c)
             json_array_append_new(list, json_pack("{s:s,s:s,s:s,s:s}", "name", c->name, "words", c->words, "summary", c->summary,

@@ -4,6 +4,9 @@
 
 #include "host/base/command.h"
 
+/* What a group of commands is for. Static storage. */
+const char *help_group_title(enum command_group group);
+
 void help_overview(const struct command_table *table);
 void help_command(const struct command *command);
 /* NULL: there is none of this name. */

@@ -91,14 +91,14 @@ void help_bash(const struct command_table *table)
     puts("'");
     fputs("        words='help", stdout);
     for (size_t i = 0; i < table->count; i++)
-        printf(" %s", table->commands[i]->name);
+        printf(" %s", table->commands[i].command->name);
     puts("'\n        ;;");
     fputs("    help)\n        options='--man --bash'\n        words='", stdout);
     for (size_t i = 0; i < table->count; i++)
-        printf("%s%s", i > 0 ? " " : "", table->commands[i]->name);
+        printf("%s%s", i > 0 ? " " : "", table->commands[i].command->name);
     puts("'\n        ;;");
     for (size_t i = 0; i < table->count; i++)
-        print_command(table->commands[i]);
+        print_command(table->commands[i].command);
     puts("    esac\n"
          "    if [[ $values ]]; then\n"
          "        words=$values\n"

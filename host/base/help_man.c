@@ -216,6 +216,6 @@ void help_man(const struct command_table *table)
     head();
     before();
     for (size_t i = 0; i < table->count; i++)
-        section(table->commands[i]);
+        section(table->commands[i].command);
     tail();
 }

@@ -6,7 +6,7 @@
 
 #include "host/campaign/summary.h"
 
-/* A new object, as `matrig campaign --json` prints it. `apart`: of --check; NULL: none. */
+/* A new object, as `matrig study --json` prints it. `apart`: of --check; NULL: none. */
 json_t *campaign_json(const struct campaign *campaign, const struct campaign_run *runs, const struct campaign_summary *summary,
                       const struct campaign_difference *apart);
 

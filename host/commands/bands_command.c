@@ -209,7 +209,7 @@ static void judge_theory(const struct band_design *d, struct findings *f)
         find(f, THEORY_FAILS, "theory: %.0f connections; C.10 allows %.0f: a shorter band, or more or stronger ones", d->connections,
              d->most_connections);
     if (d->t0_lb < d->least_t0_lb * (1.0 - 1e-9))
-        find(f, THEORY_FAILS, "theory: T0 %.6g lb is below n F' + R/2 = %.6g lb (C.8): the band may go slack", d->t0_lb,
+        find(f, THEORY_FAILS, "theory: T0 %.6g lb is below n F' + R/2 = %.6g lb (C.8): the band may go loose", d->t0_lb,
              d->least_t0_lb);
     if (d->t0_lb > d->most_t0_lb * (1.0 + 1e-9))
         find(f, THEORY_FAILS, "theory: T0 %.6g lb is above A fy - R/2 = %.6g lb (C.9): the band may yield", d->t0_lb, d->most_t0_lb);
@@ -220,10 +220,10 @@ static void judge_model(const struct band_design *d, const struct band_check *c,
     double apart = DISAGREE * d->t0_lb;
     double least_lb = fmax(d->least_lb, 0.0); /* a slack band pulls 0 in theory */
     if (c->least_lb < 0.0 && d->least_lb >= -1e-9 * d->t0_lb)
-        find(f, MODEL_FAILS, "disagree: the model's band goes slack at %.0f ft (pass %d), where theory leaves it %.6g lb", c->least_ft,
+        find(f, MODEL_FAILS, "disagree: the model's band goes loose at %.0f ft (pass %d), where theory leaves it %.6g lb", c->least_ft,
              c->least_pass, least_lb);
     else if (c->least_lb < 0.0)
-        find(f, MODEL_FAILS, "the model's band goes slack at %.0f ft (pass %d), as theory says", c->least_ft, c->least_pass);
+        find(f, MODEL_FAILS, "the model's band goes loose at %.0f ft (pass %d), as theory says", c->least_ft, c->least_pass);
     else if (fabs(c->least_lb - least_lb) > apart)
         find(f, A_WARNING, "disagree: least tension %.6g lb in the model, %.6g by theory, which is %s", c->least_lb, least_lb,
              c->least_lb > least_lb ? "safe" : "NOT safe");
@@ -331,7 +331,7 @@ static void print_check(const struct band_design *d, const struct band_check *c,
            lb * d->least_lb);
     printf("  largest tension  %12.6g %-3s at %.6g %s (theory %.6g)\n", lb * c->most_lb, force, ft * c->most_ft, length,
            lb * d->most_lb);
-    printf("  slack at a time  %12.3g %%   of the segments\n", 100.0 * c->slack_share);
+    printf("  loose at a time  %12.3g %%   of the segments\n", 100.0 * c->slack_share);
     printf("  most carried     %12.6g %-3s by a connection\n", lb * c->load_lb, force);
     printf("  left after it    %12.6g %-3s less than T0, held by friction\n", lb * c->residual_lb, force);
     printf("  movement         %12.4g %-3s at most; error estimates %.2g %s, %.2g %s\n", ft * c->moved_ft, length,
@@ -381,7 +381,7 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--design-only", design_only, "leave the model out"),
     OPTION_WHOLE("--passes", "N", passes, 1.0, 100.0, 2.0, "how often the aircraft passes in the model; else {standard}"),
     OPTION_FLAG("--strict", strict, "exit 1 for what only the model finds, too"),
-    HELP_NOTE("Exit 1 when the band goes slack or yields by theory. What the model says otherwise is a warning: the report's own example has\n"
+    HELP_NOTE("Exit 1 when the band goes loose or yields by theory. What the model says otherwise is a warning: the report's own example has\n"
               "its bands at the theory's limit, and R goes from rivet to rivet in knocks. "),
     HELP_EXAMPLE("\n"
                  "  matrig bands weight=480kip deceleration=0.5g bands=4 width=6in thickness=0.375in yield=50ksi"),

@@ -1,4 +1,4 @@
-/* matrig campaign: its options. What runs it is host/study/campaign_run.c, in matrig-study. */
+/* matrig study: its options. What runs it is host/study/campaign_run.c, in matrig-study. */
 #include "host/commands/campaign_command.h"
 
 #include "host/campaign/campaign.h"
@@ -8,7 +8,7 @@
 #define VALUES struct campaign_request
 static const struct command_part parts[] = {
     HELP_ITEM("FILE",
-                "campaign file, JSON (host/campaign/README.md): runway, landings, modifications, seeds"),
+                "study file, JSON (host/campaign/README.md): runway, landings, modifications, seeds"),
     OPTION_WHOLE("-j", "N", jobs, 1.0, CAMPAIGN_JOBS_MAX, 0.0, "runways at a time; else one per core. Results do not depend on it"),
     OPTION_WHOLE("--seeds", "N", seeds, 1.0, CAMPAIGN_SEEDS_MAX, 0.0,
                 "that many seeds from the file's first one on, instead of the file's number"),
@@ -17,12 +17,12 @@ static const struct command_part parts[] = {
                 "compute everything once more, every mat and both engines in every landing, and say what differs"),
     OPTION_FLAG("--no-prune", no_prune, "integrate every mat all the time"),
     OPTION_FORCE(force),
-    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile."),
-    HELP_EXAMPLE("matrig campaign host/campaign/series/standard.json -o standard.html"),
+    HELP_NOTE("Results are distributions over the seeds: median and 5th to 95th percentile. The older name of this command is campaign."),
+    HELP_EXAMPLE("matrig study host/campaign/series/standard.json -o standard.html"),
 };
 
 const struct command command_campaign = {
-    "campaign", study_start,
+    "study", study_start,
     "FILE [-j N] [--seeds N] [-o F.html|F.svg] [--force] [--check] [--no-prune]",
     "a series of landings on an ensemble of runways: which one survives", COMMAND_PARTS(parts), {1, 1, "FILE"},
 };

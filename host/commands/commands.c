@@ -1,7 +1,8 @@
 #include "host/commands/commands.h"
 
-#define COMMAND(name) &command_##name,
-static const struct command *const commands[] = {
+#define COMMAND(group, name) {HELP_##group, &command_##name, NULL},
+#define COMMAND_FORMERLY(group, name, formerly) {HELP_##group, &command_##name, formerly},
+static const struct command_entry commands[] = {
 #include "host/commands/commands.def"
 };
 #undef COMMAND

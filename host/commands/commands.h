@@ -4,7 +4,7 @@
 
 #include "host/base/command.h"
 
-#define COMMAND(name) extern const struct command command_##name;
+#define COMMAND(group, name) extern const struct command command_##name;
 #include "host/commands/commands.def"
 #undef COMMAND
 

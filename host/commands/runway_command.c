@@ -63,7 +63,7 @@ static int print(const struct runwaytalk *talk, const struct cli *cli)
            mr_runway_source_text(stored->source), state->mats, state->landings, (double)state->scale, (unsigned)stored->crc);
     printf("copies     A %s, B %s\n", copy_text(stored->copy_a, a), copy_text(stored->copy_b, b));
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, cli->si);
-    printf("joints     %u of %u closed to 0.002 in; slack of ten in a row, %s:\n", closed_of(state), state->mats + 1u, length->text);
+    printf("joints     %u of %u closed to 0.002 in; opening of ten in a row, %s:\n", closed_of(state), state->mats + 1u, length->text);
     for (unsigned s = 0; 10 * s <= state->mats; s++)
         printf("%s%7.4f", s % 7 == 0 ? s ? "\n    " : "    " : " ", length->factor * sum_in(state, s));
     putchar('\n');

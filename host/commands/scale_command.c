@@ -177,7 +177,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("SCENE",
                 "scene file, JSON: every key is scaled, defaults that scale are written out"),
     HELP_ITEM("CAMPAIGN",
-                "campaign file (it has landings): runway, aircraft, landings and what they apply, its scene inside"),
+                "study file (it has landings): runway, aircraft, landings and what they apply, its scene inside"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype", "prototype (the default: what is given is the model's) or model"),
     OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, (double)NAN, "prototype length / model length; else 7"),
     HELP_ITEM("--keep density", "the 1/7 model's rule: forces by n^3 (the default)"),
@@ -196,5 +196,5 @@ static const struct command_part parts[] = {
 const struct command command_scale = {
     "scale", scale_command,
     "[NAME=VALUE... | SCENE | CAMPAIGN] [--to model|prototype] [--n N] [--keep density|modulus] [--lay DEG] [-o F] [--force]",
-    "quantities, scenes and campaigns between model and prototype", COMMAND_PARTS(parts), {0, SCALE_WORDS_MAX, "NAME=VALUE... or SCENE"},
+    "quantities, scenes and study files between model and prototype", COMMAND_PARTS(parts), {0, SCALE_WORDS_MAX, "NAME=VALUE... or SCENE"},
 };

@@ -455,7 +455,7 @@ static const struct command_part parts[] = {
                 "standard pattern: stations of the left edge (the default), of both, or of none"),
     OPTION_FLAG("--new", begin_new, "begin another survey, though one is not finished"),
     OPTION_NUMBER_SI("--closed", "IN", closed_in, "in", "mm", 20.0, 40.0, SURVEY_SPACING_IN,
-                "distance of gage points with all ten joints closed; else {standard}: what is beyond it is slack"),
+                "distance of gage points with all ten joints closed; else {standard}: what is beyond it is the opening of the joints"),
     OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN, "standard error of a reading; else {standard}"),
     OPTION_TEXT("--caliper", "LINK", caliper, "a caliper on a serial line beside the keyboard: serial:TTY:BAUD"),
     OPTION_TEXT("--from", "CSV", from,
@@ -467,7 +467,7 @@ static const struct command_part parts[] = {
                 "what survey N (else the newest) says: opening and closing per ten mats, movement, in-plane bow"),
     OPTION_FLAG("--list", list, "all surveys"),
     OPTION_TEXT("--load", "LINK", load,
-                "give the board the slack and read it back; serial, or CAN when it is can:, slcan: or with --can. Exit 1\n"
+                "give the board the openings and read them back; serial, or CAN when it is can:, slcan: or with --can. Exit 1\n"
                 "when the board holds something else then"),
     OPTION_FORCE(force),
     HELP_NOTE("A reading that is further from the last one than ten joints can do (10 x 0.036 in; a station: 1 in) is asked for again.\n"
@@ -484,5 +484,5 @@ const struct command command_survey = {
     "survey", survey_command,
     "DB [--pattern standard|diagonal] [--edges left|both|none] [--new] [--closed IN] [--error IN] [--who W] [--note T]\n"
     "                         [--caliper LINK | --from CSV [--doubtful] | --end | --sheet F [--force] | --show | --list | --load LINK [--can]] [--survey N]",
-    "gage points of the mat, read with a caliper: gaps, movement, in-plane bow, slack for the board", COMMAND_PARTS(parts), {1, 1, "DB"},
+    "gage points of the mat, read with a caliper: gaps, movement, in-plane bow; openings for the board", COMMAND_PARTS(parts), {1, 1, "DB"},
 };

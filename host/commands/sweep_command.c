@@ -9,16 +9,16 @@
 #define VALUES struct sweep_request
 static const struct command_part parts[] = {
     HELP_ITEM("FILE",
-                "the study, JSON (host/sweep/README.md): base scene or campaign, what is varied, what is wanted"),
+                "the sweep, JSON (host/sweep/README.md): base scene or study file, what is varied, what is wanted"),
     OPTION_TEXT("-o", "R.jsonl", output,
                 "results, one JSON line a case; else FILE's name with .jsonl. The same command goes on where it was, after\n"
-                "any kill; R.study.json is a copy of the study"),
+                "any kill; R.study.json is a copy of FILE"),
     OPTION_WHOLE("-j", "N", jobs, 1.0, JOBS_MAX, 0.0,
                 "cases at a time, each a process on one core; else as many as there are cores"),
     OPTION_TEXT("--shard", "i/n", shard_text,
                 "only every n-th case, from the i-th on, into R.i-of-n.jsonl. In a Slurm job array (SLURM_ARRAY_TASK_ID) that\n"
                 "is done by itself; --shard /n takes i from there"),
-    OPTION_NUMBER("--timeout", "S", timeout_s, "s", 1e-3, 1e7, 0.0, "give a case S seconds; else the study's timeout_s"),
+    OPTION_NUMBER("--timeout", "S", timeout_s, "s", 1e-3, 1e7, 0.0, "give a case S seconds; else the timeout_s of FILE"),
     OPTION_FLAG("--retry", retry, "do those again that failed"),
     HELP_ITEM("--gather [PART...]",
                 "put the shards' results together in R.jsonl; exit 1 when cases are missing"),
@@ -40,5 +40,5 @@ static const struct command_part parts[] = {
 const struct command command_sweep = {
     "sweep", study_start,
     "FILE [-j N] [--shard i/n] [-o R.jsonl] [--timeout S] [--retry] [--force] | FILE --gather | FILE --slurm|--parallel [--shards N]",
-    "studies over many scenes or campaigns: Cartesian, Latin hypercube, thresholds", COMMAND_PARTS(parts), {1, 1 + SWEEP_PARTS_MAX, "FILE"},
+    "many cases of one scene or study: Cartesian, Latin hypercube, thresholds", COMMAND_PARTS(parts), {1, 1 + SWEEP_PARTS_MAX, "FILE"},
 };

@@ -37,7 +37,7 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
         model->seeds = seeds ? seeds : model->campaign.seeds;
         scene = &model->campaign.landings[0].scene;
     } else if (seeds > 1) {
-        return error_set(error, MR_USAGE, "no ensemble: %s is a scene, one runway; give a campaign file for --seeds", path);
+        return error_set(error, MR_USAGE, "no ensemble: %s is a scene, one runway; give a study file for --seeds", path);
     } else if (sim_scene_load(&model->scene, path, error) != MR_OK) {
         return error->status;
     }

@@ -1,6 +1,6 @@
 /* What a landing is compared with: a scene, or the ensemble of runways of a campaign, played through the measured motions.
  *
- * A runway of an ensemble has the openings and closing resistances that `matrig campaign` draws from its seed. A survey scales the
+ * A runway of an ensemble has the openings and closing resistances that `matrig study` draws from its seed. A survey scales the
  * openings of each surveyed segment to its sum (none beyond the slack, whatever the survey says); in a scene each joint gets its
  * share. From one landing of a series to the next the openings stay as the simulation left them, unless there is a new survey.
  * What modifications (bands, cleats) remember is not carried: each landing begins with them as the file has them. The chain is computed,

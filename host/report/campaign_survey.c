@@ -120,7 +120,7 @@ static void rows_table(FILE *out, const struct store_gage_survey *rows, size_t c
 static void words(FILE *out, const struct survey *survey, const struct survey_found *found, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    fprintf(out, "<p class=\"say\">Survey %lld: %zu of %zu places read, %zu confirmed; %zu of %u segments have a slack.",
+    fprintf(out, "<p class=\"say\">Survey %lld: %zu of %zu places read, %zu confirmed; %zu of %u segments have an opening.",
             (long long)survey->row.id, survey_desk_read(&survey->desk), survey->desk.plan.count, survey->confirmed, found->slack.surveyed,
             SURVEY_SPANS);
     if (!isnan(found->worst_bow_in))

@@ -1,4 +1,4 @@
-/* matrig campaign FILE: a series of landings on an ensemble of runways. */
+/* matrig study FILE: a series of landings on an ensemble of runways. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,7 +35,7 @@ static void tell_progress(void *ctx, size_t done, size_t of)
     double now_s = clock_s(), left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
     if (p->cli->quiet || now_s < p->next_s || done == of)
         return;
-    fprintf(stderr, cli_terminal() ? "\rmatrig: campaign: %zu of %zu runways, about %.0f s left  " : "matrig: campaign: %zu of %zu runways, about %.0f s left\n",
+    fprintf(stderr, cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  " : "matrig: study: %zu of %zu runways, about %.0f s left\n",
             done, of, left_s);
     p->drawn = cli_terminal();
     p->next_s = now_s + PROGRESS_S;

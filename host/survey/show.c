@@ -56,9 +56,9 @@ static void show_spans(FILE *out, const struct survey *survey, const struct surv
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
     int decimals = si ? 2 : 4;
     bool changed = found->previous != 0;
-    fprintf(out, "%s of ten mats, %s, lines 1 to 4, and their slack\n", changed ? "opening (+) and closing (-)" : "distance of the gage points",
+    fprintf(out, "%s of ten mats, %s, lines 1 to 4, and the opening of the joints\n", changed ? "opening (+) and closing (-)" : "distance of the gage points",
             length->text);
-    fprintf(out, "%8s  %8s  %8s  %8s  %8s  %8s  %8s\n", station->text, "line 1", "line 2", "line 3", "line 4", "slack", "error");
+    fprintf(out, "%8s  %8s  %8s  %8s  %8s  %8s  %8s\n", station->text, "line 1", "line 2", "line 3", "line 4", "opening", "error");
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         bool any = false;
         for (unsigned line = 0; line < SURVEY_LINES; line++)

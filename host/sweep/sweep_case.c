@@ -127,7 +127,7 @@ static json_t *no_field(const struct sweep_study *study, const char *what, const
 {
     return json_pack("{s:s,s:o}", "status", "refused", "reason",
                      json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
-                                  study->kind == SWEEP_CAMPAIGN ? "campaign FILE" : "sim SCENE"));
+                                  study->kind == SWEEP_CAMPAIGN ? "study FILE" : "sim SCENE"));
 }
 
 /* status, reason, result of a finished simulation; a field that is missing fails the case: nothing is made up. */

@@ -4,7 +4,7 @@
 
 #include "host/sweep/sweep_study.h"
 
-/* Runs `input` once. A new object. A scene: what `matrig sim --json` says and peak_u_ft; a campaign: what `matrig campaign --json` says and
+/* Runs `input` once. A new object. A scene: what `matrig sim --json` says and peak_u_ft; a campaign: what `matrig study --json` says and
  * status, "incomplete" when a runway could not be played to its end. Status "refused" for what the simulation does not take; "reason" beside every status that is not "ok". */
 typedef json_t *sweep_simulate(const struct sweep_study *study, const json_t *input);
 

@@ -77,7 +77,7 @@ static enum mr_status read_base(struct sweep_study *study, const char *path, str
         json_object_set_new(study->root, "base", base);
     }
     if (!json_is_object(base))
-        return error_set(error, MR_MALFORMED, "%s: %s: base; give the name of a scene or campaign file, or what it would hold",
+        return error_set(error, MR_MALFORMED, "%s: %s: base; give the name of a scene or study file, or what it would hold",
                          base ? "wrong type" : "something is missing", path);
     study->base = base;
     if (!json_object_get(study->root, "kind") && json_object_get(base, "landings"))

@@ -101,7 +101,7 @@ wrong_input_is_told() {
     fails_with 4 'typo.json line 3: "rsm_in"; give bias_in, rms_in' $matrig compare "$db" 1 --limits "$tmp/typo.json" &&
         fails_with 3 'cannot read limits: .*none.json' $matrig compare "$db" 1 --limits "$tmp/none.json" &&
         fails_with 2 'another scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
-        fails_with 2 'one runway; give a campaign file for --seeds' $matrig compare "$db" 1 --seeds 4 &&
+        fails_with 2 'one runway; give a study file for --seeds' $matrig compare "$db" 1 --seeds 4 &&
         fails_with 2 'RUN or series' $matrig compare "$db" 1 --series spring &&
         fails_with 2 'for one landing: -o' $matrig compare "$db" $scene -o "$tmp/x.svg" &&
         fails_with 2 'needs DB RUN, DB CAMPAIGN or DB --series' $matrig compare "$db"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# matrig campaign: a small ensemble, its JSON, page and picture, and what is refused.
+# matrig study: a small ensemble, its JSON, page and picture, and what is refused.
 . "$(dirname "$0")/tap.sh"
 m=build/matrig
 cat >"$tmp/scene.json" <<'J'
@@ -16,8 +16,8 @@ sed 's/scene.json/long.json/; s/"speed_ft_s": 20/"speed_ft_s": 1/' "$tmp/rolls.j
 sed 's/"seeds"/"sedes"/' "$tmp/small.json" >"$tmp/typo.json"
 sed 's/scene.json/none.json/' "$tmp/small.json" >"$tmp/lost.json"
 
-check "help has an example" sh -c "$m campaign --help | grep -q '^Example: matrig campaign '"
-check "a table, and how many seeds" sh -c "$m campaign $tmp/small.json -o $tmp/page.html >$tmp/table && grep -q 'on 4 runways (seeds 1 to 4)' $tmp/table"
+check "help has an example" sh -c "$m study --help | grep -q '^Example: matrig study '"
+check "a table, and how many seeds" sh -c "$m study $tmp/small.json -o $tmp/page.html >$tmp/table && grep -q 'on 4 runways (seeds 1 to 4)' $tmp/table"
 check "a row for each landing" sh -c "[ \$(grep -Ec '^  [123] +4 ' $tmp/table) = 3 ]"
 check "the page is whole, escaped and self-contained" sh -c "grep -q '</html>' $tmp/page.html && grep -q 'small &lt;one&gt;' $tmp/page.html &&
     grep -q 'station, ft' $tmp/page.html && ! grep -Eqi 'https?:|src=|[^a-z](nan|inf)[^a-z]' $tmp/page.html"
@@ -34,18 +34,19 @@ check "JSON does not depend on -j" jobs
 check "a check finds no difference" sh -c "$m --json campaign $tmp/small.json --seeds 2 --check | grep -Eq '\"check\":\\{\"movement_in\":0.0,.*\"other_outcomes\":0'"
 check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not be played" $m --quiet campaign "$tmp/endless.json" --seeds 1
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
-check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m campaign "$tmp/typo.json"
-check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m campaign "$tmp/lost.json"
-check "no file" fails_with 2 "FILE" $m campaign
-check "no jobs" fails_with 2 "-j" $m campaign "$tmp/small.json" -j 0
-check "a page of another kind, before anything is played" fails_with 2 "ends in .html or .svg" $m campaign "$tmp/small.json" -o "$tmp/page.pdf"
-check "a page that cannot be written" eval 'fails_with 3 "cannot write" $m campaign "$tmp/small.json" -o "$tmp/none/page.html" && [ ! -s "$tmp/out" ]'
+check "a misspelt key" fails_with 4 'unknown key: .*"sedes"' $m study "$tmp/typo.json"
+check "a scene that is not there" fails_with 3 "cannot open: .*none.json" $m study "$tmp/lost.json"
+check "by its older name" cmp <($m campaign --help) <($m study --help)
+check "no file" fails_with 2 "FILE" $m study
+check "no jobs" fails_with 2 "-j" $m study "$tmp/small.json" -j 0
+check "a page of another kind, before anything is played" fails_with 2 "ends in .html or .svg" $m study "$tmp/small.json" -o "$tmp/page.pdf"
+check "a page that cannot be written" eval 'fails_with 3 "cannot write" $m study "$tmp/small.json" -o "$tmp/none/page.html" && [ ! -s "$tmp/out" ]'
 cp "$tmp/small.json" "$tmp/small.html"
-check "nor one in place of the campaign" eval 'fails_with 2 "would overwrite what is read" $m campaign "$tmp/small.html" -o "$tmp/small.html" &&
+check "nor one in place of the campaign" eval 'fails_with 2 "would overwrite what is read" $m study "$tmp/small.html" -o "$tmp/small.html" &&
     cmp "$tmp/small.json" "$tmp/small.html"'
 sed 's/"speed_ft_s": 20/"speed_ft_s": 20, "touchdown_ft": 40/' "$tmp/small.json" >"$tmp/beyond.json"
-check "a touchdown beyond the runway" fails_with 4 "touchdown_ft.*34.2857 ft" $m campaign "$tmp/beyond.json"
-check "too many seeds" fails_with 2 "--seeds" $m campaign "$tmp/small.json" --seeds 100001
+check "a touchdown beyond the runway" fails_with 4 "touchdown_ft.*34.2857 ft" $m study "$tmp/beyond.json"
+check "too many seeds" fails_with 2 "--seeds" $m study "$tmp/small.json" --seeds 100001
 check "a page that cannot be written" fails_with 3 "no-such" $m --quiet campaign "$tmp/small.json" --seeds 1 -o "$tmp/no-such/page.html"
 
 # Extremes end with an answer, or say why not.

@@ -226,7 +226,7 @@ at_most() { sed 's/"from": 10,/"from": 300,/; s/\[160, 320\]/[160]/; s/, 5\]/]/'
     [ "$(grep -c '"verdict":"at_most","low":null,"high":300' "$tmp/find2.jsonl")" = 3 ]; }
 check "a threshold below the range too" at_most
 
-# --- campaigns: a case is what matrig campaign says of the file with the values in it ---
+# --- campaigns: a case is what matrig study says of the file with the values in it ---
 mkdir -p "$tmp/runway"
 cat >"$tmp/runway/scene.json" <<'J'
 {"N": 120, "L": 0.2857142857142857, "W": 0.466, "I": 1.19e-4, "KV": 1.3e4, "CV": 60, "KT": 41.6, "CT": 1.57e-4, "TAD_deg": 7,
@@ -263,7 +263,7 @@ print(line["result"]["landings.0.total_in.5.1"])
 assert line["result"]["landings.0.total_in.5.1"] == json.load(open(tmp + "/direct.json"))["landings"][0]["total_in"][5][1]
 P
 }
-check "its cases are those of matrig campaign" by_hand 8 0.5
+check "its cases are those of matrig study" by_hand 8 0.5
 check "also with another friction and deceleration" by_hand 11 0.8
 kind_id() { # saying the kind changes nothing
     sed 's/{"base"/{"kind": "campaign", "base"/' "$tmp/series.json" >"$tmp/said.json" && cmp <(ids "$tmp/said.json") <(ids "$tmp/series.json") && [ "$(ids "$tmp/said.json" | wc -l)" = 4 ]

@@ -189,8 +189,8 @@ static bool of_another(const char *text, const char *name, size_t length)
 {
     for (size_t i = 0; i < command_table.count; i++) {
         char named[40];
-        snprintf(named, sizeof named, "matrig %s", command_table.commands[i]->name);
-        if (strstr(text, named) && takes(command_table.commands[i], name, length))
+        snprintf(named, sizeof named, "matrig %s", command_table.commands[i].command->name);
+        if (strstr(text, named) && takes(command_table.commands[i].command, name, length))
             return true;
     }
     return takes(&command_matrig, name, length); /* before every command */
@@ -223,7 +223,7 @@ static void no_text_speaks_of_an_option_that_is_not_taken(void **state)
 {
     (void)state;
     for (size_t i = 0; i < command_table.count; i++) {
-        const struct command *c = command_table.commands[i];
+        const struct command *c = command_table.commands[i].command;
         struct help_page page = help_page_make(c);
         speaks_of_its_own(c, c->words);
         for (size_t r = 0; r < page.rows; r++) {
@@ -261,9 +261,9 @@ static void no_option_is_taken_that_no_text_speaks_of(void **state)
 {
     (void)state;
     for (size_t i = 0; i < command_table.count; i++) {
-        char *page = help_page_text(command_table.commands[i]);
-        struct owner owner = {command_table.commands[i], page};
-        help_each_part(command_table.commands[i], is_told, &owner);
+        char *page = help_page_text(command_table.commands[i].command);
+        struct owner owner = {command_table.commands[i].command, page};
+        help_each_part(command_table.commands[i].command, is_told, &owner);
         free(page);
     }
 }
@@ -295,7 +295,7 @@ static void rows_are_sound(void **state)
 {
     (void)state;
     for (size_t i = 0; i < command_table.count; i++) {
-        const struct command *c = command_table.commands[i];
+        const struct command *c = command_table.commands[i].command;
         char example[60], *page = help_page_text(c);
         sound_rows(c);
         assert_true(c->operands.least <= c->operands.most);
