@@ -36,7 +36,7 @@ help: ## every day | list the targets
 all: ## every day | build firmware images, matrig, matrig-study and matrig-board
 
 include packages.mk
-include $(addsuffix /module.mk,common hil host host/live firmware tests $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
+include $(addsuffix /module.mk,common hil host host/live firmware tests docs $(sort $(patsubst %/module.mk,%,$(wildcard tests/*/module.mk))))
 
 all: $(images) $(B)/firmware/stack.txt $(programs) $(studies) $(manuals)
 
@@ -60,7 +60,7 @@ install: all ## every day | PREFIX=/usr/local DESTDIR=: programs, firmware image
 	install -m 644 $(B)/matrig.bash $(installed)/share/bash-completion/completions/matrig
 	install -m 644 LICENSE $(installed)/share/doc/matrig
 	install -m 644 $(dir $(uplot))../LICENSE $(installed)/share/doc/matrig/LICENSE.uPlot
-	sed -n '/^## Licence/,/^## [^L]/p' README.md >$(installed)/share/doc/matrig/LICENCES.md
+	install -m 644 docs/licences.md $(installed)/share/doc/matrig/LICENCES.md
 .PHONY: uninstall
 uninstall: ## every day | PREFIX=/usr/local DESTDIR=: take away what install put there
 	rm -f $(addprefix $(installed)/bin/,$(notdir $(programs))) $(installed)/share/man/man1/matrig.1 \

@@ -24,7 +24,7 @@ npm-files:
 	@echo $(uplot) $(candied)
 
 .PHONY: test-day
-test-day: in-build $(B)/.test-packages all ## tests | the test day of README.md, line by line, on the emulated board: build/day
+test-day: in-build $(B)/.test-packages all ## tests | the test day of docs/howto/test-day.md, line by line, on the emulated board: build/day
 	@tests/run-all.sh tests/test-day.sh
 
 .PHONY: test-browser

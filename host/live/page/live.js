@@ -229,7 +229,7 @@
       root.append(svg('line', { class: 'tick', x1: x, x2: x, y1: 130, y2: 136 }), svg('text', { class: 'soft', x, y: 149, 'text-anchor': 'middle' }, String(at)));
     }
     root.append(svg('text', { class: 'soft caption', x: WIDTH / 2, y: 168, 'text-anchor': 'middle' }, 'station, ' + u.text +
-      ' · ▼ transducer · ▮ switch, filled: the gear has passed · stronger shade: less slack, dotted: not surveyed · hatched: closed joints'));
+      ' · ▼ transducer · ▮ switch, filled: the gear has passed · stronger shade: smaller openings, dotted: not surveyed · hatched: closed joints'));
     if (configuration.runway.touchdown_ft !== null) {
       const x = atFt(configuration.runway.touchdown_ft);
       root.append(svg('line', { class: 'tick', x1: x, x2: x, y1: 36, y2: 106, 'stroke-dasharray': '4 3' }), svg('text', { class: 'soft', x: x + 3, y: 46 }, 'touchdown'));

@@ -1,0 +1,13 @@
+# Pages that programs make.
+$(B)/docs/reference/reference: $(call objects,host,$(wildcard docs/reference/*.c)) $(host_lib) $(common_lib)
+	@mkdir -p $(@D)
+	$(call link,$(HOST_LIBS))
+test-programs: $(B)/docs/reference/reference
+
+.PHONY: reference
+reference: $(B)/docs/reference/reference ## every day | the pages of docs/reference, from the tables that the programs are made from
+	$< docs/reference
+
+.PHONY: pictures
+pictures: in-build $(B)/.browser-packages all demo ## longer | the live page and the report as PNG, for README.md: docs/pictures
+	@python3 tests/browser/pictures.py

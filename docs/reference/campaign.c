@@ -1,0 +1,163 @@
+/* The tables of a campaign. Columns come from tables.def as the program has them; what a table or a column means stands in comments beside
+ * its row there, and these are read from the file. */
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "docs/reference/reference.h"
+
+#define LINES_MAX 1000
+#define LINE_MAX 400
+
+/* A file of the table, line by line. */
+struct source {
+    char line[LINES_MAX][LINE_MAX];
+    size_t count;
+};
+
+static void read_source(struct source *source, const char *path)
+{
+    FILE *in = fopen(path, "r");
+    if (!in) {
+        fprintf(stderr, "reference: cannot open %s; run this in the root of the sources\n", path);
+        exit(3);
+    }
+    while (source->count < LINES_MAX && fgets(source->line[source->count], LINE_MAX, in))
+        source->count++;
+    fclose(in);
+}
+
+/* The sources, read once. */
+static const struct source *sources(void)
+{
+    static struct source both;
+    if (both.count == 0) {
+        read_source(&both, "host/store/tables.def");
+        read_source(&both, "host/store/tables_journal.def");
+    }
+    return &both;
+}
+
+/* The line of a table or a column; the number of lines when there is none. */
+static size_t find_table(const char *row)
+{
+    char table[100];
+    snprintf(table, sizeof table, "TABLE(%s,", row);
+    size_t i = 0;
+    while (i < sources()->count && strncmp(sources()->line[i], table, strlen(table)) != 0)
+        i++;
+    return i;
+}
+
+static size_t find_column(const char *row, const char *name)
+{
+    char column[100];
+    if (strcmp(name, "id") == 0)
+        snprintf(column, sizeof column, "ID(%s", row);
+    else
+        snprintf(column, sizeof column, "(%s, %s", row, name);
+    for (size_t i = 0; i < sources()->count; i++) {
+        const char *line = sources()->line[i], *at = strstr(line, column);
+        if (line[0] == ' ' && at && (at[strlen(column)] == ',' || at[strlen(column)] == ')'))
+            return i;
+    }
+    return sources()->count;
+}
+
+/* What stands between the comment's marks, without the marks' lines; false: the line has no comment. */
+static bool comment_in(const char *line, char *text, size_t size)
+{
+    const char *from = strstr(line, "/* "), *to = strstr(line, " */");
+    if (!from || !to || to < from)
+        return false;
+    snprintf(text, size, "%.*s", (int)(to - from - 3), from + 3);
+    return true;
+}
+
+/* A comment that ends on the line before, of one line or more. */
+static bool comment_before(size_t row, char *text, size_t size)
+{
+    size_t first = row;
+    if (row == 0 || !strstr(sources()->line[row - 1], "*/"))
+        return false;
+    do
+        first--;
+    while (first > 0 && !strstr(sources()->line[first], "/*"));
+    const char *line = sources()->line[first];
+    if (line[strspn(line, " ")] != '/') /* it is that of another row */
+        return false;
+    text[0] = '\0';
+    for (size_t i = first; i < row; i++) {
+        const char *from = sources()->line[i] + strspn(sources()->line[i], " /*");
+        const char *to = strstr(from, "*/");
+        size_t length = to ? (size_t)(to - from) : strcspn(from, "\n");
+        while (length > 0 && from[length - 1] == ' ')
+            length--;
+        size_t used = strlen(text);
+        snprintf(text + used, size - used, "%s%.*s", used ? " " : "", (int)length, from);
+    }
+    return strncmp(text, "----", 4) != 0; /* a heading of several tables */
+}
+
+/* C's words for a missing value are NULL in the database. */
+static void write_text(FILE *out, const char *text)
+{
+    static const char *const missing[] = {"STORE_NONE", "NaN"};
+    for (const char *at = text; *at;) {
+        size_t used = 0;
+        for (size_t i = 0; i < sizeof missing / sizeof missing[0]; i++) {
+            if (strncmp(at, missing[i], strlen(missing[i])) == 0)
+                used = strlen(missing[i]);
+        }
+        const char one[] = {*at, '\0'};
+        reference_cell(out, used > 0 ? "NULL" : one);
+        at += used > 0 ? used : 1;
+    }
+}
+
+static void write_comment(FILE *out, size_t at)
+{
+    char text[1000];
+    if (at < sources()->count && (comment_in(sources()->line[at], text, sizeof text) || comment_before(at, text, sizeof text)))
+        write_text(out, text);
+}
+
+static void write_table(FILE *out, const char *row, const char *table)
+{
+    fprintf(out, "\n## %s\n\n", table);
+    write_comment(out, find_table(row));
+    fputs("\n\n| column | type | meaning |\n|---|---|---|\n", out);
+}
+
+static void write_column(FILE *out, const char *row, const char *column, const char *type, const char *constraint)
+{
+    fprintf(out, "| `%s` | %s%s%s | ", column, type, constraint[0] ? " " : "", constraint);
+    write_comment(out, find_column(row, column));
+    fputs(" |\n", out);
+}
+
+void reference_campaign(FILE *out)
+{
+    bool in_view = false; /* the rows of a query are no table; they come last */
+    reference_head(out, "The campaign database", "`host/store/tables.def` and `host/store/tables_journal.def`");
+    fputs("A campaign is one SQLite file. Times that end in `_us` are microseconds: those of the board since its scans began, those of the host since\n"
+          "1970. NULL means missing. `links` is a set of bits: 1 CAN, 2 serial. `landing` is the number that commands call RUN.\n",
+          out);
+#define TABLE(row, table) write_table(out, #row, #table);
+#define VIEW(row) in_view = true;
+#define OWNER(row, column, constraint) write_column(out, #row, #column, "INTEGER", constraint);
+#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
+    if (!in_view)                                                                                     \
+        write_column(out, #row, #column, #type, constraint);
+#define COMPUTED(row, declaration, field, read)
+#define END(row, key, put)
+#define ALSO(sql)
+#include "host/store/tables.def"
+#undef TABLE
+#undef VIEW
+#undef OWNER
+#undef COLUMN
+#undef COMPUTED
+#undef END
+#undef ALSO
+}

@@ -1,0 +1,51 @@
+/* reference: writes the pages of docs/reference into a folder. usage: reference FOLDER, in the root of the sources. */
+#include "docs/reference/reference.h"
+
+#include <limits.h>
+
+void reference_head(FILE *out, const char *title, const char *source)
+{
+    fprintf(out, "# %s\n\n<!-- Made by `make reference`. Do not edit this page: edit %s. -->\n\nThis page is made from %s.\n\n", title, source, source);
+}
+
+void reference_cell(FILE *out, const char *text)
+{
+    for (; *text; text++) {
+        if (*text == '|')
+            fputc('\\', out);
+        if (*text == '<')
+            fputs("&lt;", out);
+        else
+            fputc(*text == '\n' ? ' ' : *text, out);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    static const struct {
+        const char *name;
+        void (*write)(FILE *out);
+    } pages[] = {
+        {"commands", reference_commands}, {"messages", reference_messages}, {"configuration", reference_configuration},
+        {"scene", reference_scene},       {"campaign", reference_campaign}, {"exit-codes", reference_exit_codes},
+    };
+    if (argc != 2) {
+        fputs("usage: reference FOLDER\n", stderr);
+        return 2;
+    }
+    for (size_t i = 0; i < sizeof pages / sizeof pages[0]; i++) {
+        char path[PATH_MAX];
+        snprintf(path, sizeof path, "%s/%s.md", argv[1], pages[i].name);
+        FILE *out = fopen(path, "w");
+        if (!out) {
+            fprintf(stderr, "reference: cannot write %s; does the folder exist?\n", path);
+            return 3;
+        }
+        pages[i].write(out);
+        if (fclose(out) != 0) {
+            fprintf(stderr, "reference: cannot write %s; is the disk full?\n", path);
+            return 3;
+        }
+    }
+    return 0;
+}
