@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The test day of README.md, run as it stands there, in one shell that stops at the first line that fails; then what each step must have
-# said and left. Figures of the landing come from the run file, those of calibration and surveys from the numbers that README.md gives.
+# The test day of docs/howto/test-day.md, run as it stands there, in one shell that stops at the first line that fails; then what each step must have
+# said and left. Figures of the landing come from the run file, those of calibration and surveys from the numbers that the page gives.
 cd "$(dirname "$0")" && . ./cli/tap.sh || exit 99
 cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." || exit 99
 day=build/day
@@ -9,7 +9,7 @@ rm -rf $day
 {
     # a line that cannot be run any more is found here, and by its number
     echo 'set -eE; trap "echo failed: \$BASH_COMMAND" ERR; trap "kill \$(jobs -p) 2>/dev/null || true" EXIT'
-    sed -n '/^## A test day/,/^## Three uses/s/^    //p' README.md
+    sed -n '/^```sh day$/,/^```$/{/^```/!p}' docs/howto/test-day.md
     echo 'echo the day is over'
 } >"$tmp/day.sh"
 
@@ -33,7 +33,7 @@ page_has_it_all() {
     grep -q 'brakes grabbed late' $day/report.html && grep -q 'test day' $day/report.html && grep -q 'ET-17' $day/landing5.bundle && grep -q 'Ready: go' $day/report.html
 }
 
-check "every line of the day in README.md runs" whole_day
+check "every line of the day in docs/howto/test-day.md runs" whole_day
 check "flashed: the board runs the image" says '^board +runs it'
 check "calibrated: the board holds it" calibrated
 check "surveyed: the board was given the slack" says '^survey 1: 42 segments loaded, read back, 0 different'
