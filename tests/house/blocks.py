@@ -12,6 +12,7 @@ FOLDER is made; it gets links to the sources and to build/, and a copy of campai
     sh hardware, sh network, sh long   are not run: their lines are bash, matrig has the commands and options, make the targets
 
 Exit: 0 all is well; else what failed, on stdout."""
+import glob
 import os
 import re
 import subprocess
@@ -65,7 +66,7 @@ def look(root, text):
     done = subprocess.run(["bash", "-n"], input=text, capture_output=True, text=True, timeout=20)
     if done.returncode != 0:
         wrong.append(done.stderr.strip())
-    makefile = open(root + "/Makefile", encoding="utf-8").read()
+    makefile = "\n".join(open(path, encoding="utf-8").read() for path in glob.glob(root + "/Makefile") + glob.glob(root + "/*/module.mk"))
     for line in re.sub(r"\\\n", " ", text).split("\n"):
         words = line.split("#", 1)[0].split()
         if words[:1] == ["make"]:
