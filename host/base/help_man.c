@@ -208,7 +208,7 @@ static void tail(void)
          "neither beside the program nor in ../share/matrig from there.\n"
          ".TP\n\\fBSLURM_ARRAY_TASK_ID\\fR\nWhich shard of a sweep a task does.\n"
          ".SH FILES\nmatrig keeps nothing but in the files that it is given: no settings, no caches, no history.\n"
-         ".SH SEE ALSO\nThe README.md of the project, and those in its folders.");
+         ".SH SEE ALSO\nREADME.md and docs/ of the project, and the README.md of its folders.");
 }
 
 void help_man(const struct command_table *table)

@@ -228,7 +228,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--interface", "NAME", readings.interface,
                 "take the frames of this bus of the log; else those of its first frame's"),
     OPTION_FLAG("--again", again, "though the same file was imported before"),
-    HELP_NOTE("A damaged file gives a verdict (complete, truncated at, malformed at: line and column), exit 4, and what is good of it is kept."),
+    HELP_NOTE("A damaged file is told as complete, truncated at or malformed at (line and column), exit 4, and what is good of it is kept."),
     HELP_EXAMPLE("matrig import campaign.db candump-2026-05-04.log\n"
                  "         matrig import campaign.db lvdt.csv --map lvdt.json --like 5"),
 };

@@ -63,7 +63,7 @@ static enum mr_status results_path(struct sweep_request *r, const char *output, 
         return error_set(error, MR_TOO_LONG, "path too long: %.100s...; give a shorter one", from);
     snprintf(r->results, sizeof r->results, "%.*s%s", (int)length, from, output ? "" : ".jsonl");
     if (strcmp(r->results, r->study) == 0)
-        return error_set(error, MR_USAGE, "would overwrite the study: %s; give another file with -o", r->study);
+        return error_set(error, MR_USAGE, "would overwrite the sweep: %s; give another file with -o", r->study);
     return MR_OK;
 }
 
@@ -241,7 +241,7 @@ static enum mr_status run_cases(const struct sweep_request *r, const struct swee
                               .progress = show,
                               .progress_ctx = &progress};
     if (!todo)
-        return error_set(error, MR_FULL, "out of memory: %zu cases; split the study", study->cases);
+        return error_set(error, MR_FULL, "out of memory: %zu cases; split the sweep", study->cases);
     progress.next_s = progress.begun_s + PROGRESS_S;
     sweep_pool_run(&pool, error);
     if (progress.drawn)

@@ -100,13 +100,13 @@ static void facts(FILE *out, const struct sweep_table *table)
         const char *base = json_string_value(json_object_get(table->study.root, "_base_file"));
         const char *name = json_string_value(json_object_get(table->study.base, "name"));
         const char *slash = base ? strrchr(base, '/') : NULL;
-        html_fact(out, "base", "%s", slash ? slash + 1 : base ? base : name ? name : "in the study");
+        html_fact(out, "base", "%s", slash ? slash + 1 : base ? base : name ? name : "in the sweep");
         if (table->study.samples > 1)
             html_fact(out, "Latin hypercube", "%zu samples", table->study.samples);
         if (table->study.find.wanted)
             search_fact(out, &table->study);
     } else {
-        html_fact(out, "missing", "not known: the copy of the study is not beside the results");
+        html_fact(out, "missing", "not known: the copy of the sweep is not beside the results");
     }
     if (table->repeated)
         html_fact(out, "repeated lines left out", "%zu", table->repeated);

@@ -98,7 +98,7 @@ static enum mr_status foreign(const char *path, size_t number, uint64_t id, stru
     char text[SWEEP_ID_SIZE];
     sweep_id_text(id, text);
     return error_set(error, MR_MALFORMED,
-                     "results of another study: %s line %zu: case %s is not in this one; move the file away, or give another with -o", path,
+                     "results of another sweep: %s line %zu: case %s is not in this one; move the file away, or give another with -o", path,
                      number, text);
 }
 
@@ -139,7 +139,7 @@ enum mr_status sweep_done_load(struct sweep_done *done, const struct sweep_study
     struct reading r = {done, own->path, false};
     *done = (struct sweep_done){.study = study, .retry = done->retry, .done = calloc(study->cases, sizeof *done->done)};
     if (!done->done)
-        return error_set(error, MR_FULL, "out of memory: %zu cases; split the study", study->cases);
+        return error_set(error, MR_FULL, "out of memory: %zu cases; split the sweep", study->cases);
     if (sweep_results_lines(own, count_line, &r, error) != MR_OK)
         return error->status;
     size_t twice = done->twice; /* within one file; the same case in two files is nothing new after gathering */
@@ -239,7 +239,7 @@ static enum mr_status append_new(struct gathering *g, struct sweep_results *into
 {
     struct sweep_done own = {.study = g->done->study, .done = calloc(g->done->study->cases, sizeof *own.done)};
     if (!own.done)
-        return error_set(error, MR_FULL, "out of memory: %zu cases; split the study", g->done->study->cases);
+        return error_set(error, MR_FULL, "out of memory: %zu cases; split the sweep", g->done->study->cases);
     sweep_results_lines(into, mark_own, &own, error);
     for (size_t i = 0; i < g->done->study->cases && error->status == MR_OK; i++) {
         if (!g->text[i] || own.done[i])
@@ -260,7 +260,7 @@ enum mr_status sweep_gather(struct sweep_results *into, struct sweep_done *done,
                           .outdone = calloc(cases, sizeof(bool))};
     *gathered = (struct sweep_gathered){0};
     if (!g.text || !g.failed || !g.outdone)
-        error_set(error, MR_FULL, "out of memory: %zu cases; split the study", cases);
+        error_set(error, MR_FULL, "out of memory: %zu cases; split the sweep", cases);
     if (!parts) {
         find_parts(results, &found);
         parts = (const char *const *)found.gl_pathv;

@@ -191,7 +191,7 @@ static enum mr_status read_vary(struct sweep_study *study, const char *path, str
         if (levels == 0)
             return error_set(error, MR_MALFORMED, "something is missing: %s: vary %s; give \"count\"", path, name);
         if (study->grid > SWEEP_CASES_MAX / levels)
-            return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the study", path, SWEEP_CASES_MAX);
+            return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep", path, SWEEP_CASES_MAX);
         study->grid *= levels;
     }
     return MR_OK;
@@ -213,7 +213,7 @@ static enum mr_status read_lhs(struct sweep_study *study, const char *path, stru
                          path);
     study->samples = (size_t)json_integer_value(n);
     if (study->grid > SWEEP_CASES_MAX / study->samples)
-        return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the study", path, SWEEP_CASES_MAX);
+        return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep", path, SWEEP_CASES_MAX);
     json_object_foreach((json_t *)(uintptr_t)keys, name, value)
     {
         if (name[0] == '_')
@@ -369,7 +369,7 @@ static enum mr_status read_study(struct sweep_study *study, const char *path, st
 enum mr_status sweep_study_load(struct sweep_study *study, const char *path, struct error *error)
 {
     *study = (struct sweep_study){0};
-    if (load_json(path, "study", &study->root, error) != MR_OK)
+    if (load_json(path, "sweep", &study->root, error) != MR_OK)
         return error->status;
     if (read_study(study, path, error) != MR_OK)
         sweep_study_free(study);

@@ -46,7 +46,7 @@ static enum mr_status add_line(void *ctx, size_t number, uint64_t id, const json
     (void)text;
     if (t->study.cases && !sweep_study_find(&t->study, id, &index))
         return error_set(error, MR_MALFORMED,
-                         "results of another study: %s line %zu: a case that is not in the study beside it; move that study away",
+                         "results of another sweep: %s line %zu: a case that is not in the sweep beside it; move that one away",
                          l->path, number);
     if (t->count == l->room) {
         size_t room = l->room ? 2 * l->room : 1024;

@@ -79,7 +79,7 @@ offers() { # EXPECTED WORD...
     shift
     [ "$(complete_line "$@" | sort | xargs)" = "$expected" ] || { echo "offered: $(complete_line "$@" | xargs)"; return 1; }
 }
-check "commands" offers "calibrate campaign" ca
+check "commands" offers "scale series sim study survey sweep" s
 check "commands after options" offers "export" --json exp
 check "options of a command" offers "--design-only" bands --d
 check "options, all of them" offers "--force --format --help -o" export db 1 -

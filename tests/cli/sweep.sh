@@ -155,7 +155,7 @@ other_shards() { # what any file of this study has is done
 }
 check "another division goes on from what is there" other_shards
 foreign() { sed 's/"count": 25/"count": 24/' "$tmp/parts.json" >"$tmp/other.json" && cp "$tmp/whole.jsonl" "$tmp/other.jsonl" &&
-    fails_with 4 'results of another study: .*other.jsonl line' $m sweep "$tmp/other.json"; }
+    fails_with 4 'results of another sweep: .*other.jsonl line' $m sweep "$tmp/other.json"; }
 check "results of another study are not mixed in" foreign
 
 # --- ids ---
@@ -353,10 +353,10 @@ bad() { # NAME EXIT PATTERN JSON
     check "$1" fails_with "$2" "$3" $m sweep "$tmp/bad.json"
 }
 b='"base": "base.json"' o='"outputs": ["peak_u_ft"]'
-check "no file" fails_with 3 'cannot open study: .*none.json' $m sweep "$tmp/none.json"
+check "no file" fails_with 3 'cannot open sweep: .*none.json' $m sweep "$tmp/none.json"
 check "no word" fails_with 2 'needs FILE' $m sweep
 bad "no JSON" 4 'malformed JSON: .*bad.json line 1' '{"base":'
-bad "not a study" 4 'not a study' '[]'
+bad "not a sweep" 4 'not a sweep' '[]'
 bad "an unknown key" 4 'unknown key: .*"varies"' "{$b, \"varies\": {}, $o}"
 bad "no base" 4 'something is missing: .*base' "{\"vary\": {\"F\": [1]}, $o}"
 bad "a base that is not there" 3 'cannot open scene: .*nowhere.json' "{\"base\": \"nowhere.json\", \"vary\": {\"F\": [1]}, $o}"
@@ -390,7 +390,7 @@ check "-j 0" fails_with 2 'out of range: 0 for -j' $m sweep "$tmp/whole.json" -j
 check "--shards alone" fails_with 2 'alone: --shards' $m sweep "$tmp/whole.json" --shards 3
 check "two ways at once" fails_with 2 'too much at once' $m sweep "$tmp/whole.json" --slurm --parallel
 check "no sbatch" fails_with 3 'cannot run: sbatch; install it' env PATH=/nowhere "$PWD/$m" sweep "$tmp/parts.json" --slurm
-check "results over the study" fails_with 2 'would overwrite the study' $m sweep "$tmp/whole.json" -o "$tmp/whole.json"
+check "results over the study" fails_with 2 'would overwrite the sweep' $m sweep "$tmp/whole.json" -o "$tmp/whole.json"
 check "a folder that is not there" fails_with 3 'cannot write .*nowhere/r.jsonl' $m sweep "$tmp/whole.json" -o "$tmp/nowhere/r.jsonl"
 full() { fails_with 3 'not a file of results|cannot' $m sweep "$tmp/whole.json" -o /dev/full; }
 check "no regular file" full

@@ -115,6 +115,9 @@ class Papers:
 
     def check_glossary(self):
         page, rows = "docs/glossary.md", 0
+        if page not in self.pages:
+            self.say(page, 1, "there is no glossary")
+            return
         for number, line in self.page(page)[0]:
             cells = [c.strip() for c in line.strip("|").split("|")]
             if not line.startswith("|") or len(cells) != 3 or cells[0] == "term" or not cells[0].strip("-"):
