@@ -66,7 +66,8 @@ def look(root, text):
     done = subprocess.run(["bash", "-n"], input=text, capture_output=True, text=True, timeout=20)
     if done.returncode != 0:
         wrong.append(done.stderr.strip())
-    makefile = "\n".join(open(path, encoding="utf-8").read() for path in glob.glob(root + "/Makefile") + glob.glob(root + "/*/module.mk"))
+    makefile = "\n".join(open(path, encoding="utf-8").read() for depth in ("Makefile", "*/module.mk", "*/*/module.mk")
+                         for path in glob.glob(root + "/" + depth))
     for line in re.sub(r"\\\n", " ", text).split("\n"):
         words = line.split("#", 1)[0].split()
         if words[:1] == ["make"]:
