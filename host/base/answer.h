@@ -27,38 +27,47 @@ struct answer_fact {
     bool interval;   /* people see the 95 % interval, too */
     bool bounded;    /* a ratio: people see ">999" where it is above 999 */
     bool plus;       /* people see the sign of what is positive, too */
+    bool warn;       /* pages show it in the colour of warnings */
     const char *end; /* follows the value for people; static. NULL: nothing */
 };
 
 /* NULL when memory has ended; every function takes that. */
 struct answer *answer_new(bool si);
+/* In the JSON values stay in what they are given in, whatever people read. Before the first value. */
+void answer_as_given(struct answer *answer);
 void answer_free(struct answer *answer);
+/* For words that have units in them. */
+bool answer_in_si(const struct answer *answer);
 
-/* A number with `decimals` in the report's unit; in SI as many more or less as keep every digit. */
+/* A number with `decimals` in the unit for people; in SI as many more or less as keep every digit. Below 0: with -`decimals` significant
+ * digits. */
 struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, int decimals);
 /* The same with its standard error; the JSON has NAME and NAME_error. */
 struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, double error,
                                     int decimals);
 /* ANSWER_UNKNOWN is null, and a dash for people. */
 #define ANSWER_UNKNOWN INT64_MIN
-void answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
+struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
-void answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...) __attribute__((format(printf, 4, 5)));
+struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
 /* A sentence for people stands by itself, in lines that fit. */
 void answer_sentence(struct answer *answer, const char *name, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/* For people: follows the last fact's value. */
+void answer_remark(struct answer *answer, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* null; people read why. */
 void answer_none(struct answer *answer, const char *name, const char *label, const char *why);
 /* Of the JSON alone: any value. Takes `json`. */
 void answer_json_value(struct answer *answer, const char *name, json_t *json);
 
 /* Facts that belong together, until answer_close: an object of the JSON; for people a heading with its facts below, or with the label "" its
- * facts alone. */
+ * facts alone. People do not see a group, a list or a table without anything in it. */
 void answer_open(struct answer *answer, const char *name, const char *label);
 /* An array of values without names. */
 void answer_list(struct answer *answer, const char *name, const char *label);
 /* An array of objects, which people see as a table: rows are opened and closed in it, and labels of their facts, also of those in groups,
- * head its columns: each label once in a row. A label that only some rows have stands after the one before it there. `|` begins a new
- * line of the head. What is too wide goes on below, the first column again. A table without rows is "none" for people. */
+ * head its columns: each label once in a row. People do not see a row without labels. A label that only some rows have stands after the one before it there. `|` begins a new
+ * line of the head. What is too wide goes on below, the first column again. */
 void answer_table(struct answer *answer, const char *name, const char *label);
 void answer_close(struct answer *answer);
 

@@ -42,6 +42,7 @@ static struct answer *landing(bool si)
     answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, 35.5, 0.112, 3)->interval = true;
     answer_value(answer, "rms", "rms <all>", UNIT_DISPLACEMENT, -0.00001, 4);
     answer_value(answer, "at", "at", UNIT_TIME, (double)NAN, 3);
+    answer_count(answer, "edges", "edges", 17)->end = " of 24";
     answer_flag(answer, "pass", "pass", true);
     answer_words(answer, NULL, "board", "%s", "unknown");
     answer_none(answer, "worst", "worst", "not compared");
@@ -59,16 +60,18 @@ static void facts_in_three_forms(void **unused)
            "  touchdown     35.500 +- 0.112 ft/s (95 %: 35.280 to 35.720)\n"
            "  rms <all>     0.0000 in\n"
            "  at            -\n"
+           "  edges         17 of 24\n"
            "  pass          yes\n"
            "  board         unknown\n"
            "  worst         not compared\n");
-    expect_json(answer, "{\"run\":5,\"touchdown_speed_ft_s\":35.5,\"touchdown_speed_error_ft_s\":0.112,\"rms_in\":-1e-5,\"at_s\":null,"
+    expect_json(answer, "{\"run\":5,\"touchdown_speed_ft_s\":35.5,\"touchdown_speed_error_ft_s\":0.112,\"rms_in\":-1e-5,\"at_s\":null,\"edges\":17,"
                         "\"pass\":true,\"worst\":null,\"raw\":[1,2]}");
     expect(answer, answer_html,
            "<h3>RUN 5</h3>\n<dl>\n"
            "<div><dt>touchdown</dt><dd>35.500 \xc2\xb1 0.112 ft/s (95 %: 35.280 to 35.720)</dd></div>\n"
            "<div><dt>rms &lt;all&gt;</dt><dd>0.0000 in</dd></div>\n"
            "<div><dt>at</dt><dd>-</dd></div>\n"
+           "<div><dt>edges</dt><dd>17 of 24</dd></div>\n"
            "<div><dt>pass</dt><dd>yes</dd></div>\n"
            "<div><dt>board</dt><dd>unknown</dd></div>\n"
            "<div><dt>worst</dt><dd>not compared</dd></div>\n"
@@ -89,6 +92,25 @@ static void si_converts_name_value_and_error(void **unused)
            "station       3.05 m\n");
     expect_json(answer, "{\"peak_mm\":25.4,\"peak_error_mm\":0.254,\"pull_N\":4.44822,\"station_m\":3.048}");
     answer_free(answer);
+}
+
+/* 0.1 ft are 1.2 in and 30.48 mm; 2 lb/ft are 29.1878 N/m. */
+static void programs_get_values_as_they_are_given(void **unused)
+{
+    (void)unused;
+    for (int si = 0; si < 2; si++) {
+        struct answer *answer = answer_new(si);
+        answer_as_given(answer);
+        answer_estimate(answer, "lift", "lift", UNIT_MOVEMENT, 0.1, 0.001, 3);
+        answer_remark(answer, ", of mat %d", 4);
+        answer_value(answer, "spring", "spring", UNIT_STIFFNESS, 2.0, -4);
+        answer_value(answer, NULL, "still", UNIT_SPEED, -0.0, -3);
+        expect(answer, answer_text,
+               si ? "lift          30.48 +- 0.30 mm, of mat 4\nspring        29.19 N/m\nstill         0 m/s\n"
+                  : "lift          1.200 +- 0.012 in, of mat 4\nspring        2 lb/ft\nstill         0 ft/s\n");
+        expect_json(answer, "{\"lift_ft\":0.1,\"lift_error_ft\":0.001,\"spring_lb_ft\":2.0}");
+        answer_free(answer);
+    }
 }
 
 static struct answer *channels(size_t columns)
@@ -156,17 +178,20 @@ static void columns_of_all_rows(void **unused)
     answer_words(answer, NULL, "of", "measured");
     answer_open(answer, "measured", NULL);
     answer_count(answer, "mats", "mats", 12);
-    answer_estimate(answer, "start", "start", UNIT_STATION, 74.25, 0.5, 1);
+    answer_estimate(answer, "start", "start", UNIT_STATION, 74.25, 0.5, 1)->plus = true;
     answer_close(answer);
+    answer_close(answer);
+    answer_open(answer, NULL, NULL); /* for programs alone */
+    answer_count(answer, "mats", NULL, 1);
     answer_close(answer);
     answer_close(answer);
     expect(answer, answer_text,
            "zones\n"
-           "                        start\n"
-           "  of        mats           ft  doubt\n"
-           "  board             not known  yes\n"
-           "  measured    12  74.2 +- 0.5\n");
-    expect_json(answer, "{\"zones\":[{\"board\":null,\"doubt\":\"yes\"},{\"measured\":{\"mats\":12,\"start_ft\":74.25,\"start_error_ft\":0.5}}]}");
+           "                         start\n"
+           "  of        mats            ft  doubt\n"
+           "  board              not known  yes\n"
+           "  measured    12  +74.2 +- 0.5\n");
+    expect_json(answer, "{\"zones\":[{\"board\":null,\"doubt\":\"yes\"},{\"measured\":{\"mats\":12,\"start_ft\":74.25,\"start_error_ft\":0.5}},{\"mats\":1}]}");
     answer_free(answer);
 }
 
@@ -214,8 +239,10 @@ static void nested_groups_and_lists(void **unused)
     answer_close(answer);
     answer_close(answer);
     answer_flag(answer, "after", NULL, false);
+    answer_table(answer, "nothing", "nothing yet");
+    answer_close(answer);
     expect(answer, answer_text, "zone\n  measured\n    mats          12\n");
-    expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},\"after\":false}");
+    expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},\"after\":false,\"nothing\":[]}");
     answer_free(answer);
 }
 
@@ -230,7 +257,7 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
     answer_close(answer);
     answer_list(answer, "lines", "");
     answer_words(answer, NULL, "foresight", "one");
-    answer_words(answer, NULL, "foresight", "two");
+    answer_words(answer, NULL, "foresight", "two")->warn = true;
     answer_close(answer);
     answer_estimate(answer, "temperature", "temperature", UNIT_TEMPERATURE, 20.0, 0.29, 2);
     answer_table(answer, "rows", "rows");
@@ -242,7 +269,6 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
     expect(answer, answer_text,
            "RUN 1\n"
            "  lost          -\n"
-           "  gaps          none\n"
            "  foresight     one\n"
            "                two\n"
            "  temperature   20.00 +- 0.29 C\n"
@@ -252,8 +278,8 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
     expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"temperature_c\":20.0,\"temperature_error_c\":0.29,"
                         "\"rows\":[{\"number\":8}]}");
     expect(answer, answer_html,
-           "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n<div><dt>gaps</dt><dd>none</dd></div>\n"
-           "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd>two</dd></div>\n"
+           "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n"
+           "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd class=\"warn\">two</dd></div>\n"
            "<div><dt>temperature</dt><dd>20.00 \xc2\xb1 0.29 C</dd></div>\n</dl>\n"
            "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
            "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
@@ -265,6 +291,7 @@ static void no_answer_is_no_crash(void **unused)
     (void)unused;
     answer_value(NULL, "a", "a", UNIT_NUMBER, 1.0, 1)->digits = 3;
     answer_words(NULL, "a", "a", "x");
+    answer_remark(NULL, "x");
     answer_json_value(NULL, "a", json_integer(1));
     assert_false(answer_text(NULL, stdout));
     assert_null(answer_json(NULL));
@@ -279,7 +306,7 @@ int main(void)
         cmocka_unit_test(columns_of_all_rows),
         cmocka_unit_test(a_sentence_in_lines_that_fit),  cmocka_unit_test(nested_groups_and_lists),
         cmocka_unit_test(what_is_not_there_and_what_is_there_twice),
-        cmocka_unit_test(no_answer_is_no_crash),
+        cmocka_unit_test(no_answer_is_no_crash),         cmocka_unit_test(programs_get_values_as_they_are_given),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
