@@ -272,11 +272,7 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
         status = replay_run(replay, store, cli, &error);
     store_close(store);
     remove_directory(replay);
-    int exit_code = 0;
-    if (status != MR_OK)
-        exit_code = cli_fail(&error);
-    else if (replay->diff.differ)
-        exit_code = mr_status_exit_code(MR_LIMIT);
+    int exit_code = status == MR_OK && replay->diff.differ ? mr_status_exit_code(MR_LIMIT) : 0;
     struct answer *answer = answer_new(cli->si);
     if (replay->bundle_told)
         bundle_answer(&replay->check, replay->save ? replay->saved : NULL, answer);
@@ -286,6 +282,8 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
         exit_code = answer_show(cli, answer, exit_code);
     else
         answer_free(answer);
+    if (status != MR_OK)
+        exit_code = cli_fail(&error);
     answers_free(&replay->recorded);
     answers_free(&replay->replayed);
     free(replay);
