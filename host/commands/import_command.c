@@ -28,23 +28,19 @@ static void verdict_answer(const struct verdict *v, struct answer *answer)
 /* For people: the landings that came of it. */
 static enum mr_status landings_answer(struct store *store, const struct import_result *result, struct answer *answer, struct error *error)
 {
-    answer_table(answer, NULL, "");
     for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
         struct store_landing landing;
         int64_t frames = 0;
+        char label[30], counted[40] = "";
         if (store_landing_get(store, result->run[i], &landing, error) != MR_OK ||
             store_frames_count(store, result->run[i], LINK_CAN, &frames, error) != MR_OK)
             break;
-        answer_open(answer, NULL, NULL);
-        answer_count(answer, NULL, "RUN", result->run[i]);
-        answer_count(answer, NULL, "landing", landing.board_landing);
-        answer_words(answer, NULL, "state", "%s", mr_landing_state_text((unsigned)landing.state));
-        answer_words(answer, NULL, "board", "%s", landing.board_uid[0] ? landing.board_uid : "unknown");
+        snprintf(label, sizeof label, "RUN %lld", (long long)result->run[i]);
         if (frames)
-            answer_count(answer, NULL, "frames", frames);
-        answer_close(answer);
+            snprintf(counted, sizeof counted, ", %lld frames", (long long)frames);
+        answer_words(answer, NULL, label, "landing %lld, %s, board %s%s", (long long)landing.board_landing,
+                     mr_landing_state_text((unsigned)landing.state), landing.board_uid[0] ? landing.board_uid : "unknown", counted);
     }
-    answer_close(answer);
     if (result->runs == 0)
         answer_sentence(answer, NULL, "no landing in it");
     return error->status;
