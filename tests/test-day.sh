@@ -44,7 +44,7 @@ check "landed: deceleration" within '^  deceleration +([0-9.]+) .*' 0.02 "$(trut
 check "warned of a zone" warned
 check "quick look: the page is there without a command" test -s $day/quick.html
 check "surveyed again: what has moved" surveyed_again
-check "compared" says '^RUN 1 against '
+check "compared" says '^against +model_runway.json'
 check "the report tells of all of it" page_has_it_all
 check "bundled and replayed: 0 fields differ" says '^result +0 of [0-9]{6} fields differ'
 finish
