@@ -113,7 +113,7 @@ static int compare_one(struct store *store, const struct request *request, struc
         write_file(request, &landing, cli->si, error);
     if (error->status == MR_OK) {
         compare_limits_check(&request->limits, &landing.figures, cli->si, &verdict);
-        compare_answer(&landing.figures, &verdict, cli->si, answer);
+        compare_answer(&landing.figures, &verdict, answer);
     }
     measured_aside_note(&landing.measured, cli);
     compare_landing_free(&landing);
@@ -139,7 +139,7 @@ static int compare_many(struct store *store, const struct request *request, stru
         compare_series_run(store, request->series, model, &request->limits, cli->si, progress, &for_progress, &set, error);
     struct compare_verdict verdict = set.verdict;
     if (status == MR_OK)
-        compare_series_answer(&set, cli->si, answer);
+        compare_series_answer(&set, answer);
     compare_series_free(&set);
     if (status == MR_OK)
         return conclude(&verdict, answer, cli, error);

@@ -408,7 +408,7 @@ static int run(const struct request *request)
     if (request->load)
         return tell_load(request, &survey, &loaded);
     struct answer *answer = answer_new(request->cli->si);
-    survey_answer(&survey, &found, request->cli->si, answer);
+    survey_answer(&survey, &found, answer);
     return answer_show(request->cli, answer, 0);
 }
 

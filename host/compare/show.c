@@ -62,6 +62,20 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
     answer_close(answer);
 }
 
+void compare_channels_answer(const struct compare_figures *figures, struct answer *answer)
+{
+    answer_table(answer, "channels", "");
+    for (size_t i = 0; i < figures->channels; i++)
+        channel_answer(&figures->channel[i], answer);
+    answer_close(answer);
+    answer_sentence(answer, NULL,
+                    "Differences are measured less simulated. An error is one standard error: noise, calibration and edge timing; the solver's "
+                    "estimate and the spread over the runways. chi: rms of the difference in standard errors. En: the difference in two of them; up "
+                    "to 1 both agree. Arrival: at %.0f %% of the peak. Wheel ahead: of the transducer, at arrival. Best lag: positive when the measured "
+                    "is later. Alignment's part: of the error of the measured, at most. Zones: mats that both have, of those that either has.",
+                    100.0 * SIGNAL_ARRIVAL);
+}
+
 static void zone_answer(const char *name, const struct compare_zone *zone, struct answer *answer)
 {
     bool any = zone->mats > 0.0;
@@ -86,12 +100,12 @@ static void overlap_answer(const char *name, const struct compare_overlap *overl
     answer_value(answer, "common_mats", "mats|in common", UNIT_NUMBER, overlap->common_mats, 0);
     answer_value(answer, "all_mats", "of all", UNIT_NUMBER, overlap->all_mats, 0);
     answer_value(answer, "share", NULL, UNIT_NUMBER, overlap->share, 3);
-    answer_value(answer, "start_difference", "measured|less it: start", UNIT_STATION, overlap->start_ft, 1)->plus = true;
-    answer_value(answer, "end_difference", "less it:|end", UNIT_STATION, overlap->end_ft, 1)->plus = true;
+    answer_value(answer, "start_difference", "measured starts|further by", UNIT_STATION, overlap->start_ft, 1)->plus = true;
+    answer_value(answer, "end_difference", "measured ends|further by", UNIT_STATION, overlap->end_ft, 1)->plus = true;
     answer_close(answer);
 }
 
-static void zones_answer(const struct compare_zones *zones, struct answer *answer)
+void compare_zones_answer(const struct compare_zones *zones, struct answer *answer)
 {
     static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured", [COMPARE_BOARD] = "board", [COMPARE_SIMULATED] = "simulated"};
     answer_list(answer, "zones", "");
@@ -136,12 +150,12 @@ static void worst_answer(const struct compare_agreement *a, struct answer *answe
     answer_close(answer);
 }
 
-static void agreement_answer(const struct compare_figures *figures, bool si, struct answer *answer)
+static void agreement_answer(const struct compare_figures *figures, struct answer *answer)
 {
     struct compare_agreement a;
     char sentence[COMPARE_SENTENCE];
     compare_agreement(figures, &a);
-    compare_sentence(&a, si, sentence);
+    compare_sentence(&a, answer_in_si(answer), sentence);
     answer_open(answer, "agreement", "");
     answer_sentence(answer, "sentence", "%s", sentence);
     answer_count(answer, "judged", NULL, (int64_t)a.judged);
@@ -174,7 +188,7 @@ static void verdict_answer(const struct compare_verdict *verdict, struct answer 
     answer_close(answer);
 }
 
-void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict, bool si, struct answer *answer)
+void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict, struct answer *answer)
 {
     answer_count(answer, "run", "RUN", figures->run);
     if (figures->doubt[0])
@@ -193,16 +207,9 @@ void compare_answer(const struct compare_figures *figures, const struct compare_
     answer_value(answer, "scatter", "rms of the rest", UNIT_TIME, figures->scatter_s, 4);
     answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed, MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
-    answer_table(answer, "channels", "");
-    for (size_t i = 0; i < figures->channels; i++)
-        channel_answer(&figures->channel[i], answer);
-    answer_close(answer);
-    zones_answer(&figures->zones, answer);
-    agreement_answer(figures, si, answer);
-    answer_sentence(answer, NULL,
-                    "+- is one standard error. chi: rms of the difference in standard errors. En up to 1: they agree. Arrival: at %.0f %% of the "
-                    "peak. Wheel ahead: of the transducer, at arrival. Alignment's part: of the error of what was measured, at most.",
-                    100.0 * SIGNAL_ARRIVAL);
+    compare_channels_answer(figures, answer);
+    compare_zones_answer(&figures->zones, answer);
+    agreement_answer(figures, answer);
     verdict_answer(verdict, answer);
 }
 
@@ -241,14 +248,14 @@ static void landing_row(const struct compare_series_landing *landing, struct ans
     answer_close(answer);
 }
 
-static void landings_answer(const struct compare_series *set, bool si, struct answer *answer)
+static void landings_answer(const struct compare_series *set, struct answer *answer)
 {
     answer_list(answer, "landings", NULL);
     for (size_t i = 0; i < set->count; i++) {
         const struct compare_series_landing *l = &set->landing[i];
         answer_open(answer, NULL, NULL);
         if (l->compared)
-            compare_answer(&l->figures, &l->verdict, si, answer);
+            compare_answer(&l->figures, &l->verdict, answer);
         else
             answer_count(answer, "run", NULL, l->run);
         if (!l->compared)
@@ -311,17 +318,17 @@ static void moved_answer(const struct compare_moved *moved, struct answer *answe
     answer_close(answer);
 }
 
-void compare_series_answer(const struct compare_series *set, bool si, struct answer *answer)
+void compare_series_answer(const struct compare_series *set, struct answer *answer)
 {
     char sentence[COMPARE_SENTENCE];
-    compare_series_sentence(set, si, sentence);
+    compare_series_sentence(set, answer_in_si(answer), sentence);
     answer_words(answer, "scene", "against", "%s", set->against);
     answer_words(answer, "series", set->name[0] ? "series" : NULL, "%s", set->name);
     answer_count(answer, NULL, "landings", (int64_t)set->count);
     answer_count(answer, "compared", "compared", (int64_t)set->compared);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->end = " ms";
     answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, set->error_in, 4)->end = " at most, as its solver estimates";
-    landings_answer(set, si, answer);
+    landings_answer(set, answer);
     channels_answer(set, answer);
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);
     answer_value(answer, "rms", "all: rms", UNIT_DISPLACEMENT, set->pooled.rms_in, 4);

@@ -170,8 +170,9 @@ static json_t *moved_json(const struct survey_change *change, double factor)
     return lines;
 }
 
-static void worst_bow(const struct survey_found *found, struct answer *answer, bool si)
+static void worst_bow(const struct survey_found *found, struct answer *answer)
 {
+    const bool si = answer_in_si(answer);
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
     double worst = found->worst_bow_in * length->factor, error = found->worst_bow_error_in * length->factor;
     double at = found->worst_bow_ft * station->factor, limit = SURVEY_BOW_LIMIT_IN * length->factor;
@@ -206,9 +207,9 @@ static void matrices(const struct survey *survey, const struct survey_found *fou
     answer_json_value(answer, "bow", estimates(found->since_first.bow, SURVEY_POINTS, factor));
 }
 
-void survey_answer(const struct survey *survey, const struct survey_found *found, bool si, struct answer *answer)
+void survey_answer(const struct survey *survey, const struct survey_found *found, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
     head(survey, answer);
     answer_words(answer, "length_unit", NULL, "%s", length->text);
     if (found->previous)
@@ -220,5 +221,5 @@ void survey_answer(const struct survey *survey, const struct survey_found *found
         movement(found, answer);
     }
     matrices(survey, found, answer, length->factor);
-    worst_bow(found, answer, si);
+    worst_bow(found, answer);
 }

@@ -171,7 +171,7 @@ static void differences_of_a_known_series(void **state)
     /* untouched: as the landing had it */
     assert_true(f.channel[1].f.rms == landing.figures.channel[1].f.rms && f.channel[1].f.rms > 0.01);
     struct answer *answer = answer_new(false);
-    compare_answer(&f, &(struct compare_verdict){0}, false, answer);
+    compare_answer(&f, &(struct compare_verdict){0}, answer);
     json_t *json = answer_json(answer);
     char *text = json_dumps(json, 0);
     assert_non_null(text);
