@@ -32,7 +32,7 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
     answer_value(answer, "valid", NULL, UNIT_NUMBER, c->valid, 3);
     if (c->why[0])
-        answer_words(answer, "why", "to be known", "%s%s", c->compared ? "" : "not compared: ", c->why);
+        answer_words(answer, "why", NULL, "%s", c->why);
     if (c->compared) {
         answer_estimate(answer, "bias", "difference|bias", UNIT_DISPLACEMENT, f->bias, f->bias_error, 4);
         answer_value(answer, "rms", "difference|rms", UNIT_DISPLACEMENT, f->rms, 4);
@@ -64,6 +64,11 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
 
 void compare_channels_answer(const struct compare_figures *figures, struct answer *answer)
 {
+    for (size_t i = 0; i < figures->channels; i++) {
+        const struct compare_channel *c = &figures->channel[i];
+        if (c->why[0])
+            answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number, c->compared ? "" : "not compared: ", c->why);
+    }
     answer_table(answer, "channels", "");
     for (size_t i = 0; i < figures->channels; i++)
         channel_answer(&figures->channel[i], answer);

@@ -178,6 +178,12 @@ static void differences_of_a_known_series(void **state)
     assert_null(strstr(text, "nan"));
     free(text);
     json_decref(json);
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    assert_true(answer_text(answer, out));
+    fclose(out);
+    assert_non_null(strstr(text, "transducer 6: not compared: 0 % of its readings are valid"));
+    free(text);
     answer_free(answer);
     compare_landing_free(&landing);
     compare_model_free(&model);
