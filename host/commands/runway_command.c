@@ -67,7 +67,7 @@ static int print(const struct runwaytalk *talk, const struct cli *cli)
     for (unsigned j = 0; j <= state->mats; j++)
         answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
     answer_close(answer);
-    answer_table(answer, NULL, "slack of ten joints in a row, from the first that is named on");
+    answer_table(answer, NULL, "openings of ten joints in a row, from the first that is named on");
     for (unsigned s = 0; 10 * s <= state->mats; s += ACROSS) {
         answer_open(answer, NULL, NULL);
         answer_count(answer, NULL, "joint", 10 * s + 1);
