@@ -34,71 +34,29 @@
 #define GROUP(name, count) struct mr_##name##_config {
 #define INTEGER(group, type, field, least, most, unit, text) MR_CONFIG_##type field;
 #define REAL(group, field, least, most, unit, text) float field;
-#define OPTIONAL REAL
 #define REALS(group, field, count, least, most, unit, text) float field[count];
 #define TEXT(group, field, size, text) char field[size];
 #define END(name) };
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 
 struct mr_config {
 #define GROUP(name, count) struct mr_##name##_config name[count];
-#define INTEGER(group, type, field, least, most, unit, text)
-#define REAL(group, field, least, most, unit, text)
-#define OPTIONAL REAL
-#define REALS(group, field, count, least, most, unit, text)
-#define TEXT(group, field, size, text)
-#define END(name)
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 };
 
 /* Numbers of groups (MR_GROUP_site) and of the fields of each (MR_FIELD_site_name), from 0. */
 enum mr_config_group_number {
 #define GROUP(name, count) MR_GROUP_##name,
-#define INTEGER(group, type, field, least, most, unit, text)
-#define REAL(group, field, least, most, unit, text)
-#define OPTIONAL REAL
-#define REALS(group, field, count, least, most, unit, text)
-#define TEXT(group, field, size, text)
-#define END(name)
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
     MR_CONFIG_GROUPS
 };
 #define GROUP(name, count) enum mr_config_##name##_field {
 #define INTEGER(group, type, field, least, most, unit, text) MR_FIELD_##group##_##field,
 #define REAL(group, field, least, most, unit, text) MR_FIELD_##group##_##field,
-#define OPTIONAL REAL
 #define REALS(group, field, count, least, most, unit, text) MR_FIELD_##group##_##field,
 #define TEXT(group, field, size, text) MR_FIELD_##group##_##field,
 #define END(name) MR_FIELDS_##name };
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 
 /* Bytes of the fields: the sum over the table. */
 enum {
@@ -109,18 +67,10 @@ enum {
 #define GROUP(name, count) + (count) * (0u
 #define INTEGER(group, type, field, least, most, unit, text) + SIZE_##type
 #define REAL(group, field, least, most, unit, text) + 4u
-#define OPTIONAL REAL
 #define REALS(group, field, count, least, most, unit, text) + 4u * (count)
 #define TEXT(group, field, size, text) + (size)
 #define END(name) )
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 #undef SIZE_u8
 #undef SIZE_u16
 #undef SIZE_u32

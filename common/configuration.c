@@ -32,31 +32,11 @@ _Static_assert(MR_CONFIG_STEP_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_COD
     {#field, MR_CONFIG_TYPE_TEXT, size, offsetof(struct mr_##group##_config, field), 0, 0, 0.0f, 0.0f},
 #define END(name) };
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 
 const struct mr_config_group mr_config_groups[] = {
 #define GROUP(name, count) \
     {#name, count, MR_FIELDS_##name, offsetof(struct mr_config, name), sizeof(struct mr_##name##_config), name##_fields},
-#define INTEGER(group, type, field, least, most, unit, text)
-#define REAL(group, field, least, most, unit, text)
-#define OPTIONAL REAL
-#define REALS(group, field, count, least, most, unit, text)
-#define TEXT(group, field, size, text)
-#define END(name)
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 };
 
 _Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUPS, "a row for each group");

@@ -6,17 +6,12 @@ bool schedule_due_without_scans(uint32_t phase)
 #define BLOCKS(NAME, period, phase_, stalled, who, why) due |= (stalled) && DUE(NAME, phase);
 #define TICKS(NAME, period, phase_, who, why)
 #include "firmware/schedule.def"
-#undef BLOCKS
-#undef TICKS
     return due;
 }
 
 #define BLOCKS(NAME, period, phase, stalled, who, why) \
     _Static_assert(!(stalled) || SCHEDULE_ROUND % (period) == 0, #NAME " does not go into a round without scans");
-#define TICKS(NAME, period, phase, who, why)
 #include "firmware/schedule.def"
-#undef BLOCKS
-#undef TICKS
 
 /* What goes with another row: its blocks are among those of that one. */
 #define WITHIN(NAME, OTHER)                                                                                                     \

@@ -10,17 +10,11 @@
 
 enum schedule_constants {
 #define BLOCKS(NAME, period, phase, stalled, who, why) SCHEDULE_##NAME##_PERIOD = (period), SCHEDULE_##NAME##_PHASE = (phase),
-#define TICKS(NAME, period, phase, who, why) SCHEDULE_##NAME##_PERIOD = (period), SCHEDULE_##NAME##_PHASE = (phase),
 #include "firmware/schedule.def"
-#undef BLOCKS
-#undef TICKS
 };
 
 #define BLOCKS(NAME, period, phase, stalled, who, why) _Static_assert((phase) < (period), #NAME " is never due");
-#define TICKS(NAME, period, phase, who, why) _Static_assert((phase) < (period), #NAME " is never due");
 #include "firmware/schedule.def"
-#undef BLOCKS
-#undef TICKS
 
 /* The row NAME is due in this block, or at this tick. */
 #define DUE(NAME, index) ((index) % (uint32_t)SCHEDULE_##NAME##_PERIOD == (uint32_t)SCHEDULE_##NAME##_PHASE)

@@ -18,35 +18,14 @@ struct words {
 #define GROUP(name, count) static const struct words name##_words[] = {
 #define INTEGER(group, type, field, least, most, unit, text) {unit, text},
 #define REAL(group, field, least, most, unit, text) {unit, text},
-#define OPTIONAL REAL
 #define REALS(group, field, count, least, most, unit, text) {unit, text},
 #define TEXT(group, field, size, text) {"", text},
 #define END(name) };
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 
 static const struct words *const words[] = {
 #define GROUP(name, count) name##_words,
-#define INTEGER(group, type, field, least, most, unit, text)
-#define REAL(group, field, least, most, unit, text)
-#define OPTIONAL REAL
-#define REALS(group, field, count, least, most, unit, text)
-#define TEXT(group, field, size, text)
-#define END(name)
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
 };
 
 static void write_legend(FILE *file, unsigned group)

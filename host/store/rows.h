@@ -22,32 +22,14 @@ struct store_bytes {
 };
 
 #define TABLE(row, table) struct store_##row {
-#define VIEW(row) struct store_##row {
-#define OWNER(row, column, constraint)
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) declaration;
 #define COMPUTED(row, declaration, field, read) declaration;
 #define END(row, key, put) };
-#define ALSO(sql)
 #include "host/store/tables.def"
-#undef TABLE
-#undef VIEW
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
 
 /* store_blank_edge, ...: a row of a table that says nothing yet. */
+#define NO_VIEWS
 #define TABLE(row, table) extern const struct store_##row store_blank_##row;
-#define OWNER(row, column, constraint)
-#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read)
-#define COMPUTED(row, declaration, field, read)
-#define END(row, key, put)
 #include "host/store/tables.def"
-#undef TABLE
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
-#undef ALSO
 
 #endif

@@ -32,21 +32,10 @@ int store_tables_make(sqlite3 *database)
 #define TABLE(row, table)    \
     if (code == SQLITE_OK)   \
         code = make_table(database, STORE_TABLE_##row);
-#define VIEW(row)
-#define OWNER(row, column, constraint)
-#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read)
-#define COMPUTED(row, declaration, field, read)
-#define END(row, key, put)
+#define NO_VIEWS
 #define ALSO(sql)            \
     if (code == SQLITE_OK)   \
         code = sqlite3_exec(database, sql, NULL, NULL, NULL);
 #include "host/store/tables.def"
-#undef TABLE
-#undef VIEW
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
-#undef ALSO
     return code;
 }

@@ -17,9 +17,6 @@ static const struct {
 #define GIVEN(NAME, row, sql) {#NAME, sql, STORE_TABLE_##row, false},
 #define STATEMENT(NAME, sql) {#NAME, sql, NO_ROW, false},
 #include "host/store/queries.def"
-#undef LISTED
-#undef GIVEN
-#undef STATEMENT
 };
 
 /* A statement that does not fit what is said of it: nothing that is read or written by it could be trusted. */

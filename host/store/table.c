@@ -18,44 +18,25 @@
 #define IS_REAL(kind) ((kind) == STORE_DOUBLE)
 #define IS_TEXT(kind) ((kind) == STORE_CHARACTERS || (kind) == STORE_POINTER)
 #define IS_BLOB(kind) ((kind) == STORE_BLOB)
-#define TABLE(row, table)
-#define VIEW(row)
-#define OWNER(row, column, constraint)
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
     _Static_assert(IS_##type(KIND(row, field)), "the field of column " #column " of struct store_" #row " is no " #type);
-#define COMPUTED(row, declaration, field, read)
-#define END(row, key, put)
-#define ALSO(sql)
 #include "host/store/tables.def"
-#undef TABLE
-#undef VIEW
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
 
 /* What says nothing: all columns of integers are STORE_NONE, but those that count as one or none. */
 #define BLANK_INTEGER(row, field) .field = _Generic(((const struct store_##row *)0)->field, int64_t: STORE_NONE, default: 0),
 #define BLANK_REAL(row, field) .field = (double)NAN,
 #define BLANK_TEXT(row, field)
 #define BLANK_BLOB(row, field)
+#define NO_VIEWS
 #define TABLE(row, table) const struct store_##row store_blank_##row = {
-#define OWNER(row, column, constraint)
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) BLANK_##type(row, field)
-#define COMPUTED(row, declaration, field, read)
 #define END(row, key, put) };
 #include "host/store/tables.def"
-#undef TABLE
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
 
 #define EMPTY_TEXT false
 #define EMPTY_NOTHING true
 #define FIELD(row, name) .offset = offsetof(struct store_##row, name), .size = sizeof(((const struct store_##row *)0)->name), .kind = KIND(row, name)
 #define TABLE(row, table) static const struct store_column columns_of_##row[] = {
-#define VIEW(row) static const struct store_column columns_of_##row[] = {
 #define OWNER(row, column, words) \
     {.name = #column, .type = "INTEGER", .constraint = words, .field = #column, .read = "", .kind = STORE_OWNER},
 #define COLUMN(row, column, declaration, member, sql, words, rule, empty, instead)                                                  \
@@ -64,28 +45,12 @@
 #define COMPUTED(row, declaration, member, words) {.field = #member, .read = words, .merge = STORE_GIVEN, FIELD(row, member)},
 #define END(row, key, put) };
 #include "host/store/tables.def"
-#undef TABLE
-#undef VIEW
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
 
 static const struct store_table tables[STORE_TABLE_COUNT] = {
 #define TABLE(row, called) [STORE_TABLE_##row] = {.name = #called, .columns = columns_of_##row, .row_size = sizeof(struct store_##row),
 #define VIEW(row) [STORE_TABLE_##row] = {.columns = columns_of_##row, .row_size = sizeof(struct store_##row),
-#define OWNER(row, column, constraint)
-#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read)
-#define COMPUTED(row, declaration, field, read)
 #define END(row, key_text, put_rule) .count = sizeof columns_of_##row / sizeof columns_of_##row[0], .key = key_text, .put = STORE_PUT_##put_rule},
 #include "host/store/tables.def"
-#undef TABLE
-#undef VIEW
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
-#undef ALSO
 };
 
 const struct store_table *store_table(enum store_table_number which)

@@ -14,34 +14,16 @@
 /* ---- what tables.def says ---- */
 
 #define TABLE(row, table) STORE_TABLE_##row,
-#define VIEW(row) STORE_TABLE_##row,
-#define OWNER(row, column, constraint)
-#define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read)
-#define COMPUTED(row, declaration, field, read)
-#define END(row, key, put)
-#define ALSO(sql)
 enum store_table_number {
 #include "host/store/tables.def"
     STORE_TABLE_COUNT
 };
-#undef TABLE
-#undef VIEW
-#undef OWNER
-#undef END
 
 /* How many integers say whose a row is. */
 #define TABLE(row, table) enum { STORE_OWNERS_##row = 0
-#define VIEW(row) enum { STORE_OWNERS_##row = 0
 #define OWNER(row, column, constraint) +1
 #define END(row, key, put) };
 #include "host/store/tables.def"
-#undef TABLE
-#undef VIEW
-#undef OWNER
-#undef COLUMN
-#undef COMPUTED
-#undef END
-#undef ALSO
 
 enum store_merge { STORE_KEEP, STORE_FILL, STORE_NEWER, STORE_TAKE, STORE_JOIN, STORE_GIVEN };
 enum store_put { STORE_PUT_ADD, STORE_PUT_FIRST, STORE_PUT_LAST, STORE_PUT_MERGE };
@@ -99,23 +81,14 @@ enum mr_status store_update(struct store *store, struct error *error, enum store
 /* ---- rows out ---- */
 
 #define LISTED(NAME, row, sql) STORE_##NAME,
-#define GIVEN(NAME, row, sql) STORE_##NAME,
 #define STATEMENT(NAME, sql) STORE_##NAME,
 enum store_statement {
 #include "host/store/queries.def"
     STORE_STATEMENT_COUNT
 };
-#undef LISTED
-#undef GIVEN
-#undef STATEMENT
 
 #define LISTED(NAME, row, sql) typedef struct store_##row store_row_of_##NAME;
-#define GIVEN(NAME, row, sql) typedef struct store_##row store_row_of_##NAME;
-#define STATEMENT(NAME, sql)
 #include "host/store/queries.def"
-#undef LISTED
-#undef GIVEN
-#undef STATEMENT
 
 /* What a statement takes. */
 struct store_value {

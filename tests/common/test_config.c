@@ -44,18 +44,10 @@ static void stored_form_is_the_table(void **state)
 #define GROUP(name, count) for (unsigned i = 0; i < (count); i++) { const struct mr_##name##_config *m = &c.name[i]; (void)m;
 #define INTEGER(group, type, field, least, most, unit, text) assert_int_equal(number(BYTES_##type), m->field);
 #define REAL(group, field, least, most, unit, text) is_real(m->field);
-#define OPTIONAL REAL
 #define REALS(group, field, count, least, most, unit, text) for (unsigned k = 0; k < (count); k++) is_real(m->field[k]);
 #define TEXT(group, field, size, text) assert_memory_equal(at, m->field, size); at += (size);
 #define END(name) }
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
     while ((at - image) % 4)
         assert_int_equal(number(1), 0);
     assert_int_equal(number(4), crc);
@@ -241,13 +233,6 @@ static void every_limit_is_refused_with_its_reason(void **state)
 #define TEXT(group, field, size, text) refuse_text(m->field, size, g, i, f++); limits++;
 #define END(name) } g++;
 #include "common/config.def"
-#undef GROUP
-#undef INTEGER
-#undef REAL
-#undef OPTIONAL
-#undef REALS
-#undef TEXT
-#undef END
     assert_int_equal(mr_config_check(&broken, &reason), MR_OK); /* all was put back */
     assert_true(limits > 500);
 }

@@ -148,8 +148,6 @@ static void no_block_has_a_burst_of_its_own(void **state)
         due++, first = #NAME;
 #define TICKS(NAME, period, phase, who, why)
 #include "firmware/schedule.def"
-#undef BLOCKS
-#undef TICKS
         if (due > 3)
             fail_msg("%u rows in block %u, one of them %s", due, index, first);
         crowded += due == 3;
