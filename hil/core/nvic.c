@@ -2,6 +2,11 @@
 
 #include "hil/core/core.h"
 
+#define ISPR 0x200u
+#define ICPR 0x280u
+#define IABR 0x300u
+#define IPR 0x400u
+#define IPR_END (IPR + (HIL_INTERRUPTS + 3u) / 4u * 4u)
 #define THREAD_GROUP 256
 
 static bool get(const uint32_t *set, unsigned i) { return (set[i / 32u] >> (i % 32u) & 1u) != 0; }
@@ -127,74 +132,52 @@ static void window_put(uint32_t *set, unsigned n, uint32_t bits, bool on)
     }
 }
 
+uint32_t hil_nvic_priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count)
+{
+    uint32_t value = 0;
+    for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++)
+        value |= (uint32_t)(nvic->priority[exception + i] & 0xff) << (8u * i);
+    return value;
+}
+
+void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count, uint32_t value)
+{
+    for (unsigned i = 0; i < count && exception + i < HIL_EXCEPTIONS; i++)
+        core->state.nvic.priority[exception + i] = (int16_t)(value >> (8u * i) & 0xf0u);
+    hil_nvic_update(core);
+}
+
+/* What ISER, ICER, ISPR, ICPR and IABR show. */
+static uint32_t *set_at(struct hil_nvic *nvic, uint32_t offset)
+{
+    return offset < ISPR ? nvic->enabled : offset < IABR ? nvic->pending : nvic->active;
+}
+
 bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
 {
-    struct hil_nvic *nvic = &core->state.nvic;
-    if (offset >= 0x400u && offset + size <= 0x400u + 4u * ((HIL_INTERRUPTS + 3u) / 4u)) {
-        *value = 0;
-        for (unsigned i = 0; i < size; i++) {
-            unsigned irq = offset - 0x400u + i;
-            if (irq < HIL_INTERRUPTS)
-                *value |= (uint32_t)nvic->priority[16u + irq] << (8u * i);
-        }
-        return true;
-    }
-    unsigned n = (offset & 0x7fu) / 4u;
-    if (size != 4 || (offset & 3u) || n >= 3 || offset >= 0x400u)
-        return false;
-    switch (offset & ~0x7fu) {
-    case 0x100: /* ISER */
-    case 0x180: /* ICER */
-        *value = window(nvic->enabled, n);
-        return true;
-    case 0x200: /* ISPR */
-    case 0x280: /* ICPR */
-        *value = window(nvic->pending, n);
-        return true;
-    case 0x300: /* IABR */
-        *value = window(nvic->active, n);
-        return true;
-    default:
-        return false;
-    }
+    if (offset >= IPR)
+        *value = hil_nvic_priorities(&core->state.nvic, 16u + offset - IPR, size);
+    else
+        *value = window(set_at(&core->state.nvic, offset), (offset & 0x7fu) / 4u);
+    return offset >= IPR ? offset + size <= IPR_END : size == 4 && offset % 4u == 0;
 }
 
 bool hil_nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
 {
     struct hil_nvic *nvic = &core->state.nvic;
-    if (offset >= 0x400u && offset + size <= 0x400u + 4u * ((HIL_INTERRUPTS + 3u) / 4u)) {
-        for (unsigned i = 0; i < size; i++) {
-            unsigned irq = offset - 0x400u + i;
-            if (irq < HIL_INTERRUPTS)
-                nvic->priority[16u + irq] = (int16_t)(value >> (8u * i) & 0xf0u);
-        }
-        hil_nvic_update(core);
+    if (offset >= IPR && offset + size <= IPR_END) {
+        hil_nvic_set_priorities(core, 16u + offset - IPR, size, value);
         return true;
     }
+    if (size != 4 || offset % 4u)
+        return false;
     unsigned n = (offset & 0x7fu) / 4u;
-    if (size != 4 || (offset & 3u) || n >= 3 || offset >= 0x400u)
-        return false;
-    switch (offset & ~0x7fu) {
-    case 0x100:
-        window_put(nvic->enabled, n, value, true);
-        break;
-    case 0x180:
-        window_put(nvic->enabled, n, value, false);
-        break;
-    case 0x200:
-        window_put(nvic->pending, n, value, true);
-        break;
-    case 0x280:
-        window_put(nvic->pending, n, value, false);
-        /* A line that is still high pends again at once. */
-        for (unsigned i = 0; i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
-            unsigned exception = 16u + 32u * n + i;
-            if ((value >> i & 1u) && get(nvic->line, exception) && !get(nvic->active, exception))
-                put(nvic->pending, exception, true);
-        }
-        break;
-    default:
-        return false;
+    window_put(set_at(nvic, offset), n, value, !(offset & 0x80u));
+    /* A line that is still high pends again at once. */
+    for (unsigned i = 0; offset >= ICPR && i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
+        unsigned exception = 16u + 32u * n + i;
+        if ((value >> i & 1u) && get(nvic->line, exception) && !get(nvic->active, exception))
+            put(nvic->pending, exception, true);
     }
     hil_nvic_update(core);
     return true;

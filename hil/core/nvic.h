@@ -64,6 +64,10 @@ bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 /* Group priority of a priority value under PRIGROUP. */
 int hil_nvic_group(const struct hil_nvic *nvic, int priority);
 
+/* Priorities of `count` exceptions, 1 to 4, from this one on: a byte each, as the registers of priorities have them. */
+uint32_t hil_nvic_priorities(const struct hil_nvic *nvic, unsigned exception, unsigned count);
+void hil_nvic_set_priorities(struct hil_core *core, unsigned exception, unsigned count, uint32_t value);
+
 /* Registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR). False: no such
  * register. */
 bool hil_nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value);

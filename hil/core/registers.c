@@ -105,6 +105,14 @@ const char *hil_register_objection(const struct hil_register *r, uint32_t value)
     return NULL;
 }
 
+void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const struct hil_register *r = hil_register_at(hil_registers_of(base), offset + 4u * (uint32_t)i);
+        word[i] = r ? r->reset : 0;
+    }
+}
+
 static void print_bits(FILE *file, uint32_t bits)
 {
     const char *between = "";

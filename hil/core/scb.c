@@ -4,8 +4,24 @@
 #include "hil/core/cpu_registers.h"
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
+#include "hil/core/registers.h"
 #include "hil/core/systick.h"
 
+#define SYSTEM 0xe000e000u
+#define ICTR 0x004u
+#define SCB 0xd00u
+#define ICSR 0xd04u
+#define AIRCR 0xd0cu
+#define SHPR 0xd18u
+#define SHCSR 0xd24u
+#define CFSR 0xd28u
+#define HFSR 0xd2cu
+#define STIR 0xf00u
+#define FPCCR 0xf34u
+#define DWT_CTRL 0xe0001000u
+#define DWT_CYCCNT 0xe0001004u
+#define DWT_LAR 0xe0001fb0u
+#define DBGMCU 0xe0042000u
 #define DEMCR_TRCENA (1u << 24)
 #define DWT_CYCCNTENA 1u
 #define AIRCR_KEY 0x05fau
@@ -13,11 +29,8 @@
 
 void hil_scb_reset(struct hil_scb *scb)
 {
-    *scb = (struct hil_scb){
-        .ccr = 0x200,        /* STKALIGN */
-        .fpccr = 0xc0000000, /* ASPEN, LSPEN */
-        .dwt_ctrl = 0x40000000,
-    };
+    *scb = (struct hil_scb){.dwt_ctrl = 0x40000000, .idcode = 0x100f6413 /* device 0x413, revision Y */};
+    hil_registers_reset(SYSTEM, SCB, scb->word, sizeof scb->word / 4u);
 }
 
 static uint32_t icsr(const struct hil_core *core)
@@ -78,22 +91,6 @@ static uint32_t cyccnt(const struct hil_core *core)
     return scb->dwt_offset + ((scb->dwt_ctrl & DWT_CYCCNTENA) ? (uint32_t)hil_now(core) : 0);
 }
 
-/* Priorities of the system handlers, bytes 0xD18 to 0xD23 for exceptions 4 to 15. */
-static uint32_t shpr_read(const struct hil_nvic *nvic, uint32_t offset, unsigned size)
-{
-    uint32_t value = 0;
-    for (unsigned i = 0; i < size; i++)
-        value |= (uint32_t)(nvic->priority[4 + offset - 0xd18u + i] & 0xff) << (8u * i);
-    return value;
-}
-
-static void shpr_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
-{
-    for (unsigned i = 0; i < size; i++)
-        core->state.nvic.priority[4 + offset - 0xd18u + i] = (int16_t)(value >> (8u * i) & 0xf0u);
-    hil_nvic_update(core);
-}
-
 static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
 {
     struct hil_scb *scb = &core->state.scb;
@@ -102,208 +99,111 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
         return hil_systick_read(core, offset);
     if (offset >= 0x100u && offset < 0x500u)
         return hil_nvic_read(core, offset, size, &value) ? value : hil_bus_no_register(core);
-    if (offset >= 0xd18u && offset + size <= 0xd24u)
-        return shpr_read(&core->state.nvic, offset, size);
-    if (offset >= 0xd28u && offset < 0xd2cu) /* CFSR and its byte parts */
+    if (offset >= SHPR && offset + size <= SHCSR)
+        return hil_nvic_priorities(&core->state.nvic, 4u + offset - SHPR, size); /* of exceptions 4 to 15 */
+    if (offset >= CFSR && offset < HFSR) /* CFSR and its byte parts */
         return scb->cfsr >> (8u * (offset & 3u)) & (size == 4 ? 0xffffffffu : (1u << (8u * size)) - 1u);
-    if (size != 4)
+    if (size != 4 || offset % 4u)
         return hil_bus_no_register(core);
     switch (offset) {
-    case 0x004: /* ICTR: interrupt lines in groups of 32, minus one */
+    case ICTR: /* interrupt lines in groups of 32, minus one */
         return 2;
-    case 0xd00: /* CPUID: Cortex-M4 r0p1 */
-        return 0x410fc241;
-    case 0xd04:
+    case ICSR:
         return icsr(core);
-    case 0xd08:
-        return scb->vtor;
-    case 0xd0c: /* AIRCR reads with the key's complement */
+    case AIRCR: /* reads with the key's complement */
         return 0xfa050000u | (uint32_t)core->state.nvic.prigroup << 8;
-    case 0xd10:
-        return scb->scr;
-    case 0xd14:
-        return scb->ccr;
-    case 0xd24:
+    case SHCSR:
         return shcsr(&core->state.nvic);
-    case 0xd2c:
-        return scb->hfsr;
-    case 0xd34:
-        return scb->mmfar;
-    case 0xd38:
-        return scb->bfar;
-    case 0xd88:
-        return scb->cpacr;
-    case 0xd90: /* MPU_TYPE: 8 regions; its other registers are refused */
-        return 0x800;
-    case 0xdf0: /* DHCSR: no debugger */
-        return 0;
-    case 0xdfc:
-        return scb->demcr;
-    case 0xf00: /* STIR: write-only */
-        return 0;
-    case 0xf34:
-        return scb->fpccr;
-    case 0xf38:
-        return scb->fpcar;
-    case 0xf3c:
-        return scb->fpdscr;
-    case 0xf40: /* MVFR0, MVFR1 of the single-precision unit */
-        return 0x10110021;
-    case 0xf44:
-        return 0x11000011;
     default:
-        return hil_bus_no_register(core);
+        return scb->word[(offset - SCB) / 4u];
+    }
+}
+
+static void system_write(struct hil_core *core, uint32_t offset, uint32_t value)
+{
+    struct hil_scb *scb = &core->state.scb;
+    switch (offset) {
+    case ICSR:
+        icsr_write(core, value);
+        break;
+    case AIRCR:
+        aircr_write(core, value);
+        break;
+    case SHCSR:
+        core->state.nvic.enabled[0] = (core->state.nvic.enabled[0] & ~0x70u) | (value >> 16 & 7u) << 4;
+        hil_nvic_update(core);
+        break;
+    case CFSR: case HFSR: /* flags are cleared by writing 1 */
+        scb->word[(offset - SCB) / 4u] &= ~value;
+        break;
+    case STIR:
+        if ((value & 0x1ffu) < HIL_INTERRUPTS)
+            hil_nvic_pend(core, 16u + (value & 0x1ffu));
+        break;
+    case FPCCR:
+        scb->fpccr = value & 0xc0000000u;
+        break;
+    default: /* CCR.DIV_0_TRP is kept, but a division by zero gives 0 either way */
+        scb->word[(offset - SCB) / 4u] = value;
+        break;
     }
 }
 
 static void scs_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
 {
-    struct hil_scb *scb = &core->state.scb;
-    if (offset >= 0x10u && offset < 0x20u && size == 4) {
+    bool known = true;
+    if (offset >= 0x10u && offset < 0x20u && size == 4)
         hil_systick_write(core, offset, value);
-        return;
-    }
-    if (offset >= 0x100u && offset < 0x500u) {
-        if (!hil_nvic_write(core, offset, size, value))
-            hil_bus_no_register(core);
-        return;
-    }
-    if (offset == 0xf00u && size == 4) { /* STIR */
-        if ((value & 0x1ffu) < HIL_INTERRUPTS)
-            hil_nvic_pend(core, 16u + (value & 0x1ffu));
-        return;
-    }
-    if (offset >= 0xd18u && offset + size <= 0xd24u) {
-        shpr_write(core, offset, size, value);
-        return;
-    }
-    if (size != 4) {
+    else if (offset >= 0x100u && offset < 0x500u)
+        known = hil_nvic_write(core, offset, size, value);
+    else if (offset >= SHPR && offset + size <= SHCSR)
+        hil_nvic_set_priorities(core, 4u + offset - SHPR, size, value);
+    else if (size == 4 && offset % 4u == 0)
+        system_write(core, offset, value);
+    else
+        known = false;
+    if (!known)
         hil_bus_no_register(core);
-        return;
-    }
-    switch (offset) {
-    case 0xd04:
-        icsr_write(core, value);
-        break;
-    case 0xd08:
-        scb->vtor = value & 0x3fffff80u;
-        break;
-    case 0xd0c:
-        aircr_write(core, value);
-        break;
-    case 0xd10:
-        if (value & 0x10u)
-            hil_bus_refuse(core, "SEVONPEND");
-        scb->scr = value & 0x16u;
-        break;
-    case 0xd14:
-        if (value & 0x8u)
-            hil_bus_refuse(core, "trapping of unaligned accesses");
-        if (!(value & 0x200u))
-            hil_bus_refuse(core, "stack frames without 8-byte alignment");
-        scb->ccr = value & 0x313u; /* DIV_0_TRP is kept, but a division by zero gives 0 either way */
-        break;
-    case 0xd24:
-        core->state.nvic.enabled[0] = (core->state.nvic.enabled[0] & ~0x70u) | (value >> 16 & 7u) << 4;
-        hil_nvic_update(core);
-        break;
-    case 0xd28:
-        scb->cfsr &= ~value;
-        break;
-    case 0xd2c:
-        scb->hfsr &= ~value;
-        break;
-    case 0xd34:
-        scb->mmfar = value;
-        break;
-    case 0xd38:
-        scb->bfar = value;
-        break;
-    case 0xd88:
-        scb->cpacr = value & 0x00f00000u;
-        break;
-    case 0xdfc:
-        scb->demcr = value & (DEMCR_TRCENA | 0x7f1u);
-        break;
-    case 0xf34:
-        scb->fpccr = value & 0xc0000000u;
-        break;
-    case 0xf38:
-        scb->fpcar = value & ~7u;
-        break;
-    case 0xf3c:
-        if (value & 0x07c00000u)
-            hil_bus_refuse(core, "a default FPSCR other than 0");
-        break;
-    default:
-        hil_bus_no_register(core);
-    }
 }
 
 uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size)
 {
     struct hil_scb *scb = &core->state.scb;
-    if ((address & ~0xfffu) == 0xe000e000u)
+    if ((address & ~0xfffu) == SYSTEM)
         return scs_read(core, address & 0xfffu, size);
-    if (size == 4) {
-        switch (address) {
-        case 0xe0001000u:
-            return scb->dwt_ctrl;
-        case 0xe0001004u:
-            return cyccnt(core);
-        case 0xe0042000u: /* DBGMCU_IDCODE: device 0x413, revision Y */
-            return 0x100f6413;
-        case 0xe0042004u:
-            return scb->dbgmcu_cr;
-        case 0xe0042008u:
-            return scb->dbgmcu_apb1_fz;
-        case 0xe004200cu:
-            return scb->dbgmcu_apb2_fz;
-        default:
-            break;
-        }
-    }
+    if (size == 4 && address == DWT_CTRL)
+        return scb->dwt_ctrl;
+    if (size == 4 && address == DWT_CYCCNT)
+        return cyccnt(core);
+    if (size == 4 && address % 4u == 0 && address - DBGMCU < sizeof scb->dbgmcu)
+        return scb->dbgmcu[(address - DBGMCU) / 4u];
     return hil_bus_no_register(core);
+}
+
+static void dwt_write(struct hil_core *core, uint32_t value)
+{
+    struct hil_scb *scb = &core->state.scb;
+    if (!(scb->demcr & DEMCR_TRCENA))
+        return; /* as silicon: the unit is off */
+    /* all but CYCCNTENA, and SYNCTAP/CYCTAP, which only matter to trace */
+    if (value & 0x3ffffffeu & ~0x1e00u)
+        hil_bus_refuse(core, "DWT functions other than the cycle counter");
+    uint32_t count = cyccnt(core);
+    scb->dwt_ctrl = 0x40000000u | (value & DWT_CYCCNTENA);
+    scb->dwt_offset = (value & DWT_CYCCNTENA) ? count - (uint32_t)hil_now(core) : count;
 }
 
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
-    uint32_t count;
-    if ((address & ~0xfffu) == 0xe000e000u) {
+    if ((address & ~0xfffu) == SYSTEM)
         scs_write(core, address & 0xfffu, size, value);
-        return;
-    }
-    if (size != 4) {
-        hil_bus_no_register(core);
-        return;
-    }
-    switch (address) {
-    case 0xe0001000u:
-        if (!(scb->demcr & DEMCR_TRCENA))
-            break; /* as silicon: the unit is off */
-        /* all but CYCCNTENA, and SYNCTAP/CYCTAP, which only matter to trace */
-        if (value & 0x3ffffffeu & ~0x1e00u)
-            hil_bus_refuse(core, "DWT functions other than the cycle counter");
-        count = cyccnt(core);
-        scb->dwt_ctrl = 0x40000000u | (value & DWT_CYCCNTENA);
-        scb->dwt_offset = (value & DWT_CYCCNTENA) ? count - (uint32_t)hil_now(core) : count;
-        break;
-    case 0xe0001004u:
+    else if (size == 4 && address == DWT_CTRL)
+        dwt_write(core, value);
+    else if (size == 4 && address == DWT_CYCCNT)
         scb->dwt_offset = (scb->dwt_ctrl & DWT_CYCCNTENA) ? value - (uint32_t)hil_now(core) : value;
-        break;
-    case 0xe0001fb0u: /* DWT lock access: not implemented on the STM32F4, writes ignored */
-        break;
-    case 0xe0042004u:
-        scb->dbgmcu_cr = value & 0xffu;
-        break;
-    case 0xe0042008u:
-        scb->dbgmcu_apb1_fz = value;
-        break;
-    case 0xe004200cu:
-        scb->dbgmcu_apb2_fz = value;
-        break;
-    default:
+    else if (size == 4 && address % 4u == 0 && address > DBGMCU && address - DBGMCU < sizeof scb->dbgmcu)
+        scb->dbgmcu[(address - DBGMCU) / 4u] = address == DBGMCU + 4u ? value & 0xffu : value;
+    else if (size != 4 || address != DWT_LAR) /* the lock is not implemented on the STM32F4: writes are ignored */
         hil_bus_no_register(core);
-    }
 }

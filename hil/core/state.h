@@ -8,6 +8,7 @@
 #include "hil/core/clock.h"
 #include "hil/core/counters.h"
 #include "hil/core/memory.h"
+#include "hil/core/words.h"
 
 /* --- events: hil/core/event.h --- */
 
@@ -70,10 +71,11 @@ struct hil_nvic {
 };
 
 struct hil_scb {
-    uint32_t vtor, scr, ccr, cfsr, hfsr, mmfar, bfar, cpacr;
-    uint32_t fpccr, fpcar, fpdscr, demcr;
+    /* 0xE000ED00 to 0xE000EF47 */
+    HIL_WORDS(word, cpuid, icsr, vtor, aircr, scr, ccr, shpr[3], shcsr, cfsr, hfsr, dfsr, mmfar, bfar, afsr, ids[18], cpacr, mpu[25], dhcsr,
+              dcrsr, dcrdr, demcr, at_e00[64], stir, at_f04[12], fpccr, fpcar, fpdscr, mvfr[2]);
     uint32_t dwt_ctrl, dwt_offset; /* CYCCNT = cycles + offset while enabled, offset alone while not */
-    uint32_t dbgmcu_cr, dbgmcu_apb1_fz, dbgmcu_apb2_fz;
+    HIL_WORDS(dbgmcu, idcode, cr, apb1_fz, apb2_fz); /* from 0xE0042000 on */
 };
 
 struct hil_systick {

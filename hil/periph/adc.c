@@ -9,6 +9,11 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
+#define SR 0x00u
+#define CR2 0x08u
+#define DR 0x4cu
+#define COMMON_CSR 0x300u
+#define COMMON_CCR 0x304u
 #define SR_EOC 2u
 #define SR_STRT 16u
 #define SR_OVR 32u
@@ -300,79 +305,41 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
     }
 }
 
-static uint32_t common_read(struct hil_adc_device *dev, uint32_t offset)
-{
-    switch (offset) {
-    case 0x300:
-        return (dev->state[HIL_ADC1].sr & 0x3fu) | (dev->state[HIL_ADC3].sr & 0x3fu) << 16;
-    case 0x304:
-        return *dev->ccr;
-    default:
-        return hil_bus_no_register(dev->core);
-    }
-}
-
-/* Which converter a register belongs to; refuses ADC2 and one whose clock is off. */
+/* Which converter a register belongs to; refuses one whose clock is off. */
 static bool find_unit(struct hil_adc_device *dev, uint32_t offset, unsigned *unit)
 {
     *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;
-    if (offset >= 0x100 && offset < 0x200) {
-        hil_bus_refuse(dev->core, "ADC2");
-        return false;
-    }
-    if (!hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit)) {
-        hil_bus_refuse(dev->core, "the clock of this converter is off");
-        return false;
-    }
-    return true;
+    if (hil_rcc_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit))
+        return true;
+    hil_bus_refuse(dev->core, "the clock of this converter is off");
+    return false;
 }
 
 uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_adc_device *dev = device;
-    if (offset >= 0x300)
-        return common_read(dev, offset);
+    if (offset == COMMON_CSR)
+        return (dev->state[HIL_ADC1].sr & 0x3fu) | (dev->state[HIL_ADC3].sr & 0x3fu) << 16;
+    if (offset == COMMON_CCR)
+        return *dev->ccr;
     if (!find_unit(dev, offset, &unit))
         return 0;
     struct hil_adc *a = &dev->state[unit];
     catch_up(dev, unit, hil_now(dev->core));
     schedule(dev, unit);
-    switch (offset & 0xffu) {
-    case 0x00:
-        return a->sr;
-    case 0x04:
-        return a->cr1;
-    case 0x08:
-        return a->cr2;
-    case 0x0c: case 0x10:
-        return a->smpr[((offset & 0xffu) - 0x0cu) / 4u];
-    case 0x24:
-        return a->htr;
-    case 0x28:
-        return a->ltr;
-    case 0x2c: case 0x30: case 0x34:
-        return a->sqr[((offset & 0xffu) - 0x2cu) / 4u];
-    case 0x38:
-        return a->jsqr;
-    case 0x4c:
+    if ((offset & 0xffu) == DR) {
         a->dr_full = false;
         a->sr &= ~SR_EOC;
         update_irq(dev);
-        return a->dr;
-    default:
-        return hil_bus_no_register(dev->core);
     }
+    return a->word[(offset & 0xffu) / 4u];
 }
 
 static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
 {
     struct hil_adc *a = &dev->state[unit];
     uint32_t before = a->cr2;
-    if (value & 2u)
-        hil_bus_refuse(dev->core, "continuous conversion");
-    if (value & (1u << 11 | 3u << 20 | 1u << 22))
-        hil_bus_refuse(dev->core, "left alignment and injected channels");
-    a->cr2 = value & 0x3f000f01u;
+    a->cr2 = value & ~CR2_SWSTART;
     if ((value & CR2_DMA) && !(before & CR2_DMA)) {
         a->dma_ended = false;
         a->dr_full = false;
@@ -386,14 +353,8 @@ static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
 void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_adc_device *dev = device;
-    if (offset == 0x304) {
-        if (value & ~0x00030000u)
-            hil_bus_refuse(dev->core, "dual and triple mode, internal channels");
-        *dev->ccr = value & 0x00030000u;
-        return;
-    }
-    if (offset >= 0x300) {
-        hil_bus_no_register(dev->core);
+    if (offset == COMMON_CCR) {
+        *dev->ccr = value;
         return;
     }
     if (!find_unit(dev, offset, &unit))
@@ -402,37 +363,17 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     catch_up(dev, unit, hil_now(dev->core));
     a->planned = false; /* a sequence that runs goes on as it began */
     switch (offset & 0xffu) {
-    case 0x00:
+    case SR:
         if ((a->sr & SR_OVR) && !(value & SR_OVR))
             a->dr_full = false;
         a->sr &= value;
         break;
-    case 0x04:
-        if (value & ~(CR1_EOCIE | CR1_SCAN | CR1_OVRIE))
-            hil_bus_refuse(dev->core, "watchdog, injected, discontinuous, other than 12 bits");
-        a->cr1 = value & (CR1_EOCIE | CR1_SCAN | CR1_OVRIE);
-        break;
-    case 0x08:
+    case CR2:
         cr2_write(dev, unit, value);
         break;
-    case 0x0c: case 0x10:
-        a->smpr[((offset & 0xffu) - 0x0cu) / 4u] = value & 0x3fffffffu;
-        break;
-    case 0x24:
-        a->htr = value & 0xfffu;
-        break;
-    case 0x28:
-        a->ltr = value & 0xfffu;
-        break;
-    case 0x2c: case 0x30: case 0x34:
-        a->sqr[((offset & 0xffu) - 0x2cu) / 4u] = value & 0x3fffffffu;
-        break;
-    case 0x38:
-        a->jsqr = value & 0x3fffffu;
-        break;
     default:
-        hil_bus_no_register(dev->core);
-        return;
+        a->word[(offset & 0xffu) / 4u] = value;
+        break;
     }
     update_irq(dev);
     schedule(dev, unit);

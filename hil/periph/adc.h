@@ -11,6 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/core/words.h"
+
 struct hil_core;
 struct hil_dma_device;
 struct hil_gpio_device;
@@ -22,8 +24,7 @@ struct hil_rcc_device;
 enum { HIL_ADC1, HIL_ADC3 };
 
 struct hil_adc {
-    uint32_t sr, cr1, cr2, smpr[2], sqr[3], jsqr, htr, ltr;
-    uint16_t dr;
+    HIL_WORDS(word, sr, cr1, cr2, smpr[2], jofr[4], htr, ltr, sqr[3], jsqr, jdr[4], dr);
     /* converted and not read: the next conversion overruns when DMA or EOCS ask for each */
     bool dr_full;
     bool dma_ended;        /* DDS is 0 and the DMA has come to its end */

@@ -1,5 +1,7 @@
 #include "hil/periph/can.h"
 
+#include <string.h>
+
 #include "hil/core/core.h"
 #include "hil/core/event.h"
 #include "hil/core/nvic.h"
@@ -491,18 +493,13 @@ void hil_can_reset(void *device, unsigned unit)
     struct hil_can_device *dev = device;
     (void)unit;
     struct hil_can *c = dev->state;
-    /* What the other node still wants to send is not ours to forget. */
-    uint32_t head = c->queue_head, count = c->queue_count;
-    uint64_t waits_ps = c->other_waits_ps;
-    struct hil_can_frame queue[HIL_CAN_QUEUE];
-    for (unsigned i = 0; i < HIL_CAN_QUEUE; i++)
-        queue[i] = c->queue[i];
+    struct hil_can before = *c;
     *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
-    c->other_waits_ps = waits_ps;
-    c->queue_head = head;
-    c->queue_count = count;
-    for (unsigned i = 0; i < HIL_CAN_QUEUE; i++)
-        c->queue[i] = queue[i];
+    /* What the other node still wants to send is not ours to forget. */
+    c->other_waits_ps = before.other_waits_ps;
+    c->queue_head = before.queue_head;
+    c->queue_count = before.queue_count;
+    memcpy(c->queue, before.queue, sizeof c->queue);
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     hil_can_update_irq(dev);
 }

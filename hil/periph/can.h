@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "common/status.h"
+#include "hil/core/words.h"
 #include "hil/periph/can_frame.h"
 #include "hil/periph/wire.h"
 
@@ -26,12 +27,12 @@ struct hil_rcc_device;
 #define HIL_CAN_HOST_RATE 1000000u
 
 struct hil_can_mailbox {
-    uint32_t tir, tdtr, tdlr, tdhr;
+    HIL_WORDS(word, tir, tdtr, tdlr, tdhr);
     uint32_t order; /* of its request */
 };
 
 struct hil_can_received {
-    uint32_t rir, rdtr, rdlr, rdhr;
+    HIL_WORDS(word, rir, rdtr, rdlr, rdhr);
 };
 
 enum hil_can_phase {
@@ -44,15 +45,14 @@ enum hil_can_phase {
 };
 
 struct hil_can {
-    uint32_t mcr, msr, tsr, ier, btr, esr; /* esr: LEC only */
+    HIL_WORDS(word, mcr, msr, tsr, rfr[2], ier, esr, btr); /* RFR: FULL and FOVR; ESR: LEC */
     uint32_t tec, rec;
     bool bus_off;
     struct hil_can_mailbox mailbox[3];
     uint32_t orders;                       /* requests so far */
     struct hil_can_received fifo[2][3];
     uint8_t fifo_count[2];
-    uint32_t rfr[2];                       /* FULL and FOVR */
-    uint32_t fmr, fm1r, fs1r, ffa1r, fa1r;
+    HIL_WORDS(filter_word, fmr, fm1r, at_208, fs1r, at_210, ffa1r, at_218, fa1r);
     uint32_t filter[HIL_CAN_BANKS][2];
 
     uint32_t phase;

@@ -3,7 +3,18 @@
 #include "hil/core/refuse.h"
 #include "hil/periph/can.h"
 
-#define MCR_TTCM 128u
+#define MCR 0x000u
+#define MSR 0x004u
+#define TSR 0x008u
+#define RF0R 0x00cu
+#define RF1R 0x010u
+#define ESR 0x018u
+#define BTR 0x01cu
+#define MAILBOXES 0x180u
+#define FIFOS 0x1b0u
+#define FMR 0x200u
+#define FA1R 0x21cu
+#define BANKS 0x240u
 #define MCR_RESET 0x8000u
 #define MSR_INAK 1u
 #define TIR_TXRQ 1u
@@ -12,76 +23,41 @@
 #define RFR_RFOM 32u
 #define OTHER_NODE 3
 
-static uint32_t receive_read(struct hil_can_device *dev, uint32_t offset)
-{
-    const struct hil_can *c = dev->state;
-    const struct hil_can_received *r = &c->fifo[(offset - 0x1b0u) / 16u][0];
-    switch (offset & 0xcu) {
-    case 0x0:
-        return r->rir;
-    case 0x4:
-        return r->rdtr;
-    case 0x8:
-        return r->rdlr;
-    default:
-        return r->rdhr;
-    }
-}
+static bool is_mailbox(uint32_t offset) { return offset >= MAILBOXES && offset < FIFOS; }
 
 static uint32_t *mailbox_register(struct hil_can *c, uint32_t offset)
 {
-    struct hil_can_mailbox *m = &c->mailbox[(offset - 0x180u) / 16u];
-    switch (offset & 0xcu) {
-    case 0x0:
-        return &m->tir;
-    case 0x4:
-        return &m->tdtr;
-    case 0x8:
-        return &m->tdlr;
-    default:
-        return &m->tdhr;
-    }
+    return &c->mailbox[(offset - MAILBOXES) / 16u].word[offset / 4u % 4u];
+}
+
+static uint32_t *filter_register(struct hil_can *c, uint32_t offset)
+{
+    return offset < BANKS ? &c->filter_word[(offset - FMR) / 4u] : &c->filter[(offset - BANKS) / 8u][offset / 4u % 2u];
 }
 
 uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_can_device *dev = device;
     struct hil_can *c = dev->state;
+    bool in_frame = c->phase == HIL_CAN_FRAME;
     (void)unit;
-    if (offset >= 0x180 && offset < 0x1b0)
+    if (is_mailbox(offset))
         return *mailbox_register(c, offset);
-    if (offset >= 0x1b0 && offset < 0x1d0)
-        return receive_read(dev, offset);
-    if (offset >= 0x240 && offset < 0x240 + 8 * HIL_CAN_BANKS)
-        return c->filter[(offset - 0x240u) / 8u][offset >> 2 & 1u];
+    if (offset >= FMR)
+        return *filter_register(c, offset);
+    if (offset >= FIFOS)
+        return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
     switch (offset) {
-    case 0x000:
-        return c->mcr;
-    case 0x004: /* RX and SAMP: the pin, recessive between frames */
-        return c->msr | 0xc00u | (uint32_t)(c->phase == HIL_CAN_FRAME && c->sender != OTHER_NODE) << 8
-               | (uint32_t)(c->phase == HIL_CAN_FRAME && c->sender == OTHER_NODE) << 9;
-    case 0x008:
+    case MSR: /* RX and SAMP: the pin, recessive between frames */
+        return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != OTHER_NODE) << 8 | (uint32_t)(in_frame && c->sender == OTHER_NODE) << 9;
+    case TSR:
         return hil_can_tsr(c);
-    case 0x00c: case 0x010:
-        return c->rfr[(offset - 0xcu) / 4u] | c->fifo_count[(offset - 0xcu) / 4u];
-    case 0x014:
-        return c->ier;
-    case 0x018:
+    case RF0R: case RF1R:
+        return c->word[offset / 4u] | c->fifo_count[(offset - RF0R) / 4u];
+    case ESR:
         return hil_can_esr(c);
-    case 0x01c:
-        return c->btr;
-    case 0x200:
-        return c->fmr;
-    case 0x204:
-        return c->fm1r;
-    case 0x20c:
-        return c->fs1r;
-    case 0x214:
-        return c->ffa1r;
-    case 0x21c:
-        return c->fa1r;
     default:
-        return hil_bus_no_register(dev->core);
+        return c->word[offset / 4u];
     }
 }
 
@@ -115,13 +91,13 @@ static void release_fifo(struct hil_can *c, unsigned f, uint32_t value)
 static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
 {
     struct hil_can *c = dev->state;
-    unsigned m = (offset - 0x180u) / 16u;
+    unsigned m = (offset - MAILBOXES) / 16u;
     if (!hil_can_mailbox_empty(c, m)) {
         hil_trace(dev->core, "CAN mailbox %u is pending: write ignored", m);
         return;
     }
     *mailbox_register(c, offset) = value;
-    if ((offset & 0xcu) == 0 && (value & TIR_TXRQ)) {
+    if (offset % 16u == 0 && (value & TIR_TXRQ)) {
         c->mailbox[m].order = c->orders++;
         c->tsr &= ~(0xfu << (8u * m));
         hil_can_try_start(dev, hil_now(dev->core));
@@ -132,77 +108,54 @@ static void filter_write(struct hil_can_device *dev, uint32_t offset, uint32_t v
 {
     struct hil_can *c = dev->state;
     bool initialising = (c->fmr & 1u) != 0;
-    unsigned bank = (offset - 0x240u) / 8u;
+    if (offset > FMR && offset < FA1R && !initialising)
+        hil_bus_refuse(dev->core, "filter mode, scale or FIFO outside filter initialisation: silicon ignores it");
+    if (offset >= BANKS && !initialising && (c->fa1r >> (offset - BANKS) / 8u & 1u))
+        hil_bus_refuse(dev->core, "the bank of an active filter: silicon ignores it");
+    *filter_register(c, offset) = value;
+}
+
+static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+{
+    struct hil_can *c = dev->state;
     switch (offset) {
-    case 0x200:
-        c->fmr = (c->fmr & ~0x3f01u) | (value & 0x3f01u);
-        return;
-    case 0x21c:
-        c->fa1r = value & 0x0fffffffu;
-        return;
-    case 0x204: case 0x20c: case 0x214:
-        if (!initialising)
-            hil_bus_refuse(dev->core,
-                           "filter mode, scale or FIFO outside filter initialisation: silicon ignores it");
-        *(offset == 0x204 ? &c->fm1r : offset == 0x20c ? &c->fs1r : &c->ffa1r) = value & 0x0fffffffu;
-        return;
+    case MCR:
+        c->mcr = value;
+        hil_can_update_mode(dev, hil_now(dev->core));
+        break;
+    case MSR: /* ERRI, WKUI, SLAKI are cleared by writing 1 */
+        c->msr &= ~(value & 0x1cu);
+        break;
+    case TSR:
+        tsr_write(dev, value);
+        break;
+    case RF0R: case RF1R:
+        release_fifo(c, (offset - RF0R) / 4u, value);
+        break;
+    case ESR: /* LEC can be set by software, to see it change */
+        c->esr = value & 0x70u;
+        break;
     default:
+        if (offset == BTR && !(c->msr & MSR_INAK))
+            hil_bus_refuse(dev->core, "BTR outside initialisation: silicon ignores it");
+        c->word[offset / 4u] = value;
         break;
     }
-    if (offset < 0x240 || bank >= HIL_CAN_BANKS) {
-        hil_bus_no_register(dev->core);
-        return;
-    }
-    if (!initialising && (c->fa1r >> bank & 1u))
-        hil_bus_refuse(dev->core, "the bank of an active filter: silicon ignores it");
-    c->filter[bank][offset >> 2 & 1u] = value;
 }
 
 void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_can_device *dev = device;
-    struct hil_can *c = dev->state;
     (void)unit;
-    if (offset >= 0x180 && offset < 0x1b0) {
-        mailbox_write(dev, offset, value);
-    } else if (offset >= 0x200) {
-        filter_write(dev, offset, value);
-    } else {
-        switch (offset) {
-        case 0x000:
-            if (value & MCR_RESET) {
-                hil_can_reset(dev, 0);
-                return;
-            }
-            if (value & (MCR_TTCM | 32u))
-                hil_bus_refuse(dev->core, "time-triggered mode, automatic wake-up");
-            c->mcr = value & 0x100ffu;
-            hil_can_update_mode(dev, hil_now(dev->core));
-            break;
-        case 0x004: /* ERRI, WKUI, SLAKI are cleared by writing 1 */
-            c->msr &= ~(value & 0x1cu);
-            break;
-        case 0x008:
-            tsr_write(dev, value);
-            break;
-        case 0x00c: case 0x010:
-            release_fifo(c, (offset - 0xcu) / 4u, value);
-            break;
-        case 0x014:
-            c->ier = value & 0x38f7fu;
-            break;
-        case 0x018: /* LEC can be set by software, to see it change */
-            c->esr = value & 0x70u;
-            break;
-        case 0x01c:
-            if (!(c->msr & MSR_INAK))
-                hil_bus_refuse(dev->core, "BTR outside initialisation: silicon ignores it");
-            c->btr = value & 0xc37f03ffu;
-            break;
-        default:
-            hil_bus_no_register(dev->core);
-            return;
-        }
+    if (offset == MCR && (value & MCR_RESET)) {
+        hil_can_reset(dev, 0);
+        return;
     }
+    if (is_mailbox(offset))
+        mailbox_write(dev, offset, value);
+    else if (offset >= FMR)
+        filter_write(dev, offset, value);
+    else
+        control_write(dev, offset, value);
     hil_can_update_irq(dev);
 }

@@ -8,12 +8,15 @@
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
 
+#define LIFCR 0x08u
+#define STREAMS 0x10u /* the first of eight */
+#define STREAM_BYTES 0x18u
+#define CR 0x00u
+#define FCR 0x14u
 #define CR_EN 1u
-#define CR_PFCTRL 0x20u
 #define CR_CIRC 0x100u
 #define CR_PINC 0x200u
 #define CR_MINC 0x400u
-#define CR_DBM (1u << 18)
 #define FCR_DMDIS 4u
 #define FCR_RESET 0x21u
 /* Flags of one stream in LISR/HISR, before shifting. DMEIF and FEIF never rise here. */
@@ -260,27 +263,9 @@ uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset)
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = &dev->state[unit];
     catch_up(dev, unit);
-    if (offset < 8)
-        return dma->isr[offset / 4u];
-    if (offset < 0x10) /* LIFCR, HIFCR: write only */
-        return 0;
-    if (offset >= 0x10u + 8u * 0x18u)
-        return hil_bus_no_register(dev->core);
-    const struct hil_dma_stream *s = &dma->stream[(offset - 0x10u) / 0x18u];
-    switch ((offset - 0x10u) % 0x18u) {
-    case 0x00:
-        return s->cr;
-    case 0x04:
-        return s->ndtr;
-    case 0x08:
-        return s->par;
-    case 0x0c:
-        return s->m0ar;
-    case 0x10: /* M1AR: double buffering is refused, so nothing can be in it */
-        return 0;
-    default:
-        return s->fcr;
-    }
+    if (offset < STREAMS) /* LIFCR and HIFCR are write-only */
+        return offset < LIFCR ? dma->isr[offset / 4u] : 0;
+    return dma->stream[(offset - STREAMS) / STREAM_BYTES].word[(offset - STREAMS) % STREAM_BYTES / 4u];
 }
 
 static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
@@ -288,8 +273,6 @@ static void enable(struct hil_dma_device *dev, unsigned unit, unsigned stream)
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
     uint32_t direction = s->cr >> 6 & 3u;
-    if (s->cr & (CR_PFCTRL | CR_DBM | (1u << 15) | (0xfu << 21)))
-        hil_bus_refuse(dev->core, "peripheral flow control, double buffers, bursts");
     if (direction == 3 || (direction == 2 && unit == 0))
         hil_bus_refuse(dev->core, "a direction that this controller does not have");
     if (direction != 2 && (s->fcr & FCR_DMDIS))
@@ -313,7 +296,6 @@ static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream,
 {
     struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     bool was_on = (s->cr & CR_EN) != 0;
-    value &= 0x0fefffffu;
     if (was_on) { /* only the enables can change while it runs */
         s->cr = (s->cr & ~0x1fu) | (value & 0x1fu);
         if (!(value & CR_EN))
@@ -332,48 +314,23 @@ void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = &dev->state[unit];
     catch_up(dev, unit);
-    if (offset == 8 || offset == 0xc) {
-        unsigned high = offset == 0xc;
+    if (offset < STREAMS) {
+        unsigned high = (offset - LIFCR) / 4u;
         dma->isr[high] &= ~value;
         for (unsigned i = 0; i < 4; i++)
             update_irq(dev, unit, 4u * high + i);
         return;
     }
-    if (offset < 0x10 || offset >= 0x10u + 8u * 0x18u) {
-        hil_bus_no_register(dev->core);
-        return;
-    }
-    unsigned stream = (offset - 0x10u) / 0x18u;
+    unsigned stream = (offset - STREAMS) / STREAM_BYTES;
+    uint32_t at = (offset - STREAMS) % STREAM_BYTES;
     struct hil_dma_stream *s = &dma->stream[stream];
-    bool on = (s->cr & CR_EN) != 0;
-    switch ((offset - 0x10u) % 0x18u) {
-    case 0x00:
+    if (at == CR)
         cr_write(dev, unit, stream, value);
-        return;
-    case 0x10:
-        if (value)
-            hil_bus_refuse(dev->core, "a second memory address");
-        return;
-    case 0x14:
+    else if (at == FCR)
         s->fcr = (s->fcr & 0x38u) | (value & 0x87u);
-        return;
-    default:
-        break;
-    }
-    if (on) {
+    else if (s->cr & CR_EN)
         hil_trace(dev->core, "DMA%u stream %u is on: write to offset 0x%x ignored", unit + 1, stream,
                   (unsigned)offset);
-        return;
-    }
-    switch ((offset - 0x10u) % 0x18u) {
-    case 0x04:
-        s->ndtr = value & 0xffffu;
-        break;
-    case 0x08:
-        s->par = value;
-        break;
-    default:
-        s->m0ar = value;
-        break;
-    }
+    else
+        s->word[at / 4u] = value;
 }

@@ -10,10 +10,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/core/words.h"
+
 struct hil_core;
 
 struct hil_dma_stream {
-    uint32_t cr, ndtr, par, m0ar, fcr;
+    HIL_WORDS(word, cr, ndtr, par, m0ar, m1ar, fcr);
     uint32_t reload; /* NDTR when it was enabled */
 };
 

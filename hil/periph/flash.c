@@ -11,9 +11,12 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
-#define ACR_LATENCY 7u
+#define ACR 0x00u
+#define KEYR 0x04u
+#define OPTKEYR 0x08u
+#define SR 0x0cu
+#define CR 0x10u
 #define ACR_RESETS 0x1800u   /* ICRST, DCRST */
-#define ACR_BITS 0x1f07u
 #define KEY1 0x45670123u
 #define KEY2 0xcdef89abu
 #define OPTKEY1 0x08192a3bu
@@ -33,7 +36,6 @@
 #define CR_EOPIE (1u << 24)
 #define CR_ERRIE (1u << 25)
 #define CR_LOCK (1u << 31)
-#define CR_BITS 0x0300037fu
 #define OPTCR_LOCK (1u << 0)
 #define OPTCR_STRT (1u << 1)
 #define OPTCR_WDG_SW (1u << 5)
@@ -326,7 +328,7 @@ static void cr_write(struct hil_flash_device *dev, uint32_t value)
         hil_trace(dev->core, "flash: FLASH_CR is locked, 0x%08x is ignored", (unsigned)value);
         return;
     }
-    flash->cr = value & (CR_BITS | CR_STRT | CR_LOCK);
+    flash->cr = value;
     if (value & CR_LOCK)
         flash->key_step = STEP_LOCKED;
     if (value & CR_STRT)
@@ -376,7 +378,7 @@ static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, 
 static void acr_write(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->rcc->state;
-    rcc->flash_acr = value & ACR_BITS & ~ACR_RESETS;
+    rcc->flash_acr = value & ~ACR_RESETS;
     if (dev->core->state.clock.hclk_hz / 100u * 98u > hil_power_limit_hz(rcc))
         hil_core_stop(dev->core, MR_HALTED, "FLASH_ACR 0x%x: too few wait states for HCLK at %u Hz, PC 0x%08x",
                        (unsigned)value, (unsigned)dev->core->state.clock.hclk_hz,
@@ -385,24 +387,9 @@ static void acr_write(struct hil_flash_device *dev, uint32_t value)
 
 uint32_t hil_flash_if_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_flash_device *dev = device;
-    const struct hil_flash *flash = dev->state;
+    const struct hil_flash_device *dev = device;
     (void)unit;
-    switch (offset) {
-    case 0x00:
-        return dev->rcc->state->flash_acr;
-    case 0x04: /* KEYR and OPTKEYR are write-only */
-    case 0x08:
-        return 0;
-    case 0x0c:
-        return flash->sr;
-    case 0x10:
-        return flash->cr;
-    case 0x14:
-        return flash->optcr;
-    default:
-        return hil_bus_no_register(dev->core);
-    }
+    return offset == ACR ? dev->rcc->state->flash_acr : dev->state->word[offset / 4u];
 }
 
 void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -411,28 +398,26 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
     struct hil_flash *flash = dev->state;
     (void)unit;
     switch (offset) {
-    case 0x00:
+    case ACR:
         acr_write(dev, value);
         break;
-    case 0x04:
+    case KEYR:
         if (unlock(dev, &flash->key_step, value, KEY1, KEY2))
             flash->cr &= ~CR_LOCK;
         break;
-    case 0x08:
+    case OPTKEYR:
         if (unlock(dev, &flash->option_key_step, value, OPTKEY1, OPTKEY2))
             flash->optcr &= ~OPTCR_LOCK;
         break;
-    case 0x0c:
+    case SR:
         flash->sr &= ~(value & SR_CLEARABLE);
         update_irq(dev);
         break;
-    case 0x10:
+    case CR:
         cr_write(dev, value);
         break;
-    case 0x14:
+    default:
         optcr_write(dev, value);
         break;
-    default:
-        hil_bus_no_register(dev->core);
     }
 }

@@ -22,6 +22,7 @@
 #include <stdint.h>
 
 #include "hil/core/call.h"
+#include "hil/core/words.h"
 
 struct hil_core;
 struct hil_options;
@@ -39,7 +40,7 @@ enum hil_flash_operation {
 };
 
 struct hil_flash {
-    uint32_t sr, cr, optcr;
+    HIL_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr); /* ACR is in struct hil_rcc */
     uint8_t key_step, option_key_step; /* of the unlocking sequences; see unlock() */
     enum hil_flash_operation operation;
     uint32_t address, value, size;     /* program: offset in flash, bytes; erase: offset and bytes */

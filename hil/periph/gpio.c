@@ -3,8 +3,10 @@
 #include <stdlib.h>
 
 #include "hil/core/core.h"
-#include "hil/core/refuse.h"
+#include "hil/core/registers.h"
 
+#define FIRST_PORT 0x40020000u
+#define IDR 0x10u
 #define PORT_B 1u
 #define PORT_D 3u
 #define PORT_E 4u
@@ -30,15 +32,7 @@ void hil_gpio_reset_port(void *device, unsigned port)
     struct hil_gpio_port *p = &dev->state->port[port];
     uint16_t driven = p->driven, outside = p->outside;
     *p = (struct hil_gpio_port){.driven = driven, .outside = outside};
-    if (port == 0) { /* SWD and JTAG pins come up in alternate mode (8.4.1) */
-        p->moder = 0xa8000000;
-        p->ospeedr = 0x0c000000;
-        p->pupdr = 0x64000000;
-    } else if (port == 1) {
-        p->moder = 0x00000280;
-        p->ospeedr = 0x000000c0;
-        p->pupdr = 0x00000100;
-    }
+    hil_registers_reset(FIRST_PORT + 0x400u * port, 0, p->word, sizeof p->word / 4u);
     hil_gpio_changed(dev, hil_now(dev->core));
 }
 
@@ -120,69 +114,24 @@ uint32_t hil_gpio_rest(void *device, unsigned unit, uint32_t offset)
 uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_gpio_device *dev = device;
-    const struct hil_gpio_port *p = &dev->state->port[unit];
     uint32_t value = 0;
-    switch (offset) {
-    case 0x00:
-        return p->moder;
-    case 0x04:
-        return p->otyper;
-    case 0x08:
-        return p->ospeedr;
-    case 0x0c:
-        return p->pupdr;
-    case 0x10:
-        for (unsigned pin = 0; pin < 16; pin++) {
-            if (hil_gpio_mode(dev, unit, pin) != HIL_PIN_ANALOGUE)
-                value |= (uint32_t)hil_gpio_level(dev, unit, pin) << pin;
-        }
-        return value;
-    case 0x14:
-        return p->odr;
-    case HIL_GPIO_BSRR:
-        return 0;
-    case 0x20:
-        return p->afr[0];
-    case 0x24:
-        return p->afr[1];
-    default:
-        return hil_bus_no_register(dev->core);
+    if (offset != IDR)
+        return dev->state->port[unit].word[offset / 4u];
+    for (unsigned pin = 0; pin < 16; pin++) {
+        if (hil_gpio_mode(dev, unit, pin) != HIL_PIN_ANALOGUE)
+            value |= (uint32_t)hil_gpio_level(dev, unit, pin) << pin;
     }
+    return value;
 }
 
 void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_gpio_device *dev = device;
     struct hil_gpio_port *p = &dev->state->port[unit];
-    switch (offset) {
-    case 0x00:
-        p->moder = value;
-        break;
-    case 0x04:
-        p->otyper = value & 0xffffu;
-        break;
-    case 0x08:
-        p->ospeedr = value;
-        break;
-    case 0x0c:
-        p->pupdr = value;
-        break;
-    case 0x14:
-        p->odr = value & 0xffffu;
-        break;
-    case HIL_GPIO_BSRR: /* set wins over reset */
+    if (offset == HIL_GPIO_BSRR) /* set wins over reset */
         p->odr = ((p->odr & ~(value >> 16)) | value) & 0xffffu;
-        break;
-    case 0x20:
-        p->afr[0] = value;
-        break;
-    case 0x24:
-        p->afr[1] = value;
-        break;
-    default:
-        hil_bus_no_register(dev->core);
-        return;
-    }
+    else
+        p->word[offset / 4u] = value;
     if (dev->stored)
         dev->stored(dev->stored_who, unit);
     if (unit == PORT_D || unit == PORT_B || unit == PORT_E)

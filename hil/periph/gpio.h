@@ -9,13 +9,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/core/words.h"
+
 struct hil_core;
 
 #define HIL_GPIO_PORTS 9u
 #define HIL_GPIO_BSRR 0x18u
 
 struct hil_gpio_port {
-    uint32_t moder, otyper, ospeedr, pupdr, odr, afr[2];
+    HIL_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
     uint16_t driven;  /* pins connected to a driver outside */
     uint16_t outside; /* its level */
 };

@@ -7,6 +7,12 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 
+#define CR1 0x00u
+#define DR 0x10u
+#define SR1 0x14u
+#define SR2 0x18u
+#define CCR 0x1cu
+#define TRISE 0x20u
 #define CR1_PE (1u << 0)
 #define CR1_START (1u << 8)
 #define CR1_STOP (1u << 9)
@@ -14,7 +20,6 @@
 #define CR1_POS (1u << 11)
 #define CR1_SWRST (1u << 15)
 #define CR1_CLEARED_BY_PE (CR1_START | CR1_STOP | CR1_ACK | CR1_POS)
-#define CR1_MODELLED (CR1_PE | 0x80u | CR1_CLEARED_BY_PE | CR1_SWRST)
 #define CR2_FREQ 0x3fu
 #define CR2_ITERREN (1u << 8)
 #define CR2_ITEVTEN (1u << 9)
@@ -137,7 +142,7 @@ static void begin_byte(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uin
 static void send_next(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    i2c->shifted = i2c->dr;
+    i2c->shifted = (uint8_t)i2c->dr;
     i2c->held = false;
     i2c->sr1 |= SR1_TXE;
     begin_byte(dev, HIL_I2C_SENDING, at);
@@ -304,15 +309,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
     uint32_t value;
     (void)unit;
     switch (offset) {
-    case 0x00:
-        return i2c->cr1;
-    case 0x04:
-        return i2c->cr2;
-    case 0x08:
-        return i2c->oar1;
-    case 0x0c: /* OAR2: slave mode is refused */
-        return 0;
-    case 0x10:
+    case DR:
         value = i2c->dr;
         if (i2c->sr1 & SR1_BTF && i2c->sr1 & SR1_RXNE) { /* the byte behind it moves up */
             i2c->dr = i2c->shifted;
@@ -324,10 +321,10 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
         }
         update(dev);
         return value;
-    case 0x14:
+    case SR1:
         i2c->sr1_was_read = true;
         return i2c->sr1;
-    case 0x18:
+    case SR2:
         value = (i2c->master ? 1u : 0u) | (i2c->busy ? 2u : 0u) | (i2c->transmits ? 4u : 0u);
         if (i2c->phase == HIL_I2C_ADDRESSED && i2c->sr1_was_read) {
             i2c->sr1 &= ~SR1_ADDR;
@@ -343,12 +340,8 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
             update(dev);
         }
         return value;
-    case 0x1c:
-        return i2c->ccr;
-    case 0x20:
-        return i2c->trise;
     default:
-        return hil_bus_no_register(dev->core);
+        return i2c->word[offset / 4u];
     }
 }
 
@@ -377,7 +370,7 @@ static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
     const char *wrong = value & CR1_PE ? wrong_settings(dev) : NULL;
     if (wrong)
         hil_bus_refuse(dev->core, wrong);
-    i2c->cr1 = value & CR1_MODELLED;
+    i2c->cr1 = value;
     if (!(value & CR1_PE)) {
         leave_bus(dev);
         i2c->sr1 = 0;
@@ -395,7 +388,7 @@ static void dr_write(struct hil_i2c_device *dev, uint32_t value)
         if ((value & 0xf8u) == 0xf0u)
             hil_bus_refuse(dev->core, "10-bit addresses");
         i2c->sr1 &= ~SR1_SB;
-        i2c->shifted = i2c->dr;
+        i2c->shifted = (uint8_t)value;
         begin_byte(dev, HIL_I2C_ADDRESSING, now);
     } else if (i2c->phase == HIL_I2C_SENT) {
         i2c->sr1 &= ~SR1_BTF;
@@ -412,35 +405,23 @@ void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_i2c_device *dev = device;
     struct hil_i2c *i2c = dev->state;
     (void)unit;
-    if (waits(i2c, CR1_SWRST) && offset != 0)
+    if (waits(i2c, CR1_SWRST) && offset != CR1)
         return; /* held in reset */
     switch (offset) {
-    case 0x00:
+    case CR1:
         cr1_write(dev, value);
         break;
-    case 0x04:
-        i2c->cr2 = value & (CR2_FREQ | CR2_ITERREN | CR2_ITEVTEN | CR2_ITBUFEN);
-        break;
-    case 0x08:
-        i2c->oar1 = value & 0x4000u;
-        break;
-    case 0x0c:
-        break;
-    case 0x10:
+    case DR:
         dr_write(dev, value);
         break;
-    case 0x14: /* flags of errors are cleared by 0 */
+    case SR1: /* flags of errors are cleared by 0 */
         i2c->sr1 &= value | ~SR1_ERRORS;
         break;
-    case 0x1c:
-    case 0x20:
-        if (waits(i2c, CR1_PE))
-            hil_bus_refuse(dev->core, "CCR and TRISE can be written only while PE is 0");
-        *(offset == 0x1c ? &i2c->ccr : &i2c->trise) = value & (offset == 0x1c ? 0xcfffu : 0x3fu);
-        break;
     default:
-        hil_bus_no_register(dev->core);
-        return;
+        if ((offset == CCR || offset == TRISE) && waits(i2c, CR1_PE))
+            hil_bus_refuse(dev->core, "CCR and TRISE can be written only while PE is 0");
+        i2c->word[offset / 4u] = value;
+        break;
     }
     update(dev);
 }

@@ -15,6 +15,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/core/words.h"
+
 struct hil_core;
 struct hil_gpio_device;
 struct hil_rcc_device;
@@ -34,12 +36,12 @@ enum hil_i2c_phase {
 };
 
 struct hil_i2c {
-    uint32_t cr1, cr2, oar1, sr1, ccr, trise;
+    HIL_WORDS(word, cr1, cr2, oar1, oar2, dr, sr1, sr2, ccr, trise);
     enum hil_i2c_phase phase;
     bool master, transmits, busy;
     bool sr1_was_read;         /* first half of what clears SB, ADDR, BTF */
     bool held;                 /* DR holds a byte to be sent */
-    uint8_t dr, shifted;
+    uint8_t shifted;
     bool acknowledge;          /* POS: of the byte that is coming */
     uint64_t begin_cycle, end_cycle;
     bool scl, sda;             /* as last seen */

@@ -7,6 +7,9 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rcc.h"
 
+#define KR 0x00u
+#define PR 0x04u
+#define SR 0x0cu
 #define KEY_RELOAD 0xaaaau
 #define KEY_UNLOCK 0x5555u
 #define KEY_START 0xccccu
@@ -40,18 +43,9 @@ uint32_t hil_iwdg_read(void *device, unsigned unit, uint32_t offset)
     struct hil_iwdg *w = dev->state;
     uint64_t now = hil_now_ps(dev->core);
     (void)unit;
-    switch (offset) {
-    case 0x00: /* KR reads as 0 */
-        return 0;
-    case 0x04:
-        return w->pr;
-    case 0x08:
-        return w->rlr;
-    case 0x0c:
-        return (uint32_t)(now < w->pr_until_ps) | (uint32_t)(now < w->rlr_until_ps) << 1;
-    default:
-        return hil_bus_no_register(dev->core);
-    }
+    if (offset == SR)
+        return (uint32_t)(now < w->until_ps[0]) | (uint32_t)(now < w->until_ps[1]) << 1;
+    return w->word[offset / 4u];
 }
 
 static bool may_change(struct hil_iwdg_device *dev, bool updating)
@@ -63,40 +57,32 @@ static bool may_change(struct hil_iwdg_device *dev, bool updating)
     return dev->state->unlocked && !updating;
 }
 
+static void key_write(struct hil_iwdg_device *dev, uint32_t key)
+{
+    struct hil_iwdg *w = dev->state;
+    w->unlocked = key == KEY_UNLOCK;
+    if (key == KEY_START && !w->running) {
+        w->running = true;
+        hil_rcc_watchdog_starts(dev->rcc);
+    }
+    if (key == KEY_START || key == KEY_RELOAD)
+        reload(dev);
+}
+
 void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_iwdg_device *dev = device;
     struct hil_iwdg *w = dev->state;
     uint64_t now = hil_now_ps(dev->core);
     (void)unit;
-    switch (offset) {
-    case 0x00:
-        value &= 0xffffu;
-        w->unlocked = value == KEY_UNLOCK;
-        if (value == KEY_START) {
-            if (!w->running) {
-                w->running = true;
-                hil_rcc_watchdog_starts(dev->rcc);
-            }
-            reload(dev);
-        } else if (value == KEY_RELOAD) {
-            reload(dev);
-        }
-        break;
-    case 0x04:
-        if (may_change(dev, now < w->pr_until_ps)) {
-            w->pr = value & 7u;
-            w->pr_until_ps = now + lsi_ps(dev, UPDATE_LSI_CYCLES);
-        }
-        break;
-    case 0x08:
-        if (may_change(dev, now < w->rlr_until_ps)) {
-            w->rlr = value & 0xfffu;
-            w->rlr_until_ps = now + lsi_ps(dev, UPDATE_LSI_CYCLES);
-        }
-        break;
-    default:
-        hil_bus_no_register(dev->core);
+    if (offset == KR) {
+        key_write(dev, value & 0xffffu);
+        return;
+    }
+    uint64_t *until_ps = &w->until_ps[(offset - PR) / 4u];
+    if (may_change(dev, now < *until_ps)) {
+        w->word[offset / 4u] = value;
+        *until_ps = now + lsi_ps(dev, UPDATE_LSI_CYCLES);
     }
 }
 

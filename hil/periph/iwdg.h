@@ -5,15 +5,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/core/words.h"
+
 struct hil_core;
 struct hil_options;
 struct hil_rcc_device;
 
 struct hil_iwdg {
-    uint32_t pr, rlr;
+    HIL_WORDS(word, kr, pr, rlr);
     bool unlocked, running;
-    uint64_t pr_until_ps;  /* SR.PVU and SR.RVU: a written value takes up to five LSI cycles to arrive */
-    uint64_t rlr_until_ps;
+    uint64_t until_ps[2]; /* SR.PVU and SR.RVU: a value written to PR or RLR takes up to five LSI cycles to arrive */
 };
 
 struct hil_iwdg_device {

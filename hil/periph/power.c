@@ -1,11 +1,9 @@
 /* Power control, and what it and the wait states of flash allow as clock. */
 #include "hil/core/core.h"
-#include "hil/core/refuse.h"
 #include "hil/periph/rcc.h"
 
 #define ACR_LATENCY 7u
 #define PWR_VOS (1u << 14)
-#define PWR_DBP (1u << 8)
 #define SCALE_US 40u         /* voltage scaling settles within this */
 
 uint32_t hil_power_limit_hz(const struct hil_rcc *rcc)
@@ -19,13 +17,9 @@ uint32_t hil_power_limit_hz(const struct hil_rcc *rcc)
 uint32_t hil_pwr_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_rcc_device *dev = device;
-    struct hil_rcc *rcc = dev->state;
+    const struct hil_rcc *rcc = dev->state;
     (void)unit;
-    if (offset == 0)
-        return rcc->pwr_cr;
-    if (offset == 4)
-        return (uint32_t)(hil_now(dev->core) >= rcc->scale_ready_cycle) << 14;
-    return hil_bus_no_register(dev->core);
+    return offset == 0 ? rcc->pwr_cr : (uint32_t)(hil_now(dev->core) >= rcc->scale_ready_cycle) << 14;
 }
 
 void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -35,10 +29,6 @@ void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     (void)unit;
     if (offset == 4)
         return; /* only status bits are left by registers.def */
-    if (value & ~(PWR_VOS | PWR_DBP)) {
-        hil_bus_refuse(dev->core, "low-power modes and voltage detector");
-        return;
-    }
     if ((value ^ rcc->pwr_cr) & PWR_VOS)
         rcc->scale_ready_cycle = hil_now(dev->core) + (uint64_t)dev->core->state.clock.hclk_hz / 1000000u * SCALE_US;
     rcc->pwr_cr = value;

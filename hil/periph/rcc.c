@@ -5,6 +5,7 @@
 #include "hil/core/hclk.h"
 #include "hil/core/nvic.h"
 #include "hil/core/refuse.h"
+#include "hil/core/registers.h"
 #include "hil/core/time.h"
 #include "hil/periph/options.h"
 
@@ -13,6 +14,15 @@
 #define LSI_START_PS (40ull * HIL_US_PS)
 #define HSI_HZ 16000000u
 
+#define BASE 0x40023800u
+#define CR 0x00u
+#define PLLCFGR 0x04u
+#define CFGR 0x08u
+#define CIR 0x0cu
+#define AHB1RSTR 0x10u
+#define APB1RSTR 0x20u
+#define APB2RSTR 0x24u
+#define CSR 0x74u
 #define CR_HSION (1u << 0)
 #define CR_HSIRDY (1u << 1)
 #define CR_HSEON (1u << 16)
@@ -21,7 +31,6 @@
 #define CIR_CSSF 0x80u
 #define CR_PLLON (1u << 24)
 #define CR_PLLRDY (1u << 25)
-#define CR_PLLI2SON (1u << 26)
 #define CR_WRITABLE 0x010d00f9u
 #define PLLCFGR_SRC_HSE (1u << 22)
 #define CFGR_SWS 0x0000000cu
@@ -38,10 +47,9 @@ void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
     struct hil_rcc *rcc = dev->state;
     dev->core->state.clock.stopped = false;
     uint32_t flags = (rcc->csr & CSR_FLAGS) | csr_flags;
-    *rcc = (struct hil_rcc){
-        .cr = 0x83, .pllcfgr = 0x24003010, .ahb1enr = 0x00100000, .csr = flags, .pwr_cr = 1u << 14,
-        .crystal_failed = rcc->crystal_failed,
-    };
+    *rcc = (struct hil_rcc){.pwr_cr = 1u << 14, .crystal_failed = rcc->crystal_failed};
+    hil_registers_reset(BASE, 0, rcc->word, sizeof rcc->word / 4u);
+    rcc->csr = flags;
     hil_nvic_line(dev->core, HIL_EXC_NMI, false);
     hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
@@ -252,8 +260,6 @@ static void cr_write(struct hil_rcc_device *dev, uint32_t value)
     uint32_t keep = source == SOURCE_HSI ? CR_HSION : source == SOURCE_HSE ? CR_HSEON : CR_PLLON;
     if (source == SOURCE_PLL)
         keep |= (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? CR_HSEON : CR_HSION;
-    if (value & CR_PLLI2SON)
-        hil_bus_refuse(dev->core, "the I2S PLL");
     uint32_t before = rcc->cr;
     /* a clock in use cannot be switched off */
     uint32_t after = (before & ~CR_WRITABLE) | (value & CR_WRITABLE) | keep;
@@ -289,44 +295,11 @@ static void cir_write(struct hil_rcc_device *dev, uint32_t value)
     hil_nvic_line(dev->core, HIL_EXC_NMI, (rcc->cir & CIR_CSSF) != 0);
 }
 
-/* Low-power enables keep their reset value: every clock runs on in sleep. */
-static uint32_t lpenr(uint32_t offset)
-{
-    static const uint32_t value[6] = {0x7e6791ff, 0x000000f1, 0x00000001, 0, 0x36fec9ff, 0x00075f33};
-    return value[(offset - 0x50u) / 4u];
-}
-
 uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
 {
-    struct hil_rcc_device *dev = device;
-    struct hil_rcc *rcc = dev->state;
+    const struct hil_rcc_device *dev = device;
     (void)unit;
-    switch (offset) {
-    case 0x00:
-        return rcc->cr;
-    case 0x04:
-        return rcc->pllcfgr;
-    case 0x08:
-        return rcc->cfgr;
-    case 0x0c:
-        return rcc->cir;
-    case 0x10: case 0x14: case 0x18: case 0x20: case 0x24: /* a reset is over as soon as it is given */
-        return 0;
-    case 0x30:
-        return rcc->ahb1enr;
-    case 0x34: case 0x38: case 0x80: /* AHB2ENR, AHB3ENR, SSCGR: only 0 can be written */
-        return 0;
-    case 0x40:
-        return rcc->apb1enr;
-    case 0x44:
-        return rcc->apb2enr;
-    case 0x50: case 0x54: case 0x58: case 0x60: case 0x64:
-        return lpenr(offset);
-    case 0x74:
-        return rcc->csr;
-    default:
-        return hil_bus_no_register(dev->core);
-    }
+    return dev->state->word[offset / 4u];
 }
 
 static void reset_lines(struct hil_rcc_device *dev, enum hil_rcc_bus bus, uint32_t bits)
@@ -338,64 +311,51 @@ static void reset_lines(struct hil_rcc_device *dev, enum hil_rcc_bus bus, uint32
     }
 }
 
+static void csr_write(struct hil_rcc_device *dev, uint32_t value)
+{
+    struct hil_rcc *rcc = dev->state;
+    if (value & CSR_RMVF)
+        rcc->csr &= ~CSR_FLAGS;
+    if (value & CSR_LSION) {
+        start_lsi(dev);
+    } else if (!rcc->watchdog_runs) {
+        rcc->csr &= ~(CSR_LSION | CSR_LSIRDY);
+        hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
+    }
+}
+
 void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_rcc_device *dev = device;
     struct hil_rcc *rcc = dev->state;
     (void)unit;
     switch (offset) {
-    case 0x00:
+    case CR:
         cr_write(dev, value);
         break;
-    case 0x04:
-        if (rcc->cr & CR_PLLON)
-            hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: silicon ignores it");
-        rcc->pllcfgr = value & 0x0f437fffu;
-        break;
-    case 0x08:
+    case CFGR:
         rcc->cfgr = (rcc->cfgr & CFGR_SWS) | (value & ~CFGR_SWS);
         switch_source(dev);
         break;
-    case 0x0c:
+    case CIR:
         cir_write(dev, value);
         break;
-    case 0x10: /* AHB1RSTR */
+    case AHB1RSTR: /* a reset is over as soon as it is given */
         reset_lines(dev, HIL_RCC_AHB1, value);
         break;
-    case 0x20: /* APB1RSTR */
+    case APB1RSTR:
         reset_lines(dev, HIL_RCC_APB1, value);
         break;
-    case 0x24: /* APB2RSTR */
+    case APB2RSTR:
         reset_lines(dev, HIL_RCC_APB2, value);
         break;
-    case 0x30:
-        rcc->ahb1enr = value & 0x7e7411ffu;
-        break;
-    case 0x40:
-        rcc->apb1enr = value & 0x36fec9ffu;
-        break;
-    case 0x44:
-        rcc->apb2enr = value & 0x00075f33u;
-        break;
-    case 0x14: case 0x18: case 0x34: case 0x38: case 0x80:
-        if (value)
-            hil_bus_refuse(dev->core, "AHB2, AHB3 and spread spectrum");
-        break;
-    case 0x50: case 0x54: case 0x58: case 0x60: case 0x64:
-        if (value != lpenr(offset))
-            hil_bus_refuse(dev->core, "clocks that stop in sleep");
-        break;
-    case 0x74:
-        if (value & CSR_RMVF)
-            rcc->csr &= ~CSR_FLAGS;
-        if (value & CSR_LSION) {
-            start_lsi(dev);
-        } else if (!rcc->watchdog_runs) {
-            rcc->csr &= ~(CSR_LSION | CSR_LSIRDY);
-            hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
-        }
+    case CSR:
+        csr_write(dev, value);
         break;
     default:
-        hil_bus_no_register(dev->core);
+        if (offset == PLLCFGR && (rcc->cr & CR_PLLON))
+            hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: silicon ignores it");
+        rcc->word[offset / 4u] = value;
+        break;
     }
 }

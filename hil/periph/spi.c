@@ -8,6 +8,9 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/rcc.h"
 
+#define CR1 0x00u
+#define SR 0x08u
+#define DR 0x0cu
 #define CR1_CPHA (1u << 0)
 #define CR1_CPOL (1u << 1)
 #define CR1_MSTR (1u << 2)
@@ -15,14 +18,12 @@
 #define CR1_LSBFIRST (1u << 7)
 #define CR1_SSI (1u << 8)
 #define CR1_SSM (1u << 9)
-#define CR1_REFUSED 0xfc00u /* RXONLY, DFF, CRC, one-line modes */
 #define CR1_FIXED (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | CR1_LSBFIRST | 0x38u)
 #define CR2_RXDMAEN (1u << 0)
 #define CR2_TXDMAEN (1u << 1)
 #define CR2_ERRIE (1u << 5)
 #define CR2_RXNEIE (1u << 6)
 #define CR2_TXEIE (1u << 7)
-#define CR2_MODELLED 0xe3u
 #define SR_RXNE (1u << 0)
 #define SR_TXE (1u << 1)
 #define SR_MODF (1u << 5)
@@ -125,7 +126,7 @@ static void receive(struct hil_spi_device *dev, uint8_t byte)
         hil_dma_write_items(dev->dma, &receive_request, &value, 1);
         return;
     }
-    spi->received = byte;
+    spi->dr = byte;
     spi->sr |= SR_RXNE;
 }
 
@@ -205,7 +206,7 @@ void hil_spi_reset(void *device, unsigned unit)
     struct hil_spi_device *dev = device;
     (void)unit;
     bool selected = dev->state->selected;
-    *dev->state = (struct hil_spi){.selected = selected};
+    *dev->state = (struct hil_spi){.crcpr = 7, .i2spr = 2, .selected = selected};
     hil_event_set_cycle(dev->core, HIL_EVENT_SPI, HIL_NEVER);
     update_irq(dev);
 }
@@ -214,45 +215,26 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_spi_device *dev = device;
     struct hil_spi *spi = dev->state;
-    uint32_t value;
     (void)unit;
     hil_spi_catch_up(dev, hil_now(dev->core));
-    switch (offset) {
-    case 0x00:
-        return spi->cr1;
-    case 0x04:
-        return spi->cr2;
-    case 0x08:
-        value = flags(spi);
+    uint32_t value = offset == SR ? flags(spi) : spi->word[offset / 4u];
+    if (offset == SR) {
         if (spi->dr_was_read)
             spi->sr &= ~SR_OVR;
         spi->dr_was_read = false;
         spi->sr_was_accessed = true;
         update_irq(dev);
-        return value;
-    case 0x0c:
+    } else if (offset == DR) {
         spi->sr &= ~SR_RXNE;
         spi->dr_was_read = true;
         update_irq(dev);
-        return spi->received;
-    case 0x10: /* CRCPR */
-        return 7;
-    case 0x14: /* RXCRCR, TXCRCR, I2SCFGR: unused */
-    case 0x18:
-    case 0x1c:
-        return 0;
-    case 0x20: /* I2SPR */
-        return 2;
-    default:
-        return hil_bus_no_register(dev->core);
     }
+    return value;
 }
 
 static void cr1_write(struct hil_spi_device *dev, uint32_t value)
 {
     struct hil_spi *spi = dev->state;
-    if (value & CR1_REFUSED)
-        hil_bus_refuse(dev->core, "receive-only, 16 bits, CRC, one-line modes");
     if ((spi->shifting || spi->holding) && ((value ^ spi->cr1) & CR1_FIXED))
         hil_bus_refuse(dev->core, "a change of settings while BSY is set");
     if ((value & CR1_SPE) && !(value & CR1_MSTR))
@@ -262,7 +244,7 @@ static void cr1_write(struct hil_spi_device *dev, uint32_t value)
     if (spi->sr_was_accessed)
         spi->sr &= ~SR_MODF;
     spi->sr_was_accessed = false;
-    spi->cr1 = value & 0x3ffu;
+    spi->cr1 = value;
     if ((value & CR1_MSTR) && (value & CR1_SSM) && !(value & CR1_SSI)) { /* NSS seems low: another master */
         spi->sr |= SR_MODF;
         spi->cr1 &= ~(CR1_SPE | CR1_MSTR);
@@ -277,24 +259,19 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     (void)unit;
     hil_spi_catch_up(dev, now);
     switch (offset) {
-    case 0x00:
+    case CR1:
         cr1_write(dev, value);
         break;
-    case 0x04:
-        if (value & ~CR2_MODELLED)
-            hil_bus_refuse(dev->core, "NSS output, TI mode");
-        spi->cr2 = value & CR2_MODELLED;
-        break;
-    case 0x08: /* nothing in it can be written here; CRCERR is never set */
+    case SR: /* nothing in it can be written here; CRCERR is never set */
         spi->sr_was_accessed = true;
         break;
-    case 0x0c: /* a byte not yet gone is overwritten, as on silicon */
+    case DR: /* a byte not yet gone is overwritten, as on silicon */
         spi->held = (uint8_t)value;
         spi->holding = true;
         break;
     default:
-        hil_bus_no_register(dev->core);
-        return;
+        spi->word[offset / 4u] = value;
+        break;
     }
     begin(dev, now);
     update_irq(dev);

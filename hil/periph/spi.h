@@ -10,17 +10,20 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/core/words.h"
+
 struct hil_core;
 struct hil_dma_device;
 struct hil_gpio_device;
 struct hil_rcc_device;
 
 struct hil_spi {
-    uint32_t cr1, cr2, sr;      /* of SR only RXNE, MODF, OVR; the rest follows from the state */
+    /* Of SR only RXNE, MODF, OVR; the rest follows from the state. DR: the byte received. */
+    HIL_WORDS(word, cr1, cr2, sr, dr, crcpr, rxcrcr, txcrcr, i2scfgr, i2spr);
     bool dr_was_read;           /* first half of what clears OVR */
     bool sr_was_accessed;       /* first half of what clears MODF */
     bool holding, shifting;     /* a byte in the transmit buffer; in the shift register */
-    uint8_t held, shifted, received;
+    uint8_t held, shifted;
     uint8_t last_out, last_in;  /* the bytes before, for the wrong clock mode */
     uint64_t shift_end_cycle;
     bool selected;              /* PB12 low as last seen */

@@ -20,7 +20,18 @@
 #define SR_CC1OF 0x200u
 #define DIER_CC1DE 0x200u
 #define DIER_CC2DE 0x400u
-#define OFFSET_CCR1 0x34u
+#define CR1 0x00u
+#define CR2 0x04u
+#define SMCR 0x08u
+#define SR 0x10u
+#define EGR 0x14u
+#define CCMR1 0x18u
+#define CCMR2 0x1cu
+#define CCER 0x20u
+#define CNT 0x24u
+#define PSC 0x28u
+#define ARR 0x2cu
+#define CCR1 0x34u
 
 static const enum hil_event_slot slot_of[HIL_TIMERS] = {HIL_EVENT_TIM2, HIL_EVENT_TIM4};
 static const unsigned irq_of[HIL_TIMERS] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
@@ -310,53 +321,23 @@ uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
-    switch (offset) {
-    case 0x00:
-        return t->cr1;
-    case 0x04:
-        return t->cr2;
-    case 0x08:
-        return t->smcr;
-    case 0x0c:
-        return t->dier;
-    case 0x10:
-        return t->sr;
-    case 0x14: /* EGR */
-        return 0;
-    case 0x18:
-        return t->ccmr[0];
-    case 0x1c:
-        return t->ccmr[1];
-    case 0x20:
-        return t->ccer;
-    case 0x24:
+    if (offset == CNT)
         return count_at(dev, t, hil_now(dev->core));
-    case 0x28:
-        return t->psc;
-    case 0x2c:
-        return t->arr;
-    case OFFSET_CCR1: case 0x38: case 0x3c: case 0x40: {
-        unsigned channel = (offset - OFFSET_CCR1) / 4u;
-        if (!is_output(t, channel)) {
-            t->sr &= ~(2u << channel);
-            update_irq(dev, unit);
-        }
-        return t->ccr[channel];
+    unsigned channel = (offset - CCR1) / 4u;
+    if (offset >= CCR1 && !is_output(t, channel)) {
+        t->sr &= ~(2u << channel);
+        update_irq(dev, unit);
     }
-    default:
-        return hil_bus_no_register(dev->core);
-    }
+    return t->word[offset / 4u];
 }
 
 static void cr1_write(struct hil_tim_device *dev, unsigned unit, uint32_t value)
 {
     struct hil_tim *t = &dev->state[unit];
     uint64_t now = hil_now(dev->core);
-    if (value & 0x70u)
-        hil_bus_refuse(dev->core, "counting down or centre-aligned");
     uint32_t count = count_at(dev, t, now);
     bool was_on = (t->cr1 & CR1_CEN) != 0;
-    t->cr1 = value & 0x38fu;
+    t->cr1 = value;
     if (was_on && !(value & CR1_CEN)) {
         t->base_count = count;
     } else if (!was_on && (value & CR1_CEN)) {
@@ -367,14 +348,9 @@ static void cr1_write(struct hil_tim_device *dev, unsigned unit, uint32_t value)
     }
 }
 
-static void channel_registers_write(struct hil_tim_device *dev, unsigned unit, uint32_t offset, uint32_t value)
+static void check_channels(struct hil_tim_device *dev, unsigned unit)
 {
-    struct hil_tim *t = &dev->state[unit];
-    if (offset == 0x20) {
-        t->ccer = value & 0xbbbbu;
-        return;
-    }
-    t->ccmr[(offset - 0x18u) / 4u] = value & 0xffffu;
+    const struct hil_tim *t = &dev->state[unit];
     for (unsigned i = 0; i < 4; i++) {
         uint32_t select = channel_mode(t, i) & 3u;
         if (select && !(unit == HIL_TIM2 && i < HIL_CAPTURES && select == 1))
@@ -384,6 +360,17 @@ static void channel_registers_write(struct hil_tim_device *dev, unsigned unit, u
     }
 }
 
+static void ccr_write(struct hil_tim_device *dev, unsigned unit, unsigned channel, uint32_t value)
+{
+    struct hil_tim *t = &dev->state[unit];
+    if (!is_output(t, channel))
+        return; /* read-only while capturing */
+    t->ccr[channel] = value & counter_mask(unit);
+    if (!(channel_mode(t, channel) & 8u))
+        t->ccr_now[channel] = t->ccr[channel];
+    refresh_references(dev, unit, hil_now(dev->core));
+}
+
 void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_tim_device *dev = device;
@@ -391,62 +378,43 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     uint64_t now = hil_now(dev->core);
     struct levels before = output_levels(t);
     switch (offset) {
-    case 0x00:
+    case CR1:
         cr1_write(dev, unit, value);
         break;
-    case 0x04:
-        if ((value & ~0x70u) || (value >> 4 & 7u) > 2u)
-            hil_bus_refuse(dev->core, "master mode other than reset, enable, update");
-        t->cr2 = value;
-        break;
-    case 0x08:
-        if ((value & 7u) && !(unit == HIL_TIM2 && (value & 0xff7fu) == 0x36u))
-            hil_bus_refuse(dev->core, "slave mode other than TIM2 triggered by TIM4");
-        t->smcr = value & 0xffffu;
-        break;
-    case 0x0c:
-        if (value & ~(0x5fu | (unit == HIL_TIM2 ? DIER_CC1DE | DIER_CC2DE : 0u)))
-            hil_bus_refuse(dev->core, "DMA requests other than TIM2 channels 1 and 2");
-        t->dier = value;
-        break;
-    case 0x10: /* flags are cleared by writing 0 */
+    case SR: /* flags are cleared by writing 0 */
         t->sr &= value;
         break;
-    case 0x14:
-        if (value & ~1u)
-            hil_bus_refuse(dev->core, "generated events other than update");
+    case EGR:
         if (value & 1u)
             update_event(dev, unit, now, true);
         break;
-    case 0x18: case 0x1c: case 0x20:
-        channel_registers_write(dev, unit, offset, value);
-        refresh_references(dev, unit, now);
-        break;
-    case 0x24:
+    case CNT:
         t->base_count = value & counter_mask(unit);
         t->base_cycle = now;
         break;
-    case 0x28: /* prescaler: always preloaded */
+    case PSC: /* always preloaded */
         t->psc = value & 0xffffu;
         break;
-    case 0x2c:
+    case ARR:
         t->arr = value & counter_mask(unit);
         if (!(t->cr1 & CR1_ARPE))
             t->arr_now = t->arr;
         break;
-    case OFFSET_CCR1: case 0x38: case 0x3c: case 0x40: {
-        unsigned channel = (offset - OFFSET_CCR1) / 4u;
-        if (!is_output(t, channel))
-            break; /* read-only while capturing */
-        t->ccr[channel] = value & counter_mask(unit);
-        if (!(channel_mode(t, channel) & 8u))
-            t->ccr_now[channel] = t->ccr[channel];
-        refresh_references(dev, unit, now);
-        break;
-    }
     default:
-        hil_bus_no_register(dev->core);
-        return;
+        if (offset >= CCR1) {
+            ccr_write(dev, unit, (offset - CCR1) / 4u, value);
+            break;
+        }
+        t->word[offset / 4u] = value;
+        if (offset == CR2 && (value >> 4 & 7u) > 2u)
+            hil_bus_refuse(dev->core, "master mode other than reset, enable, update");
+        if (offset == SMCR && (value & 7u) && (value & 0xff7fu) != 0x36u)
+            hil_bus_refuse(dev->core, "slave mode other than TIM2 triggered by TIM4");
+        if (offset == CCMR1 || offset == CCMR2)
+            check_channels(dev, unit);
+        if (offset >= CCMR1 && offset <= CCER)
+            refresh_references(dev, unit, now);
+        break;
     }
     tell_outputs(dev, unit, before, now);
     update_irq(dev, unit);

@@ -10,6 +10,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "hil/core/words.h"
+
 struct hil_adc_device;
 struct hil_core;
 struct hil_dma_device;
@@ -21,8 +23,7 @@ struct hil_rcc_device;
 enum { HIL_TIM2, HIL_TIM4 };
 
 struct hil_tim {
-    uint32_t cr1, cr2, smcr, dier, sr, ccmr[2], ccer;
-    uint32_t psc, arr, ccr[4];             /* as written */
+    HIL_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]); /* as written */
     uint32_t psc_now, arr_now, ccr_now[4]; /* in use (preload) */
     uint64_t base_cycle;                   /* the counter was base_count here; runs from here while CEN */
     uint32_t base_count;

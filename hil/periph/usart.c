@@ -11,6 +11,9 @@
 #include "hil/periph/rcc.h"
 #include "hil/periph/serial_line.h"
 
+#define SR 0x00u
+#define DR 0x04u
+#define CR1 0x0cu
 #define SR_PE 1u
 #define SR_FE 2u
 #define SR_NF 4u
@@ -27,7 +30,6 @@
 #define CR1_PS (1u << 9)
 #define CR1_PCE (1u << 10)
 #define CR1_M (1u << 12)
-#define CR1_REFUSED 0x0803u /* break, mute and its wake-up */
 #define CR3_EIE 1u
 #define CR3_DMAR 64u
 #define CR3_ONEBIT 0x800u
@@ -221,7 +223,7 @@ static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t
         u->sr |= SR_ORE;
         return;
     }
-    u->received = value;
+    u->dr = value;
     u->sr |= SR_RXNE | errors;
     dev->core->state.counters.serial_bytes_in++;
     struct hil_dma_request request = receive_request(dev);
@@ -350,28 +352,18 @@ uint32_t hil_usart_read(void *device, unsigned unit, uint32_t offset)
     struct hil_usart *u = dev->state;
     (void)unit;
     hil_usart_catch_up(dev, hil_now(dev->core));
-    switch (offset) {
-    case 0x00:
+    if (offset == SR) {
         u->sr_was_read = true;
         return flags(u);
-    case 0x04:
+    }
+    if (offset == DR) {
         u->sr &= ~SR_RXNE;
         if (u->sr_was_read)
             u->sr &= ~(SR_IDLE | SR_ORE | SR_NF | SR_FE | SR_PE);
         u->sr_was_read = false;
         update_irq(dev);
-        return u->received;
-    case 0x08:
-        return u->brr;
-    case 0x0c:
-        return u->cr1;
-    case 0x10:
-        return u->cr2;
-    case 0x14:
-        return u->cr3;
-    default:
-        return hil_bus_no_register(dev->core);
     }
+    return u->word[offset / 4u];
 }
 
 void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -382,10 +374,10 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
     (void)unit;
     hil_usart_catch_up(dev, now);
     switch (offset) {
-    case 0x00: /* RXNE and TC are cleared by writing 0 */
+    case SR: /* RXNE and TC are cleared by writing 0 */
         u->sr &= value | ~(SR_RXNE | SR_TC);
         break;
-    case 0x04:
+    case DR:
         if (u->sr_was_read)
             u->sr &= ~SR_TC;
         u->sr_was_read = false;
@@ -394,28 +386,16 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
             u->holding = true;
         }
         break;
-    case 0x08:
-        u->brr = value & 0xffffu;
-        break;
-    case 0x0c:
-        if ((value & CR1_REFUSED) || !(value & CR1_PCE) != !(value & CR1_M))
+    case CR1:
+        if (!(value & CR1_PCE) != !(value & CR1_M))
             hil_bus_refuse(dev->core, "frames other than 8N1, 8E1, 8O1, break, mute");
         if ((value & ~u->cr1) & (CR1_UE | CR1_RE))
             u->listens_since_ps = hil_now_ps(dev->core);
-        u->cr1 = value & 0xb7fcu;
-        break;
-    case 0x10:
-        if (value)
-            hil_bus_refuse(dev->core, "stop bits other than 1, clock output, LIN");
-        break;
-    case 0x14:
-        if (value & ~(CR3_EIE | CR3_DMAR | CR3_DMAT | CR3_ONEBIT))
-            hil_bus_refuse(dev->core, "flow control, half duplex, smartcard, IrDA");
-        u->cr3 = value;
+        u->cr1 = value;
         break;
     default:
-        hil_bus_no_register(dev->core);
-        return;
+        u->word[offset / 4u] = value;
+        break;
     }
     begin(dev, now);
     update_irq(dev);

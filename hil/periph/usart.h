@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "common/status.h"
+#include "hil/core/words.h"
 #include "hil/periph/wire.h"
 
 struct hil_core;
@@ -24,7 +25,7 @@ struct hil_rcc_device;
 #define HIL_USART_GROUP 32u /* bytes that one event may send under DMA */
 
 struct hil_usart {
-    uint32_t sr, brr, cr1, cr2, cr3;
+    HIL_WORDS(word, sr, dr, brr, cr1, cr2, cr3); /* DR: what was received; the parity bit is bit 8 */
     bool sr_was_read; /* half of the sequences that clear TC, IDLE, ORE */
     /* sending */
     bool holding, shifting;   /* a byte in DR; in the shift register */
@@ -33,7 +34,6 @@ struct hil_usart {
     uint8_t out[HIL_USART_GROUP + 2];
     uint32_t out_count;
     /* receiving */
-    uint16_t received;        /* the parity bit is bit 8 */
     uint64_t listens_since_ps; /* a frame that began before is not seen */
     uint32_t queue_head, queue_count;
     bool delayed;             /* the next byte has had its delay */
