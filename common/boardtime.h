@@ -20,9 +20,5 @@ uint32_t mr_boardtime_origin(uint32_t block, uint32_t tick);
 uint32_t mr_boardtime_tick(uint32_t origin, uint32_t block);
 /* Ticks since the scans began of a capture less than 25.5 s from the beginning of `block`; negative: before them. */
 int64_t mr_boardtime_ticks(uint32_t origin, uint32_t block, uint32_t tick);
-/* The same in microseconds, the nearest. */
-int64_t mr_boardtime_us(int64_t ticks);
-/* Block in which a moment falls; negative: before the scans began. */
-int64_t mr_boardtime_block(int64_t ticks);
 
 #endif

@@ -145,7 +145,6 @@ enum mr_status blackbox_at_rest(const struct blackbox *box);
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record);
 /* Read a record out from page `page` on. Status as above. */
 enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t page);
-void blackbox_read_stop(struct blackbox *box);
 enum blackbox_part { BLACKBOX_NO_PART, BLACKBOX_A_PART, BLACKBOX_LAST_READ };
 /* The next half page, when it is there. BLACKBOX_LAST_READ: the record is over, `*page` is the number of its pages. */
 enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page, uint8_t *part,

@@ -65,11 +65,6 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
     return MR_OK;
 }
 
-void blackbox_read_stop(struct blackbox *box)
-{
-    box->reading = -1;
-}
-
 enum blackbox_part blackbox_take_part(struct blackbox *box, uint16_t *record, uint16_t *page, uint8_t *part,
                                       const uint8_t **bytes)
 {

@@ -164,7 +164,6 @@ struct can_regs {
 #define CAN_MSR_INAK (1u << 0)
 #define CAN_TSR_RQCP(m) (1u << (8u * (m)))
 #define CAN_TSR_TXOK(m) (2u << (8u * (m)))
-#define CAN_TSR_DONE(m) (CAN_TSR_RQCP(m) | CAN_TSR_TXOK(m))
 #define CAN_TSR_ABRQ(m) (0x80u << (8u * (m)))
 #define CAN_TSR_TME(m) (1u << (26u + (m)))
 #define CAN_RF0R_FMP 3u

@@ -107,11 +107,6 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->lines.callbacks = *callbacks;
 }
 
-void hil_board_set_pin_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks)
-{
-    board->lines.pin_callbacks = *callbacks;
-}
-
 enum mr_status hil_board_restart(struct hil_board *board)
 {
     hil_cpu_forget_code(&board->core);
@@ -253,12 +248,6 @@ bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin)
     return port < HIL_GPIO_PORTS && pin < 16 && hil_gpio_level(&board->mcu.gpio, port, pin);
 }
 
-void hil_board_drive_pin(struct hil_board *board, unsigned port, unsigned pin, bool level)
-{
-    if (port < HIL_GPIO_PORTS && pin < 16)
-        hil_gpio_drive(&board->mcu.gpio, port, pin, level, hil_now(&board->core));
-}
-
 enum mr_status hil_board_can_inject(struct hil_board *board, const struct hil_can_frame *frame)
 {
     return hil_can_inject(&board->mcu.can, frame);
@@ -272,36 +261,6 @@ enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *b
 size_t hil_board_serial_room(const struct hil_board *board) { return hil_usart_room(&board->mcu.usart); }
 void hil_board_set_host_baud(struct hil_board *board, uint32_t baud) { board->options.host_baud = baud; }
 
-void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus)
-{
-    hil_can_set_bus(&board->mcu.can, can_bus);
-}
-
-void hil_board_cut_power(struct hil_board *board) { hil_supply_cut(&board->supply); }
-void hil_board_power_off(struct hil_board *board, uint64_t duration_ps) { hil_supply_off(&board->supply, duration_ps); }
-
-void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps)
-{
-    hil_supply_dip(&board->supply, volts, duration_ps);
-}
-
-void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille)
-{
-    hil_flash_cut_at(&board->mcu.flash, n, permille);
-}
-
-void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults)
-{
-    hil_w25q_set_faults(&board->w25q, faults);
-}
-
-void hil_board_cut_at_nor(struct hil_board *board, uint64_t n, unsigned permille)
-{
-    hil_w25q_cut_at(&board->w25q, n, permille);
-}
-
-uint64_t hil_board_nor_operations(const struct hil_board *board) { return board->state.w25q.operations; }
-
 enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n)
 {
     return hil_w25q_peek(&board->w25q, address, out, n);
@@ -310,11 +269,6 @@ enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t addres
 enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n)
 {
     return hil_w25q_poke(&board->w25q, address, bytes, n);
-}
-
-enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fault *fault)
-{
-    return hil_faults_add(&board->faults, fault);
 }
 
 enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script)

@@ -35,11 +35,9 @@
 #include "hil/periph/options.h"
 #include "hil/rig/lines.h"
 
-struct hil_fault;
 struct hil_fault_script;
 struct hil_replay;
 struct hil_run;
-struct hil_w25q_faults;
 
 struct hil_board;    /* opaque; parts.h */
 struct hil_snapshot; /* opaque */
@@ -48,8 +46,6 @@ struct hil_snapshot; /* opaque */
 struct hil_board *hil_board_create(const struct hil_options *options);
 void hil_board_destroy(struct hil_board *board);
 void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks);
-/* Those on the board's pins: before what injected faults do to the links. */
-void hil_board_set_pin_callbacks(struct hil_board *board, const struct hil_callbacks *callbacks);
 
 /* Put an ELF's segments into memory and reset the chip. MR_IO; MR_MALFORMED, MR_TRUNCATED; MR_VERSION: for
  * another chip. */
@@ -79,41 +75,19 @@ enum mr_status hil_board_serial_inject(struct hil_board *board, const uint8_t *b
 size_t hil_board_serial_room(const struct hil_board *board);
 /* The other end changes its rate; between calls of hil_board_run_until. */
 void hil_board_set_host_baud(struct hil_board *board, uint32_t baud);
-void hil_board_set_can_bus(struct hil_board *board, enum hil_can_bus can_bus);
 
-/* The supply goes and comes back at once: operations of flash and NOR stop half done, RAM holds noise, everything else
- * is as at power on; time, rig and what is on the links go on. Callable while the board runs or between. */
-void hil_board_cut_power(struct hil_board *board);
-/* The same for a time: nothing runs until the supply is back. */
-void hil_board_power_off(struct hil_board *board, uint64_t duration_ps);
-/* The supply dips to `volts` for a time. Below the brown-out level of the option bytes (factory: off) the chip is held in
- * reset and RAM stays; below 1.68 V it is a power cut. Otherwise the run ends when silicon could not go on at that supply
- * with the clock and wait states set, and nothing happens when it could. */
-void hil_board_brown_out(struct hil_board *board, double volts, uint64_t duration_ps);
-/* Do that in the n-th flash operation from now (1: the next; 0: no longer), permille (0..999) of its time after it
- * began. */
-void hil_board_cut_at_flash(struct hil_board *board, uint64_t n, unsigned permille);
-
-/* The NOR: what goes wrong with it; a power cut in its n-th operation from now (as above); programs, erases and status writes
- * begun since the board was created; the cells as they are (MR_UNKNOWN: outside). */
-void hil_board_w25q_faults(struct hil_board *board, const struct hil_w25q_faults *faults);
-void hil_board_cut_at_nor(struct hil_board *board, uint64_t n, unsigned permille);
-uint64_t hil_board_nor_operations(const struct hil_board *board);
+/* Cells of the NOR as they are (MR_UNKNOWN: outside). */
 enum mr_status hil_board_nor_peek(const struct hil_board *board, uint32_t address, void *out, size_t n);
 enum mr_status hil_board_nor_poke(struct hil_board *board, uint32_t address, const void *bytes, size_t n);
 
-/* Order one fault of a board (hil/rig/faults.h). Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of range
- * or a moment that has passed; MR_UNKNOWN: no gear passes that station. hil_board_reason says which. */
-enum mr_status hil_board_add_fault(struct hil_board *board, const struct hil_fault *fault);
-/* All of a script, and its seed. */
+/* Order all faults of a script (hil/rig/faults.h), with its seed. MR_FULL, MR_USAGE, MR_UNKNOWN: as hil_faults_add says; hil_board_reason
+ * says which. */
 enum mr_status hil_board_add_faults(struct hil_board *board, const struct hil_fault_script *script);
 /* At the end of a run: names each fault that did not come to happen, in a line to hil_options.log. */
 void hil_board_tell_faults_left(const struct hil_board *board);
 
 /* Level of a pin: port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
 bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);
-/* Drive a pin from outside, for tests; it holds until changed. */
-void hil_board_drive_pin(struct hil_board *board, unsigned port, unsigned pin, bool level);
 
 const struct hil_counters *hil_board_counters(const struct hil_board *board);
 

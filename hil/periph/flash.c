@@ -76,11 +76,6 @@ static unsigned level_of(uint32_t options)
     return rdp == 0xaa ? 0 : rdp == 0xcc ? 2 : 1;
 }
 
-unsigned hil_flash_protection_level(const struct hil_flash_device *dev)
-{
-    return level_of(dev->state->options);
-}
-
 uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word)
 {
     uint32_t options = dev->state->options;

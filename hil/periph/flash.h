@@ -84,8 +84,6 @@ void hil_flash_cut_at(struct hil_flash_device *dev, uint64_t n, unsigned permill
 /* Sector at an offset in flash, and where a sector begins (12: the end). */
 unsigned hil_flash_sector(uint32_t offset);
 uint32_t hil_flash_sector_start(unsigned sector);
-/* 0, 1 or 2, from the programmed option bytes. */
-unsigned hil_flash_protection_level(const struct hil_flash_device *dev);
 /* Option bytes as memory shows them from 0x1FFFC000, word 0 to 3. */
 uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word);
 

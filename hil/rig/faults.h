@@ -152,7 +152,8 @@ struct hil_faults_device {
 
 /* Nothing is ordered. */
 void hil_faults_create(struct hil_faults_device *dev);
-/* Order one fault; what it means and returns is told at hil_board_add_fault. */
+/* Order one fault. Stations need the rig attached before. MR_FULL; MR_USAGE: an argument out of range or a moment that has passed;
+ * MR_UNKNOWN: no gear passes that station. The core's `reason` says which. */
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault);
 /* All of a script, and its seed. */
 enum mr_status hil_faults_add_all(struct hil_faults_device *dev, const struct hil_fault_script *script);

@@ -171,8 +171,8 @@ static void switches_alone_time_the_landing(void **state)
         assert_int_equal(count(bare, id), 0);
     assert_int_equal(count(bare, MR_ID_BOX_STATE), 0);
     assert_true(count(full, MR_ID_BOX_STATE) > 5);
-    assert_true(hil_board_nor_operations(full->board) > 100);
-    assert_int_equal(hil_board_nor_operations(bare->board), 0);
+    assert_true(full->board->state.w25q.operations > 100);
+    assert_int_equal(bare->board->state.w25q.operations, 0);
     close_board(full);
     close_board(bare);
 }

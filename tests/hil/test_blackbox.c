@@ -168,8 +168,8 @@ static bool cut_here(const struct ear *base, unsigned permille)
     assert_non_null(ear);
     mr_deframer_init(&ear->deframer);
     ear_attach(ear, hil_board_fork(base->board));
-    uint64_t done = hil_board_nor_operations(ear->board);
-    hil_board_cut_at_nor(ear->board, 1, permille);
+    uint64_t done = ear->board->state.w25q.operations;
+    hil_w25q_cut_at(&ear->board->w25q, 1, permille);
     double now_s = (double)hil_board_now_ps(ear->board) * 1e-12, limit_s = now_s + 0.2;
     for (; hil_board_counters(ear->board)->power_cuts == 0; now_s += 0.001) {
         assert_true(now_s < limit_s);
@@ -229,7 +229,7 @@ static void the_power_goes_at_100_points(void **state)
     double t_s = 0.5;
     for (; cuts < POINTS; t_s += 0.001) {
         ear_until(ear, t_s);
-        if (hil_board_nor_operations(ear->board) < 1 + cuts * (total - 2) / POINTS)
+        if (ear->board->state.w25q.operations < 1 + cuts * (total - 2) / POINTS)
             continue;
         landed += cut_here(ear, cuts * 137u % 1000u);
         cuts++;

@@ -1,5 +1,7 @@
 /* The boot ROM over the emulated line: AN3155 as a host speaks it. What the chip must answer is in the note's tables;
  * version 0x31, chip id 0x413, bytes 8E1, ACK 0x79, NACK 0x1F. */
+#include "hil/board/board.h"
+#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #include "common/command.h"
@@ -331,7 +333,7 @@ static void test_jump(void **state)
     host.board = bench_board("core", &options);
     hil_board_set_callbacks(host.board, &callbacks);
     assert_int_equal(hil_board_poke(host.board, FLASH, jumper, sizeof jumper), MR_OK);
-    hil_board_cut_power(host.board);
+    hil_supply_cut(&host.board->supply);
     wait_ps(&host, HIL_MS_PS);
     sync_host(&host);
     assert_int_equal(command(&host, 0x02), ACK);

@@ -159,7 +159,7 @@ static void test_unplugged(void **state)
     assert_int_equal(esr >> 4 & 7u, 3u);   /* acknowledge error */
     assert_int_equal(heard.count, 0);
     assert_true(hil_board_counters(board)->can_errors > 1000); /* it goes on trying */
-    hil_board_set_can_bus(board, HIL_CAN_CONNECTED);
+    hil_can_set_bus(&board->mcu.can, HIL_CAN_CONNECTED);
     bench_run(board, 501 * HIL_MS_PS);
     assert_int_equal(heard.count, 1);
     assert_int_equal(bench_result(board, 7) >> 16 & 0xffu, 127);
@@ -184,7 +184,7 @@ static void test_bus_off(void **state)
     bench_control(board, 1, 1);
     bench_run(board, 100 * HIL_MS_PS);
     assert_true(hil_board_counters(board)->can_errors > 32);
-    hil_board_set_can_bus(board, HIL_CAN_CONNECTED);
+    hil_can_set_bus(&board->mcu.can, HIL_CAN_CONNECTED);
     bench_run(board, 110 * HIL_MS_PS);
     assert_int_equal(heard.count, 1);
     hil_board_destroy(board);

@@ -170,7 +170,7 @@ static bool cut_here(const struct ear *base, const struct mr_config *old, const 
     mr_deframer_init(&ear->deframer);
     ear_attach(ear, hil_board_fork(base->board));
     uint32_t old_crc = mr_config_encode(old, scratch), new_crc = mr_config_encode(new, scratch);
-    hil_board_cut_at_flash(ear->board, n, permille);
+    hil_flash_cut_at(&ear->board->mcu.flash, n, permille);
     ear_command(ear, EAR_CAN, MR_COMMAND_CONFIG_APPLY, (int32_t)new_crc, tag);
     pass(ear, 0.9);
     assert_int_equal(hil_board_counters(ear->board)->power_cuts, 1);
@@ -229,7 +229,7 @@ static void a_damaged_copy_is_told(void **state)
     assert_int_equal(hil_board_peek(ear->board, COPY(1) + 777, &byte, 1), MR_OK);
     byte ^= 0x10;
     assert_int_equal(hil_board_poke(ear->board, COPY(1) + 777, &byte, 1), MR_OK);
-    hil_board_cut_power(ear->board);
+    hil_supply_cut(&ear->board->supply);
     pass(ear, 1.7);
     assert_int_equal(told_crc(ear), mr_config_encode(&first, image));
     assert_int_equal(ear_faults(ear, EAR_CAN) & EAR_BIT(CONFIG), EAR_BIT(CONFIG));

@@ -152,7 +152,7 @@ static void a_dominant_bus_does_not_hold_the_start(void **state)
     assert_int_equal(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_MISSING), 0);
     assert_true(ear->board->state.mcu.can.msr & 1u); /* INAK is still set */
     assert_int_equal(ear->can_frames, 0);
-    hil_board_set_can_bus(ear->board, HIL_CAN_CONNECTED);
+    hil_can_set_bus(&ear->board->mcu.can, HIL_CAN_CONNECTED);
     ear_until(ear, 0.41);
     assert_true(ear->can_frames > 0);
     ear_until(ear, 0.8);

@@ -118,8 +118,8 @@ static void without_clock_security_the_clock_stands_still(void **state)
     const struct hil_counters *counters = hil_board_counters(board);
     struct hil_fault stop = {.t_ps = 10 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL};
     struct hil_fault start = {.t_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .on = true};
-    assert_int_equal(hil_board_add_fault(board, &stop), MR_OK);
-    assert_int_equal(hil_board_add_fault(board, &start), MR_OK);
+    assert_int_equal(hil_faults_add(&board->faults, &stop), MR_OK);
+    assert_int_equal(hil_faults_add(&board->faults, &start), MR_OK);
     bench_run(board, 10 * HIL_MS_PS + 10 * HIL_US_PS);
     uint64_t instructions = counters->instructions, scans = counters->adc_scans[HIL_ADC1];
     bench_run(board, 21 * HIL_MS_PS);
@@ -490,7 +490,7 @@ static void stations_are_passed_when_the_truth_says(void **state)
     fclose(file);
     assert_true(at_s > 0.0 && station_ft > 0.0);
     struct hil_fault fault = {.trigger = HIL_AT_STATION, .station_ft = station_ft, .action = HIL_FAULT_SKIP, .index = 23};
-    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_OK);
+    assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_OK);
     assert_near((double)ear->board->state.faults.due_ps[0] * 1e-12, at_s, 0.05); /* braking changes at the end */
     ear_close(ear);
 }
@@ -677,16 +677,16 @@ static void impossible_orders_are_refused(void **state)
     (void)state;
     struct ear *ear = ear_open(NULL, 5);
     struct hil_fault fault = {.trigger = HIL_AT_STATION, .station_ft = 118.0, .action = HIL_FAULT_BUS};
-    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_UNKNOWN); /* it stops before */
+    assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_UNKNOWN); /* it stops before */
     fault = (struct hil_fault){.action = HIL_FAULT_FLIP, .address = 0x20020000};
-    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_USAGE);
+    assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_USAGE);
     fault = (struct hil_fault){.action = HIL_FAULT_CRYSTAL};
     ear_until(ear, 0.01);
-    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_USAGE);
+    assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_USAGE);
     fault.t_ps = HIL_SECOND_PS;
     for (unsigned i = 0; i < HIL_FAULTS_MAX; i++)
-        assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_OK);
-    assert_int_equal(hil_board_add_fault(ear->board, &fault), MR_FULL);
+        assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_OK);
+    assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_FULL);
     ear_close(ear);
 }
 

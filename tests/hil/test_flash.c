@@ -2,6 +2,8 @@
  *
  * HCLK is 16 MHz, so a cycle is 62.5 ns: a word takes 16 us = 256 cycles, a 16 KiB sector at x32 250 ms = 4,000,000
  * (DS8626, typical). A loop around the operation adds some tens of cycles. */
+#include "hil/board/board.h"
+#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #define SECTOR_1 0x08004000u
@@ -163,7 +165,7 @@ static void test_options(void **state)
     assert_int_equal(bench_result(board, 3), 0xf0000fff);
     for (unsigned i = 5; i < 8; i++)
         assert_int_equal(bench_result(board, i), 0x10); /* WRPERR: sector erase, store, mass erase */
-    hil_board_cut_power(board);
+    hil_supply_cut(&board->supply);
     bench_run(board, hil_board_now_ps(board) + 70 * HIL_NS_PS);
     assert_int_equal(hil_board_counters(board)->power_cuts, 1);
     assert_int_not_equal(bench_result(board, 43), 0x600d); /* RAM is noise now, and main has not looked yet */
@@ -189,7 +191,7 @@ static void test_torn_word(void **state)
             options.seed = seed;
             struct hil_board *board = bench_board("flash", &options);
             bench_control(board, 0, 7);
-            hil_board_cut_at_flash(board, 10, permille);
+            hil_flash_cut_at(&board->mcu.flash, 10, permille);
             bench_run(board, 2 * HIL_MS_PS);
             assert_int_equal(hil_board_counters(board)->power_cuts, 1);
             for (unsigned i = 0; i < 9; i++)
@@ -217,7 +219,7 @@ static void test_torn_sector(void **state)
     struct hil_board *board = flash_board(HIL_TIMES_TYPICAL, 7, 1, 0);
     for (uint32_t at = SECTOR_1; at < SECTOR_1 + 0x8000; at += sizeof old)
         assert_int_equal(hil_board_poke(board, at, old, sizeof old), MR_OK);
-    hil_board_cut_at_flash(board, 1, 250);
+    hil_flash_cut_at(&board->mcu.flash, 1, 250);
     bench_run(board, 63 * HIL_MS_PS); /* 62.5 ms of 250, then it has started anew; RAM is noise, control too */
     assert_int_equal(hil_board_peek(board, SECTOR_1, cells, sizeof cells), MR_OK);
     for (unsigned i = 0; i < sizeof cells; i++)

@@ -292,7 +292,7 @@ static void a_power_cut_forgets_the_fault(void **state)
     until_reset(ear, 0.003);
     patch(ear, place, before, 1, NULL);
     ear_until(ear, 1.0);
-    hil_board_cut_power(ear->board);
+    hil_supply_cut(&ear->board->supply);
     ear->listens = true;
     ear_until(ear, 1.5);
     assert_int_equal(answer(ear, MR_COMMAND_STATE, 1), MR_OK);
@@ -636,7 +636,7 @@ static void the_brown_out_level_is_told(void **state)
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
         ear->board->state.mcu.flash.options = (ear->board->state.mcu.flash.options & ~0xcu) | cases[i].bits << 2;
-        hil_board_cut_power(ear->board); /* the options are loaded when power comes */
+        hil_supply_cut(&ear->board->supply); /* the options are loaded when power comes */
         ear_until(ear, 0.6);
         assert_int_equal(GET(ear, EAR_CAN, restarts, RESTARTS).brown_out, cases[i].level);
         if (cases[i].level == 3) {

@@ -235,7 +235,7 @@ static void fault(enum hil_thermometer_fault choice, uint64_t duration_ps)
 {
     struct hil_fault f = {.trigger = HIL_AT_TIME, .t_ps = hil_board_now_ps(board), .action = HIL_FAULT_THERMOMETER, .choice = choice,
                           .duration_ps = duration_ps};
-    assert_int_equal(hil_board_add_fault(board, &f), MR_OK);
+    assert_int_equal(hil_faults_add(&board->faults, &f), MR_OK);
     pass_us(1);
 }
 

@@ -1,5 +1,7 @@
 /* SPI2 and the W25Q128JV through a test image (images/nor.c). Commands, times and wraps are those of the data sheet;
  * at 21 MHz (42 / 2) a byte takes 8 bits = 64 cycles of 168 MHz. */
+#include "hil/board/board.h"
+#include "hil/board/parts.h"
 #include "tests/hil/bench.h"
 
 #include "hil/chips/w25q.h"
@@ -155,7 +157,7 @@ static void test_program(void **state)
     struct hil_board *board = nor_board();
     transact(board, POLLED, 0, bytes, 5); /* not write-enabled */
     assert_int_equal(status(board, 0x05), 0);
-    assert_int_equal(hil_board_nor_operations(board), 0);
+    assert_int_equal(board->state.w25q.operations, 0);
     command(board, 0x06);
     assert_int_equal(status(board, 0x05), 2);
     command(board, 0x04);
@@ -206,13 +208,13 @@ static void test_ignored(void **state)
     assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
     addressed(board, 0x02, 0x100, data, 2);
     wait_ps(board, HIL_MS_PS);
-    assert_int_equal(hil_board_nor_operations(board), 1);
+    assert_int_equal(board->state.w25q.operations, 1);
     command(board, 0x06);
     transact(board, CUT_BYTE, 0, bytes, 6);
     assert_int_equal(status(board, 0x05), 2); /* write-enabled still, and idle */
     transact(board, POLLED, 0, erase, 5);
     assert_int_equal(status(board, 0x05), 2);
-    assert_int_equal(hil_board_nor_operations(board), 1);
+    assert_int_equal(board->state.w25q.operations, 1);
     command(board, 0xb9); /* power-down: only the release is heard */
     jedec[0] = 0x9f;
     transact(board, POLLED, 0, jedec, 4);
@@ -333,7 +335,7 @@ static void test_power_cut(void **state)
     (void)state;
     memset(page, 0x0f, sizeof page);
     struct hil_board *board = nor_board();
-    hil_board_cut_at_nor(board, 3, 500);
+    hil_w25q_cut_at(&board->w25q, 3, 500);
     for (unsigned i = 0; i < 3; i++) {
         addressed(board, 0x02, 256 * i, page, sizeof page);
         wait_ps(board, HIL_MS_PS);
@@ -354,7 +356,7 @@ static void test_power_cut(void **state)
     hil_board_nor_poke(board, 0x5000, cells, sizeof cells);
     addressed(board, 0x20, 0x5000, NULL, 0);
     wait_ps(board, 9 * HIL_MS_PS); /* a fifth of 45 ms */
-    hil_board_cut_power(board);
+    hil_supply_cut(&board->supply);
     wait_ps(board, 50 * HIL_MS_PS);
     assert_int_equal(hil_board_nor_peek(board, 0x5000, cells, sizeof cells), MR_OK);
     for (unsigned i = 0; i < sizeof cells; i++)
@@ -376,7 +378,7 @@ static void test_faults(void **state)
     for (unsigned i = 0; i < 4; i++) {
         bool program = cases[i].code == 0x02, hangs = cases[i].wait_ms == 30 || cases[i].wait_ms == 4000;
         struct hil_board *board = nor_board();
-        hil_board_w25q_faults(board, &(struct hil_w25q_faults){cases[i].kind, 0x2000, 0x3000});
+        hil_w25q_set_faults(&board->w25q, &(struct hil_w25q_faults){cases[i].kind, 0x2000, 0x3000});
         memset(before, program ? 0xff : 0x00, sizeof before);
         for (uint32_t at = 0x1000; at < 0x3000; at += 256)
             hil_board_nor_poke(board, at, before, sizeof before);
@@ -400,7 +402,7 @@ static void test_faults(void **state)
 
     struct hil_board *board = nor_board();
     unsigned wrong = 0;
-    hil_board_w25q_faults(board, &(struct hil_w25q_faults){HIL_W25Q_READ_ERROR, 0x2000, 0x3000});
+    hil_w25q_set_faults(&board->w25q, &(struct hil_w25q_faults){HIL_W25Q_READ_ERROR, 0x2000, 0x3000});
     for (unsigned i = 0; i < 16; i++) {
         read_back(board, 0x2000 + 256 * i, cells, 256);
         for (unsigned k = 0; k < 256; k++) {
@@ -412,7 +414,7 @@ static void test_faults(void **state)
     read_back(board, 0x1000, cells, 256);
     memset(before, 0xff, sizeof before);
     assert_memory_equal(cells, before, 256);
-    hil_board_w25q_faults(board, &(struct hil_w25q_faults){HIL_W25Q_DEAD, 0, 0});
+    hil_w25q_set_faults(&board->w25q, &(struct hil_w25q_faults){HIL_W25Q_DEAD, 0, 0});
     uint8_t jedec[4] = {0x9f};
     transact(board, POLLED, 0, jedec, 4);
     assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
@@ -423,7 +425,7 @@ static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t c
 {
     struct hil_fault fault = {.trigger = HIL_AT_TIME, .t_ps = hil_board_now_ps(board), .action = HIL_FAULT_NOR,
                               .choice = choice, .count = count};
-    if (hil_board_add_fault(board, &fault) != MR_OK)
+    if (hil_faults_add(&board->faults, &fault) != MR_OK)
         fail_msg("%s", hil_board_reason(board));
     wait_ps(board, HIL_US_PS);
 }

@@ -199,14 +199,14 @@ static void test_capture_filter(void **state)
     struct hil_tim *t = &board->state.mcu.tim[HIL_TIM2];
     run_to_cycle(board, start + 100000);
     t->ccmr[0] = 0x31;
-    hil_board_drive_pin(board, 0, 15, true); /* 12 cycles: 6 clocks, too short */
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, true, hil_now(&board->core)); /* 12 cycles: 6 clocks, too short */
     run_to_cycle(board, start + 100012);
-    hil_board_drive_pin(board, 0, 15, false);
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, hil_now(&board->core));
     run_to_cycle(board, start + 101000);
     assert_int_equal(hil_board_counters(board)->edges_captured, 0);
-    hil_board_drive_pin(board, 0, 15, true); /* 18 cycles: 9 clocks */
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, true, hil_now(&board->core)); /* 18 cycles: 9 clocks */
     run_to_cycle(board, start + 101018);
-    hil_board_drive_pin(board, 0, 15, false);
+    hil_gpio_drive(&board->mcu.gpio, 0, 15, false, hil_now(&board->core));
     run_to_cycle(board, start + 102000);
     assert_int_equal(hil_board_counters(board)->edges_captured, 1);
     assert_int_equal(bench_word(board, bench_result(board, 6)), 101000 / 2 + 8);

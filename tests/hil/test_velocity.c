@@ -9,6 +9,7 @@
 #include "common/gates.h"
 #include "common/switches.h"
 #include "hil/board/board.h"
+#include "hil/board/parts.h"
 #include "hil/rig/faults.h"
 #include "hil/rig/runfile.h"
 #include "tests/cmocka_all.h"
@@ -115,7 +116,7 @@ static void order_fault(struct rig *rig, enum hil_action action, unsigned positi
 {
     struct hil_fault fault = {.trigger = HIL_AT_TIME, .t_ps = 50000000000u, .action = action, .index = position,
                               .count = count, .duration_ps = (uint64_t)(period_s * 1e12)};
-    if (hil_board_add_fault(rig->board, &fault) != MR_OK)
+    if (hil_faults_add(&rig->board->faults, &fault) != MR_OK)
         fail_msg("%s", hil_board_reason(rig->board));
 }
 

@@ -15,6 +15,7 @@
 #include "common/command.h"
 #include "common/framing.h"
 #include "hil/board/board.h"
+#include "hil/board/parts.h"
 #include "hil/board/cellfile.h"
 #include "hil/rig/faults.h"
 #include "host/collect/account.h"
@@ -386,7 +387,7 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     const struct hil_callbacks callbacks = {.ctx = soak, .on_can_frame = can_came, .on_serial_bytes = serial_came};
     const struct hil_callbacks pin_callbacks = {.ctx = soak, .on_can_frame = can_left, .on_serial_bytes = serial_left};
     hil_board_set_callbacks(board, &callbacks);
-    hil_board_set_pin_callbacks(board, &pin_callbacks);
+    board->lines.pin_callbacks = pin_callbacks;
     enum mr_status status = episode ? hil_board_load_flash(board, flash_path) : MR_OK;
     if (status == MR_OK || status == MR_HALTED)
         status = hil_board_load_elf_sparing(board, ELF);
