@@ -4,6 +4,7 @@
 #include <limits.h>
 #include <math.h>
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -117,7 +118,7 @@ static bool parse_temperature(struct hil_arguments *a, const char *text)
 }
 
 /* HZ[,DELAY_MS[,JITTER_US]] */
-static bool parse_camera(struct hil_options *options, const char *text)
+static bool parse_camera(struct hil_arguments *a, const char *text)
 {
     double value[3] = {0.0, 0.0, 0.0};
     const double most[3] = {1e5, 1e6, 1e6};
@@ -129,89 +130,111 @@ static bool parse_camera(struct hil_options *options, const char *text)
         text = end + 1;
         if (*end)
             continue;
-        options->camera_hz = value[0];
-        options->camera_delay_ps = (uint64_t)(value[1] * (double)HIL_MS_PS);
-        options->camera_jitter_ps = (uint64_t)(value[2] * (double)HIL_US_PS);
+        a->options.camera_hz = value[0];
+        a->options.camera_delay_ps = (uint64_t)(value[1] * (double)HIL_MS_PS);
+        a->options.camera_jitter_ps = (uint64_t)(value[2] * (double)HIL_US_PS);
         return true;
     }
     return false;
 }
 
-static enum mr_status parse_option(struct hil_arguments *a, const char *name, const char *text)
+static bool parse_speed(struct hil_arguments *a, const char *text)
 {
-    double value = 0.0;
-    bool ok = true;
-    if (strcmp(name, "--elf") == 0) {
-        a->elf = text;
-    } else if (strcmp(name, "--can") == 0) {
-        a->can = text;
-    } else if (strcmp(name, "--serial") == 0) {
-        a->serial = text;
-    } else if (strcmp(name, "--rig") == 0) {
-        a->rig = text;
-    } else if (strcmp(name, "--replay") == 0) {
-        a->replay = text;
-    } else if (strcmp(name, "--flash") == 0) {
-        a->flash = text;
-    } else if (strcmp(name, "--nor") == 0) {
-        a->nor = text;
-    } else if (strcmp(name, "--parity") == 0) {
-        ok = parse_parity(a, text);
-    } else if (strcmp(name, "--temperature") == 0) {
-        ok = parse_temperature(a, text);
-    } else if (strcmp(name, "--baud") == 0) {
-        ok = parse_number(text, 1200, 10e6, &value);
-        a->options.host_baud = (uint32_t)value;
-    } else if (strcmp(name, "--times") == 0) {
-        ok = parse_times(a, text);
-    } else if (strcmp(name, "--faults") == 0) {
-        a->faults = text;
-    } else if (strcmp(name, "--speed") == 0) {
-        a->real = strcmp(text, "real") == 0;
-        ok = a->real || strcmp(text, "max") == 0;
-    } else if (strcmp(name, "--camera") == 0) {
-        ok = parse_camera(&a->options, text);
-    } else if (strcmp(name, "--for") == 0) {
-        ok = parse_number(text, 1e-6, HIL_FOREVER_S, &a->for_s);
-    } else if (strcmp(name, "--seed") == 0) {
-        char *end;
-        errno = 0;
-        a->options.seed = strtoull(text, &end, 10);
-        ok = end != text && !*end && !errno && text[0] != '-';
-    } else if (strcmp(name, "--hse") == 0) {
-        ok = parse_number(text, 0, 26e6, &value) && (value >= 4e6 || value < 1);
-        a->options.hse_hz = (uint32_t)value;
-    } else if (strcmp(name, "--hsi-ppm") == 0) {
-        ok = parse_number(text, -50000, 50000, &value);
-        a->options.hsi_error_ppm = (int32_t)value;
-    } else if (strcmp(name, "--lsi") == 0) {
-        ok = parse_number(text, 17000, 47000, &value);
-        a->options.lsi_hz = (uint32_t)value;
-    } else if (strcmp(name, "--gdb") == 0) {
-        a->gdb = text;
-    } else if (strcmp(name, "--vcd") == 0) {
-        a->vcd = text;
-    } else if (strcmp(name, "--vcd-functions") == 0) {
-        a->vcd_functions = text;
-    } else if (strcmp(name, "--profile") == 0) {
-        a->profile = text;
-    } else if (strcmp(name, "--hang") == 0) {
-        ok = parse_number(text, 0, HIL_FOREVER_S, &a->hang_s);
-    } else if (strcmp(name, "--stall") == 0) {
-        ok = parse_number(text, 0.001, 86400, &a->stall_s);
-    } else if (strcmp(name, "--wall-limit") == 0) {
-        ok = parse_number(text, 0, 1e6, &a->wall_limit_s);
-    } else {
-        hil_complain("unknown option %s; matrig-board --help lists them", name);
-        return MR_USAGE;
-    }
-    if (!ok)
-        hil_complain("%s cannot be `%s`; see matrig-board --help", name, text);
-    return ok ? MR_OK : MR_USAGE;
+    a->real = strcmp(text, "real") == 0;
+    return a->real || strcmp(text, "max") == 0;
 }
 
-static bool takes_no_value(const char *name) { return strcmp(name, "--trace") == 0 || strcmp(name, "--boot0") == 0 ||
-                                                     strcmp(name, "--alignment") == 0; }
+static bool parse_seed(struct hil_arguments *a, const char *text)
+{
+    char *end;
+    errno = 0;
+    a->options.seed = strtoull(text, &end, 10);
+    return end != text && !*end && !errno && text[0] != '-';
+}
+
+static bool parse_hse(struct hil_arguments *a, const char *text)
+{
+    double hz;
+    bool ok = parse_number(text, 0, 26e6, &hz) && (hz >= 4e6 || hz < 1);
+    a->options.hse_hz = ok ? (uint32_t)hz : 0;
+    return ok;
+}
+
+/* What an option is, and where it goes. FLAG: without a value; OWN: by a function. */
+enum kind { FLAG, TEXT, REAL, UNSIGNED, SIGNED, OWN };
+
+static const struct option {
+    const char *name;
+    enum kind kind;
+    size_t place;     /* in struct hil_arguments */
+    double low, high; /* of a number */
+    bool (*parse)(struct hil_arguments *a, const char *text);
+} options[] = {
+#define AT(member) offsetof(struct hil_arguments, member)
+    {"--elf", TEXT, AT(elf), 0, 0, NULL},
+    {"--can", TEXT, AT(can), 0, 0, NULL},
+    {"--serial", TEXT, AT(serial), 0, 0, NULL},
+    {"--rig", TEXT, AT(rig), 0, 0, NULL},
+    {"--replay", TEXT, AT(replay), 0, 0, NULL},
+    {"--flash", TEXT, AT(flash), 0, 0, NULL},
+    {"--nor", TEXT, AT(nor), 0, 0, NULL},
+    {"--faults", TEXT, AT(faults), 0, 0, NULL},
+    {"--gdb", TEXT, AT(gdb), 0, 0, NULL},
+    {"--vcd", TEXT, AT(vcd), 0, 0, NULL},
+    {"--vcd-functions", TEXT, AT(vcd_functions), 0, 0, NULL},
+    {"--profile", TEXT, AT(profile), 0, 0, NULL},
+    {"--baud", UNSIGNED, AT(options.host_baud), 1200, 10e6, NULL},
+    {"--lsi", UNSIGNED, AT(options.lsi_hz), 17000, 47000, NULL},
+    {"--hsi-ppm", SIGNED, AT(options.hsi_error_ppm), -50000, 50000, NULL},
+    {"--for", REAL, AT(for_s), 1e-6, HIL_FOREVER_S, NULL},
+    {"--hang", REAL, AT(hang_s), 0, HIL_FOREVER_S, NULL},
+    {"--stall", REAL, AT(stall_s), 0.001, 86400, NULL},
+    {"--wall-limit", REAL, AT(wall_limit_s), 0, 1e6, NULL},
+    {"--parity", OWN, 0, 0, 0, parse_parity},
+    {"--temperature", OWN, 0, 0, 0, parse_temperature},
+    {"--times", OWN, 0, 0, 0, parse_times},
+    {"--speed", OWN, 0, 0, 0, parse_speed},
+    {"--camera", OWN, 0, 0, 0, parse_camera},
+    {"--seed", OWN, 0, 0, 0, parse_seed},
+    {"--hse", OWN, 0, 0, 0, parse_hse},
+    {"--alignment", FLAG, AT(options.watch_alignment), 0, 0, NULL},
+    {"--boot0", FLAG, AT(options.boot0), 0, 0, NULL},
+    {"--trace", FLAG, AT(trace), 0, 0, NULL},
+#undef AT
+};
+
+static const struct option *find(const char *name)
+{
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
+        if (strcmp(options[i].name, name) == 0)
+            return &options[i];
+    }
+    return NULL;
+}
+
+static bool set(struct hil_arguments *a, const struct option *option, const char *text)
+{
+    char *place = (char *)a + option->place;
+    double value = 0.0;
+    bool is_number = option->kind == REAL || option->kind == UNSIGNED || option->kind == SIGNED;
+    if (is_number && !parse_number(text, option->low, option->high, &value))
+        return false;
+    switch (option->kind) {
+    case FLAG: *(bool *)place = true; break;
+    case TEXT: *(const char **)place = text; break;
+    case REAL: *(double *)place = value; break;
+    case UNSIGNED: *(uint32_t *)place = (uint32_t)value; break;
+    case SIGNED: *(int32_t *)place = (int32_t)value; break;
+    case OWN: return option->parse(a, text);
+    }
+    return true;
+}
+
+static bool takes_no_value(const char *name)
+{
+    const struct option *option = find(name);
+    return option && option->kind == FLAG;
+}
 
 /* The option at argv[i] is there a second time. */
 static bool is_repeated(char **argv, int i)
@@ -234,31 +257,26 @@ enum mr_status hil_arguments_parse(struct hil_arguments *a, int argc, char **arg
             hil_complain("%s is given twice; give it once", argv[i]);
             return MR_USAGE;
         }
-        if (strcmp(argv[i], "--alignment") == 0) {
-            a->options.watch_alignment = true;
-            continue;
-        }
-        if (strcmp(argv[i], "--trace") == 0) {
-            a->options.trace = stderr;
-            continue;
-        }
-        if (strcmp(argv[i], "--boot0") == 0) {
-            a->options.boot0 = true;
-            continue;
-        }
         if (strncmp(argv[i], "--", 2) != 0) {
             hil_complain("what is `%s`? Everything is given by options; see matrig-board --help", argv[i]);
             return MR_USAGE;
         }
-        if (i + 1 == argc) {
+        if (i + 1 == argc && !takes_no_value(argv[i])) {
             hil_complain("%s needs a value, or is no option; see matrig-board --help", argv[i]);
             return MR_USAGE;
         }
-        enum mr_status status = parse_option(a, argv[i], argv[i + 1]);
-        if (status != MR_OK)
-            return status;
-        i++;
+        const struct option *option = find(argv[i]);
+        if (!option) {
+            hil_complain("unknown option %s; matrig-board --help lists them", argv[i]);
+            return MR_USAGE;
+        }
+        if (!set(a, option, argv[i + 1])) {
+            hil_complain("%s cannot be `%s`; see matrig-board --help", argv[i], argv[i + 1]);
+            return MR_USAGE;
+        }
+        i += option->kind != FLAG;
     }
+    a->options.trace = a->trace ? stderr : NULL;
     if (!a->elf && !a->flash && !a->options.boot0) {
         hil_complain("which firmware? Give --elf FILE; see matrig-board --help");
         return MR_USAGE;

@@ -17,6 +17,7 @@ struct hil_arguments {
     const char *elf, *can, *serial, *rig, *replay, *flash, *nor, *faults, *gdb, *vcd, *vcd_functions, *profile;
     bool parity_given;
     bool real;
+    bool trace;
     double for_s; /* 0: not given */
     double hang_s, stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
     struct hil_options options;

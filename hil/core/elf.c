@@ -1,11 +1,10 @@
 #include "hil/core/elf.h"
 
-#include <errno.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "hil/core/file_place.h"
 #include "hil/core/memory.h"
 
 #define HEADER_BYTES 52u
@@ -19,53 +18,23 @@
 #define SYMBOL_BYTES 16u
 #define SYMBOL_FUNCTION 2u
 
+#define refuse(image, ...) hil_file_refuse(&(image)->at, __VA_ARGS__)
+
 struct image {
-    const char *path;
-    uint8_t *bytes;
+    struct hil_file_place at;
+    union {
+        char *text;
+        const uint8_t *bytes;
+    };
     size_t size;
-    char *error;
-    size_t error_size;
 };
 
 struct segment {
     uint32_t offset, address, file_bytes;
 };
 
-__attribute__((format(printf, 3, 4)))
-static enum mr_status refuse(const struct image *image, enum mr_status status, const char *format, ...)
-{
-    va_list arguments;
-    int n = snprintf(image->error, image->error_size, "%s: ", image->path);
-    va_start(arguments, format);
-    if (n > 0 && (size_t)n < image->error_size)
-        vsnprintf(image->error + n, image->error_size - (size_t)n, format, arguments);
-    va_end(arguments);
-    return status;
-}
-
 static uint32_t u16(const uint8_t *p) { return (uint32_t)p[0] | (uint32_t)p[1] << 8; }
 static uint32_t u32(const uint8_t *p) { return u16(p) | u16(p + 2) << 16; }
-
-static enum mr_status read_whole(struct image *image)
-{
-    FILE *file = fopen(image->path, "rb");
-    if (!file)
-        return refuse(image, MR_IO, "%s; build the firmware or give another --elf", strerror(errno));
-    image->bytes = malloc(FILE_MAX);
-    if (!image->bytes) {
-        fclose(file);
-        return refuse(image, MR_IO, "no memory to read it");
-    }
-    image->size = fread(image->bytes, 1, FILE_MAX, file);
-    bool failed = ferror(file) != 0;
-    int more = fgetc(file);
-    fclose(file);
-    if (failed)
-        return refuse(image, MR_IO, "cannot be read");
-    if (more != EOF)
-        return refuse(image, MR_MALFORMED, "larger than any firmware image");
-    return MR_OK;
-}
 
 static enum mr_status check_header(const struct image *image)
 {
@@ -87,6 +56,12 @@ static enum mr_status check_header(const struct image *image)
     if (end > image->size)
         return refuse(image, MR_TRUNCATED, "ends inside its program headers");
     return MR_OK;
+}
+
+static enum mr_status read_header(struct image *image)
+{
+    enum mr_status status = hil_file_read(&image->at, FILE_MAX, "build the firmware or give another --elf", &image->text, &image->size);
+    return status == MR_OK ? check_header(image) : status;
 }
 
 static uint8_t *place(struct hil_memory *memory, uint32_t address, uint32_t n)
@@ -130,17 +105,15 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
 
 enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *error, size_t size)
 {
-    struct image image = {path, NULL, 0, error, size};
-    enum mr_status status = read_whole(&image);
-    if (status == MR_OK)
-        status = check_header(&image);
+    struct image image = {.at = {path, 0, error, size}};
+    enum mr_status status = read_header(&image);
     if (status == MR_OK)
         status = load_segments(&image, memory, false);
     if (status == MR_OK) {
         memset(memory->flash, 0xff, sizeof memory->flash);
         status = load_segments(&image, memory, true);
     }
-    free(image.bytes);
+    free(image.text);
     return status;
 }
 
@@ -171,10 +144,8 @@ static bool find_symbol(const struct image *image, const uint8_t *section, const
 enum mr_status hil_elf_symbol(const char *path, const char *name, uint32_t *address)
 {
     char error[256];
-    struct image image = {path, NULL, 0, error, sizeof error};
-    enum mr_status status = read_whole(&image);
-    if (status == MR_OK)
-        status = check_header(&image);
+    struct image image = {.at = {path, 0, error, sizeof error}};
+    enum mr_status status = read_header(&image);
     bool found = false;
     if (status == MR_OK && u16(image.bytes + 46) == SECTION_HEADER_BYTES) {
         uint32_t at = u32(image.bytes + 32), count = u16(image.bytes + 48);
@@ -186,6 +157,6 @@ enum mr_status hil_elf_symbol(const char *path, const char *name, uint32_t *addr
                 found = find_symbol(&image, section, sections, count, name, address);
         }
     }
-    free(image.bytes);
+    free(image.text);
     return found ? MR_OK : MR_UNKNOWN;
 }

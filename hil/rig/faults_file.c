@@ -2,12 +2,12 @@
 #include <ctype.h>
 #include <errno.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "hil/core/elf.h"
+#include "hil/core/file_place.h"
 #include "hil/core/time.h"
 #include "hil/rig/faults.h"
 
@@ -15,33 +15,16 @@
 #define WORDS_MAX 16
 #define SECONDS_MAX 1e6
 
+#define refuse(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
+
 struct reader {
-    const char *path, *elf;
-    unsigned line;
+    struct hil_file_place at; /* line: the present one */
+    const char *elf;
     char *word[WORDS_MAX + 1]; /* NULL after the last */
     unsigned words, next;
-    char *error;
-    size_t error_size;
     struct hil_fault_script *script;
     bool has_version;
 };
-
-__attribute__((format(printf, 3, 4))) static enum mr_status refuse(const struct reader *r, enum mr_status status,
-                                                                   const char *format, ...)
-{
-    va_list arguments;
-    int n = r->line ? snprintf(r->error, r->error_size, "%s:%u: ", r->path, r->line)
-                    : snprintf(r->error, r->error_size, "%s: ", r->path);
-    va_start(arguments, format);
-    if (n > 0 && (size_t)n < r->error_size)
-        vsnprintf(r->error + n, r->error_size - (size_t)n, format, arguments);
-    va_end(arguments);
-    for (char *p = r->error; *p; p++) { /* what a damaged file holds may not be fit for a terminal */
-        if (*p < ' ' || *p > '~')
-            *p = '?';
-    }
-    return status;
-}
 
 /* At the end of a line what no word can be, for it has spaces. */
 static const char *peek(const struct reader *r) { return r->next < r->words ? r->word[r->next] : "end of line"; }
@@ -341,7 +324,7 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
 
 static enum mr_status read_words(struct reader *r)
 {
-    struct hil_fault fault = {.file_line = r->line};
+    struct hil_fault fault = {.file_line = r->at.line};
     if (!r->has_version) {
         if (!take(r, "matrig-faults") || r->words != 2)
             return refuse(r, MR_MALFORMED, "not a fault file: its first line must be `matrig-faults 1`");
@@ -383,7 +366,7 @@ static enum mr_status read_text(struct reader *r, char *line)
 enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script, char *error,
                                size_t size)
 {
-    struct reader r = {.path = path, .elf = elf, .error = error, .error_size = size, .script = script};
+    struct reader r = {.at = {path, 0, error, size}, .elf = elf, .script = script};
     char line[LINE_MAX_BYTES];
     enum mr_status status = MR_OK;
     *script = (struct hil_fault_script){.seed = 1};
@@ -391,7 +374,7 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
     if (!file)
         return refuse(&r, MR_IO, "%s; give a file of faults (hil/rig/faults.h says how it is written)", strerror(errno));
     while (status == MR_OK && fgets(line, sizeof line, file)) {
-        r.line++;
+        r.at.line++;
         if (!strchr(line, '\n') && !feof(file))
             status = refuse(&r, MR_MALFORMED, "a line of more than %u bytes", LINE_MAX_BYTES - 2);
         else
@@ -400,7 +383,7 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
     bool failed = ferror(file) != 0;
     fclose(file);
     if (status == MR_OK && (failed || !r.has_version)) {
-        r.line = 0;
+        r.at.line = 0;
         status = failed ? refuse(&r, MR_IO, "cannot be read")
                         : refuse(&r, MR_MALFORMED, "not a fault file: its first line must be `matrig-faults 1`");
     }

@@ -2,41 +2,23 @@
 
 #include <errno.h>
 #include <inttypes.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/crc32.h"
+#include "hil/core/file_place.h"
 #include "hil/rig/codes.h"
 
 #define LINE_MAX_BYTES 400u /* a block record is 198 hex digits at most */
 
+#define refuse(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
+
 struct reader {
-    const char *path;
-    unsigned number; /* of the present line, from 1 */
-    char *error;
-    size_t error_size;
+    struct hil_file_place at; /* line: the present one */
     struct hil_replay *replay;
     size_t block_room, edge_room, frame_room, command_room;
 };
-
-__attribute__((format(printf, 3, 4)))
-static enum mr_status refuse(const struct reader *r, enum mr_status status, const char *format, ...)
-{
-    va_list arguments;
-    int n = r->number ? snprintf(r->error, r->error_size, "%s:%u: ", r->path, r->number)
-                      : snprintf(r->error, r->error_size, "%s: ", r->path);
-    va_start(arguments, format);
-    if (n > 0 && (size_t)n < r->error_size)
-        vsnprintf(r->error + n, r->error_size - (size_t)n, format, arguments);
-    va_end(arguments);
-    for (char *p = r->error; *p; p++) {
-        if (*p > 0 && *p < ' ')
-            *p = '?';
-    }
-    return status;
-}
 
 /* Room for one more element; aborts on lack of memory, as the board itself does. */
 static void *grow(void *array, size_t count, size_t *room, size_t size)
@@ -187,11 +169,11 @@ static enum mr_status parse(struct reader *r, FILE *file)
     unsigned version;
     while (fgets(line, sizeof line, file)) {
         size_t length = strlen(line);
-        r->number++;
+        r->at.line++;
         if (!length || line[length - 1] != '\n')
             return refuse(r, MR_TRUNCATED, "the file ends inside a line, or the line is too long");
         line[length - 1] = '\0';
-        if (r->number == 1) {
+        if (r->at.line == 1) {
             if (sscanf(line, "matrig-replay %u", &version) != 1)
                 return refuse(r, MR_MALFORMED, "not a replay file: it does not begin with `matrig-replay 1`");
             if (version != 1)
@@ -212,7 +194,7 @@ static enum mr_status parse(struct reader *r, FILE *file)
 
 enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char *error, size_t size)
 {
-    struct reader reader = {.path = path, .error = error, .error_size = size, .replay = replay};
+    struct reader reader = {.at = {path, 0, error, size}, .replay = replay};
     *replay = (struct hil_replay){.crystal = true};
     FILE *file = fopen(path, "r");
     if (!file)

@@ -2,57 +2,37 @@
 
 #include <errno.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/command.h"
 #include "common/crc32.h"
+#include "hil/core/file_place.h"
 
 #define FILE_MAX (256u * 1024u * 1024u)
 #define SAMPLES_MAX 4000000u
 #define COMMANDS_MAX 10000u
 
+#define refuse(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
+
 struct reader {
-    const char *path;
+    struct hil_file_place at; /* line: the present one */
     char *bytes;     /* the whole file, 0 after it */
     size_t size;
     char *next;      /* line to come */
     char *line;      /* present line, its end replaced by 0 */
-    size_t line_at;  /* its offset in the file */
-    unsigned number; /* of the present line, from 1 */
-    char *error;
-    size_t error_size;
     struct hil_run *run;
     unsigned switches, transducers, gages, gaps, gaps_end;
     bool has_duration, has_samples, ended;
 };
-
-__attribute__((format(printf, 3, 4)))
-static enum mr_status refuse(const struct reader *r, enum mr_status status, const char *format, ...)
-{
-    va_list arguments;
-    int n = r->number ? snprintf(r->error, r->error_size, "%s:%u: ", r->path, r->number)
-                      : snprintf(r->error, r->error_size, "%s: ", r->path);
-    va_start(arguments, format);
-    if (n > 0 && (size_t)n < r->error_size)
-        vsnprintf(r->error + n, r->error_size - (size_t)n, format, arguments);
-    va_end(arguments);
-    for (char *p = r->error; *p; p++) { /* what a damaged file holds may not be fit for a terminal */
-        if (*p > 0 && *p < ' ')
-            *p = '?';
-    }
-    return status;
-}
 
 static bool next_line(struct reader *r)
 {
     if (r->next >= r->bytes + r->size)
         return false;
     r->line = r->next;
-    r->line_at = (size_t)(r->line - r->bytes);
-    r->number++;
+    r->at.line++;
     char *end = memchr(r->line, '\n', (size_t)(r->bytes + r->size - r->line));
     if (end) {
         *end = '\0';
@@ -346,35 +326,6 @@ static enum mr_status check_complete(const struct reader *r)
     return MR_OK;
 }
 
-static enum mr_status read_whole(struct reader *r)
-{
-    FILE *file = fopen(r->path, "rb");
-    if (!file)
-        return refuse(r, MR_IO, "cannot open the run file: %s", strerror(errno));
-    size_t room = 1u << 20;
-    r->bytes = malloc(room + 1u);
-    while (r->bytes) {
-        r->size += fread(r->bytes + r->size, 1, room - r->size, file);
-        if (r->size < room || room >= FILE_MAX)
-            break;
-        room *= 2u;
-        char *grown = realloc(r->bytes, room + 1u);
-        if (!grown) {
-            free(r->bytes);
-            r->bytes = NULL;
-        } else {
-            r->bytes = grown;
-        }
-    }
-    bool failed = ferror(file) != 0;
-    fclose(file);
-    if (!r->bytes || failed)
-        return refuse(r, MR_IO, failed ? "cannot be read" : "no memory to read it");
-    r->bytes[r->size] = '\0';
-    r->next = r->bytes;
-    return MR_OK;
-}
-
 /* CRC-32 of everything before the last line that begins with `end `; 0 without one. */
 static uint32_t checksum(const struct reader *r)
 {
@@ -387,10 +338,11 @@ static uint32_t checksum(const struct reader *r)
 
 static enum mr_status parse(struct reader *r)
 {
-    enum mr_status status = read_whole(r);
+    enum mr_status status = hil_file_read(&r->at, FILE_MAX, "give a matrig-run file", &r->bytes, &r->size);
     long version;
     if (status != MR_OK)
         return status;
+    r->next = r->bytes;
     uint32_t crc = checksum(r); /* before lines and words are cut in place */
     char *p = NULL;
     if (!next_line(r) || strncmp(p = r->line, "matrig-run ", 11) != 0)
@@ -406,7 +358,7 @@ static enum mr_status parse(struct reader *r)
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size)
 {
     *run = (struct hil_run){0};
-    struct reader r = {.path = path, .error = error, .error_size = size, .run = run};
+    struct reader r = {.at = {path, 0, error, size}, .run = run};
     enum mr_status status = parse(&r);
     free(r.bytes);
     if (status != MR_OK)
