@@ -18,6 +18,8 @@
 #include "hil/rig/fault_log.h"
 #include "hil/rig/supply.h"
 
+#define tell(dev, fault, ...) hil_fault_tell((dev)->core, (dev)->options->log, (fault)->file_line, __VA_ARGS__)
+
 static void schedule(struct hil_faults_device *dev)
 {
     struct hil_faults *faults = dev->state;
@@ -118,7 +120,7 @@ static void flip(struct hil_faults_device *dev, const struct hil_fault *fault)
         return; /* checked when it was ordered */
     uint8_t after = (uint8_t)(byte ^ 1u << (fault->bit % 8u));
     (void)hil_cpu_poke(dev->core, address, &after, 1);
-    hil_fault_tell(dev->core, dev->options->log, fault->file_line, "bit %u at 0x%08x turned over: 0x%02x to 0x%02x", (unsigned)fault->bit,
+    tell(dev, fault, "bit %u at 0x%08x turned over: 0x%02x to 0x%02x", (unsigned)fault->bit,
          (unsigned)fault->address, byte, after);
 }
 
@@ -128,10 +130,10 @@ static void fail_channel(struct hil_faults_device *dev, const struct hil_fault *
     static const char *const single[] = {"staircase", "reference"};
     hil_rig_fail(dev->rig, fault->index, (enum hil_channel_fault)fault->choice);
     if (fault->index < 22)
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "%s %u %s", fault->index < 8 ? "transducer" : "gage",
+        tell(dev, fault, "%s %u %s", fault->index < 8 ? "transducer" : "gage",
              (unsigned)(fault->index < 8 ? fault->index + 1 : fault->index - 7), states[fault->choice]);
     else
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "%s %s", single[fault->index - 22], states[fault->choice]);
+        tell(dev, fault, "%s %s", single[fault->index - 22], states[fault->choice]);
 }
 
 static void fail_nor(struct hil_faults_device *dev, const struct hil_fault *fault)
@@ -156,7 +158,7 @@ static void fail_nor(struct hil_faults_device *dev, const struct hil_fault *faul
         nor->fail_erase = fault->count;
         break;
     }
-    hil_fault_tell(dev->core, dev->options->log, fault->file_line, "%s", texts[fault->choice]);
+    tell(dev, fault, "%s", texts[fault->choice]);
 }
 
 static void fail_thermometer(struct hil_faults_device *dev, const struct hil_fault *fault)
@@ -181,7 +183,7 @@ static void fail_thermometer(struct hil_faults_device *dev, const struct hil_fau
         chip->hung_clocks = 0;
         break;
     }
-    hil_fault_tell(dev->core, dev->options->log, fault->file_line, "thermometer %s", texts[fault->choice]);
+    tell(dev, fault, "thermometer %s", texts[fault->choice]);
     hil_i2c_lines_changed(dev->i2c, hil_now(dev->core));
 }
 
@@ -192,22 +194,22 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *fault)
     double ms = (double)fault->duration_ps / (double)HIL_MS_PS;
     switch (fault->action) {
     case HIL_FAULT_POWER_CUT:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "power cut for %g ms", ms);
+        tell(dev, fault, "power cut for %g ms", ms);
         hil_supply_off(dev->supply, fault->duration_ps);
         break;
     case HIL_FAULT_BROWN_OUT:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "supply at %g V for %g ms", fault->volts, ms);
+        tell(dev, fault, "supply at %g V for %g ms", fault->volts, ms);
         hil_supply_dip(dev->supply, fault->volts, fault->duration_ps);
         break;
     case HIL_FAULT_CRYSTAL:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "crystal %s", fault->on ? "starts" : "stops");
+        tell(dev, fault, "crystal %s", fault->on ? "starts" : "stops");
         hil_rcc_crystal(dev->rcc, fault->on);
         break;
     case HIL_FAULT_FLIP:
         flip(dev, fault);
         break;
     case HIL_FAULT_BUS:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "CAN bus %s", bus[fault->choice]);
+        tell(dev, fault, "CAN bus %s", bus[fault->choice]);
         hil_can_set_bus(dev->can, (enum hil_can_bus)fault->choice);
         break;
     case HIL_FAULT_LINE:
@@ -218,23 +220,23 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *fault)
         fail_channel(dev, fault);
         break;
     case HIL_FAULT_SKIP:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "switch %u will not open", (unsigned)fault->index + 1u);
+        tell(dev, fault, "switch %u will not open", (unsigned)fault->index + 1u);
         hil_rig_skip(dev->rig, fault->index);
         break;
     case HIL_FAULT_BOUNCE:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "switch %u will bounce %u times", (unsigned)fault->index + 1u,
+        tell(dev, fault, "switch %u will bounce %u times", (unsigned)fault->index + 1u,
              (unsigned)fault->count);
         hil_rig_bounce(dev->rig, fault->index, fault->count, fault->duration_ps);
         break;
     case HIL_FAULT_CAMERA:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "the camera gives no pulse for %u frames", (unsigned)fault->count);
+        tell(dev, fault, "the camera gives no pulse for %u frames", (unsigned)fault->count);
         hil_camera_skip(dev->camera, fault->count);
         break;
     case HIL_FAULT_NOR:
         fail_nor(dev, fault);
         break;
     case HIL_FAULT_DRIFT:
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "gage %u drifts: gain %g, offset %g lb", (unsigned)fault->index + 1u, fault->gain,
+        tell(dev, fault, "gage %u drifts: gain %g, offset %g lb", (unsigned)fault->index + 1u, fault->gain,
              fault->offset_lb);
         hil_rig_drift(dev->rig, fault->index, fault->gain, fault->offset_lb);
         break;
@@ -243,11 +245,11 @@ static void act(struct hil_faults_device *dev, const struct hil_fault *fault)
         break;
     case HIL_FAULT_STICK:
         (void)hil_stuck_add(dev->core, fault->address, fault->bit, fault->on);
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "bit %u at 0x%08x sticks at %d", (unsigned)fault->bit, (unsigned)fault->address, fault->on);
+        tell(dev, fault, "bit %u at 0x%08x sticks at %d", (unsigned)fault->bit, (unsigned)fault->address, fault->on);
         break;
     case HIL_FAULT_LAMP:
         dev->rig->state->lamp = (uint8_t)fault->choice;
-        hil_fault_tell(dev->core, dev->options->log, fault->file_line, "warning lamp %s", lamp[fault->choice]);
+        tell(dev, fault, "warning lamp %s", lamp[fault->choice]);
         break;
     }
 }

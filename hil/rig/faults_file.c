@@ -138,15 +138,25 @@ static enum mr_status read_bit(struct reader *r, struct hil_fault *f, enum hil_a
     return MR_OK;
 }
 
-static enum mr_status read_lamp(struct reader *r, struct hil_fault *f)
+/* The next word is a choice of this action; else `wrong` says what there is. */
+static enum mr_status choose(struct reader *r, struct hil_fault *f, enum hil_action action, const char *const *list, const char *wrong)
 {
-    static const char *const states[] = {"mend", "broken", "shorted"};
-    int choice = one_of(r, states, 3);
+    unsigned n = 0;
+    while (list[n])
+        n++;
+    int choice = one_of(r, list, n);
     if (choice < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no state of the lamp: broken, shorted, mend", peek(r));
-    f->action = HIL_FAULT_LAMP;
+        return refuse(r, MR_MALFORMED, "`%s` is no %s", peek(r), wrong);
+    f->action = action;
     f->choice = (unsigned)choice;
     return MR_OK;
+}
+
+static enum mr_status read_crystal(struct reader *r, struct hil_fault *f)
+{
+    f->action = HIL_FAULT_CRYSTAL;
+    f->on = take(r, "start");
+    return f->on || take(r, "stop") ? MR_OK : refuse(r, MR_MALFORMED, "`%s`: a crystal can `stop` or `start`", peek(r));
 }
 
 static enum mr_status read_power(struct reader *r, struct hil_fault *f, bool brown_out)
@@ -229,31 +239,22 @@ static enum mr_status read_switch(struct reader *r, struct hil_fault *f)
 
 static enum mr_status read_nor(struct reader *r, struct hil_fault *f)
 {
-    static const char *const kinds[] = {"fill", "dead", "mend", "fail-program", "fail-erase"};
+    static const char *const kinds[] = {"fill", "dead", "mend", "fail-program", "fail-erase", NULL};
     uint64_t count = 1;
-    int kind = one_of(r, kinds, 5);
-    if (kind < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no fault of the NOR: fill, dead, mend, fail-program, fail-erase",
-                      peek(r));
-    if (kind >= HIL_NOR_FAIL_PROGRAM && !whole(r, 1, UINT32_MAX, &count))
+    enum mr_status status = choose(r, f, HIL_FAULT_NOR, kinds, "fault of the NOR: fill, dead, mend, fail-program, fail-erase");
+    if (status == MR_OK && f->choice >= HIL_NOR_FAIL_PROGRAM && !whole(r, 1, UINT32_MAX, &count))
         return refuse(r, MR_MALFORMED, "how many operations fail? A count from 1, not `%s`", peek(r));
-    f->action = HIL_FAULT_NOR;
-    f->choice = (unsigned)kind;
     f->count = (uint32_t)count;
-    return MR_OK;
+    return status;
 }
 
 static enum mr_status read_thermometer(struct reader *r, struct hil_fault *f)
 {
-    static const char *const kinds[] = {"dead", "stuck", "hang", "stretch", "mend"};
-    int kind = one_of(r, kinds, 5);
-    if (kind < 0)
-        return refuse(r, MR_MALFORMED, "`%s` is no fault of the thermometer: dead, stuck, hang, stretch, mend", peek(r));
-    if (kind == HIL_THERMOMETER_STRETCH && !duration(r, 1e9, &f->duration_ps))
+    static const char *const kinds[] = {"dead", "stuck", "hang", "stretch", "mend", NULL};
+    enum mr_status status = choose(r, f, HIL_FAULT_THERMOMETER, kinds, "fault of the thermometer: dead, stuck, hang, stretch, mend");
+    if (status == MR_OK && f->choice == HIL_THERMOMETER_STRETCH && !duration(r, 1e9, &f->duration_ps))
         return refuse(r, MR_MALFORMED, "`stretch` needs milliseconds above 0, not `%s`", peek(r));
-    f->action = HIL_FAULT_THERMOMETER;
-    f->choice = (unsigned)kind;
-    return MR_OK;
+    return status;
 }
 
 static enum mr_status read_camera(struct reader *r, struct hil_fault *f)
@@ -268,9 +269,8 @@ static enum mr_status read_camera(struct reader *r, struct hil_fault *f)
 
 static enum mr_status read_action(struct reader *r, struct hil_fault *f)
 {
-    static const char *const bus[] = {"connect", "unplug", "short", "dominant"};
-    static const char *const crystal[] = {"stop", "start"};
-    int choice;
+    static const char *const bus[] = {"connect", "unplug", "short", "dominant", NULL};
+    static const char *const lamp[] = {"mend", "broken", "shorted", NULL};
     if (take(r, "power-cut"))
         return read_power(r, f, false);
     if (take(r, "brown-out"))
@@ -280,7 +280,7 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
     if (take(r, "stick"))
         return read_bit(r, f, HIL_FAULT_STICK);
     if (take(r, "lamp"))
-        return read_lamp(r, f);
+        return choose(r, f, HIL_FAULT_LAMP, lamp, "state of the lamp: broken, shorted, mend");
     if (take(r, "can"))
         return read_line(r, f, false);
     if (take(r, "serial"))
@@ -301,22 +301,10 @@ static enum mr_status read_action(struct reader *r, struct hil_fault *f)
         return read_nor(r, f);
     if (take(r, "thermometer"))
         return read_thermometer(r, f);
-    if (take(r, "bus")) {
-        f->action = HIL_FAULT_BUS;
-        choice = one_of(r, bus, 4);
-        if (choice < 0)
-            return refuse(r, MR_MALFORMED, "`%s` is no state of the bus: connect, unplug, short, dominant", peek(r));
-        f->choice = (unsigned)choice;
-        return MR_OK;
-    }
-    if (take(r, "crystal")) {
-        f->action = HIL_FAULT_CRYSTAL;
-        choice = one_of(r, crystal, 2);
-        if (choice < 0)
-            return refuse(r, MR_MALFORMED, "`%s`: a crystal can `stop` or `start`", peek(r));
-        f->on = choice == 1;
-        return MR_OK;
-    }
+    if (take(r, "bus"))
+        return choose(r, f, HIL_FAULT_BUS, bus, "state of the bus: connect, unplug, short, dominant");
+    if (take(r, "crystal"))
+        return read_crystal(r, f);
     return refuse(r, MR_MALFORMED,
                   "`%s` is no action: power-cut, brown-out, crystal, flip, stick, lamp, bus, can, serial, transducer, gage, staircase, "
                   "reference, switch, camera, nor or thermometer", peek(r));

@@ -74,31 +74,18 @@ static enum mr_status read_block(struct reader *r, const char *text)
     return MR_OK;
 }
 
-static enum mr_status read_edge(struct reader *r, const char *text)
+/* A tick, at least `apart` behind the one before it. */
+static enum mr_status read_tick(struct reader *r, const char *text, const char *word, uint64_t apart, const char *order, uint64_t **ticks,
+                                size_t *count, size_t *room)
 {
-    struct hil_replay *replay = r->replay;
     uint64_t tick;
     int end = 0;
     if (sscanf(text, "%" SCNu64 "%n", &tick, &end) != 1 || text[end] || tick > (uint64_t)INT64_MAX / 8u)
-        return refuse(r, MR_MALFORMED, "`edge <tick>` expected");
-    if (replay->edge_count && tick <= replay->edge_tick[replay->edge_count - 1])
-        return refuse(r, MR_MALFORMED, "edges must be in order of time");
-    replay->edge_tick = grow(replay->edge_tick, replay->edge_count, &r->edge_room, sizeof tick);
-    replay->edge_tick[replay->edge_count++] = tick;
-    return MR_OK;
-}
-
-static enum mr_status read_frame(struct reader *r, const char *text)
-{
-    struct hil_replay *replay = r->replay;
-    uint64_t tick;
-    int end = 0;
-    if (sscanf(text, "%" SCNu64 "%n", &tick, &end) != 1 || text[end] || tick > (uint64_t)INT64_MAX / 8u)
-        return refuse(r, MR_MALFORMED, "`frame <tick>` expected");
-    if (replay->frame_count && tick < replay->frame_tick[replay->frame_count - 1] + MR_TICKS_PER_BLOCK)
-        return refuse(r, MR_MALFORMED, "film frames must be in order of time, a millisecond apart");
-    replay->frame_tick = grow(replay->frame_tick, replay->frame_count, &r->frame_room, sizeof tick);
-    replay->frame_tick[replay->frame_count++] = tick;
+        return refuse(r, MR_MALFORMED, "`%s <tick>` expected", word);
+    if (*count && tick < (*ticks)[*count - 1] + apart)
+        return refuse(r, MR_MALFORMED, "%s", order);
+    *ticks = grow(*ticks, *count, room, sizeof tick);
+    (*ticks)[(*count)++] = tick;
     return MR_OK;
 }
 
@@ -131,9 +118,10 @@ static enum mr_status read_line(struct reader *r, const char *line)
     if (strncmp(line, "block ", 6) == 0)
         return read_block(r, line + 6);
     if (strncmp(line, "edge ", 5) == 0)
-        return read_edge(r, line + 5);
+        return read_tick(r, line + 5, "edge", 1, "edges must be in order of time", &replay->edge_tick, &replay->edge_count, &r->edge_room);
     if (strncmp(line, "frame ", 6) == 0)
-        return read_frame(r, line + 6);
+        return read_tick(r, line + 6, "frame", MR_TICKS_PER_BLOCK, "film frames must be in order of time, a millisecond apart",
+                         &replay->frame_tick, &replay->frame_count, &r->frame_room);
     if (strncmp(line, "command ", 8) == 0)
         return read_command(r, line + 8);
     if (strncmp(line, "uid ", 4) == 0) {

@@ -302,27 +302,14 @@ static bool get_address(uint32_t *address)
     return get() == sum && !line_error;
 }
 
-static void command_get(void)
-{
-    static const uint8_t reply[] = {11, VERSION, 0x00, 0x01, 0x02, 0x11, 0x21, 0x31, 0x44, 0x63, 0x73, 0x82, 0x92};
-    answer(true);
-    put_bytes(reply, sizeof reply);
-    answer(true);
-}
+static const uint8_t get_reply[] = {11, VERSION, 0x00, 0x01, 0x02, 0x11, 0x21, 0x31, 0x44, 0x63, 0x73, 0x82, 0x92};
+static const uint8_t version_reply[] = {VERSION, 0, 0};
+static const uint8_t id_reply[] = {1, 0x04, 0x13};
 
-static void command_version(void)
+static void tell(const uint8_t *reply, size_t n)
 {
-    static const uint8_t reply[] = {VERSION, 0, 0};
     answer(true);
-    put_bytes(reply, sizeof reply);
-    answer(true);
-}
-
-static void command_id(void)
-{
-    static const uint8_t reply[] = {1, 0x04, 0x13};
-    answer(true);
-    put_bytes(reply, sizeof reply);
+    put_bytes(reply, n);
     answer(true);
 }
 
@@ -442,18 +429,10 @@ static void command_write_protect(void)
         system_reset();
 }
 
-static void command_write_unprotect(void)
+static void change_options(uint32_t clear, uint32_t set)
 {
     answer(true);
-    options_program(0, 0xfffu << 16);
-    answer(true);
-    system_reset();
-}
-
-static void command_readout_protect(void)
-{
-    answer(true);
-    options_program(0xffu << 8, 0x55u << 8);
+    options_program(clear, set);
     answer(true);
     system_reset();
 }
@@ -483,16 +462,16 @@ static void obey(uint8_t command)
         return;
     }
     switch (command) {
-    case 0x00: command_get(); break;
-    case 0x01: command_version(); break;
-    case 0x02: command_id(); break;
+    case 0x00: tell(get_reply, sizeof get_reply); break;
+    case 0x01: tell(version_reply, sizeof version_reply); break;
+    case 0x02: tell(id_reply, sizeof id_reply); break;
     case 0x11: command_read(); break;
     case 0x21: command_go(); break;
     case 0x31: command_write(); break;
     case 0x44: command_erase(); break;
     case 0x63: command_write_protect(); break;
-    case 0x73: command_write_unprotect(); break;
-    case 0x82: command_readout_protect(); break;
+    case 0x73: change_options(0, 0xfffu << 16); break; /* write unprotect */
+    case 0x82: change_options(0xffu << 8, 0x55u << 8); break; /* readout protect */
     case 0x92: command_readout_unprotect(); break;
     default: answer(false); break;
     }
