@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "common/channels.h"
 #include "common/wire.h"
 
 #define SHARP 3.0f         /* a sudden change over what went before and after */

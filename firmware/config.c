@@ -1,6 +1,5 @@
 #include "firmware/config.h"
 
-#include "common/channels.h"
 #include "common/closure.h"
 #include "common/predictor.h"
 #include "firmware/builtin.h"

@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "common/block.h"
 #include "common/wire.h"
 
 static void change(struct landing *landing, enum landing_state state, enum landing_cause cause, uint32_t block)

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "common/catalogue.h"
-#include "common/channels.h"
 #include "common/command.h"
 #include "common/crash.h"
 #include "common/fault.h"

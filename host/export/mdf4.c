@@ -1,6 +1,5 @@
 #include "host/export/mdf4.h"
 
-#include <sys/types.h>
 
 #include <md5.h>
 #include <stdlib.h>

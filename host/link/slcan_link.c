@@ -1,6 +1,5 @@
 /* slcan:TTY[:BAUD], a LAWICEL adapter: opened at 1 Mbit/s, with time stamps when it has them, and asked for its
  * status once a second. */
-#include <errno.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>

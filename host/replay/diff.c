@@ -6,8 +6,6 @@
 #include "common/command.h"
 #include "common/fault.h"
 #include "common/series.h"
-#include "common/wire.h"
-#include "host/collect/collect_state.h"
 #include "host/replay/diff_field.h"
 
 #define DIGITS 15 /* as they were read */
