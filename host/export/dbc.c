@@ -17,34 +17,13 @@ static bool is_signed(enum mr_wire_type type)
  * none). */
 static void range(const struct mr_field_info *field, double *low, double *high)
 {
-    double steps = field->per_unit > 0.0f ? (double)field->per_unit : 1.0;
-    *low = *high = 0;
-    switch (field->type) {
-    case MR_WIRE_u8:
-        *high = 255;
-        break;
-    case MR_WIRE_i8:
-        *low = -128;
-        *high = 127;
-        break;
-    case MR_WIRE_u16:
-        *high = field->per_unit > 0.0f ? 65534 : 65535;
-        break;
-    case MR_WIRE_i16:
-        *low = field->per_unit > 0.0f ? -32767 : -32768;
-        *high = 32767;
-        break;
-    case MR_WIRE_u32:
-        *high = 4294967295.0;
-        break;
-    case MR_WIRE_i32:
-        *low = -2147483648.0;
-        *high = 2147483647.0;
-        break;
-    case MR_WIRE_f32: break;
-    }
-    *low /= steps;
-    *high /= steps;
+    static const double whole[][2] = {[MR_WIRE_u8] = {0, 255}, [MR_WIRE_i8] = {-128, 127}, [MR_WIRE_u16] = {0, 65535},
+                                      [MR_WIRE_i16] = {-32768, 32767}, [MR_WIRE_u32] = {0, 4294967295.0},
+                                      [MR_WIRE_i32] = {-2147483648.0, 2147483647.0}, [MR_WIRE_f32] = {0, 0}};
+    bool scaled = field->per_unit > 0.0f;
+    double steps = scaled ? (double)field->per_unit : 1.0;
+    *low = (whole[field->type][0] + (scaled && field->type == MR_WIRE_i16)) / steps;
+    *high = (whole[field->type][1] - (scaled && field->type == MR_WIRE_u16)) / steps;
 }
 
 static void write_signal(FILE *out, const struct mr_message_info *message, const struct mr_field_info *field)

@@ -144,19 +144,15 @@ const struct link_counters *link_counters(const struct link *link)
     return &link->counters;
 }
 
-uint64_t link_now_us(void)
+static uint64_t time_us(clockid_t clock)
 {
     struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
+    clock_gettime(clock, &now);
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
-uint64_t link_monotonic_us(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
-}
+uint64_t link_now_us(void) { return time_us(CLOCK_REALTIME); }
+uint64_t link_monotonic_us(void) { return time_us(CLOCK_MONOTONIC); }
 
 uint64_t link_ahead_us(struct link *link)
 {
@@ -357,32 +353,31 @@ static enum mr_status take_device(struct link *link, struct error *error)
     return error_set(error, MR_NOT_NOW, "the device is away: %s; plug it in again", link->spec);
 }
 
-enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error)
-{
-    uint8_t bytes[16] = {0};
-    mr_put_u32(bytes, frame->id);
-    bytes[4] = frame->length;
-    memcpy(bytes + 8, frame->data, frame->length);
-    enum mr_status status = take_device(link, error);
-    if (status != MR_OK)
-        return status;
-    status = link->ops->send(link, bytes, sizeof bytes, error);
-    if (status == MR_OK)
-        link->counters.sent++;
-    pthread_mutex_unlock(&link->device);
-    return status;
-}
-
-enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+/* `counts`: what it is on the counter of what was sent. */
+static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size_t length, size_t counts, struct error *error)
 {
     enum mr_status status = take_device(link, error);
     if (status != MR_OK)
         return status;
     status = link->ops->send(link, bytes, length, error);
     if (status == MR_OK)
-        link->counters.sent += length;
+        link->counters.sent += counts;
     pthread_mutex_unlock(&link->device);
     return status;
+}
+
+enum mr_status link_send_frame(struct link *link, const struct link_frame *frame, struct error *error)
+{
+    uint8_t bytes[16] = {0};
+    mr_put_u32(bytes, frame->id);
+    bytes[4] = frame->length;
+    memcpy(bytes + 8, frame->data, frame->length);
+    return send_counted(link, bytes, sizeof bytes, 1, error);
+}
+
+enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
+{
+    return send_counted(link, bytes, length, length, error);
 }
 
 enum mr_status link_send_message(struct link *link, uint16_t seq, uint16_t id, const uint8_t *payload, size_t length, struct error *error)

@@ -67,6 +67,9 @@ struct link {
 /* Read more into the buffer. MR_OK: there is more; MR_TOO_FEW: none now; MR_CLOSED: end of file; MR_IO. */
 enum mr_status link_fill(struct link *link, struct error *error);
 
+/* All of it to a socket or a terminal; waits at most 1 s for room. `spec` is for errors. */
+enum mr_status link_write(const char *spec, int fd, const uint8_t *bytes, size_t length, struct error *error);
+
 /* Count a trouble. */
 void link_trouble(struct link *link, enum link_trouble trouble, uint64_t count);
 /* What it hears is counted from now on; `baud`: of the line, 0: it has none. */

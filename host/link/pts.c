@@ -3,13 +3,10 @@
 #include <asm/termbits.h> /* struct termios2, for any rate; not to be mixed with termios.h */
 #include <errno.h>
 #include <fcntl.h>
-#include <poll.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
-
-#define SEND_WAIT_MS 1000
 
 enum mr_status pts_line(const char *spec, int fd, int baud, struct error *error)
 {
@@ -38,22 +35,4 @@ enum mr_status pts_open(const char *spec, const char *path, int baud, int *fd, s
     if (flock(*fd, LOCK_EX | LOCK_NB) != 0) /* each would take bytes from the other */
         return error_set(error, MR_IO, "another matrig has the terminal: %s; end it first", spec);
     return pts_line(spec, *fd, baud, error);
-}
-
-enum mr_status pts_write(const char *spec, int fd, const uint8_t *bytes, size_t length, struct error *error)
-{
-    while (length > 0) {
-        ssize_t count = write(fd, bytes, length);
-        if (count > 0) {
-            bytes += count;
-            length -= (size_t)count;
-            continue;
-        }
-        struct pollfd ready = {.fd = fd, .events = POLLOUT};
-        if (count < 0 && errno != EAGAIN && errno != EINTR)
-            return error_set(error, MR_IO, "cannot send (%s): %s; is the board still there?", strerror(errno), spec);
-        if (poll(&ready, 1, SEND_WAIT_MS) == 0)
-            return error_set(error, MR_TIMEOUT, "the board takes nothing: %s; is it stopped?", spec);
-    }
-    return MR_OK;
 }

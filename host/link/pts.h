@@ -8,7 +8,5 @@
 enum mr_status pts_open(const char *spec, const char *path, int baud, int *fd, struct error *error);
 /* Another rate; what was received before is forgotten. */
 enum mr_status pts_line(const char *spec, int fd, int baud, struct error *error);
-/* Waits at most 1 s for room. */
-enum mr_status pts_write(const char *spec, int fd, const uint8_t *bytes, size_t length, struct error *error);
 
 #endif

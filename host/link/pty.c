@@ -27,7 +27,7 @@ static enum mr_status pty_open(struct link *link, const char *path, struct error
 
 static enum mr_status pty_send(struct link *link, const uint8_t *bytes, size_t length, struct error *error)
 {
-    return pts_write(link->spec, link->fd, bytes, length, error);
+    return link_write(link->spec, link->fd, bytes, length, error);
 }
 
 const struct link_ops link_pty_ops = {

@@ -40,10 +40,7 @@ static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_
 
 static void serial_service(struct link *link)
 {
-    unsigned overruns, line_errors;
-    tty_news(link->tty, &overruns, &line_errors);
-    link_trouble(link, LINK_UART_OVERRUN, overruns);
-    link_trouble(link, LINK_UART_LINE, line_errors);
+    tty_news(link->tty, link);
 }
 
 static enum mr_status serial_line(struct link *link, int baud, bool even_parity, struct error *error)

@@ -154,11 +154,8 @@ static enum mr_status slcan_send(struct link *link, const uint8_t *bytes, size_t
 static void slcan_service(struct link *link)
 {
     struct error ignored = {0}; /* a port that broke is found by the next read */
-    unsigned overruns, line_errors;
     tty_write(link->tty, (const uint8_t *)"F\r", 2, &ignored);
-    tty_news(link->tty, &overruns, &line_errors);
-    link_trouble(link, LINK_UART_OVERRUN, overruns);
-    link_trouble(link, LINK_UART_LINE, line_errors);
+    tty_news(link->tty, link);
 }
 
 const struct link_ops link_slcan_ops = {

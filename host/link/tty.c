@@ -12,6 +12,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "host/link/link_ops.h"
 #include "host/link/pts.h"
 
 #define WRITE_WAIT_MS 1000u
@@ -203,7 +204,7 @@ ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size)
 enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, struct error *error)
 {
     if (!tty->port)
-        return pts_write(tty->spec, tty->fd, bytes, length, error);
+        return link_write(tty->spec, tty->fd, bytes, length, error);
     enum sp_return count = sp_blocking_write(tty->port, bytes, length, WRITE_WAIT_MS);
     if (count < 0)
         return error_set(error, MR_IO, "cannot send (%s): %s; is it still plugged in?",
@@ -213,14 +214,13 @@ enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, s
     return MR_OK;
 }
 
-void tty_news(struct tty *tty, unsigned *overruns, unsigned *line_errors)
+void tty_news(struct tty *tty, struct link *link)
 {
     struct serial_icounter_struct now = {0}, *before = &tty->counted;
-    *overruns = *line_errors = 0;
     if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
         return;
-    *overruns = (unsigned)(now.overrun - before->overrun) + (unsigned)(now.buf_overrun - before->buf_overrun);
-    *line_errors = (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) +
-                   (unsigned)(now.brk - before->brk);
+    link_trouble(link, LINK_UART_OVERRUN, (unsigned)(now.overrun - before->overrun) + (unsigned)(now.buf_overrun - before->buf_overrun));
+    link_trouble(link, LINK_UART_LINE,
+                 (unsigned)(now.frame - before->frame) + (unsigned)(now.parity - before->parity) + (unsigned)(now.brk - before->brk));
     *before = now;
 }

@@ -14,6 +14,7 @@
 #define TTY_BAUD_FIND 0 /* of the usual rates the one at which a board is understood */
 #define TTY_PATH_MAX 256u
 
+struct link;
 struct tty;
 
 /* "TTY[:BAUD]" or "TTY:find" (TTY_BAUD_FIND) in its parts. A colon belongs to the path unless only digits follow it (names below
@@ -36,8 +37,8 @@ ssize_t tty_read(struct tty *tty, uint8_t *bytes, size_t size);
 /* Waits at most 1 s for room. MR_TIMEOUT, MR_IO. */
 enum mr_status tty_write(struct tty *tty, const uint8_t *bytes, size_t length, struct error *error);
 
-/* What the driver counted since the last call: overruns of the UART and of the kernel's buffer, and errors of the
- * line (framing, parity, break). Zeros when the driver does not count. */
-void tty_news(struct tty *tty, unsigned *overruns, unsigned *line_errors);
+/* Counts as troubles of the link what the driver counted since the last call: overruns of the UART and of the kernel's buffer, and
+ * errors of the line (framing, parity, break). None when the driver does not count. */
+void tty_news(struct tty *tty, struct link *link);
 
 #endif

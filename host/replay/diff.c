@@ -249,40 +249,27 @@ static void compare_messages(struct comparing *c, int link, const struct mr_mess
 
 /* ---- block records: what was given must come back ---- */
 
-static void compare_numbers(struct comparing *c, const char *field, int64_t block, const uint16_t *a, const uint16_t *b,
-                            size_t count)
+static void compare_number(struct comparing *c, const char *field, int64_t block, double a, double b)
 {
-    for (size_t i = 0; i < count; i++) {
-        c->row->fields++;
-        if (a[i] != b[i])
-            note_value(c, field, block, a[i], b[i]);
-    }
-}
-
-static void compare_bytes(struct comparing *c, const char *field, int64_t block, const uint8_t *a, const uint8_t *b)
-{
-    for (size_t i = 0; i < MR_CHANNELS; i++) {
-        c->row->fields++;
-        if (a[i] != b[i])
-            note_value(c, field, block, a[i], b[i]);
-    }
+    c->row->fields++;
+    if (a != b)
+        note_value(c, field, block, a, b);
 }
 
 static void compare_block(struct comparing *c, const struct mr_block *a, const struct mr_block *b)
 {
-    uint32_t tick = b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK;
     c->row->pairs++;
-    c->row->fields++;
-    if (a->tick != tick)
-        note_value(c, "tick", a->index, a->tick, tick);
-    c->row->fields++;
-    if (a->absent != b->absent)
-        note_value(c, "absent", a->index, a->absent, b->absent);
-    compare_numbers(c, "plus", a->index, a->plus, b->plus, MR_TRANSDUCERS);
-    compare_numbers(c, "minus", a->index, a->minus, b->minus, MR_TRANSDUCERS);
-    compare_numbers(c, "sum", a->index, a->sum, b->sum, MR_ADC1_CHANNELS);
-    compare_bytes(c, "low", a->index, a->low, b->low);
-    compare_bytes(c, "high", a->index, a->high, b->high);
+    compare_number(c, "tick", a->index, a->tick, b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
+    compare_number(c, "absent", a->index, a->absent, b->absent);
+#define COMPARE(field)                                                                \
+    for (size_t i = 0; i < sizeof a->field / sizeof a->field[0]; i++)                  \
+        compare_number(c, #field, a->index, a->field[i], b->field[i]);
+    COMPARE(plus)
+    COMPARE(minus)
+    COMPARE(sum)
+    COMPARE(low)
+    COMPARE(high)
+#undef COMPARE
 }
 
 static void compare_blocks(struct comparing *c)
@@ -315,14 +302,7 @@ static int64_t faults_of_circumstances(const struct answers *answers, int link)
 
 static bool mentions_link_faults(const struct answers *answers)
 {
-    for (int link = 0; link < LINK_KINDS; link++) {
-        for (size_t i = 0; i < answers->messages[link]; i++) {
-            const struct answer *answer = &answers->message[link][i];
-            if (answer->info->id == MR_ID_FAULT && !follows_from_record(answer, 0))
-                return true;
-        }
-    }
-    return false;
+    return faults_of_circumstances(answers, LINK_CAN) + faults_of_circumstances(answers, LINK_SERIAL) > 0;
 }
 
 static void begin_row(struct comparing *c, const char *message, int link)
