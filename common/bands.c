@@ -9,11 +9,6 @@
 #define SURE 3.0f          /* standard errors */
 #define NO_STATION_FT 1e6f
 
-static float magnitude(float value)
-{
-    return value < 0.0f ? -value : value;
-}
-
 float mr_bands_error(const struct mr_channel_config *gage, float tension_lb)
 {
     float gain_lb = gage->gain_error * tension_lb;
@@ -130,13 +125,13 @@ static unsigned seek_pullout(const struct mr_bands *bands, const struct mr_band 
     float most_lb = 0.0f;
     for (unsigned i = 0; i + 1 < band->gages; i++) {
         float a = step_lb[i], b = step_lb[i + 1];
-        float large = magnitude(a) > magnitude(b) ? magnitude(a) : magnitude(b);
-        float small = magnitude(a) + magnitude(b) - large;
+        float large = __builtin_fabsf(a) > __builtin_fabsf(b) ? __builtin_fabsf(a) : __builtin_fabsf(b);
+        float small = __builtin_fabsf(a) + __builtin_fabsf(b) - large;
         if (!(a * b < 0.0f) || !(large >= band->step_lb) || small < MR_BANDS_SHARE * large)
             continue;
         float before_lb = past(bands, band->gage[i + 1], 4) - past(bands, band->gage[i], 4);
         float after_lb = past(bands, band->gage[i + 1], 2) - past(bands, band->gage[i], 2);
-        if (magnitude(after_lb) < magnitude(before_lb) && large + small > most_lb) {
+        if (__builtin_fabsf(after_lb) < __builtin_fabsf(before_lb) && large + small > most_lb) {
             most_lb = large + small;
             found = i;
         }
@@ -149,7 +144,7 @@ static unsigned beside(const struct mr_band *band, const float *step_lb, unsigne
 {
     if (place == 0 || place + 1 == band->gages)
         return band->gages;
-    return magnitude(step_lb[place - 1]) > magnitude(step_lb[place + 1]) ? place - 1 : place + 1;
+    return __builtin_fabsf(step_lb[place - 1]) > __builtin_fabsf(step_lb[place + 1]) ? place - 1 : place + 1;
 }
 
 /* No pair of neighbours: a slip when several gages dropped and none rose, a load that moved on when any rose, a step when one
@@ -160,10 +155,10 @@ static void note_doubt(const struct mr_bands *bands, struct mr_band *band, const
     unsigned worst = 0, drops = 0, rises = 0;
     float from_lb[MR_GAGES];
     for (unsigned i = 1; i < band->gages; i++) {
-        if (magnitude(step_lb[i]) > magnitude(step_lb[worst]) || __builtin_isnan(step_lb[worst]))
+        if (__builtin_fabsf(step_lb[i]) > __builtin_fabsf(step_lb[worst]) || __builtin_isnan(step_lb[worst]))
             worst = i;
     }
-    float least_lb = MR_BANDS_SHARE * magnitude(step_lb[worst]);
+    float least_lb = MR_BANDS_SHARE * __builtin_fabsf(step_lb[worst]);
     for (unsigned i = 0; i < band->gages; i++) {
         drops += step_lb[i] <= -least_lb;
         rises += step_lb[i] >= least_lb;
@@ -223,16 +218,16 @@ static void look_at_step(struct mr_bands *bands, unsigned number, uint32_t block
     }
     band->frozen = true;
     find(bands, number, band->gage[i] + 1u, band->gage[i + 1] + 1u, MR_BAND_PULLOUT,
-         magnitude(step_lb[i]) + magnitude(step_lb[i + 1]), block);
+         __builtin_fabsf(step_lb[i]) + __builtin_fabsf(step_lb[i + 1]), block);
 }
 
 static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, unsigned gage)
 {
     float at2 = past(bands, gage, 2), at4 = past(bands, gage, 4);
-    float step_lb = magnitude(at2 - at4);
-    if (!(step_lb >= band->step_lb) || magnitude(past(bands, gage, 1) - past(bands, gage, 3)) > step_lb)
+    float step_lb = __builtin_fabsf(at2 - at4);
+    if (!(step_lb >= band->step_lb) || __builtin_fabsf(past(bands, gage, 1) - past(bands, gage, 3)) > step_lb)
         return false; /* none, or the next step shows more of it: it fell within a mean */
-    float before_lb = magnitude(at4 - past(bands, gage, 6)), after_lb = magnitude(past(bands, gage, 0) - at2);
+    float before_lb = __builtin_fabsf(at4 - past(bands, gage, 6)), after_lb = __builtin_fabsf(past(bands, gage, 0) - at2);
     return step_lb >= SHARP * before_lb && step_lb >= SHARP * after_lb;
 }
 

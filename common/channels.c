@@ -17,11 +17,6 @@ float mr_channels_ratio(const struct mr_block *block)
     return MR_REFERENCE_CODE / code;
 }
 
-static float size_of(float x)
-{
-    return x < 0.0f ? -x : x;
-}
-
 static uint8_t ends_reached(const struct mr_block *block, unsigned channel)
 {
     if (block->low[channel] == MR_SCANS_PER_BLOCK)
@@ -35,8 +30,8 @@ static uint8_t ends_reached(const struct mr_block *block, unsigned channel)
 static uint8_t wiring(const struct mr_channel_config *config, float common_mode, float code)
 {
     if (common_mode < MR_COMMON_MODE_LOW || common_mode > MR_COMMON_MODE_HIGH)
-        return size_of(code) < MR_FLOATING_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORT;
-    if (size_of(code) < MR_UNEXCITED_CODES && size_of(config->zero_code) >= MR_ZERO_OFF_CODES)
+        return __builtin_fabsf(code) < MR_FLOATING_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORT;
+    if (__builtin_fabsf(code) < MR_UNEXCITED_CODES && __builtin_fabsf(config->zero_code) >= MR_ZERO_OFF_CODES)
         return MR_INVALID_EXCITATION;
     return MR_VALID;
 }

@@ -1,10 +1,5 @@
 #include "common/gain.h"
 
-static float size_of(float x)
-{
-    return x < 0.0f ? -x : x;
-}
-
 static float smaller(float a, float b)
 {
     return a < b ? a : b;
@@ -37,7 +32,7 @@ float mr_channel_gain(const struct mr_channel_config *channel)
 
 float mr_channel_range_codes(const struct mr_channel_config *channel)
 {
-    return channel->low < channel->high ? (channel->high - channel->low) / size_of(mr_channel_gain(channel)) : 0.0f;
+    return channel->low < channel->high ? (channel->high - channel->low) / __builtin_fabsf(mr_channel_gain(channel)) : 0.0f;
 }
 
 static float value_at(const struct mr_channel_config *channel, float code)
@@ -58,7 +53,7 @@ float mr_channel_reached(const struct mr_channel_config *channel)
 enum mr_config_rule mr_gain_check(const struct mr_channel_config *channel)
 {
     struct mr_gain_limits limits = mr_gain_limits(channel);
-    float gain = size_of(mr_channel_gain(channel)), codes = mr_channel_range_codes(channel);
+    float gain = __builtin_fabsf(mr_channel_gain(channel)), codes = mr_channel_range_codes(channel);
     if (!(gain <= limits.most))
         return MR_RULE_COARSE;
     if (!(gain >= limits.least))

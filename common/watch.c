@@ -10,11 +10,6 @@
 #define NOISE_FREE 8u
 #define TURNS 8u /* blocks until it is a channel's turn again: noise in three of them, its neighbours in the third */
 
-static float size_of(float x)
-{
-    return x < 0.0f ? -x : x;
-}
-
 static bool moves(const struct mr_channel_config *config)
 {
     return config->kind == MR_KIND_DISPLACEMENT;
@@ -97,7 +92,7 @@ static void follow_noise(struct mr_watch_channel *channel, float value, float un
 static bool too_fast(struct mr_watch_channel *channel, const struct mr_channel_config *config, float value, uint32_t index)
 {
     float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
-    if (config->rate_limit_per_s > 0.0f && size_of(value - channel->good) > allowed)
+    if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good) > allowed)
         return true; /* not when there is no good one yet: NaN is not greater */
     channel->good = value;
     channel->good_block = index;
@@ -139,8 +134,8 @@ static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_chan
 
 static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch_channel *channel, float by)
 {
-    return size_of(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) > by &&
-           size_of(reading_of(watch, channel->anchor_down_is) - channel->anchor_down) > by;
+    return __builtin_fabsf(reading_of(watch, channel->anchor_up_is) - channel->anchor_up) > by &&
+           __builtin_fabsf(reading_of(watch, channel->anchor_down_is) - channel->anchor_down) > by;
 }
 
 static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
@@ -150,7 +145,7 @@ static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *
     float noise_band = MR_STUCK_NOISES * channel->rest_noise;
     if (noise_band > band)
         band = noise_band;
-    bool holds = size_of(value - channel->anchor) <= band;
+    bool holds = __builtin_fabsf(value - channel->anchor) <= band;
     if (!holds || (!channel->stuck && !is_anchored(watch, channel)))
         drop_anchor(watch, channel, value, index);
     else if (neighbours_moved(watch, channel, moves(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
@@ -160,7 +155,7 @@ static void look_at_neighbours(struct mr_watch *watch, struct mr_watch_channel *
 /* The codes have not changed for long; not the values: those follow the reference's noise too. */
 static void look_at_noise(struct mr_watch_channel *channel, const struct mr_channel_config *config, float value, uint32_t index)
 {
-    if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * size_of(config->unit_per_code)))
+    if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * __builtin_fabsf(config->unit_per_code)))
         return;
     channel->anchor = value;
     channel->anchor_block = index - MR_STUCK_CONSTANT_BLOCKS;

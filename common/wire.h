@@ -9,6 +9,8 @@
 #ifndef MATRIG_COMMON_WIRE_H
 #define MATRIG_COMMON_WIRE_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -80,6 +82,17 @@ static inline float mr_get_real_i16(const uint8_t **p, float per_unit)
 {
     int16_t counts = mr_get_i16(p);
     return counts == MR_MISSING_I16 ? MR_NAN : (float)counts / per_unit;
+}
+
+/* Erased memory: all ones. */
+static inline bool mr_is_blank(const uint8_t *bytes, size_t n)
+{
+    uint32_t all = UINT32_MAX;
+    for (; n >= 4; n -= 4)
+        all &= mr_get_u32(&bytes);
+    for (; n; n--)
+        all &= 0xffffff00u | *bytes++;
+    return all == UINT32_MAX;
 }
 
 #endif

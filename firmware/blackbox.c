@@ -217,14 +217,6 @@ static void erase_fails(struct blackbox *box)
     blackbox_set_sector(box, box->job_sector, SECTOR_BAD);
 }
 
-static bool is_blank(const uint8_t page[NOR_PAGE])
-{
-    uint32_t all = UINT32_MAX;
-    for (const uint8_t *end = page + NOR_PAGE; page < end;)
-        all &= mr_get_u32(&page);
-    return all == UINT32_MAX;
-}
-
 static void begin_erase(struct blackbox *box, unsigned sector)
 {
     blackbox_begin_job(box, JOB_ERASE, sector, 0);
@@ -235,7 +227,7 @@ static void begin_erase(struct blackbox *box, unsigned sector)
 static void look(struct blackbox *box)
 {
     bool was_dirty = is_dirty(box->sector[box->job_sector]);
-    if (is_blank(box->buffer)) {
+    if (mr_is_blank(box->buffer, NOR_PAGE)) {
         if (box->job_page + 1 == PAGES)
             blackbox_set_sector(box, box->job_sector, SECTOR_ERASED);
         else if (was_dirty) /* just erased: to the end; else a page now and then */

@@ -102,14 +102,8 @@ static float deviation_of(const struct calibrate_mean *mean)
 /* Standard deviation, or how far the halves are apart, whichever is more. */
 static float spread_of(const struct calibrate_mean *mean)
 {
-    float apart = (mean->sum - 2.0f * mean->first_half) / (float)HALF, deviation = deviation_of(mean);
-    apart = apart < 0.0f ? -apart : apart;
+    float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half) / (float)HALF, deviation = deviation_of(mean);
     return apart > deviation ? apart : deviation;
-}
-
-static float magnitude(float value)
-{
-    return value < 0.0f ? -value : value;
 }
 
 /* ---- zero ---- */
@@ -118,13 +112,13 @@ static enum verdict judge_zero(const struct calibrate *calibrate, unsigned c)
 {
     const struct mr_channel_config *channel = &config.channel[c];
     const struct calibrate_mean *mean = &calibrate->mean[c];
-    float unit = magnitude(channel->unit_per_code);
+    float unit = __builtin_fabsf(channel->unit_per_code);
     bool tension = channel->kind == MR_KIND_TENSION;
     if (calibrate->bad >> c & 1u)
         return NOT_VALID;
     if (!(spread_of(mean) * unit <= (tension ? MOVES_LB : ZERO_MOVES_IN)))
         return MOVES;
-    return tension && magnitude(mean_of(mean) - zero_configured(c)) * unit > ZERO_FAR_LB ? WRONG : GOOD;
+    return tension && __builtin_fabsf(mean_of(mean) - zero_configured(c)) * unit > ZERO_FAR_LB ? WRONG : GOOD;
 }
 
 static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry, const struct landing *landing, uint32_t block)
@@ -157,7 +151,7 @@ static enum mr_status give_zero(const struct mr_command *command)
     unsigned channel = command->index - 1u;
     float code;
     memcpy(&code, &command->argument, sizeof code);
-    if (channel >= MR_TRANSDUCERS + MR_GAGES || !(magnitude(code) <= 4096.0f))
+    if (channel >= MR_TRANSDUCERS + MR_GAGES || !(__builtin_fabsf(code) <= 4096.0f))
         return MR_USAGE;
     zero_measure(channel, code);
     return MR_OK;
@@ -187,7 +181,7 @@ static void end_phase(struct calibrate *calibrate)
             calibrate->rest_lb[g] = lb;
             calibrate->noise_lb[g] = deviation_of(mean);
         } else {
-            if (magnitude(lb - calibrate->rest_lb[g]) > MOVES_LB)
+            if (__builtin_fabsf(lb - calibrate->rest_lb[g]) > MOVES_LB)
                 calibrate->moved |= 1u << g;
             calibrate->rest_lb[g] = 0.5f * (calibrate->rest_lb[g] + lb);
         }
@@ -206,7 +200,7 @@ static enum verdict judge_span(const struct calibrate *calibrate, unsigned g, fl
         return NOT_VALID;
     if (calibrate->moved >> g & 1u)
         return MOVES;
-    return magnitude(span_lb - channel->shunt_lb) > (error_lb > allowed_lb ? error_lb : allowed_lb) ? WRONG : GOOD;
+    return __builtin_fabsf(span_lb - channel->shunt_lb) > (error_lb > allowed_lb ? error_lb : allowed_lb) ? WRONG : GOOD;
 }
 
 static void tell_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)

@@ -65,7 +65,7 @@ static void tell_quality(const struct channels *channels, struct telemetry *tele
         .hours = movement ? 0.0f : (float)(index - channels->zero_block[c]) / BLOCKS_PER_H,
         .reference_error = config.channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].gain_error,
     };
-    float unit = channel->unit_per_code < 0.0f ? -channel->unit_per_code : channel->unit_per_code;
+    float unit = __builtin_fabsf(channel->unit_per_code);
     TELL(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c, .validity = watched->told,
          .noise_codes = c_now.noise / unit, .error_codes = mr_reading_error(channel, &c_now) / unit, .invalid = watched->invalid);
 }

@@ -8,15 +8,6 @@
 
 #define BOTH_COPIES 3u /* detail of the fault */
 
-static bool is_blank(const uint8_t *bytes)
-{
-    for (unsigned i = 0; i < MR_CONFIG_IMAGE; i++) {
-        if (bytes[i] != 0xff)
-            return false;
-    }
-    return true;
-}
-
 static uint32_t word_at(const uint8_t *image, unsigned word)
 {
     const uint8_t *p = image + 4u * word;
@@ -32,7 +23,7 @@ static uint32_t revision_of(unsigned copy)
 static uint8_t look_at_copy(unsigned copy)
 {
     const uint8_t *bytes = flash_copy(copy);
-    return is_blank(bytes) ? CONFIGSTORE_BLANK : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
+    return mr_is_blank(bytes, MR_CONFIG_IMAGE) ? CONFIGSTORE_BLANK : (uint8_t)-mr_config_examine(bytes, FLASH_COPY_BYTES);
 }
 
 /* Takes a copy into force; false, and nothing changed, when it is not sound. */

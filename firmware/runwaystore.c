@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "common/wire.h"
 #include "firmware/health.h"
 
 enum step { STEP_NONE, STEP_READ, STEP_READ_AGAIN, STEP_ERASE, STEP_PROGRAM, STEP_VERIFY };
@@ -39,15 +40,6 @@ void runwaystore_follow(struct runwaystore *store, bool memory)
         memset(store->copy, (int)RUNWAYSTORE_NO_MEMORY, sizeof store->copy);
 }
 
-static bool is_blank(const struct runwaystore *store)
-{
-    for (unsigned i = 0; i < MR_RUNWAY_IMAGE; i++) {
-        if (store->image[i] != 0xff)
-            return false;
-    }
-    return true;
-}
-
 static bool is_damaged(uint8_t copy)
 {
     return copy != (uint8_t)MR_OK && copy < RUNWAYSTORE_NOT_READ;
@@ -67,7 +59,7 @@ static void look_at_copy(struct runwaystore *store, struct predict *predict)
 {
     struct mr_predictor_state *state = &predict->state; /* nothing is armed before it is loaded */
     enum mr_status status = mr_runway_read(state, &store->sequence[store->at], store->image);
-    store->copy[store->at] = is_blank(store) ? RUNWAYSTORE_BLANK : (uint8_t)-status;
+    store->copy[store->at] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK : (uint8_t)-status;
     store->page = 0;
     if (is_damaged(store->copy[store->at]) && ++store->tries < TRIES)
         return;

@@ -10,7 +10,6 @@ enum job { JOB_NONE, JOB_SCAN, JOB_CHECK, JOB_PROGRAM, JOB_VERIFY, JOB_ERASE, JO
 
 #define PAGES NOR_PAGES_PER_SECTOR
 #define RING_PAGES (SLOWLOG_SECTORS * PAGES)
-#define RING_ROWS (SLOWLOG_SECTORS * SLOWLOG_ROWS_PER_SECTOR)
 #define READ_TRIES 4u
 #define PLACE_TRIES 8u  /* for a row that does not hold */
 #define ERASE_TRIES 2u
@@ -139,14 +138,6 @@ static void set_bit(uint32_t *bits, unsigned sector, bool on)
 static bool has_bit(uint32_t bits, unsigned sector) { return bits >> sector & 1u; }
 
 _Static_assert(MR_SLOWROW % 4 == 0 && NOR_PAGE % 4 == 0, "whole words");
-static bool is_blank(const uint8_t *bytes, unsigned n)
-{
-    uint32_t all = UINT32_MAX;
-    for (const uint8_t *end = bytes + n; bytes < end;)
-        all &= mr_get_u32(&bytes);
-    return all == UINT32_MAX;
-}
-
 static unsigned next_sector(const struct slowlog *log, unsigned sector)
 {
     for (unsigned n = 1; n < SLOWLOG_SECTORS; n++) {
@@ -180,7 +171,7 @@ static void scan_page(struct slowlog *log)
 {
     unsigned sector = log->page / PAGES;
     struct mr_slowrow row;
-    unsigned rows = is_blank(log->buffer, NOR_PAGE) ? 0 : SLOWLOG_ROWS_PER_PAGE, whole = 0, torn = 0;
+    unsigned rows = mr_is_blank(log->buffer, NOR_PAGE) ? 0 : SLOWLOG_ROWS_PER_PAGE, whole = 0, torn = 0;
     for (unsigned i = 0; i < rows; i++) {
         enum mr_status status = mr_slowrow_get(&row, log->buffer + MR_SLOWROW * i);
         whole += status == MR_OK;
@@ -224,7 +215,7 @@ static void row_ends(struct slowlog *log, bool kept)
 static void program_row(struct slowlog *log)
 {
     struct mr_slowrow *row = &log->waiting[log->got % SLOWLOG_WAITING];
-    if (!is_blank(row_at(log, log->place), MR_SLOWROW)) { /* torn when the power went */
+    if (!mr_is_blank(row_at(log, log->place), MR_SLOWROW)) { /* torn when the power went */
         next_place(log);
         return;
     }
@@ -250,7 +241,7 @@ static void verify_row(struct slowlog *log)
 static void look(struct slowlog *log, bool done)
 {
     unsigned sector = log->page / PAGES;
-    if (done && is_blank(log->buffer, NOR_PAGE)) {
+    if (done && mr_is_blank(log->buffer, NOR_PAGE)) {
         if ((log->page + 1) % PAGES) {
             begin(log, JOB_LOOK, log->page + 1);
             return;
