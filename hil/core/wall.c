@@ -18,6 +18,8 @@ double hil_wall_s(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+int64_t hil_wall_ms(void) { return (int64_t)(1e3 * hil_wall_s()); }
+
 void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile int *stop)
 {
     double t_s = pace->began_s + (double)t_ps * 1e-12;

@@ -5,8 +5,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Seconds of a clock that never jumps. */
+/* Seconds and milliseconds of a clock that never jumps. */
 double hil_wall_s(void);
+int64_t hil_wall_ms(void);
 
 /* Virtual time tied to the wall clock. A piece of virtual time is run when the wall clock has passed its end,
  * so nothing leaves the board early; how late the end was, at worst, is kept. */

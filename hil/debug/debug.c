@@ -281,46 +281,23 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
 
 /* What a look at a peripheral register must leave as it was. */
 struct bystander {
-    struct hil_core_state core;
+    struct hil_core core;
     struct hil_state state;
     struct hil_callbacks callbacks;
-    FILE *trace;
-    const struct hil_tracer_calls *tracer;
-    struct hil_access access;
-    uint64_t limit_cycle;
-    bool stopped;
-    struct hil_reset reset;
-    char reason[sizeof ((struct hil_core *)0)->reason];
 };
 
 static void remember(const struct hil_board *board, struct bystander *b)
 {
-    const struct hil_core *core = &board->core;
-    b->core = core->state;
+    b->core = board->core;
     b->state = board->state;
     b->callbacks = board->lines.callbacks;
-    b->trace = core->trace;
-    b->tracer = core->onlookers.tracer;
-    b->access = core->bus.access;
-    b->limit_cycle = core->limit_cycle;
-    b->stopped = core->stopped;
-    b->reset = core->reset;
-    memcpy(b->reason, core->reason, sizeof b->reason);
 }
 
 static void forget(struct hil_board *board, const struct bystander *b)
 {
-    struct hil_core *core = &board->core;
-    core->state = b->core;
+    board->core = b->core;
     board->state = b->state;
     board->lines.callbacks = b->callbacks;
-    core->trace = b->trace;
-    core->onlookers.tracer = b->tracer;
-    core->bus.access = b->access;
-    core->limit_cycle = b->limit_cycle;
-    core->stopped = b->stopped;
-    core->reset = b->reset;
-    memcpy(core->reason, b->reason, sizeof b->reason);
 }
 
 static bool is_bus(uint32_t address)
@@ -372,7 +349,7 @@ enum mr_status hil_debug_write(struct hil_board *board, uint32_t address, const 
         hil_bus_write(&board->core, address + (uint32_t)i, size, value);
         i += size;
     }
-    if (!board->core.stopped || before.stopped)
+    if (!board->core.stopped || before.core.stopped)
         return MR_OK;
     forget(board, &before);
     return MR_UNKNOWN;

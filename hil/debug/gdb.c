@@ -9,10 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
+#include "hil/core/wall.h"
 #include "hil/link/wire_link.h"
 
 #define POLL_MS 50
@@ -449,31 +448,10 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
 
 static enum mr_status listen_on_path(struct hil_gdb *gdb, const char *path, char *error, size_t size)
 {
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    struct stat st;
-    if (strlen(path) >= sizeof address.sun_path) {
-        snprintf(error, size, "--gdb: the socket path is too long (%zu characters fit); give a shorter one",
-                 sizeof address.sun_path - 1);
-        return MR_USAGE;
-    }
-    strcpy(address.sun_path, path);
-    if (lstat(path, &st) == 0 && !S_ISSOCK(st.st_mode)) {
-        snprintf(error, size, "--gdb: %s is there and no socket; remove it or give another path", path);
-        return MR_IO;
-    }
-    if (hil_socket_is_live(&address)) {
-        snprintf(error, size, "--gdb: another program listens at %s; end it or give another path", path);
-        return MR_IO;
-    }
-    unlink(path);
-    gdb->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (gdb->listener < 0 || bind(gdb->listener, (const struct sockaddr *)&address, sizeof address) != 0
-        || listen(gdb->listener, 1) != 0) {
-        snprintf(error, size, "--gdb: cannot listen at %s: %s; give a path in a folder that can be written", path,
-                 strerror(errno));
-        return MR_IO;
-    }
-    strcpy(gdb->path, path);
+    enum mr_status status = hil_socket_listen("--gdb", path, &gdb->listener, error, size);
+    if (status != MR_OK)
+        return status;
+    snprintf(gdb->path, sizeof gdb->path, "%s", path);
     snprintf(gdb->place, sizeof gdb->place, "%s", path);
     return MR_OK;
 }
@@ -514,11 +492,11 @@ enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, 
 enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int timeout_ms, const volatile int *stop,
                               char *error, size_t size)
 {
-    int64_t until = hil_gdb_now_ms() + timeout_ms;
+    int64_t until = hil_wall_ms() + timeout_ms;
     gdb->board = board;
     if (gdb->listener < 0)
         return MR_OK;
-    while (gdb->line.fd < 0 && !*stop && hil_gdb_now_ms() < until) {
+    while (gdb->line.fd < 0 && !*stop && hil_wall_ms() < until) {
         struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
         if (poll(&wait, 1, POLL_MS) > 0)
             attach(gdb);

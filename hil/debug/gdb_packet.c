@@ -5,18 +5,12 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "hil/core/wall.h"
 
 #define SEND_MS 10000
 #define POLL_MS 50
-
-int64_t hil_gdb_now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
-}
 
 /* --- hexadecimal --- */
 
@@ -61,7 +55,7 @@ void hil_gdb_lose(struct hil_gdb_line *line)
 
 static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
 {
-    int64_t until = hil_gdb_now_ms() + SEND_MS;
+    int64_t until = hil_wall_ms() + SEND_MS;
     while (n && line->fd >= 0) {
         ssize_t sent = send(line->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (sent > 0) {
@@ -70,7 +64,7 @@ static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
             continue;
         }
         struct pollfd wait = {.fd = line->fd, .events = POLLOUT};
-        if ((errno != EAGAIN && errno != EINTR) || hil_gdb_now_ms() > until)
+        if ((errno != EAGAIN && errno != EINTR) || hil_wall_ms() > until)
             hil_gdb_lose(line);
         else
             poll(&wait, 1, POLL_MS);

@@ -18,8 +18,6 @@ struct hil_gdb_line {
     struct hil_call lost; /* the connection is over */
 };
 
-/* Milliseconds of a clock that never jumps. */
-int64_t hil_gdb_now_ms(void);
 /* Bytes of hex text, at most `room`: how many. And the other way, with a 0 after them: where that 0 is. */
 size_t hil_gdb_from_hex(const char *text, uint8_t *bytes, size_t room);
 char *hil_gdb_to_hex(char *text, const void *bytes, size_t n);

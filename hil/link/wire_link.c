@@ -9,10 +9,10 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "hil/board/precious.h"
+#include "hil/core/wall.h"
 #include "hil/link/pty.h"
 
 #define FRAME_BYTES 16u
@@ -25,20 +25,13 @@
 #define PTY_POLL_MS 2      /* nothing wakes us when a host opens it */
 #define PTY_BAUD 115200u   /* until a host says otherwise */
 
-static int64_t now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
-}
-
 static const char *noun(const struct hil_link *link)
 {
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
 
 /* A connection of the wrong type reaches nobody, and the refusal tells whether anybody is there. */
-bool hil_socket_is_live(const struct sockaddr_un *address)
+static bool is_live(const struct sockaddr_un *address)
 {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     bool live = fd >= 0 && connect(fd, (const struct sockaddr *)address, sizeof *address) != 0 && errno == EPROTOTYPE;
@@ -47,34 +40,28 @@ bool hil_socket_is_live(const struct sockaddr_un *address)
     return live;
 }
 
-static enum mr_status listen_at(struct hil_link *link, char *error, size_t size)
+enum mr_status hil_socket_listen(const char *option, const char *path, int *listener, char *error, size_t size)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     struct stat st;
-    if (strlen(link->path) >= sizeof address.sun_path) {
-        snprintf(error, size, "%s: socket path of %zu characters, at most %zu fit; give a shorter one than %s", noun(link),
-                 strlen(link->path),
-                 sizeof address.sun_path - 1, link->path);
+    if (strlen(path) >= sizeof address.sun_path) {
+        snprintf(error, size, "%s: socket path of %zu characters, at most %zu fit; give a shorter one than %s", option, strlen(path),
+                 sizeof address.sun_path - 1, path);
         return MR_USAGE;
     }
-    memcpy(address.sun_path, link->path, strlen(link->path));
-    if (lstat(link->path, &st) == 0) {
-        if (!S_ISSOCK(st.st_mode)) {
-            snprintf(error, size, "%s: %s is there and no socket; remove it or give another path",
-                     noun(link), link->path);
-            return MR_IO;
-        }
-        if (hil_socket_is_live(&address)) {
-            snprintf(error, size, "%s: another program listens at %s; end it or give another path", noun(link), link->path);
-            return MR_IO;
-        }
-        unlink(link->path); /* left by an earlier run */
+    strcpy(address.sun_path, path);
+    if (lstat(path, &st) == 0 && !S_ISSOCK(st.st_mode)) {
+        snprintf(error, size, "%s: %s is there and no socket; remove it or give another path", option, path);
+        return MR_IO;
     }
-    link->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (link->listener < 0 || bind(link->listener, (const struct sockaddr *)&address, sizeof address) != 0
-        || listen(link->listener, 1) != 0) {
-        snprintf(error, size, "%s: cannot listen at %s: %s; give a path in a folder that can be written", noun(link),
-                 link->path, strerror(errno));
+    if (is_live(&address)) {
+        snprintf(error, size, "%s: another program listens at %s; end it or give another path", option, path);
+        return MR_IO;
+    }
+    unlink(path); /* left by an earlier run */
+    *listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (*listener < 0 || bind(*listener, (const struct sockaddr *)&address, sizeof address) != 0 || listen(*listener, 1) != 0) {
+        snprintf(error, size, "%s: cannot listen at %s: %s; give a path in a folder that can be written", option, path, strerror(errno));
         return MR_IO;
     }
     return MR_OK;
@@ -89,7 +76,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strncmp(text, "unix:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_UNIX;
         link->path = text + 5;
-        return listen_at(link, error, size);
+        return hil_socket_listen(noun(link), link->path, &link->listener, error, size);
     }
     if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
         link->type = HIL_LINK_PTY;
@@ -136,10 +123,10 @@ static bool host_came(struct hil_link *link)
 enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop, char *error,
                                size_t size)
 {
-    int64_t until = now_ms() + timeout_ms;
+    int64_t until = hil_wall_ms() + timeout_ms;
     if (link->type != HIL_LINK_UNIX && link->type != HIL_LINK_PTY)
         return MR_OK;
-    while (!*stop && now_ms() < until) {
+    while (!*stop && hil_wall_ms() < until) {
         if (host_came(link))
             return MR_OK;
     }
@@ -228,12 +215,12 @@ static ssize_t write_some(struct hil_link *link)
 enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatile int *stop, char *error,
                               size_t size)
 {
-    int64_t moved = now_ms();
+    int64_t moved = hil_wall_ms();
     while (link->fd >= 0 && link->start < link->end && !link->hung_up) {
         ssize_t n = write_some(link);
         if (n > 0) {
             link->start += (size_t)n;
-            moved = now_ms();
+            moved = hil_wall_ms();
             continue;
         }
         if (n < 0 && errno == EINTR)
@@ -252,7 +239,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             return MR_OK;
         if (*stop)
             return MR_CLOSED;
-        if (now_ms() - moved > stall_ms) {
+        if (hil_wall_ms() - moved > stall_ms) {
             snprintf(error, size, "%s: the host has read nothing from %s for %.4g s; is it stopped? --stall S waits longer", noun(link),
                      link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
@@ -335,10 +322,10 @@ void hil_link_close(struct hil_link *link)
 {
     if (link->type == HIL_LINK_UNIX && link->fd >= 0) {
         uint8_t rest[4096];
-        int64_t until = now_ms() + CLOSE_MS;
+        int64_t until = hil_wall_ms() + CLOSE_MS;
         shutdown(link->fd, SHUT_WR);
         /* Closing with unread input would look like an error to the host. */
-        while (now_ms() < until) {
+        while (hil_wall_ms() < until) {
             struct pollfd wait = {.fd = link->fd, .events = POLLIN};
             if (poll(&wait, 1, POLL_MS) > 0 && recv(link->fd, rest, sizeof rest, MSG_DONTWAIT) == 0)
                 break;

@@ -36,8 +36,9 @@ struct hil_link {
     size_t partial_size;
 };
 
-/* Does a program listen at this socket? It does not notice. */
-bool hil_socket_is_live(const struct sockaddr_un *address);
+/* Listen at a socket of the file system, where neither another program does nor another file is. `option` is for errors; `*listener` is
+ * the caller's to close, also after an error. MR_USAGE, MR_IO. */
+enum mr_status hil_socket_listen(const char *option, const char *path, int *listener, char *error, size_t size);
 /* Open a link from its text. MR_USAGE: not a link; MR_IO: cannot be opened. `error` says why. */
 enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, const char *text, char *error,
                              size_t size);
