@@ -23,7 +23,6 @@
 /* A segment counts as closed when less than this is left of its slack: one joint in ten may still be open (0.036 in
  * designed, report 2.6), the nine others closed to 0.001 in, and a survey reading is good to 0.005 in (three of them). */
 #define MR_CLOSURE_OPEN_IN (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
-#define MR_CLOSURE_WARNING_MATS 30u /* half of the zone in which the report saw buckling */
 
 struct mr_closure_input {
     const float *station_ft;      /* MR_TRANSDUCERS, rising */

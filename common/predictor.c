@@ -90,7 +90,6 @@ static void take_found(struct mr_predictor *p)
 {
     p->found = p->scan.found;
     p->found_group = (uint8_t)p->chain.group;
-    p->found_block = p->block;
     p->scan_begun_anew = false;
     begin_scan(p);
 }

@@ -95,7 +95,6 @@ struct mr_predictor {
     struct mr_chain chain;
     struct mr_zonescan scan;          /* going on */
     struct mr_zonescan_found found;   /* by the last complete one */
-    uint32_t found_block;             /* in which it was completed */
     float scanned_ft_s2;              /* deceleration that the scan going on was begun with */
     bool scan_begun_anew;             /* it took the place of an incomplete one */
     uint8_t found_group;              /* mats in a group of `found` */

@@ -7,8 +7,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define I2C_POLLS_MAX 60u /* of a transfer, the recovery of a stuck bus included */
-
 enum i2c_status {
     I2C_IDLE,      /* the last transfer is over, and was acknowledged */
     I2C_BUSY,

@@ -31,18 +31,16 @@ static const uint8_t writable_status[3] = {0xfc, 0x79, 0x64};
 #define STATUS_2_CMP 0x40u
 #define STATUS_3_WPS 0x04u
 
-static uint8_t *cells(const struct hil_w25q_device *dev) { return dev->cells; }
-
 static bool has_bit(const uint8_t *bits, uint32_t n) { return bits && (bits[n / 8u] >> n % 8u & 1u); }
 
 static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t value)
 {
     uint32_t sector = address / HIL_NOR_SECTOR;
-    cells(dev)[address] = (uint8_t)~value; /* kept inverted, so that an erased chip is memory never touched */
+    dev->cells[address] = (uint8_t)~value; /* kept inverted, so that an erased chip is memory never touched */
     dev->state->used[sector / 8u] |= (uint8_t)(1u << sector % 8u);
 }
 
-static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address) { return (uint8_t)~cells(dev)[address]; }
+static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address) { return (uint8_t)~dev->cells[address]; }
 
 /* Protected addresses [*from, *to), from BP, TB, SEC, CMP (7.1.3 to 7.1.8; status register memory protection). */
 static void protected_range(const struct hil_w25q *w, uint32_t *from, uint32_t *to)
@@ -211,11 +209,17 @@ static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
     w->powered_down = w->reset_enabled = w->volatile_enabled = false;
 }
 
+/* A block of so many bytes, when its address was given and nothing more. */
+static void erase(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t block, uint32_t typical_us, uint32_t maximum_us)
+{
+    if (dev->state->count == 4)
+        start(dev, t_ps, dev->state->address & ~(block - 1u), block, typical_us, maximum_us);
+}
+
 /* Chip select rises: what was shifted in is carried out. */
 static void act(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
-    uint32_t block = w->command == ERASE_4K ? HIL_NOR_SECTOR : w->command == ERASE_32K ? 0x8000u : 0x10000u;
     bool reset_enabled = w->reset_enabled;
     w->reset_enabled = false;
     switch (w->command) {
@@ -242,12 +246,13 @@ static void act(struct hil_w25q_device *dev, uint64_t t_ps)
             start(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
         break;
     case ERASE_4K:
+        erase(dev, t_ps, HIL_NOR_SECTOR, 45000, 400000);
+        break;
     case ERASE_32K:
+        erase(dev, t_ps, 0x8000, 120000, 1600000);
+        break;
     case ERASE_64K:
-        if (w->count == 4)
-            start(dev, t_ps, w->address & ~(block - 1u), block,
-                  w->command == ERASE_4K ? 45000 : w->command == ERASE_32K ? 120000 : 150000,
-                  w->command == ERASE_4K ? 400000 : w->command == ERASE_32K ? 1600000 : 2000000);
+        erase(dev, t_ps, 0x10000, 150000, 2000000);
         break;
     case ERASE_ALL:
     case ERASE_ALL_60:
@@ -380,7 +385,7 @@ static void take_orders(struct hil_w25q_device *dev)
     struct hil_nor_orders *orders = dev->orders;
     w->dead = orders->dead;
     if (orders->fill_requested) {
-        memset(cells(dev), 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
+        memset(dev->cells, 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
         memset(w->used, 0xff, sizeof w->used);
         orders->fill_requested = false;
     }

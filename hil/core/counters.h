@@ -31,14 +31,11 @@ struct hil_counters {
     /* time with PD12 high and PD13 low; no direct component: plus equals minus */
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
-    uint64_t commands_scripted;    /* of the run file, given to the board */
     uint64_t faults_injected;      /* lines told of hil/rig/faults.h */
     uint64_t flash_refused;        /* stores and operations that set an error flag, wrong keys */
     uint64_t flash_stall_cycles;   /* HCLK cycles for which the core waited for flash */
     uint64_t power_cuts;
     uint32_t last_fault_pc;
-    uint32_t last_fault_cfsr;
-    uint32_t last_fault_address;
 };
 
 #endif

@@ -38,7 +38,6 @@ struct hil_cpu_engine {
     int came_back;
     uint32_t came_back_number;
     uint32_t bad_address, bad_size;
-    int bad_type;
 
     bool runs_to_fp;           /* the core runs up to a floating-point instruction that will fault */
     unsigned split_bytes;      /* of an unaligned store to flash, still to come one by one */

@@ -315,8 +315,6 @@ void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint
         core->state.scb.bfar = address;
     counters->faults++;
     counters->last_fault_pc = pc;
-    counters->last_fault_cfsr = core->state.scb.cfsr;
-    counters->last_fault_address = address;
     hil_trace(core, "fault at PC 0x%08x, address 0x%08x, CFSR 0x%08x", (unsigned)pc, (unsigned)address,
               (unsigned)core->state.scb.cfsr);
     unsigned exception = HIL_EXC_USAGE_FAULT;

@@ -79,7 +79,6 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     }
     core->engine.bad_address = (uint32_t)address;
     core->engine.bad_size = (uint32_t)size;
-    core->engine.bad_type = (int)type;
     return false;
 }
 

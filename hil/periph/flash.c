@@ -60,7 +60,7 @@ static const struct duration erase_64k_time = {{1200000, 700000, 550000}, {24000
 static const struct duration erase_128k_time = {{2000000, 1300000, 1000000}, {4000000, 2600000, 2000000}};
 static const struct duration erase_all_time = {{16000000, 11000000, 8000000}, {32000000, 22000000, 16000000}};
 
-unsigned hil_flash_sector(uint32_t offset)
+static unsigned sector_of(uint32_t offset)
 {
     unsigned sector = HIL_FLASH_SECTORS - 1;
     while (offset < sector_starts[sector])
@@ -269,7 +269,7 @@ static void program(struct hil_flash_device *dev, uint32_t offset, unsigned size
         refuse(dev, SR_PGAERR, "store across a row of 128 bits", address);
     } else if (size != 1u << (flash->cr >> 8 & 3u) || offset % size) {
         refuse(dev, SR_PGPERR, "store of another width than PSIZE", address);
-    } else if (is_write_protected(dev, hil_flash_sector(offset))) {
+    } else if (is_write_protected(dev, sector_of(offset))) {
         refuse(dev, SR_WRPERR, "store to a write-protected sector", address);
     } else {
         flash->address = offset;

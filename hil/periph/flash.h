@@ -81,8 +81,7 @@ void hil_flash_power_lost(struct hil_flash_device *dev);
  * began. */
 void hil_flash_cut_at(struct hil_flash_device *dev, uint64_t n, unsigned permille);
 
-/* Sector at an offset in flash, and where a sector begins (12: the end). */
-unsigned hil_flash_sector(uint32_t offset);
+/* Where a sector begins in flash (12: the end). */
 uint32_t hil_flash_sector_start(unsigned sector);
 /* Option bytes as memory shows them from 0x1FFFC000, word 0 to 3. */
 uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word);

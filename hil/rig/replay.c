@@ -86,8 +86,7 @@ static void begin(struct hil_replay_device *dev)
 
 static void give(struct hil_replay_device *dev, const struct mr_command *message, bool serial)
 {
-    struct hil_command_in in = {dev->core, dev->can, dev->usart, &dev->state->sequence};
-    if (hil_command_in(&in, message, serial) != MR_OK)
+    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, message, serial) != MR_OK)
         hil_core_stop(dev->core, MR_FULL, "replayed command %u: too many wait for the board", (unsigned)message->tag);
 }
 

@@ -20,8 +20,7 @@ void hil_script_start(struct hil_script_device *dev)
 
 static void give(struct hil_script_device *dev, const struct hil_run_command *command)
 {
-    struct hil_command_in in = {dev->core, dev->can, dev->usart, &dev->state->sequence};
-    if (hil_command_in(&in, &command->message, command->serial) != MR_OK)
+    if (hil_command_in(dev->can, dev->usart, &dev->state->sequence, &command->message, command->serial) != MR_OK)
         hil_core_stop(dev->core, MR_FULL, "scripted command %u of the run file: too many wait for the %s",
                        (unsigned)command->message.tag, command->serial ? "serial line" : "CAN bus");
 }

@@ -197,7 +197,6 @@ static enum mr_status work_on(struct job *job, unsigned sector)
 {
     enum mr_status status = MR_WAIT;
     for (unsigned try = 0; status == MR_WAIT && try < SECTOR_TRIES; try++) {
-        job->result->rewritten += try > 0;
         status = MR_OK;
         if (try > 0 || needs_erase(job, sector)) {
             uint32_t page = first_page(sector);

@@ -25,7 +25,6 @@ struct flash_result {
     unsigned verified;               /* bytes read back and found right */
     unsigned erased;                 /* sectors, bit n: sector n */
     bool resumed;                    /* an earlier flash had broken off */
-    unsigned rewritten;              /* sectors that had to be erased again */
     unsigned reread;                 /* pages whose first reading back was wrong on the line */
 };
 

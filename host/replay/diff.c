@@ -358,7 +358,8 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
     }
 }
 
-void difference_text(const struct difference *d, char *out, size_t size)
+/* "serial 2.345 s: motion.speed_ft_s recorded 35.5, replayed 35.6" */
+static void difference_text(const struct difference *d, char *out, size_t size)
 {
     int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_text[d->link], (double)d->block / 1e3,
                           (long long)d->block, d->message, d->field[0] ? "." : "", d->field);

@@ -56,7 +56,5 @@ void diff_answers(const struct answers *recorded, const struct answers *replayed
                   struct diff *diff);
 
 void diff_answer(const struct diff *diff, struct answer *answer);
-/* "serial 2.345 s: motion.speed_ft_s recorded 35.5, replayed 35.6" */
-void difference_text(const struct difference *difference, char *out, size_t size);
 
 #endif
