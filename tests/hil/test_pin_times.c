@@ -1,5 +1,5 @@
 /* Times at pins: what the firmware's drivers do against what the chips around the board demand. */
-#include "hil/debug/pin_times.h"
+#include "tests/hil/pin_times.h"
 #include "hil/symbols.h"
 #include "tests/hil/ear.h"
 

@@ -18,8 +18,8 @@
  * level's end as early as the next store. So a level lasts from store to store less the slew of its own edge.
  *
  * Covered are pins in output mode. A pin that a peripheral drives (alternate function) changes without a store. */
-#ifndef MATRIG_HIL_PIN_TIMES_H
-#define MATRIG_HIL_PIN_TIMES_H
+#ifndef MATRIG_TESTS_HIL_PIN_TIMES_H
+#define MATRIG_TESTS_HIL_PIN_TIMES_H
 
 #include <stdbool.h>
 #include <stdint.h>

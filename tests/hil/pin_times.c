@@ -1,4 +1,4 @@
-#include "hil/debug/pin_times.h"
+#include "tests/hil/pin_times.h"
 
 #include <string.h>
 
