@@ -16,7 +16,7 @@ void hil_bus_create(struct hil_core *core)
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral)
 {
     struct hil_bus *bus = &core->bus;
-    if (bus->count == HIL_PERIPHERALS_MAX)
+    if (bus->count == HIL_PERIPHERALS_MAX || !hil_registers_of(peripheral->base))
         abort();
     bus->peripheral_of[(peripheral->base - 0x40000000u) >> 10] = (uint8_t)bus->count;
     bus->registers_of[bus->count] = hil_registers_of(peripheral->base);
@@ -36,15 +36,12 @@ static bool may_go_on(struct hil_core *core, const struct hil_register *r, bool 
     return false;
 }
 
-/* May the access go on, by the table of registers? A peripheral without a table decides itself. */
+/* May the access go on, by the table of registers? */
 static bool is_modelled(struct hil_core *core, const struct hil_peripheral *p, uint32_t offset, bool write, uint32_t value)
 {
-    const struct hil_register_set *set = core->bus.registers_of[p - core->bus.peripheral];
-    if (!set)
-        return true;
     const struct hil_register **r = &core->bus.register_at[p - core->bus.peripheral][offset / 4u % HIL_REGISTER_WORDS];
     if (!*r)
-        *r = hil_register_at(set, offset);
+        *r = hil_register_at(core->bus.registers_of[p - core->bus.peripheral], offset);
     return may_go_on(core, *r, write, value);
 }
 

@@ -13,7 +13,7 @@ struct hil_peripheral;
 
 /* Nobody answers at any address. */
 void hil_bus_create(struct hil_core *core);
-/* A peripheral comes onto the bus, below 0x40080000. Aborts beyond HIL_PERIPHERALS_MAX. */
+/* A peripheral comes onto the bus, below 0x40080000. Aborts beyond HIL_PERIPHERALS_MAX, and when registers.def lacks it. */
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral);
 /* Access by the core. */
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size);

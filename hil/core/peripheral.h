@@ -16,7 +16,8 @@ struct hil_access {
     bool write;
 };
 
-/* A peripheral as the bus knows it; it has a kilobyte of addresses. `device` is handed to each call, with `unit`. */
+/* A peripheral as the bus knows it; it has a kilobyte of addresses. `device` is handed to each call, with `unit`. The bus refuses by
+ * registers.def before it calls: `read` and `write` see registers of that table alone, and no value that the table refuses. */
 struct hil_peripheral {
     uint32_t base;
     const char *name;
@@ -48,7 +49,7 @@ struct hil_bus {
     unsigned count;
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
     uint8_t peripheral_of[HIL_BUS_PAGES];
-    /* of each; NULL: without a table */
+    /* of each */
     const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX];
     /* by word of a peripheral; NULL: not yet looked for, or none */
     const struct hil_register *register_at[HIL_PERIPHERALS_MAX][HIL_REGISTER_WORDS];

@@ -1,4 +1,4 @@
-/* Which registers and bits the emulated board models, in one table (registers.def): the bus refuses by it, matrig-board
+/* Which registers and bits the emulated board models, in one table (registers.def): the bus refuses by it, a reset takes its values, matrig-board
  * --not-modelled prints it, a test pokes every register of every peripheral and compares.
  *
  * A write that changes a reserved bit, a bit that is not modelled or a read-only register ends the run with a message.
