@@ -5,6 +5,8 @@
  * label it is in the JSON alone. In the JSON a unit ends the name ("rms_in", "peak_error_in"), and what is not finite is null.
  * Values are given in the report's units; an answer in SI converts them.
  *
+ * For people, facts in a row that share a label show it once, in text.
+ *
  * Functions return the fact that they added, to be refined before the next call. Names, labels and words are copied. When memory ends,
  * answers are cut short, and answer_text, answer_json and answer_html say so. */
 #ifndef MATRIG_HOST_BASE_ANSWER_H
@@ -37,6 +39,8 @@ struct answer_fact *answer_value(struct answer *answer, const char *name, const 
 /* The same with its standard error; the JSON has NAME and NAME_error. */
 struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, double error,
                                     int decimals);
+/* ANSWER_UNKNOWN is null, and a dash for people. */
+#define ANSWER_UNKNOWN INT64_MIN
 void answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
 void answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...) __attribute__((format(printf, 4, 5)));
@@ -47,12 +51,14 @@ void answer_none(struct answer *answer, const char *name, const char *label, con
 /* Of the JSON alone: any value. Takes `json`. */
 void answer_json_value(struct answer *answer, const char *name, json_t *json);
 
-/* Facts that belong together, until answer_close: an object of the JSON; for people a heading with its facts below. */
+/* Facts that belong together, until answer_close: an object of the JSON; for people a heading with its facts below, or with the label "" its
+ * facts alone. */
 void answer_open(struct answer *answer, const char *name, const char *label);
 /* An array of values without names. */
 void answer_list(struct answer *answer, const char *name, const char *label);
 /* An array of objects, which people see as a table: rows are opened and closed in it, and labels of their facts head its columns, in the
- * order of the row that has most of them. `|` begins a new line of the head. What is too wide goes on below, the first column again. */
+ * order of the row that has most of them. `|` begins a new line of the head. What is too wide goes on below, the first column again. A
+ * table without rows is "none" for people. */
 void answer_table(struct answer *answer, const char *name, const char *label);
 void answer_close(struct answer *answer);
 

@@ -47,15 +47,18 @@ static void print_fact(const struct answer_item *item, FILE *out)
     html_fact(out, item->label, "%s", text);
 }
 
-/* Facts in a row share one <dl>. */
-static void print_items(const struct answer *answer, size_t from, size_t to, FILE *out)
+/* Facts in a row share one <dl>, which may be open before and after. */
+static bool print_items(const struct answer *answer, size_t from, size_t to, bool in_list, FILE *out)
 {
-    bool in_list = false;
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool group = answer_is_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
+        bool group = answer_is_group(item->kind) && !answer_is_bare(answer, i), sentence = item->kind == ANSWER_SENTENCE;
         if (!item->label)
             continue;
+        if (group && !item->label[0] && item->kind != ANSWER_TABLE) {
+            in_list = print_items(answer, i + 1, answer_after(answer, i), in_list, out);
+            continue;
+        }
         if (in_list != !(group || sentence))
             fputs(in_list ? "</dl>\n" : "<dl>\n", out);
         in_list = !(group || sentence);
@@ -68,21 +71,21 @@ static void print_items(const struct answer *answer, size_t from, size_t to, FIL
             fputs("<p>", out);
             html_text(out, item->words ? item->words : "");
             fputs("</p>\n", out);
-        } else if (item->kind == ANSWER_TABLE)
+        } else if (group && item->kind == ANSWER_TABLE)
             print_table(answer, i, out);
         else if (group)
-            print_items(answer, i + 1, answer_after(answer, i), out);
+            in_list = print_items(answer, i + 1, answer_after(answer, i), false, out);
         else
             print_fact(item, out);
     }
-    if (in_list)
-        fputs("</dl>\n", out);
+    return in_list;
 }
 
 bool answer_html(const struct answer *answer, FILE *out)
 {
     if (!answer || answer->failed)
         return false;
-    print_items(answer, 0, answer->count, out);
+    if (print_items(answer, 0, answer->count, false, out))
+        fputs("</dl>\n", out);
     return !ferror(out);
 }

@@ -51,6 +51,8 @@ void answer_cell(const struct answer_item *item, const char *plus_minus, char te
 /* The same with its unit, its interval and its end. */
 void answer_line(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
 
+/* A table that has no rows. */
+bool answer_is_bare(const struct answer *answer, size_t i);
 /* The columns of the table at `table`: of its row with most labels, their facts' indices. At most `most`; how many. */
 size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most);
 /* The fact of the row at `row` with this label; NULL: the row has none. */

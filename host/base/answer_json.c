@@ -44,7 +44,7 @@ static void put_item(const struct answer_item *item, json_t *group)
         put_number(group, item, "_error", item->error);
         break;
     case ANSWER_VALUE: put_number(group, item, "", item->value); break;
-    case ANSWER_COUNT: put(group, item->name, json_integer((json_int_t)item->count)); break;
+    case ANSWER_COUNT: put(group, item->name, item->count == ANSWER_UNKNOWN ? json_null() : json_integer((json_int_t)item->count)); break;
     case ANSWER_FLAG: put(group, item->name, json_boolean(item->count)); break;
     case ANSWER_WORDS:
     case ANSWER_SENTENCE: put(group, item->name, json_string(item->words)); break;

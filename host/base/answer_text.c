@@ -34,7 +34,13 @@ void answer_cell(const struct answer_item *item, const char *plus_minus, char te
     switch (item->kind) {
     case ANSWER_VALUE:
     case ANSWER_ESTIMATE: length = number(item, item->value, text, ANSWER_CELL); break;
-    case ANSWER_COUNT: snprintf(text, ANSWER_CELL, "%lld", (long long)item->count); break;
+    case ANSWER_TABLE: snprintf(text, ANSWER_CELL, "none"); break;
+    case ANSWER_COUNT:
+        if (item->count == ANSWER_UNKNOWN)
+            snprintf(text, ANSWER_CELL, "-");
+        else
+            snprintf(text, ANSWER_CELL, "%lld", (long long)item->count);
+        break;
     case ANSWER_FLAG: snprintf(text, ANSWER_CELL, "%s", item->count ? "yes" : "no"); break;
     default: snprintf(text, ANSWER_CELL, "%s", item->words ? item->words : "");
     }
@@ -173,7 +179,7 @@ static bool is_left(const struct answer_item *column)
     return column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE || column->kind == ANSWER_SENTENCE;
 }
 
-static void print_block(const struct answer *answer, size_t table, const struct block *block, FILE *out)
+static void print_block(const struct answer *answer, size_t table, const struct block *block, size_t indent, FILE *out)
 {
     char text[ANSWER_CELL];
     size_t lines = 0, end = answer_after(answer, table);
@@ -182,7 +188,7 @@ static void print_block(const struct answer *answer, size_t table, const struct 
         lines = own > lines ? own : lines;
     }
     for (size_t line = 0; line < lines; line++) {
-        size_t owed = 0;
+        size_t owed = indent;
         for (size_t c = 0; c < block->count; c++) {
             head_line(block->column[c], line, lines, text);
             print_padded(text, block->width[c], is_left(block->column[c]), &owed, out);
@@ -190,7 +196,7 @@ static void print_block(const struct answer *answer, size_t table, const struct 
         fputc('\n', out);
     }
     for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
-        size_t owed = 0;
+        size_t owed = indent;
         for (size_t c = 0; c < block->count; c++) {
             const struct answer_item *item = answer_in_row(answer, row, block->column[c]->label);
             text[0] = '\0';
@@ -202,17 +208,17 @@ static void print_block(const struct answer *answer, size_t table, const struct 
     }
 }
 
-static void print_table(const struct answer *answer, size_t table, FILE *out)
+static void print_table(const struct answer *answer, size_t table, size_t indent, FILE *out)
 {
     size_t index[COLUMNS], columns = answer_columns(answer, table, index, COLUMNS), done = 0;
     struct block block = {0};
-    size_t used = 0;
+    size_t used = indent;
     while (done < columns) {
         const struct answer_item *column = &answer->item[index[done]];
         size_t width = column_width(answer, table, column);
         if (block.count > 1 && used + 2 + width > WIDTH) { /* the rest below, beside the first column again */
-            print_block(answer, table, &block, out);
-            used = 2 + block.width[0];
+            print_block(answer, table, &block, indent, out);
+            used = indent + 2 + block.width[0];
             block.count = 1;
         }
         block.column[block.count] = column;
@@ -221,12 +227,12 @@ static void print_table(const struct answer *answer, size_t table, FILE *out)
         done++;
     }
     if (block.count > 0)
-        print_block(answer, table, &block, out);
+        print_block(answer, table, &block, indent, out);
 }
 
 /* ---- facts ---- */
 
-static void print_fact(const struct answer_item *item, int indent, size_t labels, FILE *out)
+static void print_fact(const struct answer_item *item, const char *label, int indent, size_t labels, FILE *out)
 {
     char text[ANSWER_CELL];
     if (item->kind == ANSWER_SENTENCE) {
@@ -234,29 +240,33 @@ static void print_fact(const struct answer_item *item, int indent, size_t labels
         return;
     }
     answer_line(item, " +- ", text);
-    fprintf(out, "%*s%s%*s %s\n", indent, "", item->label, (int)(labels - width_of(item->label, strlen(item->label))), "", text);
+    fprintf(out, "%*s%s%*s %s\n", indent, "", label, (int)(labels - width_of(label, strlen(label))), "", text);
 }
 
 static void print_items(const struct answer *answer, size_t from, size_t to, int indent, FILE *out)
 {
     size_t labels = LABEL;
+    const char *before = "";
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        size_t width = item->label && !answer_is_group(item->kind) ? width_of(item->label, strlen(item->label)) : 0;
+        bool fact = !answer_is_group(item->kind) || answer_is_bare(answer, i);
+        size_t width = item->label && fact ? width_of(item->label, strlen(item->label)) : 0;
         labels = width > labels ? width : labels;
     }
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
+        bool group = answer_is_group(item->kind) && !answer_is_bare(answer, i);
         if (!item->label)
             continue;
-        if (answer_is_group(item->kind) && item->label[0])
+        if (group && item->label[0])
             fprintf(out, "%*s%s\n", indent, "", item->label);
-        if (item->kind == ANSWER_TABLE)
-            print_table(answer, i, out);
-        else if (answer_is_group(item->kind))
+        if (group && item->kind == ANSWER_TABLE)
+            print_table(answer, i, (size_t)indent, out);
+        else if (group)
             print_items(answer, i + 1, answer_after(answer, i), item->label[0] ? indent + 2 : indent, out);
         else
-            print_fact(item, indent, labels, out);
+            print_fact(item, strcmp(item->label, before) == 0 ? "" : item->label, indent, labels, out);
+        before = group ? "" : item->label;
     }
 }
 

@@ -15,6 +15,7 @@ enum unit_kind {
     UNIT_KINDS,               /* those above differ in SI, those below do not */
     UNIT_NUMBER = UNIT_KINDS, /* without a unit, or the unit is in the name */
     UNIT_TIME,
+    UNIT_TEMPERATURE,
     UNIT_ALL
 };
 

@@ -190,6 +190,47 @@ static void nested_groups_and_lists(void **unused)
     answer_free(answer);
 }
 
+/* What landings need: counts that nobody told, tables without rows, several facts of one label, facts of a list. */
+static void what_is_not_there_and_what_is_there_twice(void **unused)
+{
+    (void)unused;
+    struct answer *answer = answer_new(false);
+    answer_open(answer, NULL, "RUN 1");
+    answer_count(answer, "lost", "lost", ANSWER_UNKNOWN);
+    answer_table(answer, "gaps", "gaps");
+    answer_close(answer);
+    answer_list(answer, "lines", "");
+    answer_words(answer, NULL, "foresight", "one");
+    answer_words(answer, NULL, "foresight", "two");
+    answer_close(answer);
+    answer_estimate(answer, "temperature", "temperature", UNIT_TEMPERATURE, 20.0, 0.29, 2);
+    answer_table(answer, "rows", "rows");
+    answer_open(answer, NULL, NULL);
+    answer_count(answer, "number", "no", 8);
+    answer_close(answer);
+    answer_close(answer);
+    answer_close(answer);
+    expect(answer, answer_text,
+           "RUN 1\n"
+           "  lost          -\n"
+           "  gaps          none\n"
+           "  foresight     one\n"
+           "                two\n"
+           "  temperature   20.00 +- 0.29 C\n"
+           "  rows\n"
+           "    no\n"
+           "     8\n");
+    expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"temperature_c\":20.0,\"temperature_error_c\":0.29,"
+                        "\"rows\":[{\"number\":8}]}");
+    expect(answer, answer_html,
+           "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n<div><dt>gaps</dt><dd>none</dd></div>\n"
+           "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd>two</dd></div>\n"
+           "<div><dt>temperature</dt><dd>20.00 \xc2\xb1 0.29 C</dd></div>\n</dl>\n"
+           "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
+           "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
+    answer_free(answer);
+}
+
 static void no_answer_is_no_crash(void **unused)
 {
     (void)unused;
@@ -207,6 +248,7 @@ int main(void)
         cmocka_unit_test(facts_in_three_forms),          cmocka_unit_test(si_converts_name_value_and_error),
         cmocka_unit_test(a_table_in_three_forms),        cmocka_unit_test(what_is_too_wide_goes_on_below),
         cmocka_unit_test(a_sentence_in_lines_that_fit),  cmocka_unit_test(nested_groups_and_lists),
+        cmocka_unit_test(what_is_not_there_and_what_is_there_twice),
         cmocka_unit_test(no_answer_is_no_crash),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
