@@ -56,9 +56,9 @@ void answer_json_value(struct answer *answer, const char *name, json_t *json);
 void answer_open(struct answer *answer, const char *name, const char *label);
 /* An array of values without names. */
 void answer_list(struct answer *answer, const char *name, const char *label);
-/* An array of objects, which people see as a table: rows are opened and closed in it, and labels of their facts head its columns, in the
- * order of the row that has most of them. `|` begins a new line of the head. What is too wide goes on below, the first column again. A
- * table without rows is "none" for people. */
+/* An array of objects, which people see as a table: rows are opened and closed in it, and labels of their facts, also of those in groups,
+ * head its columns: each label once in a row. A label that only some rows have stands after the one before it there. `|` begins a new
+ * line of the head. What is too wide goes on below, the first column again. A table without rows is "none" for people. */
 void answer_table(struct answer *answer, const char *name, const char *label);
 void answer_close(struct answer *answer);
 

@@ -53,7 +53,7 @@ void answer_line(const struct answer_item *item, const char *plus_minus, char te
 
 /* A table that has no rows. */
 bool answer_is_bare(const struct answer *answer, size_t i);
-/* The columns of the table at `table`: of its row with most labels, their facts' indices. At most `most`; how many. */
+/* The columns of the table at `table`: a fact's index for each label, of one that has a unit if any has. At most `most`; how many. */
 size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most);
 /* The fact of the row at `row` with this label; NULL: the row has none. */
 const struct answer_item *answer_in_row(const struct answer *answer, size_t row, const char *label);

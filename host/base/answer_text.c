@@ -80,30 +80,38 @@ static void print_sentence(const char *text, int indent, FILE *out)
 
 /* ---- tables ---- */
 
+static bool is_cell(const struct answer_item *item)
+{
+    return !answer_is_group(item->kind) && item->label && item->label[0];
+}
+
 size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most)
 {
-    size_t best = 0, end = answer_after(answer, table);
+    size_t count = 0, end = answer_after(answer, table);
     for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
-        size_t count = 0, to = answer_after(answer, row);
-        for (size_t i = row + 1; i < to; i = answer_after(answer, i))
-            count += answer->item[i].label != NULL;
-        count = count < most ? count : most;
-        if (count <= best)
-            continue;
-        best = 0;
-        for (size_t i = row + 1; i < to && best < count; i = answer_after(answer, i)) {
-            if (answer->item[i].label)
-                column[best++] = i;
+        size_t place = 0, to = answer_after(answer, row); /* a new column stands after the one before it in its row */
+        for (size_t i = row + 1; i < to; i++) {
+            size_t c = 0;
+            if (!is_cell(&answer->item[i]))
+                continue;
+            while (c < count && strcmp(answer->item[column[c]].label, answer->item[i].label) != 0)
+                c++;
+            if (c == count && count < most) {
+                memmove(column + place + 1, column + place, (count++ - place) * sizeof *column);
+                column[c = place] = i;
+            } else if (c < count && !answer->item[column[c]].unit)
+                column[c] = i; /* a row without the value has no unit */
+            place = c + 1;
         }
     }
-    return best;
+    return count;
 }
 
 const struct answer_item *answer_in_row(const struct answer *answer, size_t row, const char *label)
 {
     size_t end = answer_after(answer, row);
-    for (size_t i = row + 1; i < end; i = answer_after(answer, i)) {
-        if (answer->item[i].label && strcmp(answer->item[i].label, label) == 0)
+    for (size_t i = row + 1; i < end; i++) {
+        if (is_cell(&answer->item[i]) && strcmp(answer->item[i].label, label) == 0)
             return &answer->item[i];
     }
     return NULL;

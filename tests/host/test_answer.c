@@ -141,6 +141,35 @@ static void a_table_in_three_forms(void **unused)
     answer_free(answer);
 }
 
+/* No row has all columns; the value's unit is in the head though the first row has none; groups of a row are cells. */
+static void columns_of_all_rows(void **unused)
+{
+    (void)unused;
+    struct answer *answer = answer_new(false);
+    answer_table(answer, "zones", "zones");
+    answer_open(answer, NULL, NULL);
+    answer_words(answer, NULL, "of", "board");
+    answer_none(answer, "board", "start", "not known");
+    answer_words(answer, "doubt", "doubt", "yes");
+    answer_close(answer);
+    answer_open(answer, NULL, NULL);
+    answer_words(answer, NULL, "of", "measured");
+    answer_open(answer, "measured", NULL);
+    answer_count(answer, "mats", "mats", 12);
+    answer_estimate(answer, "start", "start", UNIT_STATION, 74.25, 0.5, 1);
+    answer_close(answer);
+    answer_close(answer);
+    answer_close(answer);
+    expect(answer, answer_text,
+           "zones\n"
+           "                        start\n"
+           "  of        mats           ft  doubt\n"
+           "  board             not known  yes\n"
+           "  measured    12  74.2 +- 0.5\n");
+    expect_json(answer, "{\"zones\":[{\"board\":null,\"doubt\":\"yes\"},{\"measured\":{\"mats\":12,\"start_ft\":74.25,\"start_error_ft\":0.5}}]}");
+    answer_free(answer);
+}
+
 static void what_is_too_wide_goes_on_below(void **unused)
 {
     (void)unused;
@@ -247,6 +276,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(facts_in_three_forms),          cmocka_unit_test(si_converts_name_value_and_error),
         cmocka_unit_test(a_table_in_three_forms),        cmocka_unit_test(what_is_too_wide_goes_on_below),
+        cmocka_unit_test(columns_of_all_rows),
         cmocka_unit_test(a_sentence_in_lines_that_fit),  cmocka_unit_test(nested_groups_and_lists),
         cmocka_unit_test(what_is_not_there_and_what_is_there_twice),
         cmocka_unit_test(no_answer_is_no_crash),
