@@ -161,12 +161,25 @@ void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT])
         snprintf(out, DOUBTS_TEXT, "doubtful: %.*s", (int)DOUBTS_TEXT - 11, line);
 }
 
-json_t *doubts_json(const struct doubts *doubts)
+void doubts_answer(const struct doubts *doubts, struct answer *answer)
 {
-    json_t *strangers = json_array();
+    char line[DOUBTS_TEXT];
     struct told told;
-    for (size_t i = 0; told_at(doubts, i, &told); i++)
-        json_array_append_new(strangers, json_pack("{sssssIsb}", "what", doubt_text(told.cause), "message", told.message ? told.message : "",
-                                                   "count", (json_int_t)told.count, "obeyed", (int)told.obeyed));
-    return json_pack("{sbsbso}", "doubtful", (int)doubts->doubtful, "torn", (int)doubts->torn, "strangers", strangers);
+    const bool warn = doubts->doubtful || doubts->torn;
+    for (size_t i = 0; doubts_line(doubts, i, line); i++)
+        answer_words(answer, NULL, warn ? "doubtful" : "strangers", "%s", line)->warn = warn;
+    answer_open(answer, "doubts", NULL);
+    answer_flag(answer, "doubtful", NULL, doubts->doubtful);
+    answer_flag(answer, "torn", NULL, doubts->torn);
+    answer_table(answer, "strangers", NULL);
+    for (size_t i = 0; told_at(doubts, i, &told); i++) {
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, "what", NULL, "%s", doubt_text(told.cause));
+        answer_words(answer, "message", NULL, "%s", told.message ? told.message : "");
+        answer_count(answer, "count", NULL, told.count);
+        answer_flag(answer, "obeyed", NULL, told.obeyed);
+        answer_close(answer);
+    }
+    answer_close(answer);
+    answer_close(answer);
 }

@@ -32,6 +32,11 @@ void answer_free(struct answer *answer)
     free(answer);
 }
 
+bool answer_in_si(const struct answer *answer)
+{
+    return answer && answer->si;
+}
+
 static bool copy(char **to, const char *text)
 {
     *to = text ? strdup(text) : NULL;
@@ -98,13 +103,14 @@ void answer_flag(struct answer *answer, const char *name, const char *label, boo
     add(answer, ANSWER_FLAG, name, label)->count = yes;
 }
 
-void answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
+struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
 {
     struct answer_item *item = add(answer, ANSWER_WORDS, name, label);
     va_list arguments;
     va_start(arguments, format);
     set_words(answer, item, format, arguments);
     va_end(arguments);
+    return &item->fact;
 }
 
 void answer_sentence(struct answer *answer, const char *name, const char *format, ...)

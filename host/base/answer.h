@@ -27,12 +27,15 @@ struct answer_fact {
     bool interval;   /* people see the 95 % interval, too */
     bool bounded;    /* a ratio: people see ">999" where it is above 999 */
     bool plus;       /* people see the sign of what is positive, too */
+    bool warn;       /* pages show it in the colour of warnings */
     const char *end; /* follows the value for people; static. NULL: nothing */
 };
 
 /* NULL when memory has ended; every function takes that. */
 struct answer *answer_new(bool si);
 void answer_free(struct answer *answer);
+/* For words that have units in them. */
+bool answer_in_si(const struct answer *answer);
 
 /* A number with `decimals` in the report's unit; in SI as many more or less as keep every digit. */
 struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, int decimals);
@@ -43,7 +46,8 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
 #define ANSWER_UNKNOWN INT64_MIN
 void answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
-void answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...) __attribute__((format(printf, 4, 5)));
+struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
 /* A sentence for people stands by itself, in lines that fit. */
 void answer_sentence(struct answer *answer, const char *name, const char *format, ...) __attribute__((format(printf, 3, 4)));
 /* null; people read why. */

@@ -44,7 +44,11 @@ static void print_fact(const struct answer_item *item, FILE *out)
 {
     char text[ANSWER_CELL];
     answer_line(item, " \xc2\xb1 ", text);
-    html_fact(out, item->label, "%s", text);
+    fputs("<div><dt>", out);
+    html_text(out, item->label);
+    fputs(item->fact.warn ? "</dt><dd class=\"warn\">" : "</dt><dd>", out);
+    html_text(out, text);
+    fputs("</dd></div>\n", out);
 }
 
 /* Facts in a row share one <dl>, which may be open before and after. */

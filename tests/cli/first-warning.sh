@@ -15,7 +15,7 @@ json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$
 same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
 
 it_warned() { echo "block $block, zero $zero_us us, $want s"; [ -n "$block" ] && awk -v t="$want" 'BEGIN {exit !(t > 1 && t < 4)}'; }
-in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block $block: " "$tmp/log.txt"; }
+in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block $block$" "$tmp/log.txt"; }
 in_its_json() {
     m --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/json.db" >"$tmp/log.json" || return 1
     same "$(json "$tmp/log.json" 'landings[0].zone.decided_block')" "$block" && same "$(printf '%.3f' "$(json "$tmp/log.json" 'landings[0].zone.t_s')")" "$want"
@@ -37,7 +37,7 @@ predicts_by_itself() {
         [ "$told" = "$([ "$own" = "$block" ] && echo 0 || echo 1)" ]
 }
 in_the_report() {
-    m --quiet report "$db" -o "$tmp/report.html" && grep -o "Warned</span> $want s after touchdown, decided in block $block, of" "$tmp/report.html" &&
+    m --quiet report "$db" -o "$tmp/report.html" && grep -o "<dt>zone</dt><dd class=\"warn\">warned $want s after touchdown, decided in block $block</dd>" "$tmp/report.html" &&
         grep -q "<td[^>]*>$want</td>" "$tmp/report.html"
 }
 in_the_live_view() { # which has no touchdown before the fit: the block, and when it was received
@@ -48,7 +48,7 @@ in_the_series() { # this landing alone, its own record
     tests/series.sh "$tmp/series" tests/runs 5 >"$tmp/series.txt" 2>&1 || { cat "$tmp/series.txt"; return 1; }
     from_s=$(sed -n 's/^    zone .* warning from \([0-9.]*\) s$/\1/p' "$tmp/series.txt" | head -n 1)
     cat "$tmp/series.txt"
-    grep -q "^    zone  *warned $from_s s after touchdown, decided in block $(sqlite3 "$tmp/series/campaign.db" 'select min(block) from zones where warning = 1'): " "$tmp/series.txt" &&
+    grep -q "^    zone  *warned $from_s s after touchdown, decided in block $(sqlite3 "$tmp/series/campaign.db" 'select min(block) from zones where warning = 1')$" "$tmp/series.txt" &&
         grep -q 'seconds after touchdown, by the board' "$tmp/series.txt" && same "$from_s" "$want"
 }
 # A landing that others went before: the board was armed with what they left, which the readings of this one cannot tell.

@@ -230,7 +230,7 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
     answer_close(answer);
     answer_list(answer, "lines", "");
     answer_words(answer, NULL, "foresight", "one");
-    answer_words(answer, NULL, "foresight", "two");
+    answer_words(answer, NULL, "foresight", "two")->warn = true;
     answer_close(answer);
     answer_estimate(answer, "temperature", "temperature", UNIT_TEMPERATURE, 20.0, 0.29, 2);
     answer_table(answer, "rows", "rows");
@@ -253,7 +253,7 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
                         "\"rows\":[{\"number\":8}]}");
     expect(answer, answer_html,
            "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n<div><dt>gaps</dt><dd>none</dd></div>\n"
-           "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd>two</dd></div>\n"
+           "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd class=\"warn\">two</dd></div>\n"
            "<div><dt>temperature</dt><dd>20.00 \xc2\xb1 0.29 C</dd></div>\n</dl>\n"
            "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
            "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
