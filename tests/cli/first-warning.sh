@@ -22,7 +22,8 @@ in_its_json() {
 }
 in_predict() { # what the board decided, and this computer's own predictor from the same readings
     m predict "$db" 1 >"$tmp/predict.txt" && m --json predict "$db" 1 >"$tmp/predict.json" || return 1
-    grep "^predictor: first warning at [0-9.]* s; board: at $want s (decided in block $block); seconds after touchdown, by the board's clock" "$tmp/predict.txt" &&
+    grep "^  predictor  *first warning at [0-9.]* s after touchdown, by the board's clock" "$tmp/predict.txt" &&
+        grep "^  board  *first warning at $want s after touchdown, by the board's clock; decided in block $block$" "$tmp/predict.txt" &&
         same "$(json "$tmp/predict.json" board_first_warning_block)" "$block" && same "$(json "$tmp/predict.json" again.first_warning_block)" "$block"
 }
 # Computed by another predictor from the same readings the moment may be another: it is one of the board's looks, on the board's clock, and
@@ -31,9 +32,9 @@ predicts_by_itself() {
     local own own_s told
     own=$(json "$tmp/predict.json" first_warning_block)
     own_s=$(awk -v b="$own" -v z="$zero_us" 'BEGIN {printf "%.3f", (1000 * b - z) / 1e6}')
-    told=$(grep -c '; two computations: ' "$tmp/predict.txt")
+    told=$(grep -c ' two computations: ' "$tmp/predict.txt")
     echo "own block $own, $own_s s, told $told"
-    [ $((own % 10)) -eq 0 ] && grep -q "^predictor: first warning at $own_s s" "$tmp/predict.txt" && same "$(awk '/ warning / {print $1; exit}' "$tmp/predict.txt")" "$own_s" &&
+    [ $((own % 10)) -eq 0 ] && grep -q "^  predictor  *first warning at $own_s s" "$tmp/predict.txt" && same "$(awk '/  warning[, ]/ {print $1; exit}' "$tmp/predict.txt")" "$own_s" &&
         [ "$told" = "$([ "$own" = "$block" ] && echo 0 || echo 1)" ]
 }
 in_the_report() {
@@ -54,7 +55,7 @@ in_the_series() { # this landing alone, its own record
 # A landing that others went before: the board was armed with what they left, which the readings of this one cannot tell.
 with_what_was_left() {
     cp "$db" "$tmp/bare.db" && sqlite3 "$tmp/bare.db" 'delete from runways' && m --json predict "$tmp/bare.db" 1 >"$tmp/bare.json" &&
-        same "$(json "$tmp/bare.json" board_runway)" 0 && same "$(json "$tmp/predict.json" board_runway)" 1 && grep -q '^begun with the runway that the board was armed with$' "$tmp/predict.txt"
+        same "$(json "$tmp/bare.json" board_runway)" 0 && same "$(json "$tmp/predict.json" board_runway)" 1 && grep -q '^  begun with  *the runway that the board was armed with$' "$tmp/predict.txt"
 }
 check "landing 5 is warned of" it_warned
 check "the summary says when, and in which block" in_the_log
