@@ -18,6 +18,12 @@ struct answer *answer_new(bool si)
     return answer;
 }
 
+void answer_as_given(struct answer *answer)
+{
+    if (answer)
+        answer->as_given = true;
+}
+
 void answer_free(struct answer *answer)
 {
     if (!answer)
@@ -26,6 +32,7 @@ void answer_free(struct answer *answer)
         free(answer->item[i].name);
         free(answer->item[i].label);
         free(answer->item[i].words);
+        free(answer->item[i].remark);
         json_decref(answer->item[i].json);
     }
     free(answer->item);
@@ -64,11 +71,11 @@ static struct answer_item *add(struct answer *answer, enum answer_kind kind, con
     return item;
 }
 
-static void set_words(struct answer *answer, struct answer_item *item, const char *format, va_list arguments)
+static void set_words(struct answer *answer, char **words, const char *format, va_list arguments)
 {
     char text[WORDS];
     vsnprintf(text, sizeof text, format, arguments);
-    if (answer && !answer->failed && !copy(&item->words, text))
+    if (answer && !answer->failed && !copy(words, text))
         answer->failed = true;
 }
 
@@ -78,8 +85,13 @@ struct answer_fact *answer_value(struct answer *answer, const char *name, const 
     const struct unit *shown = unit_of(unit, answer && answer->si);
     item->unit = shown;
     item->value = value * shown->factor;
-    item->decimals = decimals - (int)floor(log10(shown->factor));
-    item->decimals = item->decimals < 0 ? 0 : item->decimals;
+    item->json_unit = answer && answer->as_given ? unit_given(unit) : shown;
+    item->json_value = value * item->json_unit->factor;
+    item->decimals = decimals;
+    if (decimals >= 0)
+        item->decimals -= (int)floor(log10(shown->factor / unit_of(unit, false)->factor));
+    if (decimals >= 0 && item->decimals < 0)
+        item->decimals = 0;
     return &item->fact;
 }
 
@@ -90,6 +102,7 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
     struct answer_item *item = (struct answer_item *)fact; /* its first member */
     item->kind = ANSWER_ESTIMATE;
     item->error = error * item->unit->factor;
+    item->json_error = error * item->json_unit->factor;
     return fact;
 }
 
@@ -108,7 +121,7 @@ struct answer_fact *answer_words(struct answer *answer, const char *name, const 
     struct answer_item *item = add(answer, ANSWER_WORDS, name, label);
     va_list arguments;
     va_start(arguments, format);
-    set_words(answer, item, format, arguments);
+    set_words(answer, &item->words, format, arguments);
     va_end(arguments);
     return &item->fact;
 }
@@ -118,7 +131,17 @@ void answer_sentence(struct answer *answer, const char *name, const char *format
     struct answer_item *item = add(answer, ANSWER_SENTENCE, name, "");
     va_list arguments;
     va_start(arguments, format);
-    set_words(answer, item, format, arguments);
+    set_words(answer, &item->words, format, arguments);
+    va_end(arguments);
+}
+
+void answer_remark(struct answer *answer, const char *format, ...)
+{
+    va_list arguments;
+    if (!answer || answer->failed || answer->count == 0)
+        return;
+    va_start(arguments, format);
+    set_words(answer, &answer->item[answer->count - 1].remark, format, arguments);
     va_end(arguments);
 }
 

@@ -33,11 +33,14 @@ struct answer_fact {
 
 /* NULL when memory has ended; every function takes that. */
 struct answer *answer_new(bool si);
+/* In the JSON values stay in what they are given in, whatever people read. Before the first value. */
+void answer_as_given(struct answer *answer);
 void answer_free(struct answer *answer);
 /* For words that have units in them. */
 bool answer_in_si(const struct answer *answer);
 
-/* A number with `decimals` in the report's unit; in SI as many more or less as keep every digit. */
+/* A number with `decimals` in the unit for people; in SI as many more or less as keep every digit. Below 0: with -`decimals` significant
+ * digits. */
 struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, int decimals);
 /* The same with its standard error; the JSON has NAME and NAME_error. */
 struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value, double error,
@@ -50,6 +53,8 @@ struct answer_fact *answer_words(struct answer *answer, const char *name, const 
     __attribute__((format(printf, 4, 5)));
 /* A sentence for people stands by itself, in lines that fit. */
 void answer_sentence(struct answer *answer, const char *name, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/* For people: follows the last fact's value. */
+void answer_remark(struct answer *answer, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* null; people read why. */
 void answer_none(struct answer *answer, const char *name, const char *label, const char *why);
 /* Of the JSON alone: any value. Takes `json`. */

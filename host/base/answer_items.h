@@ -25,16 +25,19 @@ struct answer_item {
     char *name, *label; /* owned; NULL: not for programs, not for people */
     const struct unit *unit;
     double value, error; /* as shown: converted */
+    const struct unit *json_unit;
+    double json_value, json_error;
     int decimals;
     int64_t count;
     char *words;
+    char *remark; /* NULL: none */
     json_t *json;
 };
 
 struct answer {
     struct answer_item *item;
     size_t count, room;
-    bool si, failed; /* failed: memory ended */
+    bool si, as_given, failed; /* failed: memory ended */
 };
 
 static inline bool answer_is_group(enum answer_kind kind)

@@ -15,7 +15,7 @@ static void put(json_t *group, const char *name, json_t *value)
 static void put_number(json_t *group, const struct answer_item *item, const char *what, double value)
 {
     char key[120];
-    const char *suffix = item->unit->suffix;
+    const char *suffix = item->json_unit->suffix;
     snprintf(key, sizeof key, "%s%s%s%s", item->name ? item->name : "", what, suffix[0] ? "_" : "", suffix);
     put(group, item->name ? key : NULL, cli_json_number(value, item->fact.digits));
 }
@@ -40,10 +40,10 @@ static void put_item(const struct answer_item *item, json_t *group)
         return;
     switch (item->kind) {
     case ANSWER_ESTIMATE:
-        put_number(group, item, "", item->value);
-        put_number(group, item, "_error", item->error);
+        put_number(group, item, "", item->json_value);
+        put_number(group, item, "_error", item->json_error);
         break;
-    case ANSWER_VALUE: put_number(group, item, "", item->value); break;
+    case ANSWER_VALUE: put_number(group, item, "", item->json_value); break;
     case ANSWER_COUNT: put(group, item->name, item->count == ANSWER_UNKNOWN ? json_null() : json_integer((json_int_t)item->count)); break;
     case ANSWER_FLAG: put(group, item->name, json_boolean(item->count)); break;
     case ANSWER_WORDS:

@@ -24,6 +24,8 @@ static int number(const struct answer_item *item, double value, char *text, size
         return snprintf(text, size, "%s", isnan(value) ? "-" : value < 0 ? "-inf" : "inf");
     if (item->fact.bounded && value >= 999.5)
         return snprintf(text, size, ">999");
+    if (item->decimals < 0)
+        return snprintf(text, size, item->fact.plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0); /* no -0 */
     return snprintf(text, size, item->fact.plus ? "%+.*f" : "%.*f", item->decimals, unit_tidy(value, pow(10.0, -item->decimals)));
 }
 
@@ -59,7 +61,7 @@ void answer_line(const struct answer_item *item, const char *plus_minus, char te
         snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals, item->value - NORMAL_95 * item->error, item->decimals,
                  item->value + NORMAL_95 * item->error);
     size_t length = strlen(text);
-    snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s", unit[0] ? " " : "", unit, interval, item->fact.end ? item->fact.end : "");
+    snprintf(text + length, ANSWER_CELL - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval, item->fact.end ? item->fact.end : "", item->remark ? item->remark : "");
 }
 
 /* A sentence in lines that fit. */

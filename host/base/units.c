@@ -7,7 +7,7 @@
 /* 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605 N: exact by definition. */
 static const struct unit units[2][UNIT_ALL] = {
     {{"ft", "ft", 1.0}, {"in", "in", 1.0}, {"ft/s", "ft_s", 1.0}, {"ft/s2", "ft_s2", 1.0}, {"lb", "lb", 1.0},
-     {"", "", 1.0}, {"s", "s", 1.0}, {"C", "c", 1.0}},
+     {"", "", 1.0}, {"s", "s", 1.0}, {"C", "c", 1.0}, {"in", "in", 12.0}, {"lb/ft", "lb_ft", 1.0}},
     {{"m", "m", 0.3048},
      {"mm", "mm", 25.4},
      {"m/s", "m_s", 0.3048},
@@ -15,12 +15,19 @@ static const struct unit units[2][UNIT_ALL] = {
      {"N", "N", 4.4482216152605},
      {"", "", 1.0},
      {"s", "s", 1.0},
-     {"C", "c", 1.0}},
+     {"C", "c", 1.0},
+     {"mm", "mm", 304.8},
+     {"N/m", "N_m", 4.4482216152605 / 0.3048}},
 };
 
 const struct unit *unit_of(enum unit_kind kind, bool si)
 {
     return &units[si][kind];
+}
+
+const struct unit *unit_given(enum unit_kind kind)
+{
+    return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
 /* Exact by definition: 1 in = 25.4 mm, 1 lbf = 4.4482216152605 N, 1 kgf = 9.80665 N. A weight on a scale is read in kg. */

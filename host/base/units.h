@@ -12,10 +12,12 @@ enum unit_kind {
     UNIT_SPEED,
     UNIT_DECELERATION,
     UNIT_TENSION,
-    UNIT_KINDS,               /* those above differ in SI, those below do not */
+    UNIT_KINDS,               /* those above are a board's */
     UNIT_NUMBER = UNIT_KINDS, /* without a unit, or the unit is in the name */
     UNIT_TIME,
     UNIT_TEMPERATURE,
+    UNIT_MOVEMENT, /* given in ft, for people in or mm */
+    UNIT_STIFFNESS,
     UNIT_ALL
 };
 
@@ -26,6 +28,8 @@ struct unit {
 };
 
 const struct unit *unit_of(enum unit_kind kind, bool si);
+/* What values are given in. */
+const struct unit *unit_given(enum unit_kind kind);
 /* A unit that people write beside a value, of a displacement or a tension. */
 struct unit_word {
     const char *word; /* "mm", "kN": as it is told */

@@ -91,6 +91,25 @@ static void si_converts_name_value_and_error(void **unused)
     answer_free(answer);
 }
 
+/* 0.1 ft are 1.2 in and 30.48 mm; 2 lb/ft are 29.1878 N/m. */
+static void programs_get_values_as_they_are_given(void **unused)
+{
+    (void)unused;
+    for (int si = 0; si < 2; si++) {
+        struct answer *answer = answer_new(si);
+        answer_as_given(answer);
+        answer_estimate(answer, "lift", "lift", UNIT_MOVEMENT, 0.1, 0.001, 3);
+        answer_remark(answer, ", of mat %d", 4);
+        answer_value(answer, "spring", "spring", UNIT_STIFFNESS, 2.0, -4);
+        answer_value(answer, NULL, "still", UNIT_SPEED, -0.0, -3);
+        expect(answer, answer_text,
+               si ? "lift          30.48 +- 0.30 mm, of mat 4\nspring        29.19 N/m\nstill         0 m/s\n"
+                  : "lift          1.200 +- 0.012 in, of mat 4\nspring        2 lb/ft\nstill         0 ft/s\n");
+        expect_json(answer, "{\"lift_ft\":0.1,\"lift_error_ft\":0.001,\"spring_lb_ft\":2.0}");
+        answer_free(answer);
+    }
+}
+
 static struct answer *channels(size_t columns)
 {
     struct answer *answer = answer_new(false);
@@ -265,6 +284,7 @@ static void no_answer_is_no_crash(void **unused)
     (void)unused;
     answer_value(NULL, "a", "a", UNIT_NUMBER, 1.0, 1)->digits = 3;
     answer_words(NULL, "a", "a", "x");
+    answer_remark(NULL, "x");
     answer_json_value(NULL, "a", json_integer(1));
     assert_false(answer_text(NULL, stdout));
     assert_null(answer_json(NULL));
@@ -279,7 +299,7 @@ int main(void)
         cmocka_unit_test(columns_of_all_rows),
         cmocka_unit_test(a_sentence_in_lines_that_fit),  cmocka_unit_test(nested_groups_and_lists),
         cmocka_unit_test(what_is_not_there_and_what_is_there_twice),
-        cmocka_unit_test(no_answer_is_no_crash),
+        cmocka_unit_test(no_answer_is_no_crash),         cmocka_unit_test(programs_get_values_as_they_are_given),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
