@@ -233,6 +233,8 @@ static void channels_answer(const struct measured *measured, struct answer *answ
 
 static void faults_answer(const struct summary *summary, struct answer *answer)
 {
+    if (summary->faults == 0)
+        answer_words(answer, NULL, "faults", "none");
     answer_table(answer, "faults", "faults");
     for (size_t i = 0; i < summary->faults; i++) {
         const struct store_fault *fault = &summary->fault[i];

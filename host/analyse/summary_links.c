@@ -151,6 +151,8 @@ void summary_links_answer(const struct summary *summary, struct answer *answer)
     answer_count(answer, "compared", NULL, (int64_t)check->compared);
     answer_count(answer, "different", NULL, (int64_t)check->different);
     answer_close(answer);
+    if (summary->gaps == 0)
+        answer_words(answer, NULL, "gaps", "none");
     answer_table(answer, "gaps", "gaps");
     for (size_t i = 0; i < summary->gaps; i++)
         gap_answer(&summary->gap[i], answer);

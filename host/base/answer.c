@@ -194,11 +194,6 @@ size_t answer_after(const struct answer *answer, size_t i)
     return i;
 }
 
-bool answer_is_bare(const struct answer *answer, size_t i)
-{
-    return answer->item[i].kind == ANSWER_TABLE && answer_after(answer, i) == i + 2;
-}
-
 int answer_show(const struct cli *cli, struct answer *answer, int code)
 {
     if (cli->json) {

@@ -61,13 +61,13 @@ void answer_none(struct answer *answer, const char *name, const char *label, con
 void answer_json_value(struct answer *answer, const char *name, json_t *json);
 
 /* Facts that belong together, until answer_close: an object of the JSON; for people a heading with its facts below, or with the label "" its
- * facts alone. */
+ * facts alone. People do not see a group, a list or a table without anything in it. */
 void answer_open(struct answer *answer, const char *name, const char *label);
 /* An array of values without names. */
 void answer_list(struct answer *answer, const char *name, const char *label);
 /* An array of objects, which people see as a table: rows are opened and closed in it, and labels of their facts, also of those in groups,
- * head its columns: each label once in a row. A label that only some rows have stands after the one before it there. `|` begins a new
- * line of the head. What is too wide goes on below, the first column again. A table without rows is "none" for people. */
+ * head its columns: each label once in a row. People do not see a row without labels. A label that only some rows have stands after the one before it there. `|` begins a new
+ * line of the head. What is too wide goes on below, the first column again. */
 void answer_table(struct answer *answer, const char *name, const char *label);
 void answer_close(struct answer *answer);
 

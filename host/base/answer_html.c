@@ -24,6 +24,8 @@ static void print_table(const struct answer *answer, size_t table, FILE *out)
     }
     fputs("</tr></thead><tbody>\n", out);
     for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
+        if (!answer_in_row(answer, row, NULL))
+            continue;
         fputs("<tr>", out);
         for (size_t c = 0; c < columns; c++) {
             const struct answer_item *item = answer_in_row(answer, row, answer->item[index[c]].label);
@@ -56,8 +58,8 @@ static bool print_items(const struct answer *answer, size_t from, size_t to, boo
 {
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool group = answer_is_group(item->kind) && !answer_is_bare(answer, i), sentence = item->kind == ANSWER_SENTENCE;
-        if (!item->label)
+        bool group = answer_is_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
+        if (!item->label || answer_is_empty(answer, i))
             continue;
         if (group && !item->label[0] && item->kind != ANSWER_TABLE) {
             in_list = print_items(answer, i + 1, answer_after(answer, i), in_list, out);

@@ -48,17 +48,21 @@ static inline bool answer_is_group(enum answer_kind kind)
 /* The index after item `i` and all that is in it. */
 size_t answer_after(const struct answer *answer, size_t i);
 
-#define ANSWER_CELL 400
+/* A group without facts: people see neither its heading nor its columns. */
+static inline bool answer_is_empty(const struct answer *answer, size_t i)
+{
+    return answer_is_group(answer->item[i].kind) && answer_after(answer, i) <= i + 2;
+}
+
+#define ANSWER_CELL 1200 /* as long as words can be */
 /* The fact as people read it, without its unit. `plus_minus`: between value and error. */
 void answer_cell(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
 /* The same with its unit, its interval and its end. */
 void answer_line(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
 
-/* A table that has no rows. */
-bool answer_is_bare(const struct answer *answer, size_t i);
 /* The columns of the table at `table`: a fact's index for each label, of one that has a unit if any has. At most `most`; how many. */
 size_t answer_columns(const struct answer *answer, size_t table, size_t *column, size_t most);
-/* The fact of the row at `row` with this label; NULL: the row has none. */
+/* The fact of the row at `row` with this label, or with any (NULL); NULL: the row has none. */
 const struct answer_item *answer_in_row(const struct answer *answer, size_t row, const char *label);
 
 #endif

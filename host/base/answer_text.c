@@ -18,15 +18,15 @@ static size_t width_of(const char *text, size_t bytes)
     return width;
 }
 
-static int number(const struct answer_item *item, double value, char *text, size_t size)
+static int number(const struct answer_item *item, double value, bool plus, char *text, size_t size)
 {
     if (!isfinite(value))
         return snprintf(text, size, "%s", isnan(value) ? "-" : value < 0 ? "-inf" : "inf");
     if (item->fact.bounded && value >= 999.5)
         return snprintf(text, size, ">999");
     if (item->decimals < 0)
-        return snprintf(text, size, item->fact.plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0); /* no -0 */
-    return snprintf(text, size, item->fact.plus ? "%+.*f" : "%.*f", item->decimals, unit_tidy(value, pow(10.0, -item->decimals)));
+        return snprintf(text, size, plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0); /* no -0 */
+    return snprintf(text, size, plus ? "%+.*f" : "%.*f", item->decimals, unit_tidy(value, pow(10.0, -item->decimals)));
 }
 
 void answer_cell(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL])
@@ -35,8 +35,7 @@ void answer_cell(const struct answer_item *item, const char *plus_minus, char te
     text[0] = '\0';
     switch (item->kind) {
     case ANSWER_VALUE:
-    case ANSWER_ESTIMATE: length = number(item, item->value, text, ANSWER_CELL); break;
-    case ANSWER_TABLE: snprintf(text, ANSWER_CELL, "none"); break;
+    case ANSWER_ESTIMATE: length = number(item, item->value, item->fact.plus, text, ANSWER_CELL); break;
     case ANSWER_COUNT:
         if (item->count == ANSWER_UNKNOWN)
             snprintf(text, ANSWER_CELL, "-");
@@ -48,7 +47,7 @@ void answer_cell(const struct answer_item *item, const char *plus_minus, char te
     }
     if (item->kind == ANSWER_ESTIMATE && isfinite(item->value) && !isnan(item->error)) {
         length += snprintf(text + length, (size_t)(ANSWER_CELL - length), "%s", plus_minus);
-        number(item, item->error, text + length, (size_t)(ANSWER_CELL - length));
+        number(item, item->error, false, text + length, (size_t)(ANSWER_CELL - length));
     }
 }
 
@@ -113,7 +112,7 @@ const struct answer_item *answer_in_row(const struct answer *answer, size_t row,
 {
     size_t end = answer_after(answer, row);
     for (size_t i = row + 1; i < end; i++) {
-        if (is_cell(&answer->item[i]) && strcmp(answer->item[i].label, label) == 0)
+        if (is_cell(&answer->item[i]) && (!label || strcmp(answer->item[i].label, label) == 0))
             return &answer->item[i];
     }
     return NULL;
@@ -207,6 +206,8 @@ static void print_block(const struct answer *answer, size_t table, const struct 
     }
     for (size_t row = table + 1; row + 1 < end; row = answer_after(answer, row)) {
         size_t owed = indent;
+        if (!answer_in_row(answer, row, NULL))
+            continue;
         for (size_t c = 0; c < block->count; c++) {
             const struct answer_item *item = answer_in_row(answer, row, block->column[c]->label);
             text[0] = '\0';
@@ -259,14 +260,13 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
     const char *before = "";
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool fact = !answer_is_group(item->kind) || answer_is_bare(answer, i);
-        size_t width = item->label && fact ? width_of(item->label, strlen(item->label)) : 0;
+        size_t width = item->label && !answer_is_group(item->kind) ? width_of(item->label, strlen(item->label)) : 0;
         labels = width > labels ? width : labels;
     }
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool group = answer_is_group(item->kind) && !answer_is_bare(answer, i);
-        if (!item->label)
+        bool group = answer_is_group(item->kind);
+        if (!item->label || answer_is_empty(answer, i))
             continue;
         if (group && item->label[0])
             fprintf(out, "%*s%s\n", indent, "", item->label);

@@ -175,17 +175,20 @@ static void columns_of_all_rows(void **unused)
     answer_words(answer, NULL, "of", "measured");
     answer_open(answer, "measured", NULL);
     answer_count(answer, "mats", "mats", 12);
-    answer_estimate(answer, "start", "start", UNIT_STATION, 74.25, 0.5, 1);
+    answer_estimate(answer, "start", "start", UNIT_STATION, 74.25, 0.5, 1)->plus = true;
     answer_close(answer);
+    answer_close(answer);
+    answer_open(answer, NULL, NULL); /* for programs alone */
+    answer_count(answer, "mats", NULL, 1);
     answer_close(answer);
     answer_close(answer);
     expect(answer, answer_text,
            "zones\n"
-           "                        start\n"
-           "  of        mats           ft  doubt\n"
-           "  board             not known  yes\n"
-           "  measured    12  74.2 +- 0.5\n");
-    expect_json(answer, "{\"zones\":[{\"board\":null,\"doubt\":\"yes\"},{\"measured\":{\"mats\":12,\"start_ft\":74.25,\"start_error_ft\":0.5}}]}");
+           "                         start\n"
+           "  of        mats            ft  doubt\n"
+           "  board              not known  yes\n"
+           "  measured    12  +74.2 +- 0.5\n");
+    expect_json(answer, "{\"zones\":[{\"board\":null,\"doubt\":\"yes\"},{\"measured\":{\"mats\":12,\"start_ft\":74.25,\"start_error_ft\":0.5}},{\"mats\":1}]}");
     answer_free(answer);
 }
 
@@ -233,8 +236,10 @@ static void nested_groups_and_lists(void **unused)
     answer_close(answer);
     answer_close(answer);
     answer_flag(answer, "after", NULL, false);
+    answer_table(answer, "nothing", "nothing yet");
+    answer_close(answer);
     expect(answer, answer_text, "zone\n  measured\n    mats          12\n");
-    expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},\"after\":false}");
+    expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},\"after\":false,\"nothing\":[]}");
     answer_free(answer);
 }
 
@@ -261,7 +266,6 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
     expect(answer, answer_text,
            "RUN 1\n"
            "  lost          -\n"
-           "  gaps          none\n"
            "  foresight     one\n"
            "                two\n"
            "  temperature   20.00 +- 0.29 C\n"
@@ -271,7 +275,7 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
     expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"temperature_c\":20.0,\"temperature_error_c\":0.29,"
                         "\"rows\":[{\"number\":8}]}");
     expect(answer, answer_html,
-           "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n<div><dt>gaps</dt><dd>none</dd></div>\n"
+           "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n"
            "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd class=\"warn\">two</dd></div>\n"
            "<div><dt>temperature</dt><dd>20.00 \xc2\xb1 0.29 C</dd></div>\n</dl>\n"
            "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
