@@ -249,7 +249,6 @@ static int exit_code(const struct request *request, const struct findings *f)
     return f->theory_fails || (request->strict && f->model_fails) ? 1 : 0;
 }
 
-/* In lb and ft for programs, in the units asked for for people. */
 struct figure {
     const char *name, *label; /* NULL: not for programs, not for people */
     enum unit_kind unit;
@@ -260,39 +259,39 @@ struct figure {
 
 #define OF_DESIGN(field) offsetof(struct band_design, field)
 static const struct figure design_figures[] = {
-    {"R_lb", "R", UNIT_TENSION, 1, OF_DESIGN(r_lb), ", braking force, (W/N) a/g (C.1)"},
-    {"strength_lb", "A fy", UNIT_TENSION, 1, OF_DESIGN(strength_lb), ", strength"},
-    {"nF_lb", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb), ", friction that it has room for, A fy - R (C.10)"},
-    {"F_lb", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
+    {"R", "R", UNIT_TENSION, 1, OF_DESIGN(r_lb), ", braking force, (W/N) a/g (C.1)"},
+    {"strength", "A fy", UNIT_TENSION, 1, OF_DESIGN(strength_lb), ", strength"},
+    {"nF", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb), ", friction that it has room for, A fy - R (C.10)"},
+    {"F", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
     {NULL, "held", UNIT_NUMBER, 0, OF_DESIGN(held), " mats act against a connection"},
     {"n", "n", UNIT_NUMBER, 0, OF_DESIGN(connections), " connections"},
     {"n_most", "n, at most", UNIT_NUMBER, 0, OF_DESIGN(most_connections), " connections"},
-    {"longest_ft", "length", UNIT_STATION, 1, OF_DESIGN(longest_ft), " between springs, at most"},
-    {"T0_lb", "T0", UNIT_TENSION, 1, OF_DESIGN(t0_lb), ", pretension"},
-    {"T0_least_lb", "at least", UNIT_TENSION, 1, OF_DESIGN(least_t0_lb), " (C.8)"},
-    {"T0_most_lb", "at most", UNIT_TENSION, 1, OF_DESIGN(most_t0_lb), " (C.9)"},
-    {"ahead_lb", "dT", UNIT_TENSION, 1, OF_DESIGN(ahead_lb), " ahead of the aircraft (C.6)"},
-    {"behind_lb", "dT", UNIT_TENSION, 1, OF_DESIGN(behind_lb), " behind it (C.7)"},
+    {"longest", "length", UNIT_STATION, 1, OF_DESIGN(longest_ft), " between springs, at most"},
+    {"T0", "T0", UNIT_TENSION, 1, OF_DESIGN(t0_lb), ", pretension"},
+    {"T0_least", "at least", UNIT_TENSION, 1, OF_DESIGN(least_t0_lb), " (C.8)"},
+    {"T0_most", "at most", UNIT_TENSION, 1, OF_DESIGN(most_t0_lb), " (C.9)"},
+    {"ahead", "dT", UNIT_TENSION, 1, OF_DESIGN(ahead_lb), " ahead of the aircraft (C.6)"},
+    {"behind", "dT", UNIT_TENSION, 1, OF_DESIGN(behind_lb), " behind it (C.7)"},
     {NULL, "at", UNIT_NUMBER, 2, OF_DESIGN(at), " of the length"},
-    {"least_lb", "least tension", UNIT_TENSION, 1, OF_DESIGN(least_lb), " by theory"},
-    {"most_lb", "largest", UNIT_TENSION, 1, OF_DESIGN(most_lb), " by theory"},
-    {"spring_lb_ft", NULL, UNIT_NUMBER, 1, OF_DESIGN(spring_lb_ft), NULL},
+    {"least", "least tension", UNIT_TENSION, 1, OF_DESIGN(least_lb), " by theory"},
+    {"most", "largest", UNIT_TENSION, 1, OF_DESIGN(most_lb), " by theory"},
+    {"spring", "K", UNIT_STIFFNESS, 1, OF_DESIGN(spring_lb_ft), ", springs at the ends"},
 };
 
 #define OF_CHECK(field) offsetof(struct band_check, field)
 static const struct figure check_figures[] = {
-    {"least_lb", "least tension", UNIT_TENSION, 1, OF_CHECK(least_lb), NULL},
-    {"least_ft", "there", UNIT_STATION, 1, OF_CHECK(least_ft), NULL},
-    {"most_lb", "largest", UNIT_TENSION, 1, OF_CHECK(most_lb), NULL},
-    {"most_ft", "there", UNIT_STATION, 1, OF_CHECK(most_ft), NULL},
-    {"error_lb", "error", UNIT_TENSION, 2, OF_CHECK(error_lb), ", the model's own estimate, of tensions"},
+    {"least", "least tension", UNIT_TENSION, 1, OF_CHECK(least_lb), NULL},
+    {"least", "there", UNIT_STATION, 1, OF_CHECK(least_ft), NULL},
+    {"most", "largest", UNIT_TENSION, 1, OF_CHECK(most_lb), NULL},
+    {"most", "there", UNIT_STATION, 1, OF_CHECK(most_ft), NULL},
+    {"error", "error", UNIT_TENSION, 2, OF_CHECK(error_lb), ", the model's own estimate, of tensions"},
     {"slack_share", "loose", UNIT_NUMBER, 3, OF_CHECK(slack_share), " of the segments at a time"},
-    {"load_lb", "most carried", UNIT_TENSION, 1, OF_CHECK(load_lb), " by a connection"},
-    {"load_ft", "there", UNIT_STATION, 1, OF_CHECK(load_ft), NULL},
-    {"slip_ft", "slip", UNIT_STATION, 4, OF_CHECK(slip_ft), " of a connection, at most"},
-    {"residual_lb", "left after it", UNIT_TENSION, 1, OF_CHECK(residual_lb), " less than T0, held by friction"},
-    {"moved_ft", "movement", UNIT_STATION, 4, OF_CHECK(moved_ft), " at most"},
-    {"error_ft", "error", UNIT_STATION, 6, OF_CHECK(error_ft), ", the model's own estimate, of movements"},
+    {"load", "most carried", UNIT_TENSION, 1, OF_CHECK(load_lb), " by a connection"},
+    {"load", "there", UNIT_STATION, 1, OF_CHECK(load_ft), NULL},
+    {"slip", "slip", UNIT_STATION, 4, OF_CHECK(slip_ft), " of a connection, at most"},
+    {"residual", "left after it", UNIT_TENSION, 1, OF_CHECK(residual_lb), " less than T0, held by friction"},
+    {"moved", "movement", UNIT_STATION, 4, OF_CHECK(moved_ft), " at most"},
+    {"error", "error", UNIT_STATION, 6, OF_CHECK(error_ft), ", the model's own estimate, of movements"},
 };
 
 static void figures_answer(const struct figure *figures, size_t count, const void *from, struct answer *answer)
@@ -301,20 +300,19 @@ static void figures_answer(const struct figure *figures, size_t count, const voi
         const struct figure *f = &figures[i];
         double value;
         memcpy(&value, (const char *)from + f->offset, sizeof value);
-        answer_value(answer, NULL, f->label, f->unit, value, f->decimals)->end = f->says;
-        answer_value(answer, f->name, NULL, UNIT_NUMBER, value, 0)->digits = 9;
+        struct answer_fact *fact = answer_value(answer, f->name, f->label, f->unit, value, f->decimals);
+        fact->digits = 9;
+        fact->end = f->says;
     }
 }
 
 static void design_answer(const struct band_design *d, struct answer *answer)
 {
-    const struct unit *force = unit_of(UNIT_TENSION, answer_in_si(answer)), *length = unit_of(UNIT_STATION, answer_in_si(answer));
-    double spacing_ft = d->spacing_ft > 0.0 ? d->spacing_ft : (double)NAN;
+    bool placed = d->spacing_ft > 0.0;
     answer_open(answer, "design", "design by Appendix C, per band");
     figures_answer(design_figures, sizeof design_figures / sizeof *design_figures, d, answer);
-    answer_words(answer, NULL, "K", "%.8g %s/%s, springs at the ends", d->spring_lb_ft * force->factor / length->factor, force->text, length->text);
-    answer_value(answer, NULL, d->spacing_ft > 0.0 ? "s" : NULL, UNIT_STATION, spacing_ft, 2)->end = " from band to band (C.2)";
-    answer_value(answer, "spacing_ft", NULL, UNIT_NUMBER, spacing_ft, 0)->digits = 9;
+    answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION, placed ? d->spacing_ft : (double)NAN, 2)->digits = 9;
+    answer_remark(answer, " from band to band (C.2)");
     answer_close(answer);
 }
 
@@ -332,6 +330,7 @@ static void check_answer(const struct band_design *d, const struct band_check *c
 static struct answer *answer_of(const struct request *request, const struct band_check *check, const struct findings *f, bool si)
 {
     struct answer *answer = answer_new(si);
+    answer_as_given(answer);
     design_answer(&request->design, answer);
     if (request->design_only)
         answer_none(answer, "model", NULL, "");

@@ -19,6 +19,7 @@
 
 #define CHANGED_MATS 5     /* less is no news */
 #define RUNS_MAX 1000
+#define DIGITS 17 /* all that a double has */
 
 /* The model rig: what the report gives, and what reproduces its movements (tests/runs/README.md). */
 static const struct mr_predictor_config rig = {
@@ -110,32 +111,25 @@ static bool news(const struct mr_predictor_zone *now, const struct mr_predictor_
            labs((long)now->coming_mats - (long)last->coming_mats) >= CHANGED_MATS;
 }
 
-/* In ft and lb for programs, in the units asked for for people. */
-static void number_answer(struct answer *answer, const char *name, const char *label, enum unit_kind unit, double value)
-{
-    answer_value(answer, NULL, label, unit, value, 1);
-    answer_value(answer, name, NULL, UNIT_NUMBER, value, 1)->digits = 17;
-}
-
 /* Half a 95 % interval; none is stated where there is no zone, nor of a kinematic one. */
 static void end_answer(struct answer *answer, const char *name, const char *label, const struct mr_predictor_zone *zone, float at_ft, float error_ft)
 {
     double value_ft = zone->mats ? (double)at_ft : (double)NAN;
     answer_estimate(answer, NULL, label, UNIT_STATION, value_ft, 1.96 * (double)error_ft, 1);
-    answer_value(answer, name, NULL, UNIT_NUMBER, value_ft, 1)->digits = 17;
+    answer_value(answer, name, NULL, UNIT_STATION, value_ft, 1)->digits = DIGITS;
 }
 
 static void tell(const struct predict *predict, double t_s, const struct mr_predictor_zone *zone, struct answer *answer)
 {
     answer_open(answer, NULL, NULL);
-    answer_value(answer, "t", "time", UNIT_TIME, t_s, 3)->digits = 17;
-    number_answer(answer, "wheel_ft", "wheel", UNIT_STATION, (double)predict->predictor.wheel_ft);
+    answer_value(answer, "t", "time", UNIT_TIME, t_s, 3)->digits = DIGITS;
+    answer_value(answer, "wheel", "wheel", UNIT_STATION, (double)predict->predictor.wheel_ft, 1)->digits = DIGITS;
     answer_count(answer, "mats", "mats", zone->mats);
-    end_answer(answer, "start_ft", "start", zone, zone->start_ft, zone->start_error_ft);
-    end_answer(answer, "end_ft", "end", zone, zone->end_ft, zone->end_error_ft);
+    end_answer(answer, "start", "start", zone, zone->start_ft, zone->start_error_ft);
+    end_answer(answer, "end", "end", zone, zone->end_ft, zone->end_error_ft);
     answer_count(answer, "coming_mats", "next|mats", zone->coming_mats);
-    number_answer(answer, "coming_ft", "next|at", UNIT_STATION, zone->coming_mats ? (double)zone->coming_ft : (double)NAN);
-    number_answer(answer, "compression_lb", "push", UNIT_TENSION, (double)zone->compression_lb);
+    answer_value(answer, "coming", "next|at", UNIT_STATION, zone->coming_mats ? (double)zone->coming_ft : (double)NAN, 1)->digits = DIGITS;
+    answer_value(answer, "compression", "push", UNIT_TENSION, (double)zone->compression_lb, 1)->digits = DIGITS;
     answer_words(answer, "verdict", NULL, "%s", mr_predictor_verdict_text(zone->verdict));
     answer_words(answer, NULL, "verdict", "%s%s", mr_predictor_verdict_text(zone->verdict), reasons[zone->reason]);
     answer_words(answer, NULL, "basis", "%s%s", zone->basis & MR_PREDICTOR_BLIND ? "blind " : "",
@@ -214,8 +208,8 @@ static void first_answer(const struct predict *predict, const struct first_warni
     if (first->block != first->board_block)
         answer_words(answer, NULL, "board",
                      "two computations: the predictor's has all the time it wants and the usual parameters, the board's is computed again below");
-    answer_value(answer, "first_warning_s", NULL, UNIT_NUMBER, first->t_s, 3)->digits = 17;
-    answer_value(answer, "board_first_warning_s", NULL, UNIT_NUMBER, first->board_s, 3)->digits = 17;
+    answer_value(answer, "first_warning_s", NULL, UNIT_NUMBER, first->t_s, 3)->digits = DIGITS;
+    answer_value(answer, "board_first_warning_s", NULL, UNIT_NUMBER, first->board_s, 3)->digits = DIGITS;
     answer_count(answer, "first_warning_block", NULL, first->block);
     answer_count(answer, "board_first_warning_block", NULL, first->board_block);
     answer_flag(answer, "t0_is_touchdown", NULL, predict->measured.t0_is_touchdown);
@@ -233,8 +227,8 @@ static void left_answer(const struct mr_predictor_zone *left, struct answer *ans
                  station->factor * (double)left->start_ft, station->factor * (double)left->end_ft, station->text, left->closed_joints);
     answer_open(answer, "left", NULL);
     answer_count(answer, "mats", NULL, left->mats);
-    answer_value(answer, "start_ft", NULL, UNIT_NUMBER, (double)left->start_ft, 1)->digits = 17;
-    answer_value(answer, "end_ft", NULL, UNIT_NUMBER, (double)left->end_ft, 1)->digits = 17;
+    answer_value(answer, "start", NULL, UNIT_STATION, (double)left->start_ft, 1)->digits = DIGITS;
+    answer_value(answer, "end", NULL, UNIT_STATION, (double)left->end_ft, 1)->digits = DIGITS;
     answer_count(answer, "closed_joints", NULL, left->closed_joints);
     answer_close(answer);
 }
@@ -243,7 +237,7 @@ static void conclude(const struct predict *predict, const struct first_warning *
 {
     first_answer(predict, first, answer);
     answer_count(answer, "segments_surveyed", "surveyed", (int64_t)predict->fresh);
-    answer_value(answer, "resistance_scale", NULL, UNIT_NUMBER, (double)predict->predictor.scale, 2)->digits = 17;
+    answer_value(answer, "resistance_scale", NULL, UNIT_NUMBER, (double)predict->predictor.scale, 2)->digits = DIGITS;
     answer_words(answer, NULL, "resistance", "of closing joints: %.2f of the one assumed", (double)predict->predictor.scale);
     answer_count(answer, "mat_updates", "mat updates", predict->predictor.updates);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -294,8 +288,8 @@ static void again_answer(const struct predict_again *again, struct answer *answe
         answer_open(answer, "first", NULL);
         answer_count(answer, "block", NULL, again->first.block);
         answer_words(answer, "field", NULL, "%s", again->first.field);
-        answer_value(answer, "board", NULL, UNIT_NUMBER, again->first.said, 6)->digits = 17;
-        answer_value(answer, "host", NULL, UNIT_NUMBER, again->first.made, 6)->digits = 17;
+        answer_value(answer, "board", NULL, UNIT_NUMBER, again->first.said, 6)->digits = DIGITS;
+        answer_value(answer, "host", NULL, UNIT_NUMBER, again->first.made, 6)->digits = DIGITS;
         answer_close(answer);
     } else {
         answer_none(answer, "first", NULL, "");
@@ -395,6 +389,7 @@ static int predict_command(int argc, char **argv, const struct cli *cli)
     struct store *store = NULL;
     struct answer *answer = answer_new(cli->si);
     size_t count = 0;
+    answer_as_given(answer);
     enum mr_status status = command_parse(&command_predict, argc, argv, cli, &r, words, &error);
     if (status == MR_OK)
         status = parse_runs(words + 1, runs, &count, &error);
