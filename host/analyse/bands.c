@@ -89,7 +89,8 @@ void bands_free(struct bands_summary *bands)
     *bands = (struct bands_summary){0};
 }
 
-double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
+/* Feet from the lead wheel to a gage in a block, positive ahead of it; NaN: not known. */
+static double ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
 {
     int c = gage > 0 && gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)gage) : -1;
     if (c < 0 || block == STORE_NONE)
@@ -98,7 +99,8 @@ double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t blo
     return (double)measured->channel[c].config.station_ft - measured_station_ft(measured, t_s);
 }
 
-static void bands_shunt_text(const struct bands_summary *bands, bool si, char *out, size_t size)
+/* The one line that says what the calibrations found; "" without any. */
+static void shunts_text(const struct bands_summary *bands, bool si, char *out, size_t size)
 {
     const struct unit *force = unit_of(UNIT_TENSION, si);
     const struct bands_shunt *most = NULL;
@@ -152,7 +154,7 @@ static void extreme_answer(const struct extreme *e, const struct measured *measu
     answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
     answer_count(answer, "gage", NULL, e->gage);
     answer_count(answer, "block", NULL, e->block);
-    answer_value(answer, "ahead_of_wheel", e->ahead, UNIT_STATION, bands_ahead_ft(measured, e->gage, e->block), 1)->digits = 5;
+    answer_value(answer, "ahead_of_wheel", e->ahead, UNIT_STATION, ahead_ft(measured, e->gage, e->block), 1)->digits = 5;
     answer_close(answer);
 }
 
@@ -215,7 +217,7 @@ void bands_answer(const struct bands_summary *bands, const struct measured *meas
 void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer)
 {
     char text[400];
-    bands_shunt_text(bands, answer_in_si(answer), text, sizeof text);
+    shunts_text(bands, answer_in_si(answer), text, sizeof text);
     if (text[0])
         answer_words(answer, NULL, "shunts", "%s", text);
     answer_table(answer, "shunts", each && bands->shunts ? "" : NULL);

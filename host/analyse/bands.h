@@ -26,8 +26,6 @@ enum mr_status bands_load(struct store *store, const struct measured *measured, 
                           struct error *error);
 void bands_free(struct bands_summary *bands);
 
-/* Feet from the lead wheel to a gage in a block, positive ahead of it; NaN: not known. */
-double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t block);
 /* Tensions of the bands, and what the board found wrong with them. */
 void bands_answer(const struct bands_summary *bands, const struct measured *measured, struct answer *answer);
 /* What shunt calibrations found: people read one line and, with `each`, every gage. */

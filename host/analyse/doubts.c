@@ -136,7 +136,8 @@ static bool told_at(const struct doubts *doubts, size_t i, struct told *told)
     return true;
 }
 
-bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT])
+/* Line `i` of what is doubted, the worst first; false: there are no more. */
+static bool doubt_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT])
 {
     struct told told;
     if (doubts->torn && i-- == 0) {
@@ -157,7 +158,7 @@ void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT])
 {
     char line[DOUBTS_TEXT];
     out[0] = '\0';
-    if ((doubts->doubtful || doubts->torn) && doubts_line(doubts, 0, line))
+    if ((doubts->doubtful || doubts->torn) && doubt_line(doubts, 0, line))
         snprintf(out, DOUBTS_TEXT, "doubtful: %.*s", (int)DOUBTS_TEXT - 11, line);
 }
 
@@ -166,7 +167,7 @@ void doubts_answer(const struct doubts *doubts, struct answer *answer)
     char line[DOUBTS_TEXT];
     struct told told;
     const bool warn = doubts->doubtful || doubts->torn;
-    for (size_t i = 0; doubts_line(doubts, i, line); i++)
+    for (size_t i = 0; doubt_line(doubts, i, line); i++)
         answer_words(answer, NULL, warn ? "doubtful" : "strangers", "%s", line)->warn = warn;
     answer_open(answer, "doubts", NULL);
     answer_flag(answer, "doubtful", NULL, doubts->doubtful);

@@ -28,11 +28,9 @@ void doubts_free(struct doubts *doubts);
 enum mr_status doubts_judge(struct store *store, const struct measured *measured, struct doubts *doubts, struct error *error);
 /* " (doubtful)", or "" when nothing is: after a number. Static storage. */
 const char *doubts_mark(const struct doubts *doubts);
-/* Line `i` of what is doubted, the worst first; false: there are no more. */
-bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT]);
 /* "doubtful: " with the worst of it in one line, for what stands above numbers; "" when they are the board's. */
 void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT]);
-/* The lines; for programs "doubts": each frame once, obeyed where what rests on CAN may be theirs. */
+/* A line for each doubt, the worst first; for programs "doubts": each frame once, obeyed where what rests on CAN may be theirs. */
 void doubts_answer(const struct doubts *doubts, struct answer *answer);
 
 #endif
