@@ -289,9 +289,6 @@ static const char *or_unknown(const char *text)
 
 static void board_answer(const struct store_landing *landing, struct answer *answer)
 {
-    answer_count(answer, "run", NULL, landing->id);
-    answer_count(answer, "landing", NULL, landing->board_landing);
-    answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
     answer_words(answer, NULL, "board", "%s", or_unknown(landing->board_uid));
     answer_words(answer, "board", NULL, "%s", landing->board_uid);
     answer_words(answer, NULL, "firmware", "%s, image %08llx, commit %s", or_unknown(landing->firmware),
@@ -342,9 +339,13 @@ void summary_zone_answer(const struct summary *summary, struct answer *answer)
 
 void summary_answer(const struct summary *summary, struct answer *answer)
 {
+    const struct store_landing *landing = &summary->measured.landing;
     char heading[SUMMARY_HEADING];
     summary_heading(summary, heading);
     answer_open(answer, NULL, heading);
+    answer_count(answer, "run", NULL, landing->id);
+    answer_count(answer, "landing", NULL, landing->board_landing);
+    answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
     summary_facts_answer(summary, answer);
     summary_zone_answer(summary, answer);
     channels_answer(&summary->measured, answer);

@@ -33,7 +33,7 @@ static void print_table(const struct answer *answer, size_t table, FILE *out)
             text[0] = '\0';
             if (item)
                 answer_cell(item, " \xc2\xb1 ", text);
-            fputs(is_number ? "<td class=\"n\">" : "<td>", out);
+            fputs(is_number ? "<td class=\"n\">" : item && item->fact.warn ? "<td class=\"warn\">" : "<td>", out);
             html_text(out, is_number && item->kind != ANSWER_COUNT && isnan(item->value) ? "\xe2\x80\x93" : text);
             fputs("</td>", out);
         }
