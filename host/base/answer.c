@@ -106,9 +106,11 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
     return fact;
 }
 
-void answer_count(struct answer *answer, const char *name, const char *label, int64_t count)
+struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label, int64_t count)
 {
-    add(answer, ANSWER_COUNT, name, label)->count = count;
+    struct answer_item *item = add(answer, ANSWER_COUNT, name, label);
+    item->count = count;
+    return &item->fact;
 }
 
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes)

@@ -47,7 +47,7 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
                                     int decimals);
 /* ANSWER_UNKNOWN is null, and a dash for people. */
 #define ANSWER_UNKNOWN INT64_MIN
-void answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
+struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label, int64_t count);
 void answer_flag(struct answer *answer, const char *name, const char *label, bool yes);
 struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label, const char *format, ...)
     __attribute__((format(printf, 4, 5)));

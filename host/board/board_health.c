@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/answer.h"
 #include "host/board/healthtalk.h"
 #include "host/board/image_symbols.h"
 
@@ -24,72 +25,88 @@ static void cause_text(unsigned cause, char *out, size_t size)
     }
 }
 
-static void print_health(const struct healthtalk *talk, const struct mr_symbols *symbols)
+static void faults_answer(const struct healthtalk *talk, struct answer *answer)
 {
-    char text[160];
-    cause_text(talk->hello.reset_cause, text, sizeof text);
-    printf("last reset     %s; %u restarts that nobody asked for since power on, %u in a row%s\n", text, talk->restarts.restarts,
-           talk->restarts.in_row, talk->restarts.in_row >= 5 ? ": it only speaks, give it `reset`" : "");
-    if (talk->restarts.late_task) {
-        crash_place(talk->restarts.late_pc, symbols, text, sizeof text);
-        printf("watchdog       %s did not run in its time; the processor was at %s\n", mr_task_text(talk->restarts.late_task), text);
-    }
-    printf("brown-out      %s\n", brown_out_text(talk->restarts.brown_out));
-    printf("stack          %u of %u bytes used at most\n", talk->upkeep.stack_used, talk->upkeep.stack_size);
-    printf("memories       RAM gone through %u times, program %u times, idle\n", talk->upkeep.ram_tested, talk->upkeep.flash_checked);
-    printf("CAN            %s; TEC %u, REC %u, %u %s (last %.2f s)\n", mr_can_state_text(talk->alarm.state), talk->alarm.tec,
-           talk->alarm.rec, talk->alarm.outages, talk->alarm.outages == 1 ? "outage" : "outages", (double)talk->alarm.outage_s);
-    printf("CAN dropped    %u queue full, %u bus-off, %u nothing passed, %u silent\n", talk->drops.queue_full, talk->drops.bus_off,
-           talk->drops.timeout, talk->drops.silent);
+    answer_table(answer, "faults", "faults");
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         const struct mr_fault *fault = &talk->fault[i];
         const char *which = i == MR_FAULT_SELFTEST    ? mr_self_test_text(fault->detail)
                             : i == MR_FAULT_TASK_LATE ? mr_task_text(fault->detail)
                                                       : "";
-        if (fault->count)
-            printf("fault          %s [%u], %u times%s%s\n", mr_fault_text(i), fault->detail, fault->count, *which ? ": " : "", which);
+        if (!fault->count)
+            continue;
+        answer_open(answer, NULL, NULL);
+        answer_count(answer, "code", NULL, i);
+        answer_words(answer, "text", "fault", "%s", mr_fault_text(i));
+        answer_count(answer, "detail", "detail", fault->detail);
+        answer_count(answer, "count", "times", fault->count);
+        if (*which)
+            answer_words(answer, NULL, "which", "%s", which);
+        answer_close(answer);
     }
+    answer_close(answer);
+}
+
+static void health_answer(const struct healthtalk *talk, const struct mr_symbols *symbols, struct answer *answer)
+{
+    char text[160];
+    cause_text(talk->hello.reset_cause, text, sizeof text);
+    answer_words(answer, NULL, "last reset", "%s", text);
+    answer_count(answer, "reset_cause", NULL, talk->hello.reset_cause);
+    answer_count(answer, "restarts", "restarts", talk->restarts.restarts)->end = " that nobody asked for since power on";
+    answer_count(answer, "in_row", "in a row", talk->restarts.in_row)->end = talk->restarts.in_row >= 5 ? ": it only speaks, give it `reset`" : NULL;
+    answer_count(answer, "late_task", NULL, talk->restarts.late_task);
+    if (talk->restarts.late_task) {
+        crash_place(talk->restarts.late_pc, symbols, text, sizeof text);
+        answer_words(answer, NULL, "watchdog", "%s did not run in its time; the processor was at %s", mr_task_text(talk->restarts.late_task), text);
+    }
+    answer_words(answer, "brown_out", "brown-out", "%s", brown_out_text(talk->restarts.brown_out));
+    answer_count(answer, "stack_used", "stack used", talk->upkeep.stack_used)->end = " bytes at most";
+    answer_count(answer, "stack_size", "stack", talk->upkeep.stack_size)->end = " bytes";
+    answer_count(answer, "ram_tested", "RAM", talk->upkeep.ram_tested)->end = " times gone through, idle";
+    answer_count(answer, "flash_checked", "program", talk->upkeep.flash_checked)->end = " times gone through, idle";
+    answer_words(answer, "can", "CAN", "%s", mr_can_state_text(talk->alarm.state));
+    answer_count(answer, "can_tec", "TEC", talk->alarm.tec);
+    answer_count(answer, NULL, "REC", talk->alarm.rec);
+    answer_count(answer, "can_outages", "CAN outages", talk->alarm.outages);
+    answer_value(answer, NULL, "the last", UNIT_TIME, (double)talk->alarm.outage_s, 2);
+    answer_open(answer, NULL, "CAN frames dropped");
+    answer_count(answer, "dropped_queue_full", "queue full", talk->drops.queue_full);
+    answer_count(answer, "dropped_bus_off", "bus-off", talk->drops.bus_off);
+    answer_count(answer, "dropped_timeout", "nothing passed", talk->drops.timeout);
+    answer_count(answer, "dropped_silent", "silent", talk->drops.silent);
+    answer_close(answer);
+    faults_answer(talk, answer);
     if (talk->crashed)
-        crash_print(&talk->crash, symbols, stdout);
+        crash_answer(&talk->crash, symbols, answer);
+    else
+        answer_none(answer, "crash", NULL, NULL);
 }
 
-static json_t *health_json(const struct healthtalk *talk, const struct mr_symbols *symbols)
+static void test_answer(const struct mr_self_test *test, struct answer *answer)
 {
-    json_t *faults = json_array();
-    for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
-        if (talk->fault[i].count)
-            json_array_append_new(faults, json_pack("{sisisiss}", "code", (int)i, "detail", talk->fault[i].detail, "count",
-                                                    talk->fault[i].count, "text", mr_fault_text(i)));
-    }
-    return json_pack(
-        "{sisisisssisisisisisssisisisisisisoso?}", "reset_cause", talk->hello.reset_cause, "restarts", talk->restarts.restarts,
-        "in_row", talk->restarts.in_row, "brown_out", brown_out_text(talk->restarts.brown_out), "late_task",
-        talk->restarts.late_task, "stack_used", talk->upkeep.stack_used, "stack_size", talk->upkeep.stack_size, "ram_tested",
-        talk->upkeep.ram_tested, "flash_checked", talk->upkeep.flash_checked, "can", mr_can_state_text(talk->alarm.state), "can_tec",
-        talk->alarm.tec, "can_outages", talk->alarm.outages, "dropped_queue_full", talk->drops.queue_full, "dropped_bus_off",
-        talk->drops.bus_off, "dropped_timeout", talk->drops.timeout, "dropped_silent", talk->drops.silent, "faults", faults, "crash",
-        talk->crashed ? crash_json(&talk->crash, symbols) : NULL);
-}
-
-static int tell_health(const struct healthtalk *talk, const struct mr_symbols *symbols, const struct cli *cli)
-{
-    int exit_code = talk->health.faults ? 1 : 0;
-    if (cli->json)
-        return cli_print_json(health_json(talk, symbols), exit_code);
-    print_health(talk, symbols);
-    return exit_code;
-}
-
-static int tell_test(const struct mr_self_test *test, const struct cli *cli)
-{
-    int exit_code = test->failed ? 1 : 0;
-    if (cli->json)
-        return cli_print_json(json_pack("{sisi}", "done", test->done, "failed", test->failed), exit_code);
+    answer_count(answer, "done", NULL, test->done);
+    answer_count(answer, "failed", NULL, test->failed);
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
         if (test->done >> i & 1u)
-            printf("%-6s %s\n", test->failed >> i & 1u ? "FAILED" : "good", mr_self_test_text(i));
+            answer_words(answer, NULL, mr_self_test_text(i), "%s", test->failed >> i & 1u ? "FAILED" : "good");
     }
-    return exit_code;
+}
+
+/* Exit 1: the board found a fault in itself. */
+static int tell(const char *verb, const struct healthtalk *talk, const struct mr_symbols *symbols, const struct cli *cli)
+{
+    struct answer *answer = answer_new(cli->si);
+    bool fault = false;
+    if (strcmp(verb, "health") == 0) {
+        health_answer(talk, symbols, answer);
+        fault = talk->health.faults != 0;
+    } else if (strcmp(verb, "self-test") == 0) {
+        test_answer(&talk->test, answer);
+        fault = talk->test.failed != 0;
+    } else
+        answer_flag(answer, "restarted", NULL, true);
+    return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 bool board_health_verb(const char *word)
@@ -103,7 +120,6 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
     struct dialogue dialogue = {0};
     struct mr_symbols symbols;
     struct healthtalk *talk = calloc(1, sizeof *talk);
-    int exit_code;
     if (!talk)
         abort();
     enum mr_status status = image_symbols_read(&symbols, elf, &error);
@@ -115,14 +131,7 @@ int board_health(const char *serial, const char *verb, const char *elf, const st
         status = strcmp(verb, "health") == 0      ? healthtalk_hear(talk, &error)
                  : strcmp(verb, "self-test") == 0 ? healthtalk_self_test(talk, &error)
                                                   : healthtalk_reset(talk, &error);
-    if (status != MR_OK)
-        exit_code = cli_fail(&error);
-    else if (strcmp(verb, "health") == 0)
-        exit_code = tell_health(talk, &symbols, cli);
-    else if (strcmp(verb, "self-test") == 0)
-        exit_code = tell_test(&talk->test, cli);
-    else
-        exit_code = cli->json ? cli_print_json(json_pack("{sb}", "restarted", 1), 0) : 0;
+    int exit_code = status == MR_OK ? tell(verb, talk, &symbols, cli) : cli_fail(&error);
     dialogue_close(&dialogue);
     image_symbols_free(&symbols);
     free(talk);

@@ -1,5 +1,6 @@
 #include "host/board/crash.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define ALL_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
@@ -41,36 +42,40 @@ void crash_headline(const struct crash_report *report, const struct mr_symbols *
              named ? "" : " (function unknown without --elf)");
 }
 
-void crash_print(const struct crash_report *report, const struct mr_symbols *symbols, FILE *out)
+void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols, struct answer *answer)
 {
-    char text[300];
+    const struct mr_symbol *at = symbols && symbols->count ? mr_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u) : NULL;
+    char text[300], label[20];
+    answer_open(answer, "crash", "");
     crash_headline(report, symbols, text, sizeof text);
-    fprintf(out, "%s\n", text);
+    answer_sentence(answer, "text", "%s", text);
+    answer_count(answer, "age", NULL, report->age);
+    answer_words(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
+    if (at)
+        answer_words(answer, "function", NULL, "%s", at->name);
+    else
+        answer_none(answer, "function", NULL, NULL);
     crash_place(report->word[MR_CRASH_LR], symbols, text, sizeof text);
-    fprintf(out, "  called from    %s\n  image          %08x\n", text, (unsigned)report->word[MR_CRASH_IMAGE]);
-    for (unsigned i = MR_CRASH_R0; i < MR_CRASH_STACK_FIRST; i++)
-        fprintf(out, "%s%-5s %08x%s", (i - MR_CRASH_R0) % 4 == 0 ? "  " : "   ", mr_crash_item_name(i),
-                (unsigned)report->word[i], (i - MR_CRASH_R0) % 4 == 3 ? "\n" : "");
-    fprintf(out, "\n  stack from sp on\n");
+    answer_words(answer, NULL, "called from", "%s", text);
+    answer_words(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);
+    answer_open(answer, "words", "registers");
+    for (unsigned i = 0; i < MR_CRASH_STACK_FIRST; i++) {
+        answer_count(answer, mr_crash_item_name(i), NULL, report->word[i]);
+        if (i >= MR_CRASH_R0)
+            answer_words(answer, NULL, mr_crash_item_name(i), "%08x", (unsigned)report->word[i]);
+    }
+    answer_close(answer);
+    answer_list(answer, "stack", NULL);
+    for (unsigned i = 0; i < MR_CRASH_STACK; i++)
+        answer_count(answer, NULL, NULL, report->word[MR_CRASH_STACK_FIRST + i]);
+    answer_close(answer);
+    answer_open(answer, NULL, "stack from sp on");
     for (unsigned i = 0; i < MR_CRASH_STACK; i++) {
         uint32_t value = report->word[MR_CRASH_STACK_FIRST + i];
         crash_place(value, value >= FLASH && value < FLASH_END ? symbols : NULL, text, sizeof text);
-        fprintf(out, "    %s\n", text);
+        snprintf(label, sizeof label, "sp + %u", 4 * i);
+        answer_words(answer, NULL, label, "%s", text);
     }
-}
-
-json_t *crash_json(const struct crash_report *report, const struct mr_symbols *symbols)
-{
-    char text[300];
-    json_t *words = json_object(), *stack = json_array();
-    crash_headline(report, symbols, text, sizeof text);
-    for (unsigned i = 0; i < MR_CRASH_STACK_FIRST; i++)
-        json_object_set_new(words, mr_crash_item_name(i), json_integer(report->word[i]));
-    for (unsigned i = 0; i < MR_CRASH_STACK; i++)
-        json_array_append_new(stack, json_integer(report->word[MR_CRASH_STACK_FIRST + i]));
-    const struct mr_symbol *at =
-        symbols && symbols->count ? mr_symbols_at(symbols, report->word[MR_CRASH_PC] & ~1u) : NULL;
-    return json_pack("{sssisssososs?}", "text", text, "age", report->age, "kind",
-                     mr_crash_kind_text(report->word[MR_CRASH_KIND]), "words", words, "stack", stack, "function",
-                     at ? at->name : NULL);
+    answer_close(answer);
+    answer_close(answer);
 }

@@ -2,13 +2,13 @@
 #ifndef MATRIG_HOST_CRASH_H
 #define MATRIG_HOST_CRASH_H
 
-#include <jansson.h>
 #include <stdbool.h>
-#include <stdio.h>
+#include <stddef.h>
 
 #include "common/catalogue.h"
 #include "common/crash.h"
 #include "common/symbols.h"
+#include "host/base/answer.h"
 
 struct crash_report {
     uint32_t word[MR_CRASH_ITEMS];
@@ -26,8 +26,7 @@ bool crash_take(struct crash_report *report, const struct mr_crash *message);
 void crash_headline(const struct crash_report *report, const struct mr_symbols *symbols, char *out, size_t size);
 /* An address, with its function where it has one. */
 void crash_place(uint32_t address, const struct mr_symbols *symbols, char *out, size_t size);
-/* Headline, registers, stack. */
-void crash_print(const struct crash_report *report, const struct mr_symbols *symbols, FILE *out);
-json_t *crash_json(const struct crash_report *report, const struct mr_symbols *symbols);
+/* Headline, registers, stack: object `crash`. */
+void crash_answer(const struct crash_report *report, const struct mr_symbols *symbols, struct answer *answer);
 
 #endif

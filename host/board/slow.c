@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "host/board/boxtalk.h"
+#include "host/base/answer.h"
 #include "host/base/output.h"
 
 #define ROUNDS 4      /* of asking for what has not come */
@@ -164,16 +165,19 @@ static enum mr_status write_csv(const char *path, bool force, struct fetch *fetc
 
 static int tell(const struct cli *cli, const struct fetch *fetch)
 {
-    size_t missing = 0;
+    int64_t missing = 0;
     for (uint32_t seq = fetch->first; seq < fetch->next; seq++)
         missing += !fetch->known[seq - fetch->first];
     const struct mr_slow_end *end = &fetch->talk->slow_end;
-    if (cli->json)
-        return cli_print_json(json_pack("{sssisIsIsIsi}", "board", fetch->uid, "held", end->rows, "next_seq", (json_int_t)end->next_seq,
-                                        "new", (json_int_t)fetch->count, "missing", (json_int_t)missing, "boot", end->boot), 0);
-    printf("slow log: %u rows held (%.1f h), %zu of them new here, %zu numbers without a row\n", end->rows, (double)end->rows / 60.0,
-           fetch->count, missing);
-    return 0;
+    struct answer *answer = answer_new(cli->si);
+    answer_words(answer, "board", "board", "%s", fetch->uid);
+    answer_count(answer, "held", "rows held", end->rows);
+    answer_value(answer, NULL, "they cover", UNIT_NUMBER, (double)end->rows / 60.0, 1)->end = " h";
+    answer_count(answer, "new", "new here", (int64_t)fetch->count);
+    answer_count(answer, "missing", "missing", missing)->end = " numbers without a row";
+    answer_count(answer, "next_seq", NULL, (int64_t)end->next_seq);
+    answer_count(answer, "boot", NULL, end->boot);
+    return answer_show(cli, answer, 0);
 }
 
 int slow_fetch(const struct cli *cli, struct boxtalk *talk, const char *db, const char *csv, bool force, struct error *error)

@@ -52,43 +52,53 @@ static bool was_saved(const struct bundle_part *part, const bool saved[BUNDLE_FI
     return found;
 }
 
-void bundle_print(const struct bundle_check *check, const bool saved[BUNDLE_FILES], FILE *out)
+/* For programs, every part; for people every file, and those tables that are not whole. */
+static void parts_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES], struct answer *answer)
 {
-    char verdict[600];
-    size_t tables = 0;
-    long long rows = 0;
-    bundle_verdict(check, verdict, sizeof verdict);
-    fprintf(out, "%s: %zu bytes\n  verdict       %s\n", check->path, check->bytes, verdict);
+    answer_list(answer, "parts", NULL);
+    for (size_t i = 0; i < check->parts; i++) {
+        const struct bundle_part *part = &check->part[i];
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, "name", NULL, "%s", part->name);
+        answer_words(answer, "kind", NULL, "%s", part->kind);
+        answer_words(answer, "state", NULL, "%s", states[part->state]);
+        answer_words(answer, "sha256", NULL, "%s", part->digest);
+        answer_count(answer, "bytes", NULL, part->bytes);
+        if (part->state != BUNDLE_WHOLE)
+            answer_words(answer, "why", NULL, "%s", part->why);
+        if (saved)
+            answer_flag(answer, "saved", NULL, was_saved(part, saved));
+        answer_close(answer);
+    }
+    answer_close(answer);
     for (size_t i = 0; i < check->parts; i++) {
         const struct bundle_part *part = &check->part[i];
         bool file = strcmp(part->kind, "file") == 0;
         if (part->state != BUNDLE_WHOLE)
-            fprintf(out, "  %-17s %s: %s%s\n", part->name, states[part->state], part->why, file ? "" : " (table)");
+            answer_words(answer, NULL, part->name, "%s: %s%s", states[part->state], part->why, file ? "" : " (table)");
         else if (file)
-            fprintf(out, "  %-17s %9lld bytes  %s  %s%s\n", part->name, (long long)part->bytes, part->digest, part->what,
-                    was_saved(part, saved) ? "; saved" : "");
-        tables += part->state == BUNDLE_WHOLE && strcmp(part->kind, "table") == 0;
-        rows += part->state == BUNDLE_WHOLE ? part->rows : 0;
+            answer_words(answer, NULL, part->name, "%9lld bytes  %s  %s%s", (long long)part->bytes, part->digest, part->what,
+                         was_saved(part, saved) ? "; saved" : "");
     }
-    fprintf(out, "  %zu tables with %lld rows are whole\n", tables, rows);
 }
 
-json_t *bundle_json(const struct bundle_check *check, const bool saved[BUNDLE_FILES])
+void bundle_answer(const struct bundle_check *check, const bool saved[BUNDLE_FILES], struct answer *answer)
 {
     char verdict[600];
-    json_t *parts = json_array();
+    long long tables = 0, rows = 0;
     bundle_verdict(check, verdict, sizeof verdict);
     for (size_t i = 0; i < check->parts; i++) {
-        const struct bundle_part *part = &check->part[i];
-        json_t *entry = json_pack("{sssssssssI}", "name", part->name, "kind", part->kind, "state", states[part->state], "sha256", part->digest,
-                                  "bytes", (json_int_t)part->bytes);
-        if (part->state != BUNDLE_WHOLE)
-            json_object_set_new(entry, "why", json_string(part->why));
-        if (saved)
-            json_object_set_new(entry, "saved", json_boolean(was_saved(part, saved)));
-        json_array_append_new(parts, entry);
+        bool whole = check->part[i].state == BUNDLE_WHOLE;
+        tables += whole && strcmp(check->part[i].kind, "table") == 0;
+        rows += whole ? check->part[i].rows : 0;
     }
-    return json_pack("{sssssbsbsbsIsIso}", "file", check->path, "verdict", verdict, "complete", bundle_sound(check) && check->sealed && !check->aside,
-                     "sound", bundle_sound(check), "truncated", check->truncated, "bytes", (json_int_t)check->bytes, "whole_bytes",
-                     (json_int_t)check->whole_bytes, "parts", parts);
+    answer_words(answer, "file", "file", "%s", check->path);
+    answer_count(answer, "bytes", "bytes", (int64_t)check->bytes);
+    answer_words(answer, "verdict", "verdict", "%s", verdict);
+    answer_flag(answer, "complete", NULL, bundle_sound(check) && check->sealed && !check->aside);
+    answer_flag(answer, "sound", NULL, bundle_sound(check));
+    answer_flag(answer, "truncated", NULL, check->truncated);
+    answer_count(answer, "whole_bytes", NULL, (int64_t)check->whole_bytes);
+    parts_answer(check, saved, answer);
+    answer_words(answer, NULL, "tables", "%lld with %lld rows are whole", tables, rows);
 }

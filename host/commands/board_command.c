@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/answer.h"
 #include "host/board/board_health.h"
 #include "host/board/boxtalk.h"
 #include "host/board/configtalk.h"
@@ -22,37 +23,38 @@ struct request {
     bool force;
 };
 
-static json_t *record_json(const struct boxtalk_record *r)
+static void record_answer(const struct boxtalk_record *r, struct answer *answer)
 {
-    return json_pack("{sisisisbsIsisi}", "record", r->record.record, "landing", r->record.landing, "pages", r->record.pages,
-                     "complete", r->record.complete, "first_block", (json_int_t)r->span.first_block, "blocks", r->span.blocks,
-                     "lost", r->span.lost);
+    answer_count(answer, "record", "record", r->record.record);
+    answer_count(answer, "landing", "landing", r->record.landing);
+    answer_count(answer, "pages", "pages", r->record.pages);
+    answer_flag(answer, "complete", NULL, r->record.complete);
+    answer_count(answer, "first_block", NULL, (int64_t)r->span.first_block);
+    answer_count(answer, "blocks", NULL, r->span.blocks);
+    answer_value(answer, NULL, "lasts", UNIT_TIME, r->record.complete ? (double)r->span.blocks / 1000.0 : (double)NAN, 3);
+    answer_count(answer, "lost", "blocks lost", r->span.lost);
+    answer_words(answer, NULL, "its end", "%s", r->record.complete ? "closed" : "not closed: the power went");
 }
 
 static int list(const struct request *request, const struct boxtalk *talk)
 {
-    if (request->cli->json) {
-        json_t *records = json_array();
-        for (size_t i = 0; i < talk->count; i++)
-            json_array_append_new(records, record_json(&talk->records[i]));
-        return cli_print_json(json_pack("{sssisisosisisoso}", "state", mr_box_condition_text(talk->state.state), "ready_sectors",
-                                        talk->state.ready, "reserve_sectors", talk->state.reserve, "wait_s",
-                                        cli_json_number((double)talk->state.wait_s, 4), "dirty_sectors", talk->space.dirty,
-                                        "bad_sectors", talk->space.bad, "wear",
-                                        cli_json_number((double)talk->space.wear, 4), "records", records), 0);
-    }
-    printf("black box: %s, %u of %u sectors erased (a landing needs %u), %u to be erased, %u bad, %.2f erases each\n",
-           mr_box_condition_text(talk->state.state), talk->state.ready, talk->space.sectors, talk->state.reserve, talk->space.dirty,
-           talk->space.bad, (double)talk->space.wear);
+    struct answer *answer = answer_new(request->cli->si);
+    answer_words(answer, "state", "black box", "%s", mr_box_condition_text(talk->state.state));
+    answer_count(answer, NULL, "sectors", talk->space.sectors);
+    answer_count(answer, "ready_sectors", "erased", talk->state.ready);
+    answer_count(answer, "reserve_sectors", "a landing needs", talk->state.reserve);
+    answer_count(answer, "dirty_sectors", "to be erased", talk->space.dirty);
+    answer_count(answer, "bad_sectors", "bad", talk->space.bad);
+    answer_value(answer, "wear", "erases each", UNIT_NUMBER, (double)talk->space.wear, 2);
+    answer_value(answer, "wait", NULL, UNIT_TIME, (double)talk->state.wait_s, 1);
+    answer_table(answer, "records", "");
     for (size_t i = 0; i < talk->count; i++) {
-        const struct boxtalk_record *r = &talk->records[i];
-        printf("record %u: landing %u, %u pages, ", r->record.record, r->record.landing, r->record.pages);
-        if (r->record.complete)
-            printf("%.3f s, %u blocks lost\n", (double)r->span.blocks / 1000.0, r->span.lost);
-        else
-            printf("not closed: the power went\n");
+        answer_open(answer, NULL, NULL);
+        record_answer(&talk->records[i], answer);
+        answer_close(answer);
     }
-    return 0;
+    answer_close(answer);
+    return answer_show(request->cli, answer, 0);
 }
 
 /* Pages of the same record that an earlier, broken off reading left in the file. */
@@ -92,24 +94,20 @@ static bool holds_record(const char *path, uint16_t record)
 
 static int tell_read(const struct request *request, const struct boxtalk_record *r, size_t absent, const struct boxfill *filled)
 {
-    if (request->cli->json) {
-        json_t *object = record_json(r);
-        json_object_set_new(object, "absent_pages", json_integer((json_int_t)absent));
-        if (request->file)
-            json_object_set_new(object, "file", json_string(request->file));
-        if (request->db)
-            json_object_update_new(object, json_pack("{sssIsbsIsIsI}", "db", request->db, "run", (json_int_t)filled->run, "new_landing",
-                                                     filled->made, "filled_blocks", (json_int_t)filled->filled_blocks,
-                                                     "filled_edges", (json_int_t)filled->filled_edges, "absent_blocks",
-                                                     (json_int_t)filled->absent_blocks));
-        return cli_print_json(object, absent ? 1 : 0);
+    struct answer *answer = answer_new(request->cli->si);
+    record_answer(r, answer);
+    answer_count(answer, "absent_pages", "not read", (int64_t)absent)->end = " pages";
+    if (request->file)
+        answer_words(answer, "file", NULL, "%s", request->file);
+    if (request->db) {
+        answer_words(answer, "db", NULL, "%s", request->db);
+        answer_count(answer, "run", "RUN", filled->run)->end = filled->made ? " (new)" : NULL;
+        answer_flag(answer, "new_landing", NULL, filled->made);
+        answer_count(answer, "filled_blocks", "filled", filled->filled_blocks)->end = " blocks from the black box";
+        answer_count(answer, "filled_edges", "filled edges", filled->filled_edges);
+        answer_count(answer, "absent_blocks", "absent", filled->absent_blocks)->end = " blocks, there too";
     }
-    printf("record %u: landing %u, %u pages, %zu could not be read\n", r->record.record, r->record.landing, r->record.pages, absent);
-    if (request->db)
-        printf("RUN %lld%s: %lld blocks and %lld edges filled from the black box, %lld blocks absent there too\n",
-               (long long)filled->run, filled->made ? " (new)" : "", (long long)filled->filled_blocks,
-               (long long)filled->filled_edges, (long long)filled->absent_blocks);
-    return absent ? 1 : 0;
+    return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 /* The record names the configuration that it was recorded by; the board tells it as long as it is in force. Without it only replay
@@ -224,19 +222,22 @@ static int print_identity(const struct request *request, const struct identity *
         mr_image_commit_text(identity->commit.commit, identity->commit.commit_more, identity->commit.changed != 0, commit);
     identity_uid_text(identity, uid);
     snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
-    if (request->cli->json) {
-        json_t *compared = image ? json_pack("{sssbss}", "file", image->path, "same", same, "difference", why) : json_null();
-        return cli_print_json(json_pack("{sssssssssIso}", "board", uid, "firmware", version, "commit", commit, "image",
-                                        mr_image_state_text(state), "image_crc", (json_int_t)identity->image_crc, "compared", compared),
-                              exit_code);
-    }
-    printf("board      %s\nfirmware   %s, commit %s\nimage      %08x, %s\n", uid, version, commit, (unsigned)identity->image_crc,
-           mr_image_state_text(state));
-    if (image && same)
-        printf("compared   the board runs %s\n", image->path);
-    else if (image)
-        printf("compared   the board does not run %s: %s\n", image->path, why);
-    return exit_code;
+    struct answer *answer = answer_new(request->cli->si);
+    answer_words(answer, "board", "board", "%s", uid);
+    answer_words(answer, "firmware", "firmware", "%s", version);
+    answer_words(answer, "commit", "commit", "%s", commit);
+    answer_count(answer, "image_crc", NULL, identity->image_crc);
+    answer_words(answer, NULL, "program", "%08x", (unsigned)identity->image_crc);
+    answer_words(answer, "image", "image", "%s", mr_image_state_text(state));
+    if (image) {
+        answer_open(answer, "compared", "");
+        answer_words(answer, "file", "compared", "%s", image->path);
+        answer_flag(answer, "same", "it runs that", same);
+        answer_words(answer, "difference", same ? NULL : "difference", "%s", why);
+        answer_close(answer);
+    } else
+        answer_none(answer, "compared", NULL, NULL);
+    return answer_show(request->cli, answer, exit_code);
 }
 
 static int tell_identity(const struct request *request, struct error *error)

@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "common/gain.h"
+#include "host/base/answer.h"
 #include "host/board/calibrationpast.h"
 #include "host/board/configtext.h"
 #include "host/calibrate/fit.h"
@@ -46,33 +47,37 @@ static const char *unit_text(const struct request *r)
 
 /* ---- the result ---- */
 
-static void tell(const struct request *r, const struct calibrate_points *points, const struct calibrate_fit *fit, const struct mr_channel_config *channel)
+static int tell(const struct request *r, const struct calibrate_points *points, const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
-    const char *unit = unit_text(r);
-    printf("%s: %.7g %s per code, zero at %.3f codes, from %zu points between %g and %g %s\n", r->word, fit->unit_per_code, unit,
-           fit->zero_code, points->count, fit->low, fit->high, unit);
-    if (points->unit && strcmp(points->unit->word, unit) != 0)
-        printf("values were read in %s\n", points->unit->word);
-    printf("%10s %12s %12s\n", unit, "codes", "residual");
-    for (size_t i = 0; i < points->count; i++)
-        printf("%10.4f %12.3f %+12.5f%s\n", points->point[i].value, points->point[i].code, fit->residual[i],
-               i == fit->worst_point ? "  worst" : "");
-    printf("standard errors: gain %.4g %%, zero %.4g %s, what the %s leaves %.4g %s\n", 100.0 * fit->gain_error, fit->zero_error, unit,
-           channel->points ? "table" : "straight line", fit->linearity_error, unit);
-}
-
-static json_t *result_json(const struct request *r, const struct calibrate_points *points, const struct calibrate_fit *fit,
-                           const struct mr_channel_config *channel)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < points->count; i++)
-        json_array_append_new(list, json_pack("{sososo}", "value", cli_json_number(points->point[i].value, 8), "code",
-                                              cli_json_number(points->point[i].code, 9), "residual", cli_json_number(fit->residual[i], 5)));
-    return json_pack("{sssssssosososososisoss?}", "channel", r->word, "unit", unit_text(r), "values_read_in",
-                     points->unit ? points->unit->word : unit_text(r), "unit_per_code",
-                     cli_json_number(fit->unit_per_code, 9), "zero_code", cli_json_number(fit->zero_code, 9), "gain_error",
-                     cli_json_number(fit->gain_error, 5), "zero_error", cli_json_number(fit->zero_error, 5), "linearity_error",
-                     cli_json_number(fit->linearity_error, 5), "table_points", channel->points, "points", list, "file", r->output);
+    const char *unit = unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
+    struct answer *answer = answer_new(r->cli->si);
+    answer_words(answer, "channel", "channel", "%s", r->word);
+    answer_words(answer, NULL, "from", "%zu points between %g and %g %s", points->count, fit->low, fit->high, unit);
+    answer_words(answer, "values_read_in", "read in", "%s", points->unit ? points->unit->word : unit);
+    answer_words(answer, "unit", NULL, "%s", unit);
+    answer_words(answer, NULL, "gain", "%.7g %s per code +- %.4g %%", fit->unit_per_code, unit, 100.0 * fit->gain_error);
+    answer_value(answer, "unit_per_code", NULL, UNIT_NUMBER, fit->unit_per_code, 9)->digits = 9;
+    answer_value(answer, "gain_error", NULL, UNIT_NUMBER, fit->gain_error, 5);
+    answer_value(answer, "zero_code", "zero at", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
+    answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->end = end;
+    answer_value(answer, "linearity_error", channel->points ? "the table leaves" : "the line leaves", UNIT_NUMBER, fit->linearity_error, 5)->end = end;
+    answer_count(answer, "table_points", NULL, channel->points);
+    answer_table(answer, "points", "");
+    for (size_t i = 0; i < points->count; i++) {
+        answer_open(answer, NULL, NULL);
+        answer_value(answer, "value", unit, UNIT_NUMBER, points->point[i].value, 4)->digits = 8;
+        answer_value(answer, "code", "codes", UNIT_NUMBER, points->point[i].code, 3)->digits = 9;
+        answer_value(answer, "residual", "residual", UNIT_NUMBER, fit->residual[i], 5)->plus = true;
+        if (i == fit->worst_point)
+            answer_words(answer, NULL, " ", "worst");
+        answer_close(answer);
+    }
+    answer_close(answer);
+    if (r->output)
+        answer_words(answer, "file", "written to", "%s", r->output);
+    else
+        answer_none(answer, "file", NULL, NULL);
+    return answer_show(r->cli, answer, 0);
 }
 
 /* What was said of a change stands before the configuration: the file tells why its gain is another. */
@@ -221,10 +226,7 @@ static enum mr_status calibrate(const struct request *r, struct error *error)
     status = keep(r, &config, &old, error);
     if (status != MR_OK)
         return status;
-    if (r->cli->json)
-        cli_print_json(result_json(r, &points, &fit, channel), 0);
-    else
-        tell(r, &points, &fit, channel);
+    (void)tell(r, &points, &fit, channel);
     return MR_OK;
 }
 

@@ -92,10 +92,10 @@ static enum mr_status write_file(const struct request *request, const struct com
     return output_end(&output, error);
 }
 
-/* The result is printed; a limit that failed is the error. */
-static int conclude(const struct compare_verdict *verdict, json_t *object, struct error *error)
+/* The answer is shown; a limit that failed is the error. */
+static int conclude(const struct compare_verdict *verdict, struct answer *answer, const struct cli *cli, struct error *error)
 {
-    int exit_code = object ? cli_print_json(object, 0) : 0;
+    int exit_code = answer_show(cli, answer, 0);
     if (verdict->failed > 1)
         error_set(error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text, verdict->failed - 1, verdict->checked);
     else if (verdict->failed)
@@ -107,24 +107,20 @@ static int compare_one(struct store *store, const struct request *request, struc
 {
     struct compare_landing landing = {.rows = 0};
     struct compare_verdict verdict = {0};
-    json_t *object = NULL;
+    struct answer *answer = answer_new(cli->si);
     if (store_refuse_void(store, request->run, request->voided, error) == MR_OK &&
         compare_landing(store, request->run, model, 0, &landing, error) == MR_OK && request->output)
         write_file(request, &landing, cli->si, error);
     if (error->status == MR_OK) {
         compare_limits_check(&request->limits, &landing.figures, cli->si, &verdict);
-        if (cli->json)
-            object = compare_json(&landing.figures, &verdict, cli->si);
-        else
-            compare_show(stdout, &landing.figures, cli->si);
+        compare_answer(&landing.figures, &verdict, answer);
     }
     measured_aside_note(&landing.measured, cli);
     compare_landing_free(&landing);
-    if (error->status != MR_OK)
-        return cli_fail(error);
-    if (!cli->json)
-        compare_show_verdict(stdout, &verdict);
-    return conclude(&verdict, object, error);
+    if (error->status == MR_OK)
+        return conclude(&verdict, answer, cli, error);
+    answer_free(answer);
+    return cli_fail(error);
 }
 
 static void progress(void *ctx, size_t done, size_t of)
@@ -137,19 +133,18 @@ static void progress(void *ctx, size_t done, size_t of)
 static int compare_many(struct store *store, const struct request *request, struct compare_model *model, const struct cli *cli, struct error *error)
 {
     struct compare_series set;
-    json_t *object = NULL;
+    struct answer *answer = answer_new(cli->si);
     struct cli for_progress = *cli;
     enum mr_status status =
         compare_series_run(store, request->series, model, &request->limits, cli->si, progress, &for_progress, &set, error);
     struct compare_verdict verdict = set.verdict;
-    if (status == MR_OK && cli->json)
-        object = compare_series_json(&set, cli->si);
-    else if (status == MR_OK) {
-        compare_show_series(stdout, &set, cli->si);
-        compare_show_verdict(stdout, &verdict);
-    }
+    if (status == MR_OK)
+        compare_series_answer(&set, answer);
     compare_series_free(&set);
-    return status != MR_OK ? cli_fail(error) : conclude(&verdict, object, error);
+    if (status == MR_OK)
+        return conclude(&verdict, answer, cli, error);
+    answer_free(answer);
+    return cli_fail(error);
 }
 
 static int compare_command(int argc, char **argv, const struct cli *cli)

@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include "common/command.h"
+#include "host/base/answer.h"
 #include "host/board/dialogue.h"
 #include "host/collect/collect.h"
 #include "host/commands/commands.h"
@@ -225,58 +226,63 @@ static void sectors_text(unsigned sectors, char *text, size_t size)
     }
 }
 
-static void print_result(const struct session *session, const char *commit)
+/* What the file says of itself; null without its header. */
+static void image_answer(const struct imagefile *image, struct answer *answer)
 {
-    const struct flash_result *result = &session->result;
-    const struct mr_image *header = &session->image.header;
-    char erased[60];
-    if (session->image.stamped)
-        printf("image      %s: version %u.%u.%u, commit %s, program %08x\n", session->image.path, header->major, header->minor,
-               header->patch, commit, (unsigned)header->program_crc);
-    else
-        printf("image      %s: no header\n", session->image.path);
-    if (session->same && !result->pages) {
-        puts("board      runs it already; --force flashes it again");
+    const struct mr_image *header = &image->header;
+    char commit[MR_IMAGE_COMMIT_TEXT] = "";
+    answer_words(answer, "image", "image", "%s", image->path);
+    if (!image->stamped) {
+        answer_none(answer, "version", "version", "no header");
+        answer_none(answer, "commit", NULL, NULL);
+        answer_none(answer, "program_crc", NULL, NULL);
         return;
     }
-    sectors_text(result->erased, erased, sizeof erased);
-    printf("chip       id 0x%03x, boot ROM %u.%u\n", session->rom.chip, session->rom.version >> 4, session->rom.version & 15u);
-    printf("erased     sectors %s; configuration %s\n", erased, session->erase_configuration ? "erased" : "kept");
-    printf("written    %u of %u pages%s, %u were there%s\n", result->written, result->pages, result->resumed ? ", resumed" : "", result->kept,
-           session->rom.repeated ? "; some exchanges were repeated" : "");
-    printf("read back  %u bytes, all as in the file; %u exchanges repeated, %u pages read twice\n", result->verified, session->rom.repeated,
-           result->reread);
-    if (session->runs)
-        puts("board      runs it");
-    else
-        puts(session->stay ? "board      left in its boot ROM" : "board      started");
+    mr_image_commit_text(header->commit, header->commit_more, header->changed, commit);
+    answer_words(answer, "version", "version", "%u.%u.%u", header->major, header->minor, header->patch);
+    answer_words(answer, "commit", "commit", "%s", commit);
+    answer_words(answer, "program_crc", "program", "%08x", (unsigned)header->program_crc);
 }
 
-static json_t *result_json(const struct session *session, const char *commit)
+static void erased_answer(const struct session *session, struct answer *answer)
+{
+    char erased[60];
+    answer_list(answer, "erased", NULL);
+    for (unsigned i = 0; i < SECTORS; i++) {
+        if (session->result.erased >> i & 1u)
+            answer_count(answer, NULL, NULL, i);
+    }
+    answer_close(answer);
+    sectors_text(session->result.erased, erased, sizeof erased);
+    if (!session->same || session->result.pages)
+        answer_words(answer, NULL, "erased", "sectors %s; configuration %s", erased, session->erase_configuration ? "erased" : "kept");
+}
+
+static void result_answer(const struct session *session, struct answer *answer)
 {
     const struct flash_result *result = &session->result;
-    const struct mr_image *header = &session->image.header;
-    json_t *erased = json_array();
-    char version[20], crc[12];
-    for (unsigned i = 0; i < SECTORS; i++) {
-        if (result->erased >> i & 1u)
-            json_array_append_new(erased, json_integer(i));
-    }
-    snprintf(version, sizeof version, "%u.%u.%u", header->major, header->minor, header->patch);
-    snprintf(crc, sizeof crc, "%08x", (unsigned)header->program_crc);
-    json_t *object = json_pack("{sssosisisisisbsisisbsb}", "image", session->image.path, "erased", erased, "pages", result->pages, "written",
-                               result->written, "kept", result->kept, "verified_bytes", result->verified, "resumed", result->resumed,
-                               "repeated", session->rom.repeated, "read_twice", result->reread, "already", session->same && !result->pages,
-                               "runs", session->runs || (session->same && !result->pages));
-    json_object_set_new(object, "version", session->image.stamped ? json_string(version) : json_null());
-    json_object_set_new(object, "commit", session->image.stamped ? json_string(commit) : json_null());
-    json_object_set_new(object, "program_crc", session->image.stamped ? json_string(crc) : json_null());
-    return object;
+    bool already = session->same && !result->pages;
+    image_answer(&session->image, answer);
+    if (!already)
+        answer_words(answer, NULL, "chip", "id 0x%03x, boot ROM %u.%u", session->rom.chip, session->rom.version >> 4, session->rom.version & 15u);
+    erased_answer(session, answer);
+    answer_count(answer, "pages", already ? NULL : "pages", result->pages);
+    answer_count(answer, "written", already ? NULL : "written", result->written)->end = result->resumed ? ", resumed" : NULL;
+    answer_count(answer, "kept", already ? NULL : "were there", result->kept);
+    answer_flag(answer, "resumed", NULL, result->resumed);
+    answer_count(answer, "verified_bytes", already ? NULL : "read back", result->verified)->end = " bytes, all as in the file";
+    answer_count(answer, "repeated", already ? NULL : "repeated", session->rom.repeated)->end = " exchanges";
+    answer_count(answer, "read_twice", already ? NULL : "read twice", result->reread)->end = " pages";
+    answer_flag(answer, "already", NULL, already);
+    answer_flag(answer, "runs", NULL, session->runs || already);
+    answer_words(answer, NULL, "board", "%s", already         ? "runs it already; --force flashes it again"
+                                              : session->runs ? "runs it"
+                                              : session->stay ? "left in its boot ROM"
+                                                              : "started");
 }
 
 static int flash(struct session *session, struct error *error)
 {
-    char commit[MR_IMAGE_COMMIT_TEXT] = "";
     enum mr_status status = dialogue_open(&session->dialogue, NULL, session->spec, error);
     session->dialogue.any_layout = true;
     if (status == MR_OK)
@@ -287,11 +293,9 @@ static int flash(struct session *session, struct error *error)
     dialogue_close(&session->dialogue);
     if (status != MR_OK)
         return cli_fail(error);
-    mr_image_commit_text(session->image.header.commit, session->image.header.commit_more, session->image.header.changed, commit);
-    if (session->cli->json)
-        return cli_print_json(result_json(session, commit), 0);
-    print_result(session, commit);
-    return 0;
+    struct answer *answer = answer_new(session->cli->si);
+    result_answer(session, answer);
+    return answer_show(session->cli, answer, 0);
 }
 
 static int flash_command(int argc, char **argv, const struct cli *cli)

@@ -6,6 +6,7 @@
 
 #include "common/bridge.h"
 #include "common/command.h"
+#include "host/base/answer.h"
 #include "host/board/shunts.h"
 #include "host/analyse/bands.h"
 #include "host/board/gagetalk.h"
@@ -13,25 +14,23 @@
 
 /* ---- what came ---- */
 
-static void print_change(float lb)
+static void shunts_answer(const struct gagetalk *talk, struct answer *answer)
 {
-    if (isnan(lb))
-        printf("  %11s", "-");
-    else
-        printf("  %+11.3f", (double)lb);
-}
-
-static void print_shunts(const struct gagetalk *talk)
-{
-    printf("gage  found, lb  of, lb  noise, lb   change, lb  at rest, lb\n");
+    answer_table(answer, "shunts", "");
     for (unsigned i = 0; i < talk->shunts.count; i++) {
         const struct mr_shunt_result *r = &talk->shunts.result[i];
         const struct mr_shunt_check *c = &talk->shunts.check[i];
-        printf("%4u  %9.3f  %6.2f  %9.3f", r->gage, (double)r->span_lb, (double)c->expected_lb, (double)r->noise_lb);
-        print_change(c->change_lb);
-        print_change(c->zero_change_lb);
-        printf("  %s\n", shunts_verdict_text(r->verdict));
+        answer_open(answer, NULL, NULL);
+        answer_count(answer, "gage", "gage", r->gage);
+        answer_value(answer, "span_lb", "found, lb", UNIT_NUMBER, (double)r->span_lb, 3)->digits = 7;
+        answer_value(answer, "expected_lb", "of, lb", UNIT_NUMBER, (double)c->expected_lb, 2);
+        answer_value(answer, "noise_lb", "noise, lb", UNIT_NUMBER, (double)r->noise_lb, 3);
+        answer_value(answer, "change_lb", "change, lb", UNIT_NUMBER, (double)c->change_lb, 3)->plus = true;
+        answer_value(answer, NULL, "at rest, lb", UNIT_NUMBER, (double)c->zero_change_lb, 3)->plus = true;
+        answer_words(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
+        answer_close(answer);
     }
+    answer_close(answer);
 }
 
 static const char *zero_text(unsigned verdict)
@@ -40,37 +39,33 @@ static const char *zero_text(unsigned verdict)
     return verdict < 4 ? text[verdict] : "unknown";
 }
 
-static void print_zeros(const struct gagetalk *talk)
+static void zeros_answer(const struct gagetalk *talk, struct answer *answer)
 {
+    answer_table(answer, "zeros", "");
     for (unsigned i = 0; i < talk->zeros; i++) {
         const struct mr_zero_result *z = &talk->zero[i];
         bool tension = z->index >= MR_TRANSDUCERS;
-        printf("%s %2u  %9.3f codes  spread %6.2f  %s\n", tension ? "gage      " : "transducer",
-               tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u, (double)z->zero_code, (double)z->spread_codes,
-               zero_text(z->verdict));
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer", tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
+        answer_count(answer, "channel", NULL, z->index);
+        answer_value(answer, "zero_code", "zero, codes", UNIT_NUMBER, (double)z->zero_code, 3)->digits = 7;
+        answer_value(answer, "spread_codes", "spread, codes", UNIT_NUMBER, (double)z->spread_codes, 2);
+        answer_words(answer, "verdict", "verdict", "%s", zero_text(z->verdict));
+        answer_close(answer);
     }
-    printf(talk->ack.status == MR_OK ? "these are the zeros now, until the board is reset or configured anew\n" : "no zero was taken\n");
+    answer_close(answer);
 }
 
-static json_t *results_json(const struct gagetalk *talk)
+static int tell(const struct cli *cli, const struct gagetalk *talk, unsigned code)
 {
-    json_t *shunts = json_array(), *zeros = json_array();
-    for (unsigned i = 0; i < talk->shunts.count; i++) {
-        const struct mr_shunt_result *r = &talk->shunts.result[i];
-        const struct mr_shunt_check *c = &talk->shunts.check[i];
-        json_array_append_new(shunts, json_pack("{sisssosososo}", "gage", r->gage, "verdict", shunts_verdict_text(r->verdict), "span_lb",
-                                                cli_json_number((double)r->span_lb, 7), "expected_lb",
-                                                cli_json_number((double)c->expected_lb, 5), "noise_lb",
-                                                cli_json_number((double)r->noise_lb, 4), "change_lb",
-                                                cli_json_number((double)c->change_lb, 4)));
-    }
-    for (unsigned i = 0; i < talk->zeros; i++) {
-        const struct mr_zero_result *z = &talk->zero[i];
-        json_array_append_new(zeros, json_pack("{sisssoso}", "channel", z->index, "verdict", zero_text(z->verdict), "zero_code",
-                                               cli_json_number((double)z->zero_code, 7), "spread_codes",
-                                               cli_json_number((double)z->spread_codes, 4)));
-    }
-    return json_pack("{sbsoso}", "good", talk->ack.status == MR_OK, "shunts", shunts, "zeros", zeros);
+    bool good = talk->ack.status == MR_OK;
+    struct answer *answer = answer_new(cli->si);
+    answer_flag(answer, "good", NULL, good);
+    shunts_answer(talk, answer);
+    zeros_answer(talk, answer);
+    if (code != MR_COMMAND_SHUNT)
+        answer_sentence(answer, NULL, good ? "these are the zeros now, until the board is reset or configured anew" : "no zero was taken");
+    return answer_show(cli, answer, good ? 0 : mr_status_exit_code(MR_LIMIT));
 }
 
 static int talk_to_board(const struct cli *cli, const char *serial, unsigned code, int32_t argument)
@@ -84,13 +79,7 @@ static int talk_to_board(const struct cli *cli, const char *serial, unsigned cod
     if (status == MR_OK)
         status = gagetalk_order(talk, &dialogue, code, argument, &error);
     dialogue_close(&dialogue);
-    int exit_code = status != MR_OK ? cli_fail(&error) : talk->ack.status == MR_OK ? 0 : mr_status_exit_code(MR_LIMIT);
-    if (status == MR_OK && cli->json)
-        exit_code = cli_print_json(results_json(talk), exit_code);
-    else if (status == MR_OK && code == MR_COMMAND_SHUNT)
-        print_shunts(talk);
-    else if (status == MR_OK)
-        print_zeros(talk);
+    int exit_code = status == MR_OK ? tell(cli, talk, code) : cli_fail(&error);
     free(talk);
     return exit_code;
 }
@@ -110,13 +99,14 @@ struct bridge_number {
 static int tell_bridge(const struct cli *cli, const struct mr_bridge *bridge)
 {
     double lb_per_code = mr_bridge_lb_per_code(bridge), shunt_lb = mr_bridge_shunt_lb(bridge);
-    if (cli->json)
-        return cli_print_json(json_pack("{soso}", "lb_per_code", cli_json_number(lb_per_code, 7), "shunt_lb",
-                                        cli_json_number(shunt_lb, 7)), 0);
-    printf("%.6g lb per code, %.4g mV per lb behind the amplifier\n", lb_per_code, 1e3 * MR_ADC_V / MR_ADC_CODES / lb_per_code);
-    if (!isnan(shunt_lb))
-        printf("the shunt stands for %.4g lb\n", shunt_lb);
-    return 0;
+    struct answer *answer = answer_new(cli->si);
+    answer_value(answer, "lb_per_code", "gain", UNIT_NUMBER, lb_per_code, 6)->end = " lb per code";
+    answer_value(answer, NULL, "amplifier", UNIT_NUMBER, 1e3 * MR_ADC_V / MR_ADC_CODES / lb_per_code, 5)->end = " mV per lb behind it";
+    if (isnan(shunt_lb))
+        answer_none(answer, "shunt_lb", NULL, NULL);
+    else
+        answer_value(answer, "shunt_lb", "the shunt", UNIT_NUMBER, shunt_lb, 2)->end = " lb, for which it stands";
+    return answer_show(cli, answer, 0);
 }
 
 /* What is not given gets its standard, or is missing; of another word than bridge nothing may be given. */

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host/base/answer.h"
 #include "host/collect/collect.h"
 #include "host/commands/commands.h"
 #include "host/export/origin.h"
@@ -10,57 +11,62 @@
 #include "host/import/landing.h"
 #include "host/link/link.h"
 
-static json_t *result_json(const struct import_request *request, const struct store_import *row, const struct import_result *result)
+static void verdict_answer(const struct verdict *v, struct answer *answer)
 {
     static const char *const states[] = {"complete", "truncated", "malformed"};
-    const struct verdict *v = &result->verdict;
-    json_t *verdict = json_pack("{ss}", "state", states[v->status == MR_OK ? 0 : v->status == MR_TRUNCATED ? 1 : 2]);
-    if (v->status != MR_OK)
-        json_object_update_new(verdict, json_pack("{sIsIsIss}", "line", (json_int_t)v->line, "column", (json_int_t)v->column, "bad_lines",
-                                                  (json_int_t)v->bad_lines, "what", v->what));
-    json_t *runs = json_array();
-    for (size_t i = 0; i < result->runs; i++)
-        json_array_append_new(runs, json_integer((json_int_t)result->run[i]));
-    return json_pack("{sssssIsssosIsIsIsIsIso}", "file", request->path, "sha256", row->sha256, "bytes", (json_int_t)row->bytes, "format",
-                     row->format, "verdict", verdict, "session", (json_int_t)result->session, "rows", (json_int_t)result->rows,
-                     "other_interfaces", (json_int_t)result->elsewhere, "foreign", (json_int_t)result->counts.foreign, "lost",
-                     (json_int_t)result->counts.lost, "runs", runs);
+    answer_open(answer, "verdict", NULL);
+    answer_words(answer, "state", NULL, "%s", states[v->status == MR_OK ? 0 : v->status == MR_TRUNCATED ? 1 : 2]);
+    if (v->status != MR_OK) {
+        answer_count(answer, "line", NULL, (int64_t)v->line);
+        answer_count(answer, "column", NULL, (int64_t)v->column);
+        answer_count(answer, "bad_lines", NULL, (int64_t)v->bad_lines);
+        answer_words(answer, "what", NULL, "%s", v->what);
+    }
+    answer_close(answer);
 }
 
-static enum mr_status print_run(struct store *store, int64_t run, struct error *error)
+/* For people: the landings that came of it. */
+static enum mr_status landings_answer(struct store *store, const struct import_result *result, struct answer *answer, struct error *error)
 {
-    struct store_landing landing;
-    int64_t frames = 0;
-    enum mr_status status = store_landing_get(store, run, &landing, error);
-    if (status == MR_OK)
-        status = store_frames_count(store, run, LINK_CAN, &frames, error);
-    if (status == MR_OK)
-        printf("RUN %lld: landing %lld, %s, board %s", (long long)run, (long long)landing.board_landing,
-               mr_landing_state_text((unsigned)landing.state), landing.board_uid[0] ? landing.board_uid : "unknown");
-    if (status == MR_OK && frames)
-        printf(", %lld frames", (long long)frames);
-    if (status == MR_OK)
-        printf("\n");
-    return status;
-}
-
-static enum mr_status print_result(struct store *store, const struct store_import *row, const struct import_result *result,
-                                   struct error *error)
-{
-    enum mr_status status = MR_OK;
-    printf("%s: %s, %zu %s taken\n", row->file, row->verdict, result->rows, strcmp(row->format, "csv") == 0 ? "rows" : "frames");
-    printf("  %-13s %s\n", "sha256", row->sha256);
-    if (result->elsewhere)
-        printf("  %-13s %zu frames, left out\n", "other buses", result->elsewhere);
-    if (result->counts.foreign)
-        printf("  %-13s %lld frames that no matrig board sends, kept as they are\n", "foreign", (long long)result->counts.foreign);
-    if (result->counts.lost)
-        printf("  %-13s %lld frames, by the board's own counts\n", "lost", (long long)result->counts.lost);
-    for (size_t i = 0; i < result->runs && status == MR_OK; i++)
-        status = print_run(store, result->run[i], error);
+    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
+        struct store_landing landing;
+        int64_t frames = 0;
+        char label[30], counted[40] = "";
+        if (store_landing_get(store, result->run[i], &landing, error) != MR_OK ||
+            store_frames_count(store, result->run[i], LINK_CAN, &frames, error) != MR_OK)
+            break;
+        snprintf(label, sizeof label, "RUN %lld", (long long)result->run[i]);
+        if (frames)
+            snprintf(counted, sizeof counted, ", %lld frames", (long long)frames);
+        answer_words(answer, NULL, label, "landing %lld, %s, board %s%s", (long long)landing.board_landing,
+                     mr_landing_state_text((unsigned)landing.state), landing.board_uid[0] ? landing.board_uid : "unknown", counted);
+    }
     if (result->runs == 0)
-        printf("no landing in it\n");
-    return status;
+        answer_sentence(answer, NULL, "no landing in it");
+    return error->status;
+}
+
+static enum mr_status result_answer(struct store *store, const struct import_request *request, const struct store_import *row,
+                                    const struct import_result *result, struct answer *answer, struct error *error)
+{
+    answer_words(answer, "file", NULL, "%s", request->path);
+    answer_words(answer, NULL, "file", "%s", row->file);
+    answer_words(answer, NULL, "verdict", "%s", row->verdict);
+    verdict_answer(&result->verdict, answer);
+    answer_count(answer, "rows", "taken", (int64_t)result->rows)->end = strcmp(row->format, "csv") == 0 ? " rows" : " frames";
+    answer_words(answer, "sha256", "sha256", "%s", row->sha256);
+    answer_count(answer, "bytes", NULL, row->bytes);
+    answer_words(answer, "format", NULL, "%s", row->format);
+    answer_count(answer, "session", NULL, result->session);
+    answer_count(answer, "other_interfaces", result->elsewhere ? "other buses" : NULL, (int64_t)result->elsewhere)->end = " frames, left out";
+    answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL, result->counts.foreign)->end =
+        " frames that no matrig board sends, kept as they are";
+    answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end = " frames, by the board's own counts";
+    answer_list(answer, "runs", NULL);
+    for (size_t i = 0; i < result->runs; i++)
+        answer_count(answer, NULL, NULL, result->run[i]);
+    answer_close(answer);
+    return landings_answer(store, result, answer, error);
 }
 
 static enum mr_status refuse_twice(struct store *store, const struct store_import *row, const struct import_request *request, bool again,
@@ -167,7 +173,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     const char *words[2];
     struct request r = {.readings.cli = cli};
     struct import_request *request = &r.readings;
-    struct error error = {0};
+    struct error error = {0}, unread = {0};
     struct store *store = NULL;
     struct textfile file = {0};
     struct mapping mapping = {0};
@@ -189,13 +195,17 @@ static int import_command(int argc, char **argv, const struct cli *cli)
         status = refuse_known(store, &mapping, request, r.again, &error);
     if (status == MR_OK)
         status = import(store, &file, request, &mapping, &row, &result, &error);
-    if (status == MR_OK && !cli->json)
-        status = print_result(store, &row, &result, &error);
+    bool told = cli->json ? result.session != 0 : status == MR_OK;
+    struct answer *answer = answer_new(cli->si);
+    if (told && result_answer(store, request, &row, &result, answer, &unread) != MR_OK && status == MR_OK)
+        status = error_set(&error, unread.status, "%s", unread.text);
     if (status == MR_OK && result.verdict.status != MR_OK)
         status = error_set(&error, result.verdict.status, "%s: %s; what is good of it was kept", row.verdict, request->path);
-    int exit_code = status == MR_OK ? 0 : cli_fail(&error);
-    if (cli->json && result.session)
-        exit_code = cli_print_json(result_json(request, &row, &result), exit_code);
+    int exit_code = told ? answer_show(cli, answer, 0) : 0;
+    if (!told)
+        answer_free(answer);
+    if (status != MR_OK)
+        exit_code = cli_fail(&error);
     mapping_free(&mapping);
     textfile_close(&file);
     store_close(store);

@@ -36,6 +36,7 @@ struct replay {
     bool same_image;
     struct bundle_check check;
     bool saved[BUNDLE_FILES];
+    bool bundle_told; /* the answer is what was found in the bundle */
 };
 
 static void default_paths(struct replay *replay)
@@ -189,8 +190,7 @@ static enum mr_status open_bundle(struct replay *replay, struct store **store, c
     if (status == MR_OK) {
         bundle_verdict(&replay->check, verdict, sizeof verdict);
         bool sound = bundle_sound(&replay->check);
-        if (!cli->json && (replay->verify_only || !sound))
-            bundle_print(&replay->check, replay->save ? replay->saved : NULL, stdout);
+        replay->bundle_told = cli->json ? replay->verify_only && replay->check.parts > 0 : replay->verify_only || !sound;
         if (!sound || (replay->verify_only && (!replay->check.sealed || replay->check.aside)))
             status = error_set(error, replay->check.truncated ? MR_TRUNCATED : MR_MALFORMED, "%s: %s; get it once more%s", verdict, replay->db,
                                replay->save ? "" : ", or save what is whole with --save DIR");
@@ -203,50 +203,42 @@ static enum mr_status open_bundle(struct replay *replay, struct store **store, c
     return status;
 }
 
-static void print(const struct replay *replay)
+static void replay_answer(const struct replay *replay, struct answer *answer)
 {
     const struct replay_input *input = &replay->input;
     unsigned recorded = (unsigned)replay->recorded.landing.image_crc, replayed = (unsigned)replay->replayed.landing.image_crc;
-    printf("RUN %lld: landing %lld replayed, blocks %lld to %lld, %zu edges, %zu commands, %zu segments surveyed\n",
-           (long long)replay->run, (long long)replay->recorded.landing.board_landing, (long long)input->first_block,
-           (long long)input->last_block, input->edges, input->commands, input->surveyed);
-    printf("  image         %08x%s", replayed, replay->same_image ? ", the one that recorded it\n" : "");
-    if (!replay->same_image)
-        printf(" (firmware %s); recorded by %08x (firmware %s)\n", replay->replayed.landing.firmware, recorded,
-               replay->recorded.landing.firmware);
+    answer_words(answer, "db", NULL, "%s", replay->db);
+    answer_count(answer, "run", "RUN", replay->run);
+    answer_count(answer, NULL, "landing", replay->recorded.landing.board_landing);
+    answer_count(answer, "first_block", "first block", input->first_block);
+    answer_count(answer, "last_block", "last block", input->last_block);
+    answer_count(answer, "edges", "edges", (int64_t)input->edges);
+    answer_count(answer, "commands", "commands", (int64_t)input->commands);
+    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->surveyed)->end = " segments";
+    answer_words(answer, "image", NULL, "%08x", replayed);
+    answer_words(answer, "recorded_image", NULL, "%08x", recorded);
+    if (replay->same_image)
+        answer_words(answer, NULL, "image", "%08x, the one that recorded it", replayed);
+    else
+        answer_words(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)", replayed, replay->replayed.landing.firmware,
+                     recorded, replay->recorded.landing.firmware);
     if (replay->recorded.landing.config_crc != replay->replayed.landing.config_crc)
-        printf("  configuration %08x recorded, %08x replayed: the database does not hold it\n",
-               (unsigned)replay->recorded.landing.config_crc, (unsigned)replay->replayed.landing.config_crc);
-    if (input->zeros)
-        printf("  zeros         %zu measured before the landing, given again\n", input->zeros);
+        answer_words(answer, NULL, "configuration", "%08x recorded, %08x replayed: the database does not hold it",
+                     (unsigned)replay->recorded.landing.config_crc, (unsigned)replay->replayed.landing.config_crc);
+    answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end = " measured before the landing, given again";
+    answer_flag(answer, "runway", NULL, input->runway);
     if (input->runway)
-        printf("  runway        the one that the landing was armed with, given again\n");
+        answer_words(answer, NULL, "runway", "the one that the landing was armed with, given again");
+    answer_count(answer, "shift_blocks", NULL, input->shift_blocks);
     if (input->shift_blocks)
-        printf("  moved         by %lld s: block %lld of the record is block %lld of the replay\n",
-               (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
-               (long long)(input->armed_block - input->shift_blocks));
-    diff_print(&replay->diff, stdout);
-}
-
-static int print_json(const struct replay *replay, int exit_code)
-{
-    const struct replay_input *input = &replay->input;
-    char recorded[12], replayed[12];
-    snprintf(recorded, sizeof recorded, "%08x", (unsigned)replay->recorded.landing.image_crc);
-    snprintf(replayed, sizeof replayed, "%08x", (unsigned)replay->replayed.landing.image_crc);
-    json_t *object = json_pack("{sssIsssssIsIsIsIsIsI}", "db", replay->db, "run", (json_int_t)replay->run, "recorded_image",
-                               recorded, "image", replayed, "first_block", (json_int_t)input->first_block, "last_block",
-                               (json_int_t)input->last_block, "shift_blocks", (json_int_t)input->shift_blocks, "edges",
-                               (json_int_t)input->edges, "commands", (json_int_t)input->commands, "segments_surveyed",
-                               (json_int_t)input->surveyed);
-    if (replay->bundled)
-        json_object_set_new(object, "bundle", bundle_json(&replay->check, replay->save ? replay->saved : NULL));
-    json_object_set_new(object, "zeros", json_integer((json_int_t)input->zeros));
-    json_object_set_new(object, "runway", json_boolean(input->runway));
-    json_t *diff = diff_json(&replay->diff);
-    json_object_update(object, diff);
-    json_decref(diff);
-    return cli_print_json(object, exit_code);
+        answer_words(answer, NULL, "moved", "by %lld s: block %lld of the record is block %lld of the replay", (long long)(-input->shift_blocks / 1000),
+                     (long long)input->armed_block, (long long)(input->armed_block - input->shift_blocks));
+    if (replay->bundled) {
+        answer_open(answer, "bundle", NULL);
+        bundle_answer(&replay->check, replay->save ? replay->saved : NULL, answer);
+        answer_close(answer);
+    }
+    diff_answer(&replay->diff, answer);
 }
 
 static enum mr_status parse(struct replay *replay, int argc, char **argv, const struct cli *cli, struct error *error)
@@ -280,17 +272,18 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
         status = replay_run(replay, store, cli, &error);
     store_close(store);
     remove_directory(replay);
-    int exit_code = 0;
+    int exit_code = status == MR_OK && replay->diff.differ ? mr_status_exit_code(MR_LIMIT) : 0;
+    struct answer *answer = answer_new(cli->si);
+    if (replay->bundle_told)
+        bundle_answer(&replay->check, replay->save ? replay->saved : NULL, answer);
+    else if (status == MR_OK && !replay->verify_only)
+        replay_answer(replay, answer);
+    if (replay->bundle_told || (status == MR_OK && !replay->verify_only))
+        exit_code = answer_show(cli, answer, exit_code);
+    else
+        answer_free(answer);
     if (status != MR_OK)
         exit_code = cli_fail(&error);
-    else if (replay->diff.differ)
-        exit_code = mr_status_exit_code(MR_LIMIT);
-    if (cli->json && replay->verify_only && replay->check.parts)
-        exit_code = cli_print_json(bundle_json(&replay->check, replay->save ? replay->saved : NULL), exit_code);
-    else if (status == MR_OK && cli->json)
-        exit_code = print_json(replay, exit_code);
-    else if (status == MR_OK && !replay->verify_only)
-        print(replay);
     answers_free(&replay->recorded);
     answers_free(&replay->replayed);
     free(replay);

@@ -5,12 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/answer.h"
 #include "host/board/runwaytalk.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/base/units.h"
 
 #define HMIL_PER_IN 100000.0
+#define ACROSS 7u         /* slacks in a row of the table */
 #define CLOSED_HMIL 200u /* 0.002 in, as the predictor has it */
 
 /* --- what is printed --- */
@@ -49,25 +51,35 @@ static int print(const struct runwaytalk *talk, const struct cli *cli)
 {
     const struct mr_predictor_state *state = &talk->state;
     const struct mr_runway_store *stored = &talk->stored;
+    struct answer *answer = answer_new(cli->si);
     char a[40], b[40];
-    if (cli->json) {
-        json_t *joints = json_array();
-        for (unsigned j = 0; j <= state->mats; j++)
-            json_array_append_new(joints, json_real(state->gap_hmil[j] / HMIL_PER_IN));
-        return cli_print_json(json_pack("{sisisfsssssssIsiso}", "mats", state->mats, "landings", state->landings, "resistance",
-                                        (double)state->scale, "source", mr_runway_source_text(stored->source), "copy_a",
-                                        copy_text(stored->copy_a, a), "copy_b", copy_text(stored->copy_b, b), "crc",
-                                        (json_int_t)stored->crc, "closed_joints", (int)closed_of(state), "gap_in", joints), 0);
+    answer_words(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
+    answer_count(answer, "mats", "mats", state->mats);
+    answer_count(answer, "landings", "landings", state->landings);
+    answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->end = " of the closing resistance configured";
+    answer_count(answer, "crc", NULL, (int64_t)stored->crc);
+    answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
+    answer_words(answer, "copy_a", "copy A", "%s", copy_text(stored->copy_a, a));
+    answer_words(answer, "copy_b", "copy B", "%s", copy_text(stored->copy_b, b));
+    answer_count(answer, "closed_joints", NULL, closed_of(state));
+    answer_words(answer, NULL, "joints", "%u of %u closed to 0.002 in", closed_of(state), state->mats + 1u);
+    answer_list(answer, "gap_in", NULL);
+    for (unsigned j = 0; j <= state->mats; j++)
+        answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
+    answer_close(answer);
+    answer_table(answer, NULL, "openings of ten joints in a row, from the first that is named on");
+    for (unsigned s = 0; 10 * s <= state->mats; s += ACROSS) {
+        answer_open(answer, NULL, NULL);
+        answer_count(answer, NULL, "joint", 10 * s + 1);
+        for (unsigned i = 0; i < ACROSS && 10 * (s + i) <= state->mats; i++) {
+            char label[12];
+            snprintf(label, sizeof label, "+%u", 10 * i);
+            answer_value(answer, NULL, label, UNIT_DISPLACEMENT, sum_in(state, s + i), 4);
+        }
+        answer_close(answer);
     }
-    printf("runway     %s; %u mats, %u landings, closing resistance %.2f of the one configured, CRC %08x\n",
-           mr_runway_source_text(stored->source), state->mats, state->landings, (double)state->scale, (unsigned)stored->crc);
-    printf("copies     A %s, B %s\n", copy_text(stored->copy_a, a), copy_text(stored->copy_b, b));
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, cli->si);
-    printf("joints     %u of %u closed to 0.002 in; opening of ten in a row, %s:\n", closed_of(state), state->mats + 1u, length->text);
-    for (unsigned s = 0; 10 * s <= state->mats; s++)
-        printf("%s%7.4f", s % 7 == 0 ? s ? "\n    " : "    " : " ", length->factor * sum_in(state, s));
-    putchar('\n');
-    return 0;
+    answer_close(answer);
+    return answer_show(cli, answer, 0);
 }
 
 static enum mr_status write_file(const char *path, bool force, const struct mr_predictor_state *state, struct error *error)

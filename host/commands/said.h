@@ -5,6 +5,8 @@
 #include <jansson.h>
 #include <stddef.h>
 
+#include "host/base/answer.h"
+
 /* Who says so: `who`, the value of --who; NULL: the user, "" when that is unknown. Not released. */
 const char *said_by(const char *who);
 /* Copies what fits into `size` bytes; NULL is "". */
@@ -13,5 +15,7 @@ void said_fill(char *into, size_t size, const char *text);
 const char *said_or_dash(const char *text);
 /* A string, null for nothing; the caller releases it. */
 json_t *said_json(const char *text);
+/* The text; for nothing null, and a dash for people. */
+void said_answer(struct answer *answer, const char *name, const char *label, const char *text);
 
 #endif

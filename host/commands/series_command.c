@@ -9,7 +9,7 @@
 #include "host/store/store_journal.h"
 #include "host/survey/show.h"
 
-static enum mr_status list_series(const struct cli *cli, struct store *store, json_t *all, struct error *error)
+static enum mr_status list_series(struct store *store, struct answer *answer, struct error *error)
 {
     struct store_series *rows = NULL;
     struct store_landing *landings = NULL;
@@ -17,23 +17,29 @@ static enum mr_status list_series(const struct cli *cli, struct store *store, js
     enum mr_status status = store_series_all(store, &rows, &count, error);
     if (status == MR_OK)
         status = store_landings(store, &landings, &landed, error);
+    answer_table(answer, "series", "");
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         char when[40];
-        size_t its = 0;
+        int64_t its = 0;
         for (size_t k = 0; k < landed && status == MR_OK; k++) {
             struct store_series of;
             status = store_series_of(store, &landings[k], &of, error);
-            its += of.id == rows[i].id ? 1u : 0u;
+            its += of.id == rows[i].id;
         }
         survey_time_text(rows[i].made_us, when, sizeof when);
-        if (cli->json)
-            json_array_append_new(all, json_pack("{sssosssosososi}", "name", rows[i].name, "who", said_json(rows[i].who), "begun", when, "runway",
-                                                 said_json(rows[i].runway), "pattern", said_json(rows[i].pattern), "modification",
-                                                 said_json(rows[i].modification), "landings", (int)its));
-        else
-            printf("%s: begun %s, runway %s, pattern %s, modification %s, %zu landings%s%s\n", rows[i].name, when, said_or_dash(rows[i].runway),
-                   said_or_dash(rows[i].pattern), said_or_dash(rows[i].modification), its, rows[i].notes[0] ? ": " : "", rows[i].notes);
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, "name", "series", "%s", rows[i].name);
+        answer_words(answer, "begun", "begun", "%s", when);
+        said_answer(answer, "runway", "runway", rows[i].runway);
+        said_answer(answer, "pattern", "pattern", rows[i].pattern);
+        said_answer(answer, "modification", "modification", rows[i].modification);
+        answer_count(answer, "landings", "landings", its);
+        if (rows[i].notes[0])
+            answer_words(answer, NULL, "notes", "%s", rows[i].notes);
+        said_answer(answer, "who", NULL, rows[i].who);
+        answer_close(answer);
     }
+    answer_close(answer);
     free(rows);
     free(landings);
     return status;
@@ -63,7 +69,7 @@ static int series_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct store *store = NULL;
     struct store_series series = {.made_us = (int64_t)link_now_us()};
-    json_t *all = json_array();
+    struct answer *answer = answer_new(cli->si);
     enum mr_status status = command_parse(&command_series, argc, argv, cli, &r, words, &error);
     if (status == MR_OK && !words[1] && (r.runway || r.pattern || r.modification || r.notes))
         status = error_set(&error, MR_USAGE, "which series? matrig series DB NAME; see matrig series --help");
@@ -80,12 +86,12 @@ static int series_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && words[1])
         status = begin_series(words[0], store, &series, &error);
     if (status == MR_OK)
-        status = list_series(cli, store, all, &error);
+        status = list_series(store, answer, &error);
     store_close(store);
-    if (status == MR_OK && cli->json)
-        return cli_print_json(json_pack("{so}", "series", all), 0);
-    json_decref(all);
-    return status == MR_OK ? 0 : cli_fail(&error);
+    if (status == MR_OK)
+        return answer_show(cli, answer, 0);
+    answer_free(answer);
+    return cli_fail(&error);
 }
 
 #define VALUES struct request

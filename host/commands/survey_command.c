@@ -305,18 +305,15 @@ static enum mr_status load(const struct request *request, struct store *store, c
 
 static int tell_load(const struct request *request, const struct survey *survey, const struct survey_loaded *loaded)
 {
-    int exit_code = loaded->different ? mr_status_exit_code(MR_LIMIT) : 0;
-    if (request->cli->json)
-        return cli_print_json(json_pack("{sIsisisisi}", "survey", (json_int_t)survey->row.id, "sent", (int)loaded->sent, "read_back",
-                                        (int)SURVEY_SPANS, "different", (int)loaded->different, "of_an_earlier_survey", (int)loaded->older),
-                              exit_code);
-    printf("survey %lld: %u segments loaded, read back, %u different", (long long)survey->row.id, loaded->sent, loaded->different);
-    if (loaded->older)
-        printf("; %u that it has not keep what the board was given before", loaded->older);
-    else if (loaded->sent < SURVEY_SPANS)
-        printf("; %u are not surveyed", SURVEY_SPANS - loaded->sent);
-    putchar('\n');
-    return exit_code;
+    struct answer *answer = answer_new(request->cli->si);
+    answer_count(answer, "survey", "survey", survey->row.id);
+    answer_count(answer, "sent", "loaded", loaded->sent)->end = " segments";
+    answer_count(answer, "read_back", "read back", SURVEY_SPANS)->end = " segments";
+    answer_count(answer, "different", "different", loaded->different);
+    answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in it" : NULL, loaded->older)->end = " segments, which keep what the board was given before";
+    if (!loaded->older && loaded->sent < SURVEY_SPANS)
+        answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent);
+    return answer_show(request->cli, answer, loaded->different ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 static int list(const struct request *request, struct store *store)
@@ -325,24 +322,30 @@ static int list(const struct request *request, struct store *store)
     size_t count = 0;
     struct error error = {0};
     static struct survey survey;
-    json_t *all = json_array();
+    struct answer *answer = answer_new(request->cli->si);
+    answer_table(answer, "surveys", "");
     enum mr_status status = store_gage_surveys(store, &rows, &count, &error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
+        bool ended = rows[i].ended_us != STORE_NONE;
         char when[40];
         survey_time_text(rows[i].made_us, when, sizeof when);
         status = survey_get(store, rows[i].id, &survey, &error);
-        int read = (int)survey_desk_read(&survey.desk), of = (int)survey.desk.plan.count;
-        json_array_append_new(all, json_pack("{sIsssssisisb}", "survey", (json_int_t)rows[i].id, "pattern", rows[i].pattern, "begun", when,
-                                             "read", read, "of", of, "ended", rows[i].ended_us != STORE_NONE));
-        if (status == MR_OK && !request->cli->json)
-            printf("%lld  %s  %-8s  %d of %d%s  %s\n", (long long)rows[i].id, when, rows[i].pattern, read, of,
-                   rows[i].ended_us == STORE_NONE ? ", goes on" : "", rows[i].note);
+        answer_open(answer, NULL, NULL);
+        answer_count(answer, "survey", "survey", rows[i].id);
+        answer_words(answer, "begun", "begun", "%s", when);
+        answer_words(answer, "pattern", "pattern", "%s", rows[i].pattern);
+        answer_count(answer, "read", "read", (int64_t)survey_desk_read(&survey.desk));
+        answer_count(answer, "of", "of", (int64_t)survey.desk.plan.count);
+        answer_flag(answer, "ended", NULL, ended);
+        answer_words(answer, NULL, "note", "%s%s", ended ? "" : rows[i].note[0] ? "goes on; " : "goes on", rows[i].note);
+        answer_close(answer);
     }
+    answer_close(answer);
     free(rows);
-    if (status == MR_OK && request->cli->json)
-        return cli_print_json(json_pack("{so}", "surveys", all), 0);
-    json_decref(all);
-    return status == MR_OK ? 0 : cli_fail(&error);
+    if (status == MR_OK)
+        return answer_show(request->cli, answer, 0);
+    answer_free(answer);
+    return cli_fail(&error);
 }
 
 static enum mr_status write_sheet(const struct request *request, struct store *store, struct survey *survey, size_t *places, struct error *error)
@@ -404,10 +407,9 @@ static int run(const struct request *request)
         return exit_code;
     if (request->load)
         return tell_load(request, &survey, &loaded);
-    if (request->cli->json)
-        return cli_print_json(survey_json(&survey, &found, request->cli->si), 0);
-    survey_show(stdout, &survey, &found, request->cli->si);
-    return 0;
+    struct answer *answer = answer_new(request->cli->si);
+    survey_answer(&survey, &found, answer);
+    return answer_show(request->cli, answer, 0);
 }
 
 static enum mr_status check(struct request *r, struct error *error)

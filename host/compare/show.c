@@ -1,263 +1,350 @@
 #include "host/compare/show.h"
 
-#include "host/compare/agree.h"
-
-#include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
-#include "host/base/units.h"
+#include "host/compare/agree.h"
 
-#define COLUMNS 100
-
-/* A number in a column, or a dash. */
-static void cell(FILE *out, int width, int decimals, double value)
+/* En or chi. */
+static void ratio(struct answer *answer, const char *name, const char *label, double value)
 {
-    if (!isfinite(value))
-        fprintf(out, " %*s", width - 1, isinf(value) ? "inf" : "-");
-    else
-        fprintf(out, " %*.*f", width - 1, decimals, unit_tidy(value, pow(10.0, -decimals)));
+    answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
 }
 
-/* En or chi: a hundred is as good as a thousand. */
-static void ratio(FILE *out, int width, double value)
+static void moment(struct answer *answer, const char *name, const char *label, const struct signal_moment *moment)
 {
-    if (value >= 999.5)
-        fprintf(out, " %*s", width - 1, ">999");
-    else
-        cell(out, width, value < 99.95 ? 1 : 0, value);
+    answer_estimate(answer, name, label, UNIT_DISPLACEMENT, moment->value, moment->error, 4);
 }
 
-static void estimate(FILE *out, int width, int decimals, double value, double error)
+static void peak_time(struct answer *answer, bool is_measured, const struct signal_moment *peak)
 {
-    char text[60] = "-";
-    if (isfinite(value))
-        snprintf(text, sizeof text, "%.*f +- %.*f", decimals, unit_tidy(value, pow(10.0, -decimals)), decimals, error);
-    fprintf(out, " %*s", width - 1, text);
+    answer_value(answer, is_measured ? "peak_measured_at" : "peak_simulated_at", is_measured ? "peak at|measured" : "peak at|simulated",
+                 UNIT_TIME, peak->t_s, 3);
+    answer_value(answer, is_measured ? "peak_measured_lasts" : "peak_simulated_lasts", NULL, UNIT_TIME, peak->lasts_s, 3);
 }
 
-static void show_values(FILE *out, const struct compare_figures *figures, bool si)
+static void channel_answer(const struct compare_channel *c, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    double in = length->factor;
-    int d = si ? 2 : 4;
-    fprintf(out, "              difference, %-2s                           peak, %-2s\n", length->text, length->text);
-    fprintf(out, "  no %4s, %s    bias     rms   chi       measured         simulated    En  end: meas.   sim.    En\n", "at", station->text);
-    for (size_t i = 0; i < figures->channels; i++) {
-        const struct compare_channel *c = &figures->channel[i];
-        fprintf(out, "  %2" PRId64 " %7.1f", c->number, c->station_ft * station->factor);
-        if (!c->compared) {
-            fprintf(out, "   not compared: %s\n", c->why);
-            continue;
-        }
-        cell(out, 9, d, c->f.bias * in);
-        cell(out, 8, d, c->f.rms * in);
-        ratio(out, 6, c->f.chi);
-        estimate(out, 18, d, c->f.peak_measured.value * in, c->f.peak_measured.error * in);
-        estimate(out, 18, d, c->f.peak_simulated.value * in, c->f.peak_simulated.error * in);
-        ratio(out, 6, c->peak_en);
-        cell(out, 9, d, c->end_measured.value * in);
-        cell(out, 8, d, c->end_simulated.value * in);
-        ratio(out, 6, c->end_en);
-        fputc('\n', out);
+    const struct signal_figures *f = &c->f;
+    answer_open(answer, NULL, NULL);
+    answer_count(answer, "number", "no", c->number);
+    answer_flag(answer, "compared", NULL, c->compared);
+    answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
+    answer_value(answer, "valid", NULL, UNIT_NUMBER, c->valid, 3);
+    if (c->why[0])
+        answer_words(answer, "why", NULL, "%s", c->why);
+    if (c->compared) {
+        answer_estimate(answer, "bias", "difference|bias", UNIT_DISPLACEMENT, f->bias, f->bias_error, 4);
+        answer_value(answer, "rms", "difference|rms", UNIT_DISPLACEMENT, f->rms, 4);
+        ratio(answer, "chi", "chi", f->chi);
+        ratio(answer, "bias_en", NULL, c->bias_en);
+        answer_value(answer, "inside", NULL, UNIT_NUMBER, f->inside, 3);
+        moment(answer, "peak_measured", "peak|measured", &f->peak_measured);
+        moment(answer, "peak_simulated", "peak|simulated", &f->peak_simulated);
+        ratio(answer, "peak_en", "peak|En", c->peak_en);
+        peak_time(answer, true, &f->peak_measured);
+        peak_time(answer, false, &f->peak_simulated);
+        moment(answer, "end_measured", "end|measured", &c->end_measured);
+        moment(answer, "end_simulated", "end|simulated", &c->end_simulated);
+        answer_value(answer, "end_difference", NULL, UNIT_DISPLACEMENT, c->end_measured.value - c->end_simulated.value, 4);
+        ratio(answer, "end_en", "end|En", c->end_en);
+        answer_estimate(answer, "arrival_measured", "arrival|measured", UNIT_TIME, f->arrival_measured.t_s, f->arrival_measured.t_error_s, 4);
+        answer_estimate(answer, "arrival_simulated", "arrival|simulated", UNIT_TIME, f->arrival_simulated.t_s, f->arrival_simulated.t_error_s,
+                        4);
+        ratio(answer, "arrival_en", "arrival|En", c->arrival_en);
+        answer_value(answer, "ahead_measured", "wheel ahead|measured", UNIT_STATION, c->ahead_measured_ft, 1);
+        answer_value(answer, "ahead_simulated", "wheel ahead|simulated", UNIT_STATION, c->ahead_simulated_ft, 1);
+        answer_value(answer, "correlation", "correlation|at lag 0", UNIT_NUMBER, f->correlation, 4);
+        answer_value(answer, "lag", "best lag", UNIT_TIME, f->lag_s, 4);
+        answer_value(answer, "lag_correlation", "correlation|there", UNIT_NUMBER, f->lag_correlation, 4);
+        answer_value(answer, "alignment", "alignment's|part", UNIT_DISPLACEMENT, c->alignment_in, 4);
     }
+    answer_close(answer);
 }
 
-static void show_times(FILE *out, const struct compare_figures *figures, bool si)
+void compare_channels_answer(const struct compare_figures *figures, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
-    fprintf(out, "     peak at, s     arrival (%.0f %% of the peak), s       wheel ahead, %-2s       correlation\n", 100.0 * SIGNAL_ARRIVAL,
-            station->text);
-    fprintf(out, "  no  meas.   sim.         measured        simulated   meas.  sim.    En  at lag 0   best, s  there\n");
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
-        if (!c->compared)
-            continue;
-        fprintf(out, "  %2" PRId64, c->number);
-        cell(out, 7, 3, c->f.peak_measured.t_s);
-        cell(out, 7, 3, c->f.peak_simulated.t_s);
-        estimate(out, 17, 4, c->f.arrival_measured.t_s, c->f.arrival_measured.t_error_s);
-        estimate(out, 17, 4, c->f.arrival_simulated.t_s, c->f.arrival_simulated.t_error_s);
-        cell(out, 8, 1, c->ahead_measured_ft * station->factor);
-        cell(out, 6, 1, c->ahead_simulated_ft * station->factor);
-        ratio(out, 6, c->arrival_en);
-        cell(out, 10, 4, c->f.correlation);
-        cell(out, 10, 4, c->f.lag_s);
-        cell(out, 7, 4, c->f.lag_correlation);
         if (c->why[0])
-            fprintf(out, "\n      %s", c->why);
-        fputc('\n', out);
+            answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number, c->compared ? "" : "not compared: ", c->why);
     }
+    answer_table(answer, "channels", "");
+    for (size_t i = 0; i < figures->channels; i++)
+        channel_answer(&figures->channel[i], answer);
+    answer_close(answer);
+    answer_sentence(answer, NULL,
+                    "Differences are measured less simulated. An error is one standard error: noise, calibration and edge timing; the solver's "
+                    "estimate and the spread over the runways. chi: rms of the difference in standard errors. En: the difference in two of them; up "
+                    "to 1 both agree. Arrival: at %.0f %% of the peak. Wheel ahead: of the transducer, at arrival. Best lag: positive when the measured "
+                    "is later. Alignment's part: of the error of the measured, at most. Zones: mats that both have, of those that either has.",
+                    100.0 * SIGNAL_ARRIVAL);
 }
 
-static void show_zone(FILE *out, const char *who, const struct compare_zone *zone, const struct compare_overlap *overlap, bool si)
+static void zone_answer(const char *name, const struct compare_zone *zone, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
-    double ft = station->factor;
-    fprintf(out, "      %-10s", who);
-    if (!zone->known)
-        fputs("not known", out);
-    else if (!(zone->mats > 0.0))
-        fputs("none", out);
-    else
-        fprintf(out, "%5.1f to %5.1f %s, %2.0f mats", zone->start_ft * ft, zone->end_ft * ft, station->text, zone->mats);
-    if (zone->known && zone->mats > 0.0 && !isnan(zone->start_error_ft))
-        fprintf(out, " (+- %.1f, %.1f)", zone->start_error_ft * ft, zone->end_error_ft * ft);
-    if (overlap && overlap->known && overlap->all_mats > 0.0)
-        fprintf(out, "; %.0f of %.0f in common", overlap->common_mats, overlap->all_mats);
-    if (overlap && !isnan(overlap->start_ft))
-        fprintf(out, "; start %+.1f, end %+.1f", overlap->start_ft * ft, overlap->end_ft * ft);
-    fputc('\n', out);
+    bool any = zone->mats > 0.0;
+    if (!zone->known) {
+        answer_none(answer, name, "from", "not known");
+        return;
+    }
+    answer_open(answer, name, NULL);
+    answer_value(answer, "mats", "mats", UNIT_NUMBER, zone->mats, 0);
+    answer_estimate(answer, "start", "from", UNIT_STATION, any ? zone->start_ft : (double)NAN, any ? zone->start_error_ft : (double)NAN, 1);
+    answer_estimate(answer, "end", "to", UNIT_STATION, any ? zone->end_ft : (double)NAN, any ? zone->end_error_ft : (double)NAN, 1);
+    answer_close(answer);
 }
 
-static void show_zones(FILE *out, const struct compare_zones *zones, bool si)
+static void overlap_answer(const char *name, const struct compare_overlap *overlap, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    if (!overlap->known) {
+        answer_none(answer, name, NULL, NULL);
+        return;
+    }
+    answer_open(answer, name, NULL);
+    answer_value(answer, "common_mats", "mats|in common", UNIT_NUMBER, overlap->common_mats, 0);
+    answer_value(answer, "all_mats", "of all", UNIT_NUMBER, overlap->all_mats, 0);
+    answer_value(answer, "share", NULL, UNIT_NUMBER, overlap->share, 3);
+    answer_value(answer, "start_difference", "measured starts|further by", UNIT_STATION, overlap->start_ft, 1)->plus = true;
+    answer_value(answer, "end_difference", "measured ends|further by", UNIT_STATION, overlap->end_ft, 1)->plus = true;
+    answer_close(answer);
+}
+
+void compare_zones_answer(const struct compare_zones *zones, struct answer *answer)
+{
+    static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured", [COMPARE_BOARD] = "board", [COMPARE_SIMULATED] = "simulated"};
+    answer_list(answer, "zones", "");
     for (size_t i = 0; i < zones->count; i++) {
         const struct compare_zone_moment *m = &zones->moment[i];
-        fprintf(out, "  zone, %s: at %.3f s, the wheel at %.1f %s (differences: measured less the other)\n", m->what, m->t_s,
-                m->wheel_ft * station->factor, station->text);
-        show_zone(out, "measured", &m->zone[COMPARE_MEASURED], NULL, si);
-        show_zone(out, "board", &m->zone[COMPARE_BOARD], &m->board, si);
-        show_zone(out, "simulated", &m->zone[COMPARE_SIMULATED], &m->simulated, si);
-    }
-}
-
-/* A sentence in lines that fit a terminal. */
-static void show_sentence(FILE *out, const char *text)
-{
-    size_t column = 0;
-    while (*text) {
-        size_t length = strcspn(text, " ");
-        if (column > 0 && column + 1 + length > COLUMNS) {
-            fputs("\n ", out);
-            column = 1;
+        answer_open(answer, NULL, "");
+        answer_words(answer, "when", "zone", "%s", m->what);
+        answer_value(answer, "at", "time", UNIT_TIME, m->t_s, 3);
+        answer_value(answer, "wheel", "wheel at", UNIT_STATION, m->wheel_ft, 1);
+        answer_table(answer, NULL, "");
+        for (size_t source = 0; source < COMPARE_SOURCES; source++) {
+            answer_open(answer, NULL, NULL);
+            answer_words(answer, NULL, "as", "%s", names[source]);
+            zone_answer(names[source], &m->zone[source], answer);
+            if (source == COMPARE_BOARD)
+                overlap_answer("overlap_board", &m->board, answer);
+            else if (source == COMPARE_SIMULATED)
+                overlap_answer("overlap_simulated", &m->simulated, answer);
+            answer_close(answer);
         }
-        column += (size_t)fprintf(out, "%s%.*s", column > 0 ? " " : "", (int)length, text);
-        text += length + strspn(text + length, " ");
+        answer_close(answer);
+        answer_close(answer);
     }
-    fputc('\n', out);
+    answer_close(answer);
 }
 
-void compare_show(FILE *out, const struct compare_figures *figures, bool si)
+/* The value that differs most, as the sentence tells. */
+static void worst_answer(const struct compare_agreement *a, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    double alignment_in = 0.0;
-    for (size_t i = 0; i < figures->channels; i++)
-        alignment_in = fmax(alignment_in, figures->channel[i].alignment_in);
-    fprintf(out, "RUN %" PRId64 " against %s: simulated in %.0f ms, its own error estimate %.*f %s\n", figures->run, figures->against,
-            figures->run_ms, si ? 2 : 4, figures->error_in * length->factor, length->text);
-    if (figures->doubt[0])
-        fprintf(out, "  %s\n", figures->doubt);
-    if (figures->seeds > 1)
-        fprintf(out, "  %" PRId64 " runways: their mean, with their spread as part of its error\n", figures->seeds);
-    fprintf(out, "  aligned on %" PRId64 " switch edges: simulated %.4f s later, rms %.4f s, worth up to %.*f %s\n",
-            figures->edges, unit_tidy(figures->offset_s, 1e-4), figures->scatter_s, si ? 2 : 4, alignment_in * length->factor, length->text);
-    fprintf(out, "  %zu of %u segments surveyed\n", figures->surveyed, MR_SEGMENTS);
-    show_values(out, figures, si);
-    show_times(out, figures, si);
-    show_zones(out, &figures->zones, si);
-    struct compare_agreement agreement;
+    enum unit_kind unit = a->value == COMPARE_ARRIVAL ? UNIT_TIME : UNIT_DISPLACEMENT;
+    answer_open(answer, "worst", NULL);
+    answer_words(answer, "value", NULL, "%s", compare_value_text(a->value));
+    answer_count(answer, "number", NULL, a->channel->number);
+    answer_value(answer, "station", NULL, UNIT_STATION, a->channel->station_ft, 1);
+    answer_estimate(answer, "measured", NULL, unit, a->measured, a->measured_error, 4);
+    answer_estimate(answer, "simulated", NULL, unit, a->simulated, a->simulated_error, 4);
+    answer_value(answer, "difference", NULL, unit, a->difference, 4);
+    answer_value(answer, "error", NULL, unit, a->error, 4);
+    answer_value(answer, "measured_at", NULL, UNIT_TIME, a->measured_t_s, 4);
+    answer_value(answer, "simulated_at", NULL, UNIT_TIME, a->simulated_t_s, 4);
+    answer_value(answer, "en", NULL, UNIT_NUMBER, a->en, 1);
+    answer_close(answer);
+}
+
+static void agreement_answer(const struct compare_figures *figures, struct answer *answer)
+{
+    struct compare_agreement a;
     char sentence[COMPARE_SENTENCE];
-    compare_agreement(figures, &agreement);
-    compare_sentence(&agreement, si, sentence);
-    show_sentence(out, sentence);
-    fputs("+- is one standard error. chi: rms of the difference in standard errors. En up to 1: they agree.\n", out);
+    compare_agreement(figures, &a);
+    compare_sentence(&a, answer_in_si(answer), sentence);
+    answer_open(answer, "agreement", "");
+    answer_sentence(answer, "sentence", "%s", sentence);
+    answer_count(answer, "judged", NULL, (int64_t)a.judged);
+    answer_count(answer, "differ", NULL, (int64_t)a.differ);
+    answer_count(answer, "unknown", NULL, (int64_t)a.unknown);
+    answer_count(answer, "not_compared", NULL, (int64_t)a.left_out);
+    if (a.channel) {
+        answer_flag(answer, "agree", NULL, a.differ == 0);
+        worst_answer(&a, answer);
+    } else {
+        answer_none(answer, "agree", NULL, NULL);
+        answer_none(answer, "worst", NULL, NULL);
+    }
+    answer_close(answer);
 }
 
-void compare_show_verdict(FILE *out, const struct compare_verdict *verdict)
+static void verdict_answer(const struct compare_verdict *verdict, struct answer *answer)
 {
-    if (verdict->checked > 0)
-        fprintf(out, "limits: %zu checked, %zu failed: %s\n", verdict->checked, verdict->failed, verdict->failed ? "FAIL" : "pass");
+    if (verdict->checked == 0) {
+        answer_none(answer, "limits", NULL, NULL);
+        return;
+    }
+    answer_open(answer, "limits", "limits");
+    answer_count(answer, "checked", "checked", (int64_t)verdict->checked);
+    answer_count(answer, "failed", "failed", (int64_t)verdict->failed);
+    answer_flag(answer, "pass", NULL, verdict->failed == 0);
+    answer_words(answer, NULL, "verdict", "%s", verdict->failed ? "FAIL" : "pass");
+    if (verdict->failed)
+        answer_words(answer, "worst", NULL, "%s", verdict->text);
+    answer_close(answer);
+}
+
+void compare_answer(const struct compare_figures *figures, const struct compare_verdict *verdict, struct answer *answer)
+{
+    answer_count(answer, "run", "RUN", figures->run);
+    if (figures->doubt[0])
+        answer_sentence(answer, "doubtful", "%s", figures->doubt);
+    else
+        answer_none(answer, "doubtful", NULL, NULL);
+    answer_words(answer, "scene", "against", "%s", figures->against);
+    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->end = " ms";
+    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, figures->error_in, 4)->end = ", as its solver estimates";
+    answer_count(answer, "seeds", NULL, figures->seeds);
+    if (figures->seeds > 1)
+        answer_words(answer, NULL, "runways", "%lld: their mean, with their spread as part of its error", (long long)figures->seeds);
+    answer_count(answer, "edges", NULL, figures->edges);
+    answer_words(answer, NULL, "aligned on", "%lld switch edges", (long long)figures->edges);
+    answer_value(answer, "offset", "simulated later by", UNIT_TIME, figures->offset_s, 4);
+    answer_value(answer, "scatter", "rms of the rest", UNIT_TIME, figures->scatter_s, 4);
+    answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed, MR_SEGMENTS);
+    answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
+    compare_channels_answer(figures, answer);
+    compare_zones_answer(&figures->zones, answer);
+    agreement_answer(figures, answer);
+    verdict_answer(verdict, answer);
 }
 
 /* ---- a series ---- */
 
-static void show_overlap(FILE *out, const struct compare_zone_moment *moment, const struct compare_overlap *overlap)
+static void overlap_words(struct answer *answer, const char *label, const struct compare_zone_moment *moment, const struct compare_overlap *overlap)
 {
-    char text[20] = "-";
-    if (moment && overlap->known && overlap->all_mats > 0.0)
-        snprintf(text, sizeof text, "%.0f/%.0f", overlap->common_mats, overlap->all_mats);
-    else if (moment && overlap->known)
-        snprintf(text, sizeof text, "none");
-    fprintf(out, " %8s", text);
+    bool any = moment && overlap->known && overlap->all_mats > 0.0;
+    if (any)
+        answer_words(answer, NULL, label, "%.0f/%.0f", overlap->common_mats, overlap->all_mats);
+    else
+        answer_words(answer, NULL, label, "%s", moment && overlap->known ? "none" : "-");
 }
 
-static void show_series_landing(FILE *out, const struct compare_series_landing *landing, double in, int d)
+/* For people: a landing in a line. */
+static void landing_row(const struct compare_series_landing *landing, struct answer *answer)
 {
     const struct compare_figures *figures = &landing->figures;
     const struct compare_zone_moment *longest = compare_moment_of(&figures->zones, false), *rest = compare_moment_of(&figures->zones, true);
     const struct compare_mean mean = compare_mean_of(figures);
-    fprintf(out, "  %3" PRId64, landing->run);
-    if (!landing->compared) {
-        fprintf(out, "  not compared: %s\n", landing->why);
-        return;
+    answer_open(answer, NULL, NULL);
+    answer_count(answer, NULL, "RUN", landing->run);
+    if (landing->compared) {
+        answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels, figures->channels);
+        answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4);
+        answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean.rms_in, 4);
+        answer_value(answer, NULL, "worst|rms", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
+        ratio(answer, NULL, "worst|peak En", mean.peak_en);
+        overlap_words(answer, "longest|zone", longest, longest ? &longest->simulated : NULL);
+        overlap_words(answer, "board's|zone", longest, longest ? &longest->board : NULL);
+        overlap_words(answer, "zone|at rest", rest, rest ? &rest->simulated : NULL);
+        answer_value(answer, NULL, "error", UNIT_DISPLACEMENT, figures->error_in, 4);
+        answer_value(answer, NULL, "ms", UNIT_NUMBER, figures->run_ms, 0);
+        answer_words(answer, NULL, "limits", "%s", landing->verdict.checked == 0 ? "-" : landing->verdict.failed ? "FAIL" : "pass");
     }
-    fprintf(out, "  %zu of %zu", mean.channels, figures->channels);
-    cell(out, 8, d, mean.bias_in * in);
-    cell(out, 8, d, mean.rms_in * in);
-    cell(out, 8, d, mean.worst_rms_in * in);
-    ratio(out, 8, mean.peak_en);
-    show_overlap(out, longest, longest ? &longest->simulated : NULL);
-    show_overlap(out, longest, longest ? &longest->board : NULL);
-    show_overlap(out, rest, rest ? &rest->simulated : NULL);
-    cell(out, 8, d, figures->error_in * in);
-    cell(out, 8, 0, figures->run_ms);
-    fprintf(out, "  %s\n", landing->verdict.checked == 0 ? "-" : landing->verdict.failed ? "FAIL" : "pass");
+    answer_close(answer);
 }
 
-static void show_moved(FILE *out, const struct compare_moved *moved, bool si)
+static void landings_answer(const struct compare_series *set, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    double in = length->factor;
-    int d = si ? 2 : 4;
-    fprintf(out, "moved from survey %" PRId64 " to %" PRId64 ", %zu landing%s, %s: ", moved->from_survey, moved->to_survey, moved->landings,
-            moved->landings == 1 ? "" : "s", length->text);
-    if (!moved->simulated) {
-        fputs("not compared: a landing between them was not simulated\n", out);
-        return;
+    answer_list(answer, "landings", NULL);
+    for (size_t i = 0; i < set->count; i++) {
+        const struct compare_series_landing *l = &set->landing[i];
+        answer_open(answer, NULL, NULL);
+        if (l->compared)
+            compare_answer(&l->figures, &l->verdict, answer);
+        else
+            answer_count(answer, "run", NULL, l->run);
+        if (!l->compared)
+            answer_words(answer, "not_compared", NULL, "%s", l->why);
+        answer_close(answer);
     }
-    fprintf(out, "bias %.*f, rms %.*f, chi %.1f of %zu gage points\n", d, moved->bias_in * in, d, moved->rms_in * in, moved->chi, moved->points);
-    fprintf(out, "  at, %-2s      measured         simulated    difference\n", station->text);
-    for (size_t p = 0; p < SURVEY_POINTS; p += 4) {
-        fprintf(out, "  %6.1f", (double)p * SURVEY_SPAN_FT * station->factor);
-        estimate(out, 18, d, moved->point[p].measured_in * in, moved->point[p].error_in * in);
-        estimate(out, 18, d, moved->point[p].simulated_in * in, moved->point[p].spread_in * in);
-        cell(out, 12, d, (moved->point[p].measured_in - moved->point[p].simulated_in) * in);
-        fputc('\n', out);
+    answer_close(answer);
+    for (size_t i = 0; i < set->count; i++) {
+        if (!set->landing[i].compared)
+            answer_sentence(answer, NULL, "RUN %lld not compared: %s", (long long)set->landing[i].run, set->landing[i].why);
     }
-}
-
-void compare_show_series(FILE *out, const struct compare_series *set, bool si)
-{
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    double in = length->factor;
-    int d = si ? 2 : 4;
-    fprintf(out, "%s%s against %s: %zu landing%s, %zu compared\n  simulated in %.0f ms, their own error estimates up to %.*f %s\n",
-            set->name[0] ? "series " : "all landings", set->name, set->against, set->count, set->count == 1 ? "" : "s", set->compared, set->run_ms, d,
-            set->error_in * in, length->text);
-    fprintf(out, "                difference, %-2s                 zones: common/all mats\n", length->text);
-    fprintf(out, "  RUN channels    bias     rms   worst peak En  longest    board  at rest   error      ms  limits\n");
+    answer_table(answer, NULL, "landings: the difference, and of zones the mats in common and all");
     for (size_t i = 0; i < set->count; i++)
-        show_series_landing(out, &set->landing[i], in, d);
-    fprintf(out, "over the landings, by samples, %s:\n  no  at, %-2s landings     bias      rms\n", length->text, station->text);
+        landing_row(&set->landing[i], answer);
+    answer_close(answer);
+}
+
+static void channels_answer(const struct compare_series *set, struct answer *answer)
+{
+    answer_table(answer, "channels", "over the landings, by samples");
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
         if (set->channel[c].landings == 0)
             continue;
-        fprintf(out, "  %2" PRId64 " %7.1f %8zu", set->channel[c].number, set->channel[c].station_ft * station->factor, set->channel[c].landings);
-        cell(out, 9, d, set->channel[c].bias_in * in);
-        cell(out, 9, d, set->channel[c].rms_in * in);
-        fputc('\n', out);
+        answer_open(answer, NULL, NULL);
+        answer_count(answer, "number", "no", set->channel[c].number);
+        answer_value(answer, "station", "at", UNIT_STATION, set->channel[c].station_ft, 1);
+        answer_count(answer, "landings", "landings", (int64_t)set->channel[c].landings);
+        answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, set->channel[c].bias_in, 4);
+        answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, set->channel[c].rms_in, 4);
+        answer_close(answer);
     }
-    fprintf(out, "  all %15zu", set->compared);
-    cell(out, 9, d, set->pooled.bias_in * in);
-    cell(out, 9, d, set->pooled.rms_in * in);
-    fputc('\n', out);
-    for (size_t i = 0; i < set->moves; i++)
-        show_moved(out, &set->moved[i], si);
+    answer_close(answer);
+}
+
+static void moved_answer(const struct compare_moved *moved, struct answer *answer)
+{
+    answer_open(answer, NULL, "moved between surveys");
+    answer_count(answer, "from_survey", "from survey", moved->from_survey);
+    answer_count(answer, "to_survey", "to survey", moved->to_survey);
+    answer_count(answer, "landings", "landings", (int64_t)moved->landings);
+    answer_flag(answer, "compared", NULL, moved->simulated);
+    if (moved->simulated) {
+        answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, moved->bias_in, 4);
+        answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, moved->rms_in, 4);
+        answer_value(answer, "chi", "chi", UNIT_NUMBER, moved->chi, 1);
+        answer_count(answer, NULL, "gage points", (int64_t)moved->points);
+    } else
+        answer_words(answer, NULL, "not compared", "a landing between them was not simulated");
+    answer_table(answer, "points", "");
+    for (size_t p = 0; p < SURVEY_POINTS && moved->simulated; p++) {
+        answer_open(answer, NULL, NULL);
+        answer_value(answer, "station", "at", UNIT_STATION, (double)p * SURVEY_SPAN_FT, 1);
+        answer_estimate(answer, "measured", "measured", UNIT_DISPLACEMENT, moved->point[p].measured_in, moved->point[p].error_in, 4);
+        answer_value(answer, "simulated", "simulated", UNIT_DISPLACEMENT, moved->point[p].simulated_in, 4);
+        answer_value(answer, "simulated_spread", "its spread", UNIT_DISPLACEMENT, moved->point[p].spread_in, 4);
+        answer_value(answer, NULL, "difference", UNIT_DISPLACEMENT, moved->point[p].measured_in - moved->point[p].simulated_in, 4);
+        answer_close(answer);
+    }
+    answer_close(answer);
+    answer_close(answer);
+}
+
+void compare_series_answer(const struct compare_series *set, struct answer *answer)
+{
     char sentence[COMPARE_SENTENCE];
-    compare_series_sentence(set, si, sentence);
-    show_sentence(out, sentence);
-    if (set->verdict.checked > 0)
-        fprintf(out, "within limits: %.0f %% of the landings\n", 100.0 * set->pooled.within);
+    compare_series_sentence(set, answer_in_si(answer), sentence);
+    answer_words(answer, "scene", "against", "%s", set->against);
+    answer_words(answer, "series", set->name[0] ? "series" : NULL, "%s", set->name);
+    answer_count(answer, NULL, "landings", (int64_t)set->count);
+    answer_count(answer, "compared", "compared", (int64_t)set->compared);
+    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->end = " ms";
+    answer_value(answer, "error", "its own error", UNIT_DISPLACEMENT, set->error_in, 4)->end = " at most, as its solver estimates";
+    landings_answer(set, answer);
+    channels_answer(set, answer);
+    answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);
+    answer_value(answer, "rms", "all: rms", UNIT_DISPLACEMENT, set->pooled.rms_in, 4);
+    answer_list(answer, "moved", "");
+    for (size_t i = 0; i < set->moves; i++)
+        moved_answer(&set->moved[i], answer);
+    answer_close(answer);
+    answer_sentence(answer, "agreement", "%s", sentence);
+    if (set->verdict.checked > 0) {
+        answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within, 2);
+        answer_words(answer, NULL, "within limits", "%.0f %% of the landings", 100.0 * set->pooled.within);
+    }
+    verdict_answer(&set->verdict, answer);
 }

@@ -10,6 +10,8 @@
 #include "host/collect/collect_state.h"
 #include "host/replay/diff_field.h"
 
+#define DIGITS 15 /* as they were read */
+
 /* A message without a block of its own is placed by the newest block its link had brought; frames of one block can change
  * places on the bus. */
 #define PLACE_SLACK_BLOCKS 4
@@ -392,62 +394,71 @@ void difference_text(const struct difference *d, char *out, size_t size)
         snprintf(out, size, "%s", d->kind == DIFF_ONLY_RECORDED ? "recorded, not replayed" : "replayed, not recorded");
 }
 
-void diff_print(const struct diff *diff, FILE *out)
-{
-    char text[300];
-    fprintf(out, "  compared      %s\n", diff->exact ? "exactly" : field_tolerances_text());
-    if (diff->found) {
-        difference_text(&diff->first, text, sizeof text);
-        fprintf(out, "  first         %s\n  message            link     compared  fields differ   only recorded  only replayed\n", text);
-    }
-    for (size_t i = 0; i < diff->rows; i++) {
-        const struct diff_row *row = &diff->row[i];
-        if (row->differ + row->only_recorded + row->only_replayed == 0)
-            continue;
-        difference_text(&row->first, text, sizeof text);
-        fprintf(out, "  %-18s %-6s %10lld %14lld %15lld %14lld   %s\n", row->message, link_text[row->link],
-                (long long)row->pairs, (long long)row->differ, (long long)row->only_recorded, (long long)row->only_replayed,
-                text);
-    }
-    if (diff->after_record)
-        fprintf(out, "  not compared  %lld messages of blocks after the last record\n", (long long)diff->after_record);
-    if (diff->before_record)
-        fprintf(out, "  not compared  %lld messages that rest on blocks before the record\n", (long long)diff->before_record);
-    if (diff->circumstances)
-        fprintf(out, "  not compared  %lld messages about links, clock and chip, which no record foretells\n",
-                (long long)diff->circumstances);
-    if (diff->not_recorded)
-        fprintf(out, "  not recorded  %lld messages of the replay: the log lost frames\n", (long long)diff->not_recorded);
-    fprintf(out, "  result        %lld of %lld fields differ, in %lld messages\n", (long long)diff->differ,
-            (long long)diff->fields, (long long)diff->messages);
-}
-
-static json_t *difference_json(const struct difference *d)
+static void difference_answer(const struct difference *d, struct answer *answer)
 {
     static const char *const kinds[] = {"value", "only_recorded", "only_replayed"};
-    json_t *object = json_pack("{sssssssssfsI}", "kind", kinds[d->kind], "link", link_text[d->link], "message", d->message,
-                               "field", d->field, "t_s", (double)d->block / 1e3, "block", (json_int_t)d->block);
-    json_object_set_new(object, "recorded", isnan(d->recorded) ? json_null() : json_real(d->recorded));
-    json_object_set_new(object, "replayed", isnan(d->replayed) ? json_null() : json_real(d->replayed));
-    return object;
+    if (!d) {
+        answer_none(answer, "first", NULL, NULL);
+        return;
+    }
+    answer_open(answer, "first", NULL);
+    answer_words(answer, "kind", NULL, "%s", kinds[d->kind]);
+    answer_words(answer, "link", NULL, "%s", link_text[d->link]);
+    answer_words(answer, "message", NULL, "%s", d->message);
+    answer_words(answer, "field", NULL, "%s", d->field);
+    answer_value(answer, "t", NULL, UNIT_TIME, (double)d->block / 1e3, 3)->digits = DIGITS;
+    answer_count(answer, "block", NULL, d->block);
+    answer_value(answer, "recorded", NULL, UNIT_NUMBER, d->recorded, 3)->digits = DIGITS;
+    answer_value(answer, "replayed", NULL, UNIT_NUMBER, d->replayed, 3)->digits = DIGITS;
+    answer_close(answer);
 }
 
-json_t *diff_json(const struct diff *diff)
+/* People see those that differ. */
+static void row_answer(const struct diff_row *row, struct answer *answer)
 {
-    json_t *rows = json_array();
-    for (size_t i = 0; i < diff->rows; i++) {
-        const struct diff_row *row = &diff->row[i];
-        bool differs = row->differ + row->only_recorded + row->only_replayed > 0;
-        json_t *object = json_pack("{sssssIsIsIsIsI}", "message", row->message, "link", link_text[row->link], "compared",
-                                   (json_int_t)row->pairs, "fields", (json_int_t)row->fields, "differ",
-                                   (json_int_t)row->differ, "only_recorded", (json_int_t)row->only_recorded, "only_replayed",
-                                   (json_int_t)row->only_replayed);
-        json_object_set_new(object, "first", differs ? difference_json(&row->first) : json_null());
-        json_array_append_new(rows, object);
+    bool differs = row->differ + row->only_recorded + row->only_replayed > 0;
+    char text[300];
+    answer_open(answer, NULL, NULL);
+    answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
+    answer_words(answer, "link", differs ? "link" : NULL, "%s", link_text[row->link]);
+    answer_count(answer, "compared", differs ? "compared" : NULL, row->pairs);
+    answer_count(answer, "fields", NULL, row->fields);
+    answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differ);
+    answer_count(answer, "only_recorded", differs ? "only|recorded" : NULL, row->only_recorded);
+    answer_count(answer, "only_replayed", differs ? "only|replayed" : NULL, row->only_replayed);
+    difference_answer(differs ? &row->first : NULL, answer);
+    if (differs) {
+        difference_text(&row->first, text, sizeof text);
+        answer_words(answer, NULL, "first", "%s", text);
     }
-    return json_pack("{sssIsIsIsIsIsIsIsoso}", "compared", diff->exact ? "exactly" : field_tolerances_text(), "messages",
-                     (json_int_t)diff->messages, "fields", (json_int_t)diff->fields, "differ", (json_int_t)diff->differ,
-                     "before_record", (json_int_t)diff->before_record, "after_record", (json_int_t)diff->after_record,
-                     "circumstances", (json_int_t)diff->circumstances, "not_recorded", (json_int_t)diff->not_recorded,
-                     "first", diff->found ? difference_json(&diff->first) : json_null(), "by_message", rows);
+    answer_close(answer);
+}
+
+static void uncompared(struct answer *answer, const char *name, int64_t messages, const char *label, const char *end)
+{
+    answer_count(answer, name, messages ? label : NULL, messages)->end = end;
+}
+
+void diff_answer(const struct diff *diff, struct answer *answer)
+{
+    char text[300];
+    answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : field_tolerances_text());
+    difference_answer(diff->found ? &diff->first : NULL, answer);
+    if (diff->found) {
+        difference_text(&diff->first, text, sizeof text);
+        answer_words(answer, NULL, "first", "%s", text);
+    }
+    answer_table(answer, "by_message", "");
+    for (size_t i = 0; i < diff->rows; i++)
+        row_answer(&diff->row[i], answer);
+    answer_close(answer);
+    uncompared(answer, "after_record", diff->after_record, "not compared", " messages of blocks after the last record");
+    uncompared(answer, "before_record", diff->before_record, "not compared", " messages that rest on blocks before the record");
+    uncompared(answer, "circumstances", diff->circumstances, "not compared", " messages about links, clock and chip, which no record foretells");
+    uncompared(answer, "not_recorded", diff->not_recorded, "not recorded", " messages of the replay: the log lost frames");
+    answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages", (long long)diff->differ, (long long)diff->fields,
+                 (long long)diff->messages);
+    answer_count(answer, "differ", NULL, diff->differ);
+    answer_count(answer, "fields", NULL, diff->fields);
+    answer_count(answer, "messages", NULL, diff->messages);
 }

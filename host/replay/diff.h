@@ -7,10 +7,7 @@
 #ifndef MATRIG_HOST_REPLAY_DIFF_H
 #define MATRIG_HOST_REPLAY_DIFF_H
 
-#include <stdio.h>
-
-#include <jansson.h>
-
+#include "host/base/answer.h"
 #include "host/replay/answers.h"
 
 #define DIFF_MESSAGES_MAX 128
@@ -58,8 +55,7 @@ struct diff_options {
 void diff_answers(const struct answers *recorded, const struct answers *replayed, const struct diff_options *options,
                   struct diff *diff);
 
-void diff_print(const struct diff *diff, FILE *out);
-json_t *diff_json(const struct diff *diff);
+void diff_answer(const struct diff *diff, struct answer *answer);
 /* "serial 2.345 s: motion.speed_ft_s recorded 35.5, replayed 35.6" */
 void difference_text(const struct difference *difference, char *out, size_t size);
 

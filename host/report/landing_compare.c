@@ -3,87 +3,20 @@
 
 #include "host/compare/agree.h"
 #include "host/compare/picture.h"
-#include "host/compare/figures.h"
+#include "host/compare/show.h"
 #include "host/base/html.h"
 #include "host/report/report.h"
 #include "host/base/units.h"
 
-/* En, or a dash. */
-static void en_cell(FILE *out, double en)
+/* As `matrig compare` has them. */
+static bool tables(const struct compare_figures *figures, bool si, FILE *out)
 {
-    if (isinf(en))
-        html_cell(out, "inf");
-    else
-        html_number(out, en, en < 100.0 ? 1 : 0);
-}
-
-static void channel_row(FILE *out, const struct compare_channel *c, bool si)
-{
-    double in = unit_of(UNIT_DISPLACEMENT, si)->factor, ft = unit_of(UNIT_STATION, si)->factor;
-    int d = si ? 2 : 4;
-    fputs("<tr>", out);
-    html_cell(out, "%lld", (long long)c->number);
-    html_number(out, c->station_ft * ft, 1);
-    if (!c->compared) {
-        fputs("<td colspan=\"11\">not compared: ", out);
-        html_text(out, c->why);
-        fputs("</td></tr>\n", out);
-        return;
-    }
-    html_estimate(out, c->f.bias * in, c->f.bias_error * in, d);
-    html_number(out, c->f.rms * in, d);
-    html_number(out, c->f.chi, 1);
-    en_cell(out, c->peak_en);
-    en_cell(out, c->end_en);
-    html_estimate(out, c->f.arrival_measured.t_s, c->f.arrival_measured.t_error_s, 4);
-    html_estimate(out, c->f.arrival_simulated.t_s, c->f.arrival_simulated.t_error_s, 4);
-    en_cell(out, c->arrival_en);
-    html_number(out, c->f.correlation, 4);
-    html_number(out, c->f.lag_s, 3);
-    html_number(out, c->f.lag_correlation, 4);
-    fputs("</tr>\n", out);
-}
-
-static void zone_cell(FILE *out, const struct compare_zone *zone, double ft)
-{
-    if (!zone->known)
-        html_cell(out, "not known");
-    else if (!(zone->mats > 0.0))
-        html_cell(out, "none");
-    else
-        html_cell(out, "%.1f to %.1f, %.0f mats", zone->start_ft * ft, zone->end_ft * ft, zone->mats);
-}
-
-static void overlap_cell(FILE *out, const struct compare_overlap *overlap)
-{
-    if (overlap->known && overlap->all_mats > 0.0)
-        html_cell(out, "%.0f of %.0f mats", overlap->common_mats, overlap->all_mats);
-    else
-        html_cell(out, overlap->known ? "both none" : "not known");
-}
-
-static void zone_table(FILE *out, const struct compare_zones *zones, bool si)
-{
-    double ft = unit_of(UNIT_STATION, si)->factor;
-    char heads[4][60];
-    static const char *const names[] = {"wheel at", "measured", "board", "simulated"};
-    for (int i = 0; i < 4; i++)
-        snprintf(heads[i], sizeof heads[i], "%s, %s", names[i], unit_of(UNIT_STATION, si)->text);
-    html_table(out, (const char *const[]){"zone", "time, s", heads[0], heads[1], heads[2], "measured and board", heads[3], "measured and simulated", NULL});
-    for (size_t i = 0; i < zones->count; i++) {
-        const struct compare_zone_moment *m = &zones->moment[i];
-        fputs("<tr>", out);
-        html_cell(out, "%s", m->what);
-        html_number(out, m->t_s, 3);
-        html_number(out, m->wheel_ft * ft, 1);
-        zone_cell(out, &m->zone[COMPARE_MEASURED], ft);
-        zone_cell(out, &m->zone[COMPARE_BOARD], ft);
-        overlap_cell(out, &m->board);
-        zone_cell(out, &m->zone[COMPARE_SIMULATED], ft);
-        overlap_cell(out, &m->simulated);
-        fputs("</tr>\n", out);
-    }
-    fputs("</tbody></table></div>\n", out);
+    struct answer *answer = answer_new(si);
+    compare_channels_answer(figures, answer);
+    compare_zones_answer(&figures->zones, answer);
+    bool made = answer_html(answer, out);
+    answer_free(answer);
+    return made;
 }
 
 static void words(FILE *out, const struct compare_figures *figures, bool si)
@@ -121,7 +54,7 @@ enum mr_status landing_compare(const struct report *report, const struct report_
     const struct measured *measured = &landing->summary.measured;
     struct compare_figures figures;
     struct compare_agreement agreement;
-    char heads[3][60], sentence[COMPARE_SENTENCE];
+    char sentence[COMPARE_SENTENCE];
     if (!landing_compared(landing, &figures, error))
         return error->status;
     words(out, &figures, si);
@@ -130,20 +63,8 @@ enum mr_status landing_compare(const struct report *report, const struct report_
     fputs("<p class=\"say\"><strong>", out);
     html_text(out, sentence);
     fputs(".</strong></p>\n", out);
-    snprintf(heads[0], sizeof heads[0], "station, %s", unit_of(UNIT_STATION, si)->text);
-    snprintf(heads[1], sizeof heads[1], "bias, %s", unit_of(UNIT_DISPLACEMENT, si)->text);
-    snprintf(heads[2], sizeof heads[2], "rms, %s", unit_of(UNIT_DISPLACEMENT, si)->text);
-    html_table(out, (const char *const[]){"transducer", heads[0], heads[1], heads[2], "chi", "En, peak", "En, end", "arrival measured, s",
-                                          "simulated, s", "En", "correlation", "best lag, s", "there", NULL});
-    for (size_t i = 0; i < figures.channels; i++)
-        channel_row(out, &figures.channel[i], si);
-    fputs("</tbody></table></div>\n", out);
-    fprintf(out,
-            "<p>Differences are measured less simulated. &plusmn; is one standard error: noise, calibration and edge timing; the solver's estimate "
-            "and the spread over the runways. chi is the rms difference in standard errors; En is the difference in two of them: up to 1 both "
-            "agree. Arrival: %.0f %% of the peak. Best lag: positive when the measured is later. Zones: mats that both have, of those that either has.</p>\n",
-            100.0 * SIGNAL_ARRIVAL);
-    zone_table(out, &figures.zones, si);
+    if (!tables(&figures, si, out))
+        return error_set(error, MR_FULL, "no memory: the comparison of RUN %lld; close other programs", (long long)landing->summary.measured.landing.id);
     fputs("<figure>", out);
     compare_draw(out, measured, &landing->head, landing->simulation, landing->simulations, false, si, error);
     fputs("<figcaption>Movement against time, each with its 95 % band.</figcaption></figure>\n", out);

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <time.h>
 
-#include "host/base/cli.h"
+#include "host/base/answer.h"
 #include "host/base/units.h"
 
 #define Z_95 1.96
@@ -26,143 +26,110 @@ const char *survey_bow_verdict(const struct survey_found *found)
     return bow_in + Z_95 * found->worst_bow_error_in > SURVEY_BOW_LIMIT_IN ? "perhaps beyond" : "within";
 }
 
-/* A number of `width`, a dash when it is not known. */
-static void cell(FILE *out, double value, int width, int decimals, bool sign)
-{
-    if (isnan(value))
-        fprintf(out, "  %*s", width, "-");
-    else if (sign)
-        fprintf(out, "  %+*.*f", width, decimals, value);
-    else
-        fprintf(out, "  %*.*f", width, decimals, value);
-}
-
-static void show_head(FILE *out, const struct survey *survey)
+static void head(const struct survey *survey, struct answer *answer)
 {
     const struct store_gage_survey *row = &survey->row;
+    bool ended = row->ended_us != STORE_NONE;
     char when[40];
     survey_time_text(row->made_us, when, sizeof when);
-    fprintf(out, "survey %lld, %s pattern, begun %s%s%s", (long long)row->id, row->pattern, when, row->who[0] ? " by " : "", row->who);
-    if (row->after_run != STORE_NONE)
-        fprintf(out, ", after RUN %lld", (long long)row->after_run);
-    fprintf(out, ": %zu of %zu read, %zu confirmed, %s\n", survey_desk_read(&survey->desk), survey->desk.plan.count, survey->confirmed,
-            row->ended_us == STORE_NONE ? "goes on" : "ended");
-    if (row->note[0])
-        fprintf(out, "  %s\n", row->note);
+    answer_count(answer, "survey", "survey", row->id)->end = ended ? ", ended" : ", goes on";
+    answer_flag(answer, "ended", NULL, ended);
+    answer_words(answer, "pattern", "pattern", "%s", row->pattern);
+    answer_words(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
+    if (row->after_run == STORE_NONE)
+        answer_none(answer, "after_run", NULL, NULL);
+    else
+        answer_count(answer, "after_run", "after RUN", row->after_run);
+    answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed", survey_desk_read(&survey->desk), survey->desk.plan.count, survey->confirmed);
+    answer_count(answer, "read", NULL, (int64_t)survey_desk_read(&survey->desk));
+    answer_count(answer, "of", NULL, (int64_t)survey->desk.plan.count);
+    answer_count(answer, "confirmed", NULL, (int64_t)survey->confirmed);
+    answer_words(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
 }
 
-static void show_spans(FILE *out, const struct survey *survey, const struct survey_found *found, bool si)
+static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4", "line 5", "line 6", "line 7"};
+
+/* For people; in the JSON are all places, read or not (matrices). */
+static void spans(const struct survey *survey, const struct survey_found *found, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    int decimals = si ? 2 : 4;
     bool changed = found->previous != 0;
-    fprintf(out, "%s of ten mats, %s, lines 1 to 4, and the opening of the joints\n", changed ? "opening (+) and closing (-)" : "distance of the gage points",
-            length->text);
-    fprintf(out, "%8s  %8s  %8s  %8s  %8s  %8s  %8s\n", station->text, "line 1", "line 2", "line 3", "line 4", "opening", "error");
+    answer_table(answer, NULL, changed ? "opening (+) and closing (-) of ten mats since the survey before, and the opening of their joints"
+                                       : "distance of the gage points of ten mats, and the opening of their joints");
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         bool any = false;
         for (unsigned line = 0; line < SURVEY_LINES; line++)
             any |= !isnan(survey->readings.gap_in[line][k]);
         if (!any)
             continue;
-        fprintf(out, "%8.1f", SURVEY_SPAN_FT * k * station->factor);
-        for (unsigned line = 0; line < SURVEY_LINES; line++)
-            cell(out, (changed ? found->since_previous.change.gap_in : survey->readings.gap_in)[line][k] * length->factor, 8, decimals, changed);
-        cell(out, found->slack.segment[k].value_in * length->factor, 8, decimals, false);
-        cell(out, found->slack.segment[k].error_in * length->factor, 8, decimals, false);
-        fputc('\n', out);
+        answer_open(answer, NULL, NULL);
+        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
+        for (unsigned line = 0; line < SURVEY_LINES; line++) {
+            double gap_in = (changed ? found->since_previous.change.gap_in : survey->readings.gap_in)[line][k];
+            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)->plus = changed;
+        }
+        answer_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT, found->slack.segment[k].value_in, found->slack.segment[k].error_in, 4);
+        answer_close(answer);
     }
+    answer_close(answer);
     if (changed)
-        fprintf(out, "a change is known to %.4f %s (standard error)\n", found->since_previous.change.error_in * length->factor, length->text);
+        answer_value(answer, NULL, "error of a change", UNIT_DISPLACEMENT, found->since_previous.change.error_in, 4);
 }
 
-static void show_stations(FILE *out, const struct survey_found *found, bool si)
+static void stations(const struct survey_found *found, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    bool told = false;
-    for (unsigned line = 0; found->previous && line < SURVEY_LINES; line++) {
+    answer_table(answer, NULL, "movement at the stations since the survey before");
+    for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
             double moved_in = found->since_previous.change.station_in[line][s], away_in = found->since_previous.change.across_in[line][s];
+            double error_in = found->since_previous.station_error_in;
             if (isnan(moved_in) && isnan(away_in))
                 continue;
-            if (!told)
-                fprintf(out, "stations: movement since survey %lld, %s +- %.4f\n", (long long)found->previous, length->text,
-                        found->since_previous.station_error_in * length->factor);
-            told = true;
-            fprintf(out, "%8.1f  line %u  downfield", SURVEY_STATION_FT * s * station->factor, line + 1);
-            cell(out, moved_in * length->factor, 8, 3, true);
-            if (!isnan(away_in)) {
-                fprintf(out, "  across");
-                cell(out, away_in * length->factor, 8, 3, true);
-            }
-            fputc('\n', out);
+            answer_open(answer, NULL, NULL);
+            answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_STATION_FT * s, 1);
+            answer_words(answer, NULL, "of", "%s", line_names[line]);
+            answer_estimate(answer, NULL, "downfield", UNIT_DISPLACEMENT, moved_in, error_in, 3)->plus = true;
+            if (!isnan(away_in))
+                answer_estimate(answer, NULL, "across", UNIT_DISPLACEMENT, away_in, error_in, 3)->plus = true;
+            answer_close(answer);
         }
     }
+    answer_close(answer);
 }
 
-static void show_diagonals(FILE *out, const struct survey_found *found, bool si)
+static void diagonals(const struct survey_found *found, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
-    for (unsigned line = 0; found->previous && line < SURVEY_DIAGONALS; line++) {
+    answer_table(answer, NULL, "opening (+) and closing (-) of ten mats along the 45 degree lines");
+    for (unsigned k = 0; k < SURVEY_DIAGONAL_SPANS; k++) {
         bool any = false;
-        for (unsigned k = 0; k < SURVEY_DIAGONAL_SPANS; k++)
+        for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
             any |= !isnan(found->since_previous.change.diagonal_in[line][k]);
         if (!any)
             continue;
-        fprintf(out, "45 degree line %u, opening of ten mats, %s:", line + 1, length->text);
-        for (unsigned k = 0; k < SURVEY_DIAGONAL_SPANS; k++)
-            cell(out, found->since_previous.change.diagonal_in[line][k] * length->factor, 8, si ? 2 : 4, true);
-        fputc('\n', out);
+        answer_open(answer, NULL, NULL);
+        answer_count(answer, NULL, "ten mats", k + 1);
+        for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
+            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, found->since_previous.change.diagonal_in[line][k], 4)->plus = true;
+        answer_close(answer);
     }
-}
-
-static void show_bow(FILE *out, const struct survey_found *found, bool si)
-{
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    if (!found->first) {
-        fprintf(out, "first survey of this pattern: later ones are compared with it\n");
-        return;
-    }
-    if (isnan(found->worst_bow_in)) {
-        fprintf(out, "in-plane bow: not known, it needs lines 1 and 4, and 2 or 3\n");
-        return;
-    }
-    fprintf(out, "in-plane bow since survey %lld: at most %+.3f +- %.3f %s, at %.1f %s: %s the limit of %.3f %s\n", (long long)found->first,
-            found->worst_bow_in * length->factor, found->worst_bow_error_in * length->factor, length->text,
-            found->worst_bow_ft * station->factor, station->text, survey_bow_verdict(found), SURVEY_BOW_LIMIT_IN * length->factor,
-            length->text);
+    answer_close(answer);
 }
 
 /* Every 10 ft, the nearest gage point. */
-static void show_movement(FILE *out, const struct survey_found *found, bool si)
+static void movement(const struct survey_found *found, struct answer *answer)
 {
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    if (!found->previous || found->since_previous.compared == 0)
-        return;
-    fprintf(out, "movement since survey %lld, %s downfield +- standard error, and bow since survey %lld\n", (long long)found->previous,
-            length->text, (long long)found->first);
-    for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
+    answer_table(answer, NULL, "movement downfield since the survey before, and bow since the first");
+    for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared > 0; s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_FT * s / SURVEY_SPAN_FT);
-        fprintf(out, "%8.1f", SURVEY_SPAN_FT * k * station->factor);
+        answer_open(answer, NULL, NULL);
+        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             const struct survey_estimate *u = &found->since_previous.moved[line][k];
-            cell(out, u->value_in * length->factor, 7, 3, true);
-            if (!isnan(u->value_in))
-                fprintf(out, " +- %.3f", u->error_in * length->factor);
+            answer_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in, u->error_in, 3)->plus = true;
         }
-        cell(out, found->since_first.bow[k].value_in * length->factor, 7, 3, true);
-        fputc('\n', out);
+        answer_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in, 3)->plus = true;
+        answer_close(answer);
     }
-}
-
-void survey_show(FILE *out, const struct survey *survey, const struct survey_found *found, bool si)
-{
-    show_head(out, survey);
-    show_spans(out, survey, found, si);
-    show_stations(out, found, si);
-    show_diagonals(out, found, si);
-    show_movement(out, found, si);
-    show_bow(out, found, si);
+    answer_close(answer);
 }
 
 static json_t *estimates(const struct survey_estimate *e, size_t count, double factor)
@@ -203,25 +170,56 @@ static json_t *moved_json(const struct survey_change *change, double factor)
     return lines;
 }
 
-json_t *survey_json(const struct survey *survey, const struct survey_found *found, bool si)
+static void worst_bow(const struct survey_found *found, struct answer *answer)
 {
+    const bool si = answer_in_si(answer);
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si), *station = unit_of(UNIT_STATION, si);
-    const struct store_gage_survey *row = &survey->row;
-    json_t *o = json_pack("{sIsssssosbsisisisssoso}", "survey", (json_int_t)row->id, "pattern", row->pattern, "length_unit", length->text,
-                          "after_run", row->after_run == STORE_NONE ? json_null() : json_integer(row->after_run), "ended",
-                          row->ended_us != STORE_NONE, "read", (int)survey_desk_read(&survey->desk), "of", (int)survey->desk.plan.count,
-                          "confirmed", (int)survey->confirmed, "note", row->note, "readings", readings_json(&survey->readings, length->factor),
-                          "slack", estimates(found->slack.segment, SURVEY_SPANS, length->factor));
+    double worst = found->worst_bow_in * length->factor, error = found->worst_bow_error_in * length->factor;
+    double at = found->worst_bow_ft * station->factor, limit = SURVEY_BOW_LIMIT_IN * length->factor;
+    const char *verdict = survey_bow_verdict(found);
+    if (!found->first)
+        answer_sentence(answer, NULL, "first survey of this pattern: later ones are compared with it");
+    else if (isnan(worst))
+        answer_sentence(answer, NULL, "in-plane bow: not known, it needs lines 1 and 4, and 2 or 3");
+    else
+        answer_sentence(answer, NULL, "in-plane bow since survey %lld: at most %+.3f +- %.3f %s, at %.1f %s: %s the limit of %.3f %s",
+                        (long long)found->first, worst, error, length->text, at, station->text, verdict, limit, length->text);
+    if (!found->previous)
+        return;
+    answer_open(answer, "worst_bow", NULL);
+    answer_value(answer, "value", NULL, UNIT_NUMBER, worst, 3);
+    answer_value(answer, "error", NULL, UNIT_NUMBER, error, 3)->digits = 4;
+    answer_value(answer, "station", NULL, UNIT_NUMBER, at, 1);
+    answer_value(answer, "limit", NULL, UNIT_NUMBER, limit, 3);
+    answer_words(answer, "verdict", NULL, "%s", verdict);
+    answer_close(answer);
+}
+
+/* All places, read or not: only in the JSON. */
+static void matrices(const struct survey *survey, const struct survey_found *found, struct answer *answer, double factor)
+{
+    answer_json_value(answer, "readings", readings_json(&survey->readings, factor));
+    answer_json_value(answer, "slack", estimates(found->slack.segment, SURVEY_SPANS, factor));
+    if (!found->previous)
+        return;
+    answer_json_value(answer, "change", readings_json(&found->since_previous.change, factor));
+    answer_json_value(answer, "moved", moved_json(&found->since_previous, factor));
+    answer_json_value(answer, "bow", estimates(found->since_first.bow, SURVEY_POINTS, factor));
+}
+
+void survey_answer(const struct survey *survey, const struct survey_found *found, struct answer *answer)
+{
+    const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_in_si(answer));
+    head(survey, answer);
+    answer_words(answer, "length_unit", NULL, "%s", length->text);
+    if (found->previous)
+        answer_count(answer, "since", "compared with survey", found->previous);
+    spans(survey, found, answer);
     if (found->previous) {
-        json_object_set_new(o, "since", json_integer(found->previous));
-        json_object_set_new(o, "change", readings_json(&found->since_previous.change, length->factor));
-        json_object_set_new(o, "moved", moved_json(&found->since_previous, length->factor));
-        json_object_set_new(o, "bow", estimates(found->since_first.bow, SURVEY_POINTS, length->factor));
-        json_object_set_new(o, "worst_bow", json_pack("{sososososs}", "value", cli_json_number(found->worst_bow_in * length->factor, 6), "error",
-                                                      cli_json_number(found->worst_bow_error_in * length->factor, 4), "station",
-                                                      cli_json_number(found->worst_bow_ft * station->factor, 6), "limit",
-                                                      cli_json_number(SURVEY_BOW_LIMIT_IN * length->factor, 6), "verdict",
-                                                      survey_bow_verdict(found)));
+        stations(found, answer);
+        diagonals(found, answer);
+        movement(found, answer);
     }
-    return o;
+    matrices(survey, found, answer, length->factor);
+    worst_bow(found, answer);
 }

@@ -1,14 +1,11 @@
-/* A survey for people and as JSON. */
+/* What a survey answers (host/base/answer.h). */
 #ifndef MATRIG_HOST_SURVEY_SHOW_H
 #define MATRIG_HOST_SURVEY_SHOW_H
 
-#include <jansson.h>
-#include <stdio.h>
-
+#include "host/base/answer.h"
 #include "host/survey/campaign.h"
 
-void survey_show(FILE *out, const struct survey *survey, const struct survey_found *found, bool si);
-json_t *survey_json(const struct survey *survey, const struct survey_found *found, bool si);
+void survey_answer(const struct survey *survey, const struct survey_found *found, struct answer *answer);
 /* "within", "perhaps beyond" (its 95 % interval reaches over it), "beyond", "not known" */
 const char *survey_bow_verdict(const struct survey_found *found);
 /* "2026-11-22 01:48 UTC" */

@@ -94,7 +94,8 @@ zero_by_hand() {
         [ "$(sqlite3 :memory: "select json_extract(cast(readfile('$tmp/zero.json') as text), '\$.good'), json_array_length(cast(readfile('$tmp/zero.json') as text), '\$.zeros')")" = '1|14' ]
 }
 bridge_physics() { # 5 mV/lb, 0.16113 lb per code, as the rig has it: 5 V * 2 * 2.6/4 / (29e6 * 0.0075) * 167.3
-    $matrig gages bridge --excitation 5 --gain 167.3 --gage-factor 2 --area 0.0075 --arms 2.6 | grep -q '^0.1611[0-9]* lb per code, 5 mV per lb'
+    $matrig gages bridge --excitation 5 --gain 167.3 --gage-factor 2 --area 0.0075 --arms 2.6 >"$tmp/bridge.txt" && grep -Eq '^gain +0\.1611[0-9]* lb per code$' "$tmp/bridge.txt" &&
+        grep -Eq '^amplifier +(4\.9999?|5\.000)[0-9]* mV per lb' "$tmp/bridge.txt"
 }
 
 check "a shunt calibration by hand names the wrong gage and exits 1" shunt_by_hand

@@ -105,7 +105,7 @@ EOF
     wait $board
     cat "$tmp/guided.txt"
     [ $status = 0 ] && value "$tmp/guided.cfg" 'channel[3].unit_per_code' | awk '{r = $1 / (3.3 / 4096 / 0.5); print "unit per code, of what it should be:", r; exit !(r > 0.999 && r < 1.001)}' &&
-        [ "$(value "$tmp/guided.cfg" 'channel[3].serial')" = '"ET-17"' ] && grep -q 'from 6 points between 0 and 1 in' "$tmp/guided.txt"
+        [ "$(value "$tmp/guided.cfg" 'channel[3].serial')" = '"ET-17"' ] && grep -q '^from  *6 points between 0 and 1 in' "$tmp/guided.txt"
 }
 
 # Gage 1 is worth 2 % more and transducer 1 3 % more; everything else stays.

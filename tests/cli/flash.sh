@@ -63,13 +63,13 @@ from_the_firmware() {
     start_board && flash $firmware/matrig.bin && grep -q 'runs it already' "$tmp/said" || return 1
     cp $firmware/matrig.elf "$tmp/other.elf" && build/firmware/stamp "$tmp/other.elf" 0123456789ab-dirty &&
         flash "$tmp/other.elf" --enter && grep -q 'the same program, another header' "$tmp/err" &&
-        grep -q 'erased *sectors 0; ' "$tmp/said" && grep -q 'commit 0123456789ab-dirty' "$tmp/said" &&
+        grep -q 'erased *sectors 0; ' "$tmp/said" && grep -q '^commit  *0123456789ab-dirty$' "$tmp/said" &&
         grep -q 'board  *runs it' "$tmp/said" && stop_board && configuration_kept
 }
 compares() { # the board with files
     start_board && build/matrig board --serial "pty:$tty" --image $firmware/matrig.bin >"$tmp/said" || return 1
     cat "$tmp/said"
-    grep -q "commit $(cat $firmware/commit)\$" "$tmp/said" && grep -q ', whole$' "$tmp/said" && grep -q 'the board runs' "$tmp/said" || return 1
+    grep -q "^commit  *$(cat $firmware/commit)\$" "$tmp/said" && grep -q "^image  *whole\$" "$tmp/said" && grep -q "^it runs that  *yes" "$tmp/said" || return 1
     build/matrig --json board --serial "pty:$tty" --image build/tests/variant/rest.elf >"$tmp/json"
     [ $? -eq 1 ] && grep -q '"same":false,"difference":"program ' "$tmp/json" && stop_board
 }
@@ -95,7 +95,7 @@ damaged_on_the_way() { # some 40 bits to the board and 40 from it: each is notic
     stop_board || return 1
     in=$(grep -c 'serial in: .*' "$tmp/board") out=$(grep -c 'serial out: .*' "$tmp/board")
     echo "$in bits to the board, $out from it"
-    [ "$in" -ge 25 ] && [ "$out" -ge 25 ] && grep -q ' [1-9][0-9]* exchanges repeated' "$tmp/said" &&
+    [ "$in" -ge 25 ] && [ "$out" -ge 25 ] && grep -q '^repeated  *[1-9][0-9]* exchanges$' "$tmp/said" &&
         cmp -i 65536 -n 32000 "$tmp/small.bin" "$tmp/flash" && cmp -n 508 "$tmp/small.bin" "$tmp/flash" && configuration_kept
 }
 # pulled_after BYTES FILE: a cable that is pulled after so many bytes to the board; the boot ROM stays where it is.
@@ -130,7 +130,7 @@ pulled_ten_times() {
     for bytes in 20 61 300 700 1000 1400 1800 2200 2600 3001; do
         pulled_after $bytes "$tmp/small.bin" || return 1
     done
-    flash "$tmp/small.bin" --boot0 --force --stay && grep -q 'resumed, [1-9][0-9] were there' "$tmp/said" && stop_board &&
+    flash "$tmp/small.bin" --boot0 --force --stay && grep -q '^written .*, resumed$' "$tmp/said" && grep -Eq '^were there +[1-9][0-9]$' "$tmp/said" && stop_board &&
         cmp -i 65536 -n 12000 "$tmp/small.bin" "$tmp/flash" && cmp -n 508 "$tmp/small.bin" "$tmp/flash" && configuration_kept
 }
 half_a_program_does_not_start() { # power off and on, BOOT0 low: the board is in its boot ROM all the same

@@ -52,7 +52,7 @@ self_test_passes() { with_board -- --json --quiet board --serial "unix:$sockets/
 self_test_fails() {
     printf 'matrig-faults 1\nat 0 lamp broken\n' >"$tmp/lamp"
     with_board --faults "$tmp/lamp" -- --quiet board --serial "unix:$sockets/serial" self-test >"$tmp/test.txt"
-    [ $? = 1 ] && cat "$tmp/test.txt" && grep -q 'FAILED warning lamp, lit' "$tmp/test.txt"
+    [ $? = 1 ] && cat "$tmp/test.txt" && grep -q 'warning lamp, lit  *FAILED' "$tmp/test.txt"
 }
 it_restarts() { with_board -- --quiet board --serial "unix:$sockets/serial" reset && grep -q 'resets 1,' "$tmp/board.err"; }
 

@@ -58,6 +58,7 @@ a_stamp_of_a_frame() {
     done
 }
 # ---- header lines ----
+eleven_taken() { tee "$tmp/taken" && grep -q "verdict  *complete$" "$tmp/taken" && grep -q "^taken  *11 rows$" "$tmp/taken"; }
 by_lines() { # HEADER-LINES TEXT: imported with columns counted
     numbered "$1"
     printf "$2" >"$tmp/h.csv"
@@ -69,16 +70,16 @@ by_lines() { # HEADER-LINES TEXT: imported with columns counted
 }
 rows=$'0.000,1\n0.001,2\n0.002,3\n0.003,4\n0.004,5\n0.005,6\n0.006,7\n0.007,8\n0.008,9\n0.009,10\n0.010,11\n'
 blank_lines_count() { # title, blank line, names
-    by_lines 3 $'a title\n\nt,d\n'"$rows" && grep -q 'complete, 11 rows taken' "$tmp/out" && [ "$(blocks "$tmp/h.db")" = 11 ] &&
+    by_lines 3 $'a title\n\nt,d\n'"$rows" && eleven_taken <"$tmp/out" && [ "$(blocks "$tmp/h.db")" = 11 ] &&
         printf 'a title\n\n\nt,d\n%s' "$rows" >"$tmp/b.csv" && sed 's/{"time/{"header_lines": 4, "time/' "$tmp/named.json" >"$tmp/four.json" &&
-        m import "$tmp/h.db" "$tmp/b.csv" --map "$tmp/four.json" | grep 'complete, 11 rows taken'
+        m import "$tmp/h.db" "$tmp/b.csv" --map "$tmp/four.json" | eleven_taken
 }
-comments_do_not() { by_lines 1 $'# a comment\n\n'"$rows" && grep -q 'complete, 11 rows taken' "$tmp/out"; }
+comments_do_not() { by_lines 1 $'# a comment\n\n'"$rows" && eleven_taken <"$tmp/out"; }
 a_row_is_no_header() {
     by_lines 2 $'t,d\n'"$rows"
     [ $? = 4 ] && grep -q 'malformed at line 2, column 1: a row among the header lines; see header_lines; 1 line was passed over' "$tmp/err"
 }
-numbers_may_be_names() { by_lines 1 $'0,1\n'"$rows" && grep -q 'complete, 11 rows taken' "$tmp/out"; }
+numbers_may_be_names() { by_lines 1 $'0,1\n'"$rows" && eleven_taken <"$tmp/out"; }
 names_are_looked_for_there() {
     sed 's/{"time/{"header_lines": 2, "time/' "$tmp/named.json" >"$tmp/two.json"
     printf 'a title\n\nt,d\n%s' "$rows" >"$tmp/n.csv"

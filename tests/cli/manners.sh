@@ -129,7 +129,7 @@ records() {
 check "installed programs record a landing" records
 elsewhere() { # in a folder that has nothing to do with the sources: image, board and scene are found
     cd "$away" && env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" --json replay c.db 1 >r.json && cat r.json && grep -q '^{.*}$' r.json &&
-        env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" compare c.db 1 >cmp.txt && cat cmp.txt && grep -q 'against model_runway.json' cmp.txt
+        env -u XDG_DATA_HOME XDG_DATA_DIRS=/nowhere HOME=/nowhere "$root/usr/bin/matrig" compare c.db 1 >cmp.txt && cat cmp.txt && grep -q '^against  *model_runway.json' cmp.txt
 }
 studies() { # matrig-study is found, which is not on PATH, and by it the scene that came with matrig: the option is looked at after both
     fails_with 2 "unknown parameter: 'nonsense' for --fit" env PATH=/usr/bin:/bin XDG_DATA_DIRS=/nowhere HOME=/nowhere \

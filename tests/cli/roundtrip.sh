@@ -21,7 +21,7 @@ goes_round() { # NAME [--si]: three generations
     m $2 export "$db" 1 --format csv -o "$before.csv" || return 1
     for n in 1 2 3; do
         rm -f "$tmp/$1.$n.db"
-        m import "$tmp/$1.$n.db" "$before.csv" >"$tmp/out" && grep -q "$(awk -F'[ ,]' 'NR == 1 {print "RUN 1: landing " $8 ", .*, board " $11}' "$before.csv")" "$tmp/out" || { cat "$tmp/out"; return 1; }
+        m import "$tmp/$1.$n.db" "$before.csv" >"$tmp/out" && grep -q "$(awk -F'[ ,]' 'NR == 1 {print "RUN 1  *landing " $8 ", .*, board " $11}' "$before.csv")" "$tmp/out" || { cat "$tmp/out"; return 1; }
         m $2 export "$tmp/$1.$n.db" 1 --format csv -o "$tmp/$1.$n.csv" || return 1
         cmp <(columns "$tmp/$1.0.csv") <(columns "$tmp/$1.$n.csv") && cmp <(sed -n 1p "$tmp/$1.0.csv") <(sed -n 1p "$tmp/$1.$n.csv") &&
             cmp <(identity "$db") <(identity "$tmp/$1.$n.db") || return 1
@@ -44,11 +44,11 @@ known() { # the campaign that it came from, and a table of it that is another fi
         [ "$(sqlite3 "$tmp/both.1.db" 'select count(*) from landings')" = 1 ]
 }
 again() { # it is another landing then: the board's own records would not know to which of two they belong
-    m import "$tmp/both.1.db" "$tmp/si.csv" --again >"$tmp/out" && grep -q 'RUN 2: landing 5, done, board unknown' "$tmp/out" &&
-        m import "$tmp/both.db" "$tmp/si.csv" --like 1 >"$tmp/out" && grep -q 'RUN 2: landing 5, done, board unknown' "$tmp/out"
+    m import "$tmp/both.1.db" "$tmp/si.csv" --again >"$tmp/out" && grep -q 'RUN 2  *landing 5, done, board unknown' "$tmp/out" &&
+        m import "$tmp/both.db" "$tmp/si.csv" --like 1 >"$tmp/out" && grep -q 'RUN 2  *landing 5, done, board unknown' "$tmp/out"
 }
 another_counter_is_another() {
-    sed '2s/"landing":5/"landing":6/' "$tmp/both.0.csv" >"$tmp/six.csv" && m import "$tmp/both.2.db" "$tmp/six.csv" | grep -q 'RUN 2: landing 6, done, board [0-9A-F]\{24\}'
+    sed '2s/"landing":5/"landing":6/' "$tmp/both.0.csv" >"$tmp/six.csv" && m import "$tmp/both.2.db" "$tmp/six.csv" | grep -q 'RUN 2  *landing 6, done, board [0-9A-F]\{24\}'
 }
 damaged_origin() { # a byte of that line, any: told, and the readings are kept
     local change
@@ -60,7 +60,7 @@ damaged_origin() { # a byte of that line, any: told, and the readings are kept
     done
 }
 without_origin() { # a table of before
-    sed 2d "$tmp/both.0.csv" >"$tmp/old.csv" && m import "$tmp/old.db" "$tmp/old.csv" | grep 'complete, .* rows taken'
+    sed 2d "$tmp/both.0.csv" >"$tmp/old.csv" && m import "$tmp/old.db" "$tmp/old.csv" | grep '^taken  *[0-9]* rows$'
 }
 reads_as_such() { m report "$tmp/both.1.db" -o "$tmp/r.html" && grep -q 'imported from' "$tmp/r.html" && build/matrig --json compare "$tmp/both.1.db" 1 >/dev/null &&
     grep -q '"relative"\|^# landing: {"run":1,"landing":5,' "$tmp/both.1.csv"; }

@@ -15,7 +15,7 @@ full_speed() {
     end=$(date +%s%N)
     echo "168 readings in $(((end - begin) / 1000000)) ms"
     cat "$tmp/a.txt" | head -n 3
-    [ "$(kept "$tmp/a.db")" = 168 ] && grep -q '168 of 168 read, 0 confirmed, ended' "$tmp/a.txt" &&
+    [ "$(kept "$tmp/a.db")" = 168 ] && grep -q '^survey  *1, ended$' "$tmp/a.txt" && grep -q '^read  *168 of 168, 0 confirmed$' "$tmp/a.txt" &&
         [ "$(sqlite3 "$tmp/a.db" "select value_in from gage_readings where kind='gap' and line=1 and place=8")" = 33.62 ] &&
         [ "$(sqlite3 "$tmp/a.db" "select value_in from gage_readings where kind='gap' and line=2 and place=41")" = 33.6 ]
 }
@@ -48,7 +48,7 @@ killed() {
     done
     # and it goes on where it was
     echo 33.62 | $matrig survey "$tmp/k.db" --edges none >"$tmp/k.txt" 2>"$tmp/k.err"
-    grep -q "survey 1 goes on, $i of 168 read" "$tmp/k.err" && grep -q "^survey 1, .*: $((i + 1)) of 168 read, .* goes on" "$tmp/k.txt"
+    grep -q "survey 1 goes on, $i of 168 read" "$tmp/k.err" && grep -q "^survey  *1, goes on$" "$tmp/k.txt" && grep -q "^read  *$((i + 1)) of 168, " "$tmp/k.txt"
 }
 
 doubts() {
@@ -63,7 +63,7 @@ doubts() {
 millimetres() {
     printf '851.2048\n33.6 in\n' | $matrig --si survey "$tmp/mm.db" --edges none >"$tmp/mm.txt" 2>"$tmp/mm.err" || return 1
     [ "$(sqlite3 "$tmp/mm.db" "select group_concat(printf('%.4f', value_in)) from gage_readings")" = 33.5120,33.6000 ] &&
-        grep -q 'mm, lines 1 to 4' "$tmp/mm.txt" && grep -q ' 851.20 ' "$tmp/mm.txt"
+        grep -Eq '^ +m +mm +mm +mm +mm +mm$' "$tmp/mm.txt" && grep -q ' 851.205 ' "$tmp/mm.txt"
 }
 
 sheet() {
@@ -142,6 +142,9 @@ board() { # can|serial...
     board=$!
 }
 # Somebody else listens on CAN: the segment's slack is the mean of its four lines beyond 33.5 in, in ten thousandths.
+loaded() { # SEGMENTS
+    grep -q "^loaded  *$1 segments\$" "$tmp/load.txt" && grep -q '^read back  *42 segments$' "$tmp/load.txt" && grep -q '^different  *0$' "$tmp/load.txt"
+}
 loads() {
     local status=0 log
     board can serial
@@ -151,7 +154,7 @@ loads() {
     kill $board
     wait $board $log
     cat "$tmp/load.txt"
-    grep -qx 'survey 1: 42 segments loaded, read back, 0 different' "$tmp/load.txt" || status=1
+    loaded 42 || status=1
     [ "$(sqlite3 "$tmp/a.db" 'select segments from gage_loads where survey=1')" = 42 ] || status=1
     sqlite3 "$tmp/log.db" "select distinct substr(hex(data),1,8) from frames where can_id=0x1f8 and substr(hex(data),5,4)<>'FFFF'" |
         awk '{print substr($1, 1, 4) substr($1, 7, 2) substr($1, 5, 2)}' | sort >"$tmp/said.txt"
@@ -165,13 +168,13 @@ loads_over_can_a_part() {
     board can
     $matrig survey "$tmp/k.db" --load "unix:$sockets/can" --can >"$tmp/load.txt" 2>&1 || status=1
     cat "$tmp/load.txt"
-    grep -qx 'survey 1: 42 segments loaded, read back, 0 different' "$tmp/load.txt" || status=1
+    loaded 42 || status=1
     kill $board
     wait $board
     board can
     $matrig survey "$tmp/c.db" --load "unix:$sockets/can" --can >"$tmp/load.txt" 2>&1 || status=1
     cat "$tmp/load.txt"
-    grep -qx 'survey 1: 2 segments loaded, read back, 0 different; 40 are not surveyed' "$tmp/load.txt" || status=1
+    loaded 2 && grep -q '^not surveyed  *40$' "$tmp/load.txt" || status=1
     kill $board
     wait $board
     return $status

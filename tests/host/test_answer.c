@@ -42,6 +42,7 @@ static struct answer *landing(bool si)
     answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, 35.5, 0.112, 3)->interval = true;
     answer_value(answer, "rms", "rms <all>", UNIT_DISPLACEMENT, -0.00001, 4);
     answer_value(answer, "at", "at", UNIT_TIME, (double)NAN, 3);
+    answer_count(answer, "edges", "edges", 17)->end = " of 24";
     answer_flag(answer, "pass", "pass", true);
     answer_words(answer, NULL, "board", "%s", "unknown");
     answer_none(answer, "worst", "worst", "not compared");
@@ -59,16 +60,18 @@ static void facts_in_three_forms(void **unused)
            "  touchdown     35.500 +- 0.112 ft/s (95 %: 35.280 to 35.720)\n"
            "  rms <all>     0.0000 in\n"
            "  at            -\n"
+           "  edges         17 of 24\n"
            "  pass          yes\n"
            "  board         unknown\n"
            "  worst         not compared\n");
-    expect_json(answer, "{\"run\":5,\"touchdown_speed_ft_s\":35.5,\"touchdown_speed_error_ft_s\":0.112,\"rms_in\":-1e-5,\"at_s\":null,"
+    expect_json(answer, "{\"run\":5,\"touchdown_speed_ft_s\":35.5,\"touchdown_speed_error_ft_s\":0.112,\"rms_in\":-1e-5,\"at_s\":null,\"edges\":17,"
                         "\"pass\":true,\"worst\":null,\"raw\":[1,2]}");
     expect(answer, answer_html,
            "<h3>RUN 5</h3>\n<dl>\n"
            "<div><dt>touchdown</dt><dd>35.500 \xc2\xb1 0.112 ft/s (95 %: 35.280 to 35.720)</dd></div>\n"
            "<div><dt>rms &lt;all&gt;</dt><dd>0.0000 in</dd></div>\n"
            "<div><dt>at</dt><dd>-</dd></div>\n"
+           "<div><dt>edges</dt><dd>17 of 24</dd></div>\n"
            "<div><dt>pass</dt><dd>yes</dd></div>\n"
            "<div><dt>board</dt><dd>unknown</dd></div>\n"
            "<div><dt>worst</dt><dd>not compared</dd></div>\n"

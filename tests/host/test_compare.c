@@ -170,10 +170,21 @@ static void differences_of_a_known_series(void **state)
     assert_true(f.channel[6].f.flat_measured && isnan(f.channel[6].f.correlation));
     /* untouched: as the landing had it */
     assert_true(f.channel[1].f.rms == landing.figures.channel[1].f.rms && f.channel[1].f.rms > 0.01);
-    char *text = json_dumps(compare_json(&f, &(struct compare_verdict){0}, false), 0);
+    struct answer *answer = answer_new(false);
+    compare_answer(&f, &(struct compare_verdict){0}, answer);
+    json_t *json = answer_json(answer);
+    char *text = json_dumps(json, 0);
     assert_non_null(text);
     assert_null(strstr(text, "nan"));
     free(text);
+    json_decref(json);
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    assert_true(answer_text(answer, out));
+    fclose(out);
+    assert_non_null(strstr(text, "transducer 6: not compared: 0 % of its readings are valid"));
+    free(text);
+    answer_free(answer);
     compare_landing_free(&landing);
     compare_model_free(&model);
     measured_free(&m);
