@@ -61,7 +61,7 @@ run() { # LANDING RUN
         "$(truth "$1" zone_ahead_longest_mats)"
     echo "  board:    runway after $(sqlite3 "$db" "select landings from runways where landing = $2") landings, $(sqlite3 "$db" "select count(*) from slack join surveys on surveys.id = survey where landing = $2") segments surveyed"
     zones "$2"
-    grep -E '^  (zone|reason|lead time|longest zone) ' "$out/log$1.txt" | sed 's/^  /    /'
+    sed -n -e '/^  zone /s/^/  /p' -e '/^  first warning/,/^  [^ ]/s/^    /      /p' "$out/log$1.txt"
     echo "    left ahead of the stop: $(left "$2"); closing resistance $(sqlite3 "$db" "select printf('%.2f', resistance) from trust where landing = $2 order by block desc limit 1") of the one configured"
 }
 

@@ -23,7 +23,7 @@ calibrated() { # a line through the points: 620.5 codes an inch, by hand from th
     says '^8 fields changed, stored and read back: revision 1' && within '^gain +([0-9.]+) in per code.*' 0.001 "$(awk 'BEGIN {print 1 / 620.55}')"
 }
 warned() { # before the wheel is in the middle of the braked part, and as the report's page has it
-    says '^  zone +warned [0-9.]+ s after touchdown' && says '^  lead time ' && grep -q 'warned' $day/quick.html
+    says '^  zone +warned [0-9.]+ s after touchdown' && says '^    lead time ' && grep -q 'warned' $day/quick.html
 }
 surveyed() { says '^loaded +42 segments$' && says '^different +0$'; }
 surveyed_again() { # 21 segments of ten mats opened by 0.004 in each, 21 closed: half way it has moved 0.084 in, and at the end not at all
@@ -31,7 +31,7 @@ surveyed_again() { # 21 segments of ten mats opened by 0.004 in each, 21 closed:
         says '^ *60\.0 +[+-]0\.084 ' && says '^ *120\.0 +[+-]0\.000 '
 }
 page_has_it_all() {
-    grep -q 'brakes grabbed late' $day/report.html && grep -q 'test day' $day/report.html && grep -q 'ET-17' $day/landing5.bundle && grep -q 'Ready: go' $day/report.html
+    grep -q 'brakes grabbed late' $day/report.html && grep -q 'test day' $day/report.html && grep -q 'ET-17' $day/landing5.bundle && grep -q '<dt>ready</dt><dd>go' $day/report.html
 }
 
 check "every line of the day in docs/howto/test-day.md runs" whole_day

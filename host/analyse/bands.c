@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "common/bands.h"
-#include "host/base/cli.h"
 #include "host/base/units.h"
 
 /* Block in which the board was armed for the next landing of the session; INT64_MAX: it was not. */
@@ -90,7 +89,8 @@ void bands_free(struct bands_summary *bands)
     *bands = (struct bands_summary){0};
 }
 
-double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
+/* Feet from the lead wheel to a gage in a block, positive ahead of it; NaN: not known. */
+static double ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
 {
     int c = gage > 0 && gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)gage) : -1;
     if (c < 0 || block == STORE_NONE)
@@ -99,23 +99,8 @@ double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t blo
     return (double)measured->channel[c].config.station_ft - measured_station_ft(measured, t_s);
 }
 
-double bands_recovery(const struct store_band *band)
-{
-    return band->before_lb > 0.0 ? band->after_lb / band->before_lb : (double)NAN;
-}
-
-void bands_event_text(const struct store_band_event *event, bool si, char *out, size_t size)
-{
-    const struct unit *force = unit_of(UNIT_TENSION, si);
-    char other[40] = "";
-    if (event->other > 0)
-        snprintf(other, sizeof other, event->reason == MR_BAND_UNEQUAL ? " to gage %lld" : ", towards gage %lld",
-                 (long long)event->other);
-    snprintf(out, size, "%s at gage %lld%s: %.1f %s", mr_band_reason_text((unsigned)event->reason), (long long)event->gage, other,
-             event->value_lb * force->factor, force->text);
-}
-
-void bands_shunt_text(const struct bands_summary *bands, bool si, char *out, size_t size)
+/* The one line that says what the calibrations found; "" without any. */
+static void shunts_text(const struct bands_summary *bands, bool si, char *out, size_t size)
 {
     const struct unit *force = unit_of(UNIT_TENSION, si);
     const struct bands_shunt *most = NULL;
@@ -150,121 +135,93 @@ void bands_shunt_text(const struct bands_summary *bands, bool si, char *out, siz
     }
 }
 
-void bands_where_text(const struct measured *measured, int64_t gage, int64_t block, bool si, char *out, size_t size)
+/* ---- answers ---- */
+
+/* An extreme of a band, in the middle of a block, at a gage. */
+struct extreme {
+    const char *name, *at, *ahead; /* at, ahead: heads of columns */
+    double lb, error_lb;
+    int64_t gage, block;
+};
+
+static void extreme_answer(const struct extreme *e, const struct measured *measured, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
-    double ahead_ft = bands_ahead_ft(measured, gage, block);
-    int c = gage > 0 && gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)gage) : -1;
-    out[0] = '\0';
-    if (c < 0)
-        return;
-    double at = (double)measured->channel[c].config.station_ft * station->factor;
-    if (isnan(ahead_ft))
-        snprintf(out, size, " (at %.1f %s)", at, station->text);
-    else
-        snprintf(out, size, " (%.1f %s %s the wheel, at %.1f %s)", fabs(ahead_ft) * station->factor, station->text,
-                 ahead_ft < 0.0 ? "behind" : "ahead of", at, station->text);
+    int c = e->gage > 0 && e->gage <= MR_GAGES ? measured_find(measured, MR_KIND_TENSION, (unsigned)e->gage) : -1;
+    answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->lb, e->error_lb, 1);
+    answer_value(answer, NULL, e->at, UNIT_STATION, c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
+    answer_open(answer, e->name, "");
+    answer_value(answer, "tension", NULL, UNIT_TENSION, e->lb, 1)->digits = 7;
+    answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
+    answer_count(answer, "gage", NULL, e->gage);
+    answer_count(answer, "block", NULL, e->block);
+    answer_value(answer, "ahead_of_wheel", e->ahead, UNIT_STATION, ahead_ft(measured, e->gage, e->block), 1)->digits = 5;
+    answer_close(answer);
 }
 
-static void print_band(const struct store_band *band, const struct measured *measured, bool si, FILE *out)
+static void band_answer(const struct store_band *band, const struct measured *measured, struct answer *answer)
 {
-    const struct unit *force = unit_of(UNIT_TENSION, si);
-    char label[20], least[80], most[80];
-    snprintf(label, sizeof label, "band %lld", (long long)band->band);
-    if (isnan(band->before_lb))
-        fprintf(out, "  %-13s not known before", label);
-    else
-        fprintf(out, "  %-13s %.1f %s before", label, band->before_lb * force->factor, force->text);
-    bands_where_text(measured, band->least_gage, band->least_block, si, least, sizeof least);
-    bands_where_text(measured, band->most_gage, band->most_block, si, most, sizeof most);
-    if (!isnan(band->least_lb))
-        fprintf(out, ", least %.1f%s, most %.1f%s", band->least_lb * force->factor, least, band->most_lb * force->factor, most);
-    if (!isnan(band->after_lb))
-        fprintf(out, ", recovered %.0f %%", 100.0 * bands_recovery(band));
-    fputc('\n', out);
+    const struct extreme least = {"least", "least|at", "ahead of|the wheel", band->least_lb, band->least_error_lb, band->least_gage, band->least_block};
+    const struct extreme most = {"most", "most|at", "ahead|of wheel", band->most_lb, band->most_error_lb, band->most_gage, band->most_block};
+    double recovered = band->before_lb > 0.0 ? band->after_lb / band->before_lb : (double)NAN;
+    answer_open(answer, NULL, NULL);
+    answer_count(answer, "band", "band", band->band);
+    answer_estimate(answer, "before", "before", UNIT_TENSION, band->before_lb, band->before_error_lb, 1)->digits = 7;
+    answer_value(answer, "spread", "spread", UNIT_TENSION, band->spread_lb, 1)->digits = 7;
+    extreme_answer(&least, measured, answer);
+    extreme_answer(&most, measured, answer);
+    answer_value(answer, "after", "after", UNIT_TENSION, band->after_lb, 1)->digits = 7;
+    answer_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb, band->change_error_lb, 2)->digits = 7;
+    answer_value(answer, "recovered", NULL, UNIT_NUMBER, recovered, 2)->digits = 5;
+    answer_value(answer, NULL, "recovered|%", UNIT_NUMBER, 100.0 * recovered, 0);
+    answer_close(answer);
 }
 
-void bands_print(const struct bands_summary *bands, const struct measured *measured, bool si, FILE *out)
+static void event_answer(const struct store_band_event *event, struct answer *answer)
+{
+    answer_open(answer, NULL, NULL);
+    answer_count(answer, "band", "band", event->band);
+    answer_words(answer, "text", "finding", "%s", mr_band_reason_text((unsigned)event->reason));
+    answer_count(answer, "gage", "at gage", event->gage);
+    answer_count(answer, "other", event->other > 0 ? "to gage" : NULL, event->other);
+    answer_value(answer, "value", "by", UNIT_TENSION, event->value_lb, 1)->digits = 7;
+    answer_count(answer, "reason", NULL, event->reason);
+    answer_count(answer, "block", "in block", event->block);
+    answer_close(answer);
+}
+
+static void shunt_answer(const struct bands_shunt *s, struct answer *answer)
+{
+    answer_open(answer, NULL, NULL);
+    answer_count(answer, "gage", "gage", s->gage);
+    answer_value(answer, "expected", "shunt", UNIT_TENSION, s->expected_lb, 2)->digits = 7;
+    answer_value(answer, "span_before", "found before", UNIT_TENSION, s->before_lb, 2)->digits = 7;
+    answer_value(answer, "span_after", "found after", UNIT_TENSION, s->after_lb, 2)->digits = 7;
+    answer_value(answer, "drift", "drift", UNIT_TENSION, s->after_lb - s->before_lb, 2)->digits = 7;
+    answer_words(answer, "before", "before", "%s", shunts_verdict_text(s->before_verdict));
+    answer_words(answer, "after", "after", "%s", shunts_verdict_text(s->after_verdict));
+    answer_close(answer);
+}
+
+void bands_answer(const struct bands_summary *bands, const struct measured *measured, struct answer *answer)
+{
+    answer_table(answer, "bands", bands->bands ? "band tension (+- is one standard error)" : NULL);
+    for (size_t i = 0; i < bands->bands; i++)
+        band_answer(&bands->band[i], measured, answer);
+    answer_close(answer);
+    answer_table(answer, "band_events", bands->events ? "what the board found of bands" : NULL);
+    for (size_t i = 0; i < bands->events; i++)
+        event_answer(&bands->event[i], answer);
+    answer_close(answer);
+}
+
+void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer)
 {
     char text[400];
-    for (size_t i = 0; i < bands->bands; i++)
-        print_band(&bands->band[i], measured, si, out);
-    for (size_t i = 0; i < bands->events; i++) {
-        char label[20];
-        snprintf(label, sizeof label, "band %lld", (long long)bands->event[i].band);
-        bands_event_text(&bands->event[i], si, text, sizeof text);
-        fprintf(out, "  %-13s %s, block %lld\n", label, text, (long long)bands->event[i].block);
-    }
-    bands_shunt_text(bands, si, text, sizeof text);
+    shunts_text(bands, answer_in_si(answer), text, sizeof text);
     if (text[0])
-        fprintf(out, "  %-13s %s\n", "shunts", text);
-}
-
-/* ---- JSON ---- */
-
-static void set(json_t *object, const char *name, double lb, bool si)
-{
-    const struct unit *force = unit_of(UNIT_TENSION, si);
-    char key[60];
-    snprintf(key, sizeof key, "%s_%s", name, force->suffix);
-    json_object_set_new(object, key, cli_json_number(lb * force->factor, 7));
-}
-
-static json_t *extreme_json(const struct measured *measured, double lb, double error_lb, int64_t gage, int64_t block, bool si)
-{
-    const struct unit *station = unit_of(UNIT_STATION, si);
-    char key[40];
-    json_t *object = json_object();
-    set(object, "tension", lb, si);
-    set(object, "error", error_lb, si);
-    json_object_set_new(object, "gage", gage == STORE_NONE ? json_null() : json_integer((json_int_t)gage));
-    json_object_set_new(object, "block", block == STORE_NONE ? json_null() : json_integer((json_int_t)block));
-    snprintf(key, sizeof key, "ahead_of_wheel_%s", station->suffix);
-    json_object_set_new(object, key, cli_json_number(bands_ahead_ft(measured, gage, block) * station->factor, 5));
-    return object;
-}
-
-static json_t *band_json(const struct store_band *band, const struct measured *measured, bool si)
-{
-    json_t *object = json_pack("{sI}", "band", (json_int_t)band->band);
-    set(object, "before", band->before_lb, si);
-    set(object, "before_error", band->before_error_lb, si);
-    set(object, "spread", band->spread_lb, si);
-    json_object_set_new(object, "least",
-                        extreme_json(measured, band->least_lb, band->least_error_lb, band->least_gage, band->least_block, si));
-    json_object_set_new(object, "most",
-                        extreme_json(measured, band->most_lb, band->most_error_lb, band->most_gage, band->most_block, si));
-    set(object, "after", band->after_lb, si);
-    set(object, "change", band->change_lb, si);
-    set(object, "change_error", band->change_error_lb, si);
-    json_object_set_new(object, "recovered", cli_json_number(bands_recovery(band), 5));
-    return object;
-}
-
-void bands_json(const struct bands_summary *bands, const struct measured *measured, bool si, json_t *object)
-{
-    json_t *rows = json_array(), *events = json_array(), *shunts = json_array();
-    for (size_t i = 0; i < bands->bands; i++)
-        json_array_append_new(rows, band_json(&bands->band[i], measured, si));
-    for (size_t i = 0; i < bands->events; i++) {
-        const struct store_band_event *event = &bands->event[i];
-        json_t *row = json_pack("{sIsIsIsIsssI}", "band", (json_int_t)event->band, "gage", (json_int_t)event->gage, "other",
-                                (json_int_t)event->other, "reason", (json_int_t)event->reason, "text",
-                                mr_band_reason_text((unsigned)event->reason), "block", (json_int_t)event->block);
-        set(row, "value", event->value_lb, si);
-        json_array_append_new(events, row);
-    }
-    for (size_t i = 0; i < bands->shunts; i++) {
-        const struct bands_shunt *s = &bands->shunt[i];
-        json_t *row = json_pack("{sissss}", "gage", (int)s->gage, "before", shunts_verdict_text(s->before_verdict), "after",
-                                shunts_verdict_text(s->after_verdict));
-        set(row, "expected", s->expected_lb, si);
-        set(row, "span_before", s->before_lb, si);
-        set(row, "span_after", s->after_lb, si);
-        set(row, "drift", s->after_lb - s->before_lb, si);
-        json_array_append_new(shunts, row);
-    }
-    json_object_set_new(object, "bands", rows);
-    json_object_set_new(object, "band_events", events);
-    json_object_set_new(object, "shunts", shunts);
+        answer_words(answer, NULL, "shunts", "%s", text);
+    answer_table(answer, "shunts", each && bands->shunts ? "" : NULL);
+    for (size_t i = 0; i < bands->shunts; i++)
+        shunt_answer(&bands->shunt[i], answer);
+    answer_close(answer);
 }

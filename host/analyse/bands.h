@@ -2,9 +2,7 @@
 #ifndef MATRIG_HOST_ANALYSE_BANDS_H
 #define MATRIG_HOST_ANALYSE_BANDS_H
 
-#include <jansson.h>
-#include <stdio.h>
-
+#include "host/base/answer.h"
 #include "host/analyse/measured.h"
 #include "host/store/store_bands.h"
 
@@ -28,18 +26,8 @@ enum mr_status bands_load(struct store *store, const struct measured *measured, 
                           struct error *error);
 void bands_free(struct bands_summary *bands);
 
-/* Feet from the lead wheel to a gage in a block, positive ahead of it; NaN: not known. */
-double bands_ahead_ft(const struct measured *measured, int64_t gage, int64_t block);
-/* " (15.1 ft ahead of the wheel, at 65.0 ft)"; "" for no gage. */
-void bands_where_text(const struct measured *measured, int64_t gage, int64_t block, bool si, char *out, size_t size);
-/* After over before; NaN: not known. */
-double bands_recovery(const struct store_band *band);
-/* "connection slip at gage 3, towards gage 4: 21.3 lb". */
-void bands_event_text(const struct store_band_event *event, bool si, char *out, size_t size);
-/* The one line that says what the calibrations found; "" without any. */
-void bands_shunt_text(const struct bands_summary *bands, bool si, char *out, size_t size);
-
-void bands_print(const struct bands_summary *bands, const struct measured *measured, bool si, FILE *out);
-/* Sets "bands", "band_events" and "shunts" of an object. */
-void bands_json(const struct bands_summary *bands, const struct measured *measured, bool si, json_t *object);
+/* Tensions of the bands, and what the board found wrong with them. */
+void bands_answer(const struct bands_summary *bands, const struct measured *measured, struct answer *answer);
+/* What shunt calibrations found: people read one line and, with `each`, every gage. */
+void bands_shunts_answer(const struct bands_summary *bands, bool each, struct answer *answer);
 #endif

@@ -136,7 +136,8 @@ static bool told_at(const struct doubts *doubts, size_t i, struct told *told)
     return true;
 }
 
-bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT])
+/* Line `i` of what is doubted, the worst first; false: there are no more. */
+static bool doubt_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT])
 {
     struct told told;
     if (doubts->torn && i-- == 0) {
@@ -157,16 +158,29 @@ void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT])
 {
     char line[DOUBTS_TEXT];
     out[0] = '\0';
-    if ((doubts->doubtful || doubts->torn) && doubts_line(doubts, 0, line))
+    if ((doubts->doubtful || doubts->torn) && doubt_line(doubts, 0, line))
         snprintf(out, DOUBTS_TEXT, "doubtful: %.*s", (int)DOUBTS_TEXT - 11, line);
 }
 
-json_t *doubts_json(const struct doubts *doubts)
+void doubts_answer(const struct doubts *doubts, struct answer *answer)
 {
-    json_t *strangers = json_array();
+    char line[DOUBTS_TEXT];
     struct told told;
-    for (size_t i = 0; told_at(doubts, i, &told); i++)
-        json_array_append_new(strangers, json_pack("{sssssIsb}", "what", doubt_text(told.cause), "message", told.message ? told.message : "",
-                                                   "count", (json_int_t)told.count, "obeyed", (int)told.obeyed));
-    return json_pack("{sbsbso}", "doubtful", (int)doubts->doubtful, "torn", (int)doubts->torn, "strangers", strangers);
+    const bool warn = doubts->doubtful || doubts->torn;
+    for (size_t i = 0; doubt_line(doubts, i, line); i++)
+        answer_words(answer, NULL, warn ? "doubtful" : "strangers", "%s", line)->warn = warn;
+    answer_open(answer, "doubts", NULL);
+    answer_flag(answer, "doubtful", NULL, doubts->doubtful);
+    answer_flag(answer, "torn", NULL, doubts->torn);
+    answer_table(answer, "strangers", NULL);
+    for (size_t i = 0; told_at(doubts, i, &told); i++) {
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, "what", NULL, "%s", doubt_text(told.cause));
+        answer_words(answer, "message", NULL, "%s", told.message ? told.message : "");
+        answer_count(answer, "count", NULL, told.count);
+        answer_flag(answer, "obeyed", NULL, told.obeyed);
+        answer_close(answer);
+    }
+    answer_close(answer);
+    answer_close(answer);
 }

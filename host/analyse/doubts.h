@@ -4,8 +4,7 @@
 #ifndef MATRIG_HOST_ANALYSE_DOUBTS_H
 #define MATRIG_HOST_ANALYSE_DOUBTS_H
 
-#include <jansson.h>
-
+#include "host/base/answer.h"
 #include "host/collect/doubt.h"
 #include "host/store/store.h"
 
@@ -27,14 +26,11 @@ enum mr_status doubts_load(struct store *store, int64_t run, struct doubts *doub
 void doubts_free(struct doubts *doubts);
 /* Whether anything rests on CAN alone, from the sources, the links of the session and its gaps. */
 enum mr_status doubts_judge(struct store *store, const struct measured *measured, struct doubts *doubts, struct error *error);
-/* " (doubtful)", or "" when nothing is: beside a number. Static storage. */
+/* " (doubtful)", or "" when nothing is: after a number. Static storage. */
 const char *doubts_mark(const struct doubts *doubts);
-/* Line `i` of what is doubted, the worst first; false: there are no more. */
-bool doubts_line(const struct doubts *doubts, size_t i, char out[DOUBTS_TEXT]);
 /* "doubtful: " with the worst of it in one line, for what stands above numbers; "" when they are the board's. */
 void doubts_headline(const struct doubts *doubts, char out[DOUBTS_TEXT]);
-/* {"doubtful": ..., "torn": ..., "strangers": [{"what", "message", "count", "obeyed"}]}: what the lines say, each frame once; obeyed: what
- * rests on CAN may be theirs. The caller owns it. */
-json_t *doubts_json(const struct doubts *doubts);
+/* A line for each doubt, the worst first; for programs "doubts": each frame once, obeyed where what rests on CAN may be theirs. */
+void doubts_answer(const struct doubts *doubts, struct answer *answer);
 
 #endif

@@ -89,18 +89,20 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     return status;
 }
 
-static bool begin_line(const struct foresight *foresight, char *out, size_t size)
+#define LABEL "foresight"
+
+static void begin_answer(const struct foresight *foresight, struct answer *answer)
 {
-    int length = snprintf(out, size, "the runway it began with: %s",
-                          foresight->source == STORE_NONE ? "not told" : mr_runway_source_text((unsigned)foresight->source));
-    if (length > 0 && (size_t)length < size && foresight->landings)
-        length += snprintf(out + length, size - (size_t)length, ", after %u landings", foresight->landings);
-    if (length > 0 && (size_t)length < size && !isnan(foresight->resistance))
-        snprintf(out + length, size - (size_t)length, "; its joints resist closing %.2f times as much as configured", foresight->resistance);
-    return true;
+    char after[40] = "", resists[80] = "";
+    if (foresight->landings)
+        snprintf(after, sizeof after, ", after %u landings", foresight->landings);
+    if (!isnan(foresight->resistance))
+        snprintf(resists, sizeof resists, "; its joints resist closing %.2f times as much as configured", foresight->resistance);
+    answer_words(answer, NULL, LABEL, "the runway it began with: %s%s%s",
+                 foresight->source == STORE_NONE ? "not told" : mr_runway_source_text((unsigned)foresight->source), after, resists);
 }
 
-static bool lack_line(const struct foresight *foresight, enum foresight_lack lack, char *out, size_t size)
+static void lack_answer(const struct foresight *foresight, enum foresight_lack lack, struct answer *answer)
 {
     static const char *const words[] = {
         [FORESIGHT_BLIND] = "blind: no transducer to correct the model; zones are what it makes of switches, survey and earlier landings",
@@ -109,41 +111,37 @@ static bool lack_line(const struct foresight *foresight, enum foresight_lack lac
     };
     const struct foresight_span *span = &foresight->lack[lack];
     if (isnan(span->from_s))
-        return false;
+        return;
     if (lack == FORESIGHT_DEGRADED)
-        snprintf(out, size, "%s instead of every mat, from %.3f to %.3f s: the budget (predict.updates_per_block) or a backlog; ends of zones are less certain",
-                 mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
+        answer_words(answer, NULL, LABEL,
+                     "%s instead of every mat, from %.3f to %.3f s: the budget (predict.updates_per_block) or a backlog; ends of zones are less certain",
+                     mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
     else
-        snprintf(out, size, "%s; from %.3f to %.3f s", words[lack], span->from_s, span->to_s);
-    return true;
+        answer_words(answer, NULL, LABEL, "%s; from %.3f to %.3f s", words[lack], span->from_s, span->to_s);
 }
 
-static bool doubt_line(const struct foresight *foresight, const struct measured *measured, unsigned i, bool si, char *out, size_t size)
+static void doubt_answer(const struct foresight *foresight, const struct measured *measured, unsigned i, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
     const struct foresight_span *span = &foresight->left_out[i];
-    if (isnan(span->from_s))
-        return false;
     char until[40] = " on";
+    if (isnan(span->from_s))
+        return;
     if (!foresight->doubted_still[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
-    snprintf(out, size, "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones around it rest on its neighbours and the model", i + 1u,
-             (double)measured->channel[i].config.station_ft * station->factor, station->text, mr_predictor_doubt_text(foresight->doubt[i]),
-             span->from_s, until);
-    return true;
+    answer_words(answer, NULL, LABEL, "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones around it rest on its neighbours and the model",
+                 i + 1u, (double)measured->channel[i].config.station_ft * station->factor, station->text,
+                 mr_predictor_doubt_text(foresight->doubt[i]), span->from_s, until);
 }
 
-bool foresight_line(const struct foresight *foresight, const struct measured *measured, size_t i, bool si, char *out, size_t size)
+void foresight_answer(const struct foresight *foresight, const struct measured *measured, struct answer *answer)
 {
-    size_t found = 0;
-    if (!foresight->statements)
-        return false;
-    for (unsigned k = 0; k < 1 + FORESIGHT_LACKS + MR_TRANSDUCERS; k++) {
-        bool said = k == 0 ? begin_line(foresight, out, size)
-                    : k <= FORESIGHT_LACKS ? lack_line(foresight, (enum foresight_lack)(k - 1), out, size)
-                                           : doubt_line(foresight, measured, k - 1 - FORESIGHT_LACKS, si, out, size);
-        if (said && found++ == i)
-            return true;
-    }
-    return false;
+    answer_list(answer, "foresight", "");
+    if (foresight->statements)
+        begin_answer(foresight, answer);
+    for (unsigned i = 0; foresight->statements && i < FORESIGHT_LACKS; i++)
+        lack_answer(foresight, (enum foresight_lack)i, answer);
+    for (unsigned i = 0; foresight->statements && i < MR_TRANSDUCERS; i++)
+        doubt_answer(foresight, measured, i, answer);
+    answer_close(answer);
 }

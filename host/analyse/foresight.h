@@ -4,6 +4,7 @@
 
 #include "common/block.h"
 #include "host/analyse/measured.h"
+#include "host/base/answer.h"
 
 enum foresight_lack { FORESIGHT_BLIND, FORESIGHT_NO_MOTION, FORESIGHT_DEGRADED, FORESIGHT_BEGUN_AGAIN, FORESIGHT_LACKS };
 
@@ -25,7 +26,7 @@ struct foresight {
 };
 
 enum mr_status foresight_load(struct store *store, const struct measured *measured, struct foresight *foresight, struct error *error);
-/* Line `i` of what is to be told, from 0; false: there are no more. */
-bool foresight_line(const struct foresight *foresight, const struct measured *measured, size_t i, bool si, char *out, size_t size);
+/* A line for each of them. */
+void foresight_answer(const struct foresight *foresight, const struct measured *measured, struct answer *answer);
 
 #endif

@@ -62,30 +62,8 @@ enum mr_status measured_find_stretches(struct measured *measured, struct error *
     return MR_OK;
 }
 
-void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT])
-{
-    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN, MEASURED_IMPORT, MEASURED_NOTHING};
-    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s", sources[measured->source].alone);
-    const char *separator = ";";
-    for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_TEXT; k++) {
-        size_t stretches = 0;
-        if (order[k] == measured->source || !measured->blocks_from[order[k]])
-            continue;
-        for (size_t i = 0; i < measured->stretches; i++)
-            stretches += measured->stretch[i].source == order[k];
-        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "%s %lld of %zu ms %s, %zu %s", separator,
-                                 (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled, stretches,
-                                 stretches == 1 ? "stretch" : "stretches");
-        separator = ",";
-    }
-    if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
-        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "; %lld ms before them are in the campaign alone",
-                 (long long)measured->skipped_blocks);
-    if (used < MEASURED_SOURCE_TEXT && measured_aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
-        memcpy(out + used, "; ", 2);
-}
-
-bool measured_aside_text(const struct measured *measured, char *out, size_t size)
+/* What was set aside because of its time; false: nothing. */
+static bool aside_text(const struct measured *measured, char *out, size_t size)
 {
     const struct measured_aside *aside = &measured->aside;
     const struct {
@@ -105,10 +83,33 @@ bool measured_aside_text(const struct measured *measured, char *out, size_t size
     return used != 0;
 }
 
+void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT])
+{
+    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN, MEASURED_IMPORT, MEASURED_NOTHING};
+    size_t used = (size_t)snprintf(out, MEASURED_SOURCE_TEXT, "%s", sources[measured->source].alone);
+    const char *separator = ";";
+    for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_TEXT; k++) {
+        size_t stretches = 0;
+        if (order[k] == measured->source || !measured->blocks_from[order[k]])
+            continue;
+        for (size_t i = 0; i < measured->stretches; i++)
+            stretches += measured->stretch[i].source == order[k];
+        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "%s %lld of %zu ms %s, %zu %s", separator,
+                                 (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled, stretches,
+                                 stretches == 1 ? "stretch" : "stretches");
+        separator = ",";
+    }
+    if (measured->skipped_blocks && used < MEASURED_SOURCE_TEXT)
+        used += (size_t)snprintf(out + used, MEASURED_SOURCE_TEXT - used, "; %lld ms before them are in the campaign alone",
+                 (long long)measured->skipped_blocks);
+    if (used < MEASURED_SOURCE_TEXT && aside_text(measured, out + used + 2, MEASURED_SOURCE_TEXT - used - 2))
+        memcpy(out + used, "; ", 2);
+}
+
 void measured_aside_note(const struct measured *measured, const struct cli *cli)
 {
     char text[MEASURED_SOURCE_TEXT];
-    if (measured_aside_text(measured, text, sizeof text))
+    if (aside_text(measured, text, sizeof text))
         cli_note(cli, "RUN %lld: %s", (long long)measured->landing.id, text);
 }
 

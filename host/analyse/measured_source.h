@@ -16,9 +16,7 @@ const char *measured_source_name(enum measured_source source);
 char measured_source_letter(enum measured_source source);
 /* In words: "serial block records, 1 kHz", and what CAN and the black box filled of it, and nobody. */
 void measured_source_text(const struct measured *measured, char out[MEASURED_SOURCE_TEXT]);
-/* What was set aside because of its time; false: nothing. A part of the text above. */
-bool measured_aside_text(const struct measured *measured, char *out, size_t size);
-/* The same as a note, where the text above is not shown. */
+/* What was set aside because of its time, a part of the text above, as a note where that text is not shown. */
 void measured_aside_note(const struct measured *measured, const struct cli *cli);
 /* The same in numbers; null: nothing. */
 json_t *measured_aside_json(const struct measured *measured);

@@ -1,5 +1,4 @@
-/* Summary of a landing: what `matrig log` prints at its end and `matrig report` puts at its head, as text and
- * as JSON. */
+/* Summary of a landing: what `matrig log` prints at its end and `matrig report` puts at its head. */
 #ifndef MATRIG_HOST_ANALYSE_SUMMARY_H
 #define MATRIG_HOST_ANALYSE_SUMMARY_H
 
@@ -60,17 +59,21 @@ struct summary {
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary, struct error *error);
 void summary_free(struct summary *summary); /* also after an error */
 
-void summary_print(const struct summary *summary, bool si, FILE *out);
+/* "RUN 5: landing 5, done" */
+#define SUMMARY_HEADING 80
+void summary_heading(const struct summary *summary, char out[SUMMARY_HEADING]);
+/* All of it, under its heading; and parts of it that a page shows in sections of their own: */
+void summary_answer(const struct summary *summary, struct answer *answer);
+void summary_facts_answer(const struct summary *summary, struct answer *answer);  /* what it came to, and who recorded it */
+void summary_zone_answer(const struct summary *summary, struct answer *answer);   /* the first warning */
+void summary_health_answer(const struct summary *summary, struct answer *answer); /* clock, film, links, gaps, faults */
+/* The channels of a kind as a table, and the facts of a row of it. */
+void summary_channels_answer(const struct measured *measured, enum mr_channel_kind kind, const char *label, struct answer *answer);
+void summary_channel_answer(const struct measured *measured, const struct measured_channel *channel, struct answer *answer);
+
+/* summary_answer as text (false: `out` cannot be written) and as JSON (the caller's). */
+bool summary_print(const struct summary *summary, bool si, FILE *out);
 json_t *summary_json(const struct summary *summary, bool si);
-/* "all 24 seen" or "22 of 24 seen, missing 3, 17; 1 edges not named". */
-void summary_switches(const struct measured *measured, char *out, size_t size);
-/* "switch 7 did not open though the gear passed it", with how many times where more than once. */
-void summary_switch_event(const struct store_fault *event, char *out, size_t size);
-/* "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s"; false: event `i` says that a channel is valid again,
- * which the line of what was wrong with it says already. */
-bool summary_channel_event(const struct summary *summary, size_t i, bool si, char *out, size_t size);
-/* One line for a gap: "serial lost 12 frames between block 400 and 412". */
-void summary_gap(const struct store_gap *gap, char *out, size_t size);
 const char *summary_link_name(int link);
 /* "bus off 1, no acknowledgement 12" of LINK_TROUBLES counts; "" when all are 0. */
 void summary_troubles(const int64_t *trouble, char *out, size_t size);

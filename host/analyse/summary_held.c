@@ -1,5 +1,8 @@
 #include "host/analyse/summary_held.h"
 
+#include <stdio.h>
+#include <string.h>
+
 static bool any(const struct store_held *held)
 {
     int64_t sum_us = 0;
@@ -8,32 +11,24 @@ static bool any(const struct store_held *held)
     return sum_us > 0;
 }
 
-void summary_held_print(const struct store_held *held, FILE *out)
+void summary_held_answer(const struct store_held *held, struct answer *answer)
 {
-    bool first = true;
-    if (!any(held))
+    static const char *const names[STORE_HELD_CAUSES] = {"lock_s", "slow_disk_s", "full_disk_s", "failing_disk_s"};
+    char text[300] = "";
+    if (!any(held)) {
+        answer_none(answer, "held", NULL, "");
         return;
-    fprintf(out, "  %-13s ", "writing");
+    }
+    answer_open(answer, "held", "");
     for (int cause = 0; cause < STORE_HELD_CAUSES; cause++) {
+        size_t used = strlen(text);
         if (held->us[cause] == 0)
             continue;
-        fprintf(out, "%s%s for %.1f s", first ? "" : ", ", store_held_text((enum store_held_cause)cause), (double)held->us[cause] / 1e6);
-        first = false;
+        snprintf(text + used, sizeof text - used, "%s%s for %.1f s", used ? ", " : "", store_held_text((enum store_held_cause)cause),
+                 (double)held->us[cause] / 1e6);
+        answer_value(answer, names[cause], NULL, UNIT_NUMBER, (double)held->us[cause] / 1e6, 1)->digits = 12;
     }
-    fprintf(out, "; what came waited in a queue, %.0f %% full at most\n", (double)held->permille / 10.0);
-}
-
-json_t *summary_held_json(const struct store_held *held)
-{
-    static const char *const names[STORE_HELD_CAUSES] = {"lock", "slow_disk", "full_disk", "failing_disk"};
-    if (!any(held))
-        return json_null();
-    json_t *object = json_pack("{sf}", "queue_percent", (double)held->permille / 10.0);
-    for (int cause = 0; cause < STORE_HELD_CAUSES; cause++) {
-        char key[40];
-        snprintf(key, sizeof key, "%s_s", names[cause]);
-        if (held->us[cause])
-            json_object_set_new(object, key, json_real((double)held->us[cause] / 1e6));
-    }
-    return object;
+    answer_words(answer, NULL, "writing", "%s; what came waited in a queue, %.0f %% full at most", text, (double)held->permille / 10.0);
+    answer_value(answer, "queue_percent", NULL, UNIT_NUMBER, (double)held->permille / 10.0, 1);
+    answer_close(answer);
 }

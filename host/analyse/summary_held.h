@@ -1,13 +1,10 @@
-/* What kept a landing's campaign from being written while it was logged, as text and as JSON. */
+/* What kept a landing's campaign from being written while it was logged. */
 #ifndef MATRIG_HOST_ANALYSE_SUMMARY_HELD_H
 #define MATRIG_HOST_ANALYSE_SUMMARY_HELD_H
 
-#include <jansson.h>
-#include <stdio.h>
-
+#include "host/base/answer.h"
 #include "host/store/store_log.h"
 
-void summary_held_print(const struct store_held *held, FILE *out); /* nothing when nothing did */
-json_t *summary_held_json(const struct store_held *held);          /* null when nothing did */
+void summary_held_answer(const struct store_held *held, struct answer *answer); /* for people nothing when nothing did */
 
 #endif

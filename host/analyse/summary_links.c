@@ -91,6 +91,7 @@ static const char *gap_reason(const char *cause)
         {"bus-off", "lost while the adapter was off the bus"},
         {"away", "lost while the link was away"},
         {"file", "not in the file"},
+        {"silence", "the link was silent"},
     };
     for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++) {
         if (strcmp(cause, reasons[i].cause) == 0)
@@ -99,102 +100,61 @@ static const char *gap_reason(const char *cause)
     return "lost";
 }
 
-void summary_gap(const struct store_gap *gap, char *out, size_t size)
+static void gap_answer(const struct store_gap *gap, struct answer *answer)
 {
-    char count[40] = "", range[60] = "";
-    if (gap->count != STORE_NONE)
-        snprintf(count, sizeof count, "%lld ", (long long)gap->count);
-    if (gap->from_block != STORE_NONE && gap->to_block != STORE_NONE)
-        snprintf(range, sizeof range, ", blocks %lld to %lld", (long long)gap->from_block,
-                 (long long)gap->to_block);
-    if (strcmp(gap->cause, "silence") == 0)
-        snprintf(out, size, "%s silent%s", summary_link_name(gap->link), range);
-    else
-        snprintf(out, size, "%s %s%s %s (%s)%s", summary_link_name(gap->link), count, gap->message,
-                 gap_reason(gap->cause), gap->channels, range);
+    answer_open(answer, NULL, NULL);
+    answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
+    answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
+    answer_count(answer, "count", "count", gap->count);
+    answer_words(answer, "message", "what", "%s", gap->message);
+    answer_words(answer, "channels", "channels", "%s", gap->channels);
+    answer_words(answer, NULL, "why", "%s", gap_reason(gap->cause));
+    answer_words(answer, "cause", NULL, "%s", gap->cause);
+    answer_count(answer, "from_block", "from block", gap->from_block);
+    answer_count(answer, "to_block", "to block", gap->to_block);
+    answer_close(answer);
 }
 
-void summary_doubts_print(const struct summary *summary, FILE *out)
+static void link_answer(const struct summary_link *link, int kind, struct answer *answer)
 {
-    char line[DOUBTS_TEXT];
-    const struct doubts *doubts = &summary->measured.doubts;
-    for (size_t i = 0; doubts_line(doubts, i, line); i++)
-        fprintf(out, "  %-13s %s\n", i > 0 ? "" : doubts->doubtful || doubts->torn ? "doubtful" : "strangers", line);
-}
-
-void summary_links_print(const struct summary *summary, FILE *out)
-{
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct summary_link *link = &summary->link[kind];
-        fprintf(out, "  %-13s ", summary_link_name(kind));
-        if (!link->used)
-            fprintf(out, "not used\n");
-        else
-            fprintf(out, "%lld frames received, %lld lost, %lld not sent by the board%s\n",
-                    (long long)link->received, (long long)link->lost, (long long)link->dropped,
-                    link->silent ? "; silent in part: more may be lost" : "");
-        char line[400], label[20];
-        summary_troubles(link->trouble, line, sizeof line);
-        snprintf(label, sizeof label, "%s link", summary_link_name(kind));
-        if (line[0])
-            fprintf(out, "  %-13s %s\n", label, line);
+    char line[400], label[20];
+    if (!link->used) {
+        answer_words(answer, NULL, summary_link_name(kind), "not used");
+        return;
     }
+    answer_words(answer, NULL, summary_link_name(kind), "%lld frames received, %lld lost, %lld not sent by the board%s", (long long)link->received,
+                 (long long)link->lost, (long long)link->dropped, link->silent ? "; silent in part: more may be lost" : "");
+    summary_troubles(link->trouble, line, sizeof line);
+    snprintf(label, sizeof label, "%s link", summary_link_name(kind));
+    if (line[0])
+        answer_words(answer, NULL, label, "%s", line);
+    answer_open(answer, kind == LINK_CAN ? "can" : "serial", NULL);
+    answer_count(answer, "received", NULL, link->received);
+    answer_count(answer, "lost", NULL, link->lost);
+    answer_count(answer, "dropped", NULL, link->dropped);
+    answer_flag(answer, "silent", NULL, link->silent);
+    answer_json_value(answer, "troubles", summary_troubles_json(link->trouble));
+    answer_close(answer);
+}
+
+void summary_links_answer(const struct summary *summary, struct answer *answer)
+{
     const struct measured_check *check = &summary->measured.check;
+    answer_open(answer, "links", "");
+    for (int kind = 0; kind < LINK_KINDS; kind++)
+        link_answer(&summary->link[kind], kind, answer);
+    answer_close(answer);
     if (check->compared)
-        fprintf(out,
-                "  %-13s %zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)\n",
-                "cross-check", check->compared, check->different, check->worst_digits);
-    for (size_t i = 0; i < summary->gaps; i++) {
-        char line[160];
-        summary_gap(&summary->gap[i], line, sizeof line);
-        fprintf(out, "  %-13s %s\n", "gap", line);
-    }
+        answer_words(answer, NULL, "cross-check", "%zu values of CAN against serial, %zu differ by more than a digit (worst %.2f)", check->compared,
+                     check->different, check->worst_digits);
+    answer_open(answer, "cross_check", NULL);
+    answer_count(answer, "compared", NULL, (int64_t)check->compared);
+    answer_count(answer, "different", NULL, (int64_t)check->different);
+    answer_close(answer);
     if (summary->gaps == 0)
-        fprintf(out, "  %-13s none\n", "gaps");
-}
-
-static json_t *integer_or_null(int64_t value)
-{
-    return value == STORE_NONE ? json_null() : json_integer(value);
-}
-
-static json_t *links_json(const struct summary *summary)
-{
-    json_t *links = json_object();
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct summary_link *link = &summary->link[kind];
-        if (link->used)
-            json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsbso}", "received", (json_int_t)link->received, "lost",
-                                          (json_int_t)link->lost, "dropped", (json_int_t)link->dropped,
-                                          "silent", link->silent, "troubles",
-                                          summary_troubles_json(link->trouble)));
-    }
-    return links;
-}
-
-static json_t *gaps_json(const struct summary *summary)
-{
-    json_t *gaps = json_array();
-    for (size_t i = 0; i < summary->gaps; i++) {
-        const struct store_gap *gap = &summary->gap[i];
-        json_t *row = json_pack("{ssssssss}", "link", gap->link == LINK_CAN ? "can" : "serial", "message",
-                                gap->message, "channels", gap->channels, "cause", gap->cause);
-        json_object_set_new(row, "count", integer_or_null(gap->count));
-        json_object_set_new(row, "from_block", integer_or_null(gap->from_block));
-        json_object_set_new(row, "to_block", integer_or_null(gap->to_block));
-        json_array_append_new(gaps, row);
-    }
-    return gaps;
-}
-
-void summary_links_json(const struct summary *summary, json_t *object)
-{
-    const struct measured_check *check = &summary->measured.check;
-    json_object_set_new(object, "doubts", doubts_json(&summary->measured.doubts));
-    json_object_set_new(object, "links", links_json(summary));
-    json_object_set_new(object, "gaps", gaps_json(summary));
-    json_object_set_new(object, "cross_check",
-                        json_pack("{sIsI}", "compared", (json_int_t)check->compared, "different",
-                                  (json_int_t)check->different));
+        answer_words(answer, NULL, "gaps", "none");
+    answer_table(answer, "gaps", "gaps");
+    for (size_t i = 0; i < summary->gaps; i++)
+        gap_answer(&summary->gap[i], answer);
+    answer_close(answer);
 }

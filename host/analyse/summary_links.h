@@ -5,9 +5,6 @@
 #include "host/analyse/summary.h"
 
 enum mr_status summary_links_load(struct store *store, struct summary *summary, struct error *error);
-/* What makes the landing's numbers doubtful, and strangers that did not. */
-void summary_doubts_print(const struct summary *summary, FILE *out);
-void summary_links_print(const struct summary *summary, FILE *out);
-void summary_links_json(const struct summary *summary, json_t *object);
+void summary_links_answer(const struct summary *summary, struct answer *answer);
 
 #endif

@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#include "host/base/cli.h"
-
 enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_mean *mean, struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -12,39 +10,22 @@ enum mr_status summary_mean_load(struct store *store, int64_t run, struct store_
     return status;
 }
 
-void summary_mean_text(unsigned quantity, const struct store_mean *mean, bool plain, char out[SUMMARY_MEAN_TEXT])
-{
-    const struct mr_quantity_info *info = mr_quantity_at(quantity);
-    const char *unit = info->unit;
-    char error[24] = "";
-    while (plain && (unsigned char)*unit >= 0x80) /* the degree */
-        unit++;
-    if (!isnan(mean->error))
-        snprintf(error, sizeof error, " %s %.*f", plain ? "+-" : "\xc2\xb1", info->decimals, mean->error);
-    snprintf(out, SUMMARY_MEAN_TEXT, "%.*f%s %s", info->decimals, mean->mean, error, unit);
-}
-
-void summary_mean_print(const struct store_mean *mean, FILE *out)
+void summary_mean_answer(const struct store_mean *mean, struct answer *answer)
 {
     for (unsigned i = 0; i < MR_QUANTITIES; i++) {
         const struct mr_quantity_info *info = mr_quantity_at(i);
-        char text[SUMMARY_MEAN_TEXT];
-        summary_mean_text(i, &mean[i], true, text);
-        if (mean[i].readings)
-            fprintf(out, "  %-13s %s, %lld of %lld readings\n", info->name, text, (long long)mean[i].readings, (long long)mean[i].told);
-        else if (mean[i].told)
-            fprintf(out, "  %-13s none of %lld readings came; %s\n", info->name, (long long)mean[i].told, info->why);
-    }
-}
-
-void summary_mean_json(const struct store_mean *mean, json_t *object)
-{
-    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
-        const struct mr_quantity_info *info = mr_quantity_at(i);
-        if (!mean[i].readings)
+        const struct store_mean *m = &mean[i];
+        const char *unit = info->unit;
+        while ((unsigned char)*unit >= 0x80) /* the degree */
+            unit++;
+        if (!m->readings && m->told)
+            answer_words(answer, NULL, info->name, "none of %lld readings came; %s", (long long)m->told, info->why);
+        if (!m->readings)
             continue;
-        json_object_set_new(object, info->key, cli_json_number(mean[i].mean, 6));
-        if (!isnan(mean[i].error))
-            json_object_set_new(object, info->error_key, cli_json_number(mean[i].error, 4));
+        answer_estimate(answer, NULL, info->name, UNIT_NUMBER, m->mean, m->error, info->decimals);
+        answer_remark(answer, " %s, %lld of %lld readings", unit, (long long)m->readings, (long long)m->told);
+        answer_value(answer, info->key, NULL, UNIT_NUMBER, m->mean, info->decimals);
+        if (!isnan(m->error))
+            answer_value(answer, info->error_key, NULL, UNIT_NUMBER, m->error, info->decimals)->digits = 4;
     }
 }

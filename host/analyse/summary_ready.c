@@ -3,12 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/base/cli.h"
 #include "host/store/store_readiness.h"
 
 #define US_PER_MIN 60e6
 
-const char *summary_ready_kind(int kind)
+static const char *summary_ready_kind(int kind)
 {
     return kind == 0 ? "ready" : "walk";
 }
@@ -46,29 +45,26 @@ enum mr_status summary_ready_load(struct store *store, const struct store_landin
     return status;
 }
 
-void summary_ready_text(const struct summary_ready *ready, char *out, size_t size)
+void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS], struct answer *answer)
 {
-    snprintf(out, size, "%s, %.0f min before%s%s", ready->go ? "go" : "NO-GO", ready->before_min, ready->no_go[0] ? ": " : "", ready->no_go);
-}
-
-void summary_ready_print(const struct summary_ready ready[SUMMARY_READY_KINDS], FILE *out)
-{
-    char text[460];
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
-        if (!ready[kind].known)
-            continue;
-        summary_ready_text(&ready[kind], text, sizeof text);
-        fprintf(out, "  %-13s %s\n", summary_ready_kind(kind), text);
+        const struct summary_ready *r = &ready[kind];
+        if (r->known)
+            answer_words(answer, NULL, summary_ready_kind(kind), "%s, %.0f min before%s%s", r->go ? "go" : "NO-GO", r->before_min,
+                         r->no_go[0] ? ": " : "", r->no_go)
+                ->warn = !r->go;
     }
-}
-
-json_t *summary_ready_json(const struct summary_ready ready[SUMMARY_READY_KINDS])
-{
-    json_t *object = json_object();
-    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++)
-        json_object_set_new(object, summary_ready_kind(kind),
-                            ready[kind].known ? json_pack("{sbsoss}", "go", ready[kind].go, "before_min",
-                                                          cli_json_number(ready[kind].before_min, 4), "no_go", ready[kind].no_go)
-                                              : json_null());
-    return object;
+    answer_open(answer, "readiness", NULL);
+    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
+        if (!ready[kind].known) {
+            answer_none(answer, summary_ready_kind(kind), NULL, "");
+            continue;
+        }
+        answer_open(answer, summary_ready_kind(kind), NULL);
+        answer_flag(answer, "go", NULL, ready[kind].go);
+        answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits = 4;
+        answer_words(answer, "no_go", NULL, "%s", ready[kind].no_go);
+        answer_close(answer);
+    }
+    answer_close(answer);
 }

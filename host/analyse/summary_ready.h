@@ -2,9 +2,7 @@
 #ifndef MATRIG_HOST_ANALYSE_SUMMARY_READY_H
 #define MATRIG_HOST_ANALYSE_SUMMARY_READY_H
 
-#include <jansson.h>
-#include <stdio.h>
-
+#include "host/base/answer.h"
 #include "host/store/store.h"
 
 #define SUMMARY_READY_KINDS 2
@@ -19,11 +17,7 @@ struct summary_ready {
 /* One for each kind: ready, walk. */
 enum mr_status summary_ready_load(struct store *store, const struct store_landing *landing,
                                   struct summary_ready ready[SUMMARY_READY_KINDS], struct error *error);
-const char *summary_ready_kind(int kind);
-/* "go, 14 min before", with what was not when it was no-go. */
-void summary_ready_text(const struct summary_ready *ready, char *out, size_t size);
-void summary_ready_print(const struct summary_ready ready[SUMMARY_READY_KINDS], FILE *out);
-/* {"ready": {...}, "walk": {...}}; what was not done is null. The caller owns it. */
-json_t *summary_ready_json(const struct summary_ready ready[SUMMARY_READY_KINDS]);
+/* "go, 14 min before", with what was not when it was no-go; for programs "readiness", in which null was not done. */
+void summary_ready_answer(const struct summary_ready ready[SUMMARY_READY_KINDS], struct answer *answer);
 
 #endif

@@ -5,7 +5,6 @@
 #include <time.h>
 
 #include "common/catalogue.h"
-#include "host/base/cli.h"
 #include "host/link/timemap.h"
 #include "host/base/units.h"
 
@@ -105,43 +104,61 @@ static void day_text(double host_us, char *out, size_t size)
     snprintf(out, size, "%s.%04d UTC", text, (int)floor((host_us / 1e6 - (double)second) * 1e4));
 }
 
-static void print_clock(const struct summary *summary, FILE *out)
+static void clock_answer(const struct summary *summary, struct answer *answer)
 {
     const struct store_time_map *clock = &summary->clock;
+    const struct summary_moment touchdown = summary_time_of_day(summary, (double)summary->measured.t0_us);
+    bool good = clock->refusal == TIMEMAP_GOOD;
     char day[60];
     if (!summary->clock_known)
         return;
-    if (clock->refusal != TIMEMAP_GOOD) {
-        fprintf(out, "  %-13s no times of day: %s\n", "clock", timemap_refusal_text((unsigned)clock->refusal));
-        return;
+    answer_open(answer, "clock", "");
+    answer_flag(answer, "good", NULL, good);
+    answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
+    if (good) {
+        answer_words(answer, NULL, "clock", "board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms (95 %%) and the link's least delay",
+                     fabs(clock->fast_ppm), clock->fast_half_ppm, clock->fast_ppm < 0.0 ? "slow" : "fast", summary_link_name((int)clock->link),
+                     (long long)clock->pairs, clock->host_half_us / 1e3);
+        answer_words(answer, "link", NULL, clock->link == LINK_CAN ? "can" : "serial");
+        answer_count(answer, "moments", NULL, clock->pairs);
+        answer_value(answer, "fast_ppm", NULL, UNIT_NUMBER, clock->fast_ppm, 2);
+        answer_value(answer, "fast_half_ppm", NULL, UNIT_NUMBER, clock->fast_half_ppm, 2);
+        answer_count(answer, "t0_unix_us", NULL, llround(touchdown.host_us));
+        answer_value(answer, "t0_half_us", NULL, UNIT_NUMBER, touchdown.half_us, 0);
+    } else {
+        answer_words(answer, NULL, "clock", "no times of day: %s", timemap_refusal_text((unsigned)clock->refusal));
     }
-    fprintf(out, "  %-13s board %.2f +- %.2f ppm %s (%s, %lld moments); times of day within %.2f ms (95 %%) and the link's least delay\n", "clock",
-            fabs(clock->fast_ppm), clock->fast_half_ppm, clock->fast_ppm < 0.0 ? "slow" : "fast",
-            summary_link_name((int)clock->link), (long long)clock->pairs, clock->host_half_us / 1e3);
-    if (!summary->measured.t0_is_touchdown)
-        return;
-    day_text(summary_time_of_day(summary, (double)summary->measured.t0_us).host_us, day, sizeof day);
-    fprintf(out, "  %-13s %s\n", "touchdown at", day);
+    if (good && summary->measured.t0_is_touchdown) {
+        day_text(touchdown.host_us, day, sizeof day);
+        answer_words(answer, NULL, "touchdown at", "%s", day);
+    }
+    answer_close(answer);
 }
 
-static void print_received(const struct summary *summary, FILE *out)
+static void received_answer(const struct summary *summary, struct answer *answer)
 {
     const struct zone_warning *warning = &summary->zones.warning;
+    if (!summary->clock_known)
+        return;
+    answer_open(answer, "warning_received_s", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (isnan(summary->warning_received_s[kind]))
-            continue;
+        double received_s = summary->warning_received_s[kind];
         struct summary_moment decided = summary_time_of_day(summary, 1000.0 * (double)(warning->block + 1));
-        fprintf(out, "  %-13s the first warning over %s %.1f ms after it was decided (95 %%: +- %.1f, and the link's least delay)\n", "received",
-                summary_link_name(kind), 1e3 * summary->warning_received_s[kind], decided.half_us / 1e3);
+        answer_value(answer, kind == LINK_CAN ? "can" : "serial", NULL, UNIT_NUMBER, received_s, 6);
+        if (!isnan(received_s))
+            answer_words(answer, NULL, "received", "the first warning over %s %.1f ms after it was decided (95 %%: +- %.1f, and the link's least delay)",
+                         summary_link_name(kind), 1e3 * received_s, decided.half_us / 1e3);
     }
+    answer_close(answer);
 }
 
-static void print_film(const struct summary *summary, bool si, FILE *out)
+static void film_answer(const struct summary *summary, struct answer *answer)
 {
     const struct film *film = &summary->film;
-    const struct unit *station = unit_of(UNIT_STATION, si);
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
     double worst_ft = 0.0;
     size_t placed = 0;
+    char gear[80] = "";
     if (film->frames == 0)
         return;
     for (size_t i = 0; i < film->frames; i++) {
@@ -150,43 +167,19 @@ static void print_film(const struct summary *summary, bool si, FILE *out)
         worst_ft = fmax(worst_ft, film->frame[i].station_ft.error);
         placed++;
     }
-    fprintf(out, "  %-13s %zu frames, %.2f a second, %lld missing", "film", film->frames, film->rate_hz,
-            (long long)film->missing);
     if (placed)
-        fprintf(out, "; gear on %zu of them within %.3f %s (95 %%)", placed, SUMMARY_95 * worst_ft * station->factor,
-                station->text);
-    fputc('\n', out);
+        snprintf(gear, sizeof gear, "; gear on %zu of them within %.3f %s (95 %%)", placed, SUMMARY_95 * worst_ft * station->factor, station->text);
+    answer_open(answer, "film", "");
+    answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames, film->rate_hz, (long long)film->missing, gear);
+    answer_count(answer, "frames", NULL, (int64_t)film->frames);
+    answer_count(answer, "missing", NULL, film->missing);
+    answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
+    answer_close(answer);
 }
 
-void summary_time_print(const struct summary *summary, bool si, FILE *out)
+void summary_time_answer(const struct summary *summary, struct answer *answer)
 {
-    print_clock(summary, out);
-    print_received(summary, out);
-    print_film(summary, si, out);
-}
-
-void summary_time_json(const struct summary *summary, json_t *object)
-{
-    const struct store_time_map *clock = &summary->clock;
-    if (summary->clock_known) {
-        bool good = clock->refusal == TIMEMAP_GOOD;
-        json_t *row = json_pack("{sbss}", "good", good, "text", timemap_refusal_text((unsigned)clock->refusal));
-        if (good) {
-            struct summary_moment touchdown = summary_time_of_day(summary, (double)summary->measured.t0_us);
-            json_object_set_new(row, "link", json_string(clock->link == LINK_CAN ? "can" : "serial"));
-            json_object_set_new(row, "moments", json_integer((json_int_t)clock->pairs));
-            json_object_set_new(row, "fast_ppm", cli_json_number(clock->fast_ppm, 6));
-            json_object_set_new(row, "fast_half_ppm", cli_json_number(clock->fast_half_ppm, 6));
-            json_object_set_new(row, "t0_unix_us", json_integer((json_int_t)llround(touchdown.host_us)));
-            json_object_set_new(row, "t0_half_us", cli_json_number(touchdown.half_us, 6));
-        }
-        json_object_set_new(object, "clock", row);
-        json_object_set_new(object, "warning_received_s",
-                            json_pack("{soso}", "can", cli_json_number(summary->warning_received_s[LINK_CAN], 6), "serial",
-                                      cli_json_number(summary->warning_received_s[LINK_SERIAL], 6)));
-    }
-    if (summary->film.frames)
-        json_object_set_new(object, "film", json_pack("{sIsIso}", "frames", (json_int_t)summary->film.frames, "missing",
-                                                      (json_int_t)summary->film.missing, "rate_hz",
-                                                      cli_json_number(summary->film.rate_hz, 9)));
+    clock_answer(summary, answer);
+    received_answer(summary, answer);
+    film_answer(summary, answer);
 }

@@ -15,7 +15,6 @@ enum mr_status summary_time_clock(struct store *store, int64_t run, struct store
 struct summary_moment summary_time_by(const struct store_time_map *clock, double board_us);
 
 enum mr_status summary_time_load(struct store *store, struct summary *summary, struct error *error);
-void summary_time_print(const struct summary *summary, bool si, FILE *out);
-void summary_time_json(const struct summary *summary, json_t *object);
+void summary_time_answer(const struct summary *summary, struct answer *answer);
 
 #endif

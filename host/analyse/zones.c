@@ -13,7 +13,7 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
     return measured_block_s(measured, zone->block);
 }
 
-void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out, size_t size)
+static void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out, size_t size)
 {
     snprintf(out, size, "%.3f s %s %s, decided in block %lld", fabs(warning->t_s), warning->t_s < 0.0 ? "before" : "after",
              since_touchdown ? "touchdown" : "the first switch or arming", (long long)warning->block);
@@ -155,4 +155,79 @@ void zones_closed(const struct measured *measured, const struct zones_closure *c
         .deceleration_ft_s2 = (float)measured->summary.mean_deceleration_ft_s2.value,
     };
     mr_closure_find(&input, zone, remaining_in);
+}
+
+/* ---- answer ---- */
+
+static const char *if_known(const char *label, double value)
+{
+    return isnan(value) ? NULL : label;
+}
+
+static void reason_answer(const struct zone_warning *w, struct answer *answer)
+{
+    if (w->reason == STORE_NONE)
+        answer_none(answer, "reason", NULL, "");
+    else
+        answer_words(answer, "reason", "because", "%s", mr_predictor_reason_text((unsigned)w->reason));
+    if (w->level == STORE_NONE)
+        answer_none(answer, "level", NULL, "");
+    else
+        answer_words(answer, "level", "model", "%s", mr_predictor_level_text((unsigned)w->level));
+    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "mats coming" : NULL, w->coming_mats);
+    answer_value(answer, "coming_wheel", w->coming_mats > 0 ? "wheel then" : NULL, UNIT_STATION, w->coming_wheel_ft, 1)->digits = 9;
+    answer_value(answer, "coming_after", if_known("was there", w->coming_after_s), UNIT_TIME, w->coming_after_s, 3)->end = " later";
+}
+
+static void lead_answer(const struct zone_warning *w, struct answer *answer)
+{
+    const char *became = isnan(w->lead_s) ? NULL : "lead became";
+    answer_value(answer, "lead", if_known("lead time", w->lead_s), UNIT_TIME, w->lead_s, 3)->end = ", the first that was given";
+    answer_value(answer, "lead_t", if_known("lead given at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)->digits = 9;
+    answer_value(answer, "lead_start", if_known("lead to", w->lead_s), UNIT_STATION, w->lead_start_ft, 1)->digits = 9;
+    if (became && isnan(w->lead_became_s))
+        answer_none(answer, "lead_became_s", became, "not known: the wheel did not come there in the record");
+    else
+        answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_became_s, 3);
+}
+
+/* What a warning said, and what came of it. */
+static void warning_answer(const struct zone_warning *w, struct answer *answer)
+{
+    answer_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
+    answer_count(answer, "decided_block", NULL, w->block);
+    answer_count(answer, "mats", "closed mats", w->mats);
+    answer_estimate(answer, "start", "from station", UNIT_STATION, w->start_ft, w->start_error_ft, 1)->digits = 9;
+    answer_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)->digits = 9;
+    answer_value(answer, "wheel", if_known("wheel at", w->wheel_ft), UNIT_STATION, w->wheel_ft, 1)->digits = 9;
+    answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
+    if (w->inferred_percent > 0)
+        answer_words(answer, NULL, "inferred", "%lld %% of it, from the survey alone", (long long)w->inferred_percent);
+    answer_flag(answer, "reached", NULL, w->reached);
+    if (w->reached)
+        answer_value(answer, "true_lead", "wheel came", UNIT_TIME, w->true_lead_s, 3)->end = " later";
+    else
+        answer_none(answer, "true_lead_s", "wheel came", "not there in the record");
+    reason_answer(w, answer);
+    lead_answer(w, answer);
+    answer_count(answer, "most_mats", "longest, mats", w->most_mats);
+    answer_value(answer, "most_start", "its start", UNIT_STATION, w->most_start_ft, 1)->digits = 9;
+    answer_value(answer, "most_end", "its end", UNIT_STATION, w->most_end_ft, 1)->digits = 9;
+}
+
+void zones_answer(const struct zone_warning *w, bool since_touchdown, bool watched, struct answer *answer)
+{
+    char when[80];
+    zones_when(w, since_touchdown, when, sizeof when);
+    if (!watched)
+        answer_words(answer, NULL, "zone", "no board watched: the readings are another instrument's");
+    else if (!w->warned)
+        answer_words(answer, NULL, "zone", "no warning");
+    else
+        answer_words(answer, NULL, "zone", "warned %s", when)->warn = true;
+    answer_open(answer, "zone", w->warned ? "first warning (+- is one standard error)" : NULL);
+    answer_flag(answer, "warned", NULL, w->warned);
+    if (w->warned)
+        warning_answer(w, answer);
+    answer_close(answer);
 }

@@ -4,6 +4,7 @@
 #define MATRIG_HOST_ANALYSE_ZONES_H
 
 #include "host/analyse/measured.h"
+#include "host/base/answer.h"
 
 struct zone_warning {
     bool warned;
@@ -45,8 +46,8 @@ struct zones {
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
                           struct error *error);
 void zones_free(struct zones *zones);
-/* "2.833 s after touchdown, decided in block 4440": one wording wherever the first warning is told. */
-void zones_when(const struct zone_warning *warning, bool since_touchdown, char *out, size_t size);
+/* The first warning and what came of it. `watched`: a board could have warned. */
+void zones_answer(const struct zone_warning *warning, bool since_touchdown, bool watched, struct answer *answer);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
 /* Slack left in each segment at a sample, inches (NaN: not surveyed), and the longest closed run ahead of the

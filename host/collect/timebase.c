@@ -68,12 +68,8 @@ int64_t timebase_now_us(const struct timebase *timebase)
     return timebase->known ? 1000 * timebase->block : -1;
 }
 
-int64_t timebase_ticks(const struct timebase *timebase, uint32_t tick)
-{
-    return mr_boardtime_ticks(timebase->origin, (uint32_t)timebase->block, tick);
-}
-
 double timebase_tick_us(const struct timebase *timebase, uint32_t tick)
 {
-    return timebase->tick_known ? (double)timebase_ticks(timebase, tick) / MR_TICKS_PER_US : (double)NAN;
+    int64_t ticks = mr_boardtime_ticks(timebase->origin, (uint32_t)timebase->block, tick);
+    return timebase->tick_known ? (double)ticks / MR_TICKS_PER_US : (double)NAN;
 }

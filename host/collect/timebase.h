@@ -33,9 +33,7 @@ enum timebase_verdict timebase_clock_doubting(struct timebase *timebase, struct 
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
 /* Board time of the newest block, microseconds; -1: not known. */
 int64_t timebase_now_us(const struct timebase *timebase);
-/* Ticks since the scans began of a capture within 25 s of the newest block. Only while tick_known. */
-int64_t timebase_ticks(const struct timebase *timebase, uint32_t tick);
-/* The same in microseconds; NaN: not known. */
+/* Microseconds since the scans began of a capture within 25 s of the newest block; NaN: not known. */
 double timebase_tick_us(const struct timebase *timebase, uint32_t tick);
 
 #endif

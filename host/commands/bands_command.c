@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "host/analyse/banddesign.h"
+#include "host/base/answer.h"
 #include "host/commands/commands.h"
 
 #define WORDS_MAX 32
@@ -17,13 +18,13 @@
 
 enum dimension { NUMBER, FORCE, LENGTH, SPEED, ACCELERATION, STRESS, STIFFNESS, AREA };
 
-struct unit_word {
+struct input_unit {
     const char *text;
     enum dimension dimension;
     double factor; /* to lb, ft, s */
 };
 
-static const struct unit_word unit_words[] = {
+static const struct input_unit input_units[] = {
     {"lb", FORCE, 1.0},
     {"kip", FORCE, 1e3},
     {"N", FORCE, 1.0 / N_PER_LB},
@@ -118,12 +119,12 @@ static enum mr_status read_value(const struct input *input, const char *text, do
     const char *unit = *end ? end : input->unit;
     double factor = 1.0;
     bool known = input->dimension == NUMBER && !*unit;
-    for (size_t i = 0; i < sizeof unit_words / sizeof unit_words[0]; i++) {
-        if (unit_words[i].dimension != input->dimension)
+    for (size_t i = 0; i < sizeof input_units / sizeof input_units[0]; i++) {
+        if (input_units[i].dimension != input->dimension)
             continue;
-        snprintf(names + strlen(names), sizeof names - strlen(names), " %s", unit_words[i].text);
-        if (strcmp(unit_words[i].text, unit) == 0) {
-            factor = unit_words[i].factor;
+        snprintf(names + strlen(names), sizeof names - strlen(names), " %s", input_units[i].text);
+        if (strcmp(input_units[i].text, unit) == 0) {
+            factor = input_units[i].factor;
             known = true;
         }
     }
@@ -131,9 +132,9 @@ static enum mr_status read_value(const struct input *input, const char *text, do
         return error_set(error, MR_USAGE, "unknown unit: '%s' for %s; give one of%s", unit, input->name,
                          input->dimension == NUMBER ? " none: it is a plain number" : names);
     double own = 1.0; /* of the input's own unit: the range is in it */
-    for (size_t i = 0; i < sizeof unit_words / sizeof unit_words[0]; i++) {
-        if (strcmp(unit_words[i].text, input->unit) == 0)
-            own = unit_words[i].factor;
+    for (size_t i = 0; i < sizeof input_units / sizeof input_units[0]; i++) {
+        if (strcmp(input_units[i].text, input->unit) == 0)
+            own = input_units[i].factor;
     }
     *value = number * factor;
     if (!(*value >= input->low * own * (1.0 - 1e-12) && *value <= input->high * own * (1.0 + 1e-12)))
@@ -248,94 +249,106 @@ static int exit_code(const struct request *request, const struct findings *f)
     return f->theory_fails || (request->strict && f->model_fails) ? 1 : 0;
 }
 
-static json_t *round9(double value)
-{
-    return cli_json_number(value, 9);
-}
+struct figure {
+    const char *name, *label; /* NULL: not for programs, not for people */
+    enum unit_kind unit;
+    int decimals;
+    size_t offset;
+    const char *says;
+};
 
-static json_t *design_json(const struct band_design *d)
+#define OF_DESIGN(field) offsetof(struct band_design, field)
+static const struct figure design_figures[] = {
+    {"R", "R", UNIT_TENSION, 1, OF_DESIGN(r_lb), ", braking force, (W/N) a/g (C.1)"},
+    {"strength", "A fy", UNIT_TENSION, 1, OF_DESIGN(strength_lb), ", strength"},
+    {"nF", "n F'", UNIT_TENSION, 1, OF_DESIGN(friction_lb), ", friction that it has room for, A fy - R (C.10)"},
+    {"F", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
+    {NULL, "held", UNIT_NUMBER, 0, OF_DESIGN(held), " mats act against a connection"},
+    {"n", "n", UNIT_NUMBER, 0, OF_DESIGN(connections), " connections"},
+    {"n_most", "n, at most", UNIT_NUMBER, 0, OF_DESIGN(most_connections), " connections"},
+    {"longest", "length", UNIT_STATION, 1, OF_DESIGN(longest_ft), " between springs, at most"},
+    {"T0", "T0", UNIT_TENSION, 1, OF_DESIGN(t0_lb), ", pretension"},
+    {"T0_least", "at least", UNIT_TENSION, 1, OF_DESIGN(least_t0_lb), " (C.8)"},
+    {"T0_most", "at most", UNIT_TENSION, 1, OF_DESIGN(most_t0_lb), " (C.9)"},
+    {"ahead", "dT", UNIT_TENSION, 1, OF_DESIGN(ahead_lb), " ahead of the aircraft (C.6)"},
+    {"behind", "dT", UNIT_TENSION, 1, OF_DESIGN(behind_lb), " behind it (C.7)"},
+    {NULL, "at", UNIT_NUMBER, 2, OF_DESIGN(at), " of the length"},
+    {"least", "least tension", UNIT_TENSION, 1, OF_DESIGN(least_lb), " by theory"},
+    {"most", "largest", UNIT_TENSION, 1, OF_DESIGN(most_lb), " by theory"},
+    {"spring", "K", UNIT_STIFFNESS, 1, OF_DESIGN(spring_lb_ft), ", springs at the ends"},
+};
+
+#define OF_CHECK(field) offsetof(struct band_check, field)
+static const struct figure check_figures[] = {
+    {"least", "least tension", UNIT_TENSION, 1, OF_CHECK(least_lb), NULL},
+    {"least", "there", UNIT_STATION, 1, OF_CHECK(least_ft), NULL},
+    {"most", "largest", UNIT_TENSION, 1, OF_CHECK(most_lb), NULL},
+    {"most", "there", UNIT_STATION, 1, OF_CHECK(most_ft), NULL},
+    {"error", "error", UNIT_TENSION, 2, OF_CHECK(error_lb), ", the model's own estimate, of tensions"},
+    {"slack_share", "loose", UNIT_NUMBER, 3, OF_CHECK(slack_share), " of the segments at a time"},
+    {"load", "most carried", UNIT_TENSION, 1, OF_CHECK(load_lb), " by a connection"},
+    {"load", "there", UNIT_STATION, 1, OF_CHECK(load_ft), NULL},
+    {"slip", "slip", UNIT_STATION, 4, OF_CHECK(slip_ft), " of a connection, at most"},
+    {"residual", "left after it", UNIT_TENSION, 1, OF_CHECK(residual_lb), " less than T0, held by friction"},
+    {"moved", "movement", UNIT_STATION, 4, OF_CHECK(moved_ft), " at most"},
+    {"error", "error", UNIT_STATION, 6, OF_CHECK(error_ft), ", the model's own estimate, of movements"},
+};
+
+static void figures_answer(const struct figure *figures, size_t count, const void *from, struct answer *answer)
 {
-    json_t *object = json_object();
-    const struct {
-        const char *name;
+    for (size_t i = 0; i < count; i++) {
+        const struct figure *f = &figures[i];
         double value;
-    } values[] = {
-        {"R_lb", d->r_lb},
-        {"strength_lb", d->strength_lb},
-        {"nF_lb", d->friction_lb},
-        {"F_lb", d->connection_lb},
-        {"n", d->connections},
-        {"n_most", d->most_connections},
-        {"longest_ft", d->longest_ft},
-        {"T0_least_lb", d->least_t0_lb},
-        {"T0_most_lb", d->most_t0_lb},
-        {"T0_lb", d->t0_lb},
-        {"spring_lb_ft", d->spring_lb_ft},
-        {"ahead_lb", d->ahead_lb},
-        {"behind_lb", d->behind_lb},
-        {"least_lb", d->least_lb},
-        {"most_lb", d->most_lb},
-    };
-    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++)
-        json_object_set_new(object, values[i].name, round9(values[i].value));
-    json_object_set_new(object, "spacing_ft", d->spacing_ft > 0.0 ? round9(d->spacing_ft) : json_null());
-    return object;
+        memcpy(&value, (const char *)from + f->offset, sizeof value);
+        struct answer_fact *fact = answer_value(answer, f->name, f->label, f->unit, value, f->decimals);
+        fact->digits = 9;
+        fact->end = f->says;
+    }
 }
 
-static json_t *check_json(const struct band_check *c)
+static void design_answer(const struct band_design *d, struct answer *answer)
 {
-    return json_pack("{s:i,s:o,s:o,s:i,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "mats", c->mats, "least_lb",
-                     round9(c->least_lb), "least_ft", round9(c->least_ft), "least_pass", c->least_pass, "most_lb",
-                     round9(c->most_lb), "most_ft", round9(c->most_ft), "most_pass", c->most_pass, "slack_share",
-                     round9(c->slack_share), "load_lb", round9(c->load_lb), "load_ft", round9(c->load_ft), "slip_ft",
-                     round9(c->slip_ft), "moved_ft", round9(c->moved_ft), "residual_lb", round9(c->residual_lb), "error_lb",
-                     round9(c->error_lb), "error_ft", round9(c->error_ft));
+    bool placed = d->spacing_ft > 0.0;
+    answer_open(answer, "design", "design by Appendix C, per band");
+    figures_answer(design_figures, sizeof design_figures / sizeof *design_figures, d, answer);
+    answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION, placed ? d->spacing_ft : (double)NAN, 2)->digits = 9;
+    answer_remark(answer, " from band to band (C.2)");
+    answer_close(answer);
 }
 
-static int print_json(const struct request *request, const struct band_check *check, const struct findings *findings)
+static void check_answer(const struct band_design *d, const struct band_check *c, struct answer *answer)
 {
-    json_t *list = json_array();
-    for (size_t i = 0; i < findings->count; i++)
-        json_array_append_new(list, json_string(findings->text[i]));
-    json_t *object = json_pack("{s:o,s:o,s:o,s:b,s:o}", "design", design_json(&request->design), "model",
-                               request->design_only ? json_null() : check_json(check), "findings", list, "holds_by_theory",
-                               !findings->theory_fails, "holds_in_model",
-                               request->design_only ? json_null() : json_boolean(!findings->model_fails));
-    return cli_print_json(object, exit_code(request, findings));
+    answer_open(answer, "model", "in the model");
+    answer_words(answer, NULL, "strip", "%d mats, of one band; %g rows from rivet to rivet, R all along it, %d passes", c->mats, d->every, d->passes);
+    answer_count(answer, "mats", NULL, c->mats);
+    answer_count(answer, "least_pass", NULL, c->least_pass);
+    answer_count(answer, "most_pass", NULL, c->most_pass);
+    figures_answer(check_figures, sizeof check_figures / sizeof *check_figures, c, answer);
+    answer_close(answer);
 }
 
-static void print_design(const struct band_design *d, double lb, double ft, const char *force, const char *length)
+static struct answer *answer_of(const struct request *request, const struct band_check *check, const struct findings *f, bool si)
 {
-    printf("design by Appendix C, per band\n");
-    printf("  R       %14.8g %-3s braking force, (W/N) a/g (C.1)\n", lb * d->r_lb, force);
-    printf("  A fy    %14.8g %-3s strength\n", lb * d->strength_lb, force);
-    printf("  n F'    %14.8g %-3s friction that it has room for, A fy - R (C.10)\n", lb * d->friction_lb, force);
-    printf("  F'      %14.8g %-3s friction on one connection: %g mats\n", lb * d->connection_lb, force, d->held);
-    printf("  n       %14.0f     connections%s\n", d->connections, d->length_ft > 0.0 ? "" : ", at most");
-    printf("  length  %14.8g %-3s between springs, at most\n", ft * d->longest_ft, length);
-    printf("  T0      %14.8g %-3s pretension; %.8g (C.8) to %.8g (C.9)\n", lb * d->t0_lb, force, lb * d->least_t0_lb,
-           lb * d->most_t0_lb);
-    if (d->spacing_ft > 0.0)
-        printf("  s       %14.8g %-3s from band to band (C.2)\n", ft * d->spacing_ft, length);
-    printf("  K       %14.8g %s/%s springs at the ends\n", lb / ft * d->spring_lb_ft, force, length);
-    printf("  dT      %14.8g %-3s ahead of the aircraft (C.6), %+.8g behind (C.7), at %g of the length\n", lb * d->ahead_lb,
-           force, lb * d->behind_lb, d->at);
-}
-
-static void print_check(const struct band_design *d, const struct band_check *c, double lb, double ft, const char *force,
-                        const char *length)
-{
-    printf("in the model: %d mats of one band's strip, %g rows from rivet to rivet, R all along it, %d passes\n", c->mats,
-           d->every, d->passes);
-    printf("  least tension    %12.6g %-3s at %.6g %s (theory %.6g)\n", lb * c->least_lb, force, ft * c->least_ft, length,
-           lb * d->least_lb);
-    printf("  largest tension  %12.6g %-3s at %.6g %s (theory %.6g)\n", lb * c->most_lb, force, ft * c->most_ft, length,
-           lb * d->most_lb);
-    printf("  loose at a time  %12.3g %%   of the segments\n", 100.0 * c->slack_share);
-    printf("  most carried     %12.6g %-3s by a connection\n", lb * c->load_lb, force);
-    printf("  left after it    %12.6g %-3s less than T0, held by friction\n", lb * c->residual_lb, force);
-    printf("  movement         %12.4g %-3s at most; error estimates %.2g %s, %.2g %s\n", ft * c->moved_ft, length,
-           ft * c->error_ft, length, lb * c->error_lb, force);
+    struct answer *answer = answer_new(si);
+    answer_as_given(answer);
+    design_answer(&request->design, answer);
+    if (request->design_only)
+        answer_none(answer, "model", NULL, "");
+    else
+        check_answer(&request->design, check, answer);
+    answer_list(answer, "findings", "");
+    for (size_t i = 0; i < f->count; i++)
+        answer_words(answer, NULL, "finding", "%s", f->text[i]);
+    answer_close(answer);
+    if (f->model_fails && !f->theory_fails)
+        answer_sentence(answer, NULL, "the theory allows this band, the model does not: leave it more room%s",
+                        request->strict ? "" : " (a warning; --strict makes it the exit code)");
+    answer_flag(answer, "holds_by_theory", NULL, !f->theory_fails);
+    if (request->design_only)
+        answer_none(answer, "holds_in_model", NULL, "");
+    else
+        answer_flag(answer, "holds_in_model", NULL, !f->model_fails);
+    return answer;
 }
 
 static int bands_command(int argc, char **argv, const struct cli *cli)
@@ -351,19 +364,7 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
     judge_theory(d, &findings);
     if (!request.design_only)
         judge_model(d, &check, &findings);
-    if (cli->json)
-        return print_json(&request, &check, &findings);
-    double lb = cli->si ? N_PER_LB : 1.0, ft = cli->si ? M_PER_FT : 1.0;
-    const char *force = cli->si ? "N" : "lb", *length = cli->si ? "m" : "ft";
-    print_design(d, lb, ft, force, length);
-    if (!request.design_only)
-        print_check(d, &check, lb, ft, force, length);
-    for (size_t i = 0; i < findings.count; i++)
-        printf("! %s\n", findings.text[i]);
-    if (findings.model_fails && !findings.theory_fails)
-        printf("the theory allows this band, the model does not: leave it more room%s\n",
-               request.strict ? "" : " (a warning; --strict makes it the exit code)");
-    return exit_code(&request, &findings);
+    return answer_show(cli, answer_of(&request, &check, &findings, cli->si), exit_code(&request, &findings));
 }
 
 #define VALUES struct request

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/analyse/journal.h"
 #include "host/collect/collect.h"
 #include "host/commands/commands.h"
 #include "host/commands/said.h"
@@ -149,79 +150,39 @@ static void journal_free(struct journal *j)
     free(j->observation);
 }
 
-static void print_observation(const struct store_observation *o, bool si)
+static void journal_answer(const struct journal *j, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, si), *length = unit_of(UNIT_DISPLACEMENT, si);
-    printf("  %-5s %lld ", o->kind, (long long)o->id);
-    if (!isnan(o->station_ft))
-        printf(" station %.1f %s", o->station_ft * station->factor, station->text);
-    if (o->panels != STORE_NONE)
-        printf(", %lld panels", (long long)o->panels);
-    if (!isnan(o->height_in))
-        printf(", %.2f %s high", o->height_in * length->factor, length->text);
-    if (o->side[0])
-        printf(", %s", o->side);
-    if (o->form[0])
-        printf(", %s", o->form);
-    if (!isnan(o->time_s))
-        printf(", %.2f s after touchdown", o->time_s);
-    if (o->note[0])
-        printf(": %s", o->note);
-    puts(o->withdrawn ? " (withdrawn)" : "");
-}
-
-static void print_journal(const struct journal *j, bool si)
-{
-    char when[40];
-    printf("RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s\n", (long long)j->landing.id,
-           (long long)j->landing.board_landing, mr_landing_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
-           said_or_dash(j->series.name), said_or_dash(j->series.runway), said_or_dash(j->series.pattern),
-           said_or_dash(j->series.modification));
-    for (size_t i = 0; i < j->observations; i++)
-        print_observation(&j->observation[i], si);
-    for (size_t i = 0; i < j->changes; i++) {
-        const struct store_change *c = &j->change[i];
-        survey_time_text(c->made_us, when, sizeof when);
-        printf("  %s %s  ", when, said_or_dash(c->who));
-        if (strcmp(c->field, "note") == 0)
-            printf("note: %s", c->value);
-        else if (strcmp(c->field, "void") == 0)
-            printf("%s", strcmp(c->value, "yes") == 0 ? "void" : "not void any more");
-        else
-            printf("%s %s, was %s", c->field, c->value, said_or_dash(c->was));
-        printf("%s%s%s\n", c->reason[0] ? " (" : "", c->reason, c->reason[0] ? ")" : "");
-    }
-}
-
-static json_t *journal_json(const struct journal *j, bool si)
-{
-    const struct unit *station = unit_of(UNIT_STATION, si), *length = unit_of(UNIT_DISPLACEMENT, si);
-    json_t *changes = json_array(), *observations = json_array();
-    for (size_t i = 0; i < j->changes; i++) {
-        const struct store_change *c = &j->change[i];
-        json_array_append_new(changes, json_pack("{sIsosssossso}", "made_us", (json_int_t)c->made_us, "who", said_json(c->who), "field",
-                                                 c->field, "was", said_json(c->was), "value", c->value, "reason", said_json(c->reason)));
-    }
+    char heading[6 * STORE_JOURNAL_TEXT];
+    snprintf(heading, sizeof heading, "RUN %lld: landing %lld, %s%s, series %s, runway %s, pattern %s, modification %s", (long long)j->landing.id,
+             (long long)j->landing.board_landing, mr_landing_state_text((unsigned)j->landing.state), j->is_void ? ", VOID" : "",
+             said_or_dash(j->series.name), said_or_dash(j->series.runway), said_or_dash(j->series.pattern),
+             said_or_dash(j->series.modification));
+    answer_open(answer, NULL, heading);
+    answer_count(answer, "run", NULL, j->landing.id);
+    answer_count(answer, "landing", NULL, j->landing.board_landing);
+    answer_flag(answer, "void", NULL, j->is_void);
+    journal_text_answer(answer, "series", NULL, j->series.name);
+    journal_text_answer(answer, "runway", NULL, j->series.runway);
+    journal_text_answer(answer, "pattern", NULL, j->series.pattern);
+    journal_text_answer(answer, "modification", NULL, j->series.modification);
+    answer_table(answer, "observations", "waves and breaks");
     for (size_t i = 0; i < j->observations; i++) {
-        const struct store_observation *o = &j->observation[i];
-        char at[20], high[20];
-        snprintf(at, sizeof at, "station_%s", station->suffix);
-        snprintf(high, sizeof high, "height_%s", length->suffix);
-        json_array_append_new(observations,
-                              json_pack("{sIsIsosssosososososososb}", "id", (json_int_t)o->id, "made_us", (json_int_t)o->made_us, "who",
-                                        said_json(o->who), "kind", o->kind, "side", said_json(o->side), at,
-                                        cli_json_number(o->station_ft * station->factor, 7), "panels",
-                                        o->panels == STORE_NONE ? json_null() : json_integer(o->panels), high,
-                                        cli_json_number(o->height_in * length->factor, 6), "time_s", cli_json_number(o->time_s, 6), "form",
-                                        said_json(o->form), "note", said_json(o->note), "withdrawn", o->withdrawn));
+        answer_open(answer, NULL, NULL);
+        journal_observation_answer(&j->observation[i], answer);
+        answer_close(answer);
     }
-    return json_pack("{sIsIsbsosososososo}", "run", (json_int_t)j->landing.id, "landing", (json_int_t)j->landing.board_landing, "void",
-                     j->is_void, "series", said_json(j->series.name), "runway", said_json(j->series.runway), "pattern",
-                     said_json(j->series.pattern), "modification", said_json(j->series.modification), "observations", observations, "changes",
-                     changes);
+    answer_close(answer);
+    answer_table(answer, "changes", "notes and corrections");
+    for (size_t i = 0; i < j->changes; i++) {
+        answer_open(answer, NULL, NULL);
+        journal_change_answer(&j->change[i], answer);
+        answer_close(answer);
+    }
+    answer_close(answer);
+    answer_close(answer);
 }
 
-static enum mr_status show(const struct request *r, struct store *store, json_t *all, struct error *error)
+static enum mr_status show(const struct request *r, struct store *store, struct answer *answer, struct error *error)
 {
     struct store_landing *rows = NULL;
     struct journal j;
@@ -235,10 +196,8 @@ static enum mr_status show(const struct request *r, struct store *store, json_t 
         if (r->run && rows[i].id != r->run)
             continue;
         status = journal_get(store, rows[i].id, &j, error);
-        if (status == MR_OK && r->cli->json)
-            json_array_append_new(all, journal_json(&j, r->cli->si));
-        else if (status == MR_OK)
-            print_journal(&j, r->cli->si);
+        if (status == MR_OK)
+            journal_answer(&j, answer);
         journal_free(&j);
     }
     free(rows);
@@ -268,8 +227,9 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
     struct request r = {.cli = cli};
     struct error error = {0};
     struct store *store = NULL;
-    json_t *all = json_array();
+    struct answer *answer = answer_new(cli->si);
     enum mr_status status = command_parse(&command_landing, argc, argv, cli, &r, r.words, &error);
+    answer_list(answer, "landings", "");
     if (status == MR_OK)
         status = check(&r, &error);
     bool acts = r.note || r.correct || r.observe || r.withdraw || r.make_void || r.unvoid;
@@ -278,12 +238,13 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK && acts)
         status = add(&r, store, &error);
     if (status == MR_OK)
-        status = show(&r, store, all, &error);
+        status = show(&r, store, answer, &error);
+    answer_close(answer);
     store_close(store);
-    if (status == MR_OK && cli->json)
-        return cli_print_json(json_pack("{so}", "landings", all), 0);
-    json_decref(all);
-    return status == MR_OK ? 0 : cli_fail(&error);
+    if (status == MR_OK)
+        return answer_show(cli, answer, 0);
+    answer_free(answer);
+    return cli_fail(&error);
 }
 
 #define VALUES struct request

@@ -197,7 +197,6 @@ static enum mr_status run(struct logger *logger, int signals, const char *can, c
     if (logger_finish(logger, signals, &late) == MR_OK)
         logger_show_finished(logger, &late);
     logger_note_strangers(logger);
-    logger_show_troubles(logger);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
@@ -311,8 +310,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (status == MR_OK)
         status = run(&logger, signals, r.can, r.serial, r.for_s, &error);
     int exit_code = status == MR_OK ? 0 : cli_fail(&error);
-    if (logger.collector && cli->json)
-        exit_code = cli_print_json(logger_json(&logger, r.db, &error), exit_code);
+    if (logger.collector)
+        exit_code = logger_show_session(&logger, r.db, &error, exit_code);
     quicklook_service(&logger.look, true);
     json_decref(logger.landings);
     live_close(&logger.live);

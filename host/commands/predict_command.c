@@ -12,12 +12,14 @@
 #include "host/analyse/predict_again.h"
 #include "host/analyse/zones.h"
 #include "host/commands/commands.h"
+#include "host/base/answer.h"
 #include "host/base/run.h"
 #include "host/store/store_journal.h"
 #include "host/base/units.h"
 
 #define CHANGED_MATS 5     /* less is no news */
 #define RUNS_MAX 1000
+#define DIGITS 17 /* all that a double has */
 
 /* The model rig: what the report gives, and what reproduces its movements (tests/runs/README.md). */
 static const struct mr_predictor_config rig = {
@@ -38,7 +40,6 @@ struct predict {
     struct zones zones; /* what the board said */
     struct mr_predictor predictor;
     struct known_gear gear;
-    json_t *rows;
     struct mr_predictor_state runway; /* that the board was armed with; recorded: the record has it; resumed: it was begun with */
     bool recorded, resumed;
     /* From the landing before: */
@@ -50,7 +51,7 @@ struct predict {
     bool differ;  /* the board said something else than what follows from a record */
 };
 
-static const char *const reasons[] = {"", "zone ahead", "zone growing", "compression"};
+static const char *const reasons[] = {"", ", ahead", ", growing", ", pressed"}; /* as the heading of the table explains */
 
 /* The segments that were surveyed since the landing before. A board with a predictor forgets a survey with the landing that uses it up; one
  * without keeps a reading until there is another, so what is the same to the last digit is no news. */
@@ -110,46 +111,37 @@ static bool news(const struct mr_predictor_zone *now, const struct mr_predictor_
            labs((long)now->coming_mats - (long)last->coming_mats) >= CHANGED_MATS;
 }
 
-static json_t *number(double value)
-{
-    return isnan(value) ? json_null() : json_real(value);
-}
-
 /* Half a 95 % interval; none is stated where there is no zone, nor of a kinematic one. */
-static void error_text(double error, char text[16])
+static void end_answer(struct answer *answer, const char *name, const char *label, const struct mr_predictor_zone *zone, float at_ft, float error_ft)
 {
-    snprintf(text, 16, isnan(error) ? "-" : "%.1f", 1.96 * error);
+    double value_ft = zone->mats ? (double)at_ft : (double)NAN;
+    answer_estimate(answer, NULL, label, UNIT_STATION, value_ft, 1.96 * (double)error_ft, 1);
+    answer_value(answer, name, NULL, UNIT_STATION, value_ft, 1)->digits = DIGITS;
 }
 
-static void tell(struct predict *predict, double t_s, const struct mr_predictor_zone *zone, const struct cli *cli)
+static void tell(const struct predict *predict, double t_s, const struct mr_predictor_zone *zone, struct answer *answer)
 {
-    float wheel_ft = predict->predictor.wheel_ft;
-    if (cli->json) {
-        json_array_append_new(predict->rows,
-                              json_pack("{s:f, s:o, s:i, s:o, s:o, s:i, s:o, s:f, s:s, s:i, s:i}", "t_s", t_s, "wheel_ft",
-                                        number((double)wheel_ft), "mats", (int)zone->mats, "start_ft",
-                                        zone->mats ? json_real((double)zone->start_ft) : json_null(), "end_ft",
-                                        zone->mats ? json_real((double)zone->end_ft) : json_null(), "coming_mats",
-                                        (int)zone->coming_mats, "coming_ft", number((double)zone->coming_ft), "compression_lb",
-                                        (double)zone->compression_lb, "verdict", mr_predictor_verdict_text(zone->verdict), "level", (int)zone->level,
-                                        "basis", (int)zone->basis));
-        return;
-    }
-    char coming[16] = "-", start[16], end[16];
-    double ft = unit_of(UNIT_STATION, cli->si)->factor, lb = unit_of(UNIT_TENSION, cli->si)->factor;
-    error_text(ft * (double)zone->start_error_ft, start);
-    error_text(ft * (double)zone->end_error_ft, end);
-    if (zone->coming_mats)
-        snprintf(coming, sizeof coming, "%.1f", ft * (double)zone->coming_ft);
-    printf("%7.3f %7.1f %6u %6.1f +- %-4s %6.1f +- %-4s %7u %7s %7.1f  %-8s %s%s%s\n", t_s, ft * (double)wheel_ft, zone->mats,
-           ft * (double)zone->start_ft, start, ft * (double)zone->end_ft, end, zone->coming_mats, coming,
-           lb * (double)zone->compression_lb, mr_predictor_verdict_text(zone->verdict), reasons[zone->reason],
-           zone->basis & MR_PREDICTOR_BLIND ? " (blind)" : "", zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? " (inferred)" : "");
+    answer_open(answer, NULL, NULL);
+    answer_value(answer, "t", "time", UNIT_TIME, t_s, 3)->digits = DIGITS;
+    answer_value(answer, "wheel", "wheel", UNIT_STATION, (double)predict->predictor.wheel_ft, 1)->digits = DIGITS;
+    answer_count(answer, "mats", "mats", zone->mats);
+    end_answer(answer, "start", "start", zone, zone->start_ft, zone->start_error_ft);
+    end_answer(answer, "end", "end", zone, zone->end_ft, zone->end_error_ft);
+    answer_count(answer, "coming_mats", "next|mats", zone->coming_mats);
+    answer_value(answer, "coming", "next|at", UNIT_STATION, zone->coming_mats ? (double)zone->coming_ft : (double)NAN, 1)->digits = DIGITS;
+    answer_value(answer, "compression", "push", UNIT_TENSION, (double)zone->compression_lb, 1)->digits = DIGITS;
+    answer_words(answer, "verdict", NULL, "%s", mr_predictor_verdict_text(zone->verdict));
+    answer_words(answer, NULL, "verdict", "%s%s", mr_predictor_verdict_text(zone->verdict), reasons[zone->reason]);
+    answer_words(answer, NULL, "basis", "%s%s", zone->basis & MR_PREDICTOR_BLIND ? "blind " : "",
+                 zone->mats && !(zone->basis & MR_PREDICTOR_BRACKETED) ? "inferred" : "");
+    answer_count(answer, "level", NULL, zone->level);
+    answer_count(answer, "basis", NULL, zone->basis);
+    answer_close(answer);
 }
 
 /* All blocks from arming on; the block of the first warning, STORE_NONE: none. Looks fall into the blocks in which the board looks, and
  * bear the board's stamp: the beginning of the block. */
-static int64_t run_all(struct predict *predict, const struct cli *cli)
+static int64_t run_all(struct predict *predict, struct answer *answer)
 {
     const struct measured *measured = &predict->measured;
     struct mr_predictor_zone zone, last = {.level = MR_PREDICTOR_KINEMATIC};
@@ -176,7 +168,7 @@ static int64_t run_all(struct predict *predict, const struct cli *cli)
         bool changed = zone.verdict != last.verdict || zone.level != last.level;
         if (!changed && (block % PREDICT_SAY_BLOCKS != 0 || !news(&zone, &last)))
             continue;
-        tell(predict, measured_block_s(measured, block), &zone, cli);
+        tell(predict, measured_block_s(measured, block), &zone, answer);
         last = zone;
     }
     return warned_block;
@@ -199,113 +191,146 @@ static struct first_warning first_warning(const struct predict *predict, int64_t
     };
 }
 
-static json_t *block_json(int64_t block)
-{
-    return block == STORE_NONE ? json_null() : json_integer(block);
-}
-
-static json_t *conclude_json(const struct predict *predict, const struct first_warning *first, const struct mr_predictor_zone *left)
-{
-    json_t *object = json_pack("{s:i, s:O, s:o, s:o, s:i, s:i, s:f, s:o}", "run", (int)predict->measured.landing.id, "statements",
-                               predict->rows, "first_warning_s", number(first->t_s), "board_first_warning_s", number(first->board_s),
-                               "mat_updates", (int)predict->predictor.updates, "segments_surveyed", (int)predict->fresh, "resistance_scale",
-                               (double)predict->predictor.scale, "left",
-                               left->mats ? json_pack("{s:i, s:f, s:f, s:i}", "mats", (int)left->mats, "start_ft", (double)left->start_ft,
-                                                      "end_ft", (double)left->end_ft, "closed_joints", (int)left->closed_joints)
-                                          : json_null());
-    char doubt[DOUBTS_TEXT];
-    doubts_headline(&predict->measured.doubts, doubt);
-    json_object_set_new(object, "doubtful", doubt[0] ? json_string(doubt) : json_null());
-    json_object_set_new(object, "first_warning_block", block_json(first->block));
-    json_object_set_new(object, "board_first_warning_block", block_json(first->board_block));
-    json_object_set_new(object, "t0_is_touchdown", json_boolean(predict->measured.t0_is_touchdown));
-    json_object_set_new(object, "board_runway", json_boolean(predict->resumed));
-    return object;
-}
-
 /* Which clock, and why two first warnings may differ. */
-static void tell_first(const struct predict *predict, const struct first_warning *first)
+static void first_answer(const struct predict *predict, const struct first_warning *first, struct answer *answer)
 {
+    const char *clock = predict->measured.t0_is_touchdown ? "touchdown, by the board's clock" : "the first switch or arming, by the board's clock";
     if (predict->resumed)
-        printf("begun with the runway that the board was armed with\n");
+        answer_words(answer, NULL, "begun with", "the runway that the board was armed with");
     if (isnan(first->t_s))
-        printf("predictor: no warning");
+        answer_words(answer, NULL, "predictor", "no warning");
     else
-        printf("predictor: first warning at %.3f s", first->t_s);
+        answer_words(answer, NULL, "predictor", "first warning at %.3f s after %s", first->t_s, clock);
     if (isnan(first->board_s))
-        printf("; board: none");
+        answer_words(answer, NULL, "board", "no warning");
     else
-        printf("; board: at %.3f s", first->board_s);
-    if (!isnan(first->board_s))
-        printf(" (decided in block %lld)", (long long)first->board_block);
-    if (!isnan(first->t_s) || !isnan(first->board_s))
-        printf("; seconds after %s, by the board's clock", predict->measured.t0_is_touchdown ? "touchdown" : "the first switch or arming");
+        answer_words(answer, NULL, "board", "first warning at %.3f s after %s; decided in block %lld", first->board_s, clock, (long long)first->board_block);
     if (first->block != first->board_block)
-        printf("; two computations: this one has all the time it wants and the usual parameters, the board's is computed again below");
+        answer_words(answer, NULL, "board",
+                     "two computations: the predictor's has all the time it wants and the usual parameters, the board's is computed again below");
+    answer_value(answer, "first_warning_s", NULL, UNIT_NUMBER, first->t_s, 3)->digits = DIGITS;
+    answer_value(answer, "board_first_warning_s", NULL, UNIT_NUMBER, first->board_s, 3)->digits = DIGITS;
+    answer_count(answer, "first_warning_block", NULL, first->block);
+    answer_count(answer, "board_first_warning_block", NULL, first->board_block);
+    answer_flag(answer, "t0_is_touchdown", NULL, predict->measured.t0_is_touchdown);
+    answer_flag(answer, "board_runway", NULL, predict->resumed);
 }
 
-static void conclude(const struct predict *predict, const struct first_warning *first, const struct mr_predictor_zone *left, const struct cli *cli)
+static void left_answer(const struct mr_predictor_zone *left, struct answer *answer)
 {
-    const struct unit *station = unit_of(UNIT_STATION, cli->si);
-    tell_first(predict, first);
-    printf(". Segments surveyed: %zu. Closing resistance found: %.2f of the one assumed. Mat updates: %.2f million.\n", predict->fresh,
-           (double)predict->predictor.scale, (double)predict->predictor.updates / 1e6);
+    const struct unit *station = unit_of(UNIT_STATION, answer_in_si(answer));
+    if (!left->mats) {
+        answer_none(answer, "left", NULL, "");
+        return;
+    }
+    answer_words(answer, NULL, "left", "ahead of the stop: %u mats closed, stations %.1f to %.1f %s, %u closed joints", left->mats,
+                 station->factor * (double)left->start_ft, station->factor * (double)left->end_ft, station->text, left->closed_joints);
+    answer_open(answer, "left", NULL);
+    answer_count(answer, "mats", NULL, left->mats);
+    answer_value(answer, "start", NULL, UNIT_STATION, (double)left->start_ft, 1)->digits = DIGITS;
+    answer_value(answer, "end", NULL, UNIT_STATION, (double)left->end_ft, 1)->digits = DIGITS;
+    answer_count(answer, "closed_joints", NULL, left->closed_joints);
+    answer_close(answer);
+}
+
+static void conclude(const struct predict *predict, const struct first_warning *first, const struct mr_predictor_zone *left, struct answer *answer)
+{
+    first_answer(predict, first, answer);
+    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)predict->fresh);
+    answer_value(answer, "resistance_scale", NULL, UNIT_NUMBER, (double)predict->predictor.scale, 2)->digits = DIGITS;
+    answer_words(answer, NULL, "resistance", "of closing joints: %.2f of the one assumed", (double)predict->predictor.scale);
+    answer_count(answer, "mat_updates", "mat updates", predict->predictor.updates);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         if (predict->predictor.doubt[i] > MR_PREDICTOR_MISSING)
-            printf("transducer %u was left out: it %s\n", i + 1u,
-                   predict->predictor.doubt[i] == MR_PREDICTOR_DRIFTS ? "drifted" : "disagreed with the model");
+            answer_words(answer, NULL, "left out", "transducer %u: it %s", i + 1u,
+                         predict->predictor.doubt[i] == MR_PREDICTOR_DRIFTS ? "drifted" : "disagreed with the model");
     }
-    if (left->mats)
-        printf("left ahead of the stop: %u mats closed, stations %.1f to %.1f %s, %u closed joints\n", left->mats,
-               station->factor * (double)left->start_ft, station->factor * (double)left->end_ft, station->text, left->closed_joints);
-}
-
-static void tell_lost(const struct predict_again *again)
-{
-    if (again->possible && again->lacks_block != STORE_NONE)
-        printf("computed again up to block %lld, which the record lacks\n", (long long)again->lacks_block);
-    if (again->lost)
-        printf("not compared: %zu fields or statements that were lost on the way\n", again->lost);
+    left_answer(left, answer);
 }
 
 /* Did the board say what follows from its record, bit by bit? */
-static void tell_again(const struct predict_again *again)
+static void again_words(const struct predict_again *again, struct answer *answer)
 {
+    static const char label[] = "again";
+    if (again->possible && again->lacks_block != STORE_NONE)
+        answer_words(answer, NULL, label, "computed again up to block %lld, which the record lacks", (long long)again->lacks_block);
+    if (again->lost)
+        answer_words(answer, NULL, label, "not compared: %zu fields or statements that were lost on the way", again->lost);
     if (!again->possible)
-        printf("the board's own run cannot be computed again: the record lacks %s\n", again->lacks);
+        answer_words(answer, NULL, label, "the board's own run cannot be computed again: the record lacks %s", again->lacks);
     else if (!again->differ)
-        printf("computed again from the record: %zu statements of the board, %zu fields, all the same to the last bit\n", again->said,
-               again->fields);
+        answer_words(answer, NULL, label, "computed again from the record: %zu statements of the board, %zu fields, all the same to the last bit",
+                     again->said, again->fields);
     else
-        printf("computed again from the record: %zu of %zu fields of %zu statements DIFFER; first block %lld, %s: board %.10g, host %.10g\n",
-               again->differ, again->fields, again->made, (long long)again->first.block, again->first.field, again->first.said,
-               again->first.made);
+        answer_words(answer, NULL, label,
+                     "computed again from the record: %zu of %zu fields of %zu statements DIFFER; first block %lld, %s: board %.10g, host %.10g",
+                     again->differ, again->fields, again->made, (long long)again->first.block, again->first.field, again->first.said,
+                     again->first.made);
 }
 
-static json_t *again_json(const struct predict_again *again)
+static void again_answer(const struct predict_again *again, struct answer *answer)
 {
-    json_t *object = json_pack("{s:b, s:i, s:i, s:i, s:i}", "possible", again->possible, "statements", (int)again->said, "fields",
-                               (int)again->fields, "differ", (int)again->differ, "backlogs", (int)again->backlogs);
-    json_object_set_new(object, "first_warning_block", block_json(again->warned_block));
-    json_object_set_new(object, "lost", json_integer((json_int_t)again->lost));
-    json_object_set_new(object, "lacks_block", again->lacks_block == STORE_NONE ? json_null() : json_integer((json_int_t)again->lacks_block));
-    json_object_set_new(object, "lacks", again->lacks ? json_string(again->lacks) : json_null());
-    json_object_set_new(object, "first",
-                        again->differ ? json_pack("{s:I, s:s, s:o, s:o}", "block", (json_int_t)again->first.block, "field", again->first.field,
-                                                  "board", number(again->first.said), "host", number(again->first.made))
-                                      : json_null());
-    return object;
+    again_words(again, answer);
+    answer_open(answer, "again", NULL);
+    answer_flag(answer, "possible", NULL, again->possible);
+    answer_count(answer, "statements", NULL, (int64_t)again->said);
+    answer_count(answer, "fields", NULL, (int64_t)again->fields);
+    answer_count(answer, "differ", NULL, (int64_t)again->differ);
+    answer_count(answer, "backlogs", NULL, (int64_t)again->backlogs);
+    answer_count(answer, "first_warning_block", NULL, again->warned_block);
+    answer_count(answer, "lost", NULL, (int64_t)again->lost);
+    answer_count(answer, "lacks_block", NULL, again->lacks_block);
+    if (again->lacks)
+        answer_words(answer, "lacks", NULL, "%s", again->lacks);
+    else
+        answer_none(answer, "lacks", NULL, "");
+    if (again->differ) {
+        answer_open(answer, "first", NULL);
+        answer_count(answer, "block", NULL, again->first.block);
+        answer_words(answer, "field", NULL, "%s", again->first.field);
+        answer_value(answer, "board", NULL, UNIT_NUMBER, again->first.said, 6)->digits = DIGITS;
+        answer_value(answer, "host", NULL, UNIT_NUMBER, again->first.made, 6)->digits = DIGITS;
+        answer_close(answer);
+    } else {
+        answer_none(answer, "first", NULL, "");
+    }
+    answer_close(answer);
 }
 
-/* One landing. `results`: NULL, or where its object goes. */
-static enum mr_status predict_run(struct predict *predict, struct store *store, int64_t run, json_t *results, const struct cli *cli,
-                                  struct error *error)
+/* What this predictor and the board's say of a landing that was prepared. */
+static enum mr_status predict_answer(struct predict *predict, struct store *store, struct answer *answer, struct error *error)
 {
+    const int64_t run = predict->measured.landing.id;
     struct mr_predictor_zone left;
     struct predict_again again;
+    char doubt[DOUBTS_TEXT], heading[40];
+    snprintf(heading, sizeof heading, "RUN %lld", (long long)run);
+    answer_open(answer, NULL, heading);
+    answer_count(answer, "run", NULL, run);
+    doubts_headline(&predict->measured.doubts, doubt);
+    if (doubt[0])
+        answer_sentence(answer, "doubtful", "%s", doubt);
+    else
+        answer_none(answer, "doubtful", NULL, "");
+    answer_table(answer, "statements", "the longest closed zone ahead, the longest next, and how hard the mats ahead are pressed (+-: 95 %)");
+    struct first_warning first = first_warning(predict, run_all(predict, answer));
+    answer_close(answer);
+    mr_predictor_zone(&predict->predictor, &left);
+    enum mr_status status = predict_again(store, run, &again, error);
+    conclude(predict, &first, &left, answer);
+    if (status == MR_OK)
+        again_answer(&again, answer);
+    answer_close(answer);
+    predict->differ |= status == MR_OK && again.differ > 0;
+    return status;
+}
+
+/* One landing. */
+static enum mr_status predict_run(struct predict *predict, struct store *store, int64_t run, struct answer *answer, const struct cli *cli,
+                                  struct error *error)
+{
     int64_t source;
     predict->gear = (struct known_gear){0};
-    predict->rows = json_array();
     enum mr_status status = measured_load(store, run, &predict->measured, error);
     measured_aside_note(&predict->measured, cli);
     if (status == MR_OK && predict->measured.source == MEASURED_NOTHING)
@@ -326,31 +351,11 @@ static enum mr_status predict_run(struct predict *predict, struct store *store, 
     if (status == MR_OK)
         status = prepare(predict, error);
     if (status == MR_OK) {
-        char doubt[DOUBTS_TEXT];
-        doubts_headline(&predict->measured.doubts, doubt);
-        if (!results && doubt[0])
-            printf("RUN %lld %s\n", (long long)run, doubt);
-        if (!results)
-            puts(cli->si ? "    t_s   wheel   mats   start_m           end_m       coming    at_m press_N   verdict"
-                         : "    t_s   wheel   mats   start_ft          end_ft      coming   at_ft press_lb  verdict");
-        struct first_warning first = first_warning(predict, run_all(predict, cli));
-        mr_predictor_zone(&predict->predictor, &left);
-        status = predict_again(store, run, &again, error);
-        if (results) {
-            json_t *object = conclude_json(predict, &first, &left);
-            json_object_set_new(object, "again", again_json(&again));
-            json_array_append_new(results, object);
-        } else {
-            conclude(predict, &first, &left, cli);
-            tell_lost(&again);
-            tell_again(&again);
-        }
-        predict->differ |= again.differ > 0;
+        status = predict_answer(predict, store, answer, error);
         mr_predictor_fold(&predict->predictor);
         mr_predictor_save(&predict->predictor, &predict->state);
         predict->carried = true;
     }
-    json_decref(predict->rows);
     zones_free(&predict->zones);
     measured_free(&predict->measured);
     memset(&predict->zones, 0, sizeof predict->zones);
@@ -370,17 +375,6 @@ static enum mr_status parse_runs(const char *const *words, int64_t *runs, size_t
     return status;
 }
 
-static int print_results(json_t *results, int exit_code)
-{
-    json_t *whole = json_array_size(results) == 1 ? json_incref(json_array_get(results, 0)) : json_pack("{s:O}", "runs", results);
-    json_decref(results);
-    bool failed = json_dumpf(whole, stdout, JSON_INDENT(1)) != 0 || putchar('\n') == EOF || fflush(stdout) != 0;
-    json_decref(whole);
-    if (failed)
-        fputs("matrig: cannot write the result: standard output; check where it goes\n", stderr);
-    return failed ? mr_status_exit_code(MR_IO) : exit_code;
-}
-
 struct request {
     bool voided;
 };
@@ -393,30 +387,26 @@ static int predict_command(int argc, char **argv, const struct cli *cli)
     struct request r = {0};
     struct error error = {0};
     struct store *store = NULL;
-    json_t *results = cli->json ? json_array() : NULL;
+    struct answer *answer = answer_new(cli->si);
     size_t count = 0;
+    answer_as_given(answer);
     enum mr_status status = command_parse(&command_predict, argc, argv, cli, &r, words, &error);
     if (status == MR_OK)
         status = parse_runs(words + 1, runs, &count, &error);
     if (status == MR_OK)
         status = store_open(words[0], STORE_READ, &store, &error);
-    if (status != MR_OK) {
-        json_decref(results);
-        return cli_fail(&error);
-    }
+    if (count > 1)
+        answer_list(answer, "runs", "");
     for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (count > 1 && !cli->json)
-            printf("%srun %lld\n", i ? "\n" : "", (long long)runs[i]);
         status = store_refuse_void(store, runs[i], r.voided, &error);
         if (status == MR_OK)
-            status = predict_run(&predict, store, runs[i], results, cli, &error);
+            status = predict_run(&predict, store, runs[i], answer, cli, &error);
     }
     store_close(store);
-    int exit_code = predict.differ ? mr_status_exit_code(MR_LIMIT) : 0;
-    if (status == MR_OK && cli->json)
-        return print_results(results, exit_code);
-    json_decref(results);
-    return status == MR_OK ? exit_code : cli_fail(&error);
+    if (status == MR_OK)
+        return answer_show(cli, answer, predict.differ ? mr_status_exit_code(MR_LIMIT) : 0);
+    answer_free(answer);
+    return cli_fail(&error);
 }
 
 #define VALUES struct request

@@ -97,14 +97,15 @@ double live_model_gear_ft(const struct live_model *model)
     return (double)model->position_ft;
 }
 
-bool live_model_recording(const struct live_model *model)
+/* From arm to done, or nobody said. */
+static bool is_recording(const struct live_model *model)
 {
     return !model->state_known || (model->state >= MR_LANDING_ARMED && model->state <= MR_LANDING_SETTLING);
 }
 
 bool live_model_advised(const struct live_model *model)
 {
-    return model->verdict.block >= 0 && model->verdict.said.verdict == MR_PREDICTOR_ADVISORY && live_model_recording(model);
+    return model->verdict.block >= 0 && model->verdict.said.verdict == MR_PREDICTOR_ADVISORY && is_recording(model);
 }
 
 const char *live_model_reading_text(const struct live_model *model, unsigned index)

@@ -171,8 +171,6 @@ int64_t live_model_block(const struct live_model *model);
 int64_t live_model_heard_us(const struct live_model *model);
 /* Where the gear is by the newest statement, ft; NaN: not known, or no landing goes on. */
 double live_model_gear_ft(const struct live_model *model);
-/* From arm to done, or nobody said. */
-bool live_model_recording(const struct live_model *model);
 /* The predictor advises, and does not warn. */
 bool live_model_advised(const struct live_model *model);
 /* All that turns the channel's codes into its value has been told. No record is read before: a zero or a table that is not known

@@ -134,8 +134,8 @@ void logger_note_health(struct logger *logger);
 void logger_show_progress(struct logger *logger, bool last);
 /* Nobody spoke, or nobody that matrig understands. */
 enum mr_status logger_check_heard(const struct logger *logger, const char *can, const char *serial, struct error *error);
-/* Of the whole session. */
-void logger_show_troubles(struct logger *logger);
-json_t *logger_json(struct logger *logger, const char *db, const struct error *error);
+/* What the whole session came to, in landings and outside. Returns `code`, or with --json the exit code of a failed output: people may have
+ * gone away while it logged. */
+int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code);
 
 #endif

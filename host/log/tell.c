@@ -228,86 +228,80 @@ void logger_note_unheard(struct logger *logger)
     }
 }
 
-static void troubles_of(const struct link_counters *counters, int64_t trouble[LINK_TROUBLES])
-{
-    for (unsigned i = 0; i < LINK_TROUBLES; i++)
-        trouble[i] = (int64_t)counters->trouble[i];
-}
-
-static json_t *troubles_json(const struct link_counters *counters)
-{
-    int64_t trouble[LINK_TROUBLES];
-    troubles_of(counters, trouble);
-    return summary_troubles_json(trouble);
-}
-
 /* Messages that the board counted and nobody received, in the whole session. */
-static void show_missing(int kind, const int64_t missing[MR_PLACES])
+static void missing_answer(int kind, const int64_t missing[MR_PLACES], struct answer *answer)
 {
-    bool any = false;
+    char text[1000] = "";
+    size_t used = 0;
+    answer_open(answer, "missing", "");
     for (unsigned place = 0; place < MR_PLACES; place++) {
         if (missing[place] == 0)
             continue;
-        if (!any)
-            printf("%s missed in this session:", summary_link_name(kind));
-        printf("%s %s %lld", any ? "," : "", mr_message_text(place), (long long)missing[place]);
-        any = true;
+        answer_count(answer, mr_message_text(place), NULL, missing[place]);
+        if (used < sizeof text)
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s %s %lld", used ? "," : "", mr_message_text(place), (long long)missing[place]);
     }
-    if (any)
-        printf("\n");
+    if (used)
+        answer_sentence(answer, NULL, "%s missed in this session:%s", summary_link_name(kind), text);
+    answer_close(answer);
 }
 
-/* Troubles of the whole session, in landings and outside. */
-void logger_show_troubles(struct logger *logger)
+static void link_answer(const struct logger *logger, int kind, const struct collector_progress *p, struct answer *answer)
 {
-    char held[300];
-    struct collector_progress progress;
-    collector_progress(logger->collector, &progress);
-    for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++)
-        show_missing(kind, progress.missing[kind]);
-    for (int kind = 0; kind < LINK_KINDS && !logger->cli->json; kind++) {
-        int64_t trouble[LINK_TROUBLES];
-        char line[400];
-        if (!logger->link[kind] || logger->counters[kind].troubles == 0)
-            continue;
-        troubles_of(&logger->counters[kind], trouble);
-        summary_troubles(trouble, line, sizeof line);
-        printf("%s link in this session: %s\n", summary_link_name(kind), line);
-    }
-    watch_session(&logger->watch, held, sizeof held);
-    if (!logger->cli->json && held[0])
-        printf("writing the campaign in this session: %s\n", held);
-    if (!logger->cli->json && progress.strangers[LINK_CAN] > 0)
-        printf("CAN in this session: %lld frames on the board's identifiers that are not the board's\n",
-               (long long)progress.strangers[LINK_CAN]);
-    fflush(stdout);
+    const struct store_link_counts *c = &p->counts[kind];
+    int64_t trouble[LINK_TROUBLES];
+    char line[400];
+    for (unsigned i = 0; i < LINK_TROUBLES; i++)
+        trouble[i] = (int64_t)logger->counters[kind].trouble[i];
+    summary_troubles(trouble, line, sizeof line);
+    answer_open(answer, kind == LINK_CAN ? "can" : "serial", "");
+    answer_count(answer, "received", NULL, c->received);
+    answer_count(answer, "lost", NULL, c->lost);
+    answer_count(answer, "dropped", NULL, c->dropped);
+    answer_count(answer, "bad", NULL, c->bad);
+    answer_count(answer, "foreign", NULL, c->foreign);
+    answer_count(answer, "strangers", NULL, p->strangers[kind]);
+    missing_answer(kind, p->missing[kind], answer);
+    answer_json_value(answer, "troubles", summary_troubles_json(trouble));
+    if (line[0])
+        answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name(kind), line);
+    if (kind == LINK_CAN && p->before_first >= 0)
+        answer_count(answer, "before_logging", NULL, p->before_first);
+    answer_close(answer);
 }
 
-json_t *logger_json(struct logger *logger, const char *db, const struct error *error)
+int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code)
 {
     struct collector_progress p;
-    collector_progress(logger->collector, &p);
-    json_t *links = json_object();
-    for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct store_link_counts *c = &p.counts[kind];
-        json_t *missing = json_object();
-        for (unsigned place = 0; place < MR_PLACES; place++) {
-            if (p.missing[kind][place])
-                json_object_set_new(missing, mr_message_text(place), json_integer(p.missing[kind][place]));
-        }
-        if (logger->link[kind])
-            json_object_set_new(links, kind == LINK_CAN ? "can" : "serial",
-                                json_pack("{sIsIsIsIsIsIsOso}", "received", (json_int_t)c->received, "lost",
-                                          (json_int_t)c->lost, "dropped", (json_int_t)c->dropped, "bad",
-                                          (json_int_t)c->bad, "foreign", (json_int_t)c->foreign, "strangers", (json_int_t)p.strangers[kind], "missing", missing, "troubles",
-                                          troubles_json(&logger->counters[kind])));
-        json_decref(missing);
-    }
-    if (logger->link[LINK_CAN] && p.before_first >= 0)
-        json_object_set_new(json_object_get(links, "can"), "before_logging", json_integer(p.before_first));
     const struct link *link = NULL;
-    const char *unheard = p.hello ? NULL : diagnosis_word(diagnose(logger, &link));
-    return json_pack("{sssIsssososOss?ss?}", "db", logger->saved[0] ? logger->saved : db, "session", (json_int_t)collector_session(logger->collector),
-                     "ended_by", logger->ended_by, "links", links, "queue", watch_json(&logger->watch), "landings", logger->landings, "error",
-                     error->status == MR_OK ? NULL : error->text, "unheard", unheard);
+    struct answer *answer = answer_new(logger->cli->si);
+    char held[300];
+    collector_progress(logger->collector, &p);
+    watch_session(&logger->watch, held, sizeof held);
+    answer_json_value(answer, "db", json_string(logger->saved[0] ? logger->saved : db));
+    answer_count(answer, "session", NULL, collector_session(logger->collector));
+    answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
+    answer_open(answer, "links", "");
+    for (int kind = 0; kind < LINK_KINDS; kind++) {
+        if (logger->link[kind])
+            link_answer(logger, kind, &p, answer);
+    }
+    answer_close(answer);
+    answer_json_value(answer, "queue", watch_json(&logger->watch));
+    if (held[0])
+        answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);
+    if (p.strangers[LINK_CAN] > 0)
+        answer_sentence(answer, NULL, "CAN in this session: %lld frames on the board's identifiers that are not the board's",
+                        (long long)p.strangers[LINK_CAN]);
+    answer_json_value(answer, "landings", json_incref(logger->landings));
+    if (error->status != MR_OK)
+        answer_words(answer, "error", NULL, "%s", error->text);
+    else
+        answer_none(answer, "error", NULL, "");
+    if (p.hello)
+        answer_none(answer, "unheard", NULL, "");
+    else
+        answer_words(answer, "unheard", NULL, "%s", diagnosis_word(diagnose(logger, &link)));
+    int shown = answer_show(logger->cli, answer, code);
+    return logger->cli->json ? shown : code;
 }

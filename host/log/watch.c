@@ -106,7 +106,7 @@ enum link_trouble watch_blame(void *context)
     }
 }
 
-const char *watch_cause_name(enum watch_cause cause)
+static const char *cause_name(enum watch_cause cause)
 {
     static const char *const names[WATCH_CAUSES] = {"lock", "slow_disk", "full_disk", "failing_disk", "processor"};
     return cause < WATCH_CAUSES ? names[cause] : "none";
@@ -382,7 +382,7 @@ json_t *watch_json(struct watch *watch)
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_CAUSES; cause++) {
         if (watch->held_us[cause])
-            json_object_set_new(held, watch_cause_name((enum watch_cause)cause), json_real((double)watch->held_us[cause] / 1e6));
+            json_object_set_new(held, cause_name((enum watch_cause)cause), json_real((double)watch->held_us[cause] / 1e6));
     }
     json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_S, "most_percent", (double)watch->most_permille / 10.0, "held_s", held);
     pthread_mutex_unlock(&watch->lock);

@@ -88,7 +88,6 @@ enum link_trouble watch_blame(void *watch);
 unsigned watch_permille(struct watch *watch);
 /* "12 frames of CAN and 480 bytes of serial", or "nothing"; what waits, or with `lost` what was lost. */
 void watch_amount(struct watch *watch, bool lost, char *out, size_t size);
-const char *watch_cause_name(enum watch_cause cause);
 json_t *watch_json(struct watch *watch);
 /* A line for the end of the session; "": nothing was in the way. */
 void watch_session(struct watch *watch, char *out, size_t size);

@@ -14,48 +14,6 @@
 #define STATEMENT_S 0.05
 #define CHANGES_MAX 12u /* rows of the table */
 
-static void zone_words(FILE *out, const struct zone_warning *w, bool since_touchdown, bool si)
-{
-    const struct unit *station = unit_of(UNIT_STATION, si);
-    if (!w->warned) {
-        fputs("<p class=\"say\">No warning was raised.</p>\n", out);
-        return;
-    }
-    char when[80];
-    zones_when(w, since_touchdown, when, sizeof when);
-    fprintf(out, "<p class=\"say\"><span class=\"warn\">Warned</span> %s, of %lld closed mats between stations %.1f and %.1f %s", when,
-            (long long)w->mats, w->start_ft * station->factor, w->end_ft * station->factor, station->text);
-    if (w->inferred_percent > 0)
-        fprintf(out, " (%lld %% of it inferred from the survey alone)", (long long)w->inferred_percent);
-    if (w->reached)
-        fprintf(out, ". The wheel came there %.3f s later", w->true_lead_s);
-    else
-        fputs(". The wheel did not come there in the record", out);
-    if (w->reason != STORE_NONE) {
-        fprintf(out, ". Because %s", mr_predictor_reason_text((unsigned)w->reason));
-        if (w->coming_mats > 0)
-            fprintf(out, ": %lld mats before the wheel at station %.1f %s", (long long)w->coming_mats, w->coming_wheel_ft * station->factor,
-                    station->text);
-        if (!isnan(w->coming_after_s))
-            fprintf(out, ", where it was %.3f s later", w->coming_after_s);
-        if (!isnan(w->start_error_ft))
-            fprintf(out, "; the ends are good to %.1f and %.1f %s (95 %%: twice that)", w->start_error_ft * station->factor,
-                    w->end_error_ft * station->factor, station->text);
-    }
-    if (!isnan(w->lead_s)) {
-        fprintf(out, ". The first lead time given was %.3f s, to station %.1f %s, at %.3f s", w->lead_s,
-                w->lead_start_ft * station->factor, station->text, w->lead_t_s);
-        if (isnan(w->lead_became_s))
-            fputs("; the wheel did not come there in the record", out);
-        else
-            fprintf(out, "; it took %.3f s", w->lead_became_s);
-    }
-    fprintf(out, ". At its longest: %lld mats, %.1f to %.1f %s.</p>\n", (long long)w->most_mats,
-            w->most_start_ft * station->factor, w->most_end_ft * station->factor, station->text);
-}
-
-/* Statements follow each other by a twentieth of a second: a step from one to the next. What stays the same is one bar, and ends where
- * statements are missing. */
 static void draw_zones(const struct svg_plot *plot, const struct zones *zones, const struct measured *measured)
 {
     for (size_t i = 0, next; i < zones->count; i = next) {
@@ -197,10 +155,9 @@ enum mr_status landing_predictor(const struct report *report, const struct repor
 {
     const struct measured *measured = &landing->summary.measured;
     (void)error;
-    if (measured->source == MEASURED_IMPORT)
-        fputs("<p class=\"say\">No board watched for zones: the readings are another instrument's.</p>\n", out);
-    else
-        zone_words(out, &landing->summary.zones.warning, measured->t0_is_touchdown, report->si);
+    struct answer *answer = answer_new(report->si);
+    summary_zone_answer(&landing->summary, answer);
+    report_answer(answer, out);
     if (measured->fit_status != MR_OK || landing->summary.zones.count == 0)
         return MR_OK;
     fputs("<figure>", out);

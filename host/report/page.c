@@ -42,6 +42,13 @@ static const struct part {
     {"Health and losses", landing_health},
 };
 
+void report_answer(struct answer *answer, FILE *out)
+{
+    if (!answer_html(answer, out))
+        abort();
+    answer_free(answer);
+}
+
 /* What a section wrote; NULL: nothing. The caller frees it. */
 static char *collected(FILE *into, char **text, const size_t *size)
 {
@@ -74,8 +81,9 @@ static enum mr_status write_landing(const struct report *report, const struct re
 {
     const struct store_landing *row = &landing->summary.measured.landing;
     enum mr_status status = MR_OK;
-    fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>RUN %lld: landing %lld</h2>\n", (long long)row->id, (long long)row->id,
-            (long long)row->board_landing);
+    char heading[SUMMARY_HEADING];
+    summary_heading(&landing->summary, heading);
+    fprintf(out, "<section id=\"run%lld\" class=\"landing\"><h2>%s</h2>\n", (long long)row->id, heading);
     for (size_t i = 0; i < sizeof parts / sizeof parts[0] && status == MR_OK; i++)
         status = write_part(report, landing, &parts[i], out, error);
     fputs("</section>\n", out);

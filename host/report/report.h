@@ -6,6 +6,7 @@
 
 #include "common/config.h"
 #include "host/analyse/summary.h"
+#include "host/base/answer.h"
 #include "host/store/store_journal.h"
 #include "host/store/store_predict.h"
 
@@ -42,6 +43,9 @@ void report_free(struct report *report);
 /* A section writes what is to be read under its heading; one that writes nothing is left out of the page and its contents. */
 typedef enum mr_status report_section(const struct report *report, FILE *out, struct error *error);
 typedef enum mr_status report_part(const struct report *report, const struct report_landing *landing, FILE *out, struct error *error);
+
+/* An answer on the page; frees the answer. */
+void report_answer(struct answer *answer, FILE *out);
 
 /* Of the campaign (campaign_*.c): */
 report_section campaign_summary, campaign_compared, campaign_cumulative, campaign_zones, campaign_tension, campaign_predictor, campaign_slow, campaign_journal,

@@ -16,13 +16,13 @@ tells() { # NAME: speed and stop as with all channels; what else it has
 }
 four_tell() {
     record full build/firmware/matrig.elf && record four $variants/four.elf && tells four || return 1
-    grep -E '^ +[4-7]0\.0 ft ' "$tmp/full.txt" >"$tmp/wanted"
-    grep -E '^ +[0-9]+\.0 ft ' "$tmp/four.txt" >"$tmp/got"
+    grep -E '^ +[0-9]+ +[4-7]0\.0 ' "$tmp/full.txt" >"$tmp/wanted"
+    grep -E '^ +[0-9]+ +[0-9]+\.0 ' "$tmp/four.txt" >"$tmp/got"
     # station, peak, end: the noise of the converters is drawn in another order
-    paste "$tmp/wanted" "$tmp/got" | tr -d '()' | awk '{ print; d = $3 - $11; e = $8 - $16
-        if ($1 != $9 || d * d > 0.0015 ^ 2 || e * e > 0.0015 ^ 2) bad = 1 } END { exit bad || NR != 4 }' && ! grep -q 'tension' "$tmp/four.txt"
+    paste "$tmp/wanted" "$tmp/got" | awk '{ print; d = $3 - $12; e = $6 - $15
+        if ($2 != $11 || d * d > 0.0015 ^ 2 || e * e > 0.0015 ^ 2) bad = 1 } END { exit bad || NR != 4 }' && ! grep -q 'tension' "$tmp/four.txt"
 }
-switches_tell() { record switches $variants/switches.elf && tells switches && ! grep -Eq '^ +[0-9]+\.0 ft |tension|movement' "$tmp/switches.txt"; }
+switches_tell() { record switches $variants/switches.elf && tells switches && ! grep -Eq '^ +[0-9]+ +[0-9]+\.0 |tension|movement' "$tmp/switches.txt"; }
 channels_of() { [ "$(sqlite3 "$tmp/$1.db" 'select count(*) from channels where kind in (1, 2)')" = "$2" ]; }
 only_those_are_stored() { channels_of full 22 && channels_of four 4 && channels_of switches 0; }
 says_the_same() { # NAME

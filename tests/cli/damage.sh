@@ -58,7 +58,7 @@ untouched() { # RUN LANDING PEAK-OF...: peaks of the other transducers are the r
     shift 2
     for k; do
         awk -v k="$k" -v t="$(awk -v n="peak_displacement_in_$k" '$2 == n {print $3}' "tests/runs/landing$landing.run")" '
-            $2 == "ft" && $4 ~ /^\(/ {row++; if (row == k) {gsub(/[()]/, "", $4); found = 1; bad = ($3 - t) ^ 2 > 16 * $4 ^ 2; print k, $3, $4, t}}
+            $1 == k && $4 == "+-" {found = 1; bad = ($3 - t) ^ 2 > 16 * $5 ^ 2; print k, $3, $5, t}
             END {exit bad || !found}' "$tmp/log.txt" || return 1
     done
 }

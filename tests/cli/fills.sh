@@ -37,9 +37,9 @@ it_is_told() {
         grep -q 'serial block records, 1 kHz; [0-9]* of [0-9]* ms from CAN (displacements at 500 Hz, tensions at 250 Hz), [0-9]* stretches' "$tmp/lossy.html"
 }
 peaks_hold() { # transducer by transducer, against those of the whole landing
-    paste <(grep -E '^ +[0-9.]+ ft +[-0-9.]+ \(' "$tmp/all.txt") <($matrig --quiet report "$tmp/lossy.db" -o /dev/null; \
-        $matrig --quiet log --can "file:$tmp/lossy.can" --serial "file:$tmp/lossy.serial" --db "$tmp/again.db" | grep -E '^ +[0-9.]+ ft +[-0-9.]+ \(') |
-        awk '{ print; rows++; d = $3 - $11; if (d < 0) d = -d; if ($1 != $9 || d > 0.002) bad = 1 } END { exit bad || rows != 8 }'
+    paste <(awk 'NF == 9 && $4 == "+-"' "$tmp/all.txt") <($matrig --quiet report "$tmp/lossy.db" -o /dev/null; \
+        $matrig --quiet log --can "file:$tmp/lossy.can" --serial "file:$tmp/lossy.serial" --db "$tmp/again.db" | awk 'NF == 9 && $4 == "+-"') |
+        awk '{ print; rows++; d = $3 - $12; if (d < 0) d = -d; if ($1 != $10 || d > 0.002) bad = 1 } END { exit bad || rows != 8 }'
 }
 the_campaign_knows() { # each block record says how it came
     [ "$(sqlite3 "$tmp/all.db" "select group_concat(distinct link) from blocks")" = 1 ]

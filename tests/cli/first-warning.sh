@@ -15,14 +15,15 @@ json() { sqlite3 :memory: "select json_extract(cast(readfile('$1') as text), '\$
 same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
 
 it_warned() { echo "block $block, zero $zero_us us, $want s"; [ -n "$block" ] && awk -v t="$want" 'BEGIN {exit !(t > 1 && t < 4)}'; }
-in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block $block: " "$tmp/log.txt"; }
+in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block $block$" "$tmp/log.txt"; }
 in_its_json() {
     m --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/json.db" >"$tmp/log.json" || return 1
     same "$(json "$tmp/log.json" 'landings[0].zone.decided_block')" "$block" && same "$(printf '%.3f' "$(json "$tmp/log.json" 'landings[0].zone.t_s')")" "$want"
 }
 in_predict() { # what the board decided, and this computer's own predictor from the same readings
     m predict "$db" 1 >"$tmp/predict.txt" && m --json predict "$db" 1 >"$tmp/predict.json" || return 1
-    grep "^predictor: first warning at [0-9.]* s; board: at $want s (decided in block $block); seconds after touchdown, by the board's clock" "$tmp/predict.txt" &&
+    grep "^  predictor  *first warning at [0-9.]* s after touchdown, by the board's clock" "$tmp/predict.txt" &&
+        grep "^  board  *first warning at $want s after touchdown, by the board's clock; decided in block $block$" "$tmp/predict.txt" &&
         same "$(json "$tmp/predict.json" board_first_warning_block)" "$block" && same "$(json "$tmp/predict.json" again.first_warning_block)" "$block"
 }
 # Computed by another predictor from the same readings the moment may be another: it is one of the board's looks, on the board's clock, and
@@ -31,13 +32,13 @@ predicts_by_itself() {
     local own own_s told
     own=$(json "$tmp/predict.json" first_warning_block)
     own_s=$(awk -v b="$own" -v z="$zero_us" 'BEGIN {printf "%.3f", (1000 * b - z) / 1e6}')
-    told=$(grep -c '; two computations: ' "$tmp/predict.txt")
+    told=$(grep -c ' two computations: ' "$tmp/predict.txt")
     echo "own block $own, $own_s s, told $told"
-    [ $((own % 10)) -eq 0 ] && grep -q "^predictor: first warning at $own_s s" "$tmp/predict.txt" && same "$(awk '/ warning / {print $1; exit}' "$tmp/predict.txt")" "$own_s" &&
+    [ $((own % 10)) -eq 0 ] && grep -q "^  predictor  *first warning at $own_s s" "$tmp/predict.txt" && same "$(awk '/  warning[, ]/ {print $1; exit}' "$tmp/predict.txt")" "$own_s" &&
         [ "$told" = "$([ "$own" = "$block" ] && echo 0 || echo 1)" ]
 }
 in_the_report() {
-    m --quiet report "$db" -o "$tmp/report.html" && grep -o "Warned</span> $want s after touchdown, decided in block $block, of" "$tmp/report.html" &&
+    m --quiet report "$db" -o "$tmp/report.html" && grep -o "<dt>zone</dt><dd class=\"warn\">warned $want s after touchdown, decided in block $block</dd>" "$tmp/report.html" &&
         grep -q "<td[^>]*>$want</td>" "$tmp/report.html"
 }
 in_the_live_view() { # which has no touchdown before the fit: the block, and when it was received
@@ -48,13 +49,13 @@ in_the_series() { # this landing alone, its own record
     tests/series.sh "$tmp/series" tests/runs 5 >"$tmp/series.txt" 2>&1 || { cat "$tmp/series.txt"; return 1; }
     from_s=$(sed -n 's/^    zone .* warning from \([0-9.]*\) s$/\1/p' "$tmp/series.txt" | head -n 1)
     cat "$tmp/series.txt"
-    grep -q "^    zone  *warned $from_s s after touchdown, decided in block $(sqlite3 "$tmp/series/campaign.db" 'select min(block) from zones where warning = 1'): " "$tmp/series.txt" &&
+    grep -q "^    zone  *warned $from_s s after touchdown, decided in block $(sqlite3 "$tmp/series/campaign.db" 'select min(block) from zones where warning = 1')$" "$tmp/series.txt" &&
         grep -q 'seconds after touchdown, by the board' "$tmp/series.txt" && same "$from_s" "$want"
 }
 # A landing that others went before: the board was armed with what they left, which the readings of this one cannot tell.
 with_what_was_left() {
     cp "$db" "$tmp/bare.db" && sqlite3 "$tmp/bare.db" 'delete from runways' && m --json predict "$tmp/bare.db" 1 >"$tmp/bare.json" &&
-        same "$(json "$tmp/bare.json" board_runway)" 0 && same "$(json "$tmp/predict.json" board_runway)" 1 && grep -q '^begun with the runway that the board was armed with$' "$tmp/predict.txt"
+        same "$(json "$tmp/bare.json" board_runway)" 0 && same "$(json "$tmp/predict.json" board_runway)" 1 && grep -q '^  begun with  *the runway that the board was armed with$' "$tmp/predict.txt"
 }
 check "landing 5 is warned of" it_warned
 check "the summary says when, and in which block" in_the_log

@@ -90,7 +90,7 @@ movements_are_true() {
     local n station
     for n in 1 2 3 4 5 6 7 8; do
         station=$((30 + 10 * n)).0
-        near "$(sed -n "s/^ *$station ft *\([-0-9.]*\) (.*/\1/p" "$tmp/summary.txt" | head -n 1)" "$(truth peak_displacement_in_$n)" 0.005 || return 1
+        near "$(sed -n "s/^ *$n  *$station  *\([-0-9.]*\) +- .*/\1/p" "$tmp/summary.txt" | head -n 1)" "$(truth peak_displacement_in_$n)" 0.005 || return 1
     done
 }
 tension_changes_are_true() { # the larger of rise and fall, from the JSON object

@@ -11,7 +11,7 @@ zero_s() { $matrig export "$db" 1 --format csv | sed -n 's/.*board time of t_s =
 notes() {
     landing 1 --note "brakes pulled left" --who kl && landing 1 --note "second note" >"$tmp/notes" || return 1
     cat "$tmp/notes"
-    grep -q ' kl  note: brakes pulled left$' "$tmp/notes" && grep -q ' tester  note: second note$' "$tmp/notes"
+    grep -q ' kl  *note  *brakes pulled left$' "$tmp/notes" && grep -q ' tester  *note  *second note$' "$tmp/notes"
 }
 # The gear goes 35.5 ft/s there: a touchdown 1 ft further on is 28.2 ms later.
 corrected_touchdown_is_used() {
@@ -22,7 +22,7 @@ corrected_touchdown_is_used() {
     after=$(zero_s)
     echo "touchdown at $before s, corrected $after s"
     awk "BEGIN {d = $after - $before; exit !(d > 0.0278 && d < 0.0286)}" || return 1
-    grep -q "touchdown_ft .*, was $station (tape read again)" "$tmp/out" && [ "$(sqlite3 "$db" "select printf('%g', touchdown_ft) from landings")" = "$station" ] || return 1
+    grep -q "touchdown_ft  *$station  *[0-9.]*  *tape read again$" "$tmp/out" && [ "$(sqlite3 "$db" "select printf('%g', touchdown_ft) from landings")" = "$station" ] || return 1
     landing 1 --correct "touchdown_ft=$station" --reason "no, the first was right" >/dev/null && [ "$(zero_s)" = "$before" ]
 }
 corrections_keep_their_history() {
@@ -46,11 +46,11 @@ observations() {
     landing 1 --observe wave --station 88 --panels 2 --height 0.6 --side left --form two-panel --at 1.5 --note 'grew <i>slowly' >/dev/null &&
         landing 1 --observe break --station 85 --side centre --form "end connector" >/dev/null &&
         $matrig --si --quiet landing "$db" 1 --observe wave --station 27.737 --height 12.7 >/dev/null && landing 1 >"$tmp/seen" || return 1
-    grep '^  [wb]' "$tmp/seen"
-    grep -q '^  wave  1  station 88.0 ft, 2 panels, 0.60 in high, left, two-panel, 1.50 s after touchdown: grew <i>slowly$' "$tmp/seen" &&
-        grep -q '^  wave  3  station 91.0 ft, 0.50 in high$' "$tmp/seen" || return 1
+    grep '^    [wb]' "$tmp/seen"
+    grep -q '^    wave  *1  *88\.0  *2  *0\.60  *left  *two-panel  *1\.50  *tester' "$tmp/seen" && grep -q '^    wave   *grew <i>slowly$' "$tmp/seen" &&
+        grep -q '^    wave  *3  *91\.0  *-  *0\.50 ' "$tmp/seen" || return 1
     fails_with 4 'reason too long' $matrig landing "$db" 1 --withdraw 3 --reason "$(printf '%400s' x)" || return 1
-    landing 1 --withdraw 3 --reason "a shadow" | grep -q '^  wave  3 .*(withdrawn)$' || return 1
+    landing 1 --withdraw 3 --reason "a shadow" | grep -q '^    wave  *3  *yes ' || return 1
     fails_with 2 'no observation 3 to withdraw' $matrig landing "$db" 1 --withdraw 3 --reason again &&
         sqlite3 "$db" "delete from observations" 2>&1 | grep -q 'history stays'
 }
@@ -81,7 +81,7 @@ series() {
 }
 passed_on_with_a_bundle() {
     $matrig --quiet bundle "$db" 1 -o "$tmp/one.db" --without firmware && $matrig landing "$tmp/one.db" 1 >"$tmp/one.txt" && grep -q 'brakes pulled left' "$tmp/one.txt" &&
-        grep -q 'wave  1  station 88.0' "$tmp/one.txt"
+        grep -q 'wave  *1  .*88\.0' "$tmp/one.txt"
 }
 silly() {
     fails_with 2 'which landing' $matrig landing "$db" --note x && fails_with 2 'one thing at a time' $matrig landing "$db" 1 --note x --void &&

@@ -26,7 +26,7 @@ told() {
 summary_says() {
     cat "$tmp/faults.txt"
     grep -q "^  CAN link      bus off 1, restarted after bus off 1, no acknowledgement 2, protocol error 2, bus error 2$" "$tmp/faults.txt" &&
-        grep -q "^  gap           CAN 50 frame lost while the adapter was off the bus (all)" "$tmp/faults.txt" &&
+        grep -q "^ *CAN  *50  frame  *all  *lost while the adapter was off the bus " "$tmp/faults.txt" &&
         grep -q "^CAN link in this session: bus off 1, restarted after bus off 1, error warning 1, " "$tmp/faults.txt"
 }
 recorded() {

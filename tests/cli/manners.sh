@@ -156,7 +156,7 @@ check "not in a file" sh -c "! $m nonsense 2>&1 | grep -q '$(printf '\033')'"
 # --- SI: every number of a length is 0.3048 of what it was ---
 si() {
     $m predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/ft" && $m --si predict "$away/c.db" 1 | awk '/^ *-?[0-9]/ {print $4, $7}' >"$tmp/m" &&
-        $m --si predict "$away/c.db" 1 | grep -q 'start_m .* press_N' &&
+        $m --si predict "$away/c.db" 1 | grep -Eq '^ +s +m +mats +m +m +mats +m +N ' &&
         paste "$tmp/ft" "$tmp/m" | awk '{ a = $3 - 0.3048 * $1; b = $4 - 0.3048 * $2; if (a * a > 0.005 || b * b > 0.005) bad = 1; if ($1 > 1) n++ } END { print n; exit bad || n < 3 }'
 }
 check "predict in metres" si

@@ -81,7 +81,7 @@ a_landing_names_it() { # logged at once after, it says so; and the next time has
     wait
     cat "$tmp/log.txt"
     grep -Eq '^  ready +go, [0-9]+ min before$' "$tmp/log.txt" && build/matrig --quiet report "$tmp/campaign.db" -o "$tmp/report.html" >/dev/null &&
-        grep -Eq '<p>Ready: go, [0-9]+ min before' "$tmp/report.html" && build/matrig --quiet bundle "$tmp/campaign.db" 1 -o "$tmp/bundle.db" >/dev/null &&
+        grep -Eq '<dt>ready</dt><dd>go, [0-9]+ min before' "$tmp/report.html" && build/matrig --quiet bundle "$tmp/campaign.db" 1 -o "$tmp/bundle.db" >/dev/null &&
         [ "$(sqlite3 "$tmp/bundle.db" 'select kind, verdict from readiness')" = 'ready|go' ]
 }
 the_second_time_compares() {

@@ -85,7 +85,10 @@ static void times_of_day_are_right_within_their_intervals(void **s)
 
     char line[4000] = "";
     FILE *out = fmemopen(line, sizeof line - 1, "w");
-    summary_time_print(&summary, false, out);
+    struct answer *answer = answer_new(false);
+    summary_time_answer(&summary, answer);
+    assert_true(answer_text(answer, out));
+    answer_free(answer);
     fclose(out);
     assert_non_null(strstr(line, "ppm fast (CAN, 60 moments); times of day within 0."));
     assert_non_null(strstr(line, "received      the first warning over CAN 3."));

@@ -11,7 +11,9 @@
 /* The list of the JSON is `lines`, one "what|message|count|obeyed" each. */
 static void told(const struct doubts *doubts, const char *const *lines)
 {
-    json_t *object = doubts_json(doubts), *list = json_object_get(object, "strangers"), *entry;
+    struct answer *answer = answer_new(false);
+    doubts_answer(doubts, answer);
+    json_t *object = answer_json(answer), *list = json_object_get(json_object_get(object, "doubts"), "strangers"), *entry;
     size_t i;
     json_array_foreach(list, i, entry)
     {
@@ -24,6 +26,7 @@ static void told(const struct doubts *doubts, const char *const *lines)
     }
     assert_null(lines[i]);
     json_decref(object);
+    answer_free(answer);
 }
 
 static void what_was_recognised_is_not_told_again(void **state)

@@ -245,7 +245,7 @@ def predictor():
     if number(row["wheel there after, s"]) > 0:
         k = next(k for k, g in enumerate(gear_ft) if g is not None and g >= start)
         near("the wheel there after, s", number(row["wheel there after, s"]), time_s[k] - warned_s, 0.003)
-    check("and in words", re.search(r"Warned</span> %.3f s after touchdown, decided in block %d, of %d closed mats" % (warned_s, block, mats), section("run1")))
+    check("and in words", re.search(r">warned %.3f s after touchdown, decided in block %d<.*?<dt>closed mats</dt><dd>%d</dd>" % (warned_s, block, mats), section("run1"), re.S))
 
 
 def film():

@@ -1,0 +1,15 @@
+/* What people said of a landing: facts of a row for each, to be opened and closed by the caller. */
+#ifndef MATRIG_HOST_ANALYSE_JOURNAL_H
+#define MATRIG_HOST_ANALYSE_JOURNAL_H
+
+#include "host/base/answer.h"
+#include "host/store/store_journal.h"
+
+/* A wave, a break or something else that was seen. */
+void journal_observation_answer(const struct store_observation *observation, struct answer *answer);
+/* A note, a correction, a landing that was voided. */
+void journal_change_answer(const struct store_change *change, struct answer *answer);
+/* A text; null for programs where nothing was said. */
+void journal_text_answer(struct answer *answer, const char *name, const char *label, const char *text);
+
+#endif
