@@ -196,11 +196,17 @@ size_t answer_after(const struct answer *answer, size_t i)
     return i;
 }
 
+json_t *answer_into_json(struct answer *answer)
+{
+    json_t *json = answer_json(answer);
+    answer_free(answer);
+    return json;
+}
+
 int answer_show(const struct cli *cli, struct answer *answer, int code)
 {
     if (cli->json) {
-        json_t *json = answer_json(answer);
-        answer_free(answer);
+        json_t *json = answer_into_json(answer);
         return json ? cli_print_json(json, code) : cli_fail_output();
     }
     bool shown = answer_text(answer, stdout) && fflush(stdout) == 0;

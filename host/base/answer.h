@@ -76,6 +76,8 @@ bool answer_text(const struct answer *answer, FILE *out);
 bool answer_html(const struct answer *answer, FILE *out);
 /* NULL: memory had ended. The caller's. */
 json_t *answer_json(const struct answer *answer);
+/* The same; frees the answer. */
+json_t *answer_into_json(struct answer *answer);
 /* Text or, with --json, JSON to standard output; frees the answer. Returns `code`, or the exit code of a failed output. */
 int answer_show(const struct cli *cli, struct answer *answer, int code);
 

@@ -4,11 +4,9 @@
 #include "host/base/answer_items.h"
 #include "host/base/html.h"
 
-#define COLUMNS 40
-
 static void print_table(const struct answer *answer, size_t table, FILE *out)
 {
-    size_t index[COLUMNS], columns = answer_columns(answer, table, index, COLUMNS), end = answer_after(answer, table);
+    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS), end = answer_after(answer, table);
     char text[ANSWER_CELL];
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {

@@ -55,6 +55,7 @@ static inline bool answer_is_empty(const struct answer *answer, size_t i)
 }
 
 #define ANSWER_CELL 1200 /* as long as words can be */
+#define ANSWER_COLUMNS 80 /* of a table, for people: more than a campaign has stations */
 /* The fact as people read it, without its unit. `plus_minus`: between value and error. */
 void answer_cell(const struct answer_item *item, const char *plus_minus, char text[static ANSWER_CELL]);
 /* The same with its unit, its interval and its end. */

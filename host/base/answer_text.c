@@ -6,7 +6,6 @@
 
 #define WIDTH 100 /* of a terminal that people have */
 #define LABEL 13  /* the least width of the labels of facts */
-#define COLUMNS 40
 #define NORMAL_95 1.959964 /* half a 95 % interval of a normal distribution, in standard errors */
 
 /* Characters, not bytes. */
@@ -178,8 +177,8 @@ static void print_padded(const char *text, size_t width, bool left, size_t *owed
 }
 
 struct block {
-    const struct answer_item *column[COLUMNS];
-    size_t width[COLUMNS];
+    const struct answer_item *column[ANSWER_COLUMNS];
+    size_t width[ANSWER_COLUMNS];
     size_t count;
 };
 
@@ -221,7 +220,7 @@ static void print_block(const struct answer *answer, size_t table, const struct 
 
 static void print_table(const struct answer *answer, size_t table, size_t indent, FILE *out)
 {
-    size_t index[COLUMNS], columns = answer_columns(answer, table, index, COLUMNS), done = 0;
+    size_t index[ANSWER_COLUMNS], columns = answer_columns(answer, table, index, ANSWER_COLUMNS), done = 0;
     struct block block = {0};
     size_t used = indent;
     while (done < columns) {
@@ -254,26 +253,39 @@ static void print_fact(const struct answer_item *item, const char *label, int in
     fprintf(out, "%*s%s%*s %s\n", indent, "", label, (int)(labels - width_of(label, strlen(label))), "", text);
 }
 
-static void print_items(const struct answer *answer, size_t from, size_t to, int indent, FILE *out)
+/* The labels' column: facts of groups without a heading stand in it, too. */
+static size_t labels_width(const struct answer *answer, size_t from, size_t to)
 {
     size_t labels = LABEL;
+    for (size_t i = from; i < to; i = answer_after(answer, i)) {
+        const struct answer_item *item = &answer->item[i];
+        size_t width = 0;
+        if (item->label && !answer_is_group(item->kind))
+            width = width_of(item->label, strlen(item->label));
+        else if (item->label && item->kind != ANSWER_TABLE && !item->label[0])
+            width = labels_width(answer, i + 1, answer_after(answer, i));
+        labels = width > labels ? width : labels;
+    }
+    return labels;
+}
+
+static void print_items(const struct answer *answer, size_t from, size_t to, int indent, size_t labels, FILE *out)
+{
     const char *before = "";
     for (size_t i = from; i < to; i = answer_after(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        size_t width = item->label && !answer_is_group(item->kind) ? width_of(item->label, strlen(item->label)) : 0;
-        labels = width > labels ? width : labels;
-    }
-    for (size_t i = from; i < to; i = answer_after(answer, i)) {
-        const struct answer_item *item = &answer->item[i];
         bool group = answer_is_group(item->kind);
+        size_t end = answer_after(answer, i);
         if (!item->label || answer_is_empty(answer, i))
             continue;
         if (group && item->label[0])
             fprintf(out, "%*s%s\n", indent, "", item->label);
         if (group && item->kind == ANSWER_TABLE)
             print_table(answer, i, (size_t)indent, out);
+        else if (group && item->label[0])
+            print_items(answer, i + 1, end, indent + 2, labels_width(answer, i + 1, end), out);
         else if (group)
-            print_items(answer, i + 1, answer_after(answer, i), item->label[0] ? indent + 2 : indent, out);
+            print_items(answer, i + 1, end, indent, labels, out);
         else
             print_fact(item, strcmp(item->label, before) == 0 ? "" : item->label, indent, labels, out);
         before = group ? "" : item->label;
@@ -284,6 +296,6 @@ bool answer_text(const struct answer *answer, FILE *out)
 {
     if (!answer || answer->failed)
         return false;
-    print_items(answer, 0, answer->count, 0, out);
+    print_items(answer, 0, answer->count, 0, labels_width(answer, 0, answer->count), out);
     return !ferror(out);
 }

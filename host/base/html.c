@@ -24,7 +24,7 @@ void html_text(FILE *out, const char *text)
 
 static void formatted(FILE *out, const char *format, va_list arguments)
 {
-    char text[600];
+    char text[1200];
     vsnprintf(text, sizeof text, format, arguments);
     html_text(out, text);
 }

@@ -104,11 +104,13 @@ static void programs_get_values_as_they_are_given(void **unused)
         answer_estimate(answer, "lift", "lift", UNIT_MOVEMENT, 0.1, 0.001, 3);
         answer_remark(answer, ", of mat %d", 4);
         answer_value(answer, "spring", "spring", UNIT_STIFFNESS, 2.0, -4);
-        answer_value(answer, NULL, "still", UNIT_SPEED, -0.0, -3);
+        answer_open(answer, "ends", "");
+        answer_value(answer, NULL, "still as it began", UNIT_SPEED, -0.0, -3);
+        answer_close(answer);
         expect(answer, answer_text,
-               si ? "lift          30.48 +- 0.30 mm, of mat 4\nspring        29.19 N/m\nstill         0 m/s\n"
-                  : "lift          1.200 +- 0.012 in, of mat 4\nspring        2 lb/ft\nstill         0 ft/s\n");
-        expect_json(answer, "{\"lift_ft\":0.1,\"lift_error_ft\":0.001,\"spring_lb_ft\":2.0}");
+               si ? "lift              30.48 +- 0.30 mm, of mat 4\nspring            29.19 N/m\nstill as it began 0 m/s\n"
+                  : "lift              1.200 +- 0.012 in, of mat 4\nspring            2 lb/ft\nstill as it began 0 ft/s\n");
+        expect_json(answer, "{\"lift_ft\":0.1,\"lift_error_ft\":0.001,\"spring_lb_ft\":2.0,\"ends\":{}}");
         answer_free(answer);
     }
 }
