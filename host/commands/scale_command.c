@@ -38,31 +38,24 @@ static void power_text(int half_powers, char text[16])
 }
 
 /* Without words: every ratio. */
-static int print_ratios(const struct scale_request *request, const struct cli *cli)
+static int show_ratios(const struct scale_request *request, const struct cli *cli)
 {
-    json_t *list = json_array();
-    if (!cli->json)
-        printf("prototype / model at n = %g, %s kept\n", request->n,
-               request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+    struct answer *answer = scale_answer(request);
+    answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->n, request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+    answer_table(answer, "ratios", "");
     for (size_t i = 0; i < mr_quantity_count; i++) {
         const struct mr_quantity *quantity = &mr_quantities[i];
-        double ratio = mr_similitude_ratio(request->rule, request->n, quantity->dimension);
         char power[16];
         power_text(mr_similitude_half_powers(request->rule, quantity->dimension), power);
-        if (cli->json)
-            json_array_append_new(list, json_pack("{s:s,s:s,s:s,s:o}", "name", quantity->name, "symbol",
-                                                  quantity->symbol, "power", power, "ratio",
-                                                  cli_json_number(ratio, 12)));
-        else
-            printf("  %-20s %-6s %-7s %12.6g\n", quantity->name, quantity->symbol, power, ratio);
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, "name", "quantity", "%s", quantity->name);
+        answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
+        answer_words(answer, "power", "power", "%s", power);
+        answer_value(answer, "ratio", "ratio", UNIT_NUMBER, mr_similitude_ratio(request->rule, request->n, quantity->dimension), -6)->digits = 12;
+        answer_close(answer);
     }
-    if (!cli->json) {
-        json_decref(list);
-        return 0;
-    }
-    json_t *object = scale_request_json(request);
-    json_object_set_new(object, "ratios", list);
-    return cli_print_json(object, 0);
+    answer_close(answer);
+    return answer_show(cli, answer, 0);
 }
 
 struct value {
@@ -102,6 +95,12 @@ static void pi_inputs(const struct value *values, size_t count, bool scaled, dou
     }
 }
 
+static void answer_both(struct answer *answer, double from, double to)
+{
+    answer_value(answer, "from", NULL, UNIT_NUMBER, from, 0)->digits = 12;
+    answer_value(answer, "to", NULL, UNIT_NUMBER, to, 0)->digits = 12;
+}
+
 static int scale_values(const struct scale_request *request, const struct cli *cli)
 {
     struct value values[SCALE_WORDS_MAX];
@@ -120,33 +119,31 @@ static int scale_values(const struct scale_request *request, const struct cli *c
     }
     pi_inputs(values, request->count, false, from);
     pi_inputs(values, request->count, true, to);
-    json_t *scaled = json_object(), *terms = json_object();
+    struct answer *answer = scale_answer(request);
+    answer_open(answer, "values", "");
     for (size_t i = 0; i < request->count; i++) {
         const struct mr_quantity *quantity = values[i].quantity;
-        json_object_set_new(scaled, quantity->name,
-                            json_pack("{s:o,s:o,s:s}", "from", cli_json_number(values[i].from, 12), "to",
-                                      cli_json_number(values[i].to, 12), "unit", quantity->unit));
-        if (!cli->json)
-            printf("%-20s %14.8g  ->  %14.8g %s\n", quantity->name, values[i].from, values[i].to,
-                   quantity->unit);
+        answer_words(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from, values[i].to, quantity->unit);
+        answer_open(answer, quantity->name, NULL);
+        answer_both(answer, values[i].from, values[i].to);
+        answer_words(answer, "unit", NULL, "%s", quantity->unit);
+        answer_close(answer);
     }
+    answer_close(answer);
+    answer_open(answer, "pi", "");
     for (size_t i = 0; i < mr_pi_term_count; i++) {
         double before = mr_pi_value(&mr_pi_terms[i], from), after = mr_pi_value(&mr_pi_terms[i], to);
+        char label[40];
         if (!isfinite(before) || !isfinite(after))
             continue;
-        json_object_set_new(
-            terms, mr_pi_terms[i].name,
-            json_pack("{s:o,s:o}", "from", cli_json_number(before, 12), "to", cli_json_number(after, 12)));
-        if (!cli->json)
-            printf("pi %-17s %14.8g  =   %14.8g\n", mr_pi_terms[i].name, before, after);
+        snprintf(label, sizeof label, "pi %s", mr_pi_terms[i].name);
+        answer_words(answer, NULL, label, "%14.8g  =   %14.8g", before, after);
+        answer_open(answer, mr_pi_terms[i].name, NULL);
+        answer_both(answer, before, after);
+        answer_close(answer);
     }
-    json_t *object = scale_request_json(request);
-    json_object_set_new(object, "values", scaled);
-    json_object_set_new(object, "pi", terms);
-    if (cli->json)
-        return cli_print_json(object, 0);
-    json_decref(object);
-    return 0;
+    answer_close(answer);
+    return answer_show(cli, answer, 0);
 }
 
 static int scale_command(int argc, char **argv, const struct cli *cli)
@@ -165,7 +162,7 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (request.count == 0)
-        return print_ratios(&request, cli);
+        return show_ratios(&request, cli);
     return file ? scale_file(&request, cli) : scale_values(&request, cli);
 }
 

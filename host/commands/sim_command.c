@@ -9,14 +9,12 @@
 
 #include "host/commands/commands.h"
 #include "host/base/output.h"
-#include "host/sim/mods_show.h"
 #include "host/sim/scene/scene_schema.h"
 #include "host/sim/sim.h"
-#include "host/sim/sim_json.h"
+#include "host/sim/sim_answer.h"
 #include "host/commands/study_start.h"
 
 #define M_PER_FT 0.3048
-#define IN_PER_FT 12.0
 #define HISTORY_S 0.001 /* between rows of --csv, or a thousandth of a shorter run */
 
 #define PROGRESS_S 0.5 /* between two lines of --progress */
@@ -115,59 +113,6 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
     return output_end(&output, error);
 }
 
-static void print_outputs(const struct sim_scene *scene, const struct sim_result *result,
-                          const struct cli *cli)
-{
-    double unit = cli->si ? 1000.0 * M_PER_FT : IN_PER_FT;
-    const char *name = cli->si ? "mm" : "in";
-    bool all = scene->u_mats.count == 0 && scene->mats > 12;
-    for (size_t k = 0; k < result->output_count; k++) {
-        const struct sim_output *output = &result->outputs[k];
-        printf("  at %g s, movement, %s:\n", output->t_s, name);
-        for (size_t i = 0; i < sim_shown_count(scene); i++) {
-            int mat = sim_shown_mat(scene, i);
-            if (!all || (mat - 1) % ((scene->mats + 11) / 12) == 0)
-                printf("    mat %6d  station %8.2f %s  %12.6f\n", mat,
-                       (mat - 1) * scene->length_ft * (cli->si ? M_PER_FT : 1.0), cli->si ? "m " : "ft",
-                       unit * output->u_ft[mat]);
-        }
-    }
-}
-
-static void print_result(const struct sim_scene *scene, const struct sim_result *result,
-                         const struct cli *cli)
-{
-    double unit = cli->si ? 1000.0 * M_PER_FT : IN_PER_FT;
-    const char *name = cli->si ? "mm" : "in";
-    printf("%s: model %s, solver %s: %s\n", scene->name, sim_model_name(scene->model), result->solver,
-           sim_status_name(result->status));
-    printf("  %d mats, %.6g s in %llu steps of at most %.4g s (explicit limit %.4g s)\n", result->mats, result->t_end_s,
-           (unsigned long long)result->steps, result->dt_s, result->dt_limit_s);
-    if (result->status == SIM_INTERRUPTED) {
-        printf("  interrupted at %.6g s: what follows is unchecked and goes that far only\n", result->t_s);
-        printf("  largest movement %.4f %s, of mat %d; largest lift %.4f %s\n", unit * result->peak_u_ft, name,
-               result->peak_mat, unit * result->max_lift_ft, name);
-    } else {
-        printf("  largest movement %.4f %s, of mat %d; error estimate %.2g %s, against steps of %.4g s\n",
-               unit * result->peak_u_ft, name, result->peak_mat, unit * result->error_u_ft, name,
-               result->checked_dt_s);
-        if (scene->model != SIM_CHAIN)
-            printf("  largest lift %.4f %s: %s; error estimate %.2g %s\n", unit * result->max_lift_ft, name,
-                   result->bow_wave ? "a bow wave" : "no bow wave", unit * result->error_lift_ft, name);
-    }
-    if (result->speed_end_ft_s > 0.0)
-        printf("  still moving at the end: up to %.3g %s\n",
-               result->speed_end_ft_s * (cli->si ? M_PER_FT : 1.0), cli->si ? "m/s" : "ft/s");
-    sim_mods_print(scene, result->mods, cli->si);
-    print_outputs(scene, result, cli);
-    printf("  integrated: %.1f mats on average, %d at most; %.1f ms in all, %.1f ms for this pass\n",
-           result->mats_mean, result->mats_max, result->run_ms, result->pass_ms);
-    for (size_t i = 0; result->left_out[i]; i++)
-        printf("  left out: %s\n", result->left_out[i]);
-    for (size_t i = 0; result->notes[i][0]; i++)
-        printf("  note: %s\n", result->notes[i]);
-}
-
 /* With --csv the mats asked for are sampled at their middles. */
 static enum mr_status ask_history(struct request *request, const struct sim_scene *scene, double **stations,
                                   struct error *error)
@@ -222,10 +167,8 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     if (error.status != MR_OK)
         code = cli_fail(&error);
     if (error.status == MR_OK || result.status != SIM_OK) {
-        if (cli->json)
-            code = cli_print_json(sim_result_json(&scene, &result), code);
-        else if (usable)
-            print_result(&scene, &result, cli);
+        if (cli->json || usable)
+            code = answer_show(cli, sim_answer(&scene, &result, cli->si), code);
     }
     sim_result_free(&result);
     sim_scene_free(&scene);

@@ -4,7 +4,7 @@
 #define MATRIG_HOST_SCALE_H
 
 #include "common/similitude.h"
-#include "host/base/cli.h"
+#include "host/base/answer.h"
 
 #define SCALE_WORDS_MAX 32
 
@@ -22,7 +22,8 @@ struct scale_request {
 
 /* What a value of this dimension is multiplied by. */
 double scale_factor(const struct scale_request *request, struct mr_dimension dimension);
-json_t *scale_request_json(const struct scale_request *request);
+/* What every answer begins with: rule, n and side, for programs. */
+struct answer *scale_answer(const struct scale_request *request);
 
 /* A scene or a campaign, as the file shows; returns the exit code. */
 int scale_file(const struct scale_request *request, const struct cli *cli);

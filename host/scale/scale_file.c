@@ -18,13 +18,15 @@ double scale_factor(const struct scale_request *request, struct mr_dimension dim
     return request->to_model ? 1.0 / ratio : ratio;
 }
 
-json_t *scale_request_json(const struct scale_request *request)
+struct answer *scale_answer(const struct scale_request *request)
 {
-    json_t *object = json_pack("{s:s,s:f,s:s}", "keep", request->rule == MR_KEEP_DENSITY ? "density" : "modulus", "n",
-                     request->n, "to", request->to_model ? "model" : "prototype");
+    struct answer *answer = answer_new(false); /* scene keys have their units */
+    answer_words(answer, "keep", NULL, request->rule == MR_KEEP_DENSITY ? "density" : "modulus");
+    answer_value(answer, "n", NULL, UNIT_NUMBER, request->n, 0)->digits = 17;
+    answer_words(answer, "to", NULL, request->to_model ? "model" : "prototype");
     if (request->lay_deg > 0.0)
-        json_object_set_new(object, "lay_deg", json_real(request->lay_deg));
-    return object;
+        answer_value(answer, "lay_deg", NULL, UNIT_NUMBER, request->lay_deg, 0)->digits = 17;
+    return answer;
 }
 
 /* A scene key that changes with scale; the others are pure numbers or names. */
@@ -376,11 +378,11 @@ int scale_file(const struct scale_request *request, const struct cli *cli)
     if (error.status != MR_OK) {
         code = cli_fail(&error);
     } else if (cli->json) {
-        json_t *object = scale_request_json(request);
-        json_object_set(object, is_campaign ? "campaign" : "scene", scaled);
+        struct answer *answer = scale_answer(request);
+        answer_json_value(answer, is_campaign ? "campaign" : "scene", json_incref(scaled));
         if (numbers && request->lay_deg == 0.0)
-            json_object_set(object, "numbers", numbers);
-        code = cli_print_json(object, 0);
+            answer_json_value(answer, "numbers", json_incref(numbers));
+        code = answer_show(cli, answer, 0);
     } else if (request->output_path) {
         tell(request, scaled, numbers);
     }

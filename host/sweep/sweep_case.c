@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "host/campaign/result_json.h"
-#include "host/sim/sim_json.h"
+#include "host/sim/sim_answer.h"
 #include "host/sweep/jsonpath.h"
 
 /* ---- one simulation ---- */
@@ -35,7 +35,7 @@ static json_t *simulate_scene(const struct sweep_study *study, const json_t *inp
         return refused(&error);
     sim_run(&scene, &options, &result, &error);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
-    json_t *object = tried ? sim_result_json(&scene, &result) : refused(&error);
+    json_t *object = tried ? answer_into_json(sim_answer(&scene, &result, false)) : refused(&error);
     if (tried) /* of all mats at all times; `matrig sim` shows what is asked for, when it is asked for */
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
     if (tried && error.status != MR_OK)
