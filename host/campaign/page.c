@@ -2,9 +2,9 @@
 
 #include <math.h>
 
-#include "host/campaign/facts.h"
 #include "host/base/html.h"
 #include "host/base/svg.h"
+#include "host/campaign/campaign_answer.h"
 
 #define WIDTH 900.0
 #define HEIGHT 330.0
@@ -87,58 +87,14 @@ void campaign_picture(FILE *out, const struct campaign *c, const struct campaign
     svg_close(out);
 }
 
-static void spread(FILE *out, const struct campaign_spread *s, int decimals)
+static void show(FILE *out, const struct campaign *c, const struct campaign_run *runs, const struct campaign_summary *s,
+                 void (*describe)(struct answer *, const struct campaign *, const struct campaign_run *, const struct campaign_summary *))
 {
-    if (s->count == 0)
-        html_cell(out, "-");
-    else
-        html_cell(out, "%.*f (%.*f to %.*f)", decimals, s->middle, decimals, s->low, decimals, s->high);
-}
-
-static void landings(FILE *out, const struct campaign *c, const struct campaign_summary *s)
-{
-    static const char *const heads[] = {"landing",       "runways",           "stop, ft", "largest movement, in", "reach ahead, ft",
-                                        "closed zone, mats", "with the planar engine", "with waves",  "buckled",         "unhinged", "torn", NULL};
-    size_t played = landings_played(c, s);
-    html_table(out, heads);
-    for (size_t i = 0; i < played; i++) {
-        const struct campaign_landing_summary *l = &s->landing[i];
-        fputs("<tr>", out);
-        html_cell(out, "%zu", i + 1);
-        html_cell(out, "%zu", l->played);
-        spread(out, &l->stop_ft, 1);
-        spread(out, &l->peak_in, 2);
-        spread(out, &l->reach_ft, 1);
-        spread(out, &l->zone_mats, 0);
-        html_cell(out, "%zu", l->planar);
-        html_cell(out, "%zu", l->waved);
-        html_cell(out, "%zu", l->buckled);
-        html_cell(out, "%zu", l->unhinged);
-        html_cell(out, "%zu", l->torn);
-        fputs("</tr>\n", out);
-    }
-    fputs("</tbody></table></div>\n", out);
-}
-
-/* What was seen besides where it buckled. */
-static void facts(FILE *out, const struct campaign *c, const struct campaign_summary *s)
-{
-    static const char *const heads[] = {"also seen", "that is", "predicted", "", "runways that agree", NULL};
-    if (c->fact_count == 0)
-        return;
-    html_table(out, heads);
-    for (size_t i = 0; i < c->fact_count; i++) {
-        char range[64];
-        facts_range_text(&c->facts[i], range, sizeof range);
-        fputs("<tr>", out);
-        html_cell(out, "%s", c->facts[i].says);
-        html_cell(out, "%s", range);
-        spread(out, &s->fact[i].value, c->facts[i].quantity <= CAMPAIGN_MOST_IN ? 2 : 0);
-        html_cell(out, "%s", s->fact[i].enough ? "agrees" : "DIFFERS");
-        html_cell(out, "%zu of %zu", s->fact[i].agree, s->runways);
-        fputs("</tr>\n", out);
-    }
-    fputs("</tbody></table></div>\n", out);
+    struct answer *answer = answer_new(false);
+    describe(answer, c, runs, s);
+    if (!answer_html(answer, out))
+        fputs("<p>Memory ended here: this page is cut short.</p>\n", out);
+    answer_free(answer);
 }
 
 void campaign_page(FILE *out, const struct campaign *c, const struct campaign_run *runs,
@@ -148,38 +104,13 @@ void campaign_page(FILE *out, const struct campaign *c, const struct campaign_ru
     html_text(out, c->name);
     fputs("</title><style>body{font:15px/1.5 sans-serif;max-width:64em;margin:2em auto;padding:0 1em}"
           "table{border-collapse:collapse;font-size:13px;margin:8px 0}td,th{border:1px solid #ccc;padding:2px 8px;"
-          "text-align:left}.scroll{overflow-x:auto}svg{width:100%;height:auto}</style></head><body>\n<h1>",
+          "text-align:left}.scroll{overflow-x:auto}svg{width:100%;height:auto}"
+          "dl div{display:flex}dt{min-width:9em;color:#555}dd{margin:0}</style></head><body>\n<h1>",
           out);
     html_text(out, c->name);
-    fprintf(out, "</h1>\n<p>%zu runways (seeds %llu to %llu), up to %zu landings each. %zu buckled", s->runways,
-            (unsigned long long)c->first_seed, (unsigned long long)(c->first_seed + c->seeds - 1), c->landing_count,
-            s->runways - s->survived);
-    if (s->station_ft.count > 0)
-        fprintf(out, ", at station %.1f ft (%.1f to %.1f)", s->station_ft.middle, s->station_ft.low, s->station_ft.high);
-    fputs(". Figures are medians and, in brackets, 5th to 95th percentiles over the runways that took the landing.</p>\n",
-          out);
-    if (c->observed[0]) {
-        fputs("<p>Observed: ", out);
-        html_text(out, c->observed);
-        fputs(".</p>\n", out);
-    }
-    if (c->basis[0]) {
-        fputs("<p>Parameters: ", out);
-        html_text(out, c->basis);
-        fputs(".</p>\n", out);
-    }
-    if (c->afterwards[0]) {
-        fputs("<p>Put in afterwards, so no prediction: ", out);
-        html_text(out, c->afterwards);
-        fputs(".</p>\n", out);
-    }
-    if (c->awaits[0]) {
-        fputs("<p><b>Not a result: awaits ", out);
-        html_text(out, c->awaits);
-        fputs(".</b></p>\n", out);
-    }
+    fputs("</h1>\n", out);
+    show(out, c, runs, s, campaign_answer_outcome);
     campaign_picture(out, c, runs, s, false);
-    landings(out, c, s);
-    facts(out, c, s);
+    show(out, c, runs, s, campaign_answer_landings);
     fputs("</body></html>\n", out);
 }

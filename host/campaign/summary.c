@@ -149,9 +149,12 @@ size_t campaign_agree(const struct campaign *c, const struct campaign_run *runs)
 struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,
                                             const struct campaign_run *b)
 {
-    struct campaign_difference most = {0.0, 0.0, 0};
+    struct campaign_difference most = {0};
+    double a_ms = 0.0, b_ms = 0.0;
     for (size_t i = 0; i < campaign->seeds; i++) {
         bool waved = false;
+        a_ms += a[i].ms;
+        b_ms += b[i].ms;
         most.outcomes += a[i].buckled != b[i].buckled;
         for (size_t k = 0; k < a[i].played && k < b[i].played; k++) {
             if (a[i].outcomes[k].buckled || b[i].outcomes[k].buckled)
@@ -162,5 +165,6 @@ struct campaign_difference campaign_compare(const struct campaign *campaign, con
                 *apart_in = fmax(*apart_in, fabs(a[i].outcomes[k].movement_in[s] - b[i].outcomes[k].movement_in[s]));
         }
     }
+    most.times = b_ms / a_ms;
     return most;
 }

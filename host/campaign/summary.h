@@ -52,6 +52,7 @@ struct campaign_difference {
     double movement_in; /* until a wave rises on the runway */
     double waved_in;    /* from then on, but for the landing that buckles: how a wave falls is chaotic */
     size_t outcomes;
+    double times; /* how many times as long b took */
 };
 struct campaign_difference campaign_compare(const struct campaign *campaign, const struct campaign_run *a,
                                             const struct campaign_run *b);

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/campaign/result_json.h"
+#include "host/campaign/campaign_answer.h"
 #include "host/sim/sim_answer.h"
 #include "host/sweep/jsonpath.h"
 
@@ -52,7 +52,7 @@ static json_t *play_campaign(const struct campaign *campaign, struct campaign_ru
     if (campaign_ensemble(campaign, 1, false, NULL, NULL, runs, error) != MR_OK ||
         campaign_summarise(&summary, campaign, runs, error) != MR_OK)
         return NULL;
-    json_t *object = campaign_json(campaign, runs, &summary, NULL);
+    json_t *object = answer_into_json(campaign_answer(campaign, runs, &summary, NULL, false));
     json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
     for (size_t i = 0; i < campaign->seeds && summary.failed > 0; i++) {
         if (runs[i].error.status != MR_OK) {

@@ -19,7 +19,7 @@ told() {
         SEEDS=1 build/tests/campaigns/campaigns "$tmp" $standard >"$tmp/c.md" 2>/dev/null || return 1
     cat "$tmp/c.md"
     grep -q '^  DIFFERS two-panel waves from landing 2 on' "$tmp/c.txt" && grep -q '"says":"two-panel waves from.*"agree":0,' "$tmp/c.json" &&
-        grep -q '<td>two-panel waves from' "$tmp/c.html" && [ "$(grep -c '^| - standard pattern' "$tmp/c.md")" -eq 4 ] &&
+        grep -q '<p>DIFFERS two-panel waves from' "$tmp/c.html" && [ "$(grep -c '^| - standard pattern' "$tmp/c.md")" -eq 4 ] &&
         grep -q '1 runways: .*too few runways' "$tmp/c.md"
 }
 check "facts of a series are told" told
