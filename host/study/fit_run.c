@@ -178,10 +178,8 @@ int fit_command(int argc, char **argv, const struct cli *cli)
         fit_write_plot(&list, &answer, request.plot, request.force, &error);
     if (error.status == MR_OK && request.out_scene)
         fit_write_scene(&list, &answer, request.scene, request.out_scene, request.force, &error);
-    if (error.status == MR_OK && cli->json)
-        exit_code = cli_print_json(fit_json(&list, &answer, cli->si), 0);
-    else if (error.status == MR_OK)
-        fit_print(&list, &answer, cli->si);
+    if (error.status == MR_OK)
+        exit_code = answer_show(cli, fit_described(&list, &answer, cli->si), 0);
     fit_free(&answer);
     fit_landings_free(&list);
     return error.status != MR_OK ? cli_fail(&error) : exit_code;

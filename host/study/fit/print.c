@@ -181,127 +181,134 @@ size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *an
     return lines;
 }
 
-static void print_correlations(const struct fit_landings *list, const struct fit_answer *answer)
+static void add_landings(struct answer *answer, const struct fit_landings *list)
+{
+    json_t *runs = json_array();
+    for (size_t l = 0; l < list->count; l++) {
+        const struct fit_landing *landing = &list->landing[l];
+        size_t before = 0, after = 0;
+        char run[32];
+        for (size_t s = 0; s < MR_SEGMENTS; s++) {
+            before += isnan(landing->survey_in[s]) ? 0 : 1;
+            after += isnan(landing->after_in[s]) ? 0 : 1;
+        }
+        snprintf(run, sizeof run, "RUN %lld", (long long)landing->run);
+        answer_words(answer, NULL, run, "%zu transducers, %zu statistics, %zu segments surveyed before (%zu by gage points), %zu after%s",
+                     landing->channels, landing->windows, before, landing->gages, after,
+                     landing->follows ? "; gaps as the landing before left them" : "");
+        json_array_append_new(runs, json_integer(landing->run));
+    }
+    answer_json_value(answer, "runs", runs);
+}
+
+static void add_parameters(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit, bool si)
+{
+    struct fit_row row[FIT_KEYS];
+    size_t count = fit_rows(list, fit, row);
+    answer_table(answer, "parameters", "parameters, with 95 % intervals");
+    for (size_t i = 0; i < count; i++) {
+        const char *unit;
+        double factor = shown_unit(row[i].key, si, &unit);
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, "name", NULL, "%s", fit_names[row[i].key].key);
+        answer_words(answer, NULL, "parameter", "%-5s %s", fit_names[row[i].key].key, fit_names[row[i].key].words);
+        answer_words(answer, "unit", "unit", "%s", unit);
+        answer_value(answer, "value", "value", UNIT_NUMBER, factor * row[i].value, -4);
+        answer_value(answer, "low", "from", UNIT_NUMBER, factor * row[i].low, -4);
+        answer_value(answer, "high", "to", UNIT_NUMBER, factor * row[i].high, -4);
+        answer_value(answer, "prior", NULL, UNIT_NUMBER, factor * row[i].prior, -4);
+        answer_value(answer, "prior_low", "prior|from", UNIT_NUMBER, factor * row[i].prior_low, -4);
+        answer_value(answer, "prior_high", "prior|to", UNIT_NUMBER, factor * row[i].prior_high, -4);
+        answer_value(answer, "error_of_prior", "error, of|the prior's", UNIT_NUMBER, row[i].narrowed, 2)->digits = 4;
+        answer_value(answer, "bias_of_prior", NULL, UNIT_NUMBER, fit->bias[i], 2)->digits = 4;
+        answer_close(answer);
+    }
+    answer_close(answer);
+}
+
+static double correlation(const struct fit_answer *fit, size_t i, size_t k)
+{
+    return fit->covariance[i][k] / sqrt(fit->covariance[i][i] * fit->covariance[k][k]);
+}
+
+static void add_correlations(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit)
 {
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
-    printf("correlation of the estimates\n       ");
-    for (size_t i = 0; i < count; i++)
-        printf(" %6s", fit_names[key[i]].key);
-    printf("\n");
+    json_t *correlations = json_array(), *informations = json_array();
+    answer_table(answer, NULL, "correlation of the estimates");
     for (size_t i = 0; i < count; i++) {
-        printf("  %-5s", fit_names[key[i]].key);
-        for (size_t k = 0; k < count; k++)
-            printf(" %6.2f", answer->covariance[i][k] / sqrt(answer->covariance[i][i] * answer->covariance[k][k]));
-        printf("\n");
-    }
-}
-
-static void print_landings(const struct fit_landings *list)
-{
-    for (size_t l = 0; l < list->count; l++) {
-        const struct fit_landing *landing = &list->landing[l];
-        size_t segments = 0, after = 0;
-        for (size_t s = 0; s < MR_SEGMENTS; s++) {
-            segments += isnan(landing->survey_in[s]) ? 0 : 1;
-            after += isnan(landing->after_in[s]) ? 0 : 1;
+        json_t *row = json_array(), *information = json_array();
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, NULL, "of", "%s", fit_names[key[i]].key);
+        for (size_t k = 0; k < count; k++) {
+            answer_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER, correlation(fit, i, k), 2);
+            json_array_append_new(row, cli_json_number(correlation(fit, i, k), 6));
+            json_array_append_new(information, cli_json_number(fit->information[i][k], 6));
         }
-        char gages[40] = "";
-        if (landing->gages > 0)
-            snprintf(gages, sizeof gages, " (%zu by gage points)", landing->gages);
-        printf("RUN %lld: %zu transducers, %zu statistics, %zu segments surveyed before%s, %zu after%s\n", (long long)landing->run,
-               landing->channels, landing->windows, segments, gages, after, landing->follows ? "; gaps as the landing before left them" : "");
+        answer_close(answer);
+        json_array_append_new(correlations, row);
+        json_array_append_new(informations, information);
     }
+    answer_close(answer);
+    answer_json_value(answer, "correlation", correlations);
+    answer_json_value(answer, "information", informations);
 }
 
-void fit_print(const struct fit_landings *list, const struct fit_answer *answer, bool si)
+static void add_residuals(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit)
 {
-    struct fit_row row[FIT_KEYS];
-    char *verdict[FIT_VERDICTS];
-    size_t count = fit_rows(list, answer, row);
-    print_landings(list);
-    printf("%zu simulated data sets in %u rounds%s\n", answer->simulated, answer->rounds, answer->failed ? ", of which some failed" : "");
-    printf("  %-28s %-6s %10s   %-23s %-23s %s\n", "parameter", "unit", "value", "95 % interval", "prior's", "error, of the prior's");
-    for (size_t i = 0; i < count; i++) {
-        const char *unit;
-        char name[40], interval[40], prior[40];
-        double factor = shown_unit(row[i].key, si, &unit);
-        snprintf(name, sizeof name, "%-5s %s", fit_names[row[i].key].key, fit_names[row[i].key].words);
-        snprintf(interval, sizeof interval, "%.4g to %.4g", factor * row[i].low, factor * row[i].high);
-        snprintf(prior, sizeof prior, "%.4g to %.4g", factor * row[i].prior_low, factor * row[i].prior_high);
-        printf("  %-28s %-6s %10.4g   %-23s %-23s %.2f\n", name, *unit ? unit : "-", factor * row[i].value, interval, prior, row[i].narrowed);
-    }
-    print_correlations(list, answer);
-    printf("goodness of fit: %.0f %% of simulated data sets lie further from the model than the measured one (distance %.1f, %zu statistics)\n",
-           100.0 * answer->fits, sqrt(answer->distance), answer->statistics);
-    size_t lines = fit_verdicts(list, answer, verdict);
-    printf("verdict: %s\n", lines ? "" : "the data tell every parameter from the others");
-    for (size_t i = 0; i < lines; i++) {
-        printf("  %s\n", verdict[i] ? verdict[i] : "");
-        free(verdict[i]);
-    }
-}
-
-static json_t *matrix_json(size_t count, const double matrix[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX], bool correlation)
-{
-    json_t *rows = json_array();
-    for (size_t i = 0; i < count; i++) {
-        json_t *row = json_array();
-        for (size_t k = 0; k < count; k++)
-            json_array_append_new(row, cli_json_number(correlation ? matrix[i][k] / sqrt(matrix[i][i] * matrix[k][k]) : matrix[i][k], 6));
-        json_array_append_new(rows, row);
-    }
-    return rows;
-}
-
-static json_t *residuals_json(const struct fit_landings *list, const struct fit_answer *answer)
-{
-    json_t *rows = json_array();
+    answer_list(answer, "residuals", NULL);
     for (size_t l = 0; l < list->count; l++) {
         const struct fit_landing *landing = &list->landing[l];
         for (size_t w = 0; w < landing->windows; w++) {
             const struct fit_window *window = &landing->window[w];
             size_t s = landing->first + w;
-            bool transducer = window->channel != SIZE_MAX;
-            json_t *row = json_pack("{s:I,s:s,s:o,s:o,s:o}", "run", (json_int_t)landing->run, "statistic", window->name, "measured",
-                                    cli_json_number(list->measured[s], 6), "expected", cli_json_number(answer->expected[s], 6),
-                                    "standard_deviation", cli_json_number(answer->scatter[s], 4));
-            if (transducer)
-                json_object_set_new(row, "transducer", json_integer(landing->channel[window->channel].number));
-            json_array_append_new(rows, row);
+            answer_open(answer, NULL, NULL);
+            answer_count(answer, "run", NULL, landing->run);
+            answer_words(answer, "statistic", NULL, "%s", window->name);
+            answer_value(answer, "measured", NULL, UNIT_NUMBER, list->measured[s], 3);
+            answer_value(answer, "expected", NULL, UNIT_NUMBER, fit->expected[s], 3);
+            answer_value(answer, "standard_deviation", NULL, UNIT_NUMBER, fit->scatter[s], 3)->digits = 4;
+            if (window->channel != SIZE_MAX)
+                answer_count(answer, "transducer", NULL, landing->channel[window->channel].number);
+            answer_close(answer);
         }
     }
-    return rows;
+    answer_close(answer);
 }
 
-json_t *fit_json(const struct fit_landings *list, const struct fit_answer *answer, bool si)
+static void add_verdicts(struct answer *answer, const struct fit_landings *list, const struct fit_answer *fit)
 {
-    struct fit_row row[FIT_KEYS];
     char *verdict[FIT_VERDICTS];
-    json_t *parameters = json_array(), *verdicts = json_array(), *runs = json_array();
-    size_t count = fit_rows(list, answer, row), lines = fit_verdicts(list, answer, verdict);
-    for (size_t l = 0; l < list->count; l++)
-        json_array_append_new(runs, json_integer(list->landing[l].run));
-    for (size_t i = 0; i < count; i++) {
-        const char *unit;
-        double factor = shown_unit(row[i].key, si, &unit);
-        json_array_append_new(
-            parameters,
-            json_pack("{s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "name", fit_names[row[i].key].key, "unit", unit, "value",
-                      cli_json_number(factor * row[i].value, 6), "low", cli_json_number(factor * row[i].low, 6), "high",
-                      cli_json_number(factor * row[i].high, 6), "prior", cli_json_number(factor * row[i].prior, 6), "prior_low",
-                      cli_json_number(factor * row[i].prior_low, 6), "prior_high", cli_json_number(factor * row[i].prior_high, 6),
-                      "error_of_prior", cli_json_number(row[i].narrowed, 4), "bias_of_prior", cli_json_number(answer->bias[i], 4)));
-    }
+    size_t lines = fit_verdicts(list, fit, verdict);
+    if (lines == 0)
+        answer_words(answer, NULL, "verdict", "the data tell every parameter from the others");
+    answer_list(answer, "verdict", lines ? "verdict" : NULL);
     for (size_t i = 0; i < lines; i++) {
-        json_array_append_new(verdicts, json_string(verdict[i] ? verdict[i] : ""));
+        answer_sentence(answer, NULL, "%s", verdict[i] ? verdict[i] : "");
         free(verdict[i]);
     }
-    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:I,s:i,s:b,s:o,s:o}", "runs", runs, "parameters", parameters, "correlation",
-                     matrix_json(count, answer->covariance, true), "information", matrix_json(count, answer->information, false),
-                     "fits", cli_json_number(answer->fits, 4), "distance", cli_json_number(sqrt(answer->distance), 6), "simulated",
-                     (json_int_t)answer->simulated, "rounds", (int)answer->rounds, "stopped", answer->stopped, "verdict", verdicts,
-                     "residuals", residuals_json(list, answer));
+    answer_close(answer);
+}
+
+struct answer *fit_described(const struct fit_landings *list, const struct fit_answer *fit, bool si)
+{
+    struct answer *answer = answer_new(si);
+    add_landings(answer, list);
+    answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated);
+    answer_remark(answer, " data sets in %u rounds%s", fit->rounds, fit->failed ? ", of which some failed" : "");
+    answer_count(answer, "rounds", NULL, fit->rounds);
+    answer_flag(answer, "stopped", NULL, fit->stopped);
+    add_parameters(answer, list, fit, si);
+    add_correlations(answer, list, fit);
+    answer_sentence(answer, NULL,
+                    "goodness of fit: %.0f %% of simulated data sets lie further from the model than the measured one (distance %.1f, %zu statistics)",
+                    100.0 * fit->fits, sqrt(fit->distance), fit->statistics);
+    answer_value(answer, "fits", NULL, UNIT_NUMBER, fit->fits, 2)->digits = 4;
+    answer_value(answer, "distance", NULL, UNIT_NUMBER, sqrt(fit->distance), 1);
+    add_verdicts(answer, list, fit);
+    add_residuals(answer, list, fit);
+    return answer;
 }
 
 static json_t *path_json(const struct fit_landing *landing, double share)

@@ -1,9 +1,8 @@
-/* What a fit gave, as a table, as JSON, as a scene. */
+/* What a fit gave, as an answer, as a scene, as a picture. */
 #ifndef MATRIG_HOST_STUDY_FIT_PRINT_H
 #define MATRIG_HOST_STUDY_FIT_PRINT_H
 
-#include <jansson.h>
-
+#include "host/base/answer.h"
 #include "host/study/fit/landings.h"
 
 /* A parameter in its own unit: estimate, 95 % interval, prior. */
@@ -19,8 +18,8 @@ size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer
 /* Sentences of the verdict, one a line; NULL at the end. The caller frees each. */
 size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[FIT_VERDICTS]);
 
-void fit_print(const struct fit_landings *list, const struct fit_answer *answer, bool si);
-json_t *fit_json(const struct fit_landings *list, const struct fit_answer *answer, bool si);
+/* All of it. A new answer, the caller's. */
+struct answer *fit_described(const struct fit_landings *list, const struct fit_answer *fit, bool si);
 /* The runway's scene with the fitted values, the first landing's way and thrust, and joints: of many draws those that come
  * nearest to what was measured (joints that are all alike would hardly move: a landing moves what gives way first). */
 enum mr_status fit_write_scene(const struct fit_landings *list, const struct fit_answer *answer, const char *from, const char *path, bool force,
