@@ -6,6 +6,7 @@
 
 #include "host/commands/commands.h"
 #include "host/commands/error_command.h"
+#include "host/base/answer.h"
 #include "host/base/output.h"
 #include "host/report/plot_error.h"
 #include "host/sim/check/error_study.h"
@@ -14,17 +15,59 @@
 
 #define SOLVERS_MAX 8
 
-static json_t *run_json(const struct error_run *run, bool lifts)
+static double or_null(bool known, double value)
 {
-    bool ok = run->status == SIM_OK;
-    return json_pack("{s:s,s:o,s:o,s:I,s:I,s:o,s:o,s:o,s:s,s:o,s:o,s:b}", "solver", run->solver, "rtol",
-                     run->rtol > 0.0 ? cli_json_number(run->rtol, 6) : json_null(), "dt_s",
-                     run->dt_s > 0.0 ? cli_json_number(run->dt_s, 9) : json_null(), "steps", (json_int_t)run->steps,
-                     "rhs", (json_int_t)run->rhs, "run_ms", cli_json_number(run->ms, 6), "err_u",
-                     ok ? cli_json_number(run->u_ft, 6) : json_null(), "err_lift",
-                     ok ? cli_json_number(run->lift_ft, 6) : json_null(), "status", sim_status_name(run->status),
-                     "err_u_rms", ok ? cli_json_number(run->rms_u_ft, 6) : json_null(), "max_lift_ft", ok && lifts ? cli_json_number(run->max_lift_ft, 9) : json_null(), "beyond_limit",
-                     run->beyond);
+    return known ? value : (double)NAN;
+}
+
+/* People read what is no more than how far the references agree as "less than". */
+static void add_error(struct answer *answer, const char *name, const char *label, const struct error_run *run, double error_ft, double agreement_ft)
+{
+    answer_value(answer, name, NULL, UNIT_NUMBER, or_null(run->status == SIM_OK, error_ft), 0);
+    if (!label)
+        return;
+    if (run->status != SIM_OK || isnan(error_ft))
+        answer_words(answer, NULL, label, "%9s", "-");
+    else if (error_ft <= ERROR_FLOOR * agreement_ft)
+        answer_words(answer, NULL, label, "<%8.1e", ERROR_FLOOR * agreement_ft);
+    else
+        answer_words(answer, NULL, label, "%9.2e", error_ft);
+}
+
+static void add_run(struct answer *answer, const struct error_study *study, const struct error_run *run)
+{
+    bool fixed = run->dt_s > 0.0;
+    answer_open(answer, NULL, NULL);
+    answer_words(answer, "solver", "solver", "%s", run->solver);
+    answer_words(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e", fixed ? run->dt_s : run->rtol);
+    answer_value(answer, "rtol", NULL, UNIT_NUMBER, or_null(run->rtol > 0.0, run->rtol), 0);
+    answer_value(answer, "dt", NULL, UNIT_TIME, or_null(fixed, run->dt_s), 0)->digits = 9;
+    answer_count(answer, "steps", "steps", (int64_t)run->steps);
+    answer_count(answer, "rhs", "rhs", (int64_t)run->rhs);
+    answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
+    add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->agreement_u_ft);
+    add_error(answer, "err_lift", study->lifts ? "error of|lift, ft" : NULL, run, run->lift_ft, study->agreement_lift_ft);
+    add_error(answer, "err_u_rms", study->lifts ? NULL : "rms error|of u, ft", run, run->rms_u_ft, study->agreement_rms_u_ft);
+    answer_words(answer, "status", NULL, "%s", sim_status_name(run->status));
+    answer_words(answer, NULL, "status", run->beyond ? "%s, beyond the limit" : "%s", sim_status_name(run->status));
+    if (run->status != SIM_OK)
+        answer_words(answer, NULL, "where", "mat %d at %.4g s", run->mat, run->t_s);
+    answer_value(answer, "max_lift", NULL, UNIT_STATION, or_null(run->status == SIM_OK && study->lifts, run->max_lift_ft), 0)->digits = 9;
+    answer_flag(answer, "beyond_limit", NULL, run->beyond);
+    answer_close(answer);
+}
+
+static void add_runs(struct answer *answer, const struct error_study *study)
+{
+    bool beyond = false;
+    answer_table(answer, "runs", "runs");
+    for (size_t i = 0; i < study->run_count; i++) {
+        add_run(answer, study, &study->runs[i]);
+        beyond = beyond || (study->runs[i].beyond && study->runs[i].status == SIM_OK);
+    }
+    answer_close(answer);
+    if (beyond)
+        answer_sentence(answer, NULL, "beyond the limit: of the stability of the step; `matrig sim` refuses it");
 }
 
 static json_t *slope_json(const struct error_slope *slope)
@@ -36,155 +79,111 @@ static json_t *slope_json(const struct error_slope *slope)
                      cli_json_number(slope->to, 6), "points", slope->points);
 }
 
-static json_t *cheapest_json(const struct error_study *study)
-{
-    json_t *list = json_array();
-    for (size_t i = 0; i < error_level_count; i++) {
-        const struct error_run *run = error_study_cheapest(study, NULL, error_levels_ft[i]);
-        json_t *entry = json_pack("{s:o,s:s?}", study->lifts ? "err_lift" : "err_u",
-                                  cli_json_number(error_levels_ft[i], 6), "solver", run ? run->solver : NULL);
-        if (run) {
-            json_object_set_new(entry, "rtol", run->rtol > 0.0 ? cli_json_number(run->rtol, 6) : json_null());
-            json_object_set_new(entry, "dt_s", run->dt_s > 0.0 ? cli_json_number(run->dt_s, 9) : json_null());
-            json_object_set_new(entry, "run_ms", cli_json_number(run->ms, 6));
-        }
-        json_array_append_new(list, entry);
-    }
-    return list;
-}
-
-static json_t *study_json(const struct sim_scene *scene, const struct error_study *study)
-{
-    json_t *runs = json_array(), *orders = json_array(), *notes = json_array();
-    for (size_t i = 0; i < study->run_count; i++)
-        json_array_append_new(runs, run_json(&study->runs[i], study->lifts));
-    for (size_t i = 0; i < study->order_count; i++) {
-        const struct error_order *order = &study->orders[i];
-        json_array_append_new(orders, json_pack("{s:s,s:s,s:o,s:o}", "solver", order->solver, "against",
-                                                error_against_name(order->against), "u", slope_json(&order->u),
-                                                "lift", slope_json(&order->lift)));
-    }
-    for (size_t i = 0; study->notes[i][0]; i++)
-        json_array_append_new(notes, json_string(study->notes[i]));
-    return json_pack("{s:s,s:{s:s,s:{s:o,s:o,s:o},s:o,s:o},s:o,s:o,s:o,s:o,s:o}", "scene", scene->name, "reference",
-                     "method", study->method, "agreement", "u_ft", cli_json_number(study->agreement_u_ft, 6),
-                     "lift_ft", cli_json_number(study->agreement_lift_ft, 6), "rms_u_ft",
-                     cli_json_number(study->agreement_rms_u_ft, 6), "peak_u_ft",
-                     cli_json_number(study->peak_u_ft, 12), "max_lift_ft", cli_json_number(study->max_lift_ft, 12),
-                     "dt_limit_s", cli_json_number(study->dt_limit_s, 9), "runs", runs, "order", orders, "cheapest",
-                     cheapest_json(study), "notes", notes);
-}
-
-static void print_error(double error_ft, double agreement_ft)
-{
-    if (isnan(error_ft))
-        printf("  %10s", "-");
-    else if (error_ft <= ERROR_FLOOR * agreement_ft)
-        printf("  <%9.1e", ERROR_FLOOR * agreement_ft);
-    else
-        printf("  %10.2e", error_ft);
-}
-
-static void print_runs(const struct error_study *study)
-{
-    printf("  %-9s %-14s %9s %10s %10s  %10s  %10s  %s\n", "solver", "rtol or dt", "steps", "rhs", "ms", "err u, ft",
-           study->lifts ? "err lift" : "rms of u", "status");
-    for (size_t i = 0; i < study->run_count; i++) {
-        const struct error_run *run = &study->runs[i];
-        char step[24];
-        if (run->dt_s > 0.0)
-            snprintf(step, sizeof step, "dt %.4g s", run->dt_s);
-        else
-            snprintf(step, sizeof step, "rtol %.0e", run->rtol);
-        printf("  %-9s %-14s %9llu %10llu %10.2f", run->solver, step, (unsigned long long)run->steps,
-               (unsigned long long)run->rhs, run->ms);
-        print_error(run->u_ft, study->agreement_u_ft);
-        if (study->lifts)
-            print_error(run->lift_ft, study->agreement_lift_ft);
-        else
-            print_error(run->rms_u_ft, study->agreement_rms_u_ft);
-        printf("  %s", sim_status_name(run->status));
-        if (run->status != SIM_OK)
-            printf(": mat %d at %.4g s", run->mat, run->t_s);
-        else if (run->beyond)
-            printf(", but beyond the stability limit: `matrig sim` refuses it");
-        putchar('\n');
-    }
-}
-
-static void print_slope(const char *what, const struct error_slope *slope, const struct error_order *order)
+static void slope_text(const char *what, const struct error_slope *slope, const struct error_order *order, char *text, size_t size)
 {
     if (slope->points == 0)
-        printf("; %s: too few errors to fit, or too alike a cost", what);
+        snprintf(text, size, "%s: too few errors to fit, or too alike a cost", what);
     else if (slope->scatter > ERROR_NO_LAW)
-        printf("; %s: no power law (%d runs, scatter %.2f decades)", what, slope->points, slope->scatter);
+        snprintf(text, size, "%s: no power law (%d runs, scatter %.2f decades)", what, slope->points, slope->scatter);
     else
-        printf("; %s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what, slope->slope, slope->points,
-               error_against_name(order->against), slope->from, slope->to, slope->scatter);
+        snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what, slope->slope, slope->points,
+                 error_against_name(order->against), slope->from, slope->to, slope->scatter);
 }
 
-static void print_orders(const struct error_study *study)
+static void add_orders(struct answer *answer, const struct error_study *study)
 {
-    static const char *const texts[] = {"error ~ dt^p", "error ~ rtol^p", "error ~ rhs^-p"};
-    puts("observed orders p:");
+    static const char *const laws[] = {"error ~ dt^p", "error ~ rtol^p", "error ~ rhs^-p"};
+    answer_list(answer, "order", "observed orders p");
     for (size_t i = 0; i < study->order_count; i++) {
         const struct error_order *order = &study->orders[i];
-        printf("  %-9s %-14s", order->solver, texts[order->against]);
-        print_slope("u", &order->u, order);
+        char u[120], lift[120];
+        slope_text("u", &order->u, order, u, sizeof u);
+        slope_text("lift", &order->lift, order, lift, sizeof lift);
+        answer_open(answer, NULL, "");
+        answer_words(answer, NULL, order->solver, "%s, %s", laws[order->against], u);
         if (study->lifts)
-            print_slope("lift", &order->lift, order);
-        putchar('\n');
+            answer_words(answer, NULL, order->solver, "%s, %s", laws[order->against], lift);
+        answer_words(answer, "solver", NULL, "%s", order->solver);
+        answer_words(answer, "against", NULL, "%s", error_against_name(order->against));
+        answer_json_value(answer, "u", slope_json(&order->u));
+        answer_json_value(answer, "lift", slope_json(&order->lift));
+        answer_close(answer);
     }
+    answer_close(answer);
 }
 
-static void print_cheapest(const struct error_study *study)
+/* For programs the cheapest alone. */
+static void add_cheapest(struct answer *answer, const struct error_study *study)
+{
+    answer_list(answer, "cheapest", NULL);
+    for (size_t i = 0; i < error_level_count; i++) {
+        const struct error_run *run = error_study_cheapest(study, NULL, error_levels_ft[i]);
+        answer_open(answer, NULL, NULL);
+        answer_value(answer, study->lifts ? "err_lift" : "err_u", NULL, UNIT_NUMBER, error_levels_ft[i], 0);
+        if (run) {
+            answer_words(answer, "solver", NULL, "%s", run->solver);
+            answer_value(answer, "rtol", NULL, UNIT_NUMBER, or_null(run->rtol > 0.0, run->rtol), 0);
+            answer_value(answer, "dt", NULL, UNIT_TIME, or_null(run->dt_s > 0.0, run->dt_s), 0)->digits = 9;
+            answer_value(answer, "run_ms", NULL, UNIT_NUMBER, run->ms, 0);
+        } else
+            answer_none(answer, "solver", NULL, NULL);
+        answer_close(answer);
+    }
+    answer_close(answer);
+}
+
+static void add_least_ms(struct answer *answer, const struct error_study *study)
 {
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
-    printf("least ms for an error of %s of at most (fixed steps: of the step and both its neighbours):\n",
-           study->lifts ? "lift" : "u");
-    printf("  %-9s", "");
-    for (size_t k = 0; k < error_level_count; k++)
-        printf("  %7.0e ft", error_levels_ft[k]);
-    putchar('\n');
-    for (size_t i = 0; i < count; i++) {
-        printf("  %-9s", names[i]);
+    answer_table(answer, NULL,
+                 study->lifts ? "least ms for an error of lift of at most (fixed steps: of the step and both its neighbours)"
+                              : "least ms for an error of u of at most (fixed steps: of the step and both its neighbours)");
+    for (size_t i = 0; i <= count; i++) {
+        answer_open(answer, NULL, NULL);
+        answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
         for (size_t k = 0; k < error_level_count; k++) {
-            const struct error_run *run = error_study_cheapest(study, names[i], error_levels_ft[k]);
-            if (run)
-                printf("  %10.2f", run->ms);
+            const struct error_run *run = error_study_cheapest(study, i < count ? names[i] : NULL, error_levels_ft[k]);
+            char level[24];
+            snprintf(level, sizeof level, "%.0e ft", error_levels_ft[k]);
+            if (i < count)
+                answer_value(answer, NULL, level, UNIT_NUMBER, run ? run->ms : (double)NAN, 2);
             else
-                printf("  %10s", "-");
+                answer_words(answer, NULL, level, "%s", run ? run->solver : "none");
         }
-        putchar('\n');
+        answer_close(answer);
     }
-    printf("  %-9s", "cheapest");
-    for (size_t k = 0; k < error_level_count; k++) {
-        const struct error_run *run = error_study_cheapest(study, NULL, error_levels_ft[k]);
-        printf("  %10s", run ? run->solver : "none");
-    }
-    putchar('\n');
+    answer_close(answer);
 }
 
-static void print_study(const struct sim_scene *scene, const struct error_study *study)
+/* In feet, as scenes are. */
+static struct answer *study_answer(const struct sim_scene *scene, const struct error_study *study)
 {
-    printf("%s: model %s, %d mats, %.6g s; largest movement %.6g ft", scene->name, sim_model_name(scene->model),
-           scene->mats, study->end_s, study->peak_u_ft);
-    if (study->lifts)
-        printf(", lift %.6g ft", study->max_lift_ft);
-    printf("\n  reference: %s,\n  to %.1e ft (u)", study->method, study->agreement_u_ft);
-    if (study->lifts)
-        printf(" and %.1e ft (lift)", study->agreement_lift_ft);
-    else
-        printf(", rms %.1e ft", study->agreement_rms_u_ft);
-    puts("\n");
-    print_runs(study);
-    putchar('\n');
-    print_orders(study);
-    putchar('\n');
-    print_cheapest(study);
+    struct answer *answer = answer_new(false);
+    answer_words(answer, "scene", "scene", "%s", scene->name);
+    answer_words(answer, NULL, "model", "%s", sim_model_name(scene->model));
+    answer_count(answer, NULL, "mats", scene->mats);
+    answer_value(answer, NULL, "end", UNIT_TIME, study->end_s, -6);
+    answer_open(answer, "reference", "reference");
+    answer_sentence(answer, "method", "%s", study->method);
+    answer_open(answer, "agreement", "");
+    answer_value(answer, "u", "agreement of u", UNIT_STATION, study->agreement_u_ft, -2);
+    answer_value(answer, "lift", study->lifts ? "of lift" : NULL, UNIT_STATION, study->agreement_lift_ft, -2);
+    answer_value(answer, "rms_u", study->lifts ? NULL : "rms of u", UNIT_STATION, study->agreement_rms_u_ft, -2);
+    answer_close(answer);
+    answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits = 12;
+    answer_value(answer, "max_lift", study->lifts ? "largest lift" : NULL, UNIT_STATION, study->max_lift_ft, -6)->digits = 12;
+    answer_close(answer);
+    answer_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
+    add_runs(answer, study);
+    add_orders(answer, study);
+    add_cheapest(answer, study);
+    add_least_ms(answer, study);
+    answer_list(answer, "notes", study->notes[0][0] ? "notes" : NULL);
     for (size_t i = 0; study->notes[i][0]; i++)
-        printf("  note: %s\n", study->notes[i]);
+        answer_sentence(answer, NULL, "%s", study->notes[i]);
+    answer_close(answer);
+    return answer;
 }
 
 static enum mr_status write_plot(const char *path, bool force, const char *name, const struct error_study *study,
@@ -224,10 +223,8 @@ int error_command(int argc, char **argv, const struct cli *cli)
         write_plot(r.plot, r.force, scene.name, &study, &error);
     if (error.status != MR_OK)
         code = cli_fail(&error);
-    else if (cli->json)
-        code = cli_print_json(study_json(&scene, &study), 0);
     else
-        print_study(&scene, &study);
+        code = answer_show(cli, study_answer(&scene, &study), 0);
     sim_scene_free(&scene);
     return code;
 }
