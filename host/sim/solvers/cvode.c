@@ -123,8 +123,6 @@ static int solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_
 static void release(struct stepper *s)
 {
     struct work *w = s->work;
-    if (!w)
-        return;
     if (w->cvode)
         CVodeFree(&w->cvode);
     if (w->solver)
@@ -141,9 +139,6 @@ static void release(struct stepper *s)
         N_VDestroy(w->between);
     if (w->context)
         SUNContext_Free(&w->context);
-    free(w->z);
-    free(w);
-    s->work = NULL;
 }
 
 /* Library objects; false when one could not be made. */
@@ -184,13 +179,10 @@ static bool make_library(struct stepper *s)
 static enum mr_status make(struct stepper *s, struct error *error)
 {
     size_t size = (size_t)s->model->size;
-    struct work *w = calloc(1, sizeof *w);
-    double *storage = calloc((7 + 3 * MODEL_ROW) * size, sizeof *storage);
-    if (!w || !storage) {
-        free(w);
-        free(storage);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
+    if (stepper_room(s, sizeof(struct work), (7 + 3 * MODEL_ROW) * size, error) != MR_OK)
+        return error->status;
+    struct work *w = s->work;
+    double *storage = s->storage;
     w->stepper = s;
     w->z = storage;
     w->rate = w->z + 2 * size;
@@ -199,9 +191,7 @@ static enum mr_status make(struct stepper *s, struct error *error)
     w->mass = w->drift + size;
     w->by_p = w->mass + MODEL_ROW * size;
     w->by_v = w->by_p + MODEL_ROW * size;
-    s->work = w;
     if (!make_library(s)) {
-        release(s);
         return error_set(error, MR_FULL, "out of memory: SUNDIALS and %d mats; use a smaller N", s->model->mats);
     }
     return MR_OK;

@@ -1,7 +1,6 @@
 /* event: Dormand and Prince's method of order 8 with embedded orders 5 and 3 and dense output of order 7
  * (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and II.6). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/sim/solvers/stepper.h"
@@ -111,27 +110,15 @@ struct work {
 static enum mr_status make(struct stepper *s, struct error *error)
 {
     size_t length = 2 * (size_t)s->model->size;
-    struct work *w = calloc(1, sizeof *w);
-    double *storage = calloc((STAGES + 1 + TERMS) * length, sizeof *storage);
-    if (!w || !storage) {
-        free(w);
-        free(storage);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
+    if (stepper_room(s, sizeof(struct work), (STAGES + 1 + TERMS) * length, error) != MR_OK)
+        return error->status;
+    struct work *w = s->work;
+    double *storage = s->storage;
     for (int i = 0; i < STAGES; i++)
         w->rate[i] = storage + (size_t)i * length;
     w->at = storage + STAGES * length;
     w->terms = w->at + length;
-    s->work = w;
     return MR_OK;
-}
-
-static void release(struct stepper *s)
-{
-    struct work *w = s->work;
-    if (w)
-        free(w->rate[0]);
-    free(w);
 }
 
 static void restart(struct stepper *s)
@@ -213,10 +200,7 @@ static bool advance(struct stepper *s, double limit_s)
         double error = error_of(s, h);
         if (error <= 1.0) {
             double grow = error > 0.0 ? 0.9 * pow(error, -0.125) : 6.0;
-            grow = fmin(rejected ? 1.0 : 6.0, fmax(0.333, grow));
-            if (!last || h * grow < s->h_s)
-                s->h_s = h * grow;
-            s->t_new_s = last ? limit_s : s->t_s + h;
+            stepper_accept(s, h, last ? limit_s : s->t_s + h, last, fmin(rejected ? 1.0 : 6.0, fmax(0.333, grow)));
             stepper_rates(s, s->t_new_s, s->z_new, w->rate[12]);
             w->h_s = h;
             w->begun = true;
@@ -225,9 +209,8 @@ static bool advance(struct stepper *s, double limit_s)
             s->rate_new = w->rate[12];
             return true;
         }
-        s->rejected++;
         rejected = true;
-        s->h_s = h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.125)) : 0.2);
+        stepper_reject(s, h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.125)) : 0.2));
     }
 }
 
@@ -284,7 +267,6 @@ const struct stepper_kind stepper_event = {
     .looser_rtol = 9e-8,
     .method = "Dormand-Prince 8(5,3), every switch located",
     .make = make,
-    .free = release,
     .restart = restart,
     .advance = advance,
     .dense = dense,

@@ -3,7 +3,6 @@
  * II.6). Where stability and not accuracy sets the step, half the evaluations of the order 8 method give the same
  * step. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/sim/solvers/stepper.h"
@@ -37,26 +36,14 @@ struct work {
 static enum mr_status make(struct stepper *s, struct error *error)
 {
     size_t length = 2 * (size_t)s->model->size;
-    struct work *w = calloc(1, sizeof *w);
-    double *storage = calloc((STAGES + 1) * length, sizeof *storage);
-    if (!w || !storage) {
-        free(w);
-        free(storage);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
+    if (stepper_room(s, sizeof(struct work), (STAGES + 1) * length, error) != MR_OK)
+        return error->status;
+    struct work *w = s->work;
+    double *storage = s->storage;
     for (int i = 0; i < STAGES; i++)
         w->rate[i] = storage + (size_t)i * length;
     w->at = storage + STAGES * length;
-    s->work = w;
     return MR_OK;
-}
-
-static void release(struct stepper *s)
-{
-    struct work *w = s->work;
-    if (w)
-        free(w->rate[0] < w->rate[6] ? w->rate[0] : w->rate[6]); /* the two change places */
-    free(w);
 }
 
 static void restart(struct stepper *s)
@@ -152,20 +139,16 @@ static bool advance(struct stepper *s, double limit_s)
         if (error <= 1.0) {
             /* with some of the last error, the step settles where stability limits it instead of failing there */
             double grow = error > 0.0 ? 0.9 * pow(error, -0.17) * pow(w->error_before, 0.04) : 6.0;
-            grow = fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow));
             w->error_before = fmax(error, 1e-4);
-            if (!last || h * grow < s->h_s)
-                s->h_s = h * grow;
-            s->t_new_s = last ? limit_s : s->t_s + h;
+            stepper_accept(s, h, last ? limit_s : s->t_s + h, last, fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
             w->h_s = h;
             w->begun = true;
             s->rate = w->rate[0];
             s->rate_new = w->rate[6];
             return true;
         }
-        s->rejected++;
         rejected = true;
-        s->h_s = h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.2)) : 0.2);
+        stepper_reject(s, h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.2)) : 0.2));
     }
 }
 
@@ -192,7 +175,6 @@ const struct stepper_kind stepper_event5 = {
     .rtol = 1e-5,
     .method = "Dormand-Prince 5(4), every switch located",
     .make = make,
-    .free = release,
     .restart = restart,
     .advance = advance,
     .dense = dense,

@@ -7,7 +7,6 @@
  * The three values that a start needs come from the classical Runge-Kutta method, as does a start at a new step size
  * (the library's own halving interpolates instead). Switches are sampled. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/sim/solvers/stepper.h"
@@ -29,13 +28,10 @@ struct work {
 static enum mr_status make(struct stepper *s, struct error *error)
 {
     size_t length = 2 * (size_t)s->model->size;
-    struct work *w = calloc(1, sizeof *w);
-    double *storage = calloc(ARRAYS * length, sizeof *storage);
-    if (!w || !storage) {
-        free(w);
-        free(storage);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
+    if (stepper_room(s, sizeof(struct work), ARRAYS * length, error) != MR_OK)
+        return error->status;
+    struct work *w = s->work;
+    double *storage = s->storage;
     for (size_t i = 0; i < PAST; i++) {
         w->y[i] = storage + i * length;
         w->f[i] = storage + (PAST + i) * length;
@@ -47,20 +43,7 @@ static enum mr_status make(struct stepper *s, struct error *error)
     w->rate = more + 3 * length;
     for (size_t i = 0; i < 3; i++)
         w->k[i] = more + (4 + i) * length;
-    s->work = w;
     return MR_OK;
-}
-
-static void release(struct stepper *s)
-{
-    struct work *w = s->work;
-    if (w) {
-        double *first = w->y[0];
-        for (int i = 1; i < PAST; i++)
-            first = w->y[i] < first ? w->y[i] : first; /* the pointers rotate; storage begins with one of y */
-        free(first);
-    }
-    free(w);
 }
 
 static void restart(struct stepper *s)
@@ -133,7 +116,6 @@ static double predict_correct(struct stepper *s, double h)
 static double start_step(struct stepper *s, double h)
 {
     struct work *w = s->work;
-    double most = 0.0;
     runge_kutta(s, h);
     memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
     runge_kutta(s, 0.5 * h);
@@ -148,16 +130,7 @@ static double start_step(struct stepper *s, double h)
     w->y[0] = y;
     w->f[0] = f;
     w->apart_known = false;
-    for (int half = 0; half < 2; half++) {
-        double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        for (int k = half * s->model->size + stepper_low(s); k < half * s->model->size + stepper_high(s); k++) {
-            if (!(fabs(s->z_new[k]) < 1e300) || !(fabs(w->predicted[k]) < 1e300))
-                return NAN;
-            double scale = atol + s->rtol * fmax(fabs(y[k]), fabs(s->z_new[k]));
-            most = fmax(most, fabs(s->z_new[k] - w->predicted[k]) / (15.0 * scale));
-        }
-    }
-    return most;
+    return stepper_halves_error(s, w->predicted);
 }
 
 static bool advance(struct stepper *s, double limit_s)
@@ -207,8 +180,7 @@ static bool advance(struct stepper *s, double limit_s)
             s->t_new_s = last ? limit_s : s->t_s + h;
             return true;
         }
-        s->rejected++;
-        s->h_s = 0.5 * h;
+        stepper_reject(s, 0.5 * h);
         w->at_h = 0;
     }
 }
@@ -216,9 +188,7 @@ static bool advance(struct stepper *s, double limit_s)
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;
-    stepper_rates(s, s->t_s, s->z, w->k[0]);
-    stepper_rates(s, s->t_new_s, s->z_new, w->k[1]);
-    stepper_cubic(s, s->z, w->k[0], s->z_new, w->k[1], t_s, low, high, z);
+    stepper_cubic_anew(s, w->k[0], w->k[1], t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_hamming = {
@@ -227,7 +197,6 @@ const struct stepper_kind stepper_hamming = {
     .rtol = 1e-6,
     .method = "Hamming's predictor-corrector with halving and doubling, switches sampled",
     .make = make,
-    .free = release,
     .restart = restart,
     .advance = advance,
     .dense = dense,

@@ -5,7 +5,6 @@
  *     [M/(h gamma) - R_v - h gamma R_p] k_v = M r_v + h gamma R_p r_p
  * M, R_p, R_v from model_linearise: one banded factorisation per step, O(N). */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/sim/models/band.h"
@@ -45,15 +44,12 @@ struct work {
 static enum mr_status make(struct stepper *s, struct error *error)
 {
     size_t size = (size_t)s->model->size, length = 2 * size;
-    struct work *w = calloc(1, sizeof *w);
-    double *storage = calloc((STAGES + 3) * length + (3 * MODEL_ROW + 2 * BAND_WIDTH + 2) * size, sizeof *storage);
-    int *pivots = calloc(2 * size, sizeof *pivots);
-    if (!w || !storage || !pivots) {
-        free(w);
-        free(storage);
-        free(pivots);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
+    size_t values = (STAGES + 3) * length + (3 * MODEL_ROW + 2 * BAND_WIDTH + 2) * size;
+    if (stepper_room(s, sizeof(struct work), values + 2 * size, error) != MR_OK)
+        return error->status;
+    struct work *w = s->work;
+    double *storage = s->storage;
+    int *pivots = (int *)(storage + values);
     for (size_t i = 0; i < STAGES; i++)
         w->k[i] = storage + i * length;
     w->rate = storage + STAGES * length;
@@ -68,18 +64,7 @@ static enum mr_status make(struct stepper *s, struct error *error)
     w->right = w->drift + size;
     w->pivot = pivots;
     w->mass_pivot = pivots + size;
-    s->work = w;
     return MR_OK;
-}
-
-static void release(struct stepper *s)
-{
-    struct work *w = s->work;
-    if (w) {
-        free(w->k[0]);
-        free(w->pivot);
-    }
-    free(w);
 }
 
 static void restart(struct stepper *s)
@@ -203,15 +188,11 @@ static bool advance(struct stepper *s, double limit_s)
         double error = stages(s, h) ? error_of(s) : (double)NAN;
         if (error <= 1.0) {
             double grow = error > 0.0 ? 0.9 * pow(error, -0.25) : 6.0;
-            grow = fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow));
-            if (!last || h * grow < s->h_s)
-                s->h_s = h * grow;
-            s->t_new_s = last ? limit_s : s->t_s + h;
+            stepper_accept(s, h, last ? limit_s : s->t_s + h, last, fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
             return true;
         }
-        s->rejected++;
         rejected = true;
-        s->h_s = h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.25)) : 0.2);
+        stepper_reject(s, h * (isfinite(error) ? fmax(0.2, 0.9 * pow(error, -0.25)) : 0.2));
     }
 }
 
@@ -234,7 +215,6 @@ const struct stepper_kind stepper_implicit = {
     .rtol = 1e-7,
     .method = "RODAS, linearly implicit of order 4(3), banded, every switch located",
     .make = make,
-    .free = release,
     .restart = restart,
     .advance = advance,
     .dense = dense,

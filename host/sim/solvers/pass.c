@@ -481,8 +481,8 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
         out->rhs = m->rhs;
         out->rejected = p.stepper.rejected;
         out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
-        p.stepper.kind->free(&p.stepper);
     }
+    stepper_free(&p.stepper);
     out->ms = pass_clock_ms() - begin_ms;
     free(p.storage);
     return error->status;

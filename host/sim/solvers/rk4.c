@@ -1,6 +1,5 @@
 /* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed changes sign within
  * a step is brought to rest at its end (pass.c). As a check of the other solvers: another method on the model's own right-hand side. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/sim/solvers/stepper.h"
@@ -13,26 +12,14 @@ struct work {
 static enum mr_status make(struct stepper *s, struct error *error)
 {
     size_t length = 2 * (size_t)s->model->size;
-    struct work *w = calloc(1, sizeof *w);
-    double *storage = calloc(6 * length, sizeof *storage);
-    if (!w || !storage) {
-        free(w);
-        free(storage);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
+    if (stepper_room(s, sizeof(struct work), 6 * length, error) != MR_OK)
+        return error->status;
+    struct work *w = s->work;
+    double *storage = s->storage;
     for (size_t i = 0; i < 5; i++)
         w->k[i] = storage + i * length;
     w->at = storage + 5 * length;
-    s->work = w;
     return MR_OK;
-}
-
-static void release(struct stepper *s)
-{
-    struct work *w = s->work;
-    if (w)
-        free(w->k[0]);
-    free(w);
 }
 
 static void restart(struct stepper *s)
@@ -85,7 +72,6 @@ const struct stepper_kind stepper_rk4 = {
     .fixed = true,
     .method = "classical Runge-Kutta, fixed step, switches sampled",
     .make = make,
-    .free = release,
     .restart = restart,
     .advance = advance,
     .dense = dense,

@@ -4,7 +4,6 @@
  * its tolerance. Above 1 the step is halved and the pair done again; below 0.02 it is doubled for the next pair. One
  * advance here is such a pair. Gill's form carries q, the rounding of the last step. Switches are sampled. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "host/sim/solvers/stepper.h"
@@ -25,30 +24,14 @@ struct work {
 static enum mr_status make(struct stepper *s, struct error *error)
 {
     size_t length = 2 * (size_t)s->model->size;
-    struct work *w = calloc(1, sizeof *w);
-    double *storage = calloc(ARRAYS * length, sizeof *storage);
-    if (!w || !storage) {
-        free(w);
-        free(storage);
-        return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
-    }
-    *w = (struct work){storage,
-                       storage + length,
-                       storage + 2 * length,
-                       storage + 3 * length,
-                       storage + 4 * length,
-                       storage + 5 * length,
-                       storage + 6 * length};
-    s->work = w;
-    return MR_OK;
-}
-
-static void release(struct stepper *s)
-{
+    if (stepper_room(s, sizeof(struct work), ARRAYS * length, error) != MR_OK)
+        return error->status;
     struct work *w = s->work;
-    if (w)
-        free(w->rate);
-    free(w);
+    double *storage = s->storage;
+    double **arrays[ARRAYS] = {&w->rate, &w->q, &w->q_start, &w->middle, &w->whole, &w->rate0, &w->rate1};
+    for (size_t i = 0; i < ARRAYS; i++)
+        *arrays[i] = storage + i * length;
+    return MR_OK;
 }
 
 static void restart(struct stepper *s)
@@ -74,23 +57,6 @@ static void gill(struct stepper *s, double t_s, double h, double *z)
     }
 }
 
-static double test_value(const struct stepper *s)
-{
-    const struct work *w = s->work;
-    double most = 0.0;
-    for (int half = 0; half < 2; half++) {
-        double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        int from = half * s->model->size;
-        for (int k = from + stepper_low(s); k < from + stepper_high(s); k++) {
-            double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
-            if (!(fabs(s->z_new[k]) < 1e300) || !(fabs(w->whole[k]) < 1e300))
-                return NAN;
-            most = fmax(most, fabs(s->z_new[k] - w->whole[k]) / (15.0 * scale));
-        }
-    }
-    return most;
-}
-
 static bool advance(struct stepper *s, double limit_s)
 {
     struct work *w = s->work;
@@ -109,15 +75,14 @@ static bool advance(struct stepper *s, double limit_s)
         memcpy(s->z_new, s->z, bytes);
         gill(s, s->t_s, h, s->z_new);
         gill(s, s->t_s + h, h, s->z_new);
-        double test = test_value(s);
+        double test = stepper_halves_error(s, w->whole);
         if (test <= 1.0) {
             if (test < 0.02 && !last)
                 s->h_s *= 2.0;
             s->t_new_s = last ? limit_s : s->t_s + 2.0 * h;
             return true;
         }
-        s->rejected++;
-        s->h_s = 0.5 * h;
+        stepper_reject(s, 0.5 * h);
         memcpy(w->q, w->q_start, bytes);
     }
 }
@@ -125,9 +90,7 @@ static bool advance(struct stepper *s, double limit_s)
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;
-    stepper_rates(s, s->t_s, s->z, w->rate0);
-    stepper_rates(s, s->t_new_s, s->z_new, w->rate1);
-    stepper_cubic(s, s->z, w->rate0, s->z_new, w->rate1, t_s, low, high, z);
+    stepper_cubic_anew(s, w->rate0, w->rate1, t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_rkgs = {
@@ -136,7 +99,6 @@ const struct stepper_kind stepper_rkgs = {
     .rtol = 1e-6,
     .method = "Runge-Kutta-Gill with halving and doubling, switches sampled",
     .make = make,
-    .free = release,
     .restart = restart,
     .advance = advance,
     .dense = dense,

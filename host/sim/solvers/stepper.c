@@ -1,5 +1,7 @@
 #include "host/sim/solvers/stepper.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 const struct stepper_kind *stepper_find(const char *name)
@@ -13,11 +15,61 @@ const struct stepper_kind *stepper_find(const char *name)
     return NULL;
 }
 
+enum mr_status stepper_room(struct stepper *s, size_t bytes, size_t values, struct error *error)
+{
+    s->work = calloc(1, bytes);
+    s->storage = calloc(values, sizeof *s->storage);
+    if (s->work && s->storage)
+        return MR_OK;
+    free(s->work);
+    free(s->storage);
+    s->work = s->storage = NULL;
+    return error_set(error, MR_FULL, "out of memory: %d mats; use a smaller N", s->model->mats);
+}
+
+void stepper_free(struct stepper *s)
+{
+    if (s->work && s->kind->free)
+        s->kind->free(s);
+    free(s->work);
+    free(s->storage);
+    s->work = s->storage = NULL;
+}
+
 bool stepper_try(const struct stepper *s, double limit_s, double *h_s, bool *last)
 {
     *last = s->t_s + 1.01 * s->h_s >= limit_s;
     *h_s = *last ? limit_s - s->t_s : s->h_s;
     return s->h_s >= s->least_s;
+}
+
+void stepper_accept(struct stepper *s, double h_s, double t_new_s, bool last, double grow)
+{
+    if (!last || h_s * grow < s->h_s)
+        s->h_s = h_s * grow;
+    s->t_new_s = t_new_s;
+}
+
+void stepper_reject(struct stepper *s, double next_s)
+{
+    s->rejected++;
+    s->h_s = next_s;
+}
+
+double stepper_halves_error(const struct stepper *s, const double *whole)
+{
+    double most = 0.0;
+    for (int half = 0; half < 2; half++) {
+        double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
+        int from = half * s->model->size;
+        for (int k = from + stepper_low(s); k < from + stepper_high(s); k++) {
+            double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
+            if (!(fabs(s->z_new[k]) < 1e300) || !(fabs(whole[k]) < 1e300))
+                return (double)NAN;
+            most = fmax(most, fabs(s->z_new[k] - whole[k]) / (15.0 * scale));
+        }
+    }
+    return most;
 }
 
 void stepper_copy(const struct stepper *s, const double *from, double *to)
@@ -47,4 +99,11 @@ void stepper_cubic(const struct stepper *s, const double *z0, const double *rate
         for (int k = half * s->model->size + low; k < half * s->model->size + high; k++)
             z[k] = z0[k] + a * (z1[k] - z0[k]) + h * (b * rate0[k] + c * rate1[k]);
     }
+}
+
+void stepper_cubic_anew(struct stepper *s, double *rate0, double *rate1, double t_s, int low, int high, double *z)
+{
+    stepper_rates(s, s->t_s, s->z, rate0);
+    stepper_rates(s, s->t_new_s, s->z_new, rate1);
+    stepper_cubic(s, s->z, rate0, s->z_new, rate1, t_s, low, high, z);
 }

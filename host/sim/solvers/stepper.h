@@ -22,7 +22,7 @@ struct stepper_kind {
     double looser_rtol;
     const char *method; /* one line for people */
     enum mr_status (*make)(struct stepper *stepper, struct error *error);
-    void (*free)(struct stepper *stepper);
+    void (*free)(struct stepper *stepper); /* what `make` did beyond stepper_room; NULL: nothing */
     void (*restart)(struct stepper *stepper); /* modes or state have changed: forget the past */
     bool (*advance)(struct stepper *stepper, double limit_s); /* false: the step became too small */
     /* Components low..high-1 of p and of v at t within the last step. */
@@ -41,7 +41,8 @@ struct stepper {
     double *z, *z_new; /* 2 size values */
     const double *rate, *rate_new; /* rates (v, p'') at both ends of the last step; NULL: not known */
     uint64_t accepted, rejected;
-    void *work;
+    void *work;      /* the kind's own, and */
+    double *storage; /* what it keeps there; both are stepper_room's */
 };
 
 extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit, stepper_rkgs, stepper_hamming;
@@ -50,6 +51,11 @@ extern const struct stepper_kind stepper_cvode __attribute__((weak));
 
 /* The kind of that name, or NULL. */
 const struct stepper_kind *stepper_find(const char *name);
+
+/* For `make`: `bytes` of work and `values` of storage, all 0. MR_FULL, and neither is there. */
+enum mr_status stepper_room(struct stepper *stepper, size_t bytes, size_t values, struct error *error);
+/* Of what `make` made, also when it failed. */
+void stepper_free(struct stepper *stepper);
 
 /* The range of p that the model integrates. */
 static inline int stepper_low(const struct stepper *s)
@@ -65,6 +71,15 @@ static inline int stepper_high(const struct stepper *s)
  * too small. */
 bool stepper_try(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
 
+/* The step h_s to t_new_s holds; the next is `grow` times as long, or as long as was meant before the limit cut this one (`last`). */
+void stepper_accept(struct stepper *stepper, double h_s, double t_new_s, bool last, double grow);
+/* It does not; the next try is with next_s. */
+void stepper_reject(struct stepper *stepper, double next_s);
+
+/* Error of z_new, of a method of order 4, over the tolerance: a fifteenth of what `whole`, the same with steps of double size, differs
+ * by, the largest of all. NaN: a state that has grown beyond numbers. */
+double stepper_halves_error(const struct stepper *stepper, const double *whole);
+
 /* The state of the mats that the model integrates. */
 void stepper_copy(const struct stepper *stepper, const double *from, double *to);
 
@@ -74,5 +89,8 @@ void stepper_rates(struct stepper *stepper, double t_s, const double *z, double 
 /* Cubic between two states and their rates, for steppers without a dense output of their own. */
 void stepper_cubic(const struct stepper *stepper, const double *z0, const double *rate0, const double *z1,
                    const double *rate1, double t_s, int low, int high, double *z);
+
+/* The same over the last step; the rates at its ends are worked out into rate0 and rate1. */
+void stepper_cubic_anew(struct stepper *stepper, double *rate0, double *rate1, double t_s, int low, int high, double *z);
 
 #endif
