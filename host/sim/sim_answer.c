@@ -96,11 +96,11 @@ static void add_active(struct answer *answer, const struct sim_result *result)
     answer_value(answer, "dt_limit", "explicit limit", UNIT_TIME, result->dt_limit_s, -4)->digits = 9;
     answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
     answer_value(answer, "pass_ms", "this pass took", UNIT_NUMBER, result->pass_ms, 1)->end = " ms";
-    answer_list(answer, "left_out", result->left_out[0] ? "left out" : NULL);
+    answer_list(answer, "left_out", "left out");
     for (size_t i = 0; result->left_out[i]; i++)
         answer_sentence(answer, NULL, "%s", result->left_out[i]);
     answer_close(answer);
-    answer_list(answer, "notes", result->notes[0][0] ? "notes" : NULL);
+    answer_list(answer, "notes", "notes");
     for (size_t i = 0; result->notes[i][0]; i++)
         answer_sentence(answer, NULL, "%s", result->notes[i]);
     answer_close(answer);

@@ -179,7 +179,7 @@ static struct answer *study_answer(const struct sim_scene *scene, const struct e
     add_orders(answer, study);
     add_cheapest(answer, study);
     add_least_ms(answer, study);
-    answer_list(answer, "notes", study->notes[0][0] ? "notes" : NULL);
+    answer_list(answer, "notes", "notes");
     for (size_t i = 0; study->notes[i][0]; i++)
         answer_sentence(answer, NULL, "%s", study->notes[i]);
     answer_close(answer);

@@ -283,7 +283,7 @@ static void add_verdicts(struct answer *answer, const struct fit_landings *list,
     size_t lines = fit_verdicts(list, fit, verdict);
     if (lines == 0)
         answer_words(answer, NULL, "verdict", "the data tell every parameter from the others");
-    answer_list(answer, "verdict", lines ? "verdict" : NULL);
+    answer_list(answer, "verdict", "verdict");
     for (size_t i = 0; i < lines; i++) {
         answer_sentence(answer, NULL, "%s", verdict[i] ? verdict[i] : "");
         free(verdict[i]);
