@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "host/base/steady.h"
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 #include "host/sim/scene/scene_schema.h"
@@ -50,22 +50,15 @@ struct progress {
     double next_s;
 };
 
-static double clock_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* Every answer takes at least two passes; how many more is not known before. */
 static bool go_on(void *ctx, int pass, double part)
 {
     struct progress *progress = ctx;
-    if (progress->shown && clock_s() >= progress->next_s) {
+    if (progress->shown && steady_s() >= progress->next_s) {
         fprintf(stderr, cli_terminal() ? "\rmatrig: sim: pass %d: %3.0f %%" : "matrig: sim: pass %d: %.0f %%\n", pass,
                 100.0 * part);
         progress->drawn = cli_terminal();
-        progress->next_s = clock_s() + PROGRESS_S;
+        progress->next_s = steady_s() + PROGRESS_S;
     }
     return !interrupted;
 }
@@ -74,7 +67,7 @@ static bool go_on(void *ctx, int pass, double part)
 static enum mr_status run_scene(struct request *request, const struct sim_scene *scene, const struct cli *cli,
                                 struct sim_result *result, struct error *error)
 {
-    struct progress progress = {.shown = request->progress && !cli->quiet, .next_s = clock_s() + PROGRESS_S};
+    struct progress progress = {.shown = request->progress && !cli->quiet, .next_s = steady_s() + PROGRESS_S};
     struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND}, before;
     request->options.go_on = go_on;
     request->options.go_on_ctx = &progress;

@@ -2,9 +2,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "host/base/steady.h"
 #include "host/campaign/page.h"
 #include "host/campaign/campaign_answer.h"
 #include "host/commands/campaign_command.h"
@@ -20,17 +20,10 @@ struct progress {
     bool drawn;
 };
 
-static double clock_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static void tell_progress(void *ctx, size_t done, size_t of)
 {
     struct progress *p = ctx;
-    double now_s = clock_s(), left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
+    double now_s = steady_s(), left_s = (now_s - p->begin_s) / (double)done * (double)(of - done);
     if (p->cli->quiet || now_s < p->next_s || done == of)
         return;
     fprintf(stderr, cli_terminal() ? "\rmatrig: study: %zu of %zu runways, about %.0f s left  " : "matrig: study: %zu of %zu runways, about %.0f s left\n",
@@ -77,7 +70,7 @@ static enum mr_status check(const struct campaign *c, const struct campaign_requ
                             const struct cli *cli, struct campaign_difference *apart, struct error *error)
 {
     struct campaign whole = *c;
-    struct progress progress = {.cli = cli, .begin_s = clock_s(), .next_s = clock_s() + PROGRESS_S};
+    struct progress progress = {.cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
     struct campaign_run *again = calloc(c->seeds, sizeof *again);
     whole.skip_share = -1.0;
     if (!again)
@@ -116,7 +109,7 @@ int campaign_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct campaign_request request = {0};
     struct campaign campaign;
-    struct progress progress = {.cli = cli, .begin_s = clock_s(), .next_s = clock_s() + PROGRESS_S};
+    struct progress progress = {.cli = cli, .begin_s = steady_s(), .next_s = steady_s() + PROGRESS_S};
     if (read_request(argc, argv, cli, &request, &error) != MR_OK || campaign_load(&campaign, request.path, &error) != MR_OK)
         return cli_fail(&error);
     if (request.seeds)

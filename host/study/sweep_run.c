@@ -6,9 +6,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "host/base/steady.h"
 #include "host/commands/commands.h"
 #include "host/commands/sweep_command.h"
 #include "host/base/output.h"
@@ -32,13 +32,6 @@ static void catch_stop(void)
     struct sigaction action = {.sa_handler = on_stop};
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
-}
-
-static double clock_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* ---- the command line ---- */
@@ -146,7 +139,7 @@ struct progress {
 static void show(void *ctx, size_t done, size_t failed)
 {
     struct progress *p = ctx;
-    double now = clock_s();
+    double now = steady_s();
     if (p->cli->quiet || !cli_terminal() || now < p->next_s)
         return;
     double left_s = (now - p->begun_s) / (double)done * (double)(p->share - p->before - done);
@@ -229,7 +222,7 @@ static enum mr_status run_cases(const struct sweep_request *r, const struct swee
                                 const struct sweep_done *done, struct outcome *o, const struct cli *cli, struct error *error)
 {
     size_t count, *todo = to_do(r, study, done, o, &count);
-    struct progress progress = {.cli = cli, .before = o->before, .share = o->share, .begun_s = clock_s()};
+    struct progress progress = {.cli = cli, .before = o->before, .share = o->share, .begun_s = steady_s()};
     struct sweep_pool pool = {.study = study,
                               .simulate = sweep_simulation(study->kind),
                               .results = results,
@@ -249,7 +242,7 @@ static enum mr_status run_cases(const struct sweep_request *r, const struct swee
     o->run = pool.done;
     o->failed += pool.failed;
     o->missing = o->share - o->before - o->run;
-    o->took_s = clock_s() - progress.begun_s;
+    o->took_s = steady_s() - progress.begun_s;
     free(todo);
     return error->status;
 }
@@ -313,7 +306,7 @@ static enum mr_status submit(const struct sweep_request *r, const struct sweep_s
     struct sweep_submission s = {.engine = r->slurm ? SWEEP_SLURM : SWEEP_PARALLEL, .study = copy, .results = r->results, .shards = shards,
                                  .jobs = (unsigned)r->jobs, .with = r->with, .timeout = r->timeout_s > 0.0 ? timeout : NULL, .no_wait = r->no_wait,
                                  .force = r->force};
-    double begun_s = clock_s();
+    double begun_s = steady_s();
     if (gather(r, study, o, error) != MR_OK)
         return error->status; /* results of another study */
     if (o->missing == 0) {
@@ -330,7 +323,7 @@ static enum mr_status submit(const struct sweep_request *r, const struct sweep_s
     if (stopped && r->slurm)
         cli_note(cli, "no longer waiting; job %s goes on: gather later with --gather, or scancel %s", s.job, s.job);
     gather(r, study, o, error);
-    o->took_s = clock_s() - begun_s;
+    o->took_s = steady_s() - begun_s;
     if (error->status == MR_OK && o->missing)
         cli_note(cli, "exit %d of %s: see %s; the same command goes on", s.exit_code, r->slurm ? "sbatch" : "parallel", s.script);
     return error->status;

@@ -9,7 +9,7 @@
 
 #define LEVELS_MAX 1000000
 
-double design_round(double value)
+static double design_round(double value)
 {
     char text[40];
     snprintf(text, sizeof text, "%.12g", value);

@@ -35,7 +35,6 @@ json_t *design_at(const struct design_range *range, double u);
 double design_number(const struct design_range *range, double u);
 /* A number as JSON: whole ones as integers. */
 json_t *design_json(double value);
-double design_round(double value);
 
 /* Latin hypercube: n parts of [0, 1), one from each of n even strata, in random order. Depends on seed and name
  * alone, so another key more, or another order of the keys, changes nothing. */

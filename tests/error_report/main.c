@@ -2,6 +2,7 @@
  * when the reference of a scene fails. */
 #include <stdio.h>
 
+#include "host/base/steady.h"
 #include "host/base/output.h"
 #include "host/base/html.h"
 #include "host/report/plot_error.h"
@@ -30,7 +31,7 @@ static enum mr_status one_scene(FILE *out, const char *path, struct error *error
 {
     struct sim_scene scene;
     struct error_study study;
-    double begin_ms = pass_clock_ms();
+    double begin_s = steady_s();
     if (sim_scene_load(&scene, path, error) != MR_OK)
         return error->status;
     printf("%-40s", scene.name[0] ? scene.name : path);
@@ -47,7 +48,7 @@ static enum mr_status one_scene(FILE *out, const char *path, struct error *error
         for (size_t i = 0; study.notes[i][0]; i++)
             fprintf(out, "<p class=\"small\">%s</p>\n", study.notes[i]);
         const struct error_run *best = error_study_cheapest(&study, NULL, 5e-6);
-        printf(" %5.1f s   reference to %.0e ft   cheapest at 5e-6 ft: %s\n", (pass_clock_ms() - begin_ms) / 1000.0,
+        printf(" %5.1f s   reference to %.0e ft   cheapest at 5e-6 ft: %s\n", steady_s() - begin_s,
                study.lifts ? study.agreement_lift_ft : study.agreement_u_ft, best ? best->solver : "none");
     } else {
         putchar('\n');

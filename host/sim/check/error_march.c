@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/steady.h"
 #include "host/sim/solvers/pass.h"
 #include "host/sim/elements/span.h"
 #include "host/sim/scene/scene_keys.h"
@@ -375,7 +376,7 @@ enum mr_status march_run(struct sim_record *record, struct march_cost *cost, con
     struct march g;
     struct span_list spans = {0};
     const struct sim_options options = {0};
-    double begin_ms = pass_clock_ms();
+    double begin_s = steady_s();
     *record = (struct sim_record){0};
     *cost = (struct march_cost){0};
     if (make(&g, scene, error) == MR_OK && span_list_make(&spans, scene, error) == MR_OK &&
@@ -383,7 +384,7 @@ enum mr_status march_run(struct sim_record *record, struct march_cost *cost, con
         start(&g, spans.count > 0 && spans.spans[0].mat >= 0 ? spans.spans[0].mat + 1 : 1);
         run(&g, &spans, record, cost, dt_s);
         cost->rhs = g.rhs;
-        cost->ms = pass_clock_ms() - begin_ms;
+        cost->ms = 1e3 * (steady_s() - begin_s);
     }
     span_list_free(&spans);
     free(g.storage);

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "host/base/steady.h"
 #include "host/sim/models/chain.h"
 #include "host/sim/solvers/record.h"
 #include "host/sim/elements/wheel.h"
@@ -47,13 +47,6 @@ struct pass {
     struct sim_record record;
     struct mods_state *mods; /* at its end; NULL without modifications */
 };
-
-static double now_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
-}
 
 /* Nothing in the window has moved for a while. */
 static bool asleep(const struct window *window)
@@ -133,7 +126,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     struct sim_touch touch[SIM_TOUCH_MAX];
     struct window window = {1, chain->mats, 0, 0};
     double h = pass->h_s;
-    double begin_ms = now_ms();
+    double begin_s = steady_s();
     double put_in_lb_ft;
     int count = 0;
 
@@ -202,7 +195,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         pass->mods = mods_finish(chain->mods, &view);
     }
     pass->speed_end_ft_s = fabs(chain->v_ft_s[fastest(chain)]);
-    pass->ms = now_ms() - begin_ms;
+    pass->ms = 1e3 * (steady_s() - begin_s);
 }
 
 static enum mr_status start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
@@ -354,7 +347,7 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
     struct chain chain;
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(scene);
-    double begin_ms = now_ms();
+    double begin_s = steady_s();
 
     sim_wheel_start(&wheel, scene);
     if (chain_make(&chain, scene, sim_wheel_first_mat(&wheel), error) != MR_OK)
@@ -385,7 +378,7 @@ enum mr_status fixed_run(const struct sim_scene *scene, const struct sim_options
         uint64_t first = coarser_answers ? (uint64_t)steps : (uint64_t)ceil(steps / 2.0);
         run_pairs(&chain, scene, options, first, coarser_answers, result, error);
     }
-    result->run_ms = now_ms() - begin_ms;
+    result->run_ms = 1e3 * (steady_s() - begin_s);
     chain_free(&chain);
     return error->status;
 }

@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+
+#include "host/base/steady.h"
 
 #define FOLDED_DEG 85.0
 #define FOUND_MAX 64
@@ -16,13 +17,6 @@
 #define AT_ONCE 1e-8 /* of a step */
 #define POSITION_PART 0.0005 /* tolerance on heights and displacements: rtol times this part of a mat's length */
 #define SPEED_PART 0.25    /* on rates: of sqrt(g L) */
-
-double pass_clock_ms(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
-}
 
 struct pass {
     struct stepper stepper;
@@ -437,7 +431,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
                         const struct sim_options *options, struct error *error)
 {
     size_t length = 2 * (size_t)m->size;
-    double end_s = sim_scene_end_s(m->scene), begin_ms = pass_clock_ms();
+    double end_s = sim_scene_end_s(m->scene), begin_s = steady_s();
     struct pass p = {.model = m, .out = out};
     *out = (struct pass_outcome){0};
     p.storage = calloc(4 * length + 3 * ((size_t)m->mats + 1), sizeof *p.storage);
@@ -483,7 +477,7 @@ enum mr_status pass_run(struct pass_outcome *out, struct model *m, const struct 
         out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
     }
     stepper_free(&p.stepper);
-    out->ms = pass_clock_ms() - begin_ms;
+    out->ms = 1e3 * (steady_s() - begin_s);
     free(p.storage);
     return error->status;
 }

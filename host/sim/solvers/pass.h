@@ -33,6 +33,4 @@ enum mr_status pass_run(struct pass_outcome *outcome, struct model *model, const
                         const struct sim_options *options, struct error *error);
 void pass_free(struct pass_outcome *outcome);
 
-double pass_clock_ms(void);
-
 #endif

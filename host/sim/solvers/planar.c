@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host/base/steady.h"
 #include "host/sim/solvers/landing.h"
 #include "host/sim/solvers/pass.h"
 
@@ -263,7 +264,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
                           struct sim_result *result, struct error *error)
 {
     struct model model;
-    double begin_ms = pass_clock_ms();
+    double begin_s = steady_s();
     bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
     if (options->solver && strcmp(options->solver, "fixed") == 0 ? scene->model == SIM_CONSISTENT
                                                                  : landing && automatic(options)) {
@@ -299,7 +300,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
         run_auto(&model, options, kind, result, error);
     else
         run_adaptive(&model, options, kind, true, result, error);
-    result->run_ms = pass_clock_ms() - begin_ms;
+    result->run_ms = 1e3 * (steady_s() - begin_s);
     model_free(&model);
     free(z);
     return error->status;

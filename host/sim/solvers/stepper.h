@@ -40,7 +40,7 @@ struct stepper {
     double t_s, t_new_s;
     double *z, *z_new; /* 2 size values */
     const double *rate, *rate_new; /* rates (v, p'') at both ends of the last step; NULL: not known */
-    uint64_t accepted, rejected;
+    uint64_t rejected;
     void *work;      /* the kind's own, and */
     double *storage; /* what it keeps there; both are stepper_room's */
 };

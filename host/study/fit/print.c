@@ -17,6 +17,14 @@
 #define FARTHEST 3    /* statistics that a poor fit names, */
 #define FARTHEST_FROM 2.5 /* standard deviations and more away */
 
+/* A parameter in its own unit: estimate, 95 % interval, prior. */
+struct fit_row {
+    enum fit_key key;
+    double value, low, high;
+    double prior, prior_low, prior_high; /* 95 % */
+    double narrowed;                     /* standard error, as a share of the prior's */
+};
+
 /* Factor and unit shown. */
 static double shown_unit(enum fit_key key, bool si, const char **unit)
 {
@@ -29,7 +37,7 @@ static double shown_unit(enum fit_key key, bool si, const char **unit)
     return si ? metric[key].factor : 1.0;
 }
 
-size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer, struct fit_row row[FIT_KEYS])
+static size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer, struct fit_row row[FIT_KEYS])
 {
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);

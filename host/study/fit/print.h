@@ -5,15 +5,6 @@
 #include "host/base/answer.h"
 #include "host/study/fit/landings.h"
 
-/* A parameter in its own unit: estimate, 95 % interval, prior. */
-struct fit_row {
-    enum fit_key key;
-    double value, low, high;
-    double prior, prior_low, prior_high; /* 95 % */
-    double narrowed;                     /* standard error, as a share of the prior's */
-};
-
-size_t fit_rows(const struct fit_landings *list, const struct fit_answer *answer, struct fit_row row[FIT_KEYS]);
 #define FIT_VERDICTS (2 * FIT_KEYS + 6)
 /* Sentences of the verdict, one a line; NULL at the end. The caller frees each. */
 size_t fit_verdicts(const struct fit_landings *list, const struct fit_answer *answer, char *text[FIT_VERDICTS]);
