@@ -1,4 +1,4 @@
-/* What matrig campaign answers: an ensemble's outcome, in words and tables, and for programs every landing of every runway. */
+/* What matrig study answers: an ensemble's outcome, in words and tables, and for programs every landing of every runway. */
 #ifndef MATRIG_HOST_CAMPAIGN_ANSWER_H
 #define MATRIG_HOST_CAMPAIGN_ANSWER_H
 
