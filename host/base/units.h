@@ -15,7 +15,6 @@ enum unit_kind {
     UNIT_KINDS,               /* those above are a board's */
     UNIT_NUMBER = UNIT_KINDS, /* without a unit, or the unit is in the name */
     UNIT_TIME,
-    UNIT_TEMPERATURE,
     UNIT_MOVEMENT, /* given in ft, for people in or mm */
     UNIT_STIFFNESS,
     UNIT_ALL

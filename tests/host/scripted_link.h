@@ -120,7 +120,7 @@ static inline enum mr_status scripted_send(struct link *link, const uint8_t *byt
     return MR_OK;
 }
 
-static const struct link_ops scripted_ops = {.prefix = "scripted:", .form = "scripted:", .kinds = 3, .receive_frame = scripted_frame,
+static const struct link_ops scripted_ops = {.kinds = 3, .receive_frame = scripted_frame,
                                              .read = scripted_read, .send = scripted_send};
 
 /* As link_open makes one. The caller's dialogue closes it. */
@@ -128,7 +128,8 @@ static inline struct link *scripted_open(struct scripted *s, enum link_kind kind
 {
     struct link *link = calloc(1, sizeof *link);
     assert_non_null(link);
-    *link = (struct link){.ops = &scripted_ops, .kind = kind, .source = -1, .spec = strdup(kind == LINK_CAN ? "scripted can" : "scripted")};
+    *link = (struct link){.ops = &scripted_ops, .form = "scripted:", .kind = kind, .source = -1,
+                          .spec = strdup(kind == LINK_CAN ? "scripted can" : "scripted")};
     link->fd = open("/dev/zero", O_RDONLY | O_CLOEXEC); /* always ready: waiting takes no time */
     assert_true(link->fd >= 0);
     pthread_mutex_init(&link->device, NULL);

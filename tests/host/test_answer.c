@@ -261,7 +261,7 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
     answer_words(answer, NULL, "foresight", "one");
     answer_words(answer, NULL, "foresight", "two")->warn = true;
     answer_close(answer);
-    answer_estimate(answer, "temperature", "temperature", UNIT_TEMPERATURE, 20.0, 0.29, 2);
+    answer_estimate(answer, "lasted", "lasted", UNIT_TIME, 20.0, 0.29, 2);
     answer_table(answer, "rows", "rows");
     answer_open(answer, NULL, NULL);
     answer_count(answer, "number", "no", 8);
@@ -273,16 +273,16 @@ static void what_is_not_there_and_what_is_there_twice(void **unused)
            "  lost          -\n"
            "  foresight     one\n"
            "                two\n"
-           "  temperature   20.00 +- 0.29 C\n"
+           "  lasted        20.00 +- 0.29 s\n"
            "  rows\n"
            "    no\n"
            "     8\n");
-    expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"temperature_c\":20.0,\"temperature_error_c\":0.29,"
+    expect_json(answer, "{\"lost\":null,\"gaps\":[],\"lines\":[\"one\",\"two\"],\"lasted_s\":20.0,\"lasted_error_s\":0.29,"
                         "\"rows\":[{\"number\":8}]}");
     expect(answer, answer_html,
            "<h3>RUN 1</h3>\n<dl>\n<div><dt>lost</dt><dd>-</dd></div>\n"
            "<div><dt>foresight</dt><dd>one</dd></div>\n<div><dt>foresight</dt><dd class=\"warn\">two</dd></div>\n"
-           "<div><dt>temperature</dt><dd>20.00 \xc2\xb1 0.29 C</dd></div>\n</dl>\n"
+           "<div><dt>lasted</dt><dd>20.00 \xc2\xb1 0.29 s</dd></div>\n</dl>\n"
            "<h3>rows</h3>\n<div class=\"scroll\"><table><thead><tr><th>no</th></tr></thead><tbody>\n"
            "<tr><td class=\"n\">8</td></tr>\n</tbody></table></div>\n");
     answer_free(answer);
