@@ -22,7 +22,7 @@ cp "$m" "$here/alone/bin/"
 alone=$here/alone/bin/matrig
 for words in "fit no.db" "sweep no.json" "campaign no.json" "error no.json" "error --predictor" "--json --quiet fit x" "sim $scene --solver cvode"; do
     # shellcheck disable=SC2086
-    check "without matrig-study: $words" fails_with 3 'cannot start matrig-study, which runs matrig (fit|sweep|campaign|error|sim): not beside .*/alone/bin/matrig, .*; make all builds it' env PATH=/nowhere "$alone" $words
+    check "without matrig-study: $words" fails_with 3 'cannot start matrig-study, which runs matrig (fit|sweep|study|error|sim): not beside .*/alone/bin/matrig, .*; make all builds it' env PATH=/nowhere "$alone" $words
 done
 check "with PATH unset too" fails_with 3 'not on PATH' env -u PATH "$alone" fit x
 solves_alone() { # SOLVER...: all but cvode
