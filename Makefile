@@ -9,6 +9,9 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules
 
 B := build
+ifneq ($(words $(B)),1)
+$(error B="$(B)": give a folder without blanks)
+endif
 ARM ?= arm-none-eabi-
 
 # Yours to set: CC, CPPFLAGS, CFLAGS, LDFLAGS, ARM_CFLAGS. What a compiler warns of depends on its flags: with yours a warning does not end

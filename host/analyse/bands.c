@@ -170,7 +170,7 @@ static void band_answer(const struct store_band *band, const struct measured *me
     extreme_answer(&least, measured, answer);
     extreme_answer(&most, measured, answer);
     answer_value(answer, "after", "after", UNIT_TENSION, band->after_lb, 1)->digits = 7;
-    answer_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb, band->change_error_lb, 2)->digits = 7;
+    answer_estimate(answer, "change", "change", UNIT_TENSION, band->change_lb, band->change_error_lb, 3)->digits = 7;
     answer_value(answer, "recovered", NULL, UNIT_NUMBER, recovered, 2)->digits = 5;
     answer_value(answer, NULL, "recovered|%", UNIT_NUMBER, 100.0 * recovered, 0);
     answer_close(answer);

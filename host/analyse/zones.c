@@ -174,17 +174,17 @@ static void reason_answer(const struct zone_warning *w, struct answer *answer)
         answer_none(answer, "level", NULL, "");
     else
         answer_words(answer, "level", "model", "%s", mr_predictor_level_text((unsigned)w->level));
-    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "mats coming" : NULL, w->coming_mats);
-    answer_value(answer, "coming_wheel", w->coming_mats > 0 ? "wheel then" : NULL, UNIT_STATION, w->coming_wheel_ft, 1)->digits = 9;
-    answer_value(answer, "coming_after", if_known("was there", w->coming_after_s), UNIT_TIME, w->coming_after_s, 3)->end = " later";
+    answer_count(answer, "coming_mats", w->coming_mats > 0 ? "zone foreseen, mats" : NULL, w->coming_mats);
+    answer_value(answer, "coming_wheel", w->coming_mats > 0 ? "with the wheel at" : NULL, UNIT_STATION, w->coming_wheel_ft, 1)->digits = 9;
+    answer_value(answer, "coming_after", if_known("wheel came there", w->coming_after_s), UNIT_TIME, w->coming_after_s, 3)->end = " after the warning";
 }
 
 static void lead_answer(const struct zone_warning *w, struct answer *answer)
 {
-    const char *became = isnan(w->lead_s) ? NULL : "lead became";
-    answer_value(answer, "lead", if_known("lead time", w->lead_s), UNIT_TIME, w->lead_s, 3)->end = ", the first that was given";
-    answer_value(answer, "lead_t", if_known("lead given at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)->digits = 9;
-    answer_value(answer, "lead_start", if_known("lead to", w->lead_s), UNIT_STATION, w->lead_start_ft, 1)->digits = 9;
+    const char *became = isnan(w->lead_s) ? NULL : "it really took";
+    answer_value(answer, "lead", if_known("lead time", w->lead_s), UNIT_TIME, w->lead_s, 3)->end = " to the zone's start, the first that the board gave";
+    answer_value(answer, "lead_t", if_known("given at", w->lead_s), UNIT_TIME, w->lead_t_s, 3)->digits = 9;
+    answer_value(answer, "lead_start", if_known("zone's start then", w->lead_s), UNIT_STATION, w->lead_start_ft, 1)->digits = 9;
     if (became && isnan(w->lead_became_s))
         answer_none(answer, "lead_became_s", became, "not known: the wheel did not come there in the record");
     else
@@ -199,15 +199,15 @@ static void warning_answer(const struct zone_warning *w, struct answer *answer)
     answer_count(answer, "mats", "closed mats", w->mats);
     answer_estimate(answer, "start", "from station", UNIT_STATION, w->start_ft, w->start_error_ft, 1)->digits = 9;
     answer_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)->digits = 9;
-    answer_value(answer, "wheel", if_known("wheel at", w->wheel_ft), UNIT_STATION, w->wheel_ft, 1)->digits = 9;
+    answer_value(answer, "wheel", if_known("wheel was at", w->wheel_ft), UNIT_STATION, w->wheel_ft, 1)->digits = 9;
     answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
     if (w->inferred_percent > 0)
         answer_words(answer, NULL, "inferred", "%lld %% of it, from the survey alone", (long long)w->inferred_percent);
     answer_flag(answer, "reached", NULL, w->reached);
     if (w->reached)
-        answer_value(answer, "true_lead", "wheel came", UNIT_TIME, w->true_lead_s, 3)->end = " later";
+        answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)->end = " after the warning";
     else
-        answer_none(answer, "true_lead_s", "wheel came", "not there in the record");
+        answer_none(answer, "true_lead_s", "wheel in the zone", "not in the record");
     reason_answer(w, answer);
     lead_answer(w, answer);
     answer_count(answer, "most_mats", "longest, mats", w->most_mats);

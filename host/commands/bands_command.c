@@ -265,7 +265,7 @@ static const struct figure design_figures[] = {
     {"F", "F'", UNIT_TENSION, 1, OF_DESIGN(connection_lb), ", friction on one connection"},
     {NULL, "held", UNIT_NUMBER, 0, OF_DESIGN(held), " mats act against a connection"},
     {"n", "n", UNIT_NUMBER, 0, OF_DESIGN(connections), " connections"},
-    {"n_most", "n, at most", UNIT_NUMBER, 0, OF_DESIGN(most_connections), " connections"},
+    {"n_most", "most of n", UNIT_NUMBER, 0, OF_DESIGN(most_connections), " connections"},
     {"longest", "length", UNIT_STATION, 1, OF_DESIGN(longest_ft), " between springs, at most"},
     {"T0", "T0", UNIT_TENSION, 1, OF_DESIGN(t0_lb), ", pretension"},
     {"T0_least", "at least", UNIT_TENSION, 1, OF_DESIGN(least_t0_lb), " (C.8)"},
@@ -281,17 +281,17 @@ static const struct figure design_figures[] = {
 #define OF_CHECK(field) offsetof(struct band_check, field)
 static const struct figure check_figures[] = {
     {"least", "least tension", UNIT_TENSION, 1, OF_CHECK(least_lb), NULL},
-    {"least", "there", UNIT_STATION, 1, OF_CHECK(least_ft), NULL},
+    {"least", "least at", UNIT_STATION, 1, OF_CHECK(least_ft), NULL},
     {"most", "largest", UNIT_TENSION, 1, OF_CHECK(most_lb), NULL},
-    {"most", "there", UNIT_STATION, 1, OF_CHECK(most_ft), NULL},
-    {"error", "error", UNIT_TENSION, 2, OF_CHECK(error_lb), ", the model's own estimate, of tensions"},
+    {"most", "largest at", UNIT_STATION, 1, OF_CHECK(most_ft), NULL},
+    {"error", "error, tensions", UNIT_TENSION, 0, OF_CHECK(error_lb), ", the model's own estimate"},
     {"slack_share", "loose", UNIT_NUMBER, 3, OF_CHECK(slack_share), " of the segments at a time"},
     {"load", "most carried", UNIT_TENSION, 1, OF_CHECK(load_lb), " by a connection"},
-    {"load", "there", UNIT_STATION, 1, OF_CHECK(load_ft), NULL},
+    {"load", "carried at", UNIT_STATION, 1, OF_CHECK(load_ft), NULL},
     {"slip", "slip", UNIT_STATION, 4, OF_CHECK(slip_ft), " of a connection, at most"},
     {"residual", "left after it", UNIT_TENSION, 1, OF_CHECK(residual_lb), " less than T0, held by friction"},
     {"moved", "movement", UNIT_STATION, 4, OF_CHECK(moved_ft), " at most"},
-    {"error", "error", UNIT_STATION, 6, OF_CHECK(error_ft), ", the model's own estimate, of movements"},
+    {"error", "error, movements", UNIT_STATION, 3, OF_CHECK(error_ft), ", the model's own estimate"},
 };
 
 static void figures_answer(const struct figure *figures, size_t count, const void *from, struct answer *answer)

@@ -53,12 +53,13 @@ static int tell(const struct request *r, const struct calibrate_points *points, 
     struct answer *answer = answer_new(r->cli->si);
     answer_words(answer, "channel", "channel", "%s", r->word);
     answer_words(answer, NULL, "from", "%zu points between %g and %g %s", points->count, fit->low, fit->high, unit);
-    answer_words(answer, "values_read_in", "read in", "%s", points->unit ? points->unit->word : unit);
+    answer_words(answer, "values_read_in", "unit of the values", "%s", points->unit ? points->unit->word : unit);
     answer_words(answer, "unit", NULL, "%s", unit);
     answer_words(answer, NULL, "gain", "%.7g %s per code +- %.4g %%", fit->unit_per_code, unit, 100.0 * fit->gain_error);
     answer_value(answer, "unit_per_code", NULL, UNIT_NUMBER, fit->unit_per_code, 9)->digits = 9;
     answer_value(answer, "gain_error", NULL, UNIT_NUMBER, fit->gain_error, 5);
     answer_value(answer, "zero_code", "zero at", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
+    answer_remark(answer, " codes");
     answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->end = end;
     answer_value(answer, "linearity_error", channel->points ? "the table leaves" : "the line leaves", UNIT_NUMBER, fit->linearity_error, 5)->end = end;
     answer_count(answer, "table_points", NULL, channel->points);

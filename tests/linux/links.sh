@@ -148,7 +148,7 @@ flashed_before() {
     matrig flash serial:/dev/ttyS1:115200 /data/small.bin --force --boot0 --stay >again.txt 2>&1
     local status=$?
     cat again.txt
-    [ $status -eq 0 ] && says "written *0 of" again.txt && says "erased *sectors none" again.txt
+    [ $status -eq 0 ] && says "^written *0$" again.txt && says "erased *sectors none" again.txt
 }
 check "and what is there is not written again" flashed_before
 echo "# host: stop board 4"
