@@ -64,12 +64,23 @@ static struct compare_zone board_zone(const struct measured *measured, const str
     return zone;
 }
 
+/* Where blocks were lost nothing moved the mats that the survey found: its openings alone are no zone of that moment. */
+static bool has_movement(const struct measured *measured, size_t sample)
+{
+    unsigned readings = 0;
+    for (unsigned c = 0; c < MR_TRANSDUCERS; c++) {
+        const struct measured_channel *channel = &measured->channel[c];
+        readings += channel->config.kind == MR_KIND_DISPLACEMENT && !isnan(measured_smooth(measured, channel, sample, MEASURED_WINDOW / 2));
+    }
+    return readings >= 2;
+}
+
 static struct compare_zone measured_zone(const struct measured *measured, const struct zones_closure *survey, double t_s)
 {
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone run;
     double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
-    if (survey->surveyed == 0 || !(sample >= 0.0 && sample < (double)measured->samples))
+    if (survey->surveyed == 0 || !(sample >= 0.0 && sample < (double)measured->samples) || !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.known = false};
     zones_closed(measured, survey, (size_t)sample, remaining_in, &run);
     const double error_ft = SEGMENT_FT / sqrt(12.0);

@@ -151,4 +151,13 @@ check "an ensemble's spread is part of the simulation's error" ensemble_has_a_sp
 check "a landing without switches is told, in a series too" without_switches
 check "wrong input gets one line" wrong_input_is_told
 check "the report has the table, names in it are inert" report_has_the_table
+# Blocks lost while the gear comes to rest: what was measured then is not known, and no zone is made of the survey alone.
+nothing_at_rest() {
+    build/matrig-board --elf build/firmware/matrig.elf --can none --serial "file:$tmp/five.serial" --rig tests/runs/landing5.run 2>"$tmp/board.err" || return 1
+    (head -c 500000 "$tmp/five.serial" && tail -c 200000 "$tmp/five.serial") >"$tmp/lost.serial"
+    $matrig --quiet log --serial "file:$tmp/lost.serial" --db "$tmp/lost.db" >/dev/null 2>&1
+    $matrig compare "$tmp/lost.db" 1 | grep -A 9 'at rest' && $matrig --json compare "$tmp/lost.db" 1 >"$tmp/lost.json" || return 1
+    [ "$(json "$tmp/lost.json" '[(z["measured"], z["overlap_simulated"]) for z in j["zones"] if z["when"] == "at rest"]')" = "[(None, None)]" ]
+}
+check "no zone is measured where blocks were lost" nothing_at_rest
 finish
