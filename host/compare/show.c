@@ -6,6 +6,8 @@
 #include "host/compare/agree.h"
 
 /* En or chi. */
+#define WHOLE 0.9995 /* share of the readings: fewer are told */
+
 static void ratio(struct answer *answer, const char *name, const char *label, double value)
 {
     answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
@@ -62,6 +64,22 @@ static void channel_answer(const struct compare_channel *c, struct answer *answe
     answer_close(answer);
 }
 
+/* An error is that of the readings that there are: it does not know of a peak that fell between them. */
+static void lost_answer(const struct compare_figures *figures, struct answer *answer)
+{
+    const struct compare_channel *least = NULL;
+    for (size_t i = 0; i < figures->channels; i++) {
+        const struct compare_channel *c = &figures->channel[i];
+        if (c->compared && c->valid < WHOLE && (!least || c->valid < least->valid))
+            least = c;
+    }
+    if (least)
+        answer_sentence(answer, NULL,
+                        "Readings were lost, of transducer %lld %.1f %%: a peak, an arrival or an end that fell among them is not seen, and no error "
+                        "here knows of it.",
+                        (long long)least->number, 100.0 * (1.0 - least->valid));
+}
+
 void compare_channels_answer(const struct compare_figures *figures, struct answer *answer)
 {
     for (size_t i = 0; i < figures->channels; i++) {
@@ -69,6 +87,7 @@ void compare_channels_answer(const struct compare_figures *figures, struct answe
         if (c->why[0])
             answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number, c->compared ? "" : "not compared: ", c->why);
     }
+    lost_answer(figures, answer);
     answer_table(answer, "channels", "");
     for (size_t i = 0; i < figures->channels; i++)
         channel_answer(&figures->channel[i], answer);

@@ -156,6 +156,7 @@ nothing_at_rest() {
     build/matrig-board --elf build/firmware/matrig.elf --can none --serial "file:$tmp/five.serial" --rig tests/runs/landing5.run 2>"$tmp/board.err" || return 1
     (head -c 500000 "$tmp/five.serial" && tail -c 200000 "$tmp/five.serial") >"$tmp/lost.serial"
     $matrig --quiet log --serial "file:$tmp/lost.serial" --db "$tmp/lost.db" >/dev/null 2>&1
+    ! $matrig compare "$db" 1 | grep 'Readings were lost' && $matrig compare "$tmp/lost.db" 1 | grep 'Readings were lost, of transducer . [0-9.]* %' || return 1
     $matrig compare "$tmp/lost.db" 1 | grep -A 9 'at rest' && $matrig --json compare "$tmp/lost.db" 1 >"$tmp/lost.json" || return 1
     [ "$(json "$tmp/lost.json" '[(z["measured"], z["overlap_simulated"]) for z in j["zones"] if z["when"] == "at rest"]')" = "[(None, None)]" ]
 }
