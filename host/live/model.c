@@ -13,21 +13,15 @@
 #include "common/switches.h"
 #include "host/collect/collect.h"
 
-#define MISSING ((float)NAN)
-#define RESTART_BLOCKS 1000     /* a block so much older than the newest: the board began again */
-#define RECORD_FRESH_BLOCKS 200 /* while records are this new, CAN says nothing that they do not */
-#define SILENT_BLOCKS 500       /* a link so far behind the other brings nothing more */
-#define TELLING_BLOCKS 10
-
-static void forget_readings(struct live_model *model)
-{
-    for (unsigned i = 0; i < LIVE_CHANNELS; i++)
-        model->reading[i] = (struct live_reading){.value = MISSING, .block = -1, .least = MISSING, .most = MISSING};
-}
+#define MISSING        ((float)NAN)
+#define RESTART_BLOCKS 1000 /* a block so much older than the newest: the board began again */
 
 static void forget_landing(struct live_model *model)
 {
-    model->zone = (struct live_zone){.block = -1, .start_ft = (double)NAN, .end_ft = (double)NAN, .lead_s = (double)NAN,
+    model->zone = (struct live_zone){.block = -1,
+                                     .start_ft = (double)NAN,
+                                     .end_ft = (double)NAN,
+                                     .lead_s = (double)NAN,
                                      .wheel_ft = (double)NAN};
     model->warning = (struct live_warning){.first_block = -1, .zone = model->zone};
     model->verdict = (struct live_verdict){.block = -1};
@@ -41,14 +35,6 @@ static void forget_landing(struct live_model *model)
         model->reading[i].least = model->reading[i].most = MISSING;
 }
 
-static void forget_buckets(struct live_model *model)
-{
-    for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++)
-        model->open[i].bucket = -1;
-    model->closed_to = -1;
-    model->record_block = -1;
-}
-
 void live_model_start(struct live_model *model, bool can, bool serial)
 {
     memset(model, 0, sizeof *model);
@@ -58,12 +44,12 @@ void live_model_start(struct live_model *model, bool can, bool serial)
     model->touchdown_ft = MISSING;
     for (unsigned i = 0; i < MR_QUANTITIES; i++)
         model->quantity[i] = (struct mr_quantity_value){.value = (double)NAN, .error = (double)NAN};
-    forget_readings(model);
     forget_landing(model);
-    forget_buckets(model);
+    live_model_begin_readings(model);
 }
 
-void live_model_notice(struct live_model *model, enum live_severity severity, int64_t host_us, const char *format, ...)
+void live_model_notice(struct live_model *model, enum live_severity severity, int64_t host_us,
+                       const char *format, ...)
 {
     struct live_notice *notice = &model->notice[model->notices++ % LIVE_NOTICES];
     va_list arguments;
@@ -100,12 +86,14 @@ double live_model_gear_ft(const struct live_model *model)
 /* From arm to done, or nobody said. */
 static bool is_recording(const struct live_model *model)
 {
-    return !model->state_known || (model->state >= MR_LANDING_ARMED && model->state <= MR_LANDING_SETTLING);
+    return !model->state_known ||
+           (model->state >= MR_LANDING_ARMED && model->state <= MR_LANDING_SETTLING);
 }
 
 bool live_model_advised(const struct live_model *model)
 {
-    return model->verdict.block >= 0 && model->verdict.said.verdict == MR_PREDICTOR_ADVISORY && is_recording(model);
+    return model->verdict.block >= 0 && model->verdict.said.verdict == MR_PREDICTOR_ADVISORY &&
+           is_recording(model);
 }
 
 const char *live_model_reading_text(const struct live_model *model, unsigned index)
@@ -122,97 +110,14 @@ void live_model_uid(const struct live_model *model, char out[25])
 {
     out[0] = '\0';
     if (model->uid[0] || model->uid[1] || model->uid[2])
-        snprintf(out, 25, "%08X%08X%08X", (unsigned)model->uid[0], (unsigned)model->uid[1], (unsigned)model->uid[2]);
-}
-
-/* ---- readings ---- */
-
-static void close_bucket(struct live_model *model, struct live_bucket *bucket)
-{
-    if (model->closed_count == LIVE_CLOSED_BUCKETS) {
-        memmove(model->closed, model->closed + 1, (LIVE_CLOSED_BUCKETS - 1) * sizeof model->closed[0]);
-        model->closed_count--;
-        model->forgotten++;
-    }
-    model->closed[model->closed_count++] = *bucket;
-    if (bucket->bucket > model->closed_to)
-        model->closed_to = bucket->bucket;
-    bucket->bucket = -1;
-}
-
-/* Closes the open buckets up to `last`, in order. */
-static void close_to(struct live_model *model, int64_t last)
-{
-    for (;;) {
-        struct live_bucket *oldest = NULL;
-        for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++) {
-            struct live_bucket *bucket = &model->open[i];
-            if (bucket->bucket >= 0 && bucket->bucket <= last && (!oldest || bucket->bucket < oldest->bucket))
-                oldest = bucket;
-        }
-        if (!oldest)
-            return;
-        close_bucket(model, oldest);
-    }
-}
-
-/* The bucket of a block; NULL: it is closed already. */
-static struct live_bucket *bucket_of(struct live_model *model, int64_t block)
-{
-    int64_t number = block / LIVE_BUCKET_BLOCKS;
-    struct live_bucket *bucket = &model->open[number % LIVE_OPEN_BUCKETS];
-    if (block < 0 || number <= model->closed_to) {
-        model->late += block >= 0;
-        return NULL;
-    }
-    close_to(model, number - LIVE_OPEN_BUCKETS);
-    if (bucket->bucket != number) { /* what was there is LIVE_OPEN_BUCKETS older, so closed */
-        bucket->bucket = number;
-        for (unsigned i = 0; i < LIVE_CHANNELS; i++)
-            bucket->least[i] = bucket->most[i] = MISSING;
-    }
-    return bucket;
-}
-
-static void take_reading(struct live_model *model, struct live_bucket *bucket, unsigned index, float value, unsigned validity,
-                         int64_t block)
-{
-    struct live_reading *reading = &model->reading[index];
-    if (block >= reading->block) {
-        reading->block = block;
-        reading->value = value;
-        reading->validity = (uint8_t)validity;
-    }
-    reading->least = fminf(reading->least, value); /* NaN is no number to fminf */
-    reading->most = fmaxf(reading->most, value);
-    bucket->least[index] = fminf(bucket->least[index], value);
-    bucket->most[index] = fmaxf(bucket->most[index], value);
-}
-
-void live_model_settle(struct live_model *model)
-{
-    int64_t can = model->link[LINK_CAN].newest, serial = model->link[LINK_SERIAL].newest, passed = live_model_block(model);
-    int64_t behind = can < serial ? can : serial;
-    if (behind >= 0 && passed - behind < SILENT_BLOCKS)
-        passed = behind;
-    /* A message is told some blocks after the readings it is about. */
-    close_to(model, (passed - TELLING_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
-}
-
-unsigned live_model_take(struct live_model *model, struct live_bucket *out, unsigned most)
-{
-    unsigned count = model->closed_count < most ? model->closed_count : most;
-    memcpy(out, model->closed, count * sizeof *out);
-    model->closed_count -= count;
-    memmove(model->closed, model->closed + count, model->closed_count * sizeof model->closed[0]);
-    return count;
+        snprintf(out, 25, "%08X%08X%08X", (unsigned)model->uid[0], (unsigned)model->uid[1],
+                 (unsigned)model->uid[2]);
 }
 
 static void restart(struct live_model *model, int64_t host_us)
 {
-    close_to(model, INT64_MAX);
-    forget_buckets(model);
-    forget_readings(model);
+    live_model_end_readings(model);
+    live_model_begin_readings(model);
     forget_landing(model);
     model->restarts++;
     model->state_known = false;
@@ -236,30 +141,7 @@ static void hear(struct live_model *model, enum link_kind kind, int64_t host_us,
 void live_model_record(struct live_model *model, const struct mr_block *block, int64_t host_us)
 {
     hear(model, LINK_SERIAL, host_us, block->index);
-    struct live_bucket *bucket = bucket_of(model, block->index);
-    float ratio = mr_channels_ratio(block);
-    model->records++;
-    if ((int64_t)block->index > model->record_block)
-        model->record_block = block->index;
-    for (unsigned i = 0; i < LIVE_CHANNELS && bucket; i++) {
-        if (!live_model_calibrated(model, i) || block->absent >> i & 1u)
-            continue;
-        struct mr_reading reading = mr_channel_read(&model->channel[i], block, i, ratio);
-        take_reading(model, bucket, i, reading.value, reading.validity, block->index);
-    }
-}
-
-/* Values of a CAN message, `first` on. */
-static void take_values(struct live_model *model, unsigned first, unsigned count, const float *values, int64_t block)
-{
-    if (model->record_block >= 0 && block - model->record_block < RECORD_FRESH_BLOCKS)
-        return;
-    struct live_bucket *bucket = bucket_of(model, block);
-    for (unsigned i = 0; i < count && bucket; i++) {
-        bool fitted = !model->channel_known[first + i] || mr_channel_measures(&model->channel[first + i]);
-        if (fitted)
-            take_reading(model, bucket, first + i, values[i], isnan(values[i]) ? MR_INVALID_SATURATED : MR_VALID, block);
-    }
+    live_model_take_block(model, block);
 }
 
 /* ---- what happens ---- */
@@ -276,7 +158,8 @@ static void take_state(struct live_model *model, const struct mr_landing *m, int
     model->state = m->state;
     model->landing = m->landing;
     model->state_block = m->block;
-    live_model_notice(model, armed ? LIVE_NOTE : LIVE_SAY, host_us, "%s, landing %u", mr_landing_state_text(m->state), m->landing);
+    live_model_notice(model, armed ? LIVE_NOTE : LIVE_SAY, host_us, "%s, landing %u",
+                      mr_landing_state_text(m->state), m->landing);
 }
 
 static void take_edge(struct live_model *model, const struct mr_edge *m)
@@ -288,7 +171,8 @@ static void take_edge(struct live_model *model, const struct mr_edge *m)
     model->changes++;
 }
 
-static void take_motion(struct live_model *model, const struct live_link *link, const struct mr_motion_error *errors, int64_t block)
+static void take_motion(struct live_model *model, const struct live_link *link,
+                        const struct mr_motion_error *errors, int64_t block)
 {
     const struct mr_motion *m = &link->motion;
     if (block < model->motion_block)
@@ -317,28 +201,34 @@ static void take_warning(struct live_model *model, int64_t host_us)
     if (begins) {
         warning->since_us = host_us;
         warning->first_block = warning->first_block < 0 ? model->zone.block : warning->first_block;
-        live_model_notice(model, LIVE_ALARM, host_us, "WARNING: %u closed mats ahead, stations %.1f to %.1f ft", model->zone.mats,
-                          model->zone.start_ft, model->zone.end_ft);
+        live_model_notice(model, LIVE_ALARM, host_us,
+                          "WARNING: %u closed mats ahead, stations %.1f to %.1f ft",
+                          model->zone.mats, model->zone.start_ft, model->zone.end_ft);
     } else {
         live_model_notice(model, LIVE_NOTE, host_us, "the warning is over");
     }
 }
 
 /* Zone and its second half have the same block; the newer of the two links' statements counts. */
-static void take_zone(struct live_model *model, const struct live_link *link, const struct mr_zone_lead *m, int64_t host_us,
-                      int64_t block)
+static void take_zone(struct live_model *model, const struct live_link *link,
+                      const struct mr_zone_lead *m, int64_t host_us, int64_t block)
 {
     if (m->block16 != link->zone.block16 || block < model->zone.block)
         return;
-    model->zone = (struct live_zone){.block = block, .mats = link->zone.mats, .start_ft = (double)link->zone.start_ft,
-                                     .end_ft = (double)link->zone.end_ft, .lead_s = (double)m->lead_s,
-                                     .wheel_ft = (double)m->wheel_ft, .warning = m->warning != 0,
+    model->zone = (struct live_zone){.block = block,
+                                     .mats = link->zone.mats,
+                                     .start_ft = (double)link->zone.start_ft,
+                                     .end_ft = (double)link->zone.end_ft,
+                                     .lead_s = (double)m->lead_s,
+                                     .wheel_ft = (double)m->wheel_ft,
+                                     .warning = m->warning != 0,
                                      .inferred_percent = m->inferred_percent};
     take_warning(model, host_us);
 }
 
 /* What a verdict goes with has its block, and is sent before it. */
-static void take_verdict(struct live_model *model, const struct mr_verdict *m, int64_t host_us, int64_t block)
+static void take_verdict(struct live_model *model, const struct mr_verdict *m, int64_t host_us,
+                         int64_t block)
 {
     struct live_verdict *verdict = &model->verdict;
     bool advised = live_model_advised(model);
@@ -354,8 +244,10 @@ static void take_verdict(struct live_model *model, const struct mr_verdict *m, i
         model->changes++;
     if (!live_model_advised(model) || verdict->told >> (m->reason & 7u) & 1u)
         return;
-    verdict->told |= (uint8_t)(1u << (m->reason & 7u)); /* once in a landing: it may come and go 20 times a second */
-    live_model_notice(model, LIVE_NOTE, host_us, "advisory: %s", mr_predictor_reason_text(m->reason));
+    /* once in a landing: it may come and go 20 times a second */
+    verdict->told |= (uint8_t)(1u << (m->reason & 7u));
+    live_model_notice(model, LIVE_NOTE, host_us, "advisory: %s",
+                      mr_predictor_reason_text(m->reason));
 }
 
 static void take_fault(struct live_model *model, const struct mr_fault *m, int64_t host_us)
@@ -363,12 +255,14 @@ static void take_fault(struct live_model *model, const struct mr_fault *m, int64
     if (m->code >= MR_FAULT_COUNT || m->count <= model->fault_count[m->code])
         return;
     model->fault_count[m->code] = m->count;
-    live_model_notice(model, LIVE_ALARM, host_us, "fault: %s (%u, %u times)", mr_fault_text(m->code), m->detail, m->count);
+    live_model_notice(model, LIVE_ALARM, host_us, "fault: %s (%u, %u times)",
+                      mr_fault_text(m->code), m->detail, m->count);
 }
 
 static void channel_name(const struct live_model *model, unsigned index, char *out, size_t size)
 {
-    unsigned number = index < MR_CHANNELS && model->zero_known[index] ? model->channel[index].number : 0;
+    unsigned number = index < MR_CHANNELS && model->zero_known[index] ? model->channel[index].number
+                                                                      : 0;
     if (index < MR_TRANSDUCERS)
         snprintf(out, size, "transducer %u", number ? number : index + 1);
     else if (index < LIVE_CHANNELS)
@@ -377,12 +271,16 @@ static void channel_name(const struct live_model *model, unsigned index, char *o
         snprintf(out, size, "channel %u", index);
 }
 
-static void take_channel_event(struct live_model *model, const struct mr_channel_event *m, int64_t host_us)
+static void take_channel_event(struct live_model *model, const struct mr_channel_event *m,
+                               int64_t host_us)
 {
     char name[40], text[LIVE_NOTICE_TEXT];
     channel_name(model, m->index, name, sizeof name);
-    snprintf(text, sizeof text, "%s: %s", name, m->validity ? mr_validity_text(m->validity) : "valid again");
-    const struct live_notice *last = model->notices ? &model->notice[(model->notices - 1) % LIVE_NOTICES] : NULL;
+    snprintf(text, sizeof text, "%s: %s", name,
+             m->validity ? mr_validity_text(m->validity) : "valid again");
+    const struct live_notice *last = model->notices
+                                       ? &model->notice[(model->notices - 1) % LIVE_NOTICES]
+                                       : NULL;
     if (!last || strcmp(last->text, text) != 0) /* the other link says it too */
         live_model_notice(model, m->validity ? LIVE_ALARM : LIVE_SAY, host_us, "%s", text);
 }
@@ -395,38 +293,50 @@ static void take_alarm(struct live_model *model, const struct mr_can_alarm *m, i
     model->alarm_known = true;
     model->alarm = *m;
     if (changed)
-        live_model_notice(model, m->state ? LIVE_ALARM : LIVE_SAY, host_us, "the board says of CAN: %s", mr_can_state_text(m->state));
+        live_model_notice(model, m->state ? LIVE_ALARM : LIVE_SAY, host_us,
+                          "the board says of CAN: %s", mr_can_state_text(m->state));
 }
 
 static void take_ack(struct live_model *model, const struct mr_ack *m, int64_t host_us)
 {
-    bool again = model->acks && model->ack.tag == m->tag && model->ack.code == m->code && model->ack.block == m->block;
+    bool again = model->acks && model->ack.tag == m->tag && model->ack.code == m->code &&
+                 model->ack.block == m->block;
     model->ack = *m;
     model->acks++;
     model->changes++;
     if (!again && (m->code == MR_COMMAND_ARM || m->code == MR_COMMAND_DISARM) && m->status != MR_OK)
-        live_model_notice(model, LIVE_ALARM, host_us, "%s refused: %s", mr_command_name(m->code), mr_status_text(m->status));
+        live_model_notice(model, LIVE_ALARM, host_us, "%s refused: %s", mr_command_name(m->code),
+                          mr_status_text(m->status));
 }
 
 /* Readings on CAN. */
 static void reading_message(struct live_model *model, const struct live_heard *heard)
 {
-    const struct mr_series_pack *pack = mr_series_pack_at(mr_series_pack_find(heard->message->info->id));
+    const struct mr_series_pack *pack =
+        mr_series_pack_at(mr_series_pack_find(heard->message->info->id));
     float values[MR_PACK_READINGS];
     unsigned count = mr_series_pack_get(pack, heard->message->payload, values);
     unsigned first = mr_series_at(pack->series)->kind == MR_KIND_TENSION ? MR_TRANSDUCERS : 0;
-    take_values(model, first + pack->first - 1, count, values, heard->block);
+    live_model_take_values(model, first + pack->first - 1, count, values, heard->block);
 }
 
 static void health_message(struct live_model *model, const struct live_heard *heard)
 {
     const struct mr_message *m = heard->message;
     switch (m->place) {
-    case MR_PLACE_HEALTH: model->health = m->as.health; model->health_known = true; break;
+    case MR_PLACE_HEALTH:
+        model->health = m->as.health;
+        model->health_known = true;
+        break;
     case MR_PLACE_FAULT: take_fault(model, &m->as.fault, heard->host_us); break;
-    case MR_PLACE_CHANNEL_EVENT: take_channel_event(model, &m->as.channel_event, heard->host_us); break;
+    case MR_PLACE_CHANNEL_EVENT:
+        take_channel_event(model, &m->as.channel_event, heard->host_us);
+        break;
     case MR_PLACE_CAN_ALARM: take_alarm(model, &m->as.can_alarm, heard->host_us); break;
-    case MR_PLACE_BOX_STATE: model->box = m->as.box_state; model->box_known = true; break;
+    case MR_PLACE_BOX_STATE:
+        model->box = m->as.box_state;
+        model->box_known = true;
+        break;
     case MR_PLACE_UPKEEP: model->upkeep = m->as.upkeep; break;
     default: break;
     }
@@ -440,13 +350,22 @@ static void landing_message(struct live_model *model, const struct live_heard *h
     switch (m->place) {
     case MR_PLACE_LANDING: take_state(model, &m->as.landing, heard->host_us); break;
     case MR_PLACE_EDGE: take_edge(model, &m->as.edge); break;
-    case MR_PLACE_MOTION: link->motion = m->as.motion; take_motion(model, link, NULL, heard->block); break;
+    case MR_PLACE_MOTION:
+        link->motion = m->as.motion;
+        take_motion(model, link, NULL, heard->block);
+        break;
     case MR_PLACE_MOTION_ERROR:
         if (m->block16 == link->motion.block16)
             take_motion(model, link, &m->as.motion_error, heard->block);
         break;
-    case MR_PLACE_TOUCHDOWN: model->touchdown = m->as.touchdown; model->touchdown_known = true; break;
-    case MR_PLACE_STOP: model->stop = m->as.stop; model->stop_known = true; break;
+    case MR_PLACE_TOUCHDOWN:
+        model->touchdown = m->as.touchdown;
+        model->touchdown_known = true;
+        break;
+    case MR_PLACE_STOP:
+        model->stop = m->as.stop;
+        model->stop_known = true;
+        break;
     case MR_PLACE_BAND_STATE:
         if (m->as.band_state.band >= 1 && m->as.band_state.band <= LIVE_BANDS)
             model->band[m->as.band_state.band - 1] = m->as.band_state;
@@ -463,7 +382,9 @@ static void predictor_message(struct live_model *model, const struct live_heard 
     struct live_link *link = heard->link;
     switch (m->place) {
     case MR_PLACE_ZONE: link->zone = m->as.zone; break;
-    case MR_PLACE_ZONE_LEAD: take_zone(model, link, &m->as.zone_lead, heard->host_us, heard->block); break;
+    case MR_PLACE_ZONE_LEAD:
+        take_zone(model, link, &m->as.zone_lead, heard->host_us, heard->block);
+        break;
     case MR_PLACE_ZONE_COMING: link->coming = m->as.zone_coming; break;
     case MR_PLACE_ZONE_PRESS: link->press = m->as.zone_press; break;
     case MR_PLACE_VERDICT:
@@ -482,15 +403,18 @@ static void predictor_message(struct live_model *model, const struct live_heard 
 /* What is told once, as a line; of two links the first that says it. */
 static void notice_message(struct live_model *model, const struct live_heard *heard)
 {
-    if (heard->link == &model->link[LINK_CAN] && model->link[LINK_SERIAL].heard_us + 1000000 > heard->host_us)
+    if (heard->link == &model->link[LINK_CAN] &&
+        model->link[LINK_SERIAL].heard_us + 1000000 > heard->host_us)
         return;
     switch (heard->message->place) {
-#define NOTICE(name, NAME, severity, ...)                                                \
-    case MR_PLACE_##NAME: {                                                              \
-        const struct mr_##name *m = &heard->message->as.name;                            \
-        live_model_notice(model, LIVE_##severity, heard->host_us, __VA_ARGS__);          \
-        break;                                                                           \
+/* clang-format off */
+#define NOTICE(name, NAME, severity, ...)                                       \
+    case MR_PLACE_##NAME: {                                                     \
+        const struct mr_##name *m = &heard->message->as.name;                   \
+        live_model_notice(model, LIVE_##severity, heard->host_us, __VA_ARGS__); \
+        break;                                                                  \
     }
+/* clang-format on */
 #include "common/catalogue.def"
     default: break;
     }
@@ -499,7 +423,7 @@ static void notice_message(struct live_model *model, const struct live_heard *he
 /* Which part takes a message; the others are not shown. */
 static void (*const parts[MR_PLACES])(struct live_model *model, const struct live_heard *heard) = {
 #define PACK(SERIES_NAME, name, NAME, id, first, count) [MR_PLACE_##NAME] = reading_message,
-#define NOTICE(name, NAME, severity, ...) [MR_PLACE_##NAME] = notice_message,
+#define NOTICE(name, NAME, severity, ...)               [MR_PLACE_##NAME] = notice_message,
 #include "common/catalogue.def"
     [MR_PLACE_HELLO] = live_model_take_configuration,
     [MR_PLACE_BOARD_UID] = live_model_take_configuration,
@@ -536,8 +460,11 @@ static void (*const parts[MR_PLACES])(struct live_model *model, const struct liv
 void live_model_message(struct live_model *model, const struct collector_event *event)
 {
     const struct mr_message *m = event->message;
-    const struct live_heard heard = {.message = m, .link = &model->link[event->link], .host_us = (int64_t)event->host_us,
-                                     .block = event->board_us == STORE_NONE ? -1 : event->board_us / 1000};
+    const struct live_heard heard = {
+        .message = m,
+        .link = &model->link[event->link],
+        .host_us = (int64_t)event->host_us,
+        .block = event->board_us == STORE_NONE ? -1 : event->board_us / 1000};
     hear(model, event->link, heard.host_us, heard.block);
     if (m->place != MR_PLACE_HELLO && model->board.layout != 0 && !model->hello)
         return; /* of another layout: it means something else */
@@ -546,22 +473,26 @@ void live_model_message(struct live_model *model, const struct collector_event *
         parts[m->place](model, &heard);
 }
 
-void live_model_counts(struct live_model *model, enum link_kind kind, const struct store_link_counts *counts, int64_t host_us)
+void live_model_counts(struct live_model *model, enum link_kind kind,
+                       const struct store_link_counts *counts, int64_t host_us)
 {
     struct store_link_counts *known = &model->link[kind].counts;
     const char *name = kind == LINK_CAN ? "CAN" : "serial";
     int64_t lost = counts->lost - known->lost, dropped = counts->dropped - known->dropped;
     if (lost > 0)
-        live_model_notice(model, LIVE_ALARM, host_us, "%s: %lld frames lost on the way", name, (long long)lost);
+        live_model_notice(model, LIVE_ALARM, host_us, "%s: %lld frames lost on the way", name,
+                          (long long)lost);
     if (dropped > 0)
-        live_model_notice(model, LIVE_ALARM, host_us, "%s: the board could not send %lld frames", name, (long long)dropped);
+        live_model_notice(model, LIVE_ALARM, host_us, "%s: the board could not send %lld frames",
+                          name, (long long)dropped);
     *known = *counts;
 }
 
 void live_model_strangers(struct live_model *model, int64_t count, int64_t host_us)
 {
     if (count > model->strangers)
-        live_model_notice(model, LIVE_ALARM, host_us, "CAN: %lld %s not the board's; what rests on CAN is doubtful", (long long)count,
-                          count == 1 ? "frame is" : "frames are");
+        live_model_notice(model, LIVE_ALARM, host_us,
+                          "CAN: %lld %s not the board's; what rests on CAN is doubtful",
+                          (long long)count, count == 1 ? "frame is" : "frames are");
     model->strangers = count;
 }

@@ -15,4 +15,12 @@ struct live_heard {
 /* Identity and configuration. */
 void live_model_take_configuration(struct live_model *model, const struct live_heard *heard);
 
+/* Readings: no channel has one yet, no bucket is open. All open buckets are closed. */
+void live_model_begin_readings(struct live_model *model);
+void live_model_end_readings(struct live_model *model);
+/* Those of a record; of a CAN message: `count` channels, `first` on. */
+void live_model_take_block(struct live_model *model, const struct mr_block *block);
+void live_model_take_values(struct live_model *model, unsigned first, unsigned count,
+                            const float *values, int64_t block);
+
 #endif
